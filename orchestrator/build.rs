@@ -11,9 +11,7 @@ fn main() {
             ("pthread_create", "trackside_start_thread"),
             ("pthread_exit", "trackside_end_thread"),
         ] {
-            println!(
-                "cargo::rustc-link-arg-bins=-Wl,--defsym={name}={own},--export-dynamic-symbol={name}"
-            );
+            println!("cargo::rustc-link-arg-bins=-Wl,--defsym={name}={own},--export-dynamic-symbol={name}");
         }
     }
 }

@@ -12,7 +12,7 @@ fn main() -> ExitCode {
     // Paths in messages are short from the workspace on.
     std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).expect("the workspace");
     let folders = ["scenarios".into(), "scenarios/manoeuvres".into()];
-    let files = suite::find(&folders).expect("there are scenarios");
+    let files = suite::find_scenario_files(&folders).expect("there are scenarios");
     libtest_mimic::run(&arguments, files.into_iter().map(trial).collect()).exit_code()
 }
 
@@ -20,15 +20,13 @@ fn main() -> ExitCode {
 fn trial(file: PathBuf) -> Trial {
     let below = file.strip_prefix("scenarios").unwrap_or(&file);
     let name = below.with_extension("").to_string_lossy().into_owned();
-    let absent = Scenario::read(&file).ok().and_then(|scenario| suite::absent_data(&scenario));
+    let absent = Scenario::read(&file).ok().and_then(|scenario| suite::missing_data_file(&scenario));
     let trial = Trial::test(name.as_str(), {
         let name = name.clone();
         move || run(&file, &name)
     });
     match absent {
-        Some(absent) => {
-            trial.with_kind(format!("needs {}", absent.display())).with_ignored_flag(true)
-        }
+        Some(absent) => trial.with_kind(format!("needs {}", absent.display())).with_ignored_flag(true),
         None => trial,
     }
 }
@@ -41,7 +39,7 @@ fn run(file: &Path, name: &str) -> Result<(), Failed> {
     if output.status.success() {
         return Ok(());
     }
-    let [stdout, stderr] = [output.stdout, output.stderr]
-        .map(|bytes| String::from_utf8_lossy(&bytes).trim_end().to_owned());
+    let [stdout, stderr] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).trim_end().to_owned());
     Err(format!("{}\n{stdout}\n{stderr}", output.status).into())
 }

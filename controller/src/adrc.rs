@@ -9,7 +9,7 @@ use vehicle::{NominalCar, SLIP_SPEED_FLOOR};
 
 /// The reference that the commands follow.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
+pub enum ControlMode {
     /// The steering follows the yaw-rate reference.
     #[default]
     YawRate,
@@ -21,7 +21,7 @@ pub enum Mode {
 
 /// Reference values.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Reference {
+pub struct ControlReference {
     /// Forward speed [m/s].
     pub v: f64,
     /// Heading [rad].
@@ -32,7 +32,7 @@ pub struct Reference {
 
 /// Estimated state of the car.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct StateEstimate {
     /// Forward speed [m/s].
     pub v_x: f64,
     /// Speed to the left [m/s].
@@ -51,7 +51,7 @@ pub struct Estimate {
 
 /// Commands to the car.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Command {
+pub struct CarCommand {
     /// Driving force [N].
     pub F_x: f64,
     /// Road-wheel angle [rad].
@@ -62,10 +62,10 @@ pub struct Command {
 
 /// State of the control law between steps.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ControllerMemory {
     /// The last command; none before the first step.
-    command: Option<Command>,
-    mode: Mode,
+    command: Option<CarCommand>,
+    mode: ControlMode,
     /// Offset of the command from the law after a change of mode, for bumpless transfer [N, rad].
     transfer_offset: [f64; 2],
 }
@@ -97,7 +97,7 @@ pub struct CommandLimits {
 
 /// The control law with its gains; its state stays with the caller.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Controller {
+pub struct AdrcController {
     /// The car that the law inverts.
     pub car: NominalCar,
     /// Speed error to acceleration [1/s].
@@ -112,7 +112,7 @@ pub struct Controller {
     pub limit: CommandLimits,
 }
 
-impl Default for Controller {
+impl Default for AdrcController {
     fn default() -> Self {
         let limit = CommandLimits {
             F_x_min: -6000.0,
@@ -128,7 +128,7 @@ impl Default for Controller {
             anti_windup: false,
         };
         // The heading loop is slower than the yaw-rate loop around which it is closed: damping 0.87.
-        Controller {
+        AdrcController {
             car: NominalCar::default(),
             k_v: 4.0,
             k_r: 12.0,
@@ -139,23 +139,23 @@ impl Default for Controller {
     }
 }
 
-impl Controller {
+impl AdrcController {
     /// The command for the next step of `h` [s]; `driver` is that of the manual mode.
     ///
     /// After a change of the mode the commands begin where they were, and go over to those of the new mode
     /// exponentially: the change makes no bump.
-    pub fn control(
+    pub fn next_command(
         &self,
-        mode: Mode,
-        reference: &Reference,
-        estimate: &Estimate,
-        driver: &Command,
-        memory: &mut Memory,
+        mode: ControlMode,
+        reference: &ControlReference,
+        estimate: &StateEstimate,
+        driver: &CarCommand,
+        memory: &mut ControllerMemory,
         h: f64,
-    ) -> Command {
+    ) -> CarCommand {
         let before = memory.command.unwrap_or_default();
         let law = match mode {
-            Mode::Manual => Command { r: estimate.r, ..*driver },
+            ControlMode::Manual => CarCommand { r: estimate.r, ..*driver },
             _ => self.feedback_law(mode, reference, estimate, before, h),
         };
         if memory.command.is_some() && mode != memory.mode {
@@ -164,9 +164,9 @@ impl Controller {
         // A sum with 0 would lose the sign of -0.
         let plus = |law: f64, offset: f64| if offset == 0.0 { law } else { law + offset };
         let [F_x, delta] = memory.transfer_offset;
-        let wanted = Command { F_x: plus(law.F_x, F_x), delta: plus(law.delta, delta), r: law.r };
-        let mut command = self.saturate(wanted, estimate, before, h);
-        if mode != Mode::Manual && self.limit.anti_windup && command.delta != wanted.delta {
+        let wanted = CarCommand { F_x: plus(law.F_x, F_x), delta: plus(law.delta, delta), r: law.r };
+        let mut command = self.saturate_command(wanted, estimate, before, h);
+        if mode != ControlMode::Manual && self.limit.anti_windup && command.delta != wanted.delta {
             command.r += self.conditioned_rate(command.delta - wanted.delta, h);
         }
         let decay = (-h / self.transfer_time.max(f64::MIN_POSITIVE)).exp();
@@ -178,15 +178,15 @@ impl Controller {
     /// The command of the feedback law, saturated only in the yaw rate that the steering follows; `before` is the last command.
     fn feedback_law(
         &self,
-        mode: Mode,
-        reference: &Reference,
-        estimate: &Estimate,
-        before: Command,
+        mode: ControlMode,
+        reference: &ControlReference,
+        estimate: &StateEstimate,
+        before: CarCommand,
         h: f64,
-    ) -> Command {
+    ) -> CarCommand {
         let r_target = match mode {
-            Mode::Heading => {
-                let error = wrap(reference.psi - estimate.psi);
+            ControlMode::Heading => {
+                let error = wrap_angle(reference.psi - estimate.psi);
                 (reference.r + self.k_psi * error).clamp(-self.limit.r, self.limit.r)
             }
             _ => reference.r,
@@ -195,11 +195,21 @@ impl Controller {
         let change = self.limit.r_rate * h;
         let r = before.r + (r_target.clamp(-most, most) - before.r).clamp(-change, change);
         let r_dot = (r - before.r) / h;
-        Command { F_x: self.force(reference, estimate), delta: self.steer(r, r_dot, estimate), r }
+        CarCommand {
+            F_x: self.speed_control_force(reference, estimate),
+            delta: self.yaw_control_steering(r, r_dot, estimate),
+            r,
+        }
     }
 
     /// The command within the limits.
-    fn saturate(&self, wanted: Command, x: &Estimate, before: Command, h: f64) -> Command {
+    fn saturate_command(
+        &self,
+        wanted: CarCommand,
+        x: &StateEstimate,
+        before: CarCommand,
+        h: f64,
+    ) -> CarCommand {
         let limit = &self.limit;
         let v_x = x.v_x.max(SLIP_SPEED_FLOOR);
         let strongest = limit.F_x_max.min(limit.power / v_x).max(limit.F_x_min);
@@ -211,7 +221,7 @@ impl Controller {
             .clamp(rolling - limit.alpha_f, rolling + limit.alpha_f)
             .clamp(-limit.delta, limit.delta)
             .clamp(before.delta - change, before.delta + change);
-        Command { F_x: wanted.F_x.clamp(limit.F_x_min, strongest), delta, ..wanted }
+        CarCommand { F_x: wanted.F_x.clamp(limit.F_x_min, strongest), delta, ..wanted }
     }
 
     /// The yaw rate that a steering angle of the law, changed by a limit, no longer asks for (conditioning: Hanus,
@@ -224,22 +234,22 @@ impl Controller {
 
     /// Proportional speed control, with the centripetal term and the disturbance taken out:
     /// `v_x' = v_y r + (F_x + xi_x)/m` becomes `v_x' = k_v (v_ref - v_x)`.
-    fn force(&self, reference: &Reference, x: &Estimate) -> f64 {
+    fn speed_control_force(&self, reference: &ControlReference, x: &StateEstimate) -> f64 {
         let a = self.k_v * (reference.v - x.v_x) - x.v_y * x.r;
         self.car.m * a - x.xi_x
     }
 
     /// Steering that turns `r' = (l_f C_f delta + M_lin + xi_psi)/I_zz` into `r' = r_cmd' + k_r (r_cmd - r)`.
-    fn steer(&self, r_cmd: f64, r_dot: f64, x: &Estimate) -> f64 {
+    fn yaw_control_steering(&self, r_cmd: f64, r_dot: f64, x: &StateEstimate) -> f64 {
         let car = &self.car;
         let state = vector![x.v_x, x.v_y, x.r, x.xi_x, x.xi_y, x.xi_psi];
         let moment = car.I_zz * (r_dot + self.k_r * (r_cmd - x.r));
-        (moment - car.unsteered_moment(&state) - x.xi_psi) / (car.C_f * car.l_f)
+        (moment - car.yaw_moment_without_steering(&state) - x.xi_psi) / (car.C_f * car.l_f)
     }
 }
 
 /// The same angle within -pi .. pi.
-fn wrap(angle: f64) -> f64 {
+fn wrap_angle(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 

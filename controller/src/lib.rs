@@ -4,7 +4,7 @@
 
 mod adrc;
 
-use adrc::{Command, Controller, Estimate, Memory, Mode, Reference};
+use adrc::{AdrcController, CarCommand, ControlMode, ControlReference, ControllerMemory, StateEstimate};
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
@@ -12,12 +12,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct ControllerModel {
     mode: i32,
-    controller: Controller,
-    reference: Reference,
-    estimate: Estimate,
-    driver: Command,
-    command: Command,
-    memory: Memory,
+    controller: AdrcController,
+    reference: ControlReference,
+    estimate: StateEstimate,
+    driver: CarCommand,
+    command: CarCommand,
+    memory: ControllerMemory,
 }
 
 const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
@@ -32,16 +32,13 @@ const ESTIMATES: &[Member] = &[
 ];
 
 impl Model for ControllerModel {
-    const INFO: Info = Info::new(
-        "controller",
-        "Speed and yaw control with rejection of the estimated disturbances",
-        0.01,
-    )
-    .terminals(&[
-        Terminal::bus("estimates", "State of the car and disturbances", ESTIMATES),
-        Terminal::bus("sensors", "Motion of the car", &[Member::signal("psi", "psi")]),
-        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
-    ]);
+    const INFO: Info =
+        Info::new("controller", "Speed and yaw control with rejection of the estimated disturbances", 0.01)
+            .terminals(&[
+                Terminal::bus("estimates", "State of the car and disturbances", ESTIMATES),
+                Terminal::bus("sensors", "Motion of the car", &[Member::signal("psi", "psi")]),
+                Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+            ]);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("v_ref", "m/s", "Wanted forward speed").at(|n| &mut n.reference.v),
@@ -64,13 +61,9 @@ impl Model for ControllerModel {
             .optional()
             .at_integer(|n| &mut n.mode),
         input("driver.F_x", "N", "Driving force in mode 2").optional().at(|n| &mut n.driver.F_x),
-        input("driver.delta", "rad", "Road-wheel angle in mode 2")
-            .optional()
-            .at(|n| &mut n.driver.delta),
+        input("driver.delta", "rad", "Road-wheel angle in mode 2").optional().at(|n| &mut n.driver.delta),
         parameter("body.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.controller.car.m),
-        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia")
-            .min(1.0)
-            .at(|n| &mut n.controller.car.I_zz),
+        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia").min(1.0).at(|n| &mut n.controller.car.I_zz),
         parameter("body.l_f", "m", "Nominal centre of gravity to front axle")
             .min(0.01)
             .at(|n| &mut n.controller.car.l_f),
@@ -83,19 +76,15 @@ impl Model for ControllerModel {
         parameter("nominal.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
             .min(1.0)
             .at(|n| &mut n.controller.car.C_r),
-        parameter("speed.gain", "1/s", "Speed error to acceleration")
-            .tunable()
-            .at(|n| &mut n.controller.k_v),
+        parameter("speed.gain", "1/s", "Speed error to acceleration").tunable().at(|n| &mut n.controller.k_v),
         parameter("yaw.gain", "1/s", "Yaw-rate error to yaw acceleration")
             .tunable()
             .at(|n| &mut n.controller.k_r),
         parameter("heading.gain", "1/s", "Heading error to yaw rate")
             .tunable()
             .at(|n| &mut n.controller.k_psi),
-        parameter("limit.F_x_min", "N", "Strongest braking")
-            .at(|n| &mut n.controller.limit.F_x_min),
-        parameter("limit.F_x_max", "N", "Strongest driving")
-            .at(|n| &mut n.controller.limit.F_x_max),
+        parameter("limit.F_x_min", "N", "Strongest braking").at(|n| &mut n.controller.limit.F_x_min),
+        parameter("limit.F_x_max", "N", "Strongest driving").at(|n| &mut n.controller.limit.F_x_max),
         parameter("limit.delta", "rad", "Largest road-wheel angle")
             .min(0.0)
             .at(|n| &mut n.controller.limit.delta),
@@ -105,13 +94,9 @@ impl Model for ControllerModel {
         parameter("limit.r", "rad/s", "Largest yaw rate asked for in mode 1")
             .min(0.0)
             .at(|n| &mut n.controller.limit.r),
-        parameter(
-            "limit.r_rate",
-            "rad/s2",
-            "Fastest change of the yaw rate that the steering follows",
-        )
-        .min(0.0)
-        .at(|n| &mut n.controller.limit.r_rate),
+        parameter("limit.r_rate", "rad/s2", "Fastest change of the yaw rate that the steering follows")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.r_rate),
         parameter("limit.delta_rate", "rad/s", "Fastest change of the road-wheel angle")
             .min(0.0)
             .at(|n| &mut n.controller.limit.delta_rate),
@@ -134,7 +119,7 @@ impl Model for ControllerModel {
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
-        (self.command, self.memory) = (Command::default(), Memory::default());
+        (self.command, self.memory) = (CarCommand::default(), ControllerMemory::default());
         let limit = &self.controller.limit;
         if limit.F_x_min <= limit.F_x_max {
             return Ok(());
@@ -147,16 +132,16 @@ impl Model for ControllerModel {
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
         let mode = match self.mode {
-            0 => Mode::YawRate,
-            1 => Mode::Heading,
-            2 => Mode::Manual,
+            0 => ControlMode::YawRate,
+            1 => ControlMode::Heading,
+            2 => ControlMode::Manual,
             other => {
                 return Err(ModelError::Error(format!(
                     "mode: expected 0 (yaw rate), 1 (heading) or 2 (driver), found {other}"
                 )));
             }
         };
-        self.command = self.controller.control(
+        self.command = self.controller.next_command(
             mode,
             &self.reference,
             &self.estimate,

@@ -6,7 +6,8 @@ use std::error::Error;
 use std::time::Instant;
 
 use kalman::{
-    Em, Estimate, Gaussian, Model, Parameters, extended, forward, linearise, smooth, transition,
+    EmEstimate, EmSettings, Gaussian, NoiseParameters, NonlinearModel, filter_forward,
+    linearise_along_trajectory, linearise_by_extended_filter, smooth_recording, transition_matrix,
 };
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 use vehicle::NominalCar;
@@ -35,10 +36,7 @@ fn column<'a>(columns: &'a Columns, name: &str) -> Result<&'a [f64], String> {
 }
 
 /// Rows of several columns.
-fn rows<const D: usize>(
-    columns: &Columns,
-    names: [&str; D],
-) -> Result<Vec<SMatrix<f64, D, 1>>, String> {
+fn rows<const D: usize>(columns: &Columns, names: [&str; D]) -> Result<Vec<SMatrix<f64, D, 1>>, String> {
     let mut found = vec![];
     for name in names {
         found.push(column(columns, name)?);
@@ -55,10 +53,10 @@ struct Driven {
     period: f64,
 }
 
-impl Model<6, 4> for Driven {
+impl NonlinearModel<6, 4> for Driven {
     fn transition(&self, k: usize, x: &Vector6<f64>) -> (Vector6<f64>, Matrix6<f64>) {
         let u = self.inputs[k + 1];
-        let F = transition(&self.car.jacobian(x), self.period);
+        let F = transition_matrix(&self.car.state_jacobian(x), self.period);
         (self.car.advance(x, u[0], u[1], self.period), F)
     }
 
@@ -70,9 +68,8 @@ impl Model<6, 4> for Driven {
 
 /// Root mean square of the error of v_x, v_y and r.
 fn error(states: &[Gaussian<6>], truth: &[SMatrix<f64, 3, 1>]) -> SMatrix<f64, 3, 1> {
-    let squares = |(s, t): (&Gaussian<6>, &SMatrix<f64, 3, 1>)| {
-        (s.mean.fixed_rows::<3>(0) - t).map(|e| e * e)
-    };
+    let squares =
+        |(s, t): (&Gaussian<6>, &SMatrix<f64, 3, 1>)| (s.mean.fixed_rows::<3>(0) - t).map(|e| e * e);
     let sum: SMatrix<f64, 3, 1> = states.iter().zip(truth).map(squares).sum();
     sum.map(|e| (e / states.len() as f64).sqrt())
 }
@@ -82,12 +79,12 @@ fn show(
     name: &str,
     model: &Driven,
     measured: &[Vector4<f64>],
-    parameters: &Parameters<6, 4>,
+    parameters: &NoiseParameters<6, 4>,
     truth: &[SMatrix<f64, 3, 1>],
 ) -> Result<(), Box<dyn Error>> {
-    let steps = extended(model, measured, parameters)?;
-    let filtered = forward(&steps, parameters)?;
-    let smoothed = smooth(&steps, &filtered)?;
+    let steps = linearise_by_extended_filter(model, measured, parameters)?;
+    let filtered = filter_forward(&steps, parameters)?;
+    let smoothed = smooth_recording(&steps, &filtered)?;
     let nis: f64 = filtered.fit.iter().map(|fit| fit.nis).sum();
     let observed: usize = filtered.fit.iter().map(|fit| fit.observed).sum();
     println!("{name}");
@@ -96,21 +93,17 @@ fn show(
         filtered.log_likelihood,
         nis / observed as f64
     );
-    println!(
-        "  error of v_x, v_y, r: filtered {:.5?}",
-        error(&filtered.posterior, truth).as_slice()
-    );
+    println!("  error of v_x, v_y, r: filtered {:.5?}", error(&filtered.posterior, truth).as_slice());
     println!("                        smoothed {:.5?}", error(&smoothed.states, truth).as_slice());
     let along: Vec<_> = smoothed.states.iter().map(|state| state.mean).collect();
-    let steps = linearise(model, measured, &along);
-    let again = smooth(&steps, &forward(&steps, parameters)?)?;
+    let steps = linearise_along_trajectory(model, measured, &along);
+    let again = smooth_recording(&steps, &filter_forward(&steps, parameters)?)?;
     println!("       smoothed along itself {:.5?}", error(&again.states, truth).as_slice());
     Ok(())
 }
 
-fn report(found: &Estimate<6, 4>, seconds: f64) {
-    let (first, last) =
-        (found.log_likelihood[0], found.log_likelihood[found.log_likelihood.len() - 1]);
+fn report(found: &EmEstimate<6, 4>, seconds: f64) {
+    let (first, last) = (found.log_likelihood[0], found.log_likelihood[found.log_likelihood.len() - 1]);
     println!("EM: {:?} after {} evaluations in {seconds:.3} s", found.status, found.evaluations);
     println!("  log-likelihood {first:.3} -> {last:.3}, {} violations", found.violations.len());
     let (Q, R) = (found.parameters.Q.diagonal(), found.parameters.R.diagonal());
@@ -123,11 +116,11 @@ fn report(found: &Estimate<6, 4>, seconds: f64) {
 fn time(
     model: &Driven,
     measured: &[Vector4<f64>],
-    guess: &Parameters<6, 4>,
+    guess: &NoiseParameters<6, 4>,
 ) -> Result<(), Box<dyn Error>> {
-    let em = Em { accelerate: false, tolerance: 0.0, max_evaluations: 10, ..Em::default() };
+    let em = EmSettings { accelerate: false, tolerance: 0.0, max_evaluations: 10, ..EmSettings::default() };
     let begun = Instant::now();
-    let steps = extended(model, measured, guess)?;
+    let steps = linearise_by_extended_filter(model, measured, guess)?;
     let tangents = begun.elapsed().as_secs_f64();
     let found = em.fit(&steps, guess)?;
     let whole = begun.elapsed().as_secs_f64() - tangents;
@@ -160,7 +153,7 @@ fn recorded(path: &str) -> Result<Recorded, Box<dyn Error>> {
 }
 
 /// A first guess of the noises, from the first measurement.
-fn guess(y: &Vector4<f64>) -> Parameters<6, 4> {
+fn guess(y: &Vector4<f64>) -> NoiseParameters<6, 4> {
     let sensor = Vector4::new(0.05, 0.01, 0.01, 0.1).map(|std| std * std);
     let xi = 1e6;
     let start = Gaussian {
@@ -169,7 +162,7 @@ fn guess(y: &Vector4<f64>) -> Parameters<6, 4> {
     };
     // Rather too large: EM climbs slowly from a variance that is too small to be noticed.
     let Q = Vector6::new(1e-3, 1e-3, 1e-3, 9e4, 2.25e6, 2.25e6);
-    Parameters { start, Q: Matrix6::from_diagonal(&Q), R: Matrix4::from_diagonal(&sensor) }
+    NoiseParameters { start, Q: Matrix6::from_diagonal(&Q), R: Matrix4::from_diagonal(&sensor) }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -183,9 +176,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         return time(&model, &measured, &guess);
     }
     show("as guessed", &model, &measured, &guess, &truth)?;
-    let steps = extended(&model, &measured, &guess)?;
+    let steps = linearise_by_extended_filter(&model, &measured, &guess)?;
     // A hundredth of a nat is far below the information of the recording about a variance.
-    let em = Em { floor_Q: guess.Q.diagonal() * 1e-6, tolerance: 1e-2, ..Em::default() };
+    let em = EmSettings { floor_Q: guess.Q.diagonal() * 1e-6, tolerance: 1e-2, ..EmSettings::default() };
     let begun = Instant::now();
     let found = em.fit(&steps, &guess)?;
     report(&found, begun.elapsed().as_secs_f64());

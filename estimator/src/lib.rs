@@ -7,57 +7,55 @@ mod filter;
 
 use std::sync::Arc;
 
-use car::{Car, OnTires};
-use filter::{Estimator, Output};
-use fmu_export::{
-    Info, Member, Model, ModelError, Terminal, Variable, input, log, output, parameter, warn,
-};
+use car::{CarDynamics, OnTires};
+use filter::{CarStateEstimator, FilterOutput};
+use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, log, output, parameter, warn};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
 use tire::{BadCoefficient, MagicFormula, MfTire};
-use tire_file::TireChoice;
-use vehicle::{Aero, Body, NominalCar, TireCar};
+use tire_file::TireSpecification;
+use vehicle::{Aerodynamics, NominalCar, TireCar, VehicleBody};
 
 /// The filter between its inputs and its outputs.
 #[derive(Clone, Serialize, Deserialize)]
-struct Node {
-    estimator: Estimator,
+struct EstimatorNode {
+    estimator: CarStateEstimator,
     model: i32,
-    body: Body,
-    aero: Aero,
+    body: VehicleBody,
+    aero: Aerodynamics,
     brake_front_share: f64,
     /// Cornering stiffness of the front and the rear axle of the linear tires [N/rad].
     stiffness: [f64; 2],
     tires: [MagicFormula; 2],
     /// Tires of a file, which win over those of the plain formula.
-    files: [TireChoice; 2],
+    files: [TireSpecification; 2],
     /// What the parameters make, once it is asked for.
     #[serde(skip)]
-    car: Option<Arc<dyn Car>>,
+    car: Option<Arc<dyn CarDynamics>>,
     start: [f64; 3],
     F_x: f64,
     delta: f64,
     measured: Vector4<f64>,
-    output: Output,
+    output: FilterOutput,
 }
 
-impl Default for Node {
+impl Default for EstimatorNode {
     fn default() -> Self {
-        Node {
-            estimator: Estimator::default(),
+        EstimatorNode {
+            estimator: CarStateEstimator::default(),
             model: 0,
-            body: Body::default(),
-            aero: Aero::default(),
+            body: VehicleBody::default(),
+            aero: Aerodynamics::default(),
             brake_front_share: 0.6,
             stiffness: [NominalCar::default().C_f, NominalCar::default().C_r],
             tires: [MagicFormula::default(); 2],
-            files: <[TireChoice; 2]>::default(),
+            files: <[TireSpecification; 2]>::default(),
             car: None,
             start: [15.0, 0.0, 0.0],
             F_x: 0.0,
             delta: 0.0,
             measured: Vector4::zeros(),
-            output: Output::default(),
+            output: FilterOutput::default(),
         }
     }
 }
@@ -87,30 +85,30 @@ const ESTIMATES: &[Member] = &[
     Member::signal("xi_psi", "xi_psi"),
 ];
 
-impl Node {
+impl EstimatorNode {
     /// The car that the parameters describe; made anew after a state was read.
-    fn car(&mut self) -> Result<Arc<dyn Car>, String> {
+    fn build_car(&mut self) -> Result<Arc<dyn CarDynamics>, String> {
         if let Some(car) = &self.car {
             return Ok(Arc::clone(car));
         }
-        let car: Arc<dyn Car> = if self.model == MODEL_TIRES {
-            let Node { body, aero, brake_front_share, tires, .. } = *self;
+        let car: Arc<dyn CarDynamics> = if self.model == MODEL_TIRES {
+            let EstimatorNode { body, aero, brake_front_share, tires, .. } = *self;
             let car = TireCar { body, aero, brake_front_share, tires };
             if self.files.iter().all(|file| file.tir.is_empty()) {
-                Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.lift())) })
+                Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.cast())) })
             } else {
                 let [front, rear] = &self.files;
                 let [(front, told_f), (rear, told_r)] =
-                    [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
+                    [front.load_tire("tire_f.tir")?, rear.load_tire("tire_r.tir")?];
                 told_f.into_iter().chain(told_r).for_each(|message| message.send_to_log(log, warn));
                 let tires = [front, rear];
-                let [dual_f, dual_r] = tires.map(|tire| MfTire::new(tire.coefficients().lift()));
+                let [dual_f, dual_r] = tires.map(|tire| MfTire::new(tire.coefficients().cast()));
                 let wrong = |bad: BadCoefficient| bad.to_string();
                 let dual = car.with_tires([dual_f.map_err(wrong)?, dual_r.map_err(wrong)?]);
                 Arc::new(OnTires { car: car.with_tires(tires), dual })
             }
         } else {
-            let (Body { m, I_zz, l_f, l_r, .. }, [C_f, C_r]) = (self.body, self.stiffness);
+            let (VehicleBody { m, I_zz, l_f, l_r, .. }, [C_f, C_r]) = (self.body, self.stiffness);
             Arc::new(NominalCar { m, I_zz, l_f, l_r, C_f, C_r })
         };
         self.car = Some(Arc::clone(&car));
@@ -118,7 +116,7 @@ impl Node {
     }
 }
 
-impl Model for Node {
+impl Model for EstimatorNode {
     const INFO: Info = Info::new(
         "estimator",
         "Extended-state Kalman filter of a single-track car with three disturbances",
@@ -138,34 +136,18 @@ impl Model for Node {
         input("r_meas", "rad/s", "Measured yaw rate").at(|n| &mut n.measured[2]),
         input("a_y_meas", "m/s2", "Measured acceleration to the left").at(|n| &mut n.measured[3]),
         output("v_x", "m/s", "Forward speed").depends_on(MEASURED).at(|n| &mut n.output.mean[0]),
-        output("v_y", "m/s", "Speed to the left")
-            .depends_on(MEASURED)
-            .at(|n| &mut n.output.mean[1]),
+        output("v_y", "m/s", "Speed to the left").depends_on(MEASURED).at(|n| &mut n.output.mean[1]),
         output("r", "rad/s", "Yaw rate").depends_on(MEASURED).at(|n| &mut n.output.mean[2]),
-        output("xi_x", "N", "Forward disturbance force")
-            .depends_on(MEASURED)
-            .at(|n| &mut n.output.mean[3]),
+        output("xi_x", "N", "Forward disturbance force").depends_on(MEASURED).at(|n| &mut n.output.mean[3]),
         output("xi_y", "N", "Disturbance force to the left")
             .depends_on(MEASURED)
             .at(|n| &mut n.output.mean[4]),
-        output("xi_psi", "N.m", "Disturbance yaw moment")
-            .depends_on(MEASURED)
-            .at(|n| &mut n.output.mean[5]),
-        output("std.v_x", "m/s", "Standard deviation of v_x")
-            .depends_on(&[])
-            .at(|n| &mut n.output.std[0]),
-        output("std.v_y", "m/s", "Standard deviation of v_y")
-            .depends_on(&[])
-            .at(|n| &mut n.output.std[1]),
-        output("std.r", "rad/s", "Standard deviation of r")
-            .depends_on(&[])
-            .at(|n| &mut n.output.std[2]),
-        output("std.xi_x", "N", "Standard deviation of xi_x")
-            .depends_on(&[])
-            .at(|n| &mut n.output.std[3]),
-        output("std.xi_y", "N", "Standard deviation of xi_y")
-            .depends_on(&[])
-            .at(|n| &mut n.output.std[4]),
+        output("xi_psi", "N.m", "Disturbance yaw moment").depends_on(MEASURED).at(|n| &mut n.output.mean[5]),
+        output("std.v_x", "m/s", "Standard deviation of v_x").depends_on(&[]).at(|n| &mut n.output.std[0]),
+        output("std.v_y", "m/s", "Standard deviation of v_y").depends_on(&[]).at(|n| &mut n.output.std[1]),
+        output("std.r", "rad/s", "Standard deviation of r").depends_on(&[]).at(|n| &mut n.output.std[2]),
+        output("std.xi_x", "N", "Standard deviation of xi_x").depends_on(&[]).at(|n| &mut n.output.std[3]),
+        output("std.xi_y", "N", "Standard deviation of xi_y").depends_on(&[]).at(|n| &mut n.output.std[4]),
         output("std.xi_psi", "N.m", "Standard deviation of xi_psi")
             .depends_on(&[])
             .at(|n| &mut n.output.std[5]),
@@ -190,13 +172,9 @@ impl Model for Node {
         output("nis_high", "1", "Upper end of the band of nis_mean for a consistent filter")
             .depends_on(&[])
             .at(|n| &mut n.output.judged.high),
-        output(
-            "warning",
-            "",
-            "Whether nis_mean is outside its band: the model or its noises are wrong",
-        )
-        .depends_on(MEASURED)
-        .at_boolean(|n| &mut n.output.warning),
+        output("warning", "", "Whether nis_mean is outside its band: the model or its noises are wrong")
+            .depends_on(MEASURED)
+            .at_boolean(|n| &mut n.output.warning),
         output("nis", "1", "Normalised innovation squared, 4 on average for a consistent filter")
             .depends_on(MEASURED)
             .at(|n| &mut n.output.nis),
@@ -218,9 +196,7 @@ impl Model for Node {
             .min(0.0)
             .max(1.0)
             .at_integer(|n| &mut n.model),
-        parameter("body.h", "m", "Height of the centre of gravity in model 1")
-            .min(0.0)
-            .at(|n| &mut n.body.h),
+        parameter("body.h", "m", "Height of the centre of gravity in model 1").min(0.0).at(|n| &mut n.body.h),
         parameter("brake.front_share", "1", "Share of a braking force that the front axle takes")
             .min(0.0)
             .max(1.0)
@@ -228,26 +204,20 @@ impl Model for Node {
         parameter("aero.rho", "kg/m3", "Density of the air").min(0.0).at(|n| &mut n.aero.rho),
         parameter("aero.area", "m2", "Frontal area").min(0.0).at(|n| &mut n.aero.area),
         parameter("aero.C_d", "1", "Drag coefficient").min(0.0).at(|n| &mut n.aero.C_d),
-        parameter("aero.C_lf", "1", "Downforce coefficient of the front axle")
-            .at(|n| &mut n.aero.C_lf),
-        parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle")
-            .at(|n| &mut n.aero.C_lr),
-        parameter("tire_f.B", "1/rad", "Front stiffness factor in model 1")
-            .at(|n| &mut n.tires[0].B),
+        parameter("aero.C_lf", "1", "Downforce coefficient of the front axle").at(|n| &mut n.aero.C_lf),
+        parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle").at(|n| &mut n.aero.C_lr),
+        parameter("tire_f.B", "1/rad", "Front stiffness factor in model 1").at(|n| &mut n.tires[0].B),
         parameter("tire_f.C", "1", "Front shape factor in model 1").at(|n| &mut n.tires[0].C),
         parameter("tire_f.D", "1", "Front peak factor in model 1").at(|n| &mut n.tires[0].D),
         parameter("tire_f.E", "1", "Front curvature factor in model 1").at(|n| &mut n.tires[0].E),
-        parameter("tire_f.S_h", "rad", "Front horizontal shift in model 1")
-            .at(|n| &mut n.tires[0].S_h),
+        parameter("tire_f.S_h", "rad", "Front horizontal shift in model 1").at(|n| &mut n.tires[0].S_h),
         parameter("tire_f.S_v", "1", "Front vertical shift, in units of the load in model 1")
             .at(|n| &mut n.tires[0].S_v),
-        parameter("tire_r.B", "1/rad", "Rear stiffness factor in model 1")
-            .at(|n| &mut n.tires[1].B),
+        parameter("tire_r.B", "1/rad", "Rear stiffness factor in model 1").at(|n| &mut n.tires[1].B),
         parameter("tire_r.C", "1", "Rear shape factor in model 1").at(|n| &mut n.tires[1].C),
         parameter("tire_r.D", "1", "Rear peak factor in model 1").at(|n| &mut n.tires[1].D),
         parameter("tire_r.E", "1", "Rear curvature factor in model 1").at(|n| &mut n.tires[1].E),
-        parameter("tire_r.S_h", "rad", "Rear horizontal shift in model 1")
-            .at(|n| &mut n.tires[1].S_h),
+        parameter("tire_r.S_h", "rad", "Rear horizontal shift in model 1").at(|n| &mut n.tires[1].S_h),
         parameter("tire_r.S_v", "1", "Rear vertical shift, in units of the load in model 1")
             .at(|n| &mut n.tires[1].S_v),
         parameter(
@@ -334,13 +304,13 @@ impl Model for Node {
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.car = None;
-        self.car().map_err(ModelError::Error)?;
+        self.build_car().map_err(ModelError::Error)?;
         self.output = self.estimator.start(self.start);
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let car = self.car().map_err(ModelError::Error)?;
+        let car = self.build_car().map_err(ModelError::Error)?;
         let commands = [self.F_x, self.delta];
         let stepped = self.estimator.step(&*car, commands, &self.measured, step);
         self.output = stepped.map_err(|error| {
@@ -354,4 +324,4 @@ impl Model for Node {
     }
 }
 
-fmu_export::export!(Node);
+fmu_export::export!(EstimatorNode);

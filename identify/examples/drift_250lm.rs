@@ -13,7 +13,7 @@ mod real_log;
 use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
 use processor::processor;
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::estimate::Estimate;
+use tire_inference::estimate::TireEstimate;
 use tire_inference::quantity::Quantity;
 
 const EXACT: &str = "exact = true";
@@ -43,7 +43,7 @@ fn main() {
         if args.iter().any(|it| it == "--task") && !args.iter().any(|it| it == task) {
             continue;
         }
-        let mut all: Vec<Axles<Estimate>> = Vec::new();
+        let mut all: Vec<Axles<TireEstimate>> = Vec::new();
         for part in 0..parts as usize {
             let window = [part as f64, part as f64 + 1.0].map(|it| it * seconds);
             let begin = processor();
@@ -61,10 +61,7 @@ fn main() {
             let told = |axle: Axle, name: Quantity| {
                 let estimate = &estimates[axle];
                 let (value, std) = (estimate.mean[&name], estimate.std[&name]);
-                format!(
-                    "{value:8.3} ± {std:6.3} {:15}",
-                    format!("{:?}", estimate.identified[&name])
-                )
+                format!("{value:8.3} ± {std:6.3} {:15}", format!("{:?}", estimate.identified[&name]))
             };
             println!(
                 "{task:11} {:5.0} … {:5.0} s   front K {} D {}   rear K {} D {}   {:.0} s of processor",
@@ -80,11 +77,9 @@ fn main() {
         }
         for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
             for name in [Quantity::K, Quantity::D] {
-                let of = |it: &Axles<Estimate>| (it[axle].mean[&name], it[axle].std[&name]);
+                let of = |it: &Axles<TireEstimate>| (it[axle].mean[&name], it[axle].std[&name]);
                 let (mean, scatter) = scatter(&all.iter().map(of).collect::<Vec<_>>());
-                println!(
-                    "{task:11} {side:5} {name}: mean {mean:.3}, scatter over std {scatter:.2}"
-                );
+                println!("{task:11} {side:5} {name}: mean {mean:.3}, scatter over std {scatter:.2}");
             }
         }
     }

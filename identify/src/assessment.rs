@@ -1,10 +1,10 @@
 //! Holds what is found of cars that predict drives, and how good they are: for results and pages.
 
-use drive_prediction::agreement::Ratings;
-use drive_prediction::predictor::State;
+use drive_prediction::agreement::ChannelRatings;
+use drive_prediction::predictor::LateralState;
 use drive_prediction::score::{LateralScore, RolloutScore};
 use serde::Serialize;
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 /// A model on some drives: one score for each of them and each horizon.
 #[derive(Clone, Debug, Serialize)]
@@ -18,7 +18,7 @@ pub struct ModelAssessment {
     #[serde(flatten, serialize_with = "by_horizon")]
     pub open_loop: Vec<RolloutScore>,
     /// Ratings by ISO/TS 18571; predictions over the longest horizon.
-    pub iso_18571: Ratings,
+    pub iso_18571: ChannelRatings,
 }
 
 /// What was found of a parameter.
@@ -41,40 +41,40 @@ pub struct ParameterAssessment {
     /// The standard deviation of what one log has of its own; 0 where logs do not differ.
     pub between: f64,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
     /// Why.
     pub reason: String,
 }
 
 impl ParameterAssessment {
     /// Caps the verdict by an error of the log that no fit makes up for.
-    pub fn refuse(&mut self, sentence: &str) {
-        self.verdict = Verdict::NotIdentifiable;
+    pub fn cap_verdict(&mut self, sentence: &str) {
+        self.verdict = Identifiability::NotIdentifiable;
         self.reason = format!("The log is wrong: {sentence}");
     }
 }
 
 /// A time [s], a state [m/s, rad/s], and its standard deviations where the model says any.
-pub type PredictedState = (f64, State, Option<State>);
+pub type PredictedState = (f64, LateralState, Option<LateralState>);
 
 /// Measured states of a stretch and what was predicted of them.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct PredictionTrace {
     /// Where it is.
     pub name: String,
     /// Times [s] and states.
-    pub measured: Vec<(f64, State)>,
+    pub measured: Vec<(f64, LateralState)>,
     /// One prediction after the other.
     pub predicted: Vec<Vec<PredictedState>>,
 }
 
 /// The key of a horizon: `after_0_6_s`.
-fn key(horizon: f64) -> String {
+fn horizon_key(horizon: f64) -> String {
     format!("after_{}_s", horizon.to_string().replace('.', "_"))
 }
 
 fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_map(scores.iter().map(|score| (key(score.horizon), score)))
+    to.collect_map(scores.iter().map(|score| (horizon_key(score.horizon), score)))
 }
 
 /// A number with its interval and verdict.
@@ -88,7 +88,7 @@ pub struct ParameterInterval {
     /// Its 95 % interval.
     pub interval: [f64; 2],
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
 }
 
 /// How good an estimate of a hidden v_y is.

@@ -16,55 +16,55 @@ mod uncertain_value;
 
 use std::collections::BTreeMap;
 
-pub use bench::Bench;
+pub use bench::BenchConfig;
 pub use bounds::BoundsChoice;
-pub use car::{DrivenCar, LoggedCar};
+pub use car::{ClosedLoopCarConfig, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
-pub use curve::{Curve, Hold, OneCurve};
-pub use doctor::Doctor;
+pub use curve::{CurveConfig, HeldParameters, OneCurve};
+pub use doctor::DoctorConfig;
 use plugin::ConfigError;
-pub use prediction::Prediction;
+pub use prediction::PredictionConfig;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-pub use study::Sensitivity;
+pub use study::SensitivityConfig;
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
-use tire_inference::settings::Method;
-use tire_inference::synthetic::Excitation;
-pub use tires::Tires;
+use tire_inference::settings::FitMethod;
+use tire_inference::synthetic::SyntheticExcitation;
+pub use tires::TiresConfig;
 
 /// Configuration of the plugin `identify`, in `[analysis.config]` of a scenario: a task and its settings.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(tag = "task", rename_all = "snake_case")]
-pub enum Config {
+pub enum IdentifyConfig {
     /// Identifies the tires of a car from its motion.
-    Tires(Box<Tires>),
+    Tires(Box<TiresConfig>),
     /// Identifies the tires of both axles from drives under closed-loop control.
     ClosedLoop(Box<ClosedLoop>),
     /// Identifies one curve from slips and forces.
     Curve(Box<OneCurve>),
     /// Fits a tire to data of a test bench.
-    Bench(Box<Bench>),
+    Bench(Box<BenchConfig>),
     /// Looks for errors in a log.
-    Doctor(Doctor),
+    Doctor(DoctorConfig),
     /// Identifies a car that predicts drives, and judges it on parts that were not fitted.
-    Prediction(Box<Prediction>),
+    Prediction(Box<PredictionConfig>),
     /// Finds the excitation that identifies each parameter.
-    ExcitationStudy(Excitation),
+    ExcitationStudy(SyntheticExcitation),
     /// Finds the parameters that matter at each slip.
-    SensitivityStudy(Sensitivity),
+    SensitivityStudy(SensitivityConfig),
 }
 
 /// The key that the other keys depend on.
 #[derive(Deserialize)]
-struct Head {
-    task: Task,
+struct TaskHeader {
+    task: IdentifyTask,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Task {
+enum IdentifyTask {
     Tires,
     ClosedLoop,
     Curve,
@@ -75,27 +75,27 @@ enum Task {
     SensitivityStudy,
 }
 
-impl Config {
+impl IdentifyConfig {
     /// Reads and checks TOML.
     ///
     /// # Errors
     /// With the path of the wrong key.
-    pub fn read(text: &str) -> Result<Self, ConfigError> {
-        let Head { task } = plugin::from_toml(text)?;
+    pub fn parse(text: &str) -> Result<Self, ConfigError> {
+        let TaskHeader { task } = plugin::from_toml(text)?;
         let mut table: toml::Table = plugin::from_toml(text)?;
         table.remove("task");
-        shared::take(&mut table, &task)?;
+        shared::apply_shared_parameters(&mut table, &task)?;
         let rest = table.to_string();
         // One by one, not as a tagged enum: serde loses the path of a key inside of those.
         let config = match task {
-            Task::Tires => Self::Tires(settings(&rest)?),
-            Task::ClosedLoop => Self::ClosedLoop(settings(&rest)?),
-            Task::Curve => Self::Curve(settings(&rest)?),
-            Task::Bench => Self::Bench(settings(&rest)?),
-            Task::Doctor => Self::Doctor(settings(&rest)?),
-            Task::Prediction => Self::Prediction(settings(&rest)?),
-            Task::ExcitationStudy => Self::ExcitationStudy(settings(&rest)?),
-            Task::SensitivityStudy => Self::SensitivityStudy(settings(&rest)?),
+            IdentifyTask::Tires => Self::Tires(parse_settings(&rest)?),
+            IdentifyTask::ClosedLoop => Self::ClosedLoop(parse_settings(&rest)?),
+            IdentifyTask::Curve => Self::Curve(parse_settings(&rest)?),
+            IdentifyTask::Bench => Self::Bench(parse_settings(&rest)?),
+            IdentifyTask::Doctor => Self::Doctor(parse_settings(&rest)?),
+            IdentifyTask::Prediction => Self::Prediction(parse_settings(&rest)?),
+            IdentifyTask::ExcitationStudy => Self::ExcitationStudy(parse_settings(&rest)?),
+            IdentifyTask::SensitivityStudy => Self::SensitivityStudy(parse_settings(&rest)?),
         };
         config.check()?;
         Ok(config)
@@ -109,23 +109,23 @@ impl Config {
             Self::Bench(bench) => bench.check(),
             Self::Doctor(doctor) => doctor.check(),
             Self::Prediction(prediction) => prediction.check(),
-            Self::ExcitationStudy(excitation) => study::check(excitation),
+            Self::ExcitationStudy(excitation) => study::check_excitation(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),
         }
     }
 
     /// The JSON schema of all settings.
-    pub fn schema() -> String {
+    pub fn json_schema() -> String {
         format!("{:#}", schemars::schema_for!(Self).as_value())
     }
 }
 
-fn settings<T: DeserializeOwned>(text: &str) -> Result<T, ConfigError> {
+fn parse_settings<T: DeserializeOwned>(text: &str) -> Result<T, ConfigError> {
     plugin::from_toml(text)
 }
 
-fn methods() -> Vec<Method> {
-    vec![Method::LeastSquares, Method::NelderMead]
+fn methods() -> Vec<FitMethod> {
+    vec![FitMethod::LeastSquares, FitMethod::NelderMead]
 }
 
 fn plant() -> String {
@@ -133,8 +133,8 @@ fn plant() -> String {
 }
 
 /// The usual prior with other bounds and other typical values.
-fn prior(usual: Prior, bounds: &BoundsChoice, typical: &BTreeMap<Parameter, f64>) -> Prior {
-    let mut prior = usual.within(bounds.bounds());
+fn prior_with_overrides(usual: Prior, bounds: &BoundsChoice, typical: &BTreeMap<Parameter, f64>) -> Prior {
+    let mut prior = usual.with_bounds(bounds.bounds());
     for (&parameter, &value) in typical {
         prior.centre[parameter as usize] = value;
     }

@@ -1,10 +1,7 @@
 //! Identifies the tires of a car from what it did: parameters of the Magic Formula, how certain they are, and in words
 //! which of them the data can tell.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod assessment;
 pub mod config;

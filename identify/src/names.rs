@@ -1,24 +1,24 @@
 //! Names quantities and verdicts for people.
 
-use preparation::direction::Direction;
+use preparation::direction::ForceDirection;
 use tire_inference::parameters::Parameter;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 /// A verdict in words.
-pub fn words(verdict: Verdict) -> &'static str {
-    verdict.words()
+pub fn verdict_words(verdict: Identifiability) -> &'static str {
+    verdict.to_display_text()
 }
 
 /// Class of the page's style for a verdict.
-pub fn class(verdict: Verdict) -> &'static str {
+pub fn verdict_css_class(verdict: Identifiability) -> &'static str {
     verdict.key()
 }
 
 /// A quantity in words, with its unit.
-pub fn describe(quantity: Quantity, direction: Direction) -> String {
+pub fn quantity_description(quantity: Quantity, direction: ForceDirection) -> String {
     let what = match quantity {
         Quantity::B => "stiffness factor",
         Quantity::C => "shape factor",
@@ -30,14 +30,14 @@ pub fn describe(quantity: Quantity, direction: Direction) -> String {
         Quantity::Peak => "highest friction coefficient",
         Quantity::PeakSlip => "slip at the peak",
     };
-    format!("{what} [{}]", unit(quantity, direction))
+    format!("{what} [{}]", quantity_unit(quantity, direction))
 }
 
 /// The unit of a quantity: slip angles are in radians, slip ratios are numbers.
-pub fn unit(quantity: Quantity, direction: Direction) -> &'static str {
+pub fn quantity_unit(quantity: Quantity, direction: ForceDirection) -> &'static str {
     match (direction, quantity) {
-        (Direction::Lateral, Quantity::B | Quantity::K) => "1/rad",
-        (Direction::Lateral, Quantity::S_h | Quantity::PeakSlip) => "rad",
+        (ForceDirection::Lateral, Quantity::B | Quantity::K) => "1/rad",
+        (ForceDirection::Lateral, Quantity::S_h | Quantity::PeakSlip) => "rad",
         _ => "–",
     }
 }
@@ -45,12 +45,11 @@ pub fn unit(quantity: Quantity, direction: Direction) -> &'static str {
 /// What the data of a car that are not known do to bands.
 pub const CAR_ADDED: &str = "All are widened by what is not known of the car.";
 /// What parts of the drives that were not fitted do to bands.
-pub const SCATTER_ADDED: &str =
-    "All are widened to the scatter of parts of the drives that were not fitted.";
+pub const SCATTER_ADDED: &str = "All are widened to the scatter of parts of the drives that were not fitted.";
 
 /// Where bands, densities and intervals come from: the statement of terminal, page, report and manual. `widened` is what makes them
 /// wider than that, in a sentence; empty if nothing does.
-pub fn origin(source: UncertaintySource, widened: &str) -> String {
+pub fn describe_uncertainty_source(source: UncertaintySource, widened: &str) -> String {
     let shown = match source {
         UncertaintySource::Grid => "the exact posterior in the box, from a grid",
         UncertaintySource::Tempered => "draws from the posterior in the box",
@@ -62,20 +61,18 @@ pub fn origin(source: UncertaintySource, widened: &str) -> String {
         }
     };
     let gap = if widened.is_empty() { "" } else { " " };
-    format!(
-        "Bands and densities show {shown}; intervals are its middle 95 %, {WIDER}.{gap}{widened}"
-    )
+    format!("Bands and densities show {shown}; intervals are its middle 95 %, {WIDER}.{gap}{widened}")
 }
 
 /// What intervals have besides.
 const WIDER: &str = "or what the profile of the likelihood does not rule out where that is wider";
 
 /// The box of the parameters that are fitted, in a sentence.
-pub fn the_box(prior: &Prior) -> String {
+pub fn describe_bounds(prior: &Prior) -> String {
     let of = |parameter: Parameter| {
-        let [low, high] = prior.bounds.of(parameter);
-        format!("{} {low} … {high}", parameter.name())
+        let [low, high] = prior.bounds.range(parameter);
+        format!("{} {low} … {high}", parameter.symbol())
     };
     let free = Parameter::ALL.into_iter().filter(|parameter| prior.free[*parameter as usize]);
-    format!("Box {}: {}.", prior.bounds.name(), free.map(of).collect::<Vec<_>>().join(", "))
+    format!("Box {}: {}.", prior.bounds.preset_name(), free.map(of).collect::<Vec<_>>().join(", "))
 }

@@ -15,32 +15,32 @@ pub mod sideslip;
 mod studies;
 
 use askama::Template;
-use curves::Figures;
-use drive_doctor::Examination;
-pub use drives::Drives;
-use numerics::convergence::Status;
+use curves::TireFigures;
+use drive_doctor::LogExamination;
+pub use drives::DrivesSection;
+use numerics::convergence::OptimisationStatus;
 use numerics::text::with_std;
-use plugin::Host;
-use preparation::direction::Direction;
-use preparation::samples::Samples;
-use tire_inference::estimate::Estimate;
+use plugin::AnalysisServices;
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
+use tire_inference::estimate::TireEstimate;
 use tire_inference::model::FitTest;
 use tire_inference::posterior::PosteriorSamples;
-use tire_inference::posterior::predictive::Predictive;
+use tire_inference::posterior::predictive::PosteriorPredictiveCheck;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::{PerQuantity, Quantity};
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 use crate::loads::AxleLoadEffects;
-use crate::names::{describe, origin, the_box};
+use crate::names::{describe_bounds, describe_uncertainty_source, quantity_description};
 use crate::stretches::QuantityDrift;
 use crate::studies::{excitation, sensitivity};
 use crate::summary::IdentificationSummary;
 
 /// All that the page shows. What is absent has no section.
 #[derive(Clone, Debug, Default)]
-pub struct Page<'a> {
+pub struct PageContent<'a> {
     /// Title.
     pub title: &'a str,
     /// What was found as a whole.
@@ -50,30 +50,30 @@ pub struct Page<'a> {
     /// The log, and what was done to it: name and value.
     pub facts: &'a [(String, String)],
     /// One section for each axle and direction.
-    pub sections: Vec<Section<'a>>,
+    pub sections: Vec<TireSection<'a>>,
     /// Drives under closed-loop control.
-    pub drives: Option<Drives<'a>>,
+    pub drives: Option<DrivesSection<'a>>,
     /// What is wrong with the log.
-    pub log: Option<&'a Examination>,
+    pub log: Option<&'a LogExamination>,
     /// How stiffness and friction change over the log.
     pub drift: &'a [QuantityDrift],
     /// What loads, longitudinal forces and slips tell.
     pub loads: &'a [AxleLoadEffects],
     /// Estimates over excitation.
-    pub excitation: Option<&'a excitation::Study>,
+    pub excitation: Option<&'a excitation::ExcitationStudy>,
     /// Sensitivities over slip.
-    pub sensitivity: Option<&'a sensitivity::Study>,
+    pub sensitivity: Option<&'a sensitivity::SensitivityStudy>,
 }
 
 /// One tire in one direction.
 #[derive(Clone, Debug)]
-pub struct Section<'a> {
+pub struct TireSection<'a> {
     /// As "front axle, lateral".
     pub name: &'a str,
     /// Which force.
-    pub direction: Direction,
+    pub direction: ForceDirection,
     /// The samples.
-    pub samples: &'a Samples,
+    pub samples: &'a CurveSamples,
     /// What was known before.
     pub prior: &'a Prior,
     /// What was found. The first method's verdicts and band are shown.
@@ -86,7 +86,7 @@ pub struct MethodSection<'a> {
     /// As "least squares".
     pub name: &'a str,
     /// The result.
-    pub estimate: &'a Estimate,
+    pub estimate: &'a TireEstimate,
     /// Draws, for band and densities.
     pub posterior: &'a PosteriorSamples,
     /// Draws from the normal distribution of variational inference, to be compared.
@@ -94,42 +94,42 @@ pub struct MethodSection<'a> {
 }
 
 /// Leaves the page as a file, and for the replay what it shows of each tire.
-pub fn leave(page: &Page, host: &mut dyn Host) {
-    let figures: Vec<Figures> = page.sections.iter().map(Figures::of).collect();
-    host.file("tires.html", &render(page, &figures));
+pub fn write_page(page: &PageContent, host: &mut dyn AnalysisServices) {
+    let figures: Vec<TireFigures> = page.sections.iter().map(TireFigures::for_section).collect();
+    host.write_file("tires.html", &render_page(page, &figures));
     for (section, figures) in page.sections.iter().zip(&figures) {
-        figures.show(section, host);
+        figures.show_in_replay(section, host);
     }
 }
 
 /// The page, with the figures of its sections.
-fn render(page: &Page, figures: &[Figures]) -> String {
-    html_page::render(&TiresPage { title: page.title, page, figures })
+fn render_page(page: &PageContent, figures: &[TireFigures]) -> String {
+    html_page::render_page(&TiresPage { title: page.title, page, figures })
 }
 
 #[derive(Template)]
 #[template(path = "tires.html")]
 struct TiresPage<'a> {
     title: &'a str,
-    page: &'a Page<'a>,
-    figures: &'a [Figures],
+    page: &'a PageContent<'a>,
+    figures: &'a [TireFigures],
 }
 
 impl TiresPage<'_> {
-    fn sections(&self) -> impl Iterator<Item = (&Section<'_>, &Figures)> {
+    fn sections(&self) -> impl Iterator<Item = (&TireSection<'_>, &TireFigures)> {
         self.page.sections.iter().zip(self.figures)
     }
 
     /// How many samples there are, where, and what is shown of them.
-    fn facts_of(&self, section: &Section) -> Option<String> {
+    fn facts_of(&self, section: &TireSection) -> Option<String> {
         let estimate = section.methods.first()?.estimate;
-        let [low, high] = estimate.slip_range.map(|slip| section.direction.slip(slip));
+        let [low, high] = estimate.slip_range.map(|slip| section.direction.format_slip(slip));
         let widened = self.page.overall.map_or("", |overall| overall.widened);
         Some(format!(
             "{} samples with slip from {low} to {high}. Outside of it the curve is an extrapolation. {} {}",
             estimate.samples,
-            origin(estimate.source, widened),
-            the_box(section.prior)
+            describe_uncertainty_source(estimate.source, widened),
+            describe_bounds(section.prior)
         ))
     }
 }
@@ -137,7 +137,7 @@ impl TiresPage<'_> {
 impl IdentificationSummary<'_> {
     /// Tests of the model that passed, or that failed.
     fn tests(&self, passed: bool) -> impl Iterator<Item = &FitTest> {
-        self.model.tests.iter().filter(move |test| test.passed() == passed)
+        self.model.tests.iter().filter(move |test| test.has_passed() == passed)
     }
 }
 
@@ -150,18 +150,18 @@ struct QuantityRow<'a> {
     interval: [f64; 2],
     /// Whether it is held at the prior.
     is_fixed: bool,
-    verdict: Option<Verdict>,
+    verdict: Option<Identifiability>,
     reason: &'a str,
 }
 
-impl Section<'_> {
+impl TireSection<'_> {
     /// What the first method says of each quantity.
     fn quantities(&self) -> Vec<QuantityRow<'_>> {
         let Some(MethodSection { estimate, .. }) = self.methods.first() else { return Vec::new() };
         let row = |quantity: Quantity| {
             Some(QuantityRow {
                 name: quantity.name(),
-                description: describe(quantity, self.direction),
+                description: quantity_description(quantity, self.direction),
                 mean: *estimate.mean.get(&quantity)?,
                 std: estimate.std.get(&quantity).copied().unwrap_or(f64::NAN),
                 interval: estimate.interval.get(&quantity).copied().unwrap_or([f64::NAN; 2]),
@@ -174,7 +174,7 @@ impl Section<'_> {
     }
 
     /// Whether predictions of the first method fit.
-    fn predictive(&self) -> Option<&Predictive> {
+    fn predictive(&self) -> Option<&PosteriorPredictiveCheck> {
         self.methods.first()?.estimate.posterior.as_ref()?.predictive.as_ref()
     }
 }
@@ -197,11 +197,11 @@ fn uncertainty_source(source: &UncertaintySource) -> &'static str {
     }
 }
 
-fn end(status: &Status) -> &'static str {
+fn end(status: &OptimisationStatus) -> &'static str {
     match status {
-        Status::Converged => "converged",
-        Status::Stalled => "stalled",
-        Status::IterationLimit => "limit of iterations",
+        OptimisationStatus::Converged => "converged",
+        OptimisationStatus::Stalled => "stalled",
+        OptimisationStatus::IterationLimit => "limit of iterations",
     }
 }
 

@@ -10,20 +10,20 @@ mod prediction;
 mod sideslip;
 mod tires;
 
-use plugin::{Analysis, AnalysisError, ConfigError, Host, InputSignal, Request};
+use plugin::{Analysis, AnalysisError, AnalysisRequest, AnalysisServices, ConfigError, InputSignal};
 use preparation::DriveLog;
 use serde_json::{Value, json};
-use tire_inference::estimate::{Answer, Estimate};
-use tire_inference::model::{Fit, FitTest, ModelVerdict};
+use tire_inference::estimate::{TireEstimate, TireIdentification};
+use tire_inference::model::{FitTest, ModelFit, ModelVerdict};
 use tire_inference::posterior::PosteriorSamples;
-use tire_inference::posterior::predictive::Predictive;
+use tire_inference::posterior::predictive::PosteriorPredictiveCheck;
 use tire_inference::posterior::report::UncertaintySource;
-use tire_inference::settings::Method;
-use tire_inference::synthetic::Excitation;
+use tire_inference::settings::FitMethod;
+use tire_inference::synthetic::SyntheticExcitation;
 
-use crate::config::{Config, Sensitivity};
-use crate::page::{self, Page};
-use crate::posterior_draws::{self, Dependence, TirePosterior};
+use crate::config::{IdentifyConfig, SensitivityConfig};
+use crate::page::{self, PageContent};
+use crate::posterior_draws::{self, DrawDependence, TirePosterior};
 use crate::start_values;
 use crate::studies::{excitation, sensitivity};
 use crate::summary::{CurveSummary, IdentificationSummary};
@@ -62,56 +62,56 @@ impl Analysis for Identify {
         InputSignal::optional("y", "m", "place on the ground, to the left of the axis of x"),
         InputSignal::optional("gear", "", "gear"),
         InputSignal::optional("lap", "", "number of the lap"),
-        InputSignal::optional(
-            "log",
-            "",
-            "number of the log, from 1, where a table has several paths",
-        ),
+        InputSignal::optional("log", "", "number of the log, from 1, where a table has several paths"),
         InputSignal::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
         InputSignal::optional("force", "", "its force over its load"),
     ];
 
-    fn check(request: &Request) -> Result<(), ConfigError> {
-        match Config::read(request.config)? {
-            Config::Tires(config) => {
-                let has = |name: &str| request.signal(name).is_some();
-                config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
-                config.drift.demand_laps(has)?;
-                drive_log(request).complete().map_err(|error| error.to_string().into())
+    fn check_request(request: &AnalysisRequest) -> Result<(), ConfigError> {
+        match IdentifyConfig::parse(request.config)? {
+            IdentifyConfig::Tires(config) => {
+                let has = |name: &str| request.find_signal(name).is_some();
+                config.car.iter().try_for_each(|car| car.check_wheel_data(has))?;
+                config.drift.check_lap_signal(has)?;
+                drive_log(request).check_completeness().map_err(|error| error.to_string().into())
             }
-            Config::ClosedLoop(config) => {
-                Ok(closed_loop::drive(&drive_log(request), config.gap).map(drop)?)
+            IdentifyConfig::ClosedLoop(config) => {
+                Ok(closed_loop::drive_from_log(&drive_log(request), config.gap).map(drop)?)
             }
-            Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
-            Config::Doctor(_) => Ok(doctor::check(request)?),
-            Config::Prediction(config) => Ok(prediction::check(&config, request)?),
-            Config::Bench(_) | Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
+            IdentifyConfig::Curve(config) => {
+                Ok(curve::slip_force_columns(request, config.direction).map(drop)?)
+            }
+            IdentifyConfig::Doctor(_) => Ok(doctor::check_has_drive_signal(request)?),
+            IdentifyConfig::Prediction(config) => Ok(prediction::check_required_signals(&config, request)?),
+            IdentifyConfig::Bench(_)
+            | IdentifyConfig::ExcitationStudy(_)
+            | IdentifyConfig::SensitivityStudy(_) => Ok(()),
         }
     }
 
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
-        let result = match Config::read(request.config)? {
-            Config::Tires(config) => tires::tires(&config, request, host)?,
-            Config::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,
-            Config::Curve(config) => curve::curve(&config, request, host)?,
-            Config::Bench(config) => bench::bench(&config, host)?,
-            Config::Doctor(config) => doctor::task(&config, request, host),
-            Config::Prediction(config) => prediction::prediction(&config, request, host)?,
-            Config::ExcitationStudy(study) => excitation_study(&study, host)?,
-            Config::SensitivityStudy(study) => sensitivity_study(&study, host),
+    fn run(request: &AnalysisRequest, host: &mut dyn AnalysisServices) -> Result<String, AnalysisError> {
+        let result = match IdentifyConfig::parse(request.config)? {
+            IdentifyConfig::Tires(config) => tires::identify_tires(&config, request, host)?,
+            IdentifyConfig::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,
+            IdentifyConfig::Curve(config) => curve::identify_curve(&config, request, host)?,
+            IdentifyConfig::Bench(config) => bench::run_bench_fit(&config, host)?,
+            IdentifyConfig::Doctor(config) => doctor::run_doctor(&config, request, host),
+            IdentifyConfig::Prediction(config) => prediction::run_prediction(&config, request, host)?,
+            IdentifyConfig::ExcitationStudy(study) => excitation_study(&study, host)?,
+            IdentifyConfig::SensitivityStudy(study) => sensitivity_study(&study, host),
         };
         Ok(result.to_string())
     }
 
     fn config_schema() -> Option<String> {
-        Some(Config::schema())
+        Some(IdentifyConfig::json_schema())
     }
 }
 
 plugin::export!(Identify);
 
 /// The signals of a request.
-fn drive_log<'a>(request: &Request<'a>) -> DriveLog<'a> {
+fn drive_log<'a>(request: &AnalysisRequest<'a>) -> DriveLog<'a> {
     let mut log = DriveLog::default();
     request.signals.iter().for_each(|it| log.insert_borrowed(it.name, it.time, it.values));
     log
@@ -120,35 +120,29 @@ fn drive_log<'a>(request: &Request<'a>) -> DriveLog<'a> {
 /// What an analysis says that the program asked to give up.
 const CANCELLED: &str = "cancelled";
 
-fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
-    if host.progress(share, what) { Ok(()) } else { Err(CANCELLED.to_owned()) }
+fn report_progress(host: &mut dyn AnalysisServices, share: f64, what: &str) -> Result<(), String> {
+    if host.report_progress(share, what) { Ok(()) } else { Err(CANCELLED.to_owned()) }
 }
 
 /// What was found of these curves as a whole: whether the model fits is what their samples say under the posterior of each.
-fn overall<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
-    let predictive =
-        |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
-    let checks: Vec<_> =
-        curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
+fn overall_summary<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
+    let predictive = |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
+    let checks: Vec<_> = curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
     let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();
-    let named = |(title, check): &(String, &Predictive)| {
+    let named = |(title, check): &(String, &PosteriorPredictiveCheck)| {
         let tests = check.tests.clone().into_iter();
-        tests
-            .map(|test| FitTest { name: format!("{title}: {}", test.name), ..test })
-            .collect::<Vec<_>>()
+        tests.map(|test| FitTest { name: format!("{title}: {}", test.name), ..test }).collect::<Vec<_>>()
     };
     let tests: Vec<FitTest> = checks.iter().flat_map(named).collect();
     let model = match (checks.is_empty(), wrong.is_empty()) {
         (true, _) => ModelVerdict::default(),
-        (_, true) => ModelVerdict {
-            sentence: "The model fits the data.".to_owned(),
-            tests,
-            ..ModelVerdict::default()
-        },
+        (_, true) => {
+            ModelVerdict { sentence: "The model fits the data.".to_owned(), tests, ..ModelVerdict::default() }
+        }
         _ => {
             let names: Vec<_> = wrong.iter().map(|(title, _)| title.as_str()).collect();
             let sentence = format!("The model does not fit the data ({}).", names.join(", "));
-            ModelVerdict { verdict: Fit::DoesNotFit, sentence, tests }
+            ModelVerdict { verdict: ModelFit::DoesNotFit, sentence, tests }
         }
     };
     let log = wrong.iter().map(|(title, check)| format!("{title}: {}", check.message)).collect();
@@ -156,10 +150,10 @@ fn overall<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
 }
 
 /// What the page shows of each method.
-fn methods<'a>(found: &'a Answer) -> Vec<page::MethodSection<'a>> {
-    let shown = |(method, estimate): &'a (Method, Estimate)| {
+fn method_sections<'a>(found: &'a TireIdentification) -> Vec<page::MethodSection<'a>> {
+    let shown = |(method, estimate): &'a (FitMethod, TireEstimate)| {
         let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
-        let posterior = posterior(found, estimate);
+        let posterior = posterior_of_estimate(found, estimate);
         let gaussian = variational.map(|variational| &variational.gaussian);
         page::MethodSection { name: method.title(), estimate, posterior, gaussian }
     };
@@ -167,7 +161,7 @@ fn methods<'a>(found: &'a Answer) -> Vec<page::MethodSection<'a>> {
 }
 
 /// The draws that the uncertainty of an estimate is that of.
-fn posterior<'a>(found: &'a Answer, estimate: &Estimate) -> &'a PosteriorSamples {
+fn posterior_of_estimate<'a>(found: &'a TireIdentification, estimate: &TireEstimate) -> &'a PosteriorSamples {
     let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
     match (estimate.source, variational) {
         (UncertaintySource::Svi, Some(variational)) => &variational.corrected,
@@ -176,37 +170,43 @@ fn posterior<'a>(found: &'a Answer, estimate: &Estimate) -> &'a PosteriorSamples
 }
 
 /// Leaves what was found for the next run, and for a sweep over what the data left open.
-fn leave_start_values(
+fn write_start_values(
     tires: &[TirePosterior],
-    dependence: Dependence,
+    dependence: DrawDependence,
     verdict: &str,
     seed: u64,
-    host: &mut dyn Host,
+    host: &mut dyn AnalysisServices,
 ) {
     let found: Vec<_> = tires.iter().map(|drawn| drawn.tire).collect();
-    host.file("tires.toml", &start_values::write(&found, verdict));
-    if let Some(text) = posterior_draws::write(tires, dependence, seed) {
-        host.file(posterior_draws::FILE, &text);
+    host.write_file("tires.toml", &start_values::start_values_toml(&found, verdict));
+    if let Some(text) = posterior_draws::draws_csv(tires, dependence, seed) {
+        host.write_file(posterior_draws::FILE, &text);
     }
 }
 
-fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {
-    let Sensitivity { tire, spread, limit, count } = *config;
-    let study = sensitivity::run(&tire_inference::parameters::curve(&tire), spread, limit, count);
+fn sensitivity_study(config: &SensitivityConfig, host: &mut dyn AnalysisServices) -> Value {
+    let SensitivityConfig { tire, spread, limit, count } = *config;
+    let study = sensitivity::run_sensitivity_study(
+        &tire_inference::parameters::magic_formula_from_theta(&tire),
+        spread,
+        limit,
+        count,
+    );
     let page =
-        Page { title: "Which parameter matters", sensitivity: Some(&study), ..Page::default() };
-    page::leave(&page, host);
+        PageContent { title: "Which parameter matters", sensitivity: Some(&study), ..PageContent::default() };
+    page::write_page(&page, host);
     json!({ "sensitivity": study })
 }
 
-fn excitation_study(config: &Excitation, host: &mut dyn Host) -> Result<Value, String> {
+fn excitation_study(config: &SyntheticExcitation, host: &mut dyn AnalysisServices) -> Result<Value, String> {
     let mut go_on = |index: usize| {
         let (level, count) = (config.levels[index], config.levels.len());
-        host.progress(index as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
+        host.report_progress(index as f64 / count as f64, &format!("excitation to {} %", 100.0 * level))
     };
-    let study = excitation::run(config, &mut go_on).map_err(|error| error.to_string())?;
+    let study = excitation::run_excitation_study(config, &mut go_on).map_err(|error| error.to_string())?;
     let study = study.ok_or(CANCELLED)?;
-    let page = Page { title: "What excitation tells", excitation: Some(&study), ..Page::default() };
-    page::leave(&page, host);
+    let page =
+        PageContent { title: "What excitation tells", excitation: Some(&study), ..PageContent::default() };
+    page::write_page(&page, host);
     Ok(json!({ "excitation": study }))
 }

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
-use plugin::{ConfigError, File};
+use plugin::{ConfigError, ConfigFile};
 use serde::Deserialize;
 use serde_json::Value;
 use tire_inference::parameters::{COUNT, Normal, Parameter};
@@ -18,19 +18,19 @@ const METHODS: [&str; 5] = ["reference", "least_squares", "nelder_mead", "svi", 
 /// Texts that a scenario hands over.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Files {
+pub struct PriorFiles {
     /// What an earlier run or a test bench found.
-    pub prior: Option<File>,
+    pub prior: Option<ConfigFile>,
 }
 
-impl Files {
+impl PriorFiles {
     /// What is known of a curve beforehand, see [`read`].
     ///
     /// # Errors
     /// Those of [`read`].
-    pub fn curve(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
+    pub fn prior_of_curve(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         let Some(file) = &self.prior else { return Ok(None) };
-        let found = text(file).and_then(|text| read(text, curve, free));
+        let found = file_text(file).and_then(|text| parse_prior(text, curve, free));
         found.map_err(|error| format!("`prior`: {error}"))
     }
 
@@ -40,11 +40,11 @@ impl Files {
     /// If not.
     pub fn check(&self, curves: &[&str]) -> Result<(), ConfigError> {
         let Some(file) = &self.prior else { return Ok(()) };
-        let wrong = |message| ConfigError::at("files.prior", message);
-        let text = text(file).map_err(wrong)?;
+        let wrong = |message| ConfigError::at_key("files.prior", message);
+        let text = file_text(file).map_err(wrong)?;
         let mut found = false;
         for curve in curves {
-            found |= read(text, curve, &[true; COUNT]).map_err(wrong)?.is_some();
+            found |= parse_prior(text, curve, &[true; COUNT]).map_err(wrong)?.is_some();
         }
         let names = curves.join(", ");
         let none = || wrong(format!("expected one of the curves {names} or more, found none"));
@@ -52,7 +52,7 @@ impl Files {
     }
 }
 
-fn text(file: &File) -> Result<&str, String> {
+fn file_text(file: &ConfigFile) -> Result<&str, String> {
     std::str::from_utf8(file.bytes())
         .map_err(|_| "expected a report in JSON or TOML, found what is no text".to_owned())
 }
@@ -67,11 +67,11 @@ struct StoredPosterior {
     parameters: Vec<String>,
     #[serde(default)]
     covariance: Vec<Vec<f64>>,
-    posterior: Option<Mean>,
+    posterior: Option<StoredMean>,
 }
 
 #[derive(Deserialize)]
-struct Mean {
+struct StoredMean {
     mean: BTreeMap<String, f64>,
 }
 
@@ -80,7 +80,7 @@ struct Mean {
 ///
 /// # Errors
 /// If the text is neither JSON nor TOML, more than one analysis has the curve, or its numbers make no normal distribution.
-pub fn read(text: &str, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
+pub fn parse_prior(text: &str, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
     let file: Value = match serde_json::from_str(text) {
         Ok(value) => value,
         Err(_) => toml::from_str(text).map_err(|error: toml::de::Error| {
@@ -88,15 +88,15 @@ pub fn read(text: &str, curve: &str, free: &[bool; COUNT]) -> Result<Option<Norm
             format!("expected a report in JSON or a table in TOML, found neither: {what}")
         })?,
     };
-    let Some(stored) = find(&file, curve)? else { return Ok(None) };
+    let Some(stored) = find_curve_table(&file, curve)? else { return Ok(None) };
     let wrong = |what: String| format!("`{curve}`: {what}");
     let stored: StoredPosterior =
         serde_json::from_value(stored.clone()).map_err(|error| wrong(error.to_string()))?;
-    normal(&stored, free).map_err(wrong)
+    normal_from_posterior(&stored, free).map_err(wrong)
 }
 
 /// The table of a curve.
-fn find<'a>(file: &'a Value, curve: &str) -> Result<Option<&'a Value>, String> {
+fn find_curve_table<'a>(file: &'a Value, curve: &str) -> Result<Option<&'a Value>, String> {
     let Some(analyses) = file.get("analyses").and_then(Value::as_object) else {
         return Ok(file.get(curve));
     };
@@ -111,7 +111,7 @@ fn find<'a>(file: &'a Value, curve: &str) -> Result<Option<&'a Value>, String> {
     Ok(first.map(|(_, stored)| stored))
 }
 
-fn normal(stored: &StoredPosterior, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
+fn normal_from_posterior(stored: &StoredPosterior, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
     let means = stored.posterior.as_ref().map_or(&stored.mean, |posterior| &posterior.mean);
     let diagonal = stored.covariance.is_empty();
     let rows: Vec<&String> =
@@ -124,7 +124,7 @@ fn normal(stored: &StoredPosterior, free: &[bool; COUNT]) -> Result<Option<Norma
     let mut used: Vec<(usize, usize)> = Vec::new();
     for (row, name) in rows.iter().enumerate() {
         // A report tells of the stiffness and the peak, too: they follow.
-        let Some(parameter) = Parameter::ALL.into_iter().find(|p| p.name() == *name) else {
+        let Some(parameter) = Parameter::ALL.into_iter().find(|p| p.symbol() == *name) else {
             continue;
         };
         if free[parameter as usize] {
@@ -143,10 +143,10 @@ fn normal(stored: &StoredPosterior, free: &[bool; COUNT]) -> Result<Option<Norma
         false => stored.covariance[used[k].0][used[l].0],
     });
     let places: Vec<usize> = used.iter().map(|(_, index)| *index).collect();
-    let normal = Normal::new(&places, mean, &covariance);
-    normal.map(Some).ok_or_else(|| {
-        "expected finite means and a positive definite covariance, found others".to_owned()
-    })
+    let normal = Normal::from_covariance(&places, mean, &covariance);
+    normal
+        .map(Some)
+        .ok_or_else(|| "expected finite means and a positive definite covariance, found others".to_owned())
 }
 
 #[cfg(test)]
@@ -162,7 +162,7 @@ mod tests {
         let text = r#"{ "analyses": { "lap": { "innovations": 3 }, "tires": { "preparation": {}, "least_squares": { "front": {
             "mean": { "B": 1.0, "D": 1.0, "S_h": 0.0 }, "std": { "B": 2.0 }, "posterior": { "mean": { "B": 15.0, "D": 1.5, "S_h": 0.1 } },
             "parameters": ["B", "S_h", "D"], "covariance": [[4.0, 0.01, -0.1], [0.01, 0.001, 0.0], [-0.1, 0.0, 0.01]] } } } } }"#;
-        let normal = read(text, "front", &FREE).expect("reads").expect("has this curve");
+        let normal = parse_prior(text, "front", &FREE).expect("reads").expect("has this curve");
         assert_eq!(normal.mean, [15.0, 0.0, 1.5, 0.0, 0.0, 0.0]);
         // The inverse of [4 −0.1; −0.1 0.01].
         let expected = [[0.01, 0.1], [0.1, 4.0]].map(|row| row.map(|x| x / 0.03));
@@ -171,18 +171,15 @@ mod tests {
             assert_relative_eq!(normal.precision[i][k], expected, max_relative = 1e-12);
         }
         assert_eq!(normal.precision[4], [0.0; COUNT]);
-        assert_eq!(read(text, "rear", &FREE), Ok(None));
-        let twice =
-            text.replace(r#""lap": { "innovations": 3 }"#, r#""lap": { "pem": { "front": {} } }"#);
-        assert!(
-            read(&twice, "front", &FREE).is_err_and(|error| error.contains("`lap` and `tires`"))
-        );
+        assert_eq!(parse_prior(text, "rear", &FREE), Ok(None));
+        let twice = text.replace(r#""lap": { "innovations": 3 }"#, r#""lap": { "pem": { "front": {} } }"#);
+        assert!(parse_prior(&twice, "front", &FREE).is_err_and(|error| error.contains("`lap` and `tires`")));
     }
 
     #[test]
     fn a_bench_is_told_of_in_toml() {
         let text = "[front]\nmean = { C = 1.4, E = 0.1 }\nstd = { C = 0.1, E = 0.2 }\n";
-        let normal = read(text, "front", &FREE).expect("reads").expect("has this curve");
+        let normal = parse_prior(text, "front", &FREE).expect("reads").expect("has this curve");
         let expected = Normal::diagonal(
             [0.0, 1.4, 0.0, 0.1, 0.0, 0.0],
             [f64::INFINITY, 0.1, f64::INFINITY, 0.2, f64::INFINITY, f64::INFINITY],
@@ -194,7 +191,7 @@ mod tests {
             (text.replace("C = 0.1", "C = 0.0"), "positive definite"),
             ("hello".to_owned(), "JSON"),
         ] {
-            let error = read(&wrong, "front", &FREE).expect_err("is refused");
+            let error = parse_prior(&wrong, "front", &FREE).expect_err("is refused");
             assert!(error.contains(word), "{error}");
         }
     }

@@ -6,7 +6,7 @@
 
 use numerics::quadrature::gauss_legendre;
 use serde::Serialize;
-use tire_inference::kernel::value;
+use tire_inference::kernel::friction_coefficient;
 use tire_inference::parameters::by_parameter;
 use vehicle::MagicFormula;
 
@@ -15,7 +15,7 @@ const NODES: usize = 8;
 
 /// Shares of the variance of the friction coefficient at one slip, in the order B, C, D, E.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Indices {
+pub struct SobolIndices {
     /// Slip angle [rad] or slip ratio [-].
     pub slip: f64,
     /// Standard deviation of the friction coefficient [-].
@@ -32,43 +32,42 @@ pub struct Indices {
 
 /// Indices at each slip when B, C, D and E are uniform within ± `spread` (0.1: 10 %) of those of a curve, independent of
 /// each other. Slips where nothing varies, as at x = 0, are left out.
-pub fn indices(curve: &MagicFormula, spread: f64, slips: &[f64]) -> Vec<Indices> {
+pub fn sobol_indices(curve: &MagicFormula, spread: f64, slips: &[f64]) -> Vec<SobolIndices> {
     with_nodes(curve, spread, slips, NODES)
 }
 
 /// As [`indices`], with a number of nodes per axis.
-pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize) -> Vec<Indices> {
+pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize) -> Vec<SobolIndices> {
     let rule = gauss_legendre(nodes);
     let weight: Vec<f64> = rule.iter().map(|node| node.1).collect();
-    let axis = |centre: f64| -> Vec<f64> {
-        rule.iter().map(|node| centre * (1.0 + spread * node.0)).collect()
-    };
+    let axis =
+        |centre: f64| -> Vec<f64> { rule.iter().map(|node| centre * (1.0 + spread * node.0)).collect() };
     let (B, C, E) = (axis(curve.B), axis(curve.C), axis(curve.E));
     let shape = |slip: f64| {
         let mut values = Vec::with_capacity(nodes.pow(3));
         for &B in &B {
             for &E in &E {
-                let shape = |&C: &f64| value(&[B, C, 1.0, E, curve.S_h, 0.0], slip);
+                let shape = |&C: &f64| friction_coefficient(&[B, C, 1.0, E, curve.S_h, 0.0], slip);
                 values.extend(C.iter().map(shape));
             }
         }
         values
     };
-    let D = Factor { mean: curve.D, variance: (spread * curve.D).powi(2) / 3.0 };
+    let D = FactorMoments { mean: curve.D, variance: (spread * curve.D).powi(2) / 3.0 };
     slips
         .iter()
-        .filter_map(|&slip| Variances::of(&shape(slip), &weight).indices(slip, &D))
+        .filter_map(|&slip| ShapeMoments::from_grid_values(&shape(slip), &weight).to_sobol_indices(slip, &D))
         .collect()
 }
 
 /// Mean and variance of the factor D, which needs no grid.
-struct Factor {
+struct FactorMoments {
     mean: f64,
     variance: f64,
 }
 
 /// Moments of the shape g = μ / D over B, E and C: the axes of the grid, outermost first.
-struct Variances {
+struct ShapeMoments {
     mean: f64,
     square: f64,
     /// Variance of the mean of g given one of B, E, C.
@@ -77,8 +76,8 @@ struct Variances {
     all_but: [f64; 3],
 }
 
-impl Variances {
-    fn of(values: &[f64], weight: &[f64]) -> Self {
+impl ShapeMoments {
+    fn from_grid_values(values: &[f64], weight: &[f64]) -> Self {
         let n = weight.len();
         // Means over one axis, and over two: [kept axis][node].
         let mut planes = [vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]];
@@ -97,20 +96,15 @@ impl Variances {
             square += wi * wj * wk * g * g;
         }
         // Of the differences to the mean: their squares do not cancel.
-        let one =
-            lines.map(|line| line.iter().zip(weight).map(|(g, w)| w * (g - mean).powi(2)).sum());
+        let one = lines.map(|line| line.iter().zip(weight).map(|(g, w)| w * (g - mean).powi(2)).sum());
         let all_but = planes.map(|plane| {
-            plane
-                .iter()
-                .enumerate()
-                .map(|(at, g)| weight[at / n] * weight[at % n] * (g - mean).powi(2))
-                .sum()
+            plane.iter().enumerate().map(|(at, g)| weight[at / n] * weight[at % n] * (g - mean).powi(2)).sum()
         });
         Self { mean, square, one, all_but }
     }
 
     /// Sobol 1993: shares of Var(D g), where D is independent of g.
-    fn indices(&self, slip: f64, D: &Factor) -> Option<Indices> {
+    fn to_sobol_indices(&self, slip: f64, D: &FactorMoments) -> Option<SobolIndices> {
         // Positions of B, E and C among B, C, D, E.
         const PLACE: [usize; 3] = [0, 3, 1];
         let spread = self.square - self.mean * self.mean;
@@ -119,29 +113,24 @@ impl Variances {
         if whole <= 1e-30 {
             return None;
         }
-        let mut found = Indices {
-            slip,
-            std: whole.sqrt(),
-            total: [0.0; 4],
-            first: [0.0; 4],
-            second: [[0.0; 4]; 4],
-        };
+        let mut found =
+            SobolIndices { slip, std: whole.sqrt(), total: [0.0; 4], first: [0.0; 4], second: [[0.0; 4]; 4] };
         found.first[2] = D.variance * self.mean * self.mean / whole;
         found.total[2] = D.variance * self.square / whole;
         for (axis, &index) in PLACE.iter().enumerate() {
             found.first[index] = mean_square * self.one[axis] / whole;
             found.total[index] = (mean_square + D.variance) * (spread - self.all_but[axis]) / whole;
-            found.pair(index, 2, D.variance * self.one[axis] / whole);
+            found.set_second_order(index, 2, D.variance * self.one[axis] / whole);
             let (left, right) = ((axis + 1) % 3, (axis + 2) % 3);
             let both = self.all_but[axis] - self.one[left] - self.one[right];
-            found.pair(PLACE[left], PLACE[right], mean_square * both / whole);
+            found.set_second_order(PLACE[left], PLACE[right], mean_square * both / whole);
         }
         Some(found)
     }
 }
 
-impl Indices {
-    fn pair(&mut self, i: usize, j: usize, share: f64) {
+impl SobolIndices {
+    fn set_second_order(&mut self, i: usize, j: usize, share: f64) {
         self.second[i][j] = share;
         self.second[j][i] = share;
     }
@@ -174,7 +163,7 @@ mod tests {
             (1.00,  0.2284, [0.012, 0.798, 0.033, 0.164], [0.012, 0.792, 0.030, 0.160]),
         ];
         let slips: Vec<f64> = peer.iter().map(|row| row.0).collect();
-        for (own, (slip, std, total, first)) in indices(&truth(), 0.1, &slips).iter().zip(peer) {
+        for (own, (slip, std, total, first)) in sobol_indices(&truth(), 0.1, &slips).iter().zip(peer) {
             assert_eq!(own.slip, slip);
             assert_abs_diff_eq!(own.std, std, epsilon = 2e-4);
             for i in 0..4 {
@@ -188,7 +177,7 @@ mod tests {
     fn a_finer_grid_changes_no_index_by_more_than_1e_8() {
         let slips: Vec<f64> = (1..=100).map(|percent| f64::from(percent) / 100.0).collect();
         let fine = with_nodes(&truth(), 0.1, &slips, 16);
-        for (own, fine) in indices(&truth(), 0.1, &slips).iter().zip(&fine) {
+        for (own, fine) in sobol_indices(&truth(), 0.1, &slips).iter().zip(&fine) {
             for i in 0..4 {
                 assert_abs_diff_eq!(own.total[i], fine.total[i], epsilon = 1e-8);
                 assert_abs_diff_eq!(own.first[i], fine.first[i], epsilon = 1e-8);
@@ -198,7 +187,7 @@ mod tests {
 
     #[test]
     fn shares_of_all_orders_are_the_whole() {
-        for found in indices(&truth(), 0.3, &[0.01, 0.06, 0.09, 0.3, 1.0]) {
+        for found in sobol_indices(&truth(), 0.3, &[0.01, 0.06, 0.09, 0.3, 1.0]) {
             let first: f64 = found.first.iter().sum();
             let second: f64 = found.second.iter().flatten().sum::<f64>() / 2.0;
             let total: f64 = found.total.iter().sum();
@@ -208,9 +197,7 @@ mod tests {
             let excess = total - first - 2.0 * second;
             assert!(excess >= 3.0 * higher - 1e-12 && excess <= 4.0 * higher + 1e-12);
             for i in 0..4 {
-                assert!(
-                    found.total[i] >= found.first[i] + found.second[i].iter().sum::<f64>() - 1e-12
-                );
+                assert!(found.total[i] >= found.first[i] + found.second[i].iter().sum::<f64>() - 1e-12);
             }
         }
     }
@@ -218,7 +205,7 @@ mod tests {
     #[test]
     fn the_peak_depends_on_d_alone_and_the_origin_on_nothing() {
         let peak = truth().peak_slip().expect("a peak exists");
-        let found = indices(&truth(), 1e-3, &[0.0, peak]);
+        let found = sobol_indices(&truth(), 1e-3, &[0.0, peak]);
         assert_eq!(found.len(), 1, "at slip 0 the coefficient is 0 for every tire");
         assert_abs_diff_eq!(found[0].total[2], 1.0, epsilon = 1e-4);
     }

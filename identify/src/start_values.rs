@@ -3,45 +3,44 @@
 use std::fmt::Write;
 
 use numerics::text::with_std;
-use preparation::direction::Direction;
-use tire_inference::estimate::Estimate;
+use preparation::direction::ForceDirection;
+use tire_inference::estimate::TireEstimate;
 use tire_inference::parameters::Parameter;
 use tire_inference::quantity::{PerQuantity, Quantity};
 
 /// A tire of the plant and what was found of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Tire<'a> {
+pub struct IdentifiedTire<'a> {
     /// Name of the node in the scenario, as "plant".
     pub node: &'a str,
     /// Name of the tire among its variables, as "tire_f".
     pub tire: &'a str,
     /// What was found.
-    pub estimate: &'a Estimate,
+    pub estimate: &'a TireEstimate,
     /// Which force: it says what the slip range is in.
-    pub direction: Direction,
+    pub direction: ForceDirection,
 }
 
 /// The verdict on the whole, and one line `"node.tire.B" = value` for each parameter, with its verdict in a comment. Parameters without a finite value are
 /// left out, with a comment that says so.
-pub fn write(tires: &[Tire], verdict: &str) -> String {
-    let mut text = String::from(
-        "# Tire parameters that were identified, for `trackside run --set @tires.toml`.\n",
-    );
-    let _ = writeln!(text, "# {}", comment(verdict));
+pub fn start_values_toml(tires: &[IdentifiedTire], verdict: &str) -> String {
+    let mut text =
+        String::from("# Tire parameters that were identified, for `trackside run --set @tires.toml`.\n");
+    let _ = writeln!(text, "# {}", toml_comment(verdict));
     for tire in tires {
         let estimate = tire.estimate;
-        let [low, high] = estimate.slip_range.map(|slip| tire.direction.slip(slip));
+        let [low, high] = estimate.slip_range.map(|slip| tire.direction.format_slip(slip));
         let _ = writeln!(
             text,
             "\n# {}: {} samples with slip from {low} to {high}.",
-            comment(tire.tire),
+            toml_comment(tire.tire),
             estimate.samples
         );
         for parameter in Parameter::ALL {
             let Some(&value) = estimate.mean.get(&Quantity::from(parameter)) else { continue };
-            let (name, remark) = (parameter.name(), remark(estimate, parameter.into()));
+            let (name, remark) = (parameter.symbol(), verdict_remark(estimate, parameter.into()));
             if value.is_finite() {
-                let key = quote(&key(tire, name));
+                let key = toml_string(&parameter_key(tire, name));
                 // Debug writes a point or an exponent always: TOML then reads a float, never an integer.
                 let _ = writeln!(text, "{key} = {value:?} # {remark}");
             } else {
@@ -53,24 +52,24 @@ pub fn write(tires: &[Tire], verdict: &str) -> String {
 }
 
 /// The name of a parameter as `--set` takes it, such as `plant.tire_f.B`.
-pub fn key(tire: &Tire, parameter: &str) -> String {
+pub fn parameter_key(tire: &IdentifiedTire, parameter: &str) -> String {
     format!("{}.{}.{parameter}", tire.node, tire.tire)
 }
 
-fn remark(estimate: &Estimate, quantity: Quantity) -> String {
-    let verdict = estimate.identified.get(&quantity).map_or("not judged", |it| it.words());
+fn verdict_remark(estimate: &TireEstimate, quantity: Quantity) -> String {
+    let verdict = estimate.identified.get(&quantity).map_or("not judged", |it| it.to_display_text());
     let held = if estimate.is_held(quantity) { ", held at the prior" } else { "" };
     let number = |map: &PerQuantity| map.get(&quantity).copied().unwrap_or(f64::NAN);
     format!("{verdict}{held}: {}", with_std(number(&estimate.mean), number(&estimate.std)))
 }
 
 /// A comment ends with its line.
-fn comment(text: &str) -> String {
+fn toml_comment(text: &str) -> String {
     text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
 }
 
 /// A basic string of TOML.
-fn quote(text: &str) -> String {
+fn toml_string(text: &str) -> String {
     let mut quoted = String::from("\"");
     for character in text.chars() {
         match character {
@@ -87,13 +86,13 @@ fn quote(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use numerics::convergence::{Convergence, Status};
+    use numerics::convergence::{ConvergenceReport, OptimisationStatus};
     use tire_inference::posterior::report::UncertaintySource;
-    use tire_inference::verdict::Verdict;
+    use tire_inference::verdict::Identifiability;
 
     use super::*;
 
-    fn estimate() -> Estimate {
+    fn estimate() -> TireEstimate {
         let mean = [
             (Quantity::B, 15.1),
             (Quantity::C, 2.0),
@@ -101,7 +100,7 @@ mod tests {
             (Quantity::E, 1e-7),
             (Quantity::K, 45.0),
         ];
-        Estimate {
+        TireEstimate {
             mean: mean.into(),
             std: [(Quantity::B, 0.25)].into(),
             interval: [].into(),
@@ -110,16 +109,16 @@ mod tests {
             at_bound: vec![],
             fixed: vec![Parameter::C],
             identified: [
-                (Quantity::B, Verdict::Identified),
-                (Quantity::C, Verdict::NotIdentifiable),
+                (Quantity::B, Identifiability::Identified),
+                (Quantity::C, Identifiability::NotIdentifiable),
             ]
             .into(),
             reason: [].into(),
             slip_range: [-0.1, 0.08],
             samples: 7,
             noise_std: 0.1,
-            convergence: Convergence {
-                status: Status::Converged,
+            convergence: ConvergenceReport {
+                status: OptimisationStatus::Converged,
                 iterations: 1,
                 evaluations: 1,
                 kkt_residual: None,
@@ -138,14 +137,14 @@ mod tests {
     #[test]
     fn the_table_is_flat_and_reads_back() {
         let estimate = estimate();
-        let front = Tire {
+        let front = IdentifiedTire {
             node: "plant",
             tire: "tire_f",
             estimate: &estimate,
-            direction: Direction::Lateral,
+            direction: ForceDirection::Lateral,
         };
-        let odd = Tire { node: "my \"plant\"\n", tire: "tire\nr", ..front };
-        let text = write(&[front, odd], "The model\ndoes not fit.");
+        let odd = IdentifiedTire { node: "my \"plant\"\n", tire: "tire\nr", ..front };
+        let text = start_values_toml(&[front, odd], "The model\ndoes not fit.");
         let table: toml::Table = toml::from_str(&text).expect("TOML");
         assert_eq!(table["plant.tire_f.B"].as_float(), Some(15.1));
         assert_eq!(table["plant.tire_f.C"].as_float(), Some(2.0), "a whole number is a float too");

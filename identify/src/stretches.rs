@@ -1,13 +1,13 @@
 //! Tells what parts of a log say of the lateral curves: whether a window tells them, and whether stiffness and friction drift.
 
-use preparation::{Pipeline, Prepared, Series};
+use preparation::{PointTimeSeries, PreparationPipeline, PreparedRecording};
 use serde::Serialize;
 use serde_json::{Value, json};
-use tire_inference::drift::{self, Drift};
+use tire_inference::drift::{self, DriftEstimate};
 use tire_inference::local::{StretchFit, StretchPrior};
-use tire_inference::window::Window;
+use tire_inference::window::WindowJudgement;
 
-use crate::config::stretches::{self, Windows};
+use crate::config::stretches::{self, WindowConfig};
 
 /// Parts of a log that are looked at: more would only say that the length is too short.
 const MOST: usize = 20_000;
@@ -34,47 +34,44 @@ pub struct QuantityDrift {
     pub sentence: String,
     /// What was found.
     #[serde(flatten)]
-    pub drift: Drift,
+    pub drift: DriftEstimate,
 }
 
 /// Lateral points and load at rest of both axles [N].
-pub(crate) fn axles<'a>(
-    prepared: &'a Prepared,
-    pipeline: &Pipeline,
-) -> [(&'static str, &'a Series, f64); 2] {
+pub(crate) fn lateral_series_and_loads<'a>(
+    prepared: &'a PreparedRecording,
+    pipeline: &PreparationPipeline,
+) -> [(&'static str, &'a PointTimeSeries, f64); 2] {
     let [front, rear] = pipeline.car.body.static_loads();
-    [
-        ("front", &prepared.front.lateral.series, front),
-        ("rear", &prepared.rear.lateral.series, rear),
-    ]
+    [("front", &prepared.front.lateral.series, front), ("rear", &prepared.rear.lateral.series, rear)]
 }
 
 /// Parts of a length [s] from the first row on: their beginning, and their points.
-fn parts(series: &Series, length: f64) -> Vec<(f64, Series)> {
+fn split_by_length(series: &PointTimeSeries, length: f64) -> Vec<(f64, PointTimeSeries)> {
     let [Some(first), Some(last)] = [series.time.first(), series.time.last()] else {
         return Vec::new();
     };
     let count = ((last - first) / length).floor().min(MOST as f64) as usize;
     let part = |k: usize| {
         let from = first + k as f64 * length;
-        (from, between(series, [from, from + length]))
+        (from, points_between(series, [from, from + length]))
     };
     (0..count).map(part).collect()
 }
 
 /// The points from a time on, up to before another one [s].
-fn between(series: &Series, [from, until]: [f64; 2]) -> Series {
+fn points_between(series: &PointTimeSeries, [from, until]: [f64; 2]) -> PointTimeSeries {
     let row = |time: f64| series.time.partition_point(|t| *t < time);
     let rows: Vec<usize> = (row(from)..row(until)).collect();
-    series.pick(&rows)
+    series.select_rows(&rows)
 }
 
 /// A lap: its number, and its beginning and end [s].
-type Lap = (f64, [f64; 2]);
+type LapInterval = (f64, [f64; 2]);
 
 /// Laps of the signal `lap`, given by time stamps and values: wherever its nearest whole number changes. Of many laps some are put together.
-fn laps([times, values]: [&[f64]; 2]) -> Vec<Lap> {
-    let mut laps: Vec<Lap> = Vec::new();
+fn find_laps([times, values]: [&[f64]; 2]) -> Vec<LapInterval> {
+    let mut laps: Vec<LapInterval> = Vec::new();
     let rows = times.iter().zip(values).filter(|(_, value)| value.is_finite());
     for (time, number) in rows.map(|(time, value)| (*time, value.round())) {
         if let Some((last, [_, until])) = laps.last_mut() {
@@ -88,21 +85,20 @@ fn laps([times, values]: [&[f64]; 2]) -> Vec<Lap> {
     // The last row is part of its lap.
     laps.iter_mut().last().into_iter().for_each(|(_, [_, until])| *until = until.next_up());
     let together = laps.len().div_ceil(MOST_STRETCHES as usize).max(1);
-    let joined = |laps: &[Lap]| (laps[0].0, [laps[0].1[0], laps[laps.len() - 1].1[1]]);
+    let joined = |laps: &[LapInterval]| (laps[0].0, [laps[0].1[0], laps[laps.len() - 1].1[1]]);
     laps.chunks(together).map(joined).collect()
 }
 
 /// Drift of K and D of both axles from lap to lap, or from stretch to stretch of a length, in a long log of a hundredth of it; with time stamps and
 /// values of a signal by its name, such as `lap` and `tread_temperature_f`.
-pub fn drift<'a>(
-    config: &stretches::Drift,
+pub fn estimate_drift<'a>(
+    config: &stretches::DriftConfig,
     signal: impl Fn(&str) -> Option<[&'a [f64]; 2]>,
-    (prepared, pipeline): (&Prepared, &Pipeline),
+    (prepared, pipeline): (&PreparedRecording, &PreparationPipeline),
 ) -> Vec<QuantityDrift> {
     let usual = StretchPrior::default();
-    let of_axle = |(axle, series, load): (&'static str, &Series, f64)| {
-        let seconds =
-            series.time.last().zip(series.time.first()).map_or(0.0, |(last, first)| last - first);
+    let of_axle = |(axle, series, load): (&'static str, &PointTimeSeries, f64)| {
+        let seconds = series.time.last().zip(series.time.first()).map_or(0.0, |(last, first)| last - first);
         let length = config.length.max(seconds / MOST_STRETCHES);
         let name = format!("tread_temperature_{}", &axle[..1]);
         let temperature = |[from, until]: [f64; 2]| {
@@ -112,42 +108,41 @@ pub fn drift<'a>(
             let sum: f64 = values.iter().sum();
             (!values.is_empty()).then(|| sum / values.len() as f64)
         };
-        let parts: Vec<(Option<f64>, [f64; 2], Series)> = if config.laps {
-            let part = |(number, ends)| (Some(number), ends, between(series, ends));
-            signal("lap").map(laps).unwrap_or_default().into_iter().map(part).collect()
+        let parts: Vec<(Option<f64>, [f64; 2], PointTimeSeries)> = if config.laps {
+            let part = |(number, ends)| (Some(number), ends, points_between(series, ends));
+            signal("lap").map(find_laps).unwrap_or_default().into_iter().map(part).collect()
         } else {
             let part = |(from, part)| (None, [from, from + length], part);
-            parts(series, length).into_iter().map(part).collect()
+            split_by_length(series, length).into_iter().map(part).collect()
         };
-        let stretches: Vec<[drift::Value; 2]> = parts
+        let stretches: Vec<[drift::StretchValue; 2]> = parts
             .iter()
             .filter_map(|(lap, ends, part)| {
                 let local = StretchFit::fit(part, load, &usual)?;
-                let value = |(logarithm, variance)| drift::Value {
+                let value = |(logarithm, variance)| drift::StretchValue {
                     time: 0.5 * (ends[0] + ends[1]),
                     lap: *lap,
                     logarithm,
                     variance,
                     temperature: temperature(*ends),
                 };
-                Some(local.logarithms().map(value))
+                Some(local.log_stiffness_and_peak().map(value))
             })
             .collect();
-        let quantities =
-            [("K", "stiffness K", (1e-3 * load, "kN/rad")), ("D", "friction D", (1.0, ""))];
+        let quantities = [("K", "stiffness K", (1e-3 * load, "kN/rad")), ("D", "friction D", (1.0, ""))];
         quantities.into_iter().enumerate().map(move |(place, (quantity, title, unit))| {
             let values: Vec<_> = stretches.iter().map(|both| both[place]).collect();
-            let drift = Drift::of(&values);
+            let drift = DriftEstimate::estimate(&values);
             let name = format!("{title} of the {axle} axle");
-            let sentence = drift.sentence(&name, unit.0, unit.1);
+            let sentence = drift.describe(&name, unit.0, unit.1);
             QuantityDrift { name, axle, quantity, unit, sentence, drift }
         })
     };
-    axles(prepared, pipeline).into_iter().flat_map(of_axle).collect()
+    lateral_series_and_loads(prepared, pipeline).into_iter().flat_map(of_axle).collect()
 }
 
 /// The drift by axle and quantity.
-pub fn report(told: &[QuantityDrift]) -> Value {
+pub fn drift_json(told: &[QuantityDrift]) -> Value {
     let mut result = json!({});
     for it in told {
         result[it.axle][it.quantity] = json!(it);
@@ -156,14 +151,17 @@ pub fn report(told: &[QuantityDrift]) -> Value {
 }
 
 /// What each window says of both axles.
-pub fn windows(config: &Windows, (prepared, pipeline): (&Prepared, &Pipeline)) -> Value {
-    let claim = config.claim();
-    let of_axle = |(axle, series, load): (&str, &Series, f64)| {
-        let told = |(from, part): (f64, Series)| json!({ "from": from, "until": from + config.length, "curve": Window::of(&part, load, &claim) });
-        let all: Vec<Value> = parts(series, config.length).into_iter().map(told).collect();
+pub fn assess_windows(
+    config: &WindowConfig,
+    (prepared, pipeline): (&PreparedRecording, &PreparationPipeline),
+) -> Value {
+    let claim = config.curve_requirement();
+    let of_axle = |(axle, series, load): (&str, &PointTimeSeries, f64)| {
+        let told = |(from, part): (f64, PointTimeSeries)| json!({ "from": from, "until": from + config.length, "curve": WindowJudgement::judge(&part, load, &claim) });
+        let all: Vec<Value> = split_by_length(series, config.length).into_iter().map(told).collect();
         (axle.to_owned(), Value::Array(all))
     };
-    Value::Object(axles(prepared, pipeline).into_iter().map(of_axle).collect())
+    Value::Object(lateral_series_and_loads(prepared, pipeline).into_iter().map(of_axle).collect())
 }
 
 #[cfg(test)]
@@ -174,17 +172,17 @@ mod tests {
     fn laps_begin_where_their_number_changes() {
         let times: Vec<f64> = (0..10).map(f64::from).collect();
         let values = [1.0, 1.0, f64::NAN, 1.4, 1.6, 2.0, 2.0, 0.0, 0.0, 0.0];
-        let found = laps([&times, &values]);
+        let found = find_laps([&times, &values]);
         let expected = [(1.0, [0.0, 4.0]), (2.0, [4.0, 7.0]), (0.0, [7.0, 9.0_f64.next_up()])];
         assert_eq!(found, expected);
-        assert_eq!(laps([&[], &[]]), []);
-        assert_eq!(laps([&times, &[f64::NAN; 10]]), []);
+        assert_eq!(find_laps([&[], &[]]), []);
+        assert_eq!(find_laps([&times, &[f64::NAN; 10]]), []);
     }
 
     #[test]
     fn many_laps_are_put_together() {
         let times: Vec<f64> = (0..1000).map(f64::from).collect();
-        let found = laps([&times, &times]);
+        let found = find_laps([&times, &times]);
         assert_eq!((found.len(), found[1]), (100, (10.0, [10.0, 20.0])));
     }
 }

@@ -1,19 +1,19 @@
 //! Tells people what an identification found: the verdict first, then errors that were estimated, then each quantity in a table.
 
-use drive_doctor::Examination;
-use numerics::text::{decimals, with_std};
-use plugin::{ResultSummary, Row, Table};
-use preparation::direction::Direction;
+use drive_doctor::LogExamination;
+use numerics::text::{decimals_for_std, with_std};
+use plugin::{ResultSummary, ResultTable, ResultTableRow};
+use preparation::direction::ForceDirection;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use tire_inference::estimate::Estimate;
-use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
-use tire_inference::parameters::{Parameter, curve};
+use tire_inference::estimate::TireEstimate;
+use tire_inference::model::{ModelFit, ModelVerdict, SystematicErrorEstimate};
+use tire_inference::parameters::{Parameter, magic_formula_from_theta};
 use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
-use crate::names::{origin, the_box, unit, words};
+use crate::names::{describe_bounds, describe_uncertainty_source, quantity_unit, verdict_words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +21,9 @@ pub struct CurveSummary<'a> {
     /// As "front".
     pub name: &'a str,
     /// Which force.
-    pub direction: Direction,
+    pub direction: ForceDirection,
     /// What is published of it.
-    pub estimate: &'a Estimate,
+    pub estimate: &'a TireEstimate,
     /// What was known before.
     pub prior: &'a Prior,
 }
@@ -32,8 +32,8 @@ impl CurveSummary<'_> {
     /// Name in a sentence.
     pub fn title(&self) -> String {
         match self.direction {
-            Direction::Lateral => self.name.to_owned(),
-            Direction::Longitudinal => format!("{}, longitudinal", self.name),
+            ForceDirection::Lateral => self.name.to_owned(),
+            ForceDirection::Longitudinal => format!("{}, longitudinal", self.name),
         }
     }
 }
@@ -44,7 +44,7 @@ pub struct IdentificationSummary<'a> {
     /// Whether the model fits.
     pub model: ModelVerdict,
     /// Errors of sensors and car that were estimated with the tires.
-    pub causes: &'a [CauseEstimate],
+    pub causes: &'a [SystematicErrorEstimate],
     /// Sentences about the log, the worst first.
     pub log: Vec<String>,
     /// The curves.
@@ -64,56 +64,55 @@ impl IdentificationSummary<'_> {
     /// Sentences, of which the first has the verdict.
     pub fn summary(&self) -> Vec<String> {
         let known = match (self.model.sentence.as_str(), self.model.verdict) {
-            ("", Fit::Fits) if !self.is_tested() => "Whether the model fits was not tested.",
-            ("", Fit::Fits) => "The model fits the data.",
-            ("", Fit::DoesNotFit) => "The model does not fit the data.",
+            ("", ModelFit::Fits) if !self.is_tested() => "Whether the model fits was not tested.",
+            ("", ModelFit::Fits) => "The model fits the data.",
+            ("", ModelFit::DoesNotFit) => "The model does not fit the data.",
             (sentence, _) => sentence,
         };
-        let mut sentences = vec![known.to_owned(), self.count()];
+        let mut sentences = vec![known.to_owned(), self.describe_identified_count()];
         sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
         sentences.extend(self.log.iter().cloned());
-        let bounded = self.list(|told, quantity| {
+        let bounded = self.list_quantities(|told, quantity| {
             quantity.parameter().is_some_and(|it| told.estimate.at_bound.contains(&it))
         });
         if !bounded.is_empty() {
             sentences.push(format!("On a bound of the box: {bounded}."));
         }
-        let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
+        let mut boxes: Vec<_> = self.curves.iter().map(|told| describe_bounds(told.prior)).collect();
         boxes.dedup();
         sentences.extend(boxes);
-        sentences.extend(self.origins());
+        sentences.extend(self.uncertainty_sources());
         sentences.extend(self.remarks.iter().cloned());
         sentences
     }
 
     /// Where intervals and bands come from.
-    fn origins(&self) -> Vec<String> {
-        let source = |told: &CurveSummary| origin(told.estimate.source, self.widened);
+    fn uncertainty_sources(&self) -> Vec<String> {
+        let source = |told: &CurveSummary| describe_uncertainty_source(told.estimate.source, self.widened);
         let mut origins: Vec<_> = self.curves.iter().map(source).collect();
         origins.dedup();
         origins
     }
 
     /// The number of quantities that are identified, and the names of the others.
-    fn count(&self) -> String {
+    fn describe_identified_count(&self) -> String {
         let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
-        let identified = verdicts().filter(|it| **it == Verdict::Identified).count();
+        let identified = verdicts().filter(|it| **it == Identifiability::Identified).count();
         let of = |verdict| {
             let list = self
-                .list(|told, quantity| told.estimate.identified.get(&quantity) == Some(&verdict));
-            (!list.is_empty()).then(|| format!("; {}: {list}", words(verdict)))
+                .list_quantities(|told, quantity| told.estimate.identified.get(&quantity) == Some(&verdict));
+            (!list.is_empty()).then(|| format!("; {}: {list}", verdict_words(verdict)))
         };
         let rest: String =
-            [Verdict::Weak, Verdict::NotIdentifiable].into_iter().filter_map(of).collect();
+            [Identifiability::Weak, Identifiability::NotIdentifiable].into_iter().filter_map(of).collect();
         format!("{identified} of {} quantities are identified{rest}.", verdicts().count())
     }
 
     /// Quantities by curve: "front B, C; rear C".
-    fn list(&self, is: impl Fn(&CurveSummary, Quantity) -> bool) -> String {
+    fn list_quantities(&self, is: impl Fn(&CurveSummary, Quantity) -> bool) -> String {
         let of = |told: &CurveSummary| {
             let all = Quantity::ALL.into_iter();
-            let names: Vec<_> =
-                all.filter(|quantity| is(told, *quantity)).map(Quantity::name).collect();
+            let names: Vec<_> = all.filter(|quantity| is(told, *quantity)).map(Quantity::name).collect();
             (!names.is_empty()).then(|| format!("{} {}", told.title(), names.join(", ")))
         };
         self.curves.iter().filter_map(of).collect::<Vec<_>>().join("; ")
@@ -127,93 +126,89 @@ impl IdentificationSummary<'_> {
 
     /// Whether nothing speaks against the model.
     pub fn is_sound(&self) -> bool {
-        self.model.verdict == Fit::Fits
+        self.model.verdict == ModelFit::Fits
     }
 
     /// What is for people.
-    fn words(&self) -> ResultSummary {
+    fn result_summary(&self) -> ResultSummary {
         let mut tables = Vec::new();
-        for direction in [Direction::Lateral, Direction::Longitudinal] {
-            let curves: Vec<_> =
-                self.curves.iter().filter(|told| told.direction == direction).collect();
-            tables.extend((!curves.is_empty()).then(|| table(&curves)));
+        for direction in [ForceDirection::Lateral, ForceDirection::Longitudinal] {
+            let curves: Vec<_> = self.curves.iter().filter(|told| told.direction == direction).collect();
+            tables.extend((!curves.is_empty()).then(|| quantity_table(&curves)));
         }
         if !self.causes.is_empty() {
-            let row = |it: &CauseEstimate| {
+            let row = |it: &SystematicErrorEstimate| {
                 let value = format!("{} {}", with_std(it.value, it.std), it.unit);
-                [it.title.clone(), value.trim_end().to_owned(), words(it.verdict).to_owned()]
+                [it.title.clone(), value.trim_end().to_owned(), verdict_words(it.verdict).to_owned()]
             };
-            tables.push(Table::new(["error", "value", ""], self.causes.iter().map(row)));
+            tables.push(ResultTable::new(["error", "value", ""], self.causes.iter().map(row)));
         }
         ResultSummary { summary: self.summary(), sound: self.is_sound(), tables }
     }
 
     /// The result: what is found as a whole, before the numbers of each task.
-    pub fn result(&self, doctor: Option<&Examination>, numbers: Map<String, Value>) -> Value {
+    pub fn result_json(&self, doctor: Option<&LogExamination>, numbers: Map<String, Value>) -> Value {
         let (model, causes) = (&self.model, self.causes);
-        json!(Outcome { words: self.words(), model, causes, doctor, numbers })
+        json!(IdentificationResult { words: self.result_summary(), model, causes, doctor, numbers })
     }
 }
 
 /// The keys that results of all tasks share, and the numbers of each.
 #[derive(Serialize)]
-struct Outcome<'a> {
+struct IdentificationResult<'a> {
     #[serde(flatten)]
     words: ResultSummary,
     /// Whether the model fits, with its tests.
     model: &'a ModelVerdict,
     /// Errors of sensors and car that were estimated with the tires.
-    causes: &'a [CauseEstimate],
+    causes: &'a [SystematicErrorEstimate],
     /// What is wrong with the log.
     #[serde(skip_serializing_if = "Option::is_none")]
-    doctor: Option<&'a Examination>,
+    doctor: Option<&'a LogExamination>,
     #[serde(flatten)]
     numbers: Map<String, Value>,
 }
 
 /// A row for each quantity, two columns for each curve.
-fn table(curves: &[&CurveSummary]) -> Table {
+fn quantity_table(curves: &[&CurveSummary]) -> ResultTable {
     let head = curves.iter().flat_map(|told| [told.name, ""]);
     let head = std::iter::once("").chain(head).map(str::to_owned).collect();
-    let there =
-        |quantity: &Quantity| curves.iter().any(|told| told.estimate.mean.contains_key(quantity));
+    let there = |quantity: &Quantity| curves.iter().any(|told| told.estimate.mean.contains_key(quantity));
     let row = |quantity: Quantity| {
-        let cells = curves.iter().flat_map(|told| cells(told.estimate, quantity));
-        let title = match unit(quantity, told_direction(curves)) {
+        let cells = curves.iter().flat_map(|told| value_and_verdict_cells(told.estimate, quantity));
+        let title = match quantity_unit(quantity, first_direction(curves)) {
             "–" => quantity.name().to_owned(),
             unit => format!("{quantity} [{unit}]"),
         };
-        Row(std::iter::once(title).chain(cells).collect())
+        ResultTableRow(std::iter::once(title).chain(cells).collect())
     };
-    Table { head, rows: Quantity::ALL.into_iter().filter(there).map(row).collect() }
+    ResultTable { head, rows: Quantity::ALL.into_iter().filter(there).map(row).collect() }
 }
 
-fn told_direction(curves: &[&CurveSummary]) -> Direction {
-    curves.first().map_or(Direction::Lateral, |told| told.direction)
+fn first_direction(curves: &[&CurveSummary]) -> ForceDirection {
+    curves.first().map_or(ForceDirection::Lateral, |told| told.direction)
 }
 
 /// Value with interval, and verdict.
-fn cells(estimate: &Estimate, quantity: Quantity) -> [String; 2] {
+fn value_and_verdict_cells(estimate: &TireEstimate, quantity: Quantity) -> [String; 2] {
     let Some(&value) = estimate.mean.get(&quantity) else {
         return ["–".to_owned(), String::new()];
     };
     let std = estimate.std.get(&quantity).copied().unwrap_or(f64::NAN);
-    let places = decimals(value, std);
+    let places = decimals_for_std(value, std);
     let interval = match estimate.interval.get(&quantity) {
         _ if estimate.is_held(quantity) => " (held)".to_owned(),
         Some([low, high]) => format!(" [{low:.places$}, {high:.places$}]"),
         None => String::new(),
     };
-    let verdict = estimate.identified.get(&quantity).copied().map_or("", words);
+    let verdict = estimate.identified.get(&quantity).copied().map_or("", verdict_words);
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 
 /// Removes the slip at the peak from an estimate whose curve, or whose posterior, has no peak.
-pub fn forget_absent_peak(estimate: &mut Estimate) {
-    let value = |parameter: Parameter| {
-        estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0)
-    };
-    let peak = curve(&Parameter::ALL.map(value)).peak_slip();
+pub fn remove_absent_peak(estimate: &mut TireEstimate) {
+    let value = |parameter: Parameter| estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0);
+    let peak = magic_formula_from_theta(&Parameter::ALL.map(value)).peak_slip();
     let slip = &Quantity::PeakSlip;
     let drawn = estimate.interval.get(slip).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
     if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {

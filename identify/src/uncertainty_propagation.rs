@@ -7,16 +7,16 @@
 use drive_inference::CarUncertainty;
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::NORMAL_95;
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::{BrakeShare, Car, ShareRule};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use tire_inference::estimate::{Answer, Estimate};
+use tire_inference::estimate::{TireEstimate, TireIdentification};
 use tire_inference::parameters::{Parameter, Theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 /// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
 pub fn perturbed_cars(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
@@ -73,12 +73,12 @@ pub struct PropagatedUncertainty {
 
 impl PropagatedUncertainty {
     /// Adds the fits with a datum at minus and plus one standard deviation.
-    pub fn add(&mut self, name: &'static str, ends: [Theta; 2]) {
+    pub fn add_refits(&mut self, name: &'static str, ends: [Theta; 2]) {
         self.moves.push((name, ends));
     }
 
     /// Standard deviation of a quantity that comes from the car, and the datum that adds most to it.
-    fn std(&self, quantity: Quantity) -> Option<(f64, &'static str)> {
+    fn propagated_std(&self, quantity: Quantity) -> Option<(f64, &'static str)> {
         let half = |[low, high]: &[Theta; 2]| 0.5 * (quantity.value(high) - quantity.value(low));
         let parts = || self.moves.iter().map(|(name, ends)| (half(ends).abs(), *name));
         let most = parts().max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -87,28 +87,25 @@ impl PropagatedUncertainty {
     }
 
     /// Widens all that is reported of a curve, its draws too.
-    pub fn widen(&self, answer: &mut Answer, prior: &Prior, seed: u64) {
+    pub fn widen_answer(&self, answer: &mut TireIdentification, prior: &Prior, seed: u64) {
         if self.moves.is_empty() {
             return;
         }
-        let widths: Vec<_> =
-            answer.judgements.iter().map(|it| (it.quantity, it.width_ratio)).collect();
+        let widths: Vec<_> = answer.judgements.iter().map(|it| (it.quantity, it.width_ratio)).collect();
         for (_, estimate) in &mut answer.estimates {
             widths
                 .iter()
-                .for_each(|&(quantity, width)| self.widen_one(estimate, (quantity, width), prior));
+                .for_each(|&(quantity, width)| self.widen_quantity(estimate, (quantity, width), prior));
             self.widen_covariance(estimate);
         }
         self.widen_draws(&mut answer.posterior, prior, seed);
-        for draws in
-            answer.variational.iter_mut().flat_map(|it| [&mut it.gaussian, &mut it.corrected])
-        {
+        for draws in answer.variational.iter_mut().flat_map(|it| [&mut it.gaussian, &mut it.corrected]) {
             self.widen_draws(draws, prior, seed);
         }
         let reports = answer.estimates.iter_mut().filter_map(|(_, it)| it.posterior.as_mut());
         for band in reports.chain([&mut answer.report]).filter_map(|report| report.band.as_mut()) {
             (band.lower, band.upper) =
-                answer.posterior.band(&band.slip).into_iter().map(|[a, b]| (a, b)).unzip();
+                answer.posterior.curve_band(&band.slip).into_iter().map(|[a, b]| (a, b)).unzip();
         }
     }
 
@@ -122,20 +119,15 @@ impl PropagatedUncertainty {
                 }
             }
             // What is held may lie outside of the box.
-            for parameter in prior.free() {
+            for parameter in prior.free_parameters() {
                 let value = &mut theta[parameter as usize];
                 *value = prior.bounds.clamp(parameter, *value);
             }
         }
     }
 
-    fn widen_one(
-        &self,
-        estimate: &mut Estimate,
-        (quantity, width): (Quantity, f64),
-        prior: &Prior,
-    ) {
-        let (Some((by, most)), Some(&mean)) = (self.std(quantity), estimate.mean.get(&quantity))
+    fn widen_quantity(&self, estimate: &mut TireEstimate, (quantity, width): (Quantity, f64), prior: &Prior) {
+        let (Some((by, most)), Some(&mean)) = (self.propagated_std(quantity), estimate.mean.get(&quantity))
         else {
             return;
         };
@@ -144,31 +136,29 @@ impl PropagatedUncertainty {
         estimate.std.insert(quantity, std);
         if let Some([low, high]) = estimate.interval.get_mut(&quantity) {
             let wider = |distance: f64| distance.max(0.0).hypot(NORMAL_95 * by);
-            let [least, most] = quantity.range(prior);
+            let [least, most] = quantity.range_in_prior(prior);
             *low = (mean - wider(mean - *low)).clamp(least.min(mean), mean);
             *high = (mean + wider(*high - mean)).clamp(mean, most.max(mean));
         }
         let Some(reason) = estimate.reason.get_mut(&quantity) else { return };
-        let by = significant(by, 2);
+        let by = format_significant(by, 2);
         *reason += &format!(" The car adds ± {by}, most of it by {most}.");
         let identified = estimate.identified.get_mut(&quantity);
-        let verdict = identified.filter(|verdict| **verdict == Verdict::Identified);
-        if let Some(verdict) =
-            verdict.filter(|_| before > 0.0 && width * std / before > MAX_WIDTH_IDENTIFIED)
+        let verdict = identified.filter(|verdict| **verdict == Identifiability::Identified);
+        if let Some(verdict) = verdict.filter(|_| before > 0.0 && width * std / before > MAX_WIDTH_IDENTIFIED)
         {
-            *verdict = Verdict::Weak;
+            *verdict = Identifiability::Weak;
             *reason += " Too much to call it identified.";
         }
     }
 
-    fn widen_covariance(&self, estimate: &mut Estimate) {
+    fn widen_covariance(&self, estimate: &mut TireEstimate) {
         let step = |ends: &[Theta; 2], parameter: Parameter| {
             0.5 * (ends[1][parameter as usize] - ends[0][parameter as usize])
         };
         for (row, a) in estimate.covariance.iter_mut().zip(&estimate.parameters) {
             for (entry, b) in row.iter_mut().zip(&estimate.parameters) {
-                *entry +=
-                    self.moves.iter().map(|(_, ends)| step(ends, *a) * step(ends, *b)).sum::<f64>();
+                *entry += self.moves.iter().map(|(_, ends)| step(ends, *a) * step(ends, *b)).sum::<f64>();
             }
         }
     }

@@ -1,20 +1,20 @@
 //! Checks the meaning of each configuration key, and that an error names its key.
 
 use drive_inference::{CarUncertainty, DriveOptions, correction};
-use identify::config::Config;
+use identify::config::IdentifyConfig;
 use preparation::{SystematicError, SystematicErrors};
-use tire_inference::variational::Optimiser;
+use tire_inference::variational::ElboOptimiser;
 use tire_inference::variational::adam::Adam;
 
 #[test]
 fn a_scenario_chooses_the_optimiser() {
     let read = |svi: &str| {
-        Config::read(&format!("task = \"curve\"\ndirection = \"lateral\"\nsvi = {{ {svi} }}"))
+        IdentifyConfig::parse(&format!("task = \"curve\"\ndirection = \"lateral\"\nsvi = {{ {svi} }}"))
     };
     let text = "optimiser = \"adam\", batch = 64, start = { B = 10.0, C = 1.65, D = 1.5, E = 0.0 }";
-    let Config::Curve(curve) = read(text).expect("valid") else { panic!("a curve") };
+    let IdentifyConfig::Curve(curve) = read(text).expect("valid") else { panic!("a curve") };
     let start = Some([10.0, 1.65, 1.5, 0.0, 0.0, 0.0]);
-    assert_eq!(curve.svi, Optimiser::Adam(Adam { batch: Some(64), start, ..Adam::default() }));
+    assert_eq!(curve.svi, ElboOptimiser::Adam(Adam { batch: Some(64), start, ..Adam::default() }));
     for (wrong, expected) in [
         ("optimiser = \"adam\", step = -1.0", "svi.step: expected a number above 0, found -1"),
         ("optimiser = \"adam\", batch = 0", "svi.batch: expected 1 or more, found 0"),
@@ -80,28 +80,24 @@ fn an_error_has_the_path_of_its_key() {
             "validate.0.until",
         ),
         ("task = \"curve\"\ndirection = \"up\"", "direction"),
-        (
-            "task = \"curve\"\ndirection = \"lateral\"\nfit.regularisation = -1",
-            "fit.regularisation",
-        ),
+        ("task = \"curve\"\ndirection = \"lateral\"\nfit.regularisation = -1", "fit.regularisation"),
         ("task = \"excitation_study\"\nlevels = [0.1, 0.0]", "levels.1"),
         ("task = \"excitation_study\"\ntruth = { B = 1.0 }", "truth"),
         ("task = \"sensitivity_study\"\nspread = 1.0", "spread"),
     ] {
-        let error = Config::read(text).expect_err(text);
-        assert_eq!(error.key(), key, "{text}: {error}");
+        let error = IdentifyConfig::parse(text).expect_err(text);
+        assert_eq!(error.key_path(), key, "{text}: {error}");
         let list = error.message.contains("missing:\n");
         assert!(list || !error.message.contains('\n'), "{text}: {error}");
     }
 }
 
-const BODY: &str =
-    "m = 982.0, I_zz = { value = 1600.0, std = 320.0 }, l_f = 1.33, l_r = 1.07, h = 0.45";
+const BODY: &str = "m = 982.0, I_zz = { value = 1600.0, std = 320.0 }, l_f = 1.33, l_r = 1.07, h = 0.45";
 
 fn closed_loop(car: &str) -> Result<DriveOptions, String> {
     let text = format!("task = \"closed_loop\"\n[car]\n{car}");
-    match Config::read(&text).map_err(|error| error.to_string())? {
-        Config::ClosedLoop(drive) => drive.options().map_err(|error| error.to_string()),
+    match IdentifyConfig::parse(&text).map_err(|error| error.to_string())? {
+        IdentifyConfig::ClosedLoop(drive) => drive.drive_options().map_err(|error| error.to_string()),
         other => panic!("a closed loop, not {other:?}"),
     }
 }
@@ -122,7 +118,7 @@ fn all_missing_data_of_the_car_are_told_at_once_with_their_uses() {
     }
     assert!(!error.contains("`body.m`") && !error.contains("`body.l_f`"), "{error}");
     assert!(error.starts_with("car: expected the data of the car"), "{error}");
-    let error = Config::read("task = \"tires\"").expect_err("no car").to_string();
+    let error = IdentifyConfig::parse("task = \"tires\"").expect_err("no car").to_string();
     assert!(error.contains("`drive_front_share`: ") && error.contains("\"by_load\""), "{error}");
 }
 
@@ -133,8 +129,7 @@ fn numbers_of_the_car_have_standard_deviations() {
     let usual = CarUncertainty { m: 0.02, cg: 0.01, I_zz: 0.2, h: 0.02, F_x_gain: 0.05 };
     assert_eq!(plain.uncertainty, usual);
     assert_eq!((plain.car.body.m, plain.car.aero.drag(50.0)), (982.0, 0.0));
-    let exact =
-        closed_loop(&format!("body = {{ {BODY} }}\n{rest}\nexact = true\nF_x_gain_std = 0.01"));
+    let exact = closed_loop(&format!("body = {{ {BODY} }}\n{rest}\nexact = true\nF_x_gain_std = 0.01"));
     let stated = CarUncertainty { I_zz: 0.2, F_x_gain: 0.01, ..CarUncertainty::NONE };
     assert_eq!(exact.expect("a car").uncertainty, stated);
     for (body, says) in [
@@ -167,13 +162,14 @@ fn numbers_of_the_car_have_standard_deviations() {
 #[test]
 fn wheels_and_resistance_are_checked_before_anything_runs() {
     let read = |more: &str| {
-        Config::read(&format!(
+        IdentifyConfig::parse(&format!(
             "task = \"tires\"\n[car]\nbody = {{ {BODY} }}\naero = \"none\"\ndrive_front_share = 0.0\n\
              brake_front_share = \"by_load\"\n{more}"
         ))
     };
     read("c_roll = 0.01\nwheel_f = { radius = 0.3, stiffness = 2e5 }").expect("a car");
-    let differential = "drive_lock = 0.3, coast_lock = 0.2, preload = 50.0, engine_brake = 300.0, sensitivity = 1.0";
+    let differential =
+        "drive_lock = 0.3, coast_lock = 0.2, preload = 50.0, engine_brake = 300.0, sensitivity = 1.0";
     for (more, key) in [
         ("c_roll = -0.01".to_owned(), "car.c_roll"),
         ("c_roll = nan".to_owned(), "car.c_roll"),
@@ -186,7 +182,7 @@ fn wheels_and_resistance_are_checked_before_anything_runs() {
             "car.differential.drive_lock",
         ),
     ] {
-        assert_eq!(read(&more).expect_err(&more).key(), key, "{more}");
+        assert_eq!(read(&more).expect_err(&more).key_path(), key, "{more}");
     }
 }
 
@@ -203,15 +199,14 @@ fn every_line_that_corrects_an_error_is_one_that_a_scenario_takes() {
     let base = format!(
         "task = \"closed_loop\"\n[car]\naero = \"none\"\nbrake_front_share = 0.6\nbody = {{ {BODY} }}"
     );
-    let car =
-        closed_loop(&format!("body = {{ {BODY} }}\naero = \"none\"\nbrake_front_share = 0.6"));
+    let car = closed_loop(&format!("body = {{ {BODY} }}\naero = \"none\"\nbrake_front_share = 0.6"));
     let car = car.expect("a car").car;
     let keys = column_keys();
     for cause in SystematicError::ALL {
         for value in [0.0123, -0.0123] {
             let mut found = SystematicErrors::default();
             found[cause] = value;
-            let lines = correction::lines(cause, &found, 0.001, &car);
+            let lines = correction::correction_lines(cause, &found, 0.001, &car);
             let table: toml::Table = toml::from_str(&lines).expect(&lines);
             let columns = table.get("table").and_then(|it| it["columns"].as_table());
             for (channel, column) in columns.into_iter().flatten() {
@@ -225,7 +220,7 @@ fn every_line_that_corrects_an_error_is_one_that_a_scenario_takes() {
             let more = table.get("config").and_then(toml::Value::as_table);
             assert!(columns.is_some() || more.is_some(), "{cause:?}: {lines}");
             more.into_iter().for_each(|more| merge(&mut config, more));
-            Config::read(&config.to_string()).expect(&lines);
+            IdentifyConfig::parse(&config.to_string()).expect(&lines);
         }
     }
 }
@@ -241,17 +236,17 @@ fn merge(into: &mut toml::Table, more: &toml::Table) {
 
 #[test]
 fn lines_correct_what_was_done_to_a_record() {
-    let car = vehicle::Vehicle::default();
+    let car = vehicle::SingleTrackCar::default();
     let mut found = SystematicErrors::default();
     (found[SystematicError::SteeringOffset], found[SystematicError::SteeringGain]) = (0.01, 0.25);
     // The record of 0.2 rad is 1.25 · 0.2 + 0.01; with the gain of 0.8 and this offset it is 0.2 again.
-    let line = correction::lines(SystematicError::SteeringOffset, &found, 0.0, &car);
+    let line = correction::correction_lines(SystematicError::SteeringOffset, &found, 0.0, &car);
     assert_eq!(line, "table.columns.delta.offset = -0.008000  # [rad]");
-    let line = correction::lines(SystematicError::SteeringGain, &found, 0.0, &car);
+    let line = correction::correction_lines(SystematicError::SteeringGain, &found, 0.0, &car);
     assert_eq!(line, "table.columns.delta.gain = 0.8000");
     found[SystematicError::CentreOfGravity] = 0.1;
-    let lines = correction::lines(SystematicError::CentreOfGravity, &found, 0.005, &car);
-    let vehicle::Body { l_f, l_r, .. } = car.body;
+    let lines = correction::correction_lines(SystematicError::CentreOfGravity, &found, 0.005, &car);
+    let vehicle::VehicleBody { l_f, l_r, .. } = car.body;
     assert!(lines.contains(&format!("value = {:.3}", l_f - 0.1)), "{lines}");
     assert!(lines.contains(&format!("l_r = {:.3}", l_r + 0.1)), "{lines}");
 }

@@ -2,9 +2,9 @@
 
 use crate::log_250lm::{Log, by_drive, by_points, closed_loop, tires};
 use tire_inference::axles::Axle;
-use tire_inference::model::Fit;
+use tire_inference::model::ModelFit;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 #[test]
 #[ignore = "needs logs of real cars"]
@@ -18,7 +18,7 @@ fn no_task_is_sure_of_what_the_other_one_rules_out() {
         for name in [Quantity::K, Quantity::Peak] {
             let [[low, high], [least, most]] = estimates.map(|it| it.interval[&name]);
             let apart = high < least || most < low;
-            let sure = estimates.map(|it| it.identified[&name] == Verdict::Identified);
+            let sure = estimates.map(|it| it.identified[&name] == Identifiability::Identified);
             assert!(
                 !apart || sure == [false; 2],
                 "{axle:?} {name}: {low} to {high} by prediction errors, {least} to {most} by points"
@@ -26,10 +26,9 @@ fn no_task_is_sure_of_what_the_other_one_rules_out() {
         }
     }
     // Bank, play of the steering and heat of the tires are in no model: prediction errors have to say so.
-    assert_eq!(driven.model.verdict, Fit::DoesNotFit, "{}", driven.model.sentence);
+    assert_eq!(driven.model.verdict, ModelFit::DoesNotFit, "{}", driven.model.sentence);
     assert!(driven.model.sentence.contains(':'), "no cause is named: {}", driven.model.sentence);
-    let sure = |axle: Axle| {
-        driven.estimates[axle].identified.values().any(|it| *it == Verdict::Identified)
-    };
+    let sure =
+        |axle: Axle| driven.estimates[axle].identified.values().any(|it| *it == Identifiability::Identified);
     assert!(!Axle::ALL.into_iter().any(sure));
 }

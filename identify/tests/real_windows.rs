@@ -1,7 +1,7 @@
 //! Asserts what is said of parts of the logs of real cars, if the recordings are at hand.
 
 use crate::windows::{Log, Tally};
-use identify::config::stretches::Drift;
+use identify::config::stretches::DriftConfig;
 use identify::stretches;
 use tire_inference::axles::Axle;
 use tire_inference::drift::DriftVerdict;
@@ -24,10 +24,10 @@ fn ten_seconds_seldom_tell_the_curve_and_say_so() {
 #[ignore = "needs logs of real cars"]
 fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
     let log = Log::of_250lm().expect("a log of TRACKSIDE_DATA");
-    let prepared = log.pipeline.run(&log.recording).expect("points");
+    let prepared = log.pipeline.prepare(&log.recording).expect("points");
     let told = |length: f64| {
-        let config = Drift { length, ..Drift::default() };
-        stretches::drift(&config, |_| None, (&prepared, &log.pipeline))
+        let config = DriftConfig { length, ..DriftConfig::default() };
+        stretches::estimate_drift(&config, |_| None, (&prepared, &log.pipeline))
     };
     for length in [10.0, 15.0, 20.0, 30.0] {
         for it in told(length) {
@@ -52,7 +52,7 @@ fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
 #[ignore = "needs logs of real cars"]
 fn laps_are_stretches() {
     let log = Log::of_250lm().expect("a log of TRACKSIDE_DATA");
-    let prepared = log.pipeline.run(&log.recording).expect("points");
+    let prepared = log.pipeline.prepare(&log.recording).expect("points");
     let series = &prepared.rear.lateral.series;
     let begin = series.time[0];
     // Laps of 20 s, so that they are the stretches of that length.
@@ -60,17 +60,15 @@ fn laps_are_stretches() {
     let lap: Vec<f64> = series.time.iter().map(number).collect();
     let signal = |name: &str| (name == "lap").then_some([&series.time[..], &lap[..]]);
     let told = |laps: bool| {
-        let config = Drift { length: 20.0, laps };
-        let told = stretches::drift(&config, signal, (&prepared, &log.pipeline));
+        let config = DriftConfig { length: 20.0, laps };
+        let told = stretches::estimate_drift(&config, signal, (&prepared, &log.pipeline));
         let rear = told.into_iter().find(|it| it.axle == "rear" && it.quantity == "K");
         rear.expect("a drift").drift
     };
     let [by_time, by_lap] = [false, true].map(told);
     assert_eq!(by_lap.stretches[3].lap, Some(3.0));
     // What is left at the end is a lap, but not a stretch.
-    assert!(
-        (by_time.stretches.len()..=by_time.stretches.len() + 1).contains(&by_lap.stretches.len())
-    );
+    assert!((by_time.stretches.len()..=by_time.stretches.len() + 1).contains(&by_lap.stretches.len()));
     let [alone, other] = [&by_time, &by_lap].map(|it| it.stretches[3].alone);
     assert!((alone / other - 1.0).abs() < 1e-3, "{alone} and {other}");
     println!("by time {:.1}, by lap {:.1}", by_time.likelihood_ratio, by_lap.likelihood_ratio);

@@ -15,19 +15,19 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const REPETITIONS: usize = 5;
 
 /// One way to record a run.
-struct Way {
+struct RecordingCase {
     name: &'static str,
     /// Replacement of the scenario's `[view]`; its own when absent.
     instead_of_view: Option<&'static str>,
     replay: &'static str,
 }
 
-const WAYS: [Way; 5] = [
-    Way { name: "nothing", instead_of_view: Some("[record]\nexcept = [\"*\"]\n"), replay: "off" },
-    Way { name: "MCAP", instead_of_view: Some(""), replay: "off" },
-    Way { name: "MCAP, replay", instead_of_view: Some(""), replay: "save" },
-    Way { name: "MCAP, replay with [view]", instead_of_view: None, replay: "save" },
-    Way { name: "MCAP, viewer with [view]", instead_of_view: None, replay: "connect" },
+const WAYS: [RecordingCase; 5] = [
+    RecordingCase { name: "nothing", instead_of_view: Some("[record]\nexcept = [\"*\"]\n"), replay: "off" },
+    RecordingCase { name: "MCAP", instead_of_view: Some(""), replay: "off" },
+    RecordingCase { name: "MCAP, replay", instead_of_view: Some(""), replay: "save" },
+    RecordingCase { name: "MCAP, replay with [view]", instead_of_view: None, replay: "save" },
+    RecordingCase { name: "MCAP, viewer with [view]", instead_of_view: None, replay: "connect" },
 ];
 
 fn main() {
@@ -35,31 +35,30 @@ fn main() {
     let scenario = std::fs::read_to_string(path).expect("the scenario");
     let scenario = scenario.replace("step = 0.01 ", "step = 0.001 ");
     let lab = tempfile::tempdir().expect("a folder");
-    trackside(&["pack", "--out"], lab.path());
+    time_trackside_run(&["pack", "--out"], lab.path());
     let scenario = ["plant", "estimator", "controller"].iter().fold(scenario, |text, name| {
         let package = if *name == "plant" { "plant-fmu" } else { name };
         text.replace(&format!("crate = \"{package}\""), &format!("path = \"{name}.fmu\""))
     });
     let view = scenario.find("[view.pose]").expect("a [view] at the end");
-    let text = |way: &Way| match way.instead_of_view {
+    let text = |way: &RecordingCase| match way.instead_of_view {
         Some(instead) => format!("{}{instead}", &scenario[..view]),
         None => scenario.clone(),
     };
-    let run = |way: &Way, more: &[&str]| {
+    let run = |way: &RecordingCase, more: &[&str]| {
         let path = lab.path().join("case.toml");
         std::fs::write(&path, text(way)).expect("a scenario");
         let path = path.to_str().expect("a name in UTF-8");
         let words = [&["run", path, "--rerun", way.replay], more, &["--out"]].concat();
-        trackside(&words, &lab.path().join("out"))
+        time_trackside_run(&words, &lab.path().join("out"))
     };
     run(&WAYS[1], &["--csv"]);
     let table = std::fs::read_to_string(lab.path().join("out/run.csv")).expect("a table");
     let rows = table.lines().count() - 1;
     let signals = table.lines().next().expect("a header").split(',').count() - 1;
-    let viewer = Viewer::start(lab.path());
-    let ways: Vec<_> =
-        WAYS.iter().filter(|way| way.replay != "connect" || viewer.is_some()).collect();
-    println!("{signals} signals, {rows} rows; {REPETITIONS} repetitions, load {}", load());
+    let viewer = HeadlessViewer::start_viewer(lab.path());
+    let ways: Vec<_> = WAYS.iter().filter(|way| way.replay != "connect" || viewer.is_some()).collect();
+    println!("{signals} signals, {rows} rows; {REPETITIONS} repetitions, load {}", system_load_average());
     let mut took = vec![[const { Vec::new() }; 2]; ways.len()];
     for _ in 0..REPETITIONS {
         for (way, took) in ways.iter().zip(&mut took) {
@@ -77,12 +76,11 @@ fn main() {
         println!("{name}, over that of recording nothing:");
         for (way, times) in ways.iter().zip(&took) {
             let [seconds, busy] = [0, 1].map(|of| times[of][index]);
-            let [wall, cpu] =
-                [0, 1].map(|of| 100.0 * (times[of][index] / took[0][of][index] - 1.0));
+            let [wall, cpu] = [0, 1].map(|of| 100.0 * (times[of][index] / took[0][of][index] - 1.0));
             println!("{:25}{seconds:7.2} s {wall:+6.1} %  CPU {busy:6.2} s {cpu:+6.1} %", way.name);
         }
     }
-    println!("load {}", load());
+    println!("load {}", system_load_average());
     for (way, file) in [(&WAYS[2], "run.mcap"), (&WAYS[2], "run.rrd"), (&WAYS[3], "run.rrd")] {
         run(way, &[]);
         let size = std::fs::metadata(lab.path().join("out").join(file)).expect("a recording").len();
@@ -92,28 +90,27 @@ fn main() {
 }
 
 /// Runs the program, which ends with a folder; returns the time that this took and that processors worked on it [s].
-fn trackside(words: &[&str], folder: &Path) -> [f64; 2] {
-    let (begin, before) = (Instant::now(), children());
+fn time_trackside_run(words: &[&str], folder: &Path) -> [f64; 2] {
+    let (begin, before) = (Instant::now(), child_processor_time());
     let mut command = Command::new(env!("CARGO_BIN_EXE_trackside"));
     let output = command.args(words).arg(folder).current_dir(ROOT).output().expect("it starts");
     // 1 says that a check failed: at another step the car does not drive quite the same.
     let code = output.status.code();
     assert!(matches!(code, Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
-    [begin.elapsed().as_secs_f64(), children() - before]
+    [begin.elapsed().as_secs_f64(), child_processor_time() - before]
 }
 
 /// A viewer without a window.
-struct Viewer {
+struct HeadlessViewer {
     process: Child,
     address: String,
 }
 
-impl Viewer {
+impl HeadlessViewer {
     /// Starts it, unless there is none.
-    fn start(folder: &Path) -> Option<Self> {
+    fn start_viewer(folder: &Path) -> Option<Self> {
         let target = Path::new(env!("CARGO_BIN_EXE_trackside")).parent()?.parent()?;
-        let entries =
-            std::fs::read_dir(target).ok()?.flatten().map(|entry| entry.path().join("lib"));
+        let entries = std::fs::read_dir(target).ok()?.flatten().map(|entry| entry.path().join("lib"));
         let libraries = entries.filter_map(|lib| std::fs::read_dir(lib).ok()).flatten().flatten();
         let rerun = libraries
             .map(|python| python.path().join("site-packages/rerun_sdk/rerun_cli/rerun"))
@@ -137,7 +134,7 @@ impl Viewer {
     }
 }
 
-impl Drop for Viewer {
+impl Drop for HeadlessViewer {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
@@ -145,13 +142,13 @@ impl Drop for Viewer {
 }
 
 /// Programs that want a processor, on average of the last minute.
-fn load() -> String {
+fn system_load_average() -> String {
     let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split(' ').next().unwrap_or_default().to_owned()
 }
 
 /// Time that processors worked on the processes that this one waited for [s].
-fn children() -> f64 {
+fn child_processor_time() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // Behind the name in brackets; the 14th and 15th word from there on, in hundredths of a second.
     let words: Vec<_> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();

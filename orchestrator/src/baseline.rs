@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use assessment::BaselinePlan;
-use assessment::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
+use assessment::baseline::{
+    BaselineChecker, BaselineComparison, BaselineOutcome, SignalOutcome, TubeDeviation,
+};
 use diagnostics::Error;
-use html_page::{Axis, Plot};
-use recording::{ColumnIndex, Golden};
+use html_page::{Plot, PlotAxis};
+use recording::{ColumnIndex, GoldenRecording};
 use scenario::Scenario;
 use scenario::plan::RunPlan;
 
@@ -22,32 +24,32 @@ const POINTS: usize = 2000;
 ///
 /// # Errors
 /// At the word that names one, when it is not there or cannot be read.
-pub(crate) fn read(scenario: &Scenario, plan: &RunPlan) -> Result<Baselines, Error> {
-    let golden = |plan: &BaselinePlan| -> Result<(BaselinePlan, Golden), Error> {
-        let wrong = |message: String| scenario.source.error(plan.place.clone(), message, "");
+pub(crate) fn read_baselines(scenario: &Scenario, plan: &RunPlan) -> Result<BaselineChecker, Error> {
+    let golden = |plan: &BaselinePlan| -> Result<(BaselinePlan, GoldenRecording), Error> {
+        let wrong = |message: String| scenario.source.error_at(plan.place.clone(), message, "");
         if !plan.path.exists() {
-            let (path, file) = (plan.path.display(), scenario.source.path().display());
+            let (path, file) = (plan.path.display(), scenario.source.main_path().display());
             let help = format!("`trackside run {file} --bless` writes it from a run that is right");
-            return Err(wrong(format!("there is no baseline {path}")).help(help));
+            return Err(wrong(format!("there is no baseline {path}")).with_help(help));
         }
         let texts = plan.signals.iter().filter(|it| matches!(it.column, ColumnIndex::Text(_)));
         let texts: Vec<_> = texts.map(|signal| signal.name.as_str()).collect();
-        match Golden::read(&plan.path, &texts) {
+        match GoldenRecording::read(&plan.path, &texts) {
             Ok(golden) => Ok((plan.clone(), golden)),
             Err(error) => Err(wrong(error.to_string())),
         }
     };
-    let read = diagnostics::Mistakes::all(plan.baselines.iter().map(golden))?;
-    Ok(Baselines::new(read, &plan.system.columns, plan.system.clock.step))
+    let read = diagnostics::ErrorCollector::collect_all(plan.baselines.iter().map(golden))?;
+    Ok(BaselineChecker::new(read, &plan.system.columns, plan.system.clock.step))
 }
 
 /// Whether a baseline is a table, for which the run has to write one.
-pub(crate) fn wants_csv(plan: &RunPlan) -> bool {
-    plan.baselines.iter().any(|plan| recorded_file(plan) == "run.csv")
+pub(crate) fn is_csv_recording_needed(plan: &RunPlan) -> bool {
+    plan.baselines.iter().any(|plan| recording_file_name(plan) == "run.csv")
 }
 
 /// The recording of a run that has the form of the baseline.
-fn recorded_file(plan: &BaselinePlan) -> &'static str {
+fn recording_file_name(plan: &BaselinePlan) -> &'static str {
     if plan.path.extension().is_some_and(|it| it == "csv") { "run.csv" } else { "run.mcap" }
 }
 
@@ -56,7 +58,7 @@ fn recorded_file(plan: &BaselinePlan) -> &'static str {
 ///
 /// # Errors
 /// When one cannot be written.
-pub(crate) fn bless(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error> {
+pub(crate) fn replace_baselines_by_run(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error> {
     if plan.baselines.is_empty() {
         report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
     }
@@ -71,10 +73,10 @@ pub(crate) fn bless(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error>
         let path = &plan.path;
         let folder = path.parent().unwrap_or(Path::new(""));
         let partial: PathBuf = path.with_extension("partial");
-        std::fs::create_dir_all(folder).map_err(|error| Error::output(folder, error))?;
-        std::fs::copy(report.folder.join(recorded_file(plan)), &partial)
+        std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
+        std::fs::copy(report.folder.join(recording_file_name(plan)), &partial)
             .and_then(|_| std::fs::rename(&partial, path))
-            .map_err(|error| Error::output(path, error))?;
+            .map_err(|error| Error::output_failure(path, error))?;
         report.blessed.push(path.clone());
     }
     Ok(())
@@ -84,17 +86,14 @@ pub(crate) fn bless(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error>
 ///
 /// # Errors
 /// When a picture cannot be written.
-pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), Error> {
+pub(crate) fn draw_baseline_plots(baselines: &BaselineChecker, report: &mut RunReport) -> Result<(), Error> {
     for outcome in &mut report.baselines {
-        let plots: Vec<_> = pictured(outcome)
+        let plots: Vec<_> = first_deviating_signals(outcome)
             .filter_map(|(signal, first)| {
-                let comparison = baselines.comparison(&outcome.name, &signal.signal)?;
-                let plot = plot(&comparison, signal, first);
+                let comparison = baselines.signal_comparison(&outcome.name, &signal.signal)?;
+                let plot = baseline_deviation_plot(&comparison, signal, first);
                 Some((
-                    format!(
-                        "{}: the run (orange) and the tube of “{}” (blue)",
-                        signal.signal, outcome.name
-                    ),
+                    format!("{}: the run (orange) and the tube of “{}” (blue)", signal.signal, outcome.name),
                     plot,
                 ))
             })
@@ -104,8 +103,8 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
         }
         let name = file_name(&outcome.name, &report.files);
         let path = report.folder.join(&name);
-        nofollow::write(&path, html_page::svg(&plots))
-            .map_err(|error| Error::output(&path, error))?;
+        nofollow::write_without_following_links(&path, html_page::plots_to_svg_file(&plots))
+            .map_err(|error| Error::output_failure(&path, error))?;
         report.files.push(name.clone());
         outcome.picture = Some(name);
     }
@@ -123,7 +122,9 @@ fn file_name(baseline: &str, files: &[String]) -> String {
 }
 
 /// The signals that left their tube first.
-fn pictured(outcome: &BaselineOutcome) -> impl Iterator<Item = (&SignalOutcome, Deviation)> {
+fn first_deviating_signals(
+    outcome: &BaselineOutcome,
+) -> impl Iterator<Item = (&SignalOutcome, TubeDeviation)> {
     let failed = outcome.signals.iter().filter_map(|signal| Some((signal, signal.first?)));
     let mut failed: Vec<_> = failed.collect();
     failed.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
@@ -131,9 +132,13 @@ fn pictured(outcome: &BaselineOutcome) -> impl Iterator<Item = (&SignalOutcome, 
 }
 
 /// A signal and its tube around the first and the worst deviation.
-fn plot(comparison: &Comparison, signal: &SignalOutcome, first: Deviation) -> Plot {
+fn baseline_deviation_plot(
+    comparison: &BaselineComparison,
+    signal: &SignalOutcome,
+    first: TubeDeviation,
+) -> Plot {
     let worst = signal.worst.unwrap_or(first);
-    let Comparison { times, values, bounds } = comparison;
+    let BaselineComparison { times, values, bounds } = comparison;
     let [begin, end] = [times[0], times[times.len() - 1]];
     let around = (0.1 * (end - begin)).max((worst.time - first.time).abs() * 0.2);
     let from = (first.time.min(worst.time) - around).max(begin);
@@ -146,15 +151,15 @@ fn plot(comparison: &Comparison, signal: &SignalOutcome, first: Deviation) -> Pl
     let marks = [(first.time, first.value), (worst.time, worst.value)];
     let heights = band.iter().flat_map(|(_, ends)| *ends);
     let heights = heights.chain(line.iter().chain(&marks).map(|(_, value)| *value));
-    let y = Axis::about(&format!("{}{unit}", signal.signal), heights);
-    let mut plot = Plot::new([720.0, 240.0], Axis::linear("time [s]", from, to), y);
-    plot.band(&band, "c0", "tube");
+    let y = PlotAxis::around_values(&format!("{}{unit}", signal.signal), heights);
+    let mut plot = Plot::new([720.0, 240.0], PlotAxis::linear("time [s]", from, to), y);
+    plot.add_band(&band, "c0", "tube");
     // A narrow tube is seen by its edges.
     for end in [0, 1] {
         let edge: Vec<_> = band.iter().map(|(time, ends)| (*time, ends[end])).collect();
-        plot.line(&edge, "c0", "");
+        plot.add_line(&edge, "c0", "");
     }
-    plot.line(&line, "c1", "run");
-    plot.dots(&marks, 4.0, "c1", "");
+    plot.add_line(&line, "c1", "run");
+    plot.add_dots(&marks, 4.0, "c1", "");
     plot
 }

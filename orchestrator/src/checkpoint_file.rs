@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use assessment::check::CheckMemory;
+use assessment::check::CheckState;
 use cosim::checkpoint::Checkpoint;
 use diagnostics::Error;
-use fmu_import::sha256;
+use fmu_import::sha256_hex;
 use serde::{Deserialize, Serialize};
 
 use crate::nofollow;
@@ -24,20 +24,21 @@ const LARGEST: u64 = 64 << 30;
 pub(crate) struct RunCheckpoint {
     pub system: Checkpoint,
     /// What the checks remember.
-    pub checks: Vec<CheckMemory>,
+    pub checks: Vec<CheckState>,
 }
 
 /// Writes a checkpoint; a file of that name gives way once the new one is whole.
 ///
 /// # Errors
 /// When it cannot be written.
-pub(crate) fn write(path: &Path, checkpoint: &RunCheckpoint) -> Result<(), Error> {
-    let failed = |error: std::io::Error| Error::output(path, error);
-    let content = postcard::to_stdvec(checkpoint)
-        .map_err(|error| failed(std::io::Error::other(error.to_string())))?;
-    let bytes = [HEAD, sha256(&content).as_bytes(), &content].concat();
+pub(crate) fn write_checkpoint(path: &Path, checkpoint: &RunCheckpoint) -> Result<(), Error> {
+    let failed = |error: std::io::Error| Error::output_failure(path, error);
+    let content =
+        postcard::to_stdvec(checkpoint).map_err(|error| failed(std::io::Error::other(error.to_string())))?;
+    let bytes = [HEAD, sha256_hex(&content).as_bytes(), &content].concat();
     let beside = path.with_extension("state.partial");
-    let written = nofollow::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
+    let written =
+        nofollow::write_without_following_links(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
     written.map_err(|error| {
         let _ = std::fs::remove_file(&beside);
         failed(error)
@@ -48,27 +49,25 @@ pub(crate) fn write(path: &Path, checkpoint: &RunCheckpoint) -> Result<(), Error
 ///
 /// # Errors
 /// When it cannot be read, or is none.
-pub(crate) fn read(path: &Path) -> Result<RunCheckpoint, Error> {
+pub(crate) fn read_checkpoint(path: &Path) -> Result<RunCheckpoint, Error> {
     let place = path.display();
     let bytes = diagnostics::read_bounded(path, LARGEST)
-        .map_err(|error| Error::input(format!("--resume {place}: {error}")))?;
-    let wrong = |what: &str| Error::input(format!("--resume {place}: {what}"));
+        .map_err(|error| Error::invalid_input(format!("--resume {place}: {error}")))?;
+    let wrong = |what: &str| Error::invalid_input(format!("--resume {place}: {what}"));
     let Some(rest) = bytes.strip_prefix(HEAD) else {
         let error = match bytes.starts_with(ANY_HEAD) {
             true => wrong("it is a checkpoint of another version of trackside"),
             false => wrong("it is no checkpoint"),
         };
-        return Err(error.help(
+        return Err(error.with_help(
             "expected a file that `trackside run SCENARIO --checkpoint TIME` of this version wrote",
         ));
     };
     let hash_and_content = rest.split_at_checked(HASH);
-    let content = hash_and_content.filter(|(hash, content)| *hash == sha256(content).as_bytes());
+    let content = hash_and_content.filter(|(hash, content)| *hash == sha256_hex(content).as_bytes());
     let Some((_, content)) = content else {
-        return Err(wrong(
-            "it is cut short or changed: its bytes do not have the SHA-256 that it states",
-        )
-        .help("copy it once more, or write it again with --checkpoint"));
+        return Err(wrong("it is cut short or changed: its bytes do not have the SHA-256 that it states")
+            .with_help("copy it once more, or write it again with --checkpoint"));
     };
     postcard::from_bytes(content)
         .map_err(|error| wrong(&format!("it is no checkpoint that a run wrote: {error}")))

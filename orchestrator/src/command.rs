@@ -26,69 +26,69 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
-use diagnostics::{Error, PrintableError, is_obeyed, shown};
+use diagnostics::{Error, PrintableError, escape_for_terminal, is_terminal_control};
 
 /// A command with its arguments.
 #[derive(Subcommand)]
-pub enum Command {
+pub enum CliCommand {
     /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
     /// when an FMU fails.
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Run variants of a scenario, as its [sweep] says; exit code 0 when enough of them pass, 1 when a check fails, 2 when the input is
     /// wrong, 3 when an FMU fails.
-    Sweep(sweep::Arguments),
+    Sweep(sweep::SweepArguments),
     /// Run a variant of a sweep again, with everything recorded.
-    Replay(replay::Arguments),
+    Replay(replay::ReplayArguments),
     /// Run scenarios as tests, several at a time, a line for each.
-    Test(test::Arguments),
+    Test(test::TestArguments),
     /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
-    Pack(pack::Arguments),
+    Pack(pack::PackArguments),
     /// Print the description of an FMU, or the channels of a recording or a log.
-    Inspect(inspect::Arguments),
+    Inspect(inspect::InspectArguments),
     /// Judge an FMU by the rules of its version of FMI, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.
-    Conform(conform::Arguments),
+    Conform(conform::ConformArguments),
     /// Look for errors in the log of a drive: units, signs, clocks, offsets; exit code 0 when nothing certain or likely is
     /// wrong, 1 when something is, 2 when the input is wrong.
-    Doctor(Box<doctor::Arguments>),
+    Doctor(Box<doctor::DoctorArguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
-    View(view::Arguments),
+    View(view::ViewArguments),
     /// Write the signals of a recording as a table, Parquet or CSV, as MDF 4, or for MoTeC i2.
-    Convert(convert::Arguments),
+    Convert(convert::ConvertArguments),
     /// Look at a tire: key figures and a page with curves of a `.tir` file, or of two side by side; convert its axes.
-    Tire(tire::Arguments),
+    Tire(tire::TireArguments),
     /// Make a valid recording of one that a killed run left.
-    Recover(recover::Arguments),
+    Recover(recover::RecoverArguments),
     /// Print the JSON schema of scenario files, for editors.
-    Schema(schema::Arguments),
+    Schema(schema::SchemaArguments),
     /// Explain a key of scenario files.
-    Explain(explain::Arguments),
+    Explain(explain::ExplainArguments),
     /// For runs: run an FMU in a process of its own.
     #[command(hide = true)]
-    Isolated(isolated::Arguments),
+    Isolated(isolated::IsolatedArguments),
 }
 
-impl Command {
+impl CliCommand {
     /// Runs the command; prints an error and returns the exit code.
     pub fn run(&self) -> u8 {
         let result = match self {
-            Command::Run(arguments) => run::run(arguments),
-            Command::Sweep(arguments) => sweep::run(arguments),
-            Command::Replay(arguments) => replay::run(arguments),
-            Command::Test(arguments) => test::run(arguments),
-            Command::Pack(arguments) => pack::run(arguments),
-            Command::Inspect(arguments) => inspect::run(arguments),
-            Command::Conform(arguments) => conform::run(arguments),
-            Command::Doctor(arguments) => doctor::run(arguments),
-            Command::View(arguments) => view::run(arguments),
-            Command::Convert(arguments) => convert::run(arguments),
-            Command::Tire(arguments) => tire::run(arguments),
-            Command::Recover(arguments) => recover::run(arguments),
-            Command::Schema(arguments) => schema::run(arguments),
-            Command::Explain(arguments) => explain::run(arguments),
-            Command::Isolated(arguments) => isolated::run(arguments),
+            CliCommand::Run(arguments) => run::run_scenarios(arguments),
+            CliCommand::Sweep(arguments) => sweep::run_sweep_command(arguments),
+            CliCommand::Replay(arguments) => replay::run_replay_command(arguments),
+            CliCommand::Test(arguments) => test::run_test_command(arguments),
+            CliCommand::Pack(arguments) => pack::run_pack_command(arguments),
+            CliCommand::Inspect(arguments) => inspect::run_inspect_command(arguments),
+            CliCommand::Conform(arguments) => conform::run_conform_command(arguments),
+            CliCommand::Doctor(arguments) => doctor::run_doctor_command(arguments),
+            CliCommand::View(arguments) => view::run_view_command(arguments),
+            CliCommand::Convert(arguments) => convert::run_convert_command(arguments),
+            CliCommand::Tire(arguments) => tire::run_tire_command(arguments),
+            CliCommand::Recover(arguments) => recover::run_recover_command(arguments),
+            CliCommand::Schema(arguments) => schema::run_schema_command(arguments),
+            CliCommand::Explain(arguments) => explain::run_explain_command(arguments),
+            CliCommand::Isolated(arguments) => isolated::run_isolated_command(arguments),
         };
-        let code = result.unwrap_or_else(report_error);
+        let code = result.unwrap_or_else(print_error);
         // Whoever asked for it must not take half of it for all.
         if code == 0 && UNPRINTED.load(Relaxed) { UNWRITTEN } else { code }
     }
@@ -98,12 +98,12 @@ impl Command {
 const PRINTED: usize = 20;
 
 /// Prints an error, or each of several, and returns the exit code.
-fn report_error(error: Error) -> u8 {
+fn print_error(error: Error) -> u8 {
     let code = error.exit_code();
-    let errors = error.split();
+    let errors = error.into_single_errors();
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
     for error in errors.into_iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(PrintableError::of(&error)));
+        eprintln!("{:?}", miette::Report::new(PrintableError::from_error(&error)));
     }
     match (count, more) {
         (..=1, _) => {}
@@ -119,16 +119,16 @@ static UNPRINTED: AtomicBool = AtomicBool::new(false);
 const UNWRITTEN: u8 = 2;
 
 /// Prints to standard output; a reader that has gone away has seen enough. Texts of others are shown, not obeyed.
-fn print(text: &str) {
-    put(&shown(text));
+fn print_text(text: &str) {
+    write_to_stdout(&escape_for_terminal(text));
 }
 
-fn put(text: &str) {
+fn write_to_stdout(text: &str) {
     let mut output = std::io::stdout();
     let written = output.write_all(text.as_bytes()).and_then(|()| output.flush());
     match written {
         Err(error) if error.kind() != ErrorKind::BrokenPipe && !UNPRINTED.swap(true, Relaxed) => {
-            tell(&format!("standard output: could not write: {error}"));
+            print_to_stderr(&format!("standard output: could not write: {error}"));
         }
         _ => {}
     }
@@ -138,21 +138,21 @@ fn put(text: &str) {
 fn print_json(value: &serde_json::Value) {
     let mut text = String::new();
     for character in format!("{value:#}\n").chars() {
-        match is_obeyed(character) {
+        match is_terminal_control(character) {
             // All of these have four digits.
             true => text += &format!("\\u{:04x}", u32::from(character)),
             false => text.push(character),
         }
     }
-    put(&text);
+    write_to_stdout(&text);
 }
 
 /// Prints a line to standard error. Texts of others are shown, not obeyed.
-fn tell(line: &str) {
-    eprintln!("{}", shown(line));
+fn print_to_stderr(line: &str) {
+    eprintln!("{}", escape_for_terminal(line));
 }
 
-fn this_program() -> Result<PathBuf, Error> {
+fn current_program_path() -> Result<PathBuf, Error> {
     std::env::current_exe()
-        .map_err(|error| Error::input(format!("cannot find this program: {error}")))
+        .map_err(|error| Error::invalid_input(format!("cannot find this program: {error}")))
 }

@@ -4,12 +4,12 @@ pub mod scenario;
 
 use std::fmt::Write as _;
 
-use fmu_import::description::{Type, Variable, Version, describe_items};
-use fmu_import::{Causality, Fmu, MemberKind, Stream, Terminal, Variability};
+use fmu_import::description::{FmiType, FmiVersion, Variable, describe_items};
+use fmu_import::{Causality, Fmu, MemberKind, Terminal, TerminalStream, Variability};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
-pub fn lines(fmu: &Fmu) -> String {
+pub fn describe_fmu(fmu: &Fmu) -> String {
     let description = &fmu.description;
     let mut text = String::new();
     let yes = |flag: bool| if flag { "yes" } else { "no" };
@@ -22,14 +22,11 @@ pub fn lines(fmu: &Fmu) -> String {
         ("made by", or_none(&description.tool)),
         ("guid", description.guid.clone()),
         ("sha256", fmu.sha256.clone()),
-        ("platforms", fmu.platforms().join(", ")),
+        ("platforms", fmu.supported_platforms().join(", ")),
         ("default start", format!("{} s", description.default_start)),
         ("default stop", seconds(description.default_stop)),
         ("default step", seconds(description.default_step)),
-        (
-            "default tolerance",
-            description.default_tolerance.map_or("-".to_owned(), |it| it.to_string()),
-        ),
+        ("default tolerance", description.default_tolerance.map_or("-".to_owned(), |it| it.to_string())),
         ("variable step", yes(description.variable_step).to_owned()),
         ("get and set state", yes(description.state).to_owned()),
         ("serialise state", yes(description.serialised_state).to_owned()),
@@ -45,13 +42,10 @@ pub fn lines(fmu: &Fmu) -> String {
     let width = widths.max().unwrap_or(0).min(1000);
     let _ = writeln!(text, "\n{} variables", description.variables.len());
     for variable in &description.variables {
-        let _ = writeln!(
-            text,
-            "{}",
-            line(description.version, variable, &description.variables, width)
-        );
+        let _ =
+            writeln!(text, "{}", variable_line(description.version, variable, &description.variables, width));
     }
-    let (terminals, problems) = terminals(fmu);
+    let (terminals, problems) = terminals_and_problems(fmu);
     if !terminals.is_empty() {
         let _ = writeln!(text, "\n{} terminals", terminals.len());
         terminals.iter().for_each(|it| terminal_lines(&mut text, it, 1));
@@ -66,9 +60,8 @@ pub fn lines(fmu: &Fmu) -> String {
 }
 
 /// The terminals, and what is wrong with their file.
-fn terminals(fmu: &Fmu) -> (Vec<Terminal>, Vec<String>) {
-    let (terminals, problems) =
-        fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
+fn terminals_and_problems(fmu: &Fmu) -> (Vec<Terminal>, Vec<String>) {
+    let (terminals, problems) = fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
     let of_file = |problem| format!("terminalsAndIcons.xml: {problem}");
     (terminals, problems.into_iter().map(of_file).collect())
 }
@@ -87,7 +80,7 @@ fn terminal_lines(text: &mut String, terminal: &Terminal, depth: usize) {
         };
         let _ = writeln!(text, "{space}  {name}: {}{kind}", member.variable);
     }
-    for Stream { names, variables } in &terminal.streams {
+    for TerminalStream { names, variables } in &terminal.streams {
         for (name, variable) in names.iter().zip(variables) {
             let _ = writeln!(text, "{space}  {name}: {variable}  stream");
         }
@@ -95,7 +88,7 @@ fn terminal_lines(text: &mut String, terminal: &Terminal, depth: usize) {
     terminal.terminals.iter().for_each(|inner| terminal_lines(text, inner, depth + 1));
 }
 
-fn terminal_entry(terminal: &Terminal) -> serde_json::Value {
+fn terminal_json(terminal: &Terminal) -> serde_json::Value {
     let members = terminal.members.iter().map(|member| {
         serde_json::json!({
             "name": member.name,
@@ -114,21 +107,21 @@ fn terminal_entry(terminal: &Terminal) -> serde_json::Value {
         "description": terminal.description,
         "members": members.collect::<Vec<_>>(),
         "streams": streams.collect::<Vec<_>>(),
-        "terminals": terminal.terminals.iter().map(terminal_entry).collect::<Vec<_>>(),
+        "terminals": terminal.terminals.iter().map(terminal_json).collect::<Vec<_>>(),
     })
 }
 
 /// The same as JSON.
 #[must_use]
-pub fn json(fmu: &Fmu) -> serde_json::Value {
+pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
     let description = &fmu.description;
     let variables: Vec<_> = description
         .variables
         .iter()
-        .map(|it| entry(description.version, it, &description.variables))
+        .map(|it| variable_json(description.version, it, &description.variables))
         .collect();
-    let (terminals, problems) = terminals(fmu);
-    let terminals: Vec<_> = terminals.iter().map(terminal_entry).collect();
+    let (terminals, problems) = terminals_and_problems(fmu);
+    let terminals: Vec<_> = terminals.iter().map(terminal_json).collect();
     let problems: Vec<_> = description.problems.iter().chain(&problems).collect();
     serde_json::json!({
         "model": description.name,
@@ -137,7 +130,7 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
         "made_by": description.tool,
         "guid": description.guid,
         "sha256": fmu.sha256,
-        "platforms": fmu.platforms(),
+        "platforms": fmu.supported_platforms(),
         "default_start": description.default_start,
         "default_stop": description.default_stop,
         "default_step": description.default_step,
@@ -155,7 +148,7 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
     })
 }
 
-fn entry(version: Version, variable: &Variable, all: &[Variable]) -> serde_json::Value {
+fn variable_json(version: FmiVersion, variable: &Variable, all: &[Variable]) -> serde_json::Value {
     let word = |name: String| name[..1].to_lowercase() + &name[1..];
     let follows = variable.dependencies.as_ref().map(|places| {
         let names = places.iter().filter_map(|&index| all.get(index));
@@ -166,7 +159,7 @@ fn entry(version: Version, variable: &Variable, all: &[Variable]) -> serde_json:
     serde_json::json!({
         "name": variable.name,
         "reference": variable.reference,
-        "type": kind(version, variable),
+        "type": variable_type_name(version, variable),
         "causality": word(format!("{:?}", variable.causality)),
         "variability": word(format!("{:?}", variable.variability)),
         "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),
@@ -183,17 +176,17 @@ fn entry(version: Version, variable: &Variable, all: &[Variable]) -> serde_json:
 }
 
 /// The type by the word of its version: those of FMI 2.0 have one size only.
-fn kind(version: Version, variable: &Variable) -> String {
+fn variable_type_name(version: FmiVersion, variable: &Variable) -> String {
     match (version, variable.kind) {
-        (Version::Three, Type::Real | Type::Integer) => format!("{:?}", variable.storage),
+        (FmiVersion::Three, FmiType::Real | FmiType::Integer) => format!("{:?}", variable.storage),
         (_, kind) => format!("{kind:?}"),
     }
 }
 
-fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -> String {
+fn variable_line(version: FmiVersion, variable: &Variable, all: &[Variable], width: usize) -> String {
     let unit = variable.unit.as_ref().map(|unit| format!("[{unit}]")).unwrap_or_default();
     let causality = format!("{:?}", variable.causality).to_lowercase();
-    let kind = kind(version, variable);
+    let kind = variable_type_name(version, variable);
     let start = variable.start.as_ref().map(|start| format!("= {start}")).unwrap_or_default();
     let follows = match &variable.dependencies {
         Some(places) if places.is_empty() => "follows nothing".to_owned(),
@@ -204,8 +197,7 @@ fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -
         }
         None => String::new(),
     };
-    let tunable =
-        variable.variability == Variability::Tunable && variable.causality == Causality::Parameter;
+    let tunable = variable.variability == Variability::Tunable && variable.causality == Causality::Parameter;
     let marks = [(tunable, "tunable  "), (variable.relative.is_some(), "a difference  ")];
     let marks: String = marks.iter().filter(|(is, _)| *is).map(|(_, mark)| *mark).collect();
     let description = variable.description.clone().unwrap_or_default();

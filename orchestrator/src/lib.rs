@@ -23,6 +23,6 @@ pub mod sweep;
 pub mod validation;
 mod warm_start;
 
-pub use options::{BranchRole, ProgressEvent, Replay, RunOptions};
-pub use run::{Run, RunContext, run};
+pub use options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
+pub use run::{CompletedRun, RunContext, run_scenario};
 pub use warm_start::latest_stop;

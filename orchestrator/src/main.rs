@@ -11,16 +11,16 @@ use miette::MietteHandlerOpts;
 /// Co-simulation of vehicle dynamics: runs scenarios of FMUs, records them and judges them.
 #[derive(Parser)]
 #[command(name = "trackside", version)]
-struct Cli {
+struct CommandLine {
     #[command(subcommand)]
-    command: command::Command,
+    command: command::CliCommand,
 }
 
 /// The exit code of every Rust program that panics.
 const PANICKED: u8 = 101;
 
 /// Terminals wrap errors at their width; elsewhere, in a file or the log of a CI system, lines stay whole.
-fn wrap_errors() {
+fn set_error_line_width() {
     let _ = miette::set_hook(Box::new(|_| {
         let options = MietteHandlerOpts::new();
         let options = match std::io::stderr().is_terminal() {
@@ -32,9 +32,9 @@ fn wrap_errors() {
 }
 
 fn main() -> ! {
-    wrap_errors();
-    let command = Cli::parse().command;
+    set_error_line_width();
+    let command = CommandLine::parse().command;
     fmu_import::guard_exit();
     let code = std::panic::catch_unwind(|| command.run());
-    fmu_import::exit_now(code.unwrap_or(PANICKED))
+    fmu_import::exit_without_destructors(code.unwrap_or(PANICKED))
 }

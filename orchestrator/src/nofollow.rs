@@ -7,7 +7,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of the system.
-pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
+pub fn write_without_following_links(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
     if std::fs::symlink_metadata(path).is_ok_and(|it| it.is_symlink()) {
         std::fs::remove_file(path)?;
     }

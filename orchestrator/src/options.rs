@@ -11,7 +11,7 @@ use crate::report::RunReport;
 
 /// Where the replay goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Replay {
+pub enum ReplayOutput {
     /// To the file `run.rrd`.
     #[default]
     Save,
@@ -25,7 +25,7 @@ pub enum Replay {
 
 /// The role of a run in one process: alone, or with branches that start from a checkpoint of the first run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum BranchRole {
+pub enum WarmStartRole {
     /// It is the only one; its checkpoints are files.
     #[default]
     Standalone,
@@ -58,7 +58,7 @@ pub struct RunOptions {
     /// Start values and seed.
     pub overrides: Overrides,
     /// Where the replay goes.
-    pub replay: Replay,
+    pub replay: ReplayOutput,
     /// Time by the clock that the run may take, instead of the scenario's.
     pub limit: Option<Duration>,
     /// The identity that the report repeats, for whoever has to know that it is that of this run.
@@ -72,7 +72,7 @@ pub struct RunOptions {
     /// The file of the checkpoint that it resumes from.
     pub resume: Option<PathBuf>,
     /// Its role among the runs of this process.
-    pub role: BranchRole,
+    pub role: WarmStartRole,
     /// The latest stop time of all these [s], which FMUs are told.
     pub latest_stop: Option<f64>,
     /// A call of such an FMU that lasts longer than this is reported; 10 s unless it is given.

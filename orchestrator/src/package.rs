@@ -11,20 +11,20 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use diagnostics::suggest;
-use fmu_export::pack::Version;
+use fmu_export::pack::FmiVersion;
 use scenario::{BuildArtifacts, BuildRequest};
 
-use cargo::{BuildMessage, cargo, last_line};
-use metadata::{Metadata, Package};
+use cargo::{BuildMessage, cargo_command, last_line};
+use metadata::{CargoMetadata, CargoPackage};
 
 pub use cargo::{BuildProgress, OnProgress};
 pub use error::BuildError;
-pub use requests::{build, build_fmus, library};
+pub use requests::{build_fmus, build_or_find_library, build_scenario_packages};
 
 /// A cargo workspace.
-pub struct Workspace(Metadata);
+pub struct CargoWorkspace(CargoMetadata);
 
-impl Workspace {
+impl CargoWorkspace {
     /// The workspace that `folder` is in.
     ///
     /// # Errors
@@ -33,19 +33,15 @@ impl Workspace {
         // The path of a file in the current folder has an empty parent.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let canonical = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
-        let wrong =
-            |what: &str| BuildError::Workspace { folder: canonical.clone(), what: what.to_owned() };
-        let mut cargo = cargo();
+        let wrong = |what: &str| BuildError::Workspace { folder: canonical.clone(), what: what.to_owned() };
+        let mut cargo = cargo_command();
         cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(folder);
-        let output =
-            cargo.output().map_err(|error| wrong(&format!("cannot start cargo: {error}")))?;
+        let output = cargo.output().map_err(|error| wrong(&format!("cannot start cargo: {error}")))?;
         if !output.status.success() {
             let what = last_line(&output);
             return Err(wrong(what.strip_prefix("error: ").unwrap_or(&what)));
         }
-        serde_json::from_slice(&output.stdout)
-            .map(Workspace)
-            .map_err(|error| wrong(&error.to_string()))
+        serde_json::from_slice(&output.stdout).map(CargoWorkspace).map_err(|error| wrong(&error.to_string()))
     }
 
     /// Builds libraries and packs each for a version of FMI into the folder `into`, or by default beside the libraries.
@@ -53,30 +49,30 @@ impl Workspace {
     ///
     /// # Errors
     /// When a package or example is unknown, does not compile, or makes no FMU.
-    pub fn pack(
+    pub fn build_and_pack(
         &self,
         products: &[BuildRequest],
         into: Option<&Path>,
-        version: Version,
+        version: FmiVersion,
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
-        products.iter().try_for_each(|product| self.check(product))?;
-        pack(&self.build(products, progress)?, products, into, version)
+        products.iter().try_for_each(|product| self.check_makes_library(product))?;
+        pack_libraries(&self.build_libraries(products, progress)?, products, into, version)
     }
 
     /// Builds FMUs and plugins together, and packs the FMUs beside their libraries.
     ///
     /// # Errors
     /// When a package does not compile, or makes no FMU.
-    pub fn make(
+    pub fn build_fmus_and_plugins(
         &self,
         fmus: &[BuildRequest],
         plugins: &[BuildRequest],
         progress: OnProgress,
     ) -> Result<BuildArtifacts, BuildError> {
         let products = [fmus, plugins].concat();
-        let mut libraries = self.build(&products, progress)?;
-        let archives = pack(&libraries, fmus, None, Version::Two)?;
+        let mut libraries = self.build_libraries(&products, progress)?;
+        let archives = pack_libraries(&libraries, fmus, None, FmiVersion::Two)?;
         libraries.retain(|product, _| plugins.contains(product));
         Ok(BuildArtifacts { archives, plugins: libraries })
     }
@@ -85,40 +81,38 @@ impl Workspace {
     ///
     /// # Errors
     /// When there is no such example that makes a library.
-    pub fn example(&self, packages: &[String], example: &str) -> Result<BuildRequest, BuildError> {
+    pub fn find_example(&self, packages: &[String], example: &str) -> Result<BuildRequest, BuildError> {
         let all = || {
-            let searched =
-                |package: &&Package| packages.is_empty() || packages.contains(&package.name);
+            let searched = |package: &&CargoPackage| packages.is_empty() || packages.contains(&package.name);
             self.0.packages.iter().filter(searched)
         };
-        if let Some(package) = all().find(|package| package.examples().any(|name| name == example))
-        {
-            return Ok(BuildRequest {
-                package: package.name.clone(),
-                example: Some(example.to_owned()),
-            });
+        if let Some(package) = all().find(|package| package.library_examples().any(|name| name == example)) {
+            return Ok(BuildRequest { package: package.name.clone(), example: Some(example.to_owned()) });
         }
-        let names: Vec<_> = all().flat_map(Package::examples).collect();
-        let (hint, root) = (hint(example, &names), self.0.workspace_root.clone());
+        let names: Vec<_> = all().flat_map(CargoPackage::library_examples).collect();
+        let (hint, root) = (similar_name_hint(example, &names), self.0.workspace_root.clone());
         Err(BuildError::UnknownExample { example: example.to_owned(), root, hint })
     }
 
     /// Whether the workspace can make the product.
-    fn check(&self, BuildRequest { package, example }: &BuildRequest) -> Result<(), BuildError> {
+    fn check_makes_library(
+        &self,
+        BuildRequest { package, example }: &BuildRequest,
+    ) -> Result<(), BuildError> {
         if let Some(example) = example {
-            return self.example(std::slice::from_ref(package), example).map(drop);
+            return self.find_example(std::slice::from_ref(package), example).map(drop);
         }
-        let all = self.0.packages.iter().filter(|package| package.makes_library());
+        let all = self.0.packages.iter().filter(|package| package.has_library());
         let names: Vec<_> = all.map(|package| package.name.as_str()).collect();
         if names.contains(&package.as_str()) {
             return Ok(());
         }
-        let (hint, root) = (hint(package, &names), self.0.workspace_root.clone());
+        let (hint, root) = (similar_name_hint(package, &names), self.0.workspace_root.clone());
         Err(BuildError::Unknown { package: package.clone(), root, hint })
     }
 
     /// The built library of each product.
-    fn build(
+    fn build_libraries(
         &self,
         products: &[BuildRequest],
         progress: OnProgress,
@@ -128,23 +122,23 @@ impl Workspace {
         // program's own package does not compile at the moment, the others may do so without it.
         let own = env!("CARGO_PKG_NAME");
         if self.0.packages.iter().any(|package| package.name == own)
-            && let Ok(libraries) = self.build_together(products, Some(own), progress)
+            && let Ok(libraries) = self.build_in_one_cargo_call(products, Some(own), progress)
         {
             return Ok(libraries);
         }
-        self.build_together(products, None, progress)
+        self.build_in_one_cargo_call(products, None, progress)
     }
 
-    fn build_together(
+    fn build_in_one_cargo_call(
         &self,
         products: &[BuildRequest],
         own: Option<&str>,
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         let packages: Vec<_> = products.iter().map(|product| product.package.as_str()).collect();
-        let names: Vec<_> = products.iter().map(name).collect();
+        let names: Vec<_> = products.iter().map(product_name).collect();
         let names = names.join(", ");
-        let mut cargo = cargo();
+        let mut cargo = cargo_command();
         cargo.args(["build", "--color=never", "--message-format=json-render-diagnostics"]);
         if products.iter().any(|product| product.example.is_none()) {
             cargo.arg("--lib");
@@ -153,15 +147,15 @@ impl Workspace {
             cargo.args(["--example", example]);
         }
         let packages = packages.iter().copied().chain(own);
-        cargo.args(profile()).args(packages.flat_map(|package| ["--package", package]));
+        cargo.args(cargo_profile_arguments()).args(packages.flat_map(|package| ["--package", package]));
         cargo.current_dir(&self.0.workspace_root);
-        let artifacts = cargo::build(cargo, &names, progress)
+        let artifacts = cargo::run_cargo_build(cargo, &names, progress)
             .map_err(|what| BuildError::Failed { packages: names.clone(), what })?;
-        Ok(artifacts.iter().filter_map(|message| self.library(message)).collect())
+        Ok(artifacts.iter().filter_map(|message| self.artifact_library(message)).collect())
     }
 
     /// The product of an artifact and its dynamic library.
-    fn library(&self, message: &BuildMessage) -> Option<(BuildRequest, PathBuf)> {
+    fn artifact_library(&self, message: &BuildMessage) -> Option<(BuildRequest, PathBuf)> {
         let mut packages = self.0.packages.iter();
         let package = packages.find(|package| Some(&package.id) == message.package_id.as_ref())?;
         let example = message.target.as_ref().filter(|target| target.is_example());
@@ -177,34 +171,34 @@ impl Workspace {
 }
 
 /// The product in a message to the user.
-fn name(product: &BuildRequest) -> &str {
+fn product_name(product: &BuildRequest) -> &str {
     product.example.as_ref().unwrap_or(&product.package)
 }
 
 /// Packs the libraries of `products` into the folder `into`, or by default beside them.
-fn pack(
+fn pack_libraries(
     libraries: &BTreeMap<BuildRequest, PathBuf>,
     products: &[BuildRequest],
     into: Option<&Path>,
-    version: Version,
+    version: FmiVersion,
 ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
     let mut archives = BTreeMap::new();
     // The program's own package may have been built beside what was asked for.
     for (product, library) in libraries.iter().filter(|(found, _)| products.contains(found)) {
         let beside = library.with_file_name("fmu");
-        let archive = fmu_export::pack::pack(library, into.unwrap_or(&beside), version)?;
+        let archive = fmu_export::pack::pack_fmu(library, into.unwrap_or(&beside), version)?;
         archives.insert(product.clone(), archive);
     }
     Ok(archives)
 }
 
 /// A suggestion for an unknown `name`.
-fn hint(name: &str, names: &[&str]) -> String {
-    let hint = suggest::hint(name, names.iter().copied());
+fn similar_name_hint(name: &str, names: &[&str]) -> String {
+    let hint = suggest::suggest_name(name, names.iter().copied());
     hint.map(|hint| format!("; {hint}")).unwrap_or_default()
 }
 
 /// The profile that this program was built with, so that a fast program steps fast FMUs.
-fn profile() -> &'static [&'static str] {
+fn cargo_profile_arguments() -> &'static [&'static str] {
     if cfg!(debug_assertions) { &[] } else { &["--release"] }
 }

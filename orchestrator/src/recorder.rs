@@ -2,36 +2,36 @@
 
 use std::sync::PoisonError;
 
-use assessment::baseline::Baselines;
-use assessment::check::Checks;
-use assessment::collected::CollectedValues;
+use assessment::baseline::BaselineChecker;
+use assessment::check::RunChecks;
+use assessment::collected::ValueCollector;
 use cosim::fault_report::FaultReporter;
-use diagnostics::{Error, rounded};
+use diagnostics::{Error, rounded_time};
 use recording::{
-    BoxedSink, DerivedColumns, Event, Full, Level, Notice, Recorded, Row, Selection, Sink,
-    StatusChange,
+    AllVariables, AnalysisColumns, BoxedSink, EventLevel, RecordedSelection, RecordedVariables, Row,
+    RunEvent, Sink, SinkNotice, StatusChange,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 
 use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
 use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
-use crate::messages::Messages;
+use crate::messages::NodeMessageCounter;
 use crate::options::{ProgressEvent, RunOptions};
 use crate::report::{RunReport, RunVerdict};
 use crate::sinks::SINKS;
 
 /// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.
-pub(crate) struct Recorder {
-    pub checks: Checks,
-    pub baselines: Baselines,
+pub(crate) struct RunRecorder {
+    pub checks: RunChecks,
+    pub baselines: BaselineChecker,
     faults: FaultReporter,
-    pub values: CollectedValues,
+    pub values: ValueCollector,
     /// What the nodes say.
-    pub messages: Messages,
+    pub messages: NodeMessageCounter,
     collected: CollectedSignals,
-    recordings: Recordings,
+    recordings: OpenRecordings,
     /// Notices for the user.
-    notices: Vec<Notice>,
+    notices: Vec<SinkNotice>,
     time: f64,
     snapshots: CheckSnapshots,
 }
@@ -53,13 +53,9 @@ macro_rules! each_sink {
     };
 }
 
-impl Recorder {
-    pub fn new(
-        plan: &mut RunPlan,
-        baselines: Baselines,
-        options: &RunOptions,
-    ) -> Result<Self, Error> {
-        let recordings = Recordings::open(plan, options)?;
+impl RunRecorder {
+    pub fn new(plan: &mut RunPlan, baselines: BaselineChecker, options: &RunOptions) -> Result<Self, Error> {
+        let recordings = OpenRecordings::open(plan, options)?;
         let mut recorder = Self::with_recordings(recordings, plan, baselines);
         recorder.forward_notices()?;
         Ok(recorder)
@@ -68,19 +64,19 @@ impl Recorder {
     /// Evaluates a run, and writes no recordings.
     pub fn without_recordings(plan: &mut RunPlan) -> Self {
         let recordings =
-            Recordings { selection: plan.recorded.clone(), row: Row::default(), sinks: Vec::new() };
-        Self::with_recordings(recordings, plan, Baselines::default())
+            OpenRecordings { selection: plan.recorded.clone(), row: Row::default(), sinks: Vec::new() };
+        Self::with_recordings(recordings, plan, BaselineChecker::default())
     }
 
-    fn with_recordings(recordings: Recordings, plan: &mut RunPlan, baselines: Baselines) -> Self {
-        Recorder {
+    fn with_recordings(recordings: OpenRecordings, plan: &mut RunPlan, baselines: BaselineChecker) -> Self {
+        RunRecorder {
             recordings,
-            values: CollectedValues::new(std::mem::take(&mut plan.collected)),
+            values: ValueCollector::new(std::mem::take(&mut plan.collected)),
             collected: CollectedSignals::new(&plan.analyses),
             faults: FaultReporter::new(&plan.system),
-            checks: Checks::new(std::mem::take(&mut plan.checks), plan.system.clock.step),
+            checks: RunChecks::new(std::mem::take(&mut plan.checks), plan.system.clock.step),
             baselines,
-            messages: Messages::default(),
+            messages: NodeMessageCounter::default(),
             notices: Vec::new(),
             time: 0.0,
             snapshots: CheckSnapshots::default(),
@@ -89,41 +85,39 @@ impl Recorder {
 
     /// Restores the states of the checks from the checkpoint that the run resumes from, and prepares to copy them for those that it
     /// saves. The report gets what began late.
-    pub fn start_at_checkpoint(
+    pub fn restore_from_checkpoint(
         &mut self,
         checkpoints: &CheckpointPlan,
         plan: &RunPlan,
         report: &mut RunReport,
     ) {
-        self.snapshots = checkpoints.check_snapshots();
+        self.snapshots = checkpoints.snapshot_schedule();
         report.resumed = checkpoints.resume_report();
-        let Some(origin) = checkpoints.origin() else { return };
-        let late = self.checks.recall(&origin.checks, origin.system.tick, origin.system.time);
-        let from = format!("from {} s on, where the run begins", rounded(origin.system.time));
-        let checks = late.iter().map(|name| {
-            format!("the check `{name}` is judged {from}: the checkpoint does not know it")
-        });
+        let Some(origin) = checkpoints.resume_checkpoint() else { return };
+        let late = self.checks.restore_state(&origin.checks, origin.system.tick, origin.system.time);
+        let from = format!("from {} s on, where the run begins", rounded_time(origin.system.time));
+        let checks = late
+            .iter()
+            .map(|name| format!("the check `{name}` is judged {from}: the checkpoint does not know it"));
         let baselines = plan.baselines.iter();
-        let baselines =
-            baselines.map(|it| format!("the baseline `{}` is compared {from}", it.name));
+        let baselines = baselines.map(|it| format!("the baseline `{}` is compared {from}", it.name));
         let analyses = plan.analyses.iter();
-        let analyses =
-            analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
+        let analyses = analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
         report.warnings.extend(checks.chain(baselines).chain(analyses));
     }
 
     /// The URLs that viewers can connect to.
-    pub fn urls(&self) -> impl Iterator<Item = &str> {
+    pub fn viewer_urls(&self) -> impl Iterator<Item = &str> {
         self.notices.iter().filter_map(|notice| match notice {
-            Notice::Serving(url) => Some(url.as_str()),
+            SinkNotice::Serving(url) => Some(url.as_str()),
             _ => None,
         })
     }
 
     /// Problems of the recordings that did not end the run.
-    pub fn warnings(&self) -> impl Iterator<Item = String> {
+    pub fn recording_warnings(&self) -> impl Iterator<Item = String> {
         self.notices.iter().filter_map(|notice| match notice {
-            Notice::Warning(text) => Some(text.clone()),
+            SinkNotice::Warning(text) => Some(text.clone()),
             _ => None,
         })
     }
@@ -131,7 +125,7 @@ impl Recorder {
     /// Hands the notices of all sinks to the recordings, and keeps those for the user.
     fn forward_notices(&mut self) -> Result<(), Error> {
         let mut notices = Vec::new();
-        each_sink!(self, sink => notices.append(&mut sink.notices()));
+        each_sink!(self, sink => notices.append(&mut sink.take_notices()));
         self.dispatch_notices(notices)
     }
 
@@ -141,7 +135,7 @@ impl Recorder {
         if tick.is_multiple_of(SELDOM) {
             return self.forward_notices();
         }
-        let (mut notices, mut others) = (self.faults.notices(), self.checks.notices());
+        let (mut notices, mut others) = (self.faults.take_notices(), self.checks.take_notices());
         if notices.is_empty() && others.is_empty() {
             return Ok(());
         }
@@ -149,11 +143,11 @@ impl Recorder {
         self.dispatch_notices(notices)
     }
 
-    fn dispatch_notices(&mut self, notices: Vec<Notice>) -> Result<(), Error> {
+    fn dispatch_notices(&mut self, notices: Vec<SinkNotice>) -> Result<(), Error> {
         for notice in notices {
             match notice {
-                Notice::Status(change) => self.recordings.status(&change)?,
-                Notice::Event(event) => self.recordings.event(&event)?,
+                SinkNotice::Status(change) => self.recordings.push_status_change(&change)?,
+                SinkNotice::Event(event) => self.recordings.push_event(&event)?,
                 notice => self.notices.push(notice),
             }
         }
@@ -161,7 +155,7 @@ impl Recorder {
     }
 
     /// Runs an analysis, and puts its result and the names of its files into the report.
-    pub fn analyse(
+    pub fn run_analysis(
         &mut self,
         plan: &AnalysisPlan,
         report: &mut RunReport,
@@ -172,43 +166,40 @@ impl Recorder {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
             goes_on()
         };
-        let outputs = AnalysisOutputs {
-            sink: &mut self.recordings,
-            folder: &report.folder,
-            files: &mut report.files,
-        };
-        let result = analysis::run(plan, &self.collected, outputs, &mut progress);
+        let outputs =
+            AnalysisOutputs { sink: &mut self.recordings, folder: &report.folder, files: &mut report.files };
+        let result = analysis::run_analysis(plan, &self.collected, outputs, &mut progress);
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())
     }
 
     /// Adds the verdicts to the recordings and completes them.
-    pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
-        self.checks.conclude(&report.checks);
+    pub fn finish_recordings(&mut self, report: &RunReport) -> Result<(), Error> {
+        self.checks.conclude_window_checks(&report.checks);
         self.forward_notices()?;
         let time = self.time;
-        let failures = failures(report).into_iter().map(|(source, message)| Event {
+        let failures = run_failures(report).into_iter().map(|(source, message)| RunEvent {
             time,
-            level: Level::Error,
+            level: EventLevel::Error,
             source: source.to_owned(),
             message,
             again: 0,
         });
-        for event in self.messages.counts(time).into_iter().chain(failures) {
-            self.record(&event)?;
+        for event in self.messages.unrecorded_count_events(time).into_iter().chain(failures) {
+            self.record_event(&event)?;
         }
-        self.finish(&report.markdown(), report.error.is_none())?;
+        self.finish(&report.verdict_markdown(), report.error.is_none())?;
         self.forward_notices()
     }
 
-    fn record(&mut self, event: &Event) -> Result<(), Error> {
-        each_sink!(self, sink => sink.event(event)?);
+    fn record_event(&mut self, event: &RunEvent) -> Result<(), Error> {
+        each_sink!(self, sink => sink.push_event(event)?);
         Ok(())
     }
 }
 
 /// Each failure of a run: its source and its message.
-fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
+fn run_failures(report: &RunReport) -> Vec<(&'static str, String)> {
     let checks = report.checks.iter().filter(|check| !check.passed).map(|check| {
         let reason = check.reason.as_deref().unwrap_or_default();
         ("check", format!("FAILED {}: {} ({reason})", check.name, check.that))
@@ -219,23 +210,23 @@ fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
     checks.chain(validations).chain(error).collect()
 }
 
-impl Sink<Full> for Recorder {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+impl Sink<AllVariables> for RunRecorder {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         self.time = time;
-        each_sink!(self, sink => sink.row(tick, time, row)?);
+        each_sink!(self, sink => sink.push_row(tick, time, row)?);
         if self.snapshots.ticks.contains(&tick) {
             let memories = self.snapshots.memories.lock();
-            *memories.unwrap_or_else(PoisonError::into_inner) = self.checks.memory();
+            *memories.unwrap_or_else(PoisonError::into_inner) = self.checks.save_state();
         }
         self.forward_after(tick)
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.messages.add(event) { self.record(event) } else { Ok(()) }
+    fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
+        if self.messages.count_event(event) { self.record_event(event) } else { Ok(()) }
     }
 
-    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        each_sink!(self, sink => sink.status(change)?);
+    fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
+        each_sink!(self, sink => sink.push_status_change(change)?);
         Ok(())
     }
 
@@ -246,69 +237,61 @@ impl Sink<Full> for Recorder {
 }
 
 /// The recordings of a run. They get the recorded part of each row.
-struct Recordings {
-    selection: Selection,
-    row: Row<Recorded>,
+struct OpenRecordings {
+    selection: RecordedSelection,
+    row: Row<RecordedVariables>,
     sinks: Vec<BoxedSink>,
 }
 
-impl Recordings {
+impl OpenRecordings {
     fn open(plan: &RunPlan, options: &RunOptions) -> Result<Self, Error> {
         let header = &plan.header;
         std::fs::create_dir_all(&header.folder)
-            .map_err(|error| Error::output(&header.folder, error))?;
+            .map_err(|error| Error::output_failure(&header.folder, error))?;
         let opened = SINKS.iter().filter_map(|kind| (kind.open)(header, options).transpose());
-        Ok(Recordings {
+        Ok(OpenRecordings {
             selection: plan.recorded.clone(),
             row: Row::default(),
             sinks: opened.collect::<Result<_, _>>()?,
         })
     }
 
-    fn for_each_sink(
-        &mut self,
-        call: impl FnMut(&mut BoxedSink) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    fn for_each_sink(&mut self, call: impl FnMut(&mut BoxedSink) -> Result<(), Error>) -> Result<(), Error> {
         self.sinks.iter_mut().try_for_each(call)
     }
 }
 
-impl Sink<Full> for Recordings {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+impl Sink<AllVariables> for OpenRecordings {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         if !self.selection.is_empty() && !self.sinks.is_empty() {
-            self.selection.pick(row, &mut self.row);
+            self.selection.copy_recorded_values(row, &mut self.row);
         }
-        self.sinks.iter_mut().try_for_each(|sink| sink.row(tick, time, &self.row))
+        self.sinks.iter_mut().try_for_each(|sink| sink.push_row(tick, time, &self.row))
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.event(event))
+    fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_event(event))
     }
 
-    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.status(change))
+    fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_status_change(change))
     }
 
-    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.derived(derived))
+    fn push_derived_columns(&mut self, derived: &AnalysisColumns) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_derived_columns(derived))
     }
 
-    fn diagram(
-        &mut self,
-        analysis: &str,
-        group: &str,
-        diagram: &plugin::Diagram,
-    ) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.diagram(analysis, group, diagram))
+    fn push_diagram(&mut self, analysis: &str, group: &str, diagram: &plugin::Diagram) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_diagram(analysis, group, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         self.for_each_sink(|sink| sink.finish(summary, completed))
     }
 
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         let mut notices = Vec::new();
-        self.sinks.iter_mut().for_each(|sink| notices.append(&mut sink.notices()));
+        self.sinks.iter_mut().for_each(|sink| notices.append(&mut sink.take_notices()));
         notices
     }
 }

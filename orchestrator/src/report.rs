@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use assessment::baseline::BaselineOutcome;
-use assessment::check::Verdict;
+use assessment::check::CheckVerdict;
 use cosim::coupling::CouplingSummary;
-use cosim::exchange::Effort;
-use cosim::master::Progress;
+use cosim::exchange::NodeStepTiming;
+use cosim::master::RunProgress;
 use cosim::system::NodePlan;
-use diagnostics::{Error, Source};
+use diagnostics::{Error, SourceFiles};
 use scenario::Scenario;
 use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
@@ -25,7 +25,7 @@ use crate::messages::{self, NodeMessage};
 use crate::nofollow;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
-pub use provenance::{FileReport, FmuReport, Provenance, Versions};
+pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ pub enum RunVerdict {
 }
 
 impl RunVerdict {
-    fn of(error: &Error) -> Self {
+    fn from_error(error: &Error) -> Self {
         if error.is_interruption() { RunVerdict::Interrupted } else { RunVerdict::Error }
     }
 }
@@ -66,7 +66,7 @@ pub struct RunReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resumed: Option<ResumeReport>,
     /// The checks, in the order of the file.
-    pub checks: Vec<Verdict>,
+    pub checks: Vec<CheckVerdict>,
     /// The comparisons with baselines, which are among the checks, too.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub baselines: Vec<BaselineOutcome>,
@@ -97,7 +97,7 @@ pub struct RunReport {
     pub coupling: CouplingSummary,
     /// What it was made with.
     #[serde(flatten)]
-    pub provenance: Provenance,
+    pub provenance: RunProvenance,
     /// The files that analyses left beside the report.
     pub files: Vec<String>,
     /// Where the files are.
@@ -125,7 +125,7 @@ pub struct ResumeReport {
 impl ResumeReport {
     /// The line about it.
     #[must_use]
-    pub fn line(&self) -> String {
+    pub fn describe_resumption(&self) -> String {
         let ResumeReport { checkpoint, time, changes, .. } = self;
         let changes = match changes.as_slice() {
             [] => String::new(),
@@ -150,7 +150,7 @@ pub struct ValidationReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Its checks.
-    pub checks: Vec<Verdict>,
+    pub checks: Vec<CheckVerdict>,
     /// What its nodes say, by kind.
     pub messages: Vec<NodeMessage>,
     /// Its whole report.
@@ -161,18 +161,13 @@ pub struct ValidationReport {
 impl ValidationReport {
     /// How the scenario at `path` ended.
     #[must_use]
-    pub fn new(
-        name: &str,
-        path: &Path,
-        folder: PathBuf,
-        outcome: &Result<RunReport, Error>,
-    ) -> Self {
+    pub fn new(name: &str, path: &Path, folder: PathBuf, outcome: &Result<RunReport, Error>) -> Self {
         let report = outcome.as_ref().ok();
         ValidationReport {
             name: name.to_owned(),
             scenario: path.to_owned(),
             folder,
-            verdict: outcome.as_ref().map_or_else(RunVerdict::of, |report| report.verdict),
+            verdict: outcome.as_ref().map_or_else(RunVerdict::from_error, |report| report.verdict),
             error: outcome.as_ref().err().map(ToString::to_string),
             checks: report.map(|report| report.checks.clone()).unwrap_or_default(),
             messages: report.map(|report| report.messages.clone()).unwrap_or_default(),
@@ -215,11 +210,11 @@ impl NodeReport {
     }
 
     /// Sets the figures that are known after the run.
-    fn set_effort(&mut self, effort: &Effort, has_deadline: bool) {
+    fn set_step_timing(&mut self, effort: &NodeStepTiming, has_deadline: bool) {
         self.calls = effort.calls;
         self.seconds = effort.time.as_secs_f64();
         self.mean_seconds = self.seconds / effort.calls.max(1) as f64;
-        self.p99_seconds = effort.quantile(0.99).unwrap_or(0.0);
+        self.p99_seconds = effort.step_time_quantile(0.99).unwrap_or(0.0);
         self.max_seconds = effort.longest.as_secs_f64();
         self.deadline_misses = has_deadline.then_some(effort.misses);
     }
@@ -251,7 +246,7 @@ impl RunReport {
             // Connectors, which come last, do nothing that takes effort.
             nodes: plan.system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
             coupling: CouplingSummary::default(),
-            provenance: Provenance::new(scenario, plan),
+            provenance: RunProvenance::new(scenario, plan),
             files: Vec::new(),
             folder: plan.header.folder.clone(),
             warnings: plan.system.warnings.clone(),
@@ -261,27 +256,27 @@ impl RunReport {
 
     /// What checks may be about besides signals: results of analyses, reports of validations, and numbers of messages.
     #[must_use]
-    pub fn results(&self) -> BTreeMap<String, serde_json::Value> {
+    pub fn results_for_checks(&self) -> BTreeMap<String, serde_json::Value> {
         let validations = self.validations.iter();
         let validations = validations.map(|it| (it.name.clone(), it.report.clone()));
         let messages =
-            messages::results(&self.messages, self.nodes.iter().map(|it| it.name.as_str()));
+            messages::message_counts_for_checks(&self.messages, self.nodes.iter().map(|it| it.name.as_str()));
         // A name of the scenario goes first.
         [messages].into_iter().chain(self.analyses.clone()).chain(validations).collect()
     }
 
     /// Adds how the run went; the checks with those of its baselines.
-    pub fn complete(
+    pub fn complete_after_run(
         &mut self,
-        progress: &Progress,
+        progress: &RunProgress,
         step: f64,
-        checks: Vec<Verdict>,
+        checks: Vec<CheckVerdict>,
         error: Option<&Error>,
     ) {
         let passed = checks.iter().all(|check| check.passed)
             && self.validations.iter().all(|validation| validation.verdict == RunVerdict::Pass);
         self.verdict = match (error, passed) {
-            (Some(error), _) => RunVerdict::of(error),
+            (Some(error), _) => RunVerdict::from_error(error),
             (None, true) => RunVerdict::Pass,
             (None, false) => RunVerdict::Fail,
         };
@@ -292,7 +287,7 @@ impl RunReport {
         self.sim_seconds = progress.steps as f64 * step;
         self.coupling = progress.coupling.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
-            node.set_effort(effort, progress.deadline.is_some());
+            node.set_step_timing(effort, progress.deadline.is_some());
         }
     }
 
@@ -307,9 +302,8 @@ impl RunReport {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(crate) fn write_partial(&self, validations: &[Validation]) -> Result<(), Error> {
-        let validations =
-            validations.iter().map(|it| PreviousValidation { name: it.name.get_ref().clone() });
+    pub(crate) fn write_cleanup_report(&self, validations: &[Validation]) -> Result<(), Error> {
+        let validations = validations.iter().map(|it| PreviousValidation { name: it.name.get_ref().clone() });
         write_json(
             &self.folder.join(PARTIAL),
             &PreviousRun {
@@ -327,12 +321,13 @@ impl RunReport {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write(&self, source: &Source) -> Result<(), Error> {
+    pub fn write_report_files(&self, source: &SourceFiles) -> Result<(), Error> {
         let page = self.folder.join(PAGE);
-        nofollow::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
+        nofollow::write_without_following_links(&page, self.html_page(source))
+            .map_err(|error| Error::output_failure(&page, error))?;
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;
-        std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
+        std::fs::rename(&partial, &path).map_err(|error| Error::output_failure(&path, error))
     }
 
     /// The exit code of the program.
@@ -347,6 +342,7 @@ impl RunReport {
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(value).map_err(|error| Error::output(path, error))?;
-    nofollow::write(path, text + "\n").map_err(|error| Error::output(path, error))
+    let text = serde_json::to_string_pretty(value).map_err(|error| Error::output_failure(path, error))?;
+    nofollow::write_without_following_links(path, text + "\n")
+        .map_err(|error| Error::output_failure(path, error))
 }

@@ -3,21 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use assessment::baseline::{BaselineOutcome, Baselines};
-use assessment::check::Verdict;
+use assessment::baseline::{BaselineChecker, BaselineOutcome};
+use assessment::check::CheckVerdict;
 use cosim::coupling;
-use cosim::master::{self, Progress};
-use cosim::node::{self, Host, Node};
+use cosim::master::{self, RunProgress};
+use cosim::node::{self, FmuProcessOptions, Node};
 use cosim::system::System;
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, ErrorCollector};
 use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario, document};
 
 use crate::checkpoint_plan::CheckpointPlan;
-use crate::options::{BranchRole, ProgressEvent, Replay, RunOptions};
+use crate::options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
 use crate::real_time::RealTimeTimer;
-use crate::recorder::Recorder;
+use crate::recorder::RunRecorder;
 use crate::report::{RunReport, ValidationReport};
 use crate::run_folder::{self, RunFolder};
 use crate::stop::StopCondition;
@@ -25,10 +25,10 @@ use crate::warm_start::WarmStart;
 use crate::{baseline, package, validation};
 
 /// A completed run. Viewers can be connected to it as long as it is kept.
-pub struct Run {
+pub struct CompletedRun {
     /// Its report.
     pub report: RunReport,
-    _recorder: Recorder,
+    _recorder: RunRecorder,
 }
 
 /// What the runs of one process share: nodes that are to be freed, the stop condition, and a warm start for branches. Nodes are freed when
@@ -59,12 +59,12 @@ impl RunContext {
         &mut self,
         system: &mut System,
         checkpoints: &CheckpointPlan,
-        host: Option<&Host>,
+        host: Option<&FmuProcessOptions>,
     ) -> Result<Vec<Box<dyn Node>>, Error> {
         match self.warm_start.as_mut().filter(|_| checkpoints.reuses_nodes()) {
             None => {
                 let mut nodes =
-                    node::instantiate(system, host).map_err(|error| self.stop_reason_or(error))?;
+                    node::instantiate_nodes(system, host).map_err(|error| self.stop_error_or(error))?;
                 if checkpoints.is_warm_up() {
                     // The branches may have faults of calls that the warm-up does not have.
                     node::with_call_faults(system, &mut nodes, true);
@@ -72,7 +72,7 @@ impl RunContext {
                 Ok(nodes)
             }
             Some(warm_start) => {
-                let mut nodes = node::sources(system);
+                let mut nodes = node::source_nodes(system);
                 warm_start.lend_nodes(system, &mut nodes);
                 Ok(nodes)
             }
@@ -80,12 +80,7 @@ impl RunContext {
     }
 
     /// Keeps the nodes of a finished run until they are freed, or a branch goes on with them.
-    fn keep_nodes(
-        &mut self,
-        system: &System,
-        mut nodes: Vec<Box<dyn Node>>,
-        checkpoints: CheckpointPlan,
-    ) {
+    fn keep_nodes(&mut self, system: &System, mut nodes: Vec<Box<dyn Node>>, checkpoints: CheckpointPlan) {
         if checkpoints.reuses_nodes() {
             if let Some(warm_start) = &mut self.warm_start {
                 warm_start.take_back_nodes(system, &mut nodes);
@@ -99,20 +94,20 @@ impl RunContext {
     }
 
     fn check_stop(&self) -> Result<(), Error> {
-        self.stop.as_ref().map_or(Ok(()), StopCondition::check)
+        self.stop.as_ref().map_or(Ok(()), StopCondition::check_may_continue)
     }
 
     /// How isolated FMUs are started and watched; none when this process cannot start them.
-    fn host(&self, options: &RunOptions) -> Option<Host> {
+    fn isolation_host(&self, options: &RunOptions) -> Option<FmuProcessOptions> {
         let program = (options.program.clone()?, vec!["isolated".to_owned()]);
-        let give_up = self.stop.as_ref()?.give_up_condition();
-        Some(Host { program, patience: options.patience.unwrap_or(PATIENCE), give_up })
+        let give_up = self.stop.as_ref()?.overdue_call_condition();
+        Some(FmuProcessOptions { program, patience: options.patience.unwrap_or(PATIENCE), give_up })
     }
 
     /// Why the run had to end, if it had to; or else the error.
-    fn stop_reason_or(&self, error: Error) -> Error {
+    fn stop_error_or(&self, error: Error) -> Error {
         match &self.stop {
-            Some(stop) => stop.reason_or(error),
+            Some(stop) => stop.stop_error_or(error),
             None => error,
         }
     }
@@ -122,81 +117,84 @@ impl RunContext {
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Receives the events of a run.
-type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
+type OnProgressEvent<'a> = &'a mut dyn FnMut(ProgressEvent);
 
 /// Runs the scenario at `path`; `events` is called as it goes on. Its nodes stay in the context afterwards.
 ///
 /// # Errors
 /// When the scenario is wrong, an FMU fails, or a file cannot be written; when a signal or its limit ends it. A run that began
 /// has a report nevertheless.
-pub fn run(
+pub fn run_scenario(
     path: &Path,
     options: &RunOptions,
     context: &mut RunContext,
-    events: Events,
-) -> Result<Run, Error> {
+    events: OnProgressEvent,
+) -> Result<CompletedRun, Error> {
     let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
     let scenario = &Scenario::read_variant(path, options.variant.as_deref())?;
-    run_folder::check(&folder, scenario)?;
-    let on_progress =
-        &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
-    let built = &package::build(scenario, on_progress)
-        .map_err(|error| with_other_mistakes(error, scenario, options))?;
+    run_folder::check_run_folder(&folder, scenario)?;
+    let on_progress = &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
+    let built = &package::build_scenario_packages(scenario, on_progress)
+        .map_err(|error| with_other_scenario_errors(error, scenario, options))?;
     // A wrong word is told with all others.
-    let limit = resolve::limit(scenario).ok().flatten();
+    let limit = resolve::wall_clock_limit(scenario).ok().flatten();
     context.stop = Some(StopCondition::new(options.limit.or(limit)));
-    Job { scenario, built, options }.run(folder, context, events)
+    ScenarioJob { scenario, built, options }.run_and_validate(folder, context, events)
 }
 
 /// The error of a build, with all other mistakes of the scenario that can be found without the packages.
-fn with_other_mistakes(error: Error, scenario: &Scenario, options: &RunOptions) -> Error {
-    let mut mistakes = Mistakes::from_iter([error]);
+fn with_other_scenario_errors(error: Error, scenario: &Scenario, options: &RunOptions) -> Error {
+    let mut mistakes = ErrorCollector::from_iter([error]);
     let nothing = BuildArtifacts::default();
-    mistakes.take(RunPlan::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
-    mistakes.finish().err().unwrap_or_else(Error::follow_up)
+    mistakes.ok_or_record(RunPlan::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
+    mistakes.into_result().err().unwrap_or_else(Error::already_reported)
 }
 
 /// A scenario, its packages, and the options of its run.
 #[derive(Clone, Copy)]
-struct Job<'a> {
+struct ScenarioJob<'a> {
     scenario: &'a Scenario,
     built: &'a BuildArtifacts,
     options: &'a RunOptions,
 }
 
-impl Job<'_> {
+impl ScenarioJob<'_> {
     /// Runs the scenario, and then the validations of its results.
-    fn run(self, folder: PathBuf, context: &mut RunContext, events: Events) -> Result<Run, Error> {
-        let mut plan = self.resolve(folder)?;
+    fn run_and_validate(
+        self,
+        folder: PathBuf,
+        context: &mut RunContext,
+        events: OnProgressEvent,
+    ) -> Result<CompletedRun, Error> {
+        let mut plan = self.resolve_run_plan(folder)?;
         let baselines = match self.options.bless {
-            true => Baselines::default(),
-            false => baseline::read(self.scenario, &plan)?,
+            true => BaselineChecker::default(),
+            false => baseline::read_baselines(self.scenario, &plan)?,
         };
-        let host = context.host(self.options);
-        let mut checkpoints =
-            CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
+        let host = context.isolation_host(self.options);
+        let mut checkpoints = CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
         let mut nodes = context.create_nodes(&mut plan.system, &checkpoints, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::catch_termination_signals();
 
         let begin = Instant::now();
-        let run_folder = RunFolder::claim(&plan.header.folder)?;
+        let run_folder = RunFolder::create_and_lock(&plan.header.folder)?;
         let mut report = RunReport::new(self.scenario, &plan);
         report.identity.clone_from(&self.options.identity);
         let recording_options = self.recording_options(&plan);
-        let mut recorder = run_folder.replace(|| {
+        let mut recorder = run_folder.replace_recordings(|| {
             // A killed run leaves no file that nothing accounts for.
-            report.write_partial(&self.scenario.document.validation)?;
+            report.write_cleanup_report(&self.scenario.document.validation)?;
             checkpoints.refuse_existing_files()?;
-            Recorder::new(&mut plan, baselines, &recording_options)
+            RunRecorder::new(&mut plan, baselines, &recording_options)
         })?;
-        recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        recorder.start_at_checkpoint(&checkpoints, &plan, &mut report);
+        recorder.viewer_urls().for_each(|url| events(ProgressEvent::Serving(url)));
+        recorder.restore_from_checkpoint(&checkpoints, &plan, &mut report);
 
         let (clock, first_tick) = (plan.system.clock, checkpoints.first_tick());
         let mut timer = RealTimeTimer::new(clock, first_tick, self.options.realtime);
-        let mut progress = Progress { deadline: timer.deadline(), ..Progress::default() };
+        let mut progress = RunProgress { deadline: timer.step_deadline(), ..RunProgress::default() };
         // Nobody sees more than a hundred of them, and each costs more than a short step.
         let mut next_event = 0;
         let mut on_tick = |done| {
@@ -204,9 +202,9 @@ impl Job<'_> {
                 events(ProgressEvent::Steps(done, clock.steps));
                 next_event = done + clock.steps / 100 + 1;
             }
-            timer.wait(done, || context.check_stop())
+            timer.wait_for_tick(done, || context.check_stop())
         };
-        let simulated = simulate(
+        let simulated = simulate_to_end(
             &mut plan.system,
             &mut nodes,
             &mut recorder,
@@ -214,13 +212,13 @@ impl Job<'_> {
             &mut on_tick,
             &mut checkpoints,
         );
-        let mut outcome = simulated.map_err(|error| context.stop_reason_or(error));
-        checkpoints.finish(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
+        let mut outcome = simulated.map_err(|error| context.stop_error_or(error));
+        checkpoints.finish_and_verify(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
         checkpoints.add_to(&mut report);
         context.keep_nodes(&plan.system, nodes, checkpoints);
 
         if outcome.is_ok() {
-            outcome = analyse(&plan, &mut recorder, &mut report, context, events);
+            outcome = run_analyses(&plan, &mut recorder, &mut report, context, events);
         }
         if outcome.is_ok() {
             outcome = self.validate_all(&plan.system, &mut report, context, events);
@@ -231,42 +229,42 @@ impl Job<'_> {
 
         let failure = outcome.err();
         let verdicts = evaluate_checks(&recorder, &mut report);
-        baseline::draw(&recorder.baselines, &mut report)?;
+        baseline::draw_baseline_plots(&recorder.baselines, &mut report)?;
         report.late_points = timer.late_points();
-        report.complete(&progress, clock.step, verdicts, failure.as_ref());
-        recorder.conclude(&report)?;
+        report.complete_after_run(&progress, clock.step, verdicts, failure.as_ref());
+        recorder.finish_recordings(&report)?;
         if self.options.bless {
-            baseline::bless(&plan, &mut report)?;
+            baseline::replace_baselines_by_run(&plan, &mut report)?;
         }
-        report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
-        report.warnings.extend(fmu_import::process_state_changes());
+        report.warnings.extend(recorder.recording_warnings().chain(progress.notices).chain(progress.ended));
+        report.warnings.extend(fmu_import::take_process_change_reports());
         report.set_wall_time(begin.elapsed().as_secs_f64());
-        report.write(&self.scenario.source)?;
+        report.write_report_files(&self.scenario.source)?;
         match failure {
             Some(error) => {
                 events(ProgressEvent::Failed(&report));
                 Err(error)
             }
-            None => Ok(Run { report, _recorder: recorder }),
+            None => Ok(CompletedRun { report, _recorder: recorder }),
         }
     }
 
     /// The plan of the run, which is checked together with those of its validations.
-    fn resolve(self, folder: PathBuf) -> Result<RunPlan, Error> {
+    fn resolve_run_plan(self, folder: PathBuf) -> Result<RunPlan, Error> {
         let overrides = &self.options.overrides;
         let mut plan = RunPlan::resolve(self.scenario, self.built, overrides, folder)?;
         if let Some(latest) = self.options.latest_stop {
             let announced_stop = &mut plan.system.announced_stop;
             *announced_stop = announced_stop.map(|stop| stop.max(latest));
         }
-        validation::check_all(self.scenario, self.built, &plan.system)?;
+        validation::check_validations(self.scenario, self.built, &plan.system)?;
         plan.restrict_outputs();
         Ok(plan)
     }
 
     /// The options of the run, with the recording that a new baseline is made of.
     fn recording_options(self, plan: &RunPlan) -> RunOptions {
-        let csv = self.options.csv || (self.options.bless && baseline::wants_csv(plan));
+        let csv = self.options.csv || (self.options.bless && baseline::is_csv_recording_needed(plan));
         RunOptions { csv, ..self.options.clone() }
     }
 
@@ -275,30 +273,30 @@ impl Job<'_> {
         system: &System,
         report: &mut RunReport,
         context: &mut RunContext,
-        events: Events,
+        events: OnProgressEvent,
     ) -> Result<(), Error> {
         let validations = self.scenario.document.validation.iter();
         for (validation, child) in validations.zip(&self.scenario.validations) {
             context.check_stop()?;
             context.free_single_instances();
-            self.validate(system, validation, child, report, context, events)?;
+            self.run_validation(system, validation, child, report, context, events)?;
         }
         Ok(())
     }
 
     /// Runs the scenario `child` that validates the results of this run, and adds its ending to the report.
-    fn validate(
+    fn run_validation(
         self,
         system: &System,
         validation: &document::Validation,
         child: &Scenario,
         report: &mut RunReport,
         context: &mut RunContext,
-        events: Events,
+        events: OnProgressEvent,
     ) -> Result<(), Error> {
         let name = validation.name.get_ref();
         events(ProgressEvent::Validation(name));
-        let overrides = validation::overrides(self.scenario, validation, system, Some(report))?;
+        let overrides = validation::validation_overrides(self.scenario, validation, system, Some(report))?;
         let options = RunOptions {
             overrides: Overrides {
                 seed: self.options.overrides.seed,
@@ -308,17 +306,21 @@ impl Job<'_> {
                 ..overrides
             },
             // A viewer that is connected goes on showing this run.
-            replay: if self.options.replay == Replay::Off { Replay::Off } else { Replay::Save },
+            replay: if self.options.replay == ReplayOutput::Off {
+                ReplayOutput::Off
+            } else {
+                ReplayOutput::Save
+            },
             realtime: None,
             checkpoints: Vec::new(),
             resume: None,
-            role: BranchRole::Standalone,
+            role: WarmStartRole::Standalone,
             ..self.options.clone()
         };
         let folder = report.folder.join(name);
-        let job = Job { scenario: child, built: self.built, options: &options };
-        let outcome = job.run(folder.clone(), context, events).map(|run| run.report);
-        report.validations.push(ValidationReport::new(name, child.source.path(), folder, &outcome));
+        let job = ScenarioJob { scenario: child, built: self.built, options: &options };
+        let outcome = job.run_and_validate(folder.clone(), context, events).map(|run| run.report);
+        report.validations.push(ValidationReport::new(name, child.source.main_path(), folder, &outcome));
         match outcome {
             Ok(_) => Ok(()),
             Err(error) => Err(Error::Validation { name: name.clone(), error: Box::new(error) }),
@@ -327,22 +329,22 @@ impl Job<'_> {
 }
 
 /// The verdicts of all checks and baselines; the report gets the values that they are about.
-fn evaluate_checks(recorder: &Recorder, report: &mut RunReport) -> Vec<Verdict> {
-    report.messages = recorder.messages.list();
-    let results = report.results();
+fn evaluate_checks(recorder: &RunRecorder, report: &mut RunReport) -> Vec<CheckVerdict> {
+    report.messages = recorder.messages.node_messages();
+    let results = report.results_for_checks();
     let mut verdicts = recorder.checks.verdicts(&results);
     report.collected = recorder.values.by_name(&results);
     report.baselines = recorder.baselines.outcomes();
-    verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
+    verdicts.extend(report.baselines.iter().map(BaselineOutcome::to_verdict));
     verdicts
 }
 
 /// Steps the nodes to the end; `on_tick` is called at each communication point.
-fn simulate(
+fn simulate_to_end(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
-    recorder: &mut Recorder,
-    progress: &mut Progress,
+    recorder: &mut RunRecorder,
+    progress: &mut RunProgress,
     on_tick: &mut dyn FnMut(u64) -> Result<(), Error>,
     checkpoints: &mut CheckpointPlan,
 ) -> Result<(), Error> {
@@ -350,21 +352,21 @@ fn simulate(
         return Ok(());
     }
     on_tick(checkpoints.first_tick())?;
-    let mut coupling = coupling::of(system);
+    let mut coupling = coupling::create_coupling(system);
     master::run_observed(system, nodes, coupling.as_mut(), recorder, progress, on_tick, checkpoints)
 }
 
 /// Runs the analyses one after the other.
-fn analyse(
+fn run_analyses(
     run_plan: &RunPlan,
-    recorder: &mut Recorder,
+    recorder: &mut RunRecorder,
     report: &mut RunReport,
     context: &RunContext,
-    events: Events,
+    events: OnProgressEvent,
 ) -> Result<(), Error> {
     for plan in &run_plan.analyses {
         context.check_stop()?;
-        let outcome = recorder.analyse(plan, report, &|| context.check_stop().is_ok(), events);
+        let outcome = recorder.run_analysis(plan, report, &|| context.check_stop().is_ok(), events);
         // An analysis that is called off says something else.
         context.check_stop().and(outcome)?;
     }

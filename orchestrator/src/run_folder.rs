@@ -4,7 +4,7 @@ use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, Mistakes, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned};
 use scenario::Scenario;
 use scenario::plan::REPORT;
 
@@ -20,61 +20,62 @@ const ROOTS: [&str; 2] = ["Cargo.toml", ".git"];
 ///
 /// # Errors
 /// When it is no folder, or one of something else, or the scenario reads a file in it.
-pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
-    let mut mistakes = Mistakes::default();
+pub(crate) fn check_run_folder(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+    let mut mistakes = ErrorCollector::default();
     let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let existing = absolute.ancestors().find(|path| path.exists());
     if let Some(file) = existing.filter(|path| !path.is_dir()) {
-        mistakes.push(unusable(folder, &format!("{} is a file", file.display())));
+        mistakes.push(unusable_folder_error(folder, &format!("{} is a file", file.display())));
     }
     let real = fs::canonicalize(&absolute).unwrap_or(absolute);
     if real.parent().is_none() {
-        mistakes.push(unusable(folder, "it is the root of all files"));
+        mistakes.push(unusable_folder_error(folder, "it is the root of all files"));
     }
     if let Some(root) = ROOTS.iter().find(|root| real.join(root).exists()) {
-        mistakes.push(unusable(folder, &format!("it holds {root}")));
+        mistakes.push(unusable_folder_error(folder, &format!("it holds {root}")));
     }
-    mistakes.take(refuse_foreign_files(folder));
-    mistakes.take(refuse_input_files(&real, scenario));
-    mistakes.take(check_validation_folders(folder, scenario));
-    mistakes.finish()
+    mistakes.ok_or_record(refuse_files_of_others(folder));
+    mistakes.ok_or_record(refuse_overwriting_inputs(&real, scenario));
+    mistakes.ok_or_record(check_validation_folders(folder, scenario));
+    mistakes.into_result()
 }
 
 /// Refuses validations whose folder is a file, a link to another place, or one with files of others.
 fn check_validation_folders(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let names = scenario.document.validation.iter().map(|validation| &validation.name);
-    Mistakes::all(names.zip(&scenario.validations).map(|(name, child)| {
+    ErrorCollector::collect_all(names.zip(&scenario.validations).map(|(name, child)| {
         let path = folder.join(name.get_ref());
         if let Some(kind) = fs::symlink_metadata(&path).ok().filter(|it| !it.is_dir()) {
             let kind = if kind.is_symlink() { "a link" } else { "a file" };
             let message = format!("the validation writes into {}, which is {kind}", path.display());
-            return Err(scenario.error(name, message));
+            return Err(scenario.error_at(name, message));
         }
-        refuse_foreign_files(&path).and_then(|()| check_validation_folders(&path, child))
+        refuse_files_of_others(&path).and_then(|()| check_validation_folders(&path, child))
     }))
     .map(drop)
 }
 
 /// Refuses files that have the names of a run's, but that no report of a run accounts for.
-fn refuse_foreign_files(folder: &Path) -> Result<(), Error> {
+fn refuse_files_of_others(folder: &Path) -> Result<(), Error> {
     let aside = folder.join(ASIDE);
     let kind = |path: &Path| fs::symlink_metadata(path).ok();
-    let ours = PreviousRun::read(folder).is_some() || PreviousRun::read(&aside).is_some();
-    if kind(&folder.join(REPORT)).is_some() && PreviousRun::read(folder).is_none() {
-        return Err(unusable(folder, "its report.json is not that of a run"));
+    let ours =
+        PreviousRun::read_from_folder(folder).is_some() || PreviousRun::read_from_folder(&aside).is_some();
+    if kind(&folder.join(REPORT)).is_some() && PreviousRun::read_from_folder(folder).is_none() {
+        return Err(unusable_folder_error(folder, "its report.json is not that of a run"));
     }
     if kind(&aside).is_some_and(|it| !it.is_dir() || !(ours || is_empty(&aside))) {
-        return Err(unusable(folder, &format!("it holds {ASIDE}, which no run left")));
+        return Err(unusable_folder_error(folder, &format!("it holds {ASIDE}, which no run left")));
     }
     // A full disk leaves an empty note of a run.
     let is_marked_begun = |name: &str| {
         name == PARTIAL && kind(&folder.join(name)).is_some_and(|it| it.is_file() && it.len() == 0)
     };
-    let mut names = names_of_runs().filter(|name| !ours && !is_marked_begun(name));
+    let mut names = run_file_names().filter(|name| !ours && !is_marked_begun(name));
     match names.find(|name| kind(&folder.join(name)).is_some()) {
         Some(name) => {
             let why = format!("it holds {name}, and no report says that a run wrote it");
-            Err(unusable(folder, &why))
+            Err(unusable_folder_error(folder, &why))
         }
         None => Ok(()),
     }
@@ -85,22 +86,21 @@ fn is_empty(folder: &Path) -> bool {
 }
 
 /// The names of the files that each run may leave.
-fn names_of_runs() -> impl Iterator<Item = &'static str> {
+fn run_file_names() -> impl Iterator<Item = &'static str> {
     OWN_FILES.into_iter().chain(SINKS.iter().flat_map(|kind| kind.files.iter().copied()))
 }
 
-fn unusable(folder: &Path, why: &str) -> Error {
+fn unusable_folder_error(folder: &Path, why: &str) -> Error {
     let message = format!("the results cannot go to {}: {why}", folder.display());
-    Error::input(message).help("name a folder of their own: --out target/runs/NAME")
+    Error::invalid_input(message).with_help("name a folder of their own: --out target/runs/NAME")
 }
 
 /// Refuses files of the scenario that the run would replace.
-fn refuse_input_files(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+fn refuse_overwriting_inputs(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let inside = |word: &&Spanned<String>| {
-        let path = scenario.source.resolve(word);
+        let path = scenario.source.resolve_path(word);
         // Also a link in the folder, wherever it leads, and a file there that a link elsewhere leads to.
-        let place =
-            path.parent().map(|it| if it.as_os_str().is_empty() { Path::new(".") } else { it });
+        let place = path.parent().map(|it| if it.as_os_str().is_empty() { Path::new(".") } else { it });
         [Some(path.as_path()), place]
             .into_iter()
             .flatten()
@@ -109,12 +109,12 @@ fn refuse_input_files(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let errors = scenario.read_files().filter(inside).map(|word| {
         let message = format!("`{}` is in the folder that the results go to", word.get_ref());
         scenario
-            .error(word, message)
-            .help("copy it to another place, or name another folder: --out FOLDER")
+            .error_at(word, message)
+            .with_help("copy it to another place, or name another folder: --out FOLDER")
     });
-    let own = errors.collect::<Mistakes>().finish();
-    let validations = scenario.validations.iter().map(|child| refuse_input_files(folder, child));
-    Mistakes::both(own, Mistakes::all(validations)).map(drop)
+    let own = errors.collect::<ErrorCollector>().into_result();
+    let validations = scenario.validations.iter().map(|child| refuse_overwriting_inputs(folder, child));
+    ErrorCollector::collect_both(own, ErrorCollector::collect_all(validations)).map(drop)
 }
 
 /// A folder that this run alone writes to, until it is dropped.
@@ -145,20 +145,18 @@ impl RunFolder {
     ///
     /// # Errors
     /// When it cannot be made, or another run writes into it.
-    pub fn claim(path: &Path) -> Result<Self, Error> {
-        let output = |error| Error::output(path, error);
+    pub fn create_and_lock(path: &Path) -> Result<Self, Error> {
+        let output = |error| Error::output_failure(path, error);
         fs::create_dir_all(path).map_err(output)?;
         let lock = File::open(path).map_err(output)?;
         match lock_with_retries(&lock) {
             Err(TryLockError::WouldBlock) => {
                 let message = format!("another run is writing into {}", path.display());
-                Err(Error::input(message)
-                    .help("wait for its end, or name another folder: --out FOLDER"))
+                Err(Error::invalid_input(message)
+                    .with_help("wait for its end, or name another folder: --out FOLDER"))
             }
             // Some file systems have no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {
-                Ok(RunFolder { path: path.to_owned(), _lock: lock })
-            }
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(RunFolder { path: path.to_owned(), _lock: lock }),
         }
     }
 
@@ -166,17 +164,17 @@ impl RunFolder {
     ///
     /// # Errors
     /// When they cannot be opened, or would take the place of files of others; then all files are as they were.
-    pub fn replace<T>(&self, open: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    pub fn replace_recordings<T>(&self, open: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
         let (path, aside) = (&self.path, self.path.join(ASIDE));
-        refuse_foreign_files(path)?;
+        refuse_files_of_others(path)?;
         let opened = move_files(path, &aside).and_then(|()| {
-            open().inspect_err(|_| drop(remove(path, &aside))) // What was opened by now is empty.
+            open().inspect_err(|_| drop(remove_run_files(path, &aside))) // What was opened by now is empty.
         });
         match opened {
-            Ok(opened) => remove(&aside, path).map(|()| opened),
+            Ok(opened) => remove_run_files(&aside, path).map(|()| opened),
             Err(error) => {
                 move_files(&aside, path)?;
-                let _ = remove(&aside, path);
+                let _ = remove_run_files(&aside, path);
                 let _ = fs::remove_dir(path);
                 Err(error)
             }
@@ -194,18 +192,18 @@ struct RunFiles {
 
 impl RunFiles {
     /// Looks through a folder by the reports in it, or by those in the other one: a killed run may have moved some files only.
-    fn find(folder: &Path, other: &Path) -> Self {
+    fn find_by_reports(folder: &Path, other: &Path) -> Self {
         let mut left = RunFiles::default();
-        left.add([folder, other], Path::new(""));
+        left.add_folder_contents([folder, other], Path::new(""));
         left
     }
 
     /// Adds what is in a folder within the folder. Neither a folder nor what a link points to is a file of a run.
-    fn add(&mut self, [folder, other]: [&Path; 2], within: &Path) {
+    fn add_folder_contents(&mut self, [folder, other]: [&Path; 2], within: &Path) {
         let kind = |path: &Path| fs::symlink_metadata(folder.join(path)).map(|it| it.is_dir());
-        let read = |folder: &Path| PreviousRun::read(&folder.join(within));
+        let read = |folder: &Path| PreviousRun::read_from_folder(&folder.join(within));
         let Some(report) = read(folder).or_else(|| read(other)) else { return };
-        let known = names_of_runs().map(str::to_owned);
+        let known = run_file_names().map(str::to_owned);
         let mut files: Vec<_> = known.chain(report.files).map(|name| within.join(name)).collect();
         files.retain(|path| kind(path).is_ok_and(|is_folder| !is_folder));
         files.sort();
@@ -214,7 +212,7 @@ impl RunFiles {
         for validation in report.validations {
             let inner = within.join(validation.name);
             if kind(&inner).is_ok_and(|is_folder| is_folder) {
-                self.add([folder, other], &inner);
+                self.add_folder_contents([folder, other], &inner);
                 self.folders.push(inner);
             }
         }
@@ -223,23 +221,23 @@ impl RunFiles {
 
 /// Moves what a run left from one folder to another; only files of others stay.
 fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
-    let RunFiles { files, folders } = RunFiles::find(from, to);
+    let RunFiles { files, folders } = RunFiles::find_by_reports(from, to);
     for file in files {
         let (source, target) = (from.join(&file), to.join(&file));
         let folder = target.parent().unwrap_or(to);
-        fs::create_dir_all(folder).map_err(|error| Error::output(folder, error))?;
-        fs::rename(&source, &target).map_err(|error| Error::output(&source, error))?;
+        fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
+        fs::rename(&source, &target).map_err(|error| Error::output_failure(&source, error))?;
     }
     folders.iter().for_each(|name| drop(fs::remove_dir(from.join(name))));
     Ok(())
 }
 
 /// Removes what a run left, by the reports there or in the other folder, and the folder if nothing else is in it.
-fn remove(folder: &Path, other: &Path) -> Result<(), Error> {
-    let RunFiles { files, folders } = RunFiles::find(folder, other);
+fn remove_run_files(folder: &Path, other: &Path) -> Result<(), Error> {
+    let RunFiles { files, folders } = RunFiles::find_by_reports(folder, other);
     for file in files {
         let path = folder.join(file);
-        fs::remove_file(&path).map_err(|error| Error::output(&path, error))?;
+        fs::remove_file(&path).map_err(|error| Error::output_failure(&path, error))?;
     }
     folders.iter().for_each(|name| drop(fs::remove_dir(folder.join(name))));
     let _ = fs::remove_dir(folder);
@@ -283,17 +281,17 @@ mod tests {
         let folder = folder();
         let path = folder.path();
         let before = names(path);
-        let claimed = RunFolder::claim(path).expect("a folder");
-        let failed = claimed.replace(|| {
+        let claimed = RunFolder::create_and_lock(path).expect("a folder");
+        let failed = claimed.replace_recordings(|| {
             assert_eq!(names(path), ["notes.txt", "run.previous", "v"]);
             fs::write(path.join("run.mcap"), "new").expect("a file");
-            Err::<(), _>(Error::input("the disk is full"))
+            Err::<(), _>(Error::invalid_input("the disk is full"))
         });
         assert_eq!(failed.expect_err("it failed").to_string(), "the disk is full");
         assert_eq!(names(path), before);
         assert_eq!(fs::read_to_string(path.join("v/run.mcap")).expect("a file"), "old");
         assert_eq!(fs::read_to_string(path.join("run.mcap")).expect("a file"), "old");
-        claimed.replace(|| Ok(())).expect("a new run");
+        claimed.replace_recordings(|| Ok(())).expect("a new run");
         assert_eq!(names(path), ["notes.txt", "v"]);
         assert_eq!(names(&path.join("v")), ["notes.txt"]);
     }
@@ -301,11 +299,11 @@ mod tests {
     #[test]
     fn the_second_run_into_a_folder_is_told() {
         let folder = folder();
-        let first = RunFolder::claim(folder.path()).expect("a folder");
-        let error = RunFolder::claim(folder.path()).err().expect("it is taken");
+        let first = RunFolder::create_and_lock(folder.path()).expect("a folder");
+        let error = RunFolder::create_and_lock(folder.path()).err().expect("it is taken");
         assert!(error.to_string().contains("another run is writing into"), "{error}");
         drop(first);
-        assert!(RunFolder::claim(folder.path()).is_ok());
+        assert!(RunFolder::create_and_lock(folder.path()).is_ok());
     }
 
     #[test]
@@ -314,14 +312,14 @@ mod tests {
         let path = folder.path();
         move_files(path, &path.join(ASIDE)).expect("moved");
         fs::write(path.join("run.csv.partial"), "new").expect("a file");
-        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        RunFolder::create_and_lock(path).and_then(|it| it.replace_recordings(|| Ok(()))).expect("a new run");
         assert_eq!(names(path), ["notes.txt", "v"]);
         let sketch = r#"{"scenario": "s", "verdict": "error", "versions": {"trackside": "0"}, "files": ["found.toml"], "validations": [{"name": "v"}]}"#;
         fs::write(path.join("report.json.partial"), sketch).expect("a file");
         fs::write(path.join("found.toml"), "half").expect("a file");
         fs::write(path.join("v/run.mcap"), "half").expect("a file");
         fs::write(path.join("v/report.json.partial"), sketch).expect("a file");
-        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        RunFolder::create_and_lock(path).and_then(|it| it.replace_recordings(|| Ok(()))).expect("a new run");
         assert_eq!(
             (names(path), names(&path.join("v"))),
             (vec!["notes.txt".into(), "v".into()], vec!["notes.txt".into()])
@@ -334,12 +332,11 @@ mod tests {
         let (folder, other) = (folder(), folder());
         let path = folder.path();
         fs::remove_file(path.join("run.mcap")).expect("a file");
-        std::os::unix::fs::symlink(other.path().join("run.mcap"), path.join("run.mcap"))
-            .expect("a link");
+        std::os::unix::fs::symlink(other.path().join("run.mcap"), path.join("run.mcap")).expect("a link");
         fs::remove_dir_all(path.join("v")).expect("a folder");
         std::os::unix::fs::symlink(other.path().join("v"), path.join("v")).expect("a link");
         let before = names(other.path());
-        RunFolder::claim(path).and_then(|it| it.replace(|| Ok(()))).expect("a new run");
+        RunFolder::create_and_lock(path).and_then(|it| it.replace_recordings(|| Ok(()))).expect("a new run");
         assert_eq!(names(path), ["notes.txt", "v"]);
         assert_eq!((names(other.path()), names(&other.path().join("v")).len()), (before, 3));
     }

@@ -2,59 +2,59 @@
 
 use diagnostics::Error;
 use recording::{
-    BoxedSink, CsvSink, LdSink, McapSink, MdfSink, ParquetSink, RunHeader, SinkKind, ThreadedSink,
+    BoxedSink, CsvSink, LdSink, McapSink, MdfSink, ParquetSink, RunHeader, SinkFactory, ThreadedSink,
 };
 
-use crate::options::{Replay, RunOptions};
+use crate::options::{ReplayOutput, RunOptions};
 
 /// All ways to record a run. None of them makes a run wait for a compression or a drawing: MCAP has a thread of its own, as it also
 /// keeps what a killed run would lose.
-pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
-    SinkKind { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
-    SinkKind { files: CsvSink::FILES, open: csv },
-    SinkKind { files: ParquetSink::FILES, open: parquet },
-    SinkKind { files: MdfSink::FILES, open: mdf },
-    SinkKind { files: LdSink::FILES, open: ld },
-    SinkKind { files: &["run.rrd"], open: replay },
+pub(crate) const SINKS: &[SinkFactory<RunOptions>] = &[
+    SinkFactory { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
+    SinkFactory { files: CsvSink::FILES, open: open_csv_sink },
+    SinkFactory { files: ParquetSink::FILES, open: open_parquet_sink },
+    SinkFactory { files: MdfSink::FILES, open: open_mdf_sink },
+    SinkFactory { files: LdSink::FILES, open: open_motec_sink },
+    SinkFactory { files: &["run.rrd"], open: open_rerun_sink },
 ];
 
-fn threaded(sink: impl recording::Sink + Send + 'static) -> BoxedSink {
+fn boxed_threaded_sink(sink: impl recording::Sink + Send + 'static) -> BoxedSink {
     Box::new(ThreadedSink::new(Box::new(sink)))
 }
 
-fn csv(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    Ok(if options.csv { Some(threaded(CsvSink::new(run)?)) } else { None })
+fn open_csv_sink(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.csv { Some(boxed_threaded_sink(CsvSink::new(run)?)) } else { None })
 }
 
-fn parquet(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    Ok(if options.parquet { Some(threaded(ParquetSink::new(run)?)) } else { None })
+fn open_parquet_sink(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.parquet { Some(boxed_threaded_sink(ParquetSink::new(run)?)) } else { None })
 }
 
-fn mdf(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    Ok(if options.mf4 { Some(threaded(MdfSink::new(run)?)) } else { None })
+fn open_mdf_sink(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.mf4 { Some(boxed_threaded_sink(MdfSink::new(run)?)) } else { None })
 }
 
-fn ld(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    Ok(if options.ld { Some(threaded(LdSink::new(run)?)) } else { None })
+fn open_motec_sink(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.ld { Some(boxed_threaded_sink(LdSink::new(run)?)) } else { None })
 }
 
 #[cfg(feature = "rerun")]
-fn replay(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
-    use ::replay::{RerunSink, Target};
+fn open_rerun_sink(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    use ::replay::{RecordingTarget, RerunSink};
     let target = match &options.replay {
-        Replay::Save => Target::File(run.folder.join("run.rrd")),
-        Replay::Connect(url) => Target::Connect(url.clone()),
-        Replay::Serve(address) => Target::Serve(*address),
-        Replay::Off => return Ok(None),
+        ReplayOutput::Save => RecordingTarget::File(run.folder.join("run.rrd")),
+        ReplayOutput::Connect(url) => RecordingTarget::Connect(url.clone()),
+        ReplayOutput::Serve(address) => RecordingTarget::Serve(*address),
+        ReplayOutput::Off => return Ok(None),
     };
-    Ok(Some(threaded(RerunSink::new(run, target)?)))
+    Ok(Some(boxed_threaded_sink(RerunSink::new(run, target)?)))
 }
 
 #[cfg(not(feature = "rerun"))]
-fn replay(_run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+fn open_rerun_sink(_run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
     match options.replay {
-        Replay::Save | Replay::Off => Ok(None),
-        Replay::Connect(_) | Replay::Serve(_) => {
+        ReplayOutput::Save | ReplayOutput::Off => Ok(None),
+        ReplayOutput::Connect(_) | ReplayOutput::Serve(_) => {
             Err(Error::input("this program was built without the feature `rerun`"))
         }
     }

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 
 /// The exit code of a run in which foreign code failed.
 const FOREIGN_FAILED: u8 = 3;
@@ -23,16 +23,16 @@ impl StopCondition {
     /// Notes signals from here on, and the time that the run takes.
     pub fn new(limit: Option<Duration>) -> Self {
         fmu_import::catch_termination_signals();
-        StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
+        StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch_for_hanging_calls) }
     }
 
     /// The time limit alone: signals are for the process that started this one.
-    pub fn of_limit(limit: Duration) -> Self {
-        StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch(limit) }
+    pub fn with_time_limit_only(limit: Duration) -> Self {
+        StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch_for_hanging_calls(limit) }
     }
 
     /// True when a call of foreign code is to be given up: some time after the run has to end.
-    pub fn give_up_condition(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
+    pub fn overdue_call_condition(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
         let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());
         Arc::new(move || {
             let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(GRACE));
@@ -42,8 +42,8 @@ impl StopCondition {
     }
 
     /// The error of a run that has to end, if it does; or else this one.
-    pub fn reason_or(&self, error: Error) -> Error {
-        match self.check() {
+    pub fn stop_error_or(&self, error: Error) -> Error {
+        match self.check_may_continue() {
             Ok(()) => error,
             Err(Error::Overdue(limit)) => Error::Overdue(format!("{error}; {limit}")),
             Err(end) => end,
@@ -54,31 +54,31 @@ impl StopCondition {
     ///
     /// # Errors
     /// When it has to end.
-    pub fn check(&self) -> Result<(), Error> {
+    pub fn check_may_continue(&self) -> Result<(), Error> {
         if let Some(signal) = fmu_import::termination_signal() {
             return Err(Error::Interrupted(signal));
         }
         match self.limit.filter(|limit| self.begin.elapsed() > *limit) {
-            Some(limit) => Err(Error::Overdue(overdue(limit))),
+            Some(limit) => Err(Error::Overdue(time_limit_message(limit))),
             None => Ok(()),
         }
     }
 }
 
-fn overdue(limit: Duration) -> String {
+fn time_limit_message(limit: Duration) -> String {
     format!("the run was not over after {} s, its time limit", limit.as_secs_f64())
 }
 
 /// Ends the program if, after the limit, a call of foreign code does not return. A thread does that until the result is dropped.
-fn watch(limit: Duration) -> Option<Sender<()>> {
+fn watch_for_hanging_calls(limit: Duration) -> Option<Sender<()>> {
     let (sender, dropped) = channel();
     let thread = std::thread::Builder::new().name("limit".to_owned());
-    let spawned = thread.spawn(move || end_hanging_calls(limit, &dropped));
+    let spawned = thread.spawn(move || exit_on_hanging_call(limit, &dropped));
     // Without the thread the limit is looked at between two calls only.
     spawned.is_ok().then_some(sender)
 }
 
-fn end_hanging_calls(limit: Duration, dropped: &Receiver<()>) {
+fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>) {
     let lasts = |time| dropped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
     if !lasts(limit) {
         return;
@@ -87,12 +87,12 @@ fn end_hanging_calls(limit: Duration, dropped: &Receiver<()>) {
     while lasts(GRACE) {
         let now = fmu_import::active_calls();
         if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
-            eprintln!("\n{} did not return; {}", shown(call), overdue(limit));
+            eprintln!("\n{} did not return; {}", escape_for_terminal(call), time_limit_message(limit));
             let completed = fmu_import::final_exit_code();
             if completed.is_some() {
                 eprintln!("warning: its results are complete, and its verdict stands");
             }
-            fmu_import::exit_now(completed.unwrap_or(FOREIGN_FAILED));
+            fmu_import::exit_without_destructors(completed.unwrap_or(FOREIGN_FAILED));
         }
         before = now;
     }

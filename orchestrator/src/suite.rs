@@ -7,7 +7,7 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use assessment::check::Verdict;
+use assessment::check::CheckVerdict;
 use diagnostics::{Error, signal_name};
 use rayon::prelude::*;
 use scenario::plan::REPORT;
@@ -25,7 +25,7 @@ const LIMIT: Duration = Duration::from_secs(3600);
 
 /// The program `trackside`, which runs each scenario.
 #[derive(Debug, Clone, Copy)]
-pub struct Program<'a> {
+pub struct TracksideProgram<'a> {
     /// Where it is.
     pub path: &'a Path,
     /// Arguments of `trackside run` besides the scenario and its folder.
@@ -57,7 +57,7 @@ pub struct CheckResult {
     /// The validation whose check it is; none for a check of the scenario itself.
     pub validation: Option<String>,
     /// Its verdict.
-    pub verdict: Verdict,
+    pub verdict: CheckVerdict,
 }
 
 /// What became of a scenario.
@@ -79,18 +79,18 @@ pub enum ScenarioOutcome {
 ///
 /// # Errors
 /// When a path does not exist, no file is found, or two have the same name.
-pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+pub fn find_scenario_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for path in paths {
-        let read = |error| Error::input(format!("cannot read {}: {error}", path.display()));
+        let read = |error| Error::invalid_input(format!("cannot read {}: {error}", path.display()));
         if std::fs::metadata(path).map_err(read)?.is_dir() {
             let entries = std::fs::read_dir(path).map_err(read)?;
             let files = entries.flatten().map(|entry| entry.path());
             found.extend(files.filter(|file| file.extension().is_some_and(|end| end == "toml")));
         } else if document::is_fmu(path) {
             let path = path.display();
-            let error = Error::input(format!("expected a scenario to test, found the FMU {path}"));
-            return Err(error.help(format!(
+            let error = Error::invalid_input(format!("expected a scenario to test, found the FMU {path}"));
+            return Err(error.with_help(format!(
                 "`trackside conform {path}` judges an FMU; `trackside run {path} --save-scenario FILE` begins a scenario, which takes checks"
             )));
         } else {
@@ -100,7 +100,7 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     found.sort();
     found.dedup();
     match found.is_empty() {
-        true => Err(Error::input("there is no scenario to test")),
+        true => Err(Error::invalid_input("there is no scenario to test")),
         false => check_names(&found).map(|()| found),
     }
 }
@@ -114,10 +114,8 @@ pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
         let twin = paths[..index].iter().find(|other| other.file_stem() == path.file_stem());
         if let Some(twin) = twin {
             let (one, other) = (twin.display(), path.display());
-            let error = Error::input(format!("{one} and {other} would write to the same folder"));
-            return Err(
-                error.help("rename one of them, or run them one after the other with --out")
-            );
+            let error = Error::invalid_input(format!("{one} and {other} would write to the same folder"));
+            return Err(error.with_help("rename one of them, or run them one after the other with --out"));
         }
     }
     Ok(())
@@ -126,10 +124,10 @@ pub fn check_names(paths: &[PathBuf]) -> Result<(), Error> {
 /// The first data file of the scenario that is not there, if any: data of others cannot be part of a
 /// repository, and without it there is nothing to test.
 #[must_use]
-pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
-    let mut paths = scenario.data_files().map(|path| scenario.source.resolve(path));
+pub fn missing_data_file(scenario: &Scenario) -> Option<PathBuf> {
+    let mut paths = scenario.recorded_input_files().map(|path| scenario.source.resolve_path(path));
     let absent = paths.find(|path| !path.exists());
-    absent.or_else(|| scenario.validations.iter().find_map(absent_data))
+    absent.or_else(|| scenario.validations.iter().find_map(missing_data_file))
 }
 
 /// Runs all scenarios, `jobs` at a time, each by the program into a folder of its own below
@@ -137,8 +135,8 @@ pub fn absent_data(scenario: &Scenario) -> Option<PathBuf> {
 ///
 /// # Errors
 /// When the FMUs of the first scenario cannot be built.
-pub fn run(
-    program: Program,
+pub fn run_scenario_tests(
+    program: TracksideProgram,
     paths: &[PathBuf],
     jobs: usize,
     out: &Path,
@@ -148,16 +146,16 @@ pub fn run(
     // Built once beforehand, not by every process at the same time.
     for path in paths {
         if let Ok(scenario) = Scenario::read(path) {
-            let _ = package::build(&scenario, progress);
+            let _ = package::build_scenario_packages(&scenario, progress);
         }
     }
     fmu_import::catch_termination_signals();
     orphans::become_subreaper();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
-    let pool = pool.map_err(|error| Error::input(format!("cannot start {jobs} jobs: {error}")))?;
+    let pool = pool.map_err(|error| Error::invalid_input(format!("cannot start {jobs} jobs: {error}")))?;
     Ok(pool.install(|| {
         let run = |path: &PathBuf| {
-            let result = test(program, path, out);
+            let result = run_scenario_test(program, path, out);
             done(&result);
             result
         };
@@ -167,45 +165,49 @@ pub fn run(
 
 /// Runs one scenario as a test.
 #[must_use]
-pub fn test(program: Program, path: &Path, out: &Path) -> TestResult {
+pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let (outcome, report) = match (fmu_import::termination_signal(), skipped(path)) {
+    let (outcome, report) = match (fmu_import::termination_signal(), skip_reason(path)) {
         (Some(signal), _) => {
             let what = format!("not started: {}", signal_name(signal));
             (ScenarioOutcome::Interrupted(what), None)
         }
         (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), None),
-        (None, None) => outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
+        (None, None) => run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
     let report = report.unwrap_or_default();
     TestResult {
         path: path.to_owned(),
         outcome,
-        checks: report.checks(),
-        messages: report.messages(),
+        checks: report.check_results(),
+        messages: report.message_lines(),
         warnings: report.warnings,
         time: begin.elapsed(),
     }
 }
 
 /// Why a scenario is not run.
-fn skipped(path: &Path) -> Option<String> {
-    let absent = absent_data(&Scenario::read(path).ok()?)?;
+fn skip_reason(path: &Path) -> Option<String> {
+    let absent = missing_data_file(&Scenario::read(path).ok()?)?;
     Some(format!("the data file {} is not there", absent.display()))
 }
 
-fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Option<RunSummary>) {
-    let own = || resolve::limit(&Scenario::read(path).ok()?).ok().flatten();
+fn run_and_read_outcome(
+    program: TracksideProgram,
+    path: &Path,
+    folder: &Path,
+) -> (ScenarioOutcome, Option<RunSummary>) {
+    let own = || resolve::wall_clock_limit(&Scenario::read(path).ok()?).ok().flatten();
     let limit = program.limit.or_else(own).unwrap_or(LIMIT);
     let ProcessOutcome { status, kill_reason, stderr, identity } =
-        match process::run(program, path, folder, limit) {
+        match process::run_scenario_process(program, path, folder, limit) {
             Ok(ended) => ended,
             Err(error) => {
                 let what = format!("cannot run {}: {error}", program.path.display());
                 return (ScenarioOutcome::Broken(what), None);
             }
         };
-    let report = RunSummary::of(&identity, folder);
+    let report = RunSummary::read_from_folder(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
     let outcome = match (kill_reason, status.code(), verdict) {
         (Some(KillReason::Overdue), ..) => ScenarioOutcome::Broken(format!(
@@ -219,8 +221,8 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Op
         // It may have come to its end in spite of a signal.
         (_, Some(0), Some(RunVerdict::Pass)) => ScenarioOutcome::Passed,
         (_, Some(1), Some(RunVerdict::Fail)) => {
-            let checks = report.as_ref().map(RunSummary::checks).unwrap_or_default();
-            ScenarioOutcome::Failed(failures(&checks))
+            let checks = report.as_ref().map(RunSummary::check_results).unwrap_or_default();
+            ScenarioOutcome::Failed(failed_check_lines(&checks))
         }
         (Some(KillReason::Interrupted(signal)), ..) => {
             ScenarioOutcome::Interrupted(format!("ended early: {}", signal_name(signal)))
@@ -233,9 +235,7 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Op
             ScenarioOutcome::Broken(format!("the run ended with {status} and without a word"))
         }
         (None, Some(_), _) => ScenarioOutcome::Broken(stderr),
-        (None, None, _) => {
-            ScenarioOutcome::Broken(format!("the process ended by a {status}\n{stderr}"))
-        }
+        (None, None, _) => ScenarioOutcome::Broken(format!("the process ended by a {status}\n{stderr}")),
     };
     (outcome, report)
 }
@@ -245,7 +245,7 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Op
 struct RunSummary {
     identity: Option<String>,
     verdict: RunVerdict,
-    checks: Vec<Verdict>,
+    checks: Vec<CheckVerdict>,
     validations: Vec<ValidationSummary>,
     #[serde(default)]
     warnings: Vec<String>,
@@ -269,57 +269,52 @@ impl Default for RunSummary {
 #[derive(Deserialize)]
 struct ValidationSummary {
     name: String,
-    checks: Vec<Verdict>,
+    checks: Vec<CheckVerdict>,
     #[serde(default)]
     messages: Vec<NodeMessage>,
 }
 
 impl RunSummary {
-    fn of(identity: &str, folder: &Path) -> Option<Self> {
+    fn read_from_folder(identity: &str, folder: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(folder.join(REPORT)).ok()?;
         let report: Self = serde_json::from_str(&text).ok()?;
         (report.identity.as_deref() == Some(identity)).then_some(report)
     }
 
-    fn checks(&self) -> Vec<CheckResult> {
-        let own =
-            self.checks.iter().map(|it| CheckResult { validation: None, verdict: it.clone() });
-        let others =
-            self.validations.iter().flat_map(|ValidationSummary { name, checks, .. }| {
-                let checked = |it: &Verdict| CheckResult {
-                    validation: Some(name.clone()),
-                    verdict: it.clone(),
-                };
-                checks.iter().map(checked)
-            });
+    fn check_results(&self) -> Vec<CheckResult> {
+        let own = self.checks.iter().map(|it| CheckResult { validation: None, verdict: it.clone() });
+        let others = self.validations.iter().flat_map(|ValidationSummary { name, checks, .. }| {
+            let checked =
+                |it: &CheckVerdict| CheckResult { validation: Some(name.clone()), verdict: it.clone() };
+            checks.iter().map(checked)
+        });
         own.chain(others).collect()
     }
 
-    fn messages(&self) -> Vec<String> {
-        let others =
-            self.validations.iter().flat_map(|ValidationSummary { name, messages, .. }| {
-                messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
-            });
-        messages::lines(&self.messages).into_iter().chain(others).collect()
+    fn message_lines(&self) -> Vec<String> {
+        let others = self.validations.iter().flat_map(|ValidationSummary { name, messages, .. }| {
+            messages::warning_and_error_lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
+        });
+        messages::warning_and_error_lines(&self.messages).into_iter().chain(others).collect()
     }
 }
 
 impl CheckResult {
     /// Its name, behind that of the validation.
     #[must_use]
-    pub fn name(&self) -> String {
+    pub fn qualified_name(&self) -> String {
         let of = self.validation.iter().map(|name| format!("{name}: "));
         of.chain([self.verdict.name.clone()]).collect()
     }
 }
 
 /// A line for each check that failed, with its place.
-fn failures(checks: &[CheckResult]) -> String {
+fn failed_check_lines(checks: &[CheckResult]) -> String {
     let failed = checks.iter().filter(|check| !check.verdict.passed);
     let line = |check: &CheckResult| {
-        let Verdict { that, file, line, reason, .. } = &check.verdict;
+        let CheckVerdict { that, file, line, reason, .. } = &check.verdict;
         let reason = reason.as_deref().unwrap_or_default();
-        format!("  FAILED  {}  {that}  ({reason})  {}:{line}", check.name(), file.display())
+        format!("  FAILED  {}  {that}  ({reason})  {}:{line}", check.qualified_name(), file.display())
     };
     failed.map(line).collect::<Vec<_>>().join("\n")
 }
@@ -338,8 +333,8 @@ mod tests {
             std::fs::write(&path, format!("#!/bin/sh\nread identity\nmkdir -p \"$4\"\n{text}\n"))
                 .expect("a file");
             std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("a program");
-            let program = Program { path: &path, arguments: &[], limit: None };
-            test(program, Path::new("case.toml"), folder.path())
+            let program = TracksideProgram { path: &path, arguments: &[], limit: None };
+            run_scenario_test(program, Path::new("case.toml"), folder.path())
         };
         let report = |identity: &str, verdict: &str| {
             format!(
@@ -354,10 +349,7 @@ mod tests {
             (report("1", "pass"), Some(no_report)),
             (report("$identity", "fail"), Some(no_report)),
             (report("$identity", "pass") + "; exit 1", Some(no_report)),
-            (
-                report("$identity", "pass") + "; echo the disk is full >&2; exit 2",
-                Some("the disk is full"),
-            ),
+            (report("$identity", "pass") + "; echo the disk is full >&2; exit 2", Some("the disk is full")),
             (report("$identity", "pass") + "; kill -9 $$", Some("signal")),
         ] {
             let outcome = program(&text).outcome;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use cosim::system::{Body, NodePlan, StartValue, System};
-use diagnostics::{Error, Mistakes, Spanned, suggest};
+use cosim::system::{NodeBody, NodePlan, StartValue, System};
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, to_hex};
 use scenario::document::Validation;
@@ -18,18 +18,14 @@ use crate::report::RunReport;
 ///
 /// # Errors
 /// With the place in the file.
-pub fn check_all(
-    scenario: &Scenario,
-    built: &BuildArtifacts,
-    system: &System,
-) -> Result<(), Error> {
+pub fn check_validations(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
     let all = scenario.document.validation.iter().zip(&scenario.validations);
     let checked = all.map(|(validation, child)| {
-        let overrides = overrides(scenario, validation, system, None)?;
+        let overrides = validation_overrides(scenario, validation, system, None)?;
         let plan = RunPlan::resolve(child, built, &overrides, PathBuf::new())?;
-        check_all(child, built, &plan.system)
+        check_validations(child, built, &plan.system)
     });
-    Mistakes::all(checked).map(drop)
+    ErrorCollector::collect_all(checked).map(drop)
 }
 
 /// The start values of a validation of the run of `system`. Files that analyses have left are in the report; before there is
@@ -37,16 +33,18 @@ pub fn check_all(
 ///
 /// # Errors
 /// At the words of the scenario that are wrong.
-pub fn overrides(
+pub fn validation_overrides(
     scenario: &Scenario,
     validation: &Validation,
     system: &System,
     report: Option<&RunReport>,
 ) -> Result<Overrides, Error> {
-    let defaults =
-        validation.like.iter().map(|(node, model)| copied_starts(scenario, node, model, system));
+    let defaults = validation.like.iter().map(|(node, model)| copied_starts(scenario, node, model, system));
     let starts = validation.set.iter().map(|entry| set_starts(scenario, entry, report));
-    let (defaults, starts) = Mistakes::both(Mistakes::all(defaults), Mistakes::all(starts))?;
+    let (defaults, starts) = ErrorCollector::collect_both(
+        ErrorCollector::collect_all(defaults),
+        ErrorCollector::collect_all(starts),
+    )?;
     Ok(Overrides {
         defaults: defaults.into_iter().flatten().collect(),
         starts: starts.into_iter().flatten().collect(),
@@ -61,14 +59,14 @@ fn copied_starts(
     model: &Spanned<String>,
     system: &System,
 ) -> Result<Vec<Override>, Error> {
-    let fmus = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+    let fmus = || system.nodes.iter().filter(|node| matches!(node.body, NodeBody::Fmu { .. }));
     let Some(plan) = fmus().find(|plan| plan.name == *model.get_ref()) else {
         let known = fmus().map(|plan| plan.name.as_str());
-        let unknown = suggest::unknown("FMU", model.get_ref(), known);
-        return Err(unknown.at(&scenario.source, model.span()));
+        let unknown = suggest::unknown_name("FMU", model.get_ref(), known);
+        return Err(unknown.into_error_at(&scenario.source, model.span()));
     };
     let source = Arc::new(scenario.source.clone());
-    let starts = parameters(plan).map(|parameter| Override {
+    let starts = parameter_start_values(plan).map(|parameter| Override {
         name: format!("{}.{}", node.get_ref(), parameter.variable),
         value: OverrideValue::Toml(parameter.value),
         place: Some((source.clone(), node.span())),
@@ -87,7 +85,7 @@ fn set_starts(
         let known = report.files.iter().any(|name| name == file);
         known.then(|| report.folder.join(file))
     };
-    let beside = |file: &str| scenario.source.folder(entry.span()).join(file);
+    let beside = |file: &str| scenario.source.base_folder(entry.span()).join(file);
     if let Some(file) = entry.get_ref().strip_prefix('@') {
         let to_come = report.is_none() && !scenario.document.analysis.is_empty();
         if to_come && !beside(file).exists() {
@@ -95,12 +93,12 @@ fn set_starts(
         }
         if report.is_some_and(|_| analysis_file(file).is_none()) && !beside(file).exists() {
             let message = format!("no analysis left `{file}`, and it is not beside the scenario");
-            return Err(scenario.error(entry, message));
+            return Err(scenario.error_at(entry, message));
         }
     }
     let find = |file: &str| analysis_file(file).unwrap_or_else(|| beside(file));
     let mut starts =
-        Override::parse(entry.get_ref(), find).map_err(|message| scenario.error(entry, message))?;
+        Override::parse(entry.get_ref(), find).map_err(|message| scenario.error_at(entry, message))?;
     let source = Arc::new(scenario.source.clone());
     starts.iter_mut().for_each(|it| it.place = Some((source.clone(), entry.span())));
     Ok(starts)
@@ -113,9 +111,9 @@ struct ParameterStart {
 }
 
 /// The start values of an FMU that are no inputs.
-fn parameters(node: &NodePlan) -> impl Iterator<Item = ParameterStart> {
+fn parameter_start_values(node: &NodePlan) -> impl Iterator<Item = ParameterStart> {
     let (fmu, starts) = match &node.body {
-        Body::Fmu { fmu, starts, .. } => (Some(fmu), starts.as_slice()),
+        NodeBody::Fmu { fmu, starts, .. } => (Some(fmu), starts.as_slice()),
         _ => (None, &[][..]),
     };
     starts.iter().filter_map(move |start| {

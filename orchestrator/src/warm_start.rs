@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use cosim::checkpoint::States;
-use cosim::clock::Clock;
+use cosim::checkpoint::NodeStates;
+use cosim::clock::CommunicationClock;
 use cosim::node::Node;
-use cosim::system::{Body, System, VariableGroups};
-use diagnostics::{Error, Mistakes};
+use cosim::system::{NodeBody, System, VariableGroups};
+use diagnostics::{Error, ErrorCollector};
 use scenario::Scenario;
 
 use crate::checkpoint_file::RunCheckpoint;
@@ -15,29 +15,29 @@ use crate::checkpoint_file::RunCheckpoint;
 /// A checkpoint in memory: the FMUs of a run and their states.
 pub(crate) struct WarmStart {
     pub checkpoint: RunCheckpoint,
-    pub states: Rc<States>,
-    fmus: Vec<WarmFmu>,
+    pub states: Rc<NodeStates>,
+    fmus: Vec<RetainedFmu>,
 }
 
-struct WarmFmu {
+struct RetainedFmu {
     name: String,
-    ports: FmuPorts,
+    ports: UsedFmuVariables,
     /// None while a run has it.
     node: Option<Box<dyn Node>>,
 }
 
 /// The variables of an FMU that a system connects, records or checks.
 #[derive(PartialEq)]
-struct FmuPorts {
+struct UsedFmuVariables {
     inputs: VariableGroups,
     outputs: VariableGroups,
 }
 
 /// The ports of a node, if it is an FMU.
-fn ports(body: &Body) -> Option<FmuPorts> {
+fn used_fmu_variables(body: &NodeBody) -> Option<UsedFmuVariables> {
     match body {
-        Body::Fmu { inputs, outputs, .. } => {
-            Some(FmuPorts { inputs: inputs.clone(), outputs: outputs.clone() })
+        NodeBody::Fmu { inputs, outputs, .. } => {
+            Some(UsedFmuVariables { inputs: inputs.clone(), outputs: outputs.clone() })
         }
         _ => None,
     }
@@ -49,22 +49,22 @@ impl WarmStart {
         system: &System,
         nodes: &mut Vec<Box<dyn Node>>,
         checkpoint: RunCheckpoint,
-        states: States,
+        states: NodeStates,
     ) -> Self {
         let each = system.nodes.iter().zip(nodes.drain(..));
         let fmus = each.filter_map(|(plan, node)| {
-            let ports = ports(&plan.body)?;
-            Some(WarmFmu { name: plan.name.clone(), ports, node: Some(node) })
+            let ports = used_fmu_variables(&plan.body)?;
+            Some(RetainedFmu { name: plan.name.clone(), ports, node: Some(node) })
         });
         WarmStart { fmus: fmus.collect(), states: Rc::new(states), checkpoint }
     }
 
     /// The FMUs that do not fit a system that is to start from here, a sentence for each.
-    pub fn misfits(&self, system: &System) -> Vec<String> {
-        let misfit = |fmu: &WarmFmu| {
+    pub fn describe_misfits(&self, system: &System) -> Vec<String> {
+        let misfit = |fmu: &RetainedFmu| {
             let name = &fmu.name;
             let plan = system.nodes.iter().find(|plan| plan.name == *name)?;
-            match (&fmu.node, ports(&plan.body)?) {
+            match (&fmu.node, used_fmu_variables(&plan.body)?) {
                 (None, _) => Some(format!("`{name}` went with a run that failed before")),
                 (_, ports) => (ports != fmu.ports).then(|| format!(
                     "`{name}` hands over other variables there: record and check the same outputs in both scenarios"
@@ -79,7 +79,7 @@ impl WarmStart {
         for (plan, slot) in system.nodes.iter().zip(nodes) {
             let fmu = self.fmus.iter_mut().find(|fmu| fmu.name == plan.name);
             if let Some(mut node) = fmu.and_then(|fmu| fmu.node.take()) {
-                if let Some(faults) = node.faults() {
+                if let Some(faults) = node.as_fault_injection() {
                     faults.set_call_faults(&plan.faults, &system.clock);
                 }
                 *slot = node;
@@ -108,9 +108,9 @@ pub fn latest_stop(scenarios: &[PathBuf], variant: Option<&str>) -> Result<Optio
         Ok(scenario.document.time.as_ref().map(|time| {
             let start = time.start.as_ref().map_or(0.0, |start| *start.get_ref());
             let (step, stop) = (*time.step.get_ref(), *time.stop.get_ref());
-            Clock { start, step, steps: ((stop - start) / step).round() as u64 }.announced_stop()
+            CommunicationClock { start, step, steps: ((stop - start) / step).round() as u64 }.announced_stop()
         }))
     };
-    let stops = Mistakes::all(scenarios.iter().map(stop))?;
+    let stops = ErrorCollector::collect_all(scenarios.iter().map(stop))?;
     Ok(stops.into_iter().flatten().reduce(f64::max))
 }

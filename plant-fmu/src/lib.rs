@@ -6,65 +6,68 @@ mod car;
 mod table;
 
 use fmu_export::{
-    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, log, warn,
+    EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, log, warn,
 };
 use serde::{Deserialize, Serialize};
-use tire_file::TireChoice;
-use vehicle::{Input, Motion, Road, State, Vehicle, detailed_track};
+use tire_file::TireSpecification;
+use vehicle::{
+    PlanarState, RoadConditions, SingleTrackCar, SingleTrackEvaluation, SingleTrackInput, detailed_track,
+};
 
-use car::{BuiltCar, Car};
+use car::{BuiltCar, DetailedCar};
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.002;
 
 /// The car, where it starts, and where it is.
 #[derive(Clone, Serialize, Deserialize)]
-struct Plant {
-    vehicle: Vehicle,
+struct SingleTrackPlant {
+    vehicle: SingleTrackCar,
     /// What options add. Body, air and brake balance are those of the vehicle.
-    details: detailed_track::Parameters,
-    tires: [TireChoice; 2],
+    details: detailed_track::DetailedSingleTrackParameters,
+    tires: [TireSpecification; 2],
     /// The car that the parameters describe; built again after a state was read.
     #[serde(skip)]
     built: Option<BuiltCar>,
     substep: f64,
-    start: State,
-    state: State,
+    start: PlanarState,
+    state: PlanarState,
     /// The state with that of wheels, tires and steering; of it the plain car uses nothing.
-    detailed: detailed_track::State,
-    input: Input,
-    road: Road,
-    outputs: Outputs,
+    detailed: detailed_track::DetailedSingleTrackState,
+    input: SingleTrackInput,
+    road: RoadConditions,
+    outputs: PlantOutputs,
 }
 
 /// Outputs that are no states.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Outputs {
-    motion: Motion,
+struct PlantOutputs {
+    motion: SingleTrackEvaluation,
     kappa: [f64; 2],
     omega: [f64; 2],
     delta: f64,
 }
 
-impl Default for Plant {
+impl Default for SingleTrackPlant {
     fn default() -> Self {
-        let (vehicle, start) = (Vehicle::default(), State { v_x: 15.0, ..State::default() });
-        let input = Input::default();
-        let details = detailed_track::Parameters::default();
+        let (vehicle, start) =
+            (SingleTrackCar::default(), PlanarState { v_x: 15.0, ..PlanarState::default() });
+        let input = SingleTrackInput::default();
+        let details = detailed_track::DetailedSingleTrackParameters::default();
         let omega = [start.v_x / details.rims.radius; 2];
         let motion = vehicle.evaluate(&start, &input);
-        Plant {
+        SingleTrackPlant {
             vehicle,
             details,
-            tires: <[TireChoice; 2]>::default(),
+            tires: <[TireSpecification; 2]>::default(),
             built: None,
             substep: SUBSTEP,
             start,
             state: start,
-            detailed: detailed_track::State { planar: start, ..Default::default() },
+            detailed: detailed_track::DetailedSingleTrackState { planar: start, ..Default::default() },
             input,
-            road: Road::default(),
-            outputs: Outputs { motion, kappa: [0.0; 2], omega, delta: 0.0 },
+            road: RoadConditions::default(),
+            outputs: PlantOutputs { motion, kappa: [0.0; 2], omega, delta: 0.0 },
         }
     }
 }
@@ -89,18 +92,18 @@ const ROAD: &[Member] = &[
     Member::signal("bank", "bank"),
 ];
 
-impl Equations<6, 13> for Plant {
+impl Equations<6, 13> for SingleTrackPlant {
     const KNOWN: [&str; 6] = ["F_x", "delta", "mu_f", "mu_r", "grade", "bank"];
     const UNKNOWN: [&str; 13] = [
-        "a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr",
-        "kappa_f", "omega_f", "delta_f",
+        "a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr", "kappa_f",
+        "omega_f", "delta_f",
     ];
 
     fn equations<T: Number>(&self, [F_x, delta, mu_f, mu_r, grade, bank]: [T; 6]) -> [T; 13] {
-        let road = Road { mu: [mu_f, mu_r], grade, bank };
+        let road = RoadConditions { mu: [mu_f, mu_r], grade, bank };
         if let Some(BuiltCar { car: Some(car), .. }) = &self.built {
-            let input = detailed_track::Input { F_x, delta, road };
-            let motion = car.evaluate(&self.detailed.lift(), &input);
+            let input = detailed_track::DetailedSingleTrackInput { F_x, delta, road };
+            let motion = car.motion_with_derivatives(&self.detailed.cast(), &input);
             let [f, r] = motion.axles;
             return [
                 motion.a_x,
@@ -118,38 +121,36 @@ impl Equations<6, 13> for Plant {
                 motion.delta,
             ];
         }
-        let (car, state) = (self.vehicle.lift(), self.state.lift());
-        let motion = car.evaluate_on(&state, &Input { F_x, delta }, &road);
+        let (car, state) = (self.vehicle.cast(), self.state.cast());
+        let motion = car.evaluate_on(&state, &SingleTrackInput { F_x, delta }, &road);
         let omega = self.front_speed(&state, delta);
-        let Motion { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, .. } = motion;
+        let SingleTrackEvaluation { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, .. } =
+            motion;
         [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, T::zero(), omega, delta]
     }
 }
 
-impl Model for Plant {
-    const INFO: Info = Info::new(
-        "plant",
-        "Single-track car with Magic Formula tires, load transfer and aerodynamics",
-        0.01,
-    )
-    .substep(SUBSTEP)
-    .terminals(&[
-        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
-        Terminal::bus("sensors", "Motion of the car", SENSORS),
-        Terminal::bus("road", "Friction and slopes of the road", ROAD),
-    ]);
+impl Model for SingleTrackPlant {
+    const INFO: Info =
+        Info::new("plant", "Single-track car with Magic Formula tires, load transfer and aerodynamics", 0.01)
+            .substep(SUBSTEP)
+            .terminals(&[
+                Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+                Terminal::bus("sensors", "Motion of the car", SENSORS),
+                Terminal::bus("road", "Friction and slopes of the road", ROAD),
+            ]);
 
     const VARIABLES: &'static [Variable<Self>] = table::VARIABLES;
 
-    const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
+    const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.state = self.start;
         self.built = None;
         self.build_car()?;
         self.detailed = match &self.built {
-            Some(BuiltCar { car: Some(car), .. }) => car.rolling(self.start, self.input.delta),
-            _ => detailed_track::State { planar: self.start, ..Default::default() },
+            Some(BuiltCar { car: Some(car), .. }) => car.rolling_state(self.start, self.input.delta),
+            _ => detailed_track::DetailedSingleTrackState { planar: self.start, ..Default::default() },
         };
         Ok(())
     }
@@ -158,46 +159,46 @@ impl Model for Plant {
         self.build_car()?;
         if let Some(BuiltCar { car: Some(car), .. }) = &self.built {
             let input = self.detailed_input();
-            self.detailed = car.advance(&self.detailed, &input, step, self.substep);
+            self.detailed = car.advance_state(&self.detailed, &input, step, self.substep);
             self.state = self.detailed.planar;
         } else {
             let (input, road) = (&self.input, &self.road);
             self.state = self.vehicle.advance_on(&self.state, input, road, step, self.substep);
         }
-        let State { X, Y, psi, v_x, v_y, r } = self.state;
+        let PlanarState { X, Y, psi, v_x, v_y, r } = self.state;
         let rolls = self.detailed.axles.iter().all(|axle| axle.omega.is_finite());
         if rolls && [X, Y, psi, v_x, v_y, r].iter().all(|value| value.is_finite()) {
             return Ok(());
         }
-        let (Input { F_x, delta }, end) = (self.input, time + step);
+        let (SingleTrackInput { F_x, delta }, end) = (self.input, time + step);
         Err(ModelError::Error(format!(
             "the state is not finite at {end} s, with F_x = {F_x} N and delta = {delta} rad"
         )))
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         // Parameters that make no car are an error of the initialisation.
         let _ = self.build_car();
         self.outputs = match &self.built {
-            Some(BuiltCar { car: Some(car), .. }) => {
-                Outputs::detailed(&car.motion(&self.detailed, &self.detailed_input()))
-            }
+            Some(BuiltCar { car: Some(car), .. }) => PlantOutputs::from_detailed_motion(
+                &car.compute_motion(&self.detailed, &self.detailed_input()),
+            ),
             _ => self.plain_outputs(),
         };
     }
 }
 
-impl Plant {
-    fn detailed_input(&self) -> detailed_track::Input {
-        let Input { F_x, delta } = self.input;
-        detailed_track::Input { F_x, delta, road: self.road }
+impl SingleTrackPlant {
+    fn detailed_input(&self) -> detailed_track::DetailedSingleTrackInput {
+        let SingleTrackInput { F_x, delta } = self.input;
+        detailed_track::DetailedSingleTrackInput { F_x, delta, road: self.road }
     }
 
     /// The outputs of the plain car, whose wheels roll freely.
-    fn plain_outputs(&self) -> Outputs {
-        let Input { delta, .. } = self.input;
+    fn plain_outputs(&self) -> PlantOutputs {
+        let SingleTrackInput { delta, .. } = self.input;
         let radius = self.details.rims.radius;
-        Outputs {
+        PlantOutputs {
             motion: self.vehicle.evaluate_on(&self.state, &self.input, &self.road),
             kappa: [0.0; 2],
             omega: [self.front_speed(&self.state, delta), self.state.v_x / radius],
@@ -206,7 +207,7 @@ impl Plant {
     }
 
     /// Speed of the front wheels of the plain car [rad/s].
-    fn front_speed<T: Number>(&self, state: &State<T>, delta: T) -> T {
+    fn front_speed<T: Number>(&self, state: &PlanarState<T>, delta: T) -> T {
         let (sin, cos) = delta.sin_cos();
         let v_y = state.v_y + state.r * self.vehicle.body.l_f;
         (state.v_x * cos + v_y * sin) / self.details.rims.radius
@@ -222,17 +223,17 @@ impl Plant {
         (parameters.body, parameters.aero) = (self.vehicle.body, self.vehicle.aero);
         parameters.brakes.front_share = self.vehicle.brake_front_share;
         let (car, messages) =
-            Car::of(parameters, &self.tires, curves).map_err(ModelError::Error)?;
+            DetailedCar::build(parameters, &self.tires, curves).map_err(ModelError::Error)?;
         messages.into_iter().for_each(|message| message.send_to_log(log, warn));
         self.built = Some(BuiltCar { curves, car });
         Ok(())
     }
 }
 
-impl Outputs {
-    fn detailed(it: &detailed_track::Motion) -> Self {
+impl PlantOutputs {
+    fn from_detailed_motion(it: &detailed_track::DetailedTrackEvaluation) -> Self {
         let [f, r] = &it.axles;
-        let motion = Motion {
+        let motion = SingleTrackEvaluation {
             derivative: it.derivative.planar,
             a_x: it.a_x,
             a_y: it.a_y,
@@ -251,7 +252,7 @@ impl Outputs {
     }
 }
 
-fmu_export::export!(Plant);
+fmu_export::export!(SingleTrackPlant);
 
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use fmu_export::{Variable, input, output, parameter};
 
-use super::Plant;
+use super::SingleTrackPlant;
 
 /// Forces and accelerations follow all inputs at once: steering turns the tire, the driving force moves load between the axles,
 /// and the road scales and tilts.
@@ -10,7 +10,7 @@ const ALL: &[&str] = &["F_x", "delta", "mu_f", "mu_r", "grade", "bank"];
 
 // One line for each variable.
 #[rustfmt::skip]
-pub(crate) const VARIABLES: &[Variable<Plant>] = &[
+pub(crate) const VARIABLES: &[Variable<SingleTrackPlant>] = &[
     input("F_x", "N", "Driving force; braking when negative").at(|p| &mut p.input.F_x),
     input("delta", "rad", "Road-wheel angle of the front axle").at(|p| &mut p.input.delta),
     input("mu_f", "1", "Friction of the road under the front axle, relative to that of the tires").optional().at(|p| &mut p.road.mu[0]),

@@ -61,8 +61,7 @@ fn ours() -> BTreeMap<String, BTreeSet<String>> {
 fn physics_and_filters_depend_on_neither_fmi_nor_files() {
     let all = dependencies();
     for package in ["tire", "vehicle", "kalman"] {
-        for other in ["fmi-rs", "libloading", "zip", "csv", "toml", "mcap", "re_sdk", "serde_json"]
-        {
+        for other in ["fmi-rs", "libloading", "zip", "csv", "toml", "mcap", "re_sdk", "serde_json"] {
             assert!(!all[package].contains(other), "{package} depends on {other}");
         }
         for (path, text) in sources(&Path::new(ROOT).join("crates").join(package).join("src")) {
@@ -221,9 +220,8 @@ fn uses_of_modules(
             children.entry(&path[..depth]).or_default().insert(name);
         }
     }
-    let is_child = |parent: &[String], name: &String| {
-        children.get(parent).is_some_and(|names| names.contains(name))
-    };
+    let is_child =
+        |parent: &[String], name: &String| children.get(parent).is_some_and(|names| names.contains(name));
     let from_root = |path: &String, module: &[String]| {
         let first = path.split("::").next().unwrap_or_default().to_owned();
         from_root(path, module, is_child(module, &first))

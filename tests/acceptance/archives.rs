@@ -50,8 +50,7 @@ impl Packer {
 fn packed(lab: &Lab, method: CompressionMethod, name: impl Fn(&str) -> String) -> Packer {
     let plain = library(lab, "case", &[]);
     let options = SimpleFileOptions::default().compression_method(method);
-    let packer =
-        Packer::new().file(&name("modelDescription.xml"), description("case").as_bytes(), options);
+    let packer = Packer::new().file(&name("modelDescription.xml"), description("case").as_bytes(), options);
     packer.file(&name("binaries/linux64/case.so"), &plain, options)
 }
 
@@ -79,12 +78,9 @@ fn runs(lab: &Lab, told: &str) {
 
 /// Everything that opens the archive refuses it with these words.
 fn refused(lab: &Lab, words: &[&str]) {
-    for arguments in [
-        ["run", "case.toml"],
-        ["test", "case.toml"],
-        ["inspect", "case.fmu"],
-        ["conform", "case.fmu"],
-    ] {
+    for arguments in
+        [["run", "case.toml"], ["test", "case.toml"], ["inspect", "case.fmu"], ["conform", "case.fmu"]]
+    {
         let ended = lab.trackside(&arguments);
         assert!(matches!(ended.code(), Some(1..=3)), "{arguments:?}: {}", ended.stderr);
         tells(&ended, words);
@@ -97,12 +93,7 @@ fn tells(ended: &Ended, words: &[&str]) {
     let joined = |text: &str| text.split_whitespace().collect::<String>();
     let all = joined(&format!("{} {}", ended.message(), ended.stdout));
     for word in words {
-        assert!(
-            all.contains(&joined(word)),
-            "expected {word:?} in:\n{}\n{}",
-            ended.stderr,
-            ended.stdout
-        );
+        assert!(all.contains(&joined(word)), "expected {word:?} in:\n{}\n{}", ended.stderr, ended.stdout);
     }
 }
 
@@ -154,9 +145,8 @@ fn a_description_in_a_folder_or_of_other_letters_is_read_and_told() {
 fn links_inside_the_archive_are_made_and_others_refused() {
     let with = |add: &dyn Fn(Packer) -> Packer| {
         let lab = Lab::new();
-        let packer = packed(&lab, CompressionMethod::Deflated, |name| {
-            name.replace("linux64/case.so", "real/case.so")
-        });
+        let packer =
+            packed(&lab, CompressionMethod::Deflated, |name| name.replace("linux64/case.so", "real/case.so"));
         let packer = packer.link("binaries/linux64", "./real");
         let archive = add(packer).end();
         lab_with(lab, archive)
@@ -176,8 +166,7 @@ fn links_inside_the_archive_are_made_and_others_refused() {
         (&[("out", "round"), ("round", "out")], "a circle of links"),
         (&[("binaries/REAL", "..")], "another entry has the same name"),
     ] {
-        let all =
-            |packer: Packer| links.iter().fold(packer, |packer, (name, to)| packer.link(name, to));
+        let all = |packer: Packer| links.iter().fold(packer, |packer, (name, to)| packer.link(name, to));
         refused(&with(&all), &["case.fmu", words]);
     }
 }
@@ -244,14 +233,9 @@ fn a_temporary_folder_that_is_full_or_forbids_programs_is_told() {
 }
 
 fn the_cases_of_others_run_or_name_the_cause() {
-    for folder in [
-        "same_dependency",
-        "unique_symbols",
-        "openmp",
-        "lib_dependency",
-        "exec_bit",
-        "zip_oddities",
-    ] {
+    for folder in
+        ["same_dependency", "unique_symbols", "openmp", "lib_dependency", "exec_bit", "zip_oddities"]
+    {
         let lab = Lab::new();
         let mut scenarios = Vec::new();
         for entry in std::fs::read_dir(cases().join(folder)).expect("a folder") {

@@ -100,8 +100,7 @@ fn look_at(lab: &Lab, good: &str, (old, new, at, says): Mistake) -> Option<Strin
     let line = format!("case.toml:{}:", 1 + text[..offset].matches('\n').count());
     let ended = run(lab, &text);
     let message = ended.message();
-    let mut missing: Vec<_> =
-        says.iter().filter(|word| !message.contains(*word)).copied().collect();
+    let mut missing: Vec<_> = says.iter().filter(|word| !message.contains(*word)).copied().collect();
     missing.extend((!message.contains(&line)).then_some(line.as_str()));
     let clean = ended.code() == Some(2) && !message.contains("panicked") && !lab.has("out");
     if clean && missing.is_empty() {
@@ -161,10 +160,7 @@ fn an_invalid_argument_is_rejected() {
     lab.write("case.toml", good());
     for (arguments, says) in [
         (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
-        (
-            &["case.toml", "--set", "plnt.body.m=1"],
-            &["unknown node `plnt`", "did you mean `plant`?"],
-        ),
+        (&["case.toml", "--set", "plnt.body.m=1"], &["unknown node `plnt`", "did you mean `plant`?"]),
         (&["case.toml", "--set", "plant=1"], &["expected node.variable=value", "plant=1"]),
         (&["case.toml", "--realtime", "0"], &["--realtime", "above 0"]),
     ] {
@@ -178,11 +174,7 @@ fn a_start_value_that_the_fmu_refuses_is_pointed_at() {
     let lab = lab();
     let text = good().replace("F_x = 0.0", "F_x = 0.0, body.m = -5.0");
     let ended = run(&lab, &text).expect(2);
-    ended.says(&[
-        "`plant` refuses `body.m`",
-        "body.m = -5 is outside of 1 .. inf",
-        "case.toml:10:",
-    ]);
+    ended.says(&["`plant` refuses `body.m`", "body.m = -5 is outside of 1 .. inf", "case.toml:10:"]);
     lab.write("case.toml", good());
     lab.trackside(&["run", "case.toml", "--out", "out", "--set", "plant.body.m=-3"])
         .expect(2)

@@ -46,11 +46,7 @@ fn a_blessed_run_is_a_baseline_that_the_next_one_passes() {
         run(&lab, &text, &[]).expect(2).says(&["there is no baseline golden/plant.", "--bless"]);
         assert!(!lab.has("out/report.json"));
         let blessed = run(&lab, &text, &["--bless"]).expect(0);
-        assert!(
-            blessed.stdout.contains(&format!("wrote the baseline {file}")),
-            "{}",
-            blessed.stdout
-        );
+        assert!(blessed.stdout.contains(&format!("wrote the baseline {file}")), "{}", blessed.stdout);
         assert!(lab.has(file) && !lab.has("golden/plant.partial"));
         let passed = run(&lab, &text, &[]).expect(0);
         assert!(passed.stdout.contains("ok      as before  "), "{}", passed.stdout);
@@ -72,26 +68,17 @@ fn a_run_that_differs_fails_with_first_and_worst_deviation_and_a_picture() {
     run(&lab, &plant(0.5, keys), &["--bless"]).expect(0);
     let wrong = plant(0.5, keys).replace("after = 1.0", "after = 1.2");
     let failed = run(&lab, &wrong, &[]).expect(1);
-    for part in [
-        "FAILED  as before",
-        "signals differ, first `plant.r` [rad/s]: ",
-        "; worst ",
-        "outside of [",
-    ] {
+    for part in ["FAILED  as before", "signals differ, first `plant.r` [rad/s]: ", "; worst ", "outside of ["]
+    {
         assert!(failed.stdout.contains(part), "no {part:?} in {}", failed.stdout);
     }
     let report = lab.report("out");
     let outcome = &report["baselines"][0];
-    let r =
-        outcome["signals"].as_array().expect("signals").iter().find(|it| it["signal"] == "plant.r");
+    let r = outcome["signals"].as_array().expect("signals").iter().find(|it| it["signal"] == "plant.r");
     let r = r.expect("the yaw rate");
-    assert!(
-        r["first"]["time"].as_f64() > Some(0.5) && r["first"]["time"].as_f64() < Some(0.6),
-        "{r}"
-    );
+    assert!(r["first"]["time"].as_f64() > Some(0.5) && r["first"]["time"].as_f64() < Some(0.6), "{r}");
     assert!(r["worst"]["value"].as_f64() > r["worst"]["upper"].as_f64(), "{r}");
-    let check =
-        report["checks"].as_array().expect("checks").iter().find(|it| it["name"] == "as before");
+    let check = report["checks"].as_array().expect("checks").iter().find(|it| it["name"] == "as before");
     let check = check.expect("it is a check");
     assert_eq!((&check["passed"], &check["value"]), (&false.into(), &r["worst"]["value"]));
     assert!(check["line"].as_u64() > Some(1) && check["margin"].as_f64() < Some(0.0), "{check}");
@@ -113,8 +100,7 @@ fn a_run_that_differs_fails_with_first_and_worst_deviation_and_a_picture() {
 
 fn a_late_edge_passes_within_the_time_tolerance() {
     let lab = lab();
-    let keys =
-        |more: &str| format!("recording = \"golden.mcap\"\nsignals = [\"driver.delta\"]\n{more}");
+    let keys = |more: &str| format!("recording = \"golden.mcap\"\nsignals = [\"driver.delta\"]\n{more}");
     run(&lab, &plant(0.5, &keys("")), &["--bless"]).expect(0);
     run(&lab, &plant(0.53, &keys("")), &[]).expect(1);
     run(&lab, &plant(0.53, &keys("time = 0.03")), &[]).expect(0);
@@ -134,7 +120,9 @@ fn a_new_version_of_an_fmu_is_compared_with_the_old_one() {
             .fmu("relay", "relay.fmu", start)
             .signal("driver.x", "ramp = { start = 0.0, end = 0.2, after = 1.0 }")
             .connect("driver.x", "relay.x")
-            .section(&format!("[[baseline]]\nname = \"version 1\"\n{baseline}\nsignals = [\"relay.*\"]\nrelative = 0\nabsolute = 1e-3"))
+            .section(&format!(
+                "[[baseline]]\nname = \"version 1\"\n{baseline}\nsignals = [\"relay.*\"]\nrelative = 0\nabsolute = 1e-3"
+            ))
             .text()
     };
     let golden = text("recording = \"golden.mcap\"");
@@ -196,8 +184,7 @@ fn names_with_brackets_are_compared_and_played_back() {
     let head = "[time]\nstep = 0.1\nstop = 0.5\n";
     let both = fmu("odd") + &fmu("odder");
     for file in ["golden.csv", "golden.mcap"] {
-        let baseline =
-            format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"\nrelative = 0\n");
+        let baseline = format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"\nrelative = 0\n");
         let checks = "[[check]]\nname = \"derivative\"\nthat = \"odd.der(h) >= 0 and `odder.a[1].b (s)` == odd.der(h)\"\n";
         let text = format!("{head}{both}{baseline}{checks}");
         run(&lab, &text, &["--bless", "--csv", "--parquet"]).expect(0);
@@ -238,14 +225,9 @@ fn texts_are_compared_as_texts() {
 
 fn a_failed_run_is_never_blessed() {
     let lab = lab();
-    let text =
-        plant(0.5, "recording = \"golden.mcap\"").replace("plant.v_x > 10", "plant.v_x > 100");
+    let text = plant(0.5, "recording = \"golden.mcap\"").replace("plant.v_x > 10", "plant.v_x > 100");
     let failed = run(&lab, &text, &["--bless"]).expect(1);
-    assert!(
-        failed.stderr.contains("golden.mcap was not written: the run did not pass"),
-        "{}",
-        failed.stderr
-    );
+    assert!(failed.stderr.contains("golden.mcap was not written: the run did not pass"), "{}", failed.stderr);
     assert!(!lab.has("golden.mcap"));
 }
 

@@ -39,21 +39,14 @@ fn lab(keys: &str, fault: &str) -> Lab {
 
 fn a_discarded_step_ends_the_run_as_that_of_an_fmu() {
     let lab = lab("", "from = 0.5\nuntil = 0.6\ndiscard = true");
-    let says =
-        "node `adder`: fmi2DoStep at t = 0.5 s returned fmi2Discard: a fault of the scenario";
+    let says = "node `adder`: fmi2DoStep at t = 0.5 s returned fmi2Discard: a fault of the scenario";
     run(&lab, "case.toml", "out", &[]).expect(3).says(&[says]);
     assert_eq!(lab.report("out")["steps"], 5);
     let three = Lab::new();
     three.write("clocked.fmu", clocked());
-    let node =
-        Scenario::new().time(0.1, 1.0).fmu("one", "clocked.fmu", "").key("unconnected = 'start'");
-    three.write(
-        "case.toml",
-        node.section("[[fault]]\nnode = 'one'\nfrom = 0.5\ndiscard = true").text(),
-    );
-    run(&three, "case.toml", "out", &[])
-        .expect(3)
-        .says(&["fmi3DoStep at t = 0.5 s returned fmi3Discard"]);
+    let node = Scenario::new().time(0.1, 1.0).fmu("one", "clocked.fmu", "").key("unconnected = 'start'");
+    three.write("case.toml", node.section("[[fault]]\nnode = 'one'\nfrom = 0.5\ndiscard = true").text());
+    run(&three, "case.toml", "out", &[]).expect(3).says(&["fmi3DoStep at t = 0.5 s returned fmi3Discard"]);
 }
 
 fn a_node_crashes_on_demand() {
@@ -95,8 +88,7 @@ fn outputs_are_no_numbers_on_demand() {
     }
     // What nobody uses harms nobody.
     let lab = lab("", "from = 0.5\nnan = ['count']");
-    let unused =
-        format!("{}\n[record]\nexcept = ['*.count']\n", adder("", "from = 0.5\nnan = ['count']"));
+    let unused = format!("{}\n[record]\nexcept = ['*.count']\n", adder("", "from = 0.5\nnan = ['count']"));
     lab.write("case.toml", unused);
     run(&lab, "case.toml", "out", &[]).expect(0);
 }
@@ -119,10 +111,7 @@ fn a_late_step_meets_its_limit() {
     lab.write("case.toml", adder(&keys, "from = 0.5\nlate = 600"));
     let says = "did not return within `call_limit`";
     run(&lab, "case.toml", "out", &[]).expect(3).says(&["adder", "0.5 s", says]);
-    lab.write(
-        "case.toml",
-        adder(&format!("{keys}\non_failure = 'hold'"), "from = 0.5\nlate = 600"),
-    );
+    lab.write("case.toml", adder(&format!("{keys}\non_failure = 'hold'"), "from = 0.5\nlate = 600"));
     run(&lab, "case.toml", "out", &[]).expect(0);
 }
 
@@ -152,14 +141,10 @@ fn faults_of_calls_are_in_recording_and_report() {
     run(&lab, "case.toml", "out", &["--checkpoint", "0.3"]).expect(0);
     let bytes = std::fs::read(lab.path("out/run.mcap")).expect("a recording");
     let log = mcap::MessageStream::new(&bytes).expect("a recording");
-    let log =
-        log.map(|message| message.expect("a message")).filter(|it| it.channel.topic == "/log");
+    let log = log.map(|message| message.expect("a message")).filter(|it| it.channel.topic == "/log");
     let text: String = log.map(|it| String::from_utf8_lossy(&it.data).into_owned()).collect();
-    for words in [
-        "the fault of adder begins",
-        "the fault of adder ends",
-        "a fault lets its step last longer",
-    ] {
+    for words in ["the fault of adder begins", "the fault of adder ends", "a fault lets its step last longer"]
+    {
         assert!(text.contains(words), "{words}");
     }
     // An end has other faults of calls, and a fault that the warm-up does not have.
@@ -183,10 +168,7 @@ fn wrong_words_about_faults_of_calls_are_told() {
         ("node = 'ader'\nfrom = 1.0\ncrash = true", "adder"),
         ("node = 's'\nfrom = 1.0\ncrash = true", "`s` is no FMU"),
         ("from = 1.0\ncrash = true", "either the `input` or the `node`"),
-        (
-            "input = 'adder.u'\nnode = 'adder'\nfrom = 1.0\ncrash = true",
-            "either the `input` or the `node`",
-        ),
+        ("input = 'adder.u'\nnode = 'adder'\nfrom = 1.0\ncrash = true", "either the `input` or the `node`"),
         (
             "input = 'adder.u'\nfrom = 1.0\nvalue = 1.0\nprobability = 0.5",
             "`probability` is for the calls of a node",

@@ -1,6 +1,6 @@
 //! Checks what is told of checkpoints that do not fit, are damaged, or of FMUs that forget a part of their state.
 
-use fmu_import::sha256;
+use fmu_import::sha256_hex;
 
 use super::checkpoints::{from, run};
 use super::fixture::Scenario;
@@ -39,8 +39,7 @@ fn lab() -> Lab {
 fn an_fmu_that_forgets_is_told_and_not_disturbed() {
     let lab = lab();
     // The other node knows nothing but its state.
-    let [both, one] =
-        ["forgets", "adder"].map(|it| format!("name = \"other\"\npath = \"{it}.fmu\""));
+    let [both, one] = ["forgets", "adder"].map(|it| format!("name = \"other\"\npath = \"{it}.fmu\""));
     let forgets = &adder("forgets.fmu", "").text().replace(&both, &one);
     assert!(forgets.contains(&one), "{forgets}");
     lab.write("case.toml", forgets);
@@ -56,8 +55,7 @@ fn an_fmu_that_forgets_is_told_and_not_disturbed() {
     assert!(warnings.contains("does not go on bit for bit"), "{warnings}");
     // In one process, too; the warm-up is over by then.
     lab.write("end.toml", forgets);
-    let told =
-        run(&lab, "case.toml", "one", &["--checkpoint", "1", "--branch", "end.toml"]).expect(0);
+    let told = run(&lab, "case.toml", "one", &["--checkpoint", "1", "--branch", "end.toml"]).expect(0);
     let warning = "`adder.count` was 11.0 and is 21.0";
     assert!(told.stderr.contains(warning), "{}", told.stderr);
     assert_eq!(from(&lab, "one", 0.0), from(&lab, "plain", 0.0));
@@ -86,9 +84,7 @@ fn what_does_not_fit_is_told() {
         (text(adder("adder.fmu", "")), &["--set", "adder.at=5"], &[fixed]),
         (text(node), &[], &["it has no node `third`"]),
         (
-            text(adder("adder.fmu", ""))
-                .replace("adder", "sum_up")
-                .replace("sum_up.fmu", "adder.fmu"),
+            text(adder("adder.fmu", "")).replace("adder", "sum_up").replace("sum_up.fmu", "adder.fmu"),
             &[],
             &["it has a node `adder`"],
         ),
@@ -112,17 +108,11 @@ fn what_does_not_fit_is_told() {
     ];
     for (text, more, says) in cases {
         lab.write("other.toml", &text);
-        let ended = run(
-            &lab,
-            "other.toml",
-            "other",
-            &[&["--resume", "whole/checkpoint_1.state"], more].concat(),
-        );
+        let ended =
+            run(&lab, "other.toml", "other", &[&["--resume", "whole/checkpoint_1.state"], more].concat());
         match says {
             [] => drop(ended.expect(0)),
-            says => drop(
-                ended.expect(2).says(&["checkpoint of `case` at 1 s", "does not fit"]).says(says),
-            ),
+            says => drop(ended.expect(2).says(&["checkpoint of `case` at 1 s", "does not fit"]).says(says)),
         }
     }
 }
@@ -144,10 +134,7 @@ fn fmus_that_cannot_are_named_with_what_works() {
     assert!(!lab.has("out"), "nothing began");
     lab.write("adder.fmu", misbehave());
     lab.write("end.toml", "");
-    lab.write(
-        "case.toml",
-        Scenario::new().time(0.1, 1.0).fmu("tank", "adder.fmu", "u = 0.0").text(),
-    );
+    lab.write("case.toml", Scenario::new().time(0.1, 1.0).fmu("tank", "adder.fmu", "u = 0.0").text());
     for more in [&["--checkpoint", "1"][..], &["--checkpoint", "1", "--branch", "end.toml"]] {
         let ended = run(&lab, "case.toml", "out", more);
         ended.says(&["tank", "canGetAndSetFMUstate", "from its beginning"]);
@@ -204,18 +191,14 @@ fn damaged_checkpoints_are_errors() {
     run(&lab, "case.toml", "part", &["--resume", "absent.state"]).expect(2).says(&["absent.state"]);
     // With the right hash of the wrong bytes.
     let content = &bytes[head + 64..];
-    let signed = |content: &[u8]| [&bytes[..head], sha256(content).as_bytes(), content].concat();
+    let signed = |content: &[u8]| [&bytes[..head], sha256_hex(content).as_bytes(), content].concat();
     resume(&signed(content)).expect(0);
-    resume(&signed(&content[..content.len() / 2]))
-        .expect(2)
-        .says(&["no checkpoint that a run wrote"]);
+    resume(&signed(&content[..content.len() / 2])).expect(2).says(&["no checkpoint that a run wrote"]);
     let mut random = 1_u64;
     for _ in 0..60 {
         let mut wrong = content.to_vec();
         for _ in 0..3 {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let place = (random >> 33) as usize % wrong.len();
             wrong[place] = [0xff, 0x00, (random >> 8) as u8][(random >> 20) as usize % 3];
         }
@@ -238,9 +221,7 @@ fn a_checkpoint_is_safe_from_the_run_that_it_begins() {
     // What nobody accounts for stays.
     lab.write("out/checkpoint_0.5.state", "mine");
     let ended = run(&lab, "case.toml", "out", &["--checkpoint", "0.5"]);
-    ended
-        .expect(2)
-        .says(&["it holds checkpoint_0.5.state, and no report says that a run wrote it"]);
+    ended.expect(2).says(&["it holds checkpoint_0.5.state, and no report says that a run wrote it"]);
     assert_eq!(lab.read("out/checkpoint_0.5.state"), "mine");
     assert!(lab.has("out/checkpoint_1.state") && lab.has("out/report.json"), "all is as it was");
     // The next run takes what belongs to the last one.

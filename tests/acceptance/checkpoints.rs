@@ -39,11 +39,9 @@ fn messages(lab: &Lab, out: &str, time: f64) -> Vec<(String, u64, Vec<u8>)> {
     let bytes = std::fs::read(lab.path(&format!("{out}/run.mcap"))).expect("a recording");
     let all = mcap::MessageStream::new(&bytes).expect("a recording");
     let all = all.map(|message| message.expect("a message"));
-    let rows = all.filter(|it| {
-        !it.channel.topic.starts_with("/log") && it.log_time as f64 > time * 1e9 - 1.0
-    });
     let rows =
-        rows.filter(|it| ["/inputs", "/outputs"].iter().any(|end| it.channel.topic.ends_with(end)));
+        all.filter(|it| !it.channel.topic.starts_with("/log") && it.log_time as f64 > time * 1e9 - 1.0);
+    let rows = rows.filter(|it| ["/inputs", "/outputs"].iter().any(|end| it.channel.topic.ends_with(end)));
     rows.map(|it| (it.channel.topic.clone(), it.log_time, it.data.to_vec())).collect()
 }
 
@@ -51,8 +49,7 @@ fn messages(lab: &Lab, out: &str, time: f64) -> Vec<(String, u64, Vec<u8>)> {
 fn log(lab: &Lab, out: &str) -> String {
     let bytes = std::fs::read(lab.path(&format!("{out}/run.mcap"))).expect("a recording");
     let all = mcap::MessageStream::new(&bytes).expect("a recording");
-    let events =
-        all.map(|message| message.expect("a message")).filter(|it| it.channel.topic == "/log");
+    let events = all.map(|message| message.expect("a message")).filter(|it| it.channel.topic == "/log");
     events.map(|it| String::from_utf8_lossy(&it.data).into_owned()).collect()
 }
 
@@ -62,10 +59,7 @@ fn same(lab: &Lab, whole: &str, resumed: &str, time: f64) {
     assert!(rows.len() > 3, "{whole} has {} rows from {time} s on", rows.len());
     assert_eq!(from(lab, resumed, 0.0), rows, "{resumed} from {time} s on");
     let recorded = messages(lab, whole, time);
-    assert!(
-        recorded.len() > 3 && messages(lab, resumed, time) == recorded,
-        "{resumed}: its recording"
-    );
+    assert!(recorded.len() > 3 && messages(lab, resumed, time) == recorded, "{resumed}: its recording");
 }
 
 /// A drive with everything that connections and sources remember.
@@ -108,19 +102,11 @@ fn a_run_goes_on_bit_for_bit_with_effects_faults_and_tables() {
         let lab = lab_of_a_drive(version);
         lab.write("drive.toml", drive(version, 2.0).text());
         run(&lab, "drive.toml", "plain", &[]).completes();
-        run(&lab, "drive.toml", "whole", &["--checkpoint", "0.5,1", "--checkpoint", "1.7"])
-            .completes();
-        assert_eq!(
-            lab.read("whole/run.csv"),
-            lab.read("plain/run.csv"),
-            "checkpoints disturb nothing"
-        );
-        for (time, more) in [
-            (0.5, "--isolate=none"),
-            (1.0, "--isolate=none"),
-            (1.0, "--isolate"),
-            (1.7, "--isolate"),
-        ] {
+        run(&lab, "drive.toml", "whole", &["--checkpoint", "0.5,1", "--checkpoint", "1.7"]).completes();
+        assert_eq!(lab.read("whole/run.csv"), lab.read("plain/run.csv"), "checkpoints disturb nothing");
+        for (time, more) in
+            [(0.5, "--isolate=none"), (1.0, "--isolate=none"), (1.0, "--isolate"), (1.7, "--isolate")]
+        {
             let file = format!("whole/checkpoint_{time}.state");
             let ended = run(&lab, "drive.toml", "part", &["--resume", &file, more]).completes();
             assert!(!ended.stderr.contains("from 0"), "{}", ended.stderr);
@@ -135,9 +121,8 @@ fn a_run_goes_on_bit_for_bit_with_effects_faults_and_tables() {
         }
         // In processes of their own they leave the same.
         run(&lab, "drive.toml", "apart", &["--checkpoint", "1", "--isolate"]).completes();
-        let bytes = |out: &str| {
-            std::fs::read(lab.path(&format!("{out}/checkpoint_1.state"))).expect("a file")
-        };
+        let bytes =
+            |out: &str| std::fs::read(lab.path(&format!("{out}/checkpoint_1.state"))).expect("a file");
         assert!(bytes("apart") == bytes("whole"), "a checkpoint of isolated FMUs is another one");
         // A part leaves what the whole leaves.
         let more = ["--resume", "whole/checkpoint_1.state", "--checkpoint", "1.7"];
@@ -199,9 +184,8 @@ fn a_warm_up_has_many_ends() {
     run(&lab, "warm.toml", "warm", &["--checkpoint", "1"]).completes();
     let fault = "[[fault]]\ninput = 'estimator.v_x_meas'\nfrom = 1.0\nuntil = 1.2\nfreeze = true";
     let signal = "unit = 'rad'\npart = [{ sine = { amplitude = 0.02, frequency = 0.7 } }, { from = 1.3, constant = 0.01 }]";
-    let other = drive("", 2.0)
-        .text()
-        .replace("unit = 'rad'\nsine = { amplitude = 0.02, frequency = 0.7 }", signal);
+    let other =
+        drive("", 2.0).text().replace("unit = 'rad'\nsine = { amplitude = 0.02, frequency = 0.7 }", signal);
     let ends = [
         ("longer", drive("", 2.5).text(), "[]"),
         ("fault", drive("", 2.0).section(fault).text(), "[\"the faults of `estimator.v_x_meas`\"]"),
@@ -216,8 +200,7 @@ fn a_warm_up_has_many_ends() {
         assert_eq!(lab.report(name)["resumed"]["scenario"], "warm");
     }
     // Other noise from here on.
-    run(&lab, "end.toml", "other", &["--resume", "warm/checkpoint_1.state", "--seed", "8"])
-        .completes();
+    run(&lab, "end.toml", "other", &["--resume", "warm/checkpoint_1.state", "--seed", "8"]).completes();
     assert_ne!(from(&lab, "other", 1.1), from(&lab, "signal", 1.1));
 }
 
@@ -269,22 +252,14 @@ fn ends_go_on_in_one_process() {
     let ends = ["--branch", "one.toml", "--branch", "two.toml", "--branch", "three.toml"];
     for more in ["--isolate=none", "--isolate"] {
         let ended =
-            run(&lab, "warm.toml", "out", &[&["--checkpoint", "1", more], &ends[..]].concat())
-                .expect(0);
+            run(&lab, "warm.toml", "out", &[&["--checkpoint", "1", more], &ends[..]].concat()).expect(0);
         assert!(!ended.stderr.contains("bit for bit"), "{}", ended.stderr);
         run(&lab, "one.toml", "alone", &[]).expect(0);
         assert_eq!(from(&lab, "out/one", 0.0), from(&lab, "alone", 1.0));
         assert_eq!(from(&lab, "out/three", 0.0), from(&lab, "out", 1.0));
-        let last = from(&lab, "out/two", 2.0)[0]
-            .split(',')
-            .nth(2)
-            .and_then(|cell| cell.parse::<f64>().ok());
+        let last = from(&lab, "out/two", 2.0)[0].split(',').nth(2).and_then(|cell| cell.parse::<f64>().ok());
         assert!((last.expect("a number") - 8.0).abs() < 1e-9);
-        assert_eq!(
-            lab.report("out/one")["checks"][0]["samples"],
-            31,
-            "also those before the checkpoint"
-        );
+        assert_eq!(lab.report("out/one")["checks"][0]["samples"], 31, "also those before the checkpoint");
         assert_eq!(lab.report("out/two")["resumed"]["checkpoint"], "warm");
     }
 }
@@ -344,8 +319,7 @@ fn verdicts_are_those_of_the_whole_run() {
     lab.write("warm.toml", scenario("std(plant.r) > 0").text());
     lab.write("end.toml", scenario("std(plant.r) > 0.0001").text());
     run(&lab, "warm.toml", "whole", &["--checkpoint", "1"]).completes();
-    let ended =
-        run(&lab, "warm.toml", "part", &["--resume", "whole/checkpoint_1.state"]).completes();
+    let ended = run(&lab, "warm.toml", "part", &["--resume", "whole/checkpoint_1.state"]).completes();
     assert!(!ended.stderr.contains("judged from"), "{}", ended.stderr);
     assert_eq!(lab.report("part")["checks"], lab.report("whole")["checks"]);
     let ended = run(&lab, "end.toml", "end", &["--resume", "whole/checkpoint_1.state"]).completes();
@@ -353,8 +327,7 @@ fn verdicts_are_those_of_the_whole_run() {
     assert_eq!(ended.stderr.matches("judged from").count(), 1, "{}", ended.stderr);
     assert!(ended.stderr.contains(warning), "{}", ended.stderr);
     let whole = lab.report("whole");
-    for (place, check) in lab.report("end")["checks"].as_array().expect("a list").iter().enumerate()
-    {
+    for (place, check) in lab.report("end")["checks"].as_array().expect("a list").iter().enumerate() {
         match check["name"] == "late" {
             true => assert_eq!(check["samples"], 101),
             false => {

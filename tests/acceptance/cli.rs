@@ -37,8 +37,7 @@ fn lab() -> Lab {
 
 fn inspect_lists_variables_units_and_dependencies() {
     let ended = lab().trackside(&["inspect", "plant.fmu"]).expect(0);
-    let words =
-        ended.stdout.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    let words = ended.stdout.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
     let lines: Vec<_> = words.collect();
     for expected in [
         "model plant",
@@ -60,8 +59,7 @@ fn a_passing_run_prints_a_summary_and_nothing_on_stderr() {
     let lab = lab();
     let ended = lab.trackside(&["run", "good.toml"]).expect(0);
     assert_eq!(ended.stderr, "");
-    for expected in ["good: Coasting", "ok      distance", "1.0 s simulated in", "the check passed"]
-    {
+    for expected in ["good: Coasting", "ok      distance", "1.0 s simulated in", "the check passed"] {
         assert!(ended.stdout.contains(expected), "{expected}\n{}", ended.stdout);
     }
     assert!(lab.has("target/runs/good/report.json") && lab.has("target/runs/good/run.mcap"));
@@ -128,8 +126,7 @@ fn set_reaches_signals_effects_and_faults() {
         ("plant.F_x.fault.value=40", "plant.F_x", 40.0),
         ("plant.start.v_x=100 km/h", "plant.v_x", 100.0 / 3.6),
     ] {
-        let arguments =
-            ["run", "driven.toml", "--csv", "--out", "out", "--rerun", "off", "--set", set];
+        let arguments = ["run", "driven.toml", "--csv", "--out", "out", "--rerun", "off", "--set", set];
         lab.trackside(&arguments).expect(0);
         let value = last(&lab.table("out/run.csv"), column);
         let near = if column == "plant.v_x" { 0.1 } else { 1e-9 };
@@ -141,15 +138,16 @@ fn set_reaches_signals_effects_and_faults() {
 fn a_value_that_cannot_be_set_is_told() {
     let lab = lab();
     lab.write("log.csv", "t,v\n0,1\n1,2\n");
-    lab.write("driven.toml", driven() + "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { v = { column = \"v\" } }\n");
+    lab.write(
+        "driven.toml",
+        driven()
+            + "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { v = { column = \"v\" } }\n",
+    );
     for (set, says) in [
         ("driver.dleta=3", &["unknown signal `driver.dleta`", "did you mean `driver.delta`?"][..]),
         ("drivr.delta=3", &["unknown node `drivr`", "did you mean `driver`?"]),
         ("driver.delta=fast", &["--set driver.delta", "expected a number, found a text"]),
-        (
-            "driver.delta=3 m",
-            &["--set driver.delta", "expected a value in [deg], found one in [m]"],
-        ),
+        ("driver.delta=3 m", &["--set driver.delta", "expected a value in [deg], found one in [m]"]),
         ("driver.delta=3 degs", &["unknown unit `degs`", "did you mean `deg`?"]),
         ("driver.delta.stp.after=3", &["unknown key `stp`", "did you mean `step`?"]),
         ("driver.delta.step.aftr=3", &["unknown key `aftr`", "did you mean `after`?"]),
@@ -162,14 +160,12 @@ fn a_value_that_cannot_be_set_is_told() {
         ),
         ("log.v=3", &["`log` is a table"]),
     ] {
-        let ended =
-            lab.trackside(&["run", "driven.toml", "--out", "wrong", "--set", set]).expect(2);
+        let ended = lab.trackside(&["run", "driven.toml", "--out", "wrong", "--set", set]).expect(2);
         ended.says(says);
         assert!(!lab.has("wrong"), "{set}");
     }
     // All of them at once.
-    let set =
-        ["--set", "driver.delta=fast", "--set", "plant.bdy.m=3", "--set", "plant.delta.gain=big"];
+    let set = ["--set", "driver.delta=fast", "--set", "plant.bdy.m=3", "--set", "plant.delta.gain=big"];
     let ended = lab.trackside(&[&["run", "driven.toml", "--out", "wrong"][..], &set].concat());
     ended.expect(2).says(&[
         "--set driver.delta",
@@ -263,8 +259,7 @@ fn view_opens_the_matching_viewer_or_explains_its_installation() {
     lab.write("run/run.rrd", "");
     let view = |run: &str, version: Option<&str>| {
         if let Some(version) = version {
-            let answer =
-                format!("if [ \"$1\" = --version ]; then echo rerun-cli {version} [built]");
+            let answer = format!("if [ \"$1\" = --version ]; then echo rerun-cli {version} [built]");
             let script = format!("#!/bin/sh\n{answer}; else echo \"opens $1\" > opened; fi\n");
             let path = lab.write("bin/rerun", script);
             std::fs::set_permissions(path, PermissionsExt::from_mode(0o755)).expect("a program");

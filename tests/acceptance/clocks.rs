@@ -112,9 +112,7 @@ fn a_tick_between_steps_of_one_length_is_refused() {
     let fixed = changed(&lab.write("clocked.fmu", clocked()), |name, bytes| {
         let flag = "canHandleVariableCommunicationStepSize=\"true\"";
         let bytes = match name {
-            "modelDescription.xml" => {
-                String::from_utf8(bytes).expect("text").replace(flag, "").into_bytes()
-            }
+            "modelDescription.xml" => String::from_utf8(bytes).expect("text").replace(flag, "").into_bytes(),
             _ => bytes,
         };
         Some((name.to_owned(), bytes))

@@ -64,14 +64,13 @@ fn alone() -> &'static (Lab, Option<i32>) {
 /// Insists on the table that a sweep by one process gave: each variant once, and every value but the times by the clock equal to the bit.
 pub fn same_table(found: &Lab, expected: &Lab) {
     let results = |lab: &Lab| {
-        let summary: serde_json::Value =
-            serde_json::from_str(&lab.read("plan/sweep.json")).expect("JSON");
+        let summary: serde_json::Value = serde_json::from_str(&lab.read("plan/sweep.json")).expect("JSON");
         summary["results"].as_str().expect("a digest").to_owned()
     };
     assert_eq!(results(found), results(expected));
     let [found, expected] =
-        [found, expected].map(|lab| table::read(&lab.path("plan/sweep.parquet")).expect("a table"));
-    let variants = found.column("variant").and_then(|it| it.integers()).expect("numbers");
+        [found, expected].map(|lab| table::read_table(&lab.path("plan/sweep.parquet")).expect("a table"));
+    let variants = found.column("variant").and_then(|it| it.as_integers()).expect("numbers");
     let each: Vec<i64> = (0..variants.len() as i64).collect();
     assert_eq!(variants, each);
     assert_eq!(found.columns.len(), expected.columns.len());
@@ -87,8 +86,7 @@ pub fn same_table(found: &Lab, expected: &Lab) {
 /// The chunks of all submissions to an engine, one for each time.
 pub fn submitted(lab: &Lab, engine: &str) -> Vec<String> {
     let folders = std::fs::read_dir(lab.path("plan/submit").join(engine)).expect("submissions");
-    let texts =
-        folders.map(|it| std::fs::read_to_string(it.expect("a file").path().join("chunks")));
+    let texts = folders.map(|it| std::fs::read_to_string(it.expect("a file").path().join("chunks")));
     let texts: Vec<_> = texts.map(|text| text.expect("chunks")).collect();
     texts.iter().flat_map(|text| text.lines().map(str::to_owned)).collect()
 }

@@ -125,22 +125,18 @@ fn comparisons_of_equal_runs_are_equal_with_zero_time_gap() {
     lab.trackside(&["view", "a", "a", "--save", "one.rrd"]).expect(0);
     lab.trackside(&["view", "a", "a", "--save", "two.rrd"]).expect(0);
     let mut rerun = python.rerun();
-    rerun
-        .args(["rrd", "compare", "--unordered"])
-        .args(["one.rrd", "two.rrd"].map(|it| lab.path(it)));
+    rerun.args(["rrd", "compare", "--unordered"]).args(["one.rrd", "two.rrd"].map(|it| lab.path(it)));
     Ended::of(rerun.output().expect("it starts")).expect(0);
     let path = lab.path("one.rrd");
     let rows = python.run("scalars.py", &[path.as_os_str(), "/time_gap".as_ref()]).stdout;
-    assert!(
-        rows.lines().count() == 1_001 && rows.lines().all(|row| row.ends_with(" 0.0")),
-        "{rows}"
-    );
+    assert!(rows.lines().count() == 1_001 && rows.lines().all(|row| row.ends_with(" 0.0")), "{rows}");
 }
 
 fn incomparable_runs_give_an_error_with_advice() {
     let lab = Lab::new();
     run(&lab, "drive", &drive(20.0, 0.01), &[]);
-    let other = "[time]\nstep = 0.1\nstop = 1.0\n[[signal]]\nname = \"tank.level\"\nunit = \"m\"\nconstant = 1.0\n";
+    let other =
+        "[time]\nstep = 0.1\nstop = 1.0\n[[signal]]\nname = \"tank.level\"\nunit = \"m\"\nconstant = 1.0\n";
     run(&lab, "tank", other, &[]);
     let compare = |a: &str, b: &str| lab.trackside(&["view", a, b, "--save", "both.rrd"]);
     compare("drive", "nowhere").expect(2).says(&["nowhere", "no recording", "the folder of a run"]);

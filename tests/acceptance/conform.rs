@@ -44,9 +44,7 @@ pub fn rules<'a>(findings: &'a [[String; 3]], wanted: &str) -> Vec<&'a str> {
 
 fn our_fmus_pass_every_rule() {
     // Only the plant and the example say that they have directional derivatives.
-    for (name, passed) in
-        [("plant", 31), ("controller", 30), ("estimator", 30), ("spring_damper", 31)]
-    {
+    for (name, passed) in [("plant", 31), ("controller", 30), ("estimator", 30), ("spring_damper", 31)] {
         let lab = Lab::new();
         lab.add(&if name == "spring_damper" {
             example().to_owned()
@@ -108,8 +106,7 @@ fn each_deviation_fails_exactly_the_rules_it_breaks() {
 }
 
 /// The rules that only wrong callers notice.
-const ROBUST: [&str; 5] =
-    ["guid", "call-order", "illegal-access", "unknown-references", "stop-time"];
+const ROBUST: [&str; 5] = ["guid", "call-order", "illegal-access", "unknown-references", "stop-time"];
 
 /// The difference from the expected findings, if any.
 fn look_at((deviation, broken, says): (&str, &[&str], &[&str])) -> Option<String> {
@@ -153,8 +150,7 @@ fn vanished_temporary_files_are_no_fault_of_the_fmu() {
     let passed = rules(&findings, "pass");
     assert!(["version", "start-values"].iter().all(|rule| passed.contains(rule)), "{findings:#?}");
     let ended = lab.trackside(&["conform", "deviate.fmu"]).expect(3);
-    let memory =
-        "ERR   memory                  could not be judged: the temporary folder was removed";
+    let memory = "ERR   memory                  could not be judged: the temporary folder was removed";
     assert!(ended.stdout.contains(memory), "{}", ended.stdout);
 }
 
@@ -164,8 +160,7 @@ fn accepting_a_step_after_a_gap_gives_a_warning() {
     let (findings, code) = conform(&lab, "deviate.fmu", "60");
     assert_eq!((code, rules(&findings, "fail")), (Some(0), Vec::new()));
     let warned = findings.iter().filter(|[rule, _, detail]| {
-        rule == "step-start"
-            && detail.contains("warning: after t = 3 s a step from 4 s was accepted")
+        rule == "step-start" && detail.contains("warning: after t = 3 s a step from 4 s was accepted")
     });
     assert_eq!(warned.count(), 1, "{findings:#?}");
 }
@@ -229,10 +224,7 @@ fn rules_for_undeclared_capabilities_are_not_applicable() {
         let lab = Lab::new();
         described(&lab, &format!("{flag}=\"true\""), "");
         let (findings, code) = conform(&lab, "changed.fmu", "60");
-        assert_eq!(
-            (code, rules(&findings, "fail")),
-            (Some(i32::from(!broken.is_empty())), broken.to_vec())
-        );
+        assert_eq!((code, rules(&findings, "fail")), (Some(i32::from(!broken.is_empty())), broken.to_vec()));
         let expected = [rules_of_it, &["reference-results"]].concat();
         assert_eq!(rules(&findings, "not_applicable"), expected);
     }

@@ -92,8 +92,7 @@ fn each_deviation_of_fmi_3_fails_exactly_the_rules_it_breaks() {
         let right = rules(&findings, "fail") == *broken
             && code == Some(i32::from(grave))
             && failed.first().is_none_or(|first| first[2].contains(says));
-        (!right)
-            .then(|| format!("{deviation}: expected {broken:?} with {says:?}, found {failed:#?}"))
+        (!right).then(|| format!("{deviation}: expected {broken:?} with {says:?}, found {failed:#?}"))
     });
     let wrong: Vec<_> = wrong.collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
@@ -188,8 +187,7 @@ fn references_in_the_archive_are_run_and_compared() {
         // x is 0, 0, 1; u at the last step is 0.5.
         (
             path("out.csv"),
-            "time,y,v,steps,label\n1,0,0 0,0,tank\n1.5,0.0,0 0,1,tank\n2,1.25,1 1,2,tank\n"
-                .to_owned(),
+            "time,y,v,steps,label\n1,0,0 0,0,tank\n1.5,0.0,0 0,1,tank\n2,1.25,1 1,2,tank\n".to_owned(),
         ),
         (path("bad.csv"), "time,y\n1,0\n1.1,3\n".to_owned()),
     ];
@@ -250,11 +248,7 @@ fn reference_fmus_of_fmi_3_get_their_verdicts() {
         let (findings, code) = conform(&lab, &format!("{name}.fmu"), "60");
         let mut failed = rules(&findings, "fail");
         failed.retain(|rule| !ROBUST.contains(rule));
-        assert_eq!(
-            (code, failed),
-            (Some(i32::from(!broken.is_empty())), broken.to_vec()),
-            "{name}"
-        );
+        assert_eq!((code, failed), (Some(i32::from(!broken.is_empty())), broken.to_vec()), "{name}");
         let compared = findings.iter().filter(|it| it[0] == "reference-results" && it[1] == "pass");
         assert_eq!(compared.count(), usize::from(name != "Roberts"), "{name}");
     }

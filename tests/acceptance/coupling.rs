@@ -45,9 +45,7 @@ fn a_clock_and_a_chain_of_adders_show_the_delay_of_each_coupling() {
     let lab = Lab::new();
     lab.write("relay.fmu", relay());
     // The last one comes first in the file.
-    for (algorithm, late) in
-        [("jacobi", [1, 2, 3]), ("gauss_seidel", [1, 1, 1]), ("iterate", [1, 1, 1])]
-    {
+    for (algorithm, late) in [("jacobi", [1, 2, 3]), ("gauss_seidel", [1, 1, 1]), ("iterate", [1, 1, 1])] {
         let mut scenario = Scenario::new().time(0.5, 4.0);
         scenario = scenario.section(&format!("[coupling]\nalgorithm = \"{algorithm}\""));
         for name in ["third", "second", "first"] {
@@ -61,8 +59,7 @@ fn a_clock_and_a_chain_of_adders_show_the_delay_of_each_coupling() {
             scenario = scenario.connect(&format!("{from}.x_out"), &format!("{to}.x")).key(plus_one);
         }
         let found = run(&lab, scenario, algorithm, &[]);
-        for (name, (late, added)) in
-            ["first", "second", "third"].iter().zip(late.iter().zip([0.0, 1.0, 2.0]))
+        for (name, (late, added)) in ["first", "second", "third"].iter().zip(late.iter().zip([0.0, 1.0, 2.0]))
         {
             // A signal acts from the start of a step on, and each other link as its coupling says.
             let shown = found[&format!("{name}.x_out")][8];
@@ -119,9 +116,7 @@ pub fn exact(
         let k2 = slope(plus(state, k1, h / 2.0), system, below(t + h / 2.0));
         let k3 = slope(plus(state, k2, h / 2.0), system, below(t + h / 2.0));
         let k4 = slope(plus(state, k3, h), system, below(t + h));
-        state = std::array::from_fn(|i| {
-            state[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-        });
+        state = std::array::from_fn(|i| state[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
     }
     state
 }
@@ -144,18 +139,13 @@ const SPRINGS: ([f64; 2], [f64; 2]) = ([1.0, 1.0], [40.0, 25.0]);
 
 fn two_masses_converge_to_the_closed_form_with_the_order_of_each_coupling() {
     let lab = mass_lab();
-    let expected =
-        exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 2.0);
+    let expected = exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 2.0);
     // Amplitude and frequency of the closed form of two equal masses: a check of what the others are compared with.
-    let equal =
-        exact([0.1, 0.0, 0.1, 0.0], ([1e9, 1.0], [0.0, 4.0], [0.0; 2]), &|_| (0.0, 0.0), 1.0);
+    let equal = exact([0.1, 0.0, 0.1, 0.0], ([1e9, 1.0], [0.0, 4.0], [0.0; 2]), &|_| (0.0, 0.0), 1.0);
     assert!((equal[2] - 0.1).abs() < 1e-9);
-    let free =
-        exact([0.0, 0.0, 0.1, 0.0], ([1e12, 1.0], [0.0, 4.0], [0.0; 2]), &|_| (0.0, 0.0), 1.0);
+    let free = exact([0.0, 0.0, 0.1, 0.0], ([1e12, 1.0], [0.0, 4.0], [0.0; 2]), &|_| (0.0, 0.0), 1.0);
     assert!((free[2] - 0.1 * 2.0_f64.cos()).abs() < 1e-10, "{free:?}");
-    for (algorithm, orders) in
-        [("iterate", 1.9..2.1), ("gauss_seidel", 0.8..1.2), ("jacobi", 0.8..1.3)]
-    {
+    for (algorithm, orders) in [("iterate", 1.9..2.1), ("gauss_seidel", 0.8..1.2), ("jacobi", 0.8..1.3)] {
         let errors = [200, 400, 800].map(|steps: usize| {
             let scenario = two_masses(algorithm, 2.0 / steps as f64, 2.0, 0.3);
             let found = run(&lab, scenario, "masses", &[]);
@@ -167,9 +157,8 @@ fn two_masses_converge_to_the_closed_form_with_the_order_of_each_coupling() {
         }
     }
     // Without damping, iterate alone keeps the energy.
-    let energy = |[x1, v1, x2, v2]: [f64; 4]| {
-        0.5 * (v1 * v1 + v2 * v2 + 40.0 * x1 * x1 + 25.0 * (x2 - x1).powi(2))
-    };
+    let energy =
+        |[x1, v1, x2, v2]: [f64; 4]| 0.5 * (v1 * v1 + v2 * v2 + 40.0 * x1 * x1 + 25.0 * (x2 - x1).powi(2));
     let drift = |algorithm: &str| {
         let found = run(&lab, two_masses(algorithm, 0.01, 20.0, 0.0), "energy", &[]);
         energy(state(&found, 2000)) / energy(state(&found, 0)) - 1.0
@@ -228,8 +217,7 @@ fn the_same_scenario_has_the_same_table_isolated_or_not() {
             arguments.extend(Some(more).filter(|it| !it.is_empty()));
             lab.trackside(&arguments).expect(0);
         }
-        let [here, again, apart] =
-            ["here", "again", "apart"].map(|out| lab.read(&format!("{out}/run.csv")));
+        let [here, again, apart] = ["here", "again", "apart"].map(|out| lab.read(&format!("{out}/run.csv")));
         assert!(here == again && here == apart, "{division:?}");
         assert_eq!(lab.report("here")["coupling"], lab.report("apart")["coupling"]);
     }
@@ -239,17 +227,8 @@ fn a_scenario_inside_one_fmu_is_coupled_as_outside() {
     let lab = mass_lab();
     let scenario = || two_masses("iterate", 0.02, 1.0, 0.3);
     let outside = run(&lab, scenario(), "outside", &[]);
-    let pack = [
-        "pack",
-        "coupled.toml",
-        "--fmu",
-        "masses",
-        "--outputs",
-        "low.x",
-        "high.F_below",
-        "--out",
-        ".",
-    ];
+    let pack =
+        ["pack", "coupled.toml", "--fmu", "masses", "--outputs", "low.x", "high.F_below", "--out", "."];
     lab.trackside(&pack).expect(0);
     let whole = Scenario::new().time(0.02, 1.0).fmu("all", "masses.fmu", "");
     let inside = run(&lab, whole, "inside", &[]);
@@ -270,8 +249,7 @@ fn a_run_goes_on_bit_for_bit_with_each_coupling() {
         ("jacobi", "on_discard = \"halve\""),
     ] {
         let text = two_masses(algorithm, 0.05, 2.0, 0.3).text();
-        let text =
-            text.replace("\n[[fmu]]\nname = \"high\"", "step = 0.025\n\n[[fmu]]\nname = \"high\"");
+        let text = text.replace("\n[[fmu]]\nname = \"high\"", "step = 0.025\n\n[[fmu]]\nname = \"high\"");
         let coupling = format!("algorithm = \"{algorithm}\"");
         let text = text.replace(&coupling, &format!("{coupling}\n{words}"));
         let course = "from = \"low.x\"\nextrapolate = \"quadratic\"";
@@ -300,8 +278,7 @@ fn a_discarded_step_is_done_in_halves() {
     let arguments = ["run", "discarded.toml", "--csv", "--rerun", "off", "--out", "discarded"];
     let told = ["node `high`", "t = 0.5 s", "fmi2Discard", "on_discard = \"halve\""];
     lab.trackside(&arguments).expect(3).says(&told);
-    let expected =
-        exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 1.0);
+    let expected = exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 1.0);
     for words in ["on_discard = \"halve\"", "tolerance = 0.1"] {
         lab.write("discarded.toml", text(words));
         lab.trackside(&arguments).expect(0);
@@ -318,8 +295,7 @@ fn a_discarded_step_is_done_in_halves() {
 
 fn a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection() {
     let lab = mass_lab();
-    let expected =
-        exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 2.0);
+    let expected = exact([0.0, 0.0, 0.1, 0.0], (SPRINGS.0, SPRINGS.1, [0.3; 2]), &|_| (0.0, 0.0), 2.0);
     let text = |more: &str| {
         two_masses("gauss_seidel", 0.05, 2.0, 0.3)
             .text()
@@ -335,16 +311,12 @@ fn a_tolerance_divides_steps_and_the_report_has_the_error_of_each_connection() {
     let (repeated, account) = error("repeated", "tolerance = 1e-3");
     assert!(repeated < fixed / 4.0, "{repeated:e} {fixed:e}");
     let division = &account["division"];
-    assert!(
-        division["parts"].as_u64() > Some(40) && division["repeated"].as_u64() > Some(0),
-        "{account}"
-    );
+    assert!(division["parts"].as_u64() > Some(40) && division["repeated"].as_u64() > Some(0), "{account}");
     let errors = division["errors"].as_array().expect("a list");
     let names: Vec<_> = errors.iter().map(|it| it["name"].as_str().unwrap_or_default()).collect();
     assert_eq!(names, ["low.F", "high.x_below", "high.v_below"]);
     assert!(errors.iter().all(|it| it["largest"].as_f64() > Some(0.0)), "{account}");
-    let (energetic, account) =
-        error("energetic", &format!("tolerance = 0.02\nerror = \"energy\"{bond}"));
+    let (energetic, account) = error("energetic", &format!("tolerance = 0.02\nerror = \"energy\"{bond}"));
     assert!(energetic < fixed / 2.0, "{energetic:e} {fixed:e}");
     assert_eq!(account["division"]["repeated"], 0);
     assert_eq!(account["division"]["errors"][0]["name"], "low.F, high.v_below");

@@ -97,8 +97,7 @@ fn connectors_of_one_name_go_on_from_a_checkpoint() {
     let lab = mass_lab();
     let mut scenario = Scenario::new().time(0.1, 0.5).fmu("m", "sprung_mass.fmu", "F = 0.0");
     for (name, unit, value, input) in [("z", "m", 0.1, "x_below"), ("v", "m/s", 0.0, "v_below")] {
-        let connector =
-            format!("[[connector]]\nname = \"k.{name}\"\nkind = \"input\"\nunit = \"{unit}\"");
+        let connector = format!("[[connector]]\nname = \"k.{name}\"\nkind = \"input\"\nunit = \"{unit}\"");
         let signal = format!("unit = \"{unit}\"\nconstant = {value:?}");
         scenario = scenario
             .section(&connector)
@@ -136,8 +135,7 @@ fn a_loop_without_a_solution_is_never_solved() {
         let ended = lab.trackside(&["run", "none.toml", "--rerun", "off"]);
         ended.expect(2).says(&["first communication point", "would get"]);
         // For two steps it has none, and for the ones before and after it has.
-        let fault =
-            format!("[[fault]]\ninput = \"{name}_input\"\nfrom = 0.2\nuntil = 0.3\ngain = 2.0");
+        let fault = format!("[[fault]]\ninput = \"{name}_input\"\nfrom = 0.2\nuntil = 0.3\ngain = 2.0");
         lab.write("between.toml", scenario(0.5).section(&fault).text());
         let ended = lab.trackside(&["run", "between.toml", "--rerun", "off"]);
         ended.expect(2).says(&["not solved at t = 0.2 s", "would get"]);

@@ -25,8 +25,7 @@ fn a_loop_that_cannot_be_solved_says_what_works() {
             .text()
     };
     lab.write("loop.toml", scenario("[coupling]\nalgorithm = \"iterate\""));
-    let told =
-        ["`a`, `b` cannot go back", "canGetAndSetFMUstate", "at = \"start\"", "gauss_seidel"];
+    let told = ["`a`, `b` cannot go back", "canGetAndSetFMUstate", "at = \"start\"", "gauss_seidel"];
     lab.trackside(&["run", "loop.toml", "--rerun", "off"]).expect(2).says(&told);
     lab.write("loop.toml", scenario("[coupling]\nalgorithm = \"jacobi\"\ntolerance = 0.01"));
     let told = ["repeats steps", "`a`, `b` cannot go back", "error = \"energy\""];
@@ -47,15 +46,10 @@ fn loops_and_orders_are_printed_and_drawn() {
         assert!(text.contains(line), "expected {line:?} in:\n{text}");
     }
     let dot = lab.trackside(&["inspect", "--dot", "coupled.toml"]).expect(0).stdout;
-    assert!(
-        dot.starts_with("digraph") && dot.contains("n0 -> n1") && dot.contains("cluster_0"),
-        "{dot}"
-    );
+    assert!(dot.starts_with("digraph") && dot.contains("n0 -> n1") && dot.contains("cluster_0"), "{dot}");
     let json = lab.trackside(&["inspect", "--json", "coupled.toml"]).expect(0).stdout;
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["loops"][0]["nodes"], serde_json::json!(["low", "high"]));
     assert_eq!(json["order"][1]["name"], "high");
-    lab.trackside(&["inspect", "--dot", "sprung_mass.fmu"])
-        .expect(2)
-        .says(&["expected a scenario"]);
+    lab.trackside(&["inspect", "--dot", "sprung_mass.fmu"]).expect(2).says(&["expected a scenario"]);
 }

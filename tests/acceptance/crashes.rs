@@ -63,9 +63,7 @@ fn a_crash_on_a_thread_that_nobody_saw_begin_names_the_fmu() {
 }
 
 fn a_stack_overflow_is_told_once() {
-    for (fault, which) in
-        [("overflow", ""), ("overflow on a thread", "a thread that it started in ")]
-    {
+    for (fault, which) in [("overflow", ""), ("overflow on a thread", "a thread that it started in ")] {
         let whose = format!("node `tank`: {which}fmi2DoStep at t = 0.5 s");
         told(&[], fault, 0.5, &format!("{whose} {ENDED} overflowed its stack (SIGSEGV)"));
     }
@@ -76,11 +74,7 @@ fn a_crash_while_a_library_loads_or_goes_is_told() {
     told(&["-DAT_LOAD=crash()"], "", 0.0, &format!("{whose} {ENDED} {CRASHED}"));
     told(&["-DAT_LOAD=_exit(0)"], "", 0.0, &format!("{whose} {ENDED} called _exit"));
     let (lab, ended) = run_with(&["-DAT_UNLOAD=crash()"], "", 0.0);
-    ended.expect(0).says(&[
-        "the FMU odd.fmu: unloading its library",
-        CRASHED,
-        "its verdict stands",
-    ]);
+    ended.expect(0).says(&["the FMU odd.fmu: unloading its library", CRASHED, "its verdict stands"]);
     assert_eq!(lab.report("out")["verdict"], "pass");
 }
 
@@ -106,8 +100,7 @@ fn a_boolean_that_is_too_wide_is_an_error() {
 }
 
 fn a_library_that_misses_a_symbol_is_refused() {
-    let call =
-        "-DAT_LOAD={extern void absent_function(void); if (environ == NULL) absent_function();}";
+    let call = "-DAT_LOAD={extern void absent_function(void); if (environ == NULL) absent_function();}";
     let (lab, ended) = run_with(&[call], "", 0.0);
     ended.expect(3).says(&["node `tank`", "does not load", "undefined symbol: absent_function"]);
     assert!(!lab.has("out"));

@@ -101,17 +101,15 @@ fn descriptions_in_old_encodings_are_read() {
     let text = |text: String, encoding: &str| {
         text.replace("UTF-8", encoding).replace("<Real/>", "<Real quantity=\"Höhe\"/>")
     };
-    let latin = described(misbehave(), |it| {
-        text(it, "ISO-8859-1").chars().map(|letter| letter as u8).collect()
-    });
+    let latin =
+        described(misbehave(), |it| text(it, "ISO-8859-1").chars().map(|letter| letter as u8).collect());
     let wide = described(misbehave(), |it| {
         let text = "\u{feff}".to_owned() + &text(it, "UTF-16");
         text.encode_utf16().flat_map(u16::to_le_bytes).collect()
     });
     for (fmu, encoding) in [(latin, "ISO-8859-1"), (wide, "UTF-16")] {
         let (lab, ended) = run(fmu, &scenario().text());
-        let told =
-            format!("line 1: expected the encoding UTF-8, found {encoding}: read as {encoding}");
+        let told = format!("line 1: expected the encoding UTF-8, found {encoding}: read as {encoding}");
         ended.expect(0).says(&[&told]);
         let judged = lab.trackside(&["conform", "tank.fmu"]);
         assert!(judged.stdout.contains(&told), "{}", judged.stdout);

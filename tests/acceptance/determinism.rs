@@ -45,8 +45,7 @@ fn the_report_is_complete() {
     assert_eq!(names, ["plant", "estimator", "controller"]);
     for fmu in fmus {
         assert!(fmu["guid"].as_str().is_some_and(|guid| !guid.is_empty()), "{fmu}");
-        let hexadecimal =
-            |text: &str| text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit());
+        let hexadecimal = |text: &str| text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit());
         assert!(fmu["sha256"].as_str().is_some_and(hexadecimal), "{fmu}");
     }
 }

@@ -60,18 +60,13 @@ fn a_right_log_has_no_errors() {
     let lab = Lab::new();
     lab.write("log.csv", log(|_| ()));
     let ended = doctor(&lab, &[]).expect(0);
-    assert!(
-        ended.stdout.contains("v_x      is column `vx_mps` [m/s]  (by its title)"),
-        "{}",
-        ended.stdout
-    );
+    assert!(ended.stdout.contains("v_x      is column `vx_mps` [m/s]  (by its title)"), "{}", ended.stdout);
     assert!(!ended.stdout.contains("likely"), "{}", ended.stdout);
     assert!(lab.has("out/doctor.html") && lab.has("out/doctor.toml"));
 }
 
 fn the_logs_of_loggers_are_read_by_their_own_titles() {
-    let (_, rows) =
-        log(|_| ()).split_once('\n').map(|(a, b)| (a.to_owned(), b.to_owned())).expect("rows");
+    let (_, rows) = log(|_| ()).split_once('\n').map(|(a, b)| (a.to_owned(), b.to_owned())).expect("rows");
     let racechrono = "This file is created using RaceChrono Pro v9.1.3 ( http://racechrono.com/ ).\nFormat,3\n\n\
         timestamp,speed,slip,rate_of_rotation_z,lateral_acc,steering_angle\nunix time,m/s,m/s,rad/s,m/s/s,rad\n\
         ,100: gps,calc,101: gyro,calc,200: canbus\n";
@@ -81,10 +76,7 @@ fn the_logs_of_loggers_are_read_by_their_own_titles() {
     for (head, says) in [
         (
             racechrono,
-            [
-                "RaceChrono CSV v3: titles in line 4, units in line 5, sources in line 6",
-                "`lateral_acc`",
-            ],
+            ["RaceChrono CSV v3: titles in line 4, units in line 5, sources in line 6", "`lateral_acc`"],
         ),
         (motec, ["MoTeC i2 CSV: titles in line 4, units in line 5", "`G Force Lat`"]),
     ] {

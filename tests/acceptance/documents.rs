@@ -47,8 +47,7 @@ struct Shown {
 impl Page {
     fn read(path: &Path) -> Self {
         let name = path.strip_prefix(ROOT).expect("a path in the repository");
-        let text =
-            std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path:?}: {error}"));
+        let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path:?}: {error}"));
         Page { name: name.to_string_lossy().into_owned(), text }
     }
 
@@ -118,8 +117,7 @@ impl Shown {
         let (command, comment) = line.split_once(" #").unwrap_or((line, ""));
         let code = comment.trim().strip_prefix("exit code ").map_or(Ok(0), str::parse);
         let code = code.map_err(|error| format!("{line}: {error}"))?;
-        let program =
-            ["trackside ", "cargo run -- "].iter().find_map(|it| command.strip_prefix(it));
+        let program = ["trackside ", "cargo run -- "].iter().find_map(|it| command.strip_prefix(it));
         let words = program.ok_or_else(|| format!("`{line}` is no command of the program"))?;
         let words = words.split_whitespace().map(str::to_owned).collect();
         Ok(Shown { words, code, output: Vec::new() })
@@ -144,10 +142,7 @@ impl<'a> Session<'a> {
     /// Runs all blocks in their order; ends at the first one that fails.
     fn run(&self) -> Result<(), String> {
         let at = |block: &Block, error| format!("{}:{}: {error}", self.page.name, block.line);
-        self.page
-            .blocks()
-            .iter()
-            .try_for_each(|block| self.block(block).map_err(|error| at(block, error)))
+        self.page.blocks().iter().try_for_each(|block| self.block(block).map_err(|error| at(block, error)))
     }
 
     fn block(&self, block: &Block) -> Result<(), String> {
@@ -200,20 +195,17 @@ impl<'a> Session<'a> {
     fn arguments(&self, words: &[String]) -> Vec<String> {
         let mut arguments: Vec<String> = Vec::new();
         for (index, word) in words.iter().enumerate() {
-            let written =
-                index > 0 && ["--out", "--junit", "--save"].contains(&words[index - 1].as_str());
-            let (mark, name) =
-                word.strip_prefix('@').map_or(("", word.as_str()), |name| ("@", name));
+            let written = index > 0 && ["--out", "--junit", "--save"].contains(&words[index - 1].as_str());
+            let (mark, name) = word.strip_prefix('@').map_or(("", word.as_str()), |name| ("@", name));
             let path = self.lab.path(name);
             let here = written || path.exists();
             arguments.push(if here { format!("{mark}{}", path.display()) } else { word.clone() });
         }
         let folder = match words[0].as_str() {
             _ if words.iter().any(|word| word == "--out") => None,
-            "run" => Some(
-                PathBuf::from("target/runs")
-                    .join(Path::new(&words[1]).file_stem().unwrap_or_default()),
-            ),
+            "run" => {
+                Some(PathBuf::from("target/runs").join(Path::new(&words[1]).file_stem().unwrap_or_default()))
+            }
             "pack" => Some("target/fmu".into()),
             _ => None,
         };
@@ -228,8 +220,7 @@ impl<'a> Session<'a> {
     fn recipe(&self, block: &Block) {
         let Some(python) = self.python.filter(|_| block.is(&["python", "run"])) else { return };
         let folder = self.lab.path("");
-        let script =
-            format!("import os\nos.chdir({:?})\n{}", folder.display().to_string(), block.text);
+        let script = format!("import os\nos.chdir({:?})\n{}", folder.display().to_string(), block.text);
         let script = self.lab.write("recipe.py", script);
         python.run(&script.to_string_lossy(), &[] as &[&str]);
     }
@@ -272,8 +263,7 @@ fn pages() -> Vec<Page> {
         .collect();
     let mut folders = vec![root.join("docs")];
     while let Some(folder) = folders.pop() {
-        let entries =
-            std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{folder:?}: {error}"));
+        let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{folder:?}: {error}"));
         for path in entries.map(|entry| entry.expect("an entry").path()) {
             if path.is_dir() {
                 folders.push(path);
@@ -334,8 +324,7 @@ fn quotations_match_their_files() {
         for block in page.blocks() {
             let Some(file) = block.file() else { continue };
             let text = std::fs::read_to_string(Path::new(ROOT).join(file));
-            let text = text
-                .unwrap_or_else(|error| panic!("{}:{}: {file}: {error}", page.name, block.line));
+            let text = text.unwrap_or_else(|error| panic!("{}:{}: {file}: {error}", page.name, block.line));
             assert!(text.contains(&block.text), "{}:{} is not in {file}", page.name, block.line);
         }
     }
@@ -349,8 +338,7 @@ fn links_resolve() {
         let folder = folder.parent().expect("a folder");
         for link in links(&prose(&page.text)) {
             let (file, heading) = link.split_once('#').unwrap_or((&link, ""));
-            let path =
-                if file.is_empty() { Path::new(ROOT).join(&page.name) } else { folder.join(file) };
+            let path = if file.is_empty() { Path::new(ROOT).join(&page.name) } else { folder.join(file) };
             let text = std::fs::read_to_string(&path).unwrap_or_default();
             let there = || headings(&text).iter().any(|known| known == heading);
             if !(path.exists() && (heading.is_empty() || there())) {

@@ -93,9 +93,7 @@ fn an_fmu_that_crashes_after_the_run_does_not_change_its_verdict() {
         ("stays.fmu", "", &[]),
     ] {
         let start = format!("fault = '{fault}', at = 0.0");
-        for (text, code, verdict) in
-            [(passing(fmu, &start), 0, "pass"), (failing(fmu, &start), 1, "fail")]
-        {
+        for (text, code, verdict) in [(passing(fmu, &start), 0, "pass"), (failing(fmu, &start), 1, "fail")] {
             let ended = run(&lab, &text).expect(code).says(says);
             let warned = ended.stderr.contains("its results are complete");
             assert_eq!(warned, !says.is_empty(), "{}", ended.stderr);
@@ -126,16 +124,10 @@ fn a_plugin_that_ends_the_program_is_named() {
     for (mode, says) in [
         ("exits", "its run ended this program: the plugin called exit"),
         ("_exits", "its run ended this program: the plugin called _exit"),
-        (
-            "leaves",
-            "a thread that it started in its run ended this program: the plugin called exit",
-        ),
+        ("leaves", "a thread that it started in its run ended this program: the plugin called exit"),
         ("aborts", "its run ended this program: the plugin aborted (SIGABRT)"),
         ("overflows", "its run ended this program: the plugin overflowed its stack (SIGSEGV)"),
-        (
-            "crashes",
-            "a thread that it started in its run ended this program: the plugin touched memory",
-        ),
+        ("crashes", "a thread that it started in its run ended this program: the plugin touched memory"),
     ] {
         run(&lab, &analysed(mode)).expect(3).says(&[&format!("analysis `odd`: {says}")]);
         assert!(!lab.has("out/report.json"), "{mode}");
@@ -159,10 +151,7 @@ fn a_validation_does_not_need_that_the_first_run_is_freed() {
     let text = passing("misbehave.fmu", "fault = 'abort when freed', at = 0.0") + validation;
     run(&lab, &text).expect(0).says(&["fmi2FreeInstance", "its results are complete"]);
     let report = lab.report("out");
-    assert_eq!(
-        (&report["verdict"], &report["validations"][0]["verdict"]),
-        (&"pass".into(), &"pass".into())
-    );
+    assert_eq!((&report["verdict"], &report["validations"][0]["verdict"]), (&"pass".into(), &"pass".into()));
 }
 
 /// The scenario with a limit.
@@ -174,20 +163,15 @@ fn a_run_over_its_limit_is_ended_with_node_and_call() {
     let lab = lab();
     let hanging = passing("misbehave.fmu", "fault = 'sleep', at = 0.5");
     let short = limit(0.5).to_string();
-    let says = [
-        "node `tank`: fmi2DoStep at t = 0.5 s did not return",
-        &format!("after {short} s, its time limit"),
-    ];
+    let says =
+        ["node `tank`: fmi2DoStep at t = 0.5 s did not return", &format!("after {short} s, its time limit")];
     run(&lab, &limited(&hanging, &short)).expect(3).says(&says);
     // The argument counts, not the scenario.
     lab.write("case.toml", limited(&hanging, "1e6"));
     let arguments = ["run", "case.toml", "--out", "out", "--limit", &short];
     lab.trackside(&arguments).expect(3).says(&says);
     // A run that goes on ends at a communication point, with all that it has recorded.
-    lab.write(
-        "case.toml",
-        passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
-    );
+    lab.write("case.toml", passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"));
     let arguments = [&arguments[..], &["--realtime", "1"]].concat();
     lab.trackside(&arguments).expect(3).says(&[&format!("the run was not over after {short} s")]);
     let report = lab.report("out");

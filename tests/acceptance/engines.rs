@@ -188,17 +188,14 @@ impl Machines {
         wait_for("Slurm starts", || {
             let mut sinfo = self.command("sinfo");
             let output = sinfo.args(["--noheader", "--format=%t"]).output();
-            said = output
-                .map(|it| String::from_utf8_lossy(&it.stdout).into_owned())
-                .unwrap_or_default();
+            said = output.map(|it| String::from_utf8_lossy(&it.stdout).into_owned()).unwrap_or_default();
             let ended = |(_, child): &mut (_, Child)| !matches!(child.try_wait(), Ok(None));
             said.trim() == "idle" || self.daemons.iter_mut().any(ended)
         })?;
         match said.trim() {
             "idle" => Ok(()),
             _ => {
-                let logs =
-                    ["slurmctld.out", "slurmd.out", "munged.out"].map(|it| self.lab.read(it));
+                let logs = ["slurmctld.out", "slurmd.out", "munged.out"].map(|it| self.lab.read(it));
                 Err(format!("a daemon of Slurm ended: {}", logs.join(" ")))
             }
         }
@@ -247,8 +244,7 @@ pub fn hyperqueue(lab: Lab) -> Machines {
     let program = python().script("hq.py");
     let text = format!("#!/bin/sh\nexec {program} '{}' \"$@\"\n", folder.display());
     let hq = lab.write("bin/hq", text);
-    std::fs::set_permissions(&hq, std::os::unix::fs::PermissionsExt::from_mode(0o755))
-        .expect("a program");
+    std::fs::set_permissions(&hq, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("a program");
     let path = std::env::var("PATH").unwrap_or_default();
     let path = format!("{}:{path}", lab.path("bin").display());
     let mut machines = Machines::new(lab, vec![("PATH", path)]);

@@ -100,15 +100,9 @@ fn unchanged_sections_are_inherited() {
         checks.map(|check| check[key].clone()).collect::<Vec<_>>()
     };
     assert_eq!(of_checks("name"), ["slow", "log"]);
-    assert_eq!(
-        of_checks("during"),
-        [serde_json::json!([0.0, 0.05]), serde_json::json!([0.0, 0.2])]
-    );
+    assert_eq!(of_checks("during"), [serde_json::json!([0.0, 0.05]), serde_json::json!([0.0, 0.2])]);
     let files: Vec<_> = report["sources"].as_array().expect("a list").iter().collect();
-    assert_eq!(
-        files.iter().map(|file| &file["path"]).collect::<Vec<_>>(),
-        ["case.toml", "base/base.toml"]
-    );
+    assert_eq!(files.iter().map(|file| &file["path"]).collect::<Vec<_>>(), ["case.toml", "base/base.toml"]);
     assert!(files.iter().all(|file| file["sha256"].as_str().is_some_and(|sum| sum.len() == 64)));
     // The bias of the steering was taken over, the noise added, the table left out of the recordings.
     let delta = last(&lab, "plant.delta").expect("recorded");
@@ -148,9 +142,13 @@ fn an_fmu_replaces_the_inherited_one() {
     std::fs::copy(lab.path("base/plant.fmu"), lab.path("other.fmu")).expect("a copy");
     let base = base().replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
     lab.write("base/base.toml", base);
-    run(&lab, &format!("{CHANGED}\n[[fmu]]\nname = \"twin\"\npath = \"base/plant.fmu\"\nstart = {{ F_x = 0.0, delta = 0.0 }}\n"))
-        .expect(2)
-        .says(&["no cargo workspace", "base/base.toml:10:"]);
-    run(&lab, &CHANGED.replace("name = \"plant\"", "name = \"plant\"\npath = \"other.fmu\""))
-        .expect(0);
+    run(
+        &lab,
+        &format!(
+            "{CHANGED}\n[[fmu]]\nname = \"twin\"\npath = \"base/plant.fmu\"\nstart = {{ F_x = 0.0, delta = 0.0 }}\n"
+        ),
+    )
+    .expect(2)
+    .says(&["no cargo workspace", "base/base.toml:10:"]);
+    run(&lab, &CHANGED.replace("name = \"plant\"", "name = \"plant\"\npath = \"other.fmu\"")).expect(0);
 }

@@ -158,8 +158,7 @@ fn a_guid_mismatch_is_rejected() {
         Some((name.to_owned(), if name.ends_with(".xml") { text.into_bytes() } else { bytes }))
     };
     lab.write("plant.fmu", changed(&ours().join("plant.fmu"), other));
-    let scenario =
-        Scenario::new().time(0.01, 0.1).fmu("plant", "plant.fmu", "F_x = 0.0, delta = 0.0");
+    let scenario = Scenario::new().time(0.01, 0.1).fmu("plant", "plant.fmu", "F_x = 0.0, delta = 0.0");
     lab.write("case.toml", scenario.text());
     let ended = lab.trackside(&["run", "case.toml", "--out", "out"]).expect(3);
     ended.says(&["node `plant`: fmi2Instantiate", "it says:", "{xxx"]);
@@ -204,13 +203,8 @@ fn every_error_status_of_every_call_is_reported() {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
     let early = ["EnterInitializationMode", "ExitInitializationMode", "GetReal"];
-    let statuses = [
-        (2, "fmi2Discard"),
-        (3, "fmi2Error"),
-        (4, "fmi2Fatal"),
-        (5, "fmi2Pending"),
-        (6, "6, which"),
-    ];
+    let statuses =
+        [(2, "fmi2Discard"), (3, "fmi2Error"), (4, "fmi2Fatal"), (5, "fmi2Pending"), (6, "6, which")];
     let late = ["SetReal", "DoStep", "GetReal", "Terminate"];
     for (at, calls) in [(0.0, &early[..]), (0.5, &late)] {
         for (call, (status, name)) in calls.iter().flat_map(|call| statuses.map(|it| (call, it))) {

@@ -47,7 +47,10 @@ fn a_scenario_outside_of_a_workspace_is_told_where_it_looked() {
 fn a_package_that_does_not_compile_shows_the_words_of_the_compiler() {
     let lab = Lab::new();
     lab.write("Cargo.toml", "[workspace]\nresolver = \"3\"\nmembers = [\"bad\"]\n");
-    lab.write("bad/Cargo.toml", "[package]\nname = \"bad\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[lib]\ncrate-type = [\"cdylib\"]\n");
+    lab.write(
+        "bad/Cargo.toml",
+        "[package]\nname = \"bad\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[lib]\ncrate-type = [\"cdylib\"]\n",
+    );
     lab.write("bad/src/lib.rs", "pub fn number() -> u32 { \"a text\" }\n");
     lab.write("case.toml", coasting().replace("path = \"plant.fmu\"", "crate = \"bad\""));
     lab.trackside(&["run", "case.toml"]).expect(2).says(&[
@@ -64,11 +67,7 @@ fn a_word_of_another_form_gets_an_example() {
     for (old, new, says) in [
         ("{ signal = \"plant.v_x\" }", "\"plant.v_x\"", "such as { signal = \"plant.v_x\" }"),
         ("{ signal = \"plant.v_x\" }", "{ signl = \"plant.v_x\" }", "did you mean `signal`?"),
-        (
-            "title = \"speed\"",
-            "title = \"speed\"\nrange = [1.0]",
-            "expected a list of 2, found one of 1",
-        ),
+        ("title = \"speed\"", "title = \"speed\"\nrange = [1.0]", "expected a list of 2, found one of 1"),
         ("[time]", "time = 3\n[tmie]", "such as { step = 0.01, stop = 4.0 }"),
     ] {
         let text = coasting();
@@ -91,8 +90,7 @@ fn a_name_is_completed_rather_than_changed() {
 fn an_error_in_a_pipe_is_not_broken_into_lines() {
     let lab = Lab::new();
     let long = format!("{}/no.toml", ["folder"; 20].join("/"));
-    let ended =
-        Ended::of(trackside(&lab.path("")).args(["run", &long]).output().expect("it starts"));
+    let ended = Ended::of(trackside(&lab.path("")).args(["run", &long]).output().expect("it starts"));
     let whole = format!("cannot read the scenario {long}: No such file");
     assert!(ended.stderr.contains(&whole), "{}", ended.stderr);
     assert!(!ended.stderr.contains('\u{1b}'), "colours in a pipe");
@@ -163,9 +161,7 @@ fn an_fmu_by_itself_runs_from_the_start_that_it_proposes() {
             let text = String::from_utf8_lossy(&bytes).into_owned();
             let experiment = format!("<DefaultExperiment {proposed}/><ModelVariables>");
             let bytes = match file {
-                "modelDescription.xml" => {
-                    text.replace("<ModelVariables>", &experiment).into_bytes()
-                }
+                "modelDescription.xml" => text.replace("<ModelVariables>", &experiment).into_bytes(),
                 _ => bytes,
             };
             Some((file.to_owned(), bytes))
@@ -184,7 +180,10 @@ fn an_installed_program_brings_its_fmus_and_plugins() {
     let library = lab.path("odd.so");
     let program = installed(&lab, &[("fmu/plant-fmu.fmu", &plant), ("plugin/odd.so", &library)]);
     let packaged = coasting().replace("path = \"plant.fmu\"", "crate = \"plant-fmu\"");
-    lab.write("case.toml", format!("{packaged}\n[[analysis]]\nname = \"odd\"\ncrate = \"odd\"\nsignals = {{ speed = \"plant.v_x\" }}\n"));
+    lab.write(
+        "case.toml",
+        format!("{packaged}\n[[analysis]]\nname = \"odd\"\ncrate = \"odd\"\nsignals = {{ speed = \"plant.v_x\" }}\n"),
+    );
     let link = lab.path("elsewhere");
     std::os::unix::fs::symlink(&program, &link).expect("a link");
     run_installed(&lab, &program, &[]).expect(0);
@@ -196,8 +195,7 @@ fn a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both() {
     let (lab, plant) = (Lab::new(), ours().join("plant.fmu"));
     let program = installed(&lab, &[("fmu/plant-fmu.fmu", &plant)]);
     lab.write("case.toml", coasting().replace("path = \"plant.fmu\"", "crate = \"plant-fum\""));
-    let missing =
-        "share/trackside/fmu/plant-fum.fmu come with this program; did you mean `plant-fmu`?";
+    let missing = "share/trackside/fmu/plant-fum.fmu come with this program; did you mean `plant-fmu`?";
     let says = ["cannot start cargo", "nor did", missing, "case.toml:7:", "path = \"x.fmu\""];
     run_installed(&lab, &program, &[]).expect(2).says(&says);
     for name in ["../fmu/plant-fmu", "..", ""] {

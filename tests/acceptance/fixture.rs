@@ -50,9 +50,7 @@ impl Scenario {
 
     /// The pose of a vehicle node for the replay.
     pub fn pose(self, node: &str) -> Self {
-        self.section(&format!(
-            "[view.pose]\nx = \"{node}.X\"\ny = \"{node}.Y\"\nheading = \"{node}.psi\""
-        ))
+        self.section(&format!("[view.pose]\nx = \"{node}.X\"\ny = \"{node}.Y\"\nheading = \"{node}.psi\""))
     }
 
     /// One more key of the last section, or several lines of them.

@@ -21,11 +21,7 @@ tests! {
 
 /// A scenario of one node.
 fn one(keys: &str) -> Scenario {
-    Scenario::new()
-        .time(0.1, 0.3)
-        .fmu("one", "resizable.fmu", "")
-        .key("unconnected = \"start\"")
-        .key(keys)
+    Scenario::new().time(0.1, 0.3).fmu("one", "resizable.fmu", "").key("unconnected = \"start\"").key(keys)
 }
 
 fn run(scenario: Scenario) -> (Lab, Ended) {
@@ -54,10 +50,7 @@ fn all(lab: &Lab, columns: &[&str]) -> Vec<String> {
 fn arrays_have_the_size_of_the_structural_parameter() {
     let (lab, ended) = run(one("start.n = 3\nstart.gain = [2, 3, 4]\nstart.u = [1, 10, 100]"));
     ended.expect(0);
-    assert_eq!(
-        all(&lab, &["one.y[1]", "one.y[2]", "one.y[3]", "one.total"]),
-        ["2", "30", "400", "111"]
-    );
+    assert_eq!(all(&lab, &["one.y[1]", "one.y[2]", "one.y[3]", "one.total"]), ["2", "30", "400", "111"]);
     assert_eq!(last(&lab, "one.tolerance"), "0.001");
     // One value is that of all elements, and an element may differ.
     let (lab, ended) = run(one("start.n = 3\nstart.u = [1, 10, 100]\nstart.\"gain[2]\" = 5"));
@@ -86,20 +79,15 @@ fn arrays_meet_as_a_whole_and_by_element() {
     ended.expect(0);
     assert_eq!(all(&lab, &["two.y[1]", "two.y[2]"]), ["8", "2"]);
     let (_, ended) = run(two("start.n = 3\nstart.u = [0, 0, 0]").connect("one.y", "two.u"));
-    ended
-        .expect(2)
-        .says(&["`one.y` has 2 elements, `two.u` has 3 elements", "structural parameters"]);
+    ended.expect(2).says(&["`one.y` has 2 elements, `two.u` has 3 elements", "structural parameters"]);
     let (_, ended) = run(two("").connect("one.total", "two.u"));
     ended.expect(2).says(&["`one.total` is no array, `two.u` has 2 elements", "to = \"two.u[1]\""]);
 }
 
 fn versions_of_fmi_meet_in_one_scenario() {
+    let scenario = one("start.u = [1, 10]").fmu("old", "relay.fmu", "").key("unconnected = \"start\"");
     let scenario =
-        one("start.u = [1, 10]").fmu("old", "relay.fmu", "").key("unconnected = \"start\"");
-    let scenario = scenario
-        .connect("one.y[2]", "old.x")
-        .connect("old.x_out", "one.u[1]")
-        .key("at = \"start\"");
+        scenario.connect("one.y[2]", "old.x").connect("old.x_out", "one.u[1]").key("at = \"start\"");
     let (lab, ended) = run(scenario);
     ended.expect(0);
     assert_eq!(all(&lab, &["old.x_out", "one.y[1]"]), ["10", "10"]);
@@ -200,8 +188,7 @@ fn our_fmus_run_with_the_same_bits_in_both_versions() {
     let table = lab.table("out/run.csv");
     let titles: Vec<_> = table.lines().next().expect("titles").split(',').collect();
     let cells: Vec<_> = table.lines().last().expect("a row").split(',').collect();
-    let value =
-        |name: &str| titles.iter().position(|title| *title == name).map(|place| cells[place]);
+    let value = |name: &str| titles.iter().position(|title| *title == name).map(|place| cells[place]);
     let mut compared = 0;
     for title in titles.iter().filter(|title| title.contains("_fmi3.")) {
         assert_eq!(value(title), value(&title.replace("_fmi3.", ".")), "{title}");
@@ -225,10 +212,7 @@ fn a_model_with_arrays_has_the_same_bits_in_both_versions() {
     for (node, archive) in [("two", "mass_chain.fmu"), ("three", "mass_chain_fmi3.fmu")] {
         scenario = scenario.fmu(node, archive, "\"m[2]\" = 4.0, \"F[1]\" = 1.0, \"F[2]\" = 0.0");
         scenario = scenario
-            .signal(
-                &format!("drive.{node}"),
-                "unit = \"N\"\nsine = { amplitude = 2.0, frequency = 1.0 }",
-            )
+            .signal(&format!("drive.{node}"), "unit = \"N\"\nsine = { amplitude = 2.0, frequency = 1.0 }")
             .connect(&format!("drive.{node}"), &format!("{node}.F[3]"));
     }
     lab.write("case.toml", scenario.text());

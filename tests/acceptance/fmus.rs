@@ -150,8 +150,7 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     let library = lab.path("library.so");
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
-    let xml =
-        std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
+    let xml = std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
     let folder = if xml.contains("fmiVersion=\"3.0\"") { "x86_64-linux" } else { "linux64" };
     if folder == "linux64" {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
@@ -176,8 +175,7 @@ pub fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
 
 /// The archive with its entries changed; an entry of which nothing is left is left out.
 pub fn changed(fmu: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) -> Vec<u8> {
-    let entries: Vec<_> =
-        entries(fmu).into_iter().filter_map(|(name, bytes)| change(&name, bytes)).collect();
+    let entries: Vec<_> = entries(fmu).into_iter().filter_map(|(name, bytes)| change(&name, bytes)).collect();
     archived(&entries)
 }
 
@@ -202,7 +200,6 @@ fn entries(fmu: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 fn archived(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let entries: Vec<_> =
-        entries.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
+    let entries: Vec<_> = entries.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
     archive(&entries)
 }

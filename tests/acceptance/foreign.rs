@@ -86,9 +86,7 @@ fn the_last_values_of_an_fmu_that_ends_the_run_are_recorded() {
         let (lab, ended) = run(0.1, 2.0, &format!("u = 0.0, end = {end}"), &[]);
         ended.expect(0).says(&[&format!("`s` ended the simulation at {end} s")]);
         let end: f64 = end.parse().expect("a number");
-        assert!(
-            (last(&lab, "time") - end).abs() < 1e-12 && (last(&lab, "s.y") - end).abs() < 1e-12
-        );
+        assert!((last(&lab, "time") - end).abs() < 1e-12 && (last(&lab, "s.y") - end).abs() < 1e-12);
         assert_eq!(lab.report("out")["steps"], steps);
     }
 }

@@ -70,8 +70,7 @@ fn a_full_disk_fails_a_test() {
     let full = "yes > disk/full; ";
     let own = trackside(Path::new(""));
     let program = own.get_program().to_str().expect("a path of letters").to_owned();
-    let script =
-        format!("({full} true) 2> /dev/null; {program} test case.toml --junit disk/junit.xml");
+    let script = format!("({full} true) 2> /dev/null; {program} test case.toml --junit disk/junit.xml");
     let disk = lab.path("disk");
     let mut shell = on_disk("64k", disk.to_str().expect("a path of letters"), &script);
     let ended = Ended::of(shell.current_dir(lab.path("")).output().expect("it starts")).expect(2);

@@ -93,8 +93,7 @@ fn try_numbers(scenario: &str, ran: &dyn Fn(&Ended) -> bool) {
 /// The scenario above has all keys of the schema whose values are numbers.
 fn all_keys_with_numbers_are_tried() {
     let schema: serde_json::Value =
-        serde_json::from_str(include_str!("../../docs/reference/scenario.schema.json"))
-            .expect("JSON");
+        serde_json::from_str(include_str!("../../docs/reference/scenario.schema.json")).expect("JSON");
     let is_number = |value: &serde_json::Value| {
         let kind = |value: &serde_json::Value| {
             let kind = value["type"].to_string();
@@ -192,12 +191,8 @@ fn a_unit_that_converts_nothing_is_named() {
 
 fn a_name_that_is_there_twice_is_told_with_its_lines() {
     let lab = lab();
-    lab.write(
-        "relay.fmu",
-        described(&[("name=\"x_out\"", "name=\"x\""), ("name=\"n_out\"", "name=\"n\"")]),
-    );
-    let says =
-        ["a name of its own for each variable", "`x` in lines 9 and 15", "`n` in lines 10 and 16"];
+    lab.write("relay.fmu", described(&[("name=\"x_out\"", "name=\"x\""), ("name=\"n_out\"", "name=\"n\"")]));
+    let says = ["a name of its own for each variable", "`x` in lines 9 and 15", "`n` in lines 10 and 16"];
     run(&lab, EVERYTHING).expect(2).says(&says);
     lab.trackside(&["inspect", "relay.fmu"]).expect(2).says(&says);
     let attributes: String = (0..100_000).map(|k| format!(" a{k}=\"1\"")).collect();
@@ -208,9 +203,7 @@ fn a_name_that_is_there_twice_is_told_with_its_lines() {
 fn columns_of_one_name_are_told_with_their_places() {
     let lab = lab();
     lab.write("log.csv", "t,v_x [m/s],w,v_x [km/h]\n0,1,2,3\n1,4,3,5\n");
-    run(&lab, EVERYTHING)
-        .expect(2)
-        .says(&["`v_x [m/s]`, `v_x [km/h]` of log.csv: name one of them so"]);
+    run(&lab, EVERYTHING).expect(2).says(&["`v_x [m/s]`, `v_x [km/h]` of log.csv: name one of them so"]);
     let lab = self::lab();
     lab.write("golden.csv", "time,s.sine,s.step [m/s],s.sine\n0,0,1,0\n0.5,0,2,0\n1,0,2,0\n");
     run(&lab, EVERYTHING).expect(2).says(&["`s.sine #1`, `s.sine #2` of golden.csv"]);
@@ -234,10 +227,8 @@ fn a_hundred_thousand_of_anything_is_taken() {
     let columns = list(&|k| format!("x{k} = {{ column = \"s.x{k}\" }}\n"));
     for recording in ["first/run.mcap", "first/run.csv"] {
         let clock = if recording.ends_with("csv") { "time = \"time\"\n" } else { "" };
-        let table =
-            format!("[[table]]\nname = \"s\"\npath = \"{recording}\"\n{clock}[table.columns]\n");
-        let golden =
-            "[[baseline]]\nname = \"as before\"\nabsolute = 0.0\nrelative = 0.0\ntime = 0.0\n";
+        let table = format!("[[table]]\nname = \"s\"\npath = \"{recording}\"\n{clock}[table.columns]\n");
+        let golden = "[[baseline]]\nname = \"as before\"\nabsolute = 0.0\nrelative = 0.0\ntime = 0.0\n";
         let text = format!("{time}{table}{columns}{golden}recording = \"{recording}\"\n");
         run_bare(&lab, &text).expect(0);
     }
@@ -252,8 +243,7 @@ fn a_hundred_thousand_of_anything_is_taken() {
             MANY + k
         )
     });
-    let unknowns =
-        list(&|k| format!("<Unknown index=\"{}\" dependencies=\"{}\"/>\n", MANY + k + 1, k + 1));
+    let unknowns = list(&|k| format!("<Unknown index=\"{}\" dependencies=\"{}\"/>\n", MANY + k + 1, k + 1));
     let xml = format!(
         "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"m\" guid=\"g\"><CoSimulation modelIdentifier=\"m\"/><ModelVariables>{variables}{outputs}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs></ModelStructure></fmiModelDescription>"
     );

@@ -85,8 +85,7 @@ fn noisy_sensors_in_a_closed_loop_give_the_tires_of_the_plant() {
     let measured = ["v_x", "v_y", "r", "a_y"].map(|name| (name, format!("{name}_meas")));
     let inputs = ["F_x", "delta"].map(|name| (name, name.to_owned()));
     let columns = measured.into_iter().chain(inputs);
-    let columns =
-        columns.map(|(name, signal)| format!("{name} = {{ column = \"estimator.{signal}\" }}\n"));
+    let columns = columns.map(|(name, signal)| format!("{name} = {{ column = \"estimator.{signal}\" }}\n"));
     let text = format!(
         "[[analysis]]\nname = \"tires\"\ncrate = \"identify\"\n\n{}\n[analysis.table]\npath = {recording:?}\n[analysis.table.columns]\n{}",
         car_and_task(include_str!("../../scenarios/closed_loop_identification.toml")),
@@ -101,8 +100,8 @@ fn noisy_sensors_in_a_closed_loop_give_the_tires_of_the_plant() {
             assert!((value / truth - 1.0).abs() < part, "{axle} {name}: {value}, truth {truth}");
         }
     }
-    let [cost, expected] = ["cost", "expected_cost"]
-        .map(|name| found["innovations"][name].as_f64().expect("a number"));
+    let [cost, expected] =
+        ["cost", "expected_cost"].map(|name| found["innovations"][name].as_f64().expect("a number"));
     assert!((cost / expected - 1.0).abs() < 0.03, "{cost} {expected}");
     let bytes = std::fs::read(lab.path("out/run.mcap")).expect("a recording");
     let topic = b"/tires/whitened innovations";

@@ -61,11 +61,8 @@ fn compare(scenario: &str, mut system: serde_json::Value) -> Lab {
     let of_an_fmu = |name: &&str| fmus.iter().any(|fmu| name.starts_with(&format!("{fmu}.")));
     let inputs = system["inputs"].clone();
     let given = |name: &str| inputs.as_array().into_iter().flatten().any(|input| input == name);
-    let outputs: Vec<_> = header
-        .split(',')
-        .filter(of_an_fmu)
-        .filter(|name| !targets.contains(name) && !given(name))
-        .collect();
+    let outputs: Vec<_> =
+        header.split(',').filter(of_an_fmu).filter(|name| !targets.contains(name) && !given(name)).collect();
     assert!(!outputs.is_empty(), "{header}");
     system["outputs"] = json!(outputs);
     let description = lab.write("system.json", system.to_string());
@@ -107,8 +104,7 @@ to = 'plant.F_x'
 
 /// The scenario of the closed loop.
 fn closed_loop(stop: f64) -> String {
-    let connect =
-        |(from, to): &(&str, &str)| format!("[[connect]]\nfrom = '{from}'\nto = '{to}'\n");
+    let connect = |(from, to): &(&str, &str)| format!("[[connect]]\nfrom = '{from}'\nto = '{to}'\n");
     head(stop).text()
         + "[coupling]\nalgorithm = 'jacobi'\n"
         + &fmu("plant", "")

@@ -202,9 +202,7 @@ fn outputs_of_a_failed_fmu_are_held_where_that_is_wanted() {
 
 fn a_failed_fmu_starts_again_where_that_is_wanted() {
     let (lab, ended) = run(&trespassing("once", "on_failure = \"restart\""), &[]);
-    ended
-        .expect(0)
-        .says(&["`tank` logs an error", "in the step from 0.5 s on; it starts again there"]);
+    ended.expect(0).says(&["`tank` logs an error", "in the step from 0.5 s on; it starts again there"]);
     // The new instance counts anew, from the step on that its predecessor did not end.
     let steps = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     assert_eq!(column(&lab, "tank.steps"), steps);
@@ -212,11 +210,8 @@ fn a_failed_fmu_starts_again_where_that_is_wanted() {
 
 fn an_fmu_that_fails_at_once_after_a_restart_ends_the_run() {
     let start = "u = 0.0, fault = 'crash', at = 0.5";
-    let (lab, ended) =
-        run(&isolated("misbehave.fmu", start, "on_failure = \"restart\"").text(), &[]);
-    ended
-        .expect(3)
-        .says(&["node `tank`: fmi2DoStep at t = 0.5 s", "after a restart in the same step"]);
+    let (lab, ended) = run(&isolated("misbehave.fmu", start, "on_failure = \"restart\"").text(), &[]);
+    ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s", "after a restart in the same step"]);
     assert_eq!(lab.report("out")["steps"], 5);
 }
 
@@ -262,10 +257,7 @@ fn children(process: u32) -> Vec<u32> {
 
 /// A run whose FMU does not return from its step, with its process.
 fn sleeping(lab: &Lab) -> (std::process::Child, u32) {
-    lab.write(
-        "case.toml",
-        isolated("misbehave.fmu", "u = 0.0, fault = 'sleep', at = 0.5", "").text(),
-    );
+    lab.write("case.toml", isolated("misbehave.fmu", "u = 0.0, fault = 'sleep', at = 0.5", "").text());
     std::fs::create_dir(lab.path("temporary")).expect("a folder");
     let mut command = signalled(&lab.path("."));
     command.args(["run", "case.toml", "--out", "out", "--rerun", "off"]);
@@ -346,9 +338,7 @@ fn an_fmu_that_a_process_holds_once_is_in_two() {
         let text = String::from_utf8_lossy(&bytes);
         let word = "<CoSimulation canBeInstantiatedOnlyOncePerProcess=\"true\" ";
         Some(match name {
-            "modelDescription.xml" => {
-                (name.to_owned(), text.replace("<CoSimulation ", word).into_bytes())
-            }
+            "modelDescription.xml" => (name.to_owned(), text.replace("<CoSimulation ", word).into_bytes()),
             _ => (name.to_owned(), bytes),
         })
     });

@@ -130,10 +130,7 @@ fn a_signal_at_any_moment_leaves_all_rows() {
         let report = running.lab.report("out");
         assert_eq!(report["verdict"], "interrupted");
         let steps = report["steps"].as_u64().expect("a number");
-        assert_eq!(
-            (made(&running.lab), recovered(&running.lab.path("out/run.mcap"))),
-            (steps, steps)
-        );
+        assert_eq!((made(&running.lab), recovered(&running.lab.path("out/run.mcap"))), (steps, steps));
         assert!(!running.lab.has("out/run.csv"));
     }
 }

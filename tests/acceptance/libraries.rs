@@ -135,8 +135,7 @@ fn each_fmu_gets_its_own_library_of_a_name() {
         let factor = if says.contains("count") { 10.0 } else { 1.0 };
         let text = scenario(&[("one", "first", factor), ("two", "second", 2.0 * factor)]);
         lab.write("case.toml", text.clone().text());
-        let words =
-            ["`two` runs in a process of its own", "first.fmu", "second.fmu", "`libnext_rt.so`"];
+        let words = ["`two` runs in a process of its own", "first.fmu", "second.fmu", "`libnext_rt.so`"];
         passes(&lab, &words);
         if factor == 1.0 {
             sweeps(&lab, text, &words);
@@ -159,10 +158,9 @@ fn a_library_of_a_name_that_another_needs_is_not_given_to_it() {
     let system = compile(&lab, name, source, &["-Wl,-soname,libnext_rt.so"]);
     lab.write("system/libnext_rt.so", system);
     write(&lab, "second", &library(&lab, "second", &["-DLIBRARY", "-L.", "-lnext_rt"]), &[]);
-    for nodes in [
-        [("one", "first", 1.0), ("two", "second", 2.0)],
-        [("two", "second", 2.0), ("one", "first", 1.0)],
-    ] {
+    for nodes in
+        [[("one", "first", 1.0), ("two", "second", 2.0)], [("two", "second", 2.0), ("one", "first", 1.0)]]
+    {
         lab.write("case.toml", scenario(&nodes).text());
         let mut run = super::harness::trackside(&lab.path(""));
         run.args(["run", "case.toml", "--rerun", "off"]);

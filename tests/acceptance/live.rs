@@ -34,8 +34,7 @@ impl Viewer {
         rerun.args(["--headless", "--memory-limit", "300MB", "--port", "auto"]);
         rerun.env("XDG_RUNTIME_DIR", folder).env("RUST_LOG", "info").env("NO_COLOR", "1");
         rerun.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file("no log of the viewer")?);
-        let process =
-            rerun.spawn().map_err(|error| format!("the viewer does not start: {error}"))?;
+        let process = rerun.spawn().map_err(|error| format!("the viewer does not start: {error}"))?;
         let mut viewer = Viewer { process, port: 0 };
         wait_for("the Rerun viewer listens", || {
             viewer.port = listening_port(viewer.process.id()).unwrap_or_default();
@@ -130,8 +129,7 @@ fn is_under_way(lab: &Lab, run: &mut Child) {
 /// A port where nobody listens and that nobody else gets: that of a connection, as long as it is kept.
 fn deaf_port() -> (u16, TcpStream) {
     let listener = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
-    let stream =
-        TcpStream::connect(listener.local_addr().expect("an address")).expect("it listens");
+    let stream = TcpStream::connect(listener.local_addr().expect("an address")).expect("it listens");
     (stream.local_addr().expect("an address").port(), stream)
 }
 
@@ -184,8 +182,7 @@ fn a_server_binds_to_this_machine_by_default() {
     for (more, address) in [(&[][..], "127.0.0.1"), (&["--bind", "::1"][..], "[::1]")] {
         let mut command = trackside(&lab.path(""));
         command.args(["run", "case.toml", "--out", "out", "--rerun", "serve"]).args(more);
-        let mut run =
-            command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let mut run = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
         let mut output = String::new();
         let mut lines = std::io::BufReader::new(run.stderr.take().expect("a pipe"));
         // The first line says the address; the last one says that the server still runs.

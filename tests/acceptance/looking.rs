@@ -11,7 +11,8 @@ tests! {
     a_workspace_in_an_archive_is_never_built: Compiler,
 }
 
-const NODE: &str = "[time]\nstep = 0.25\nstop = 1.0\n[[fmu]]\nname = \"a\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n";
+const NODE: &str =
+    "[time]\nstep = 0.25\nstop = 1.0\n[[fmu]]\nname = \"a\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n";
 
 /// A folder with an FMU, and the system `case.ssp` whose annotation is a scenario with `words`.
 fn system(words: &str) -> Lab {

@@ -53,8 +53,7 @@ fn lab(scenario: &str) -> Lab {
 
 fn run(scenario: &str, more: &[&str]) -> (Lab, Ended) {
     let lab = lab(scenario);
-    let ended =
-        lab.trackside(&[&["run", "test.toml", "--out", "run", "--rerun", "off"], more].concat());
+    let ended = lab.trackside(&[&["run", "test.toml", "--out", "run", "--rerun", "off"], more].concat());
     (lab, ended)
 }
 
@@ -89,8 +88,7 @@ fn response(speed: f64, frequency: f64) -> [f64; 2] {
     let omega = std::f64::consts::TAU * frequency;
     // (b2 (s - a11) + a21 b1) / ((s - a11)(s - a22) - a12 a21) at s = j omega.
     let above = [a[1][0] * b[0] - b[1] * a[0][0], b[1] * omega];
-    let below =
-        [a[0][0] * a[1][1] - a[0][1] * a[1][0] - omega * omega, -(a[0][0] + a[1][1]) * omega];
+    let below = [a[0][0] * a[1][1] - a[0][1] * a[1][0] - omega * omega, -(a[0][0] + a[1][1]) * omega];
     let polar = |[re, im]: [f64; 2]| [re.hypot(im), im.atan2(re)];
     let ([gain, angle], [divisor, turn]) = (polar(above), polar(below));
     [gain / divisor, angle - turn]
@@ -203,11 +201,7 @@ fn a_test_that_does_not_take_place_is_told() {
             "stop = 3.0",
             "before the manoeuvre that began at 1.01 s did: it was still at \"step\"",
         ),
-        (
-            "entry_speed = 25.0",
-            "entry_speed = 400.0",
-            "the car did not keep its entry speed of 400.00 m/s",
-        ),
+        ("entry_speed = 25.0", "entry_speed = 400.0", "the car did not keep its entry speed of 400.00 m/s"),
     ] {
         let (_lab, ended) = run(&scenario(8.0, 25.0, STEP).replace(from, to), &[]);
         ended.expect(3).says(&["`test`", said]);
@@ -231,19 +225,11 @@ fn mistakes_in_a_manoeuvre_are_pointed_at() {
             "expected a number above 0 for `amplitude` [rad], found -0.02",
         ),
         ("amplitude = 0.02", "amplitude = 0.02, rate = 0.0", "`rate` [rad/s], found 0"),
-        (
-            "entry_speed = 25.0",
-            "entry_speed = -25.0",
-            "expected an entry speed above 0 m/s, found -25 m/s",
-        ),
+        ("entry_speed = 25.0", "entry_speed = -25.0", "expected an entry speed above 0 m/s, found -25 m/s"),
         ("entry_speed = 25.0\n", "", "the key `entry_speed` is missing"),
         ("wheelbase = 2.6", "wheelbase = 0.0", "`wheelbase` [m], found 0"),
         ("wheelbase = 2.6", "settle = 0.0", "`settle` [s], found 0"),
-        (
-            "wheelbase = 2.6",
-            "steering_ratio = 0.0",
-            "expected a steering ratio other than 0, found 0",
-        ),
+        ("wheelbase = 2.6", "steering_ratio = 0.0", "expected a steering ratio other than 0, found 0"),
         ("wheelbase = 2.6", "speed_controller = { gain = -1.0 }", "`gain` [N.s/m], found -1"),
         ("wheelbase = 2.6", "direction = \"up\"", "up"),
         ("car = \"plant\"", "car = \"plnt\"", "did you mean `plant`?"),

@@ -22,8 +22,8 @@ const VALGRIND: [&str; 5] = [
 /// The value references of the real variables with a causality, with commas between.
 fn references(about: &serde_json::Value, causality: &str) -> String {
     let variables = about["variables"].as_array().expect("a list").iter();
-    let wanted = variables
-        .filter(|variable| variable["type"] == "Real" && variable["causality"] == causality);
+    let wanted =
+        variables.filter(|variable| variable["type"] == "Real" && variable["causality"] == causality);
     wanted.map(|variable| variable["reference"].to_string()).collect::<Vec<_>>().join(",")
 }
 
@@ -32,14 +32,12 @@ fn look_at(lab: &Lab, host: &Path, fmu: &Path) -> String {
     let name = fmu.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = std::fs::File::open(fmu).expect("an FMU");
     let mut archive = zip::ZipArchive::new(file).expect("an archive");
-    let mut entry =
-        archive.by_name(&format!("binaries/linux64/{name}.so")).expect("a library for Linux");
+    let mut entry = archive.by_name(&format!("binaries/linux64/{name}.so")).expect("a library for Linux");
     let library = lab.path(&format!("{name}.so"));
     let mut copy = std::fs::File::create(&library).expect("a file");
     std::io::copy(&mut entry, &mut copy).expect("a copy");
     drop(copy);
-    let inspected =
-        lab.trackside(&["inspect".as_ref(), fmu.as_os_str(), "--json".as_ref()]).expect(0);
+    let inspected = lab.trackside(&["inspect".as_ref(), fmu.as_os_str(), "--json".as_ref()]).expect(0);
     let about: serde_json::Value = serde_json::from_str(&inspected.stdout).expect("JSON");
     let mut valgrind = Command::new("valgrind");
     valgrind.args(VALGRIND).arg(host).arg(library).arg(about["guid"].as_str().expect("a GUID"));

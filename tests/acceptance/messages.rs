@@ -131,8 +131,7 @@ fn a_check_can_ask_for_none() {
         let (_, ended) = run(scenario(start).check("calm", that), &[]);
         ended.expect(code);
     }
-    let (_, ended) =
-        run(scenario("what = 'returns'").check("calm", "messages.a.warnings == 0"), &[]);
+    let (_, ended) = run(scenario("what = 'returns'").check("calm", "messages.a.warnings == 0"), &[]);
     assert!(ended.stdout.contains("10.000000 against 0.000000"), "{}", ended.stdout);
     for (that, says) in [
         ("messages.b.warnings == 0", &["case.toml", "`messages.b.warnings`", "did you mean"][..]),
@@ -144,9 +143,7 @@ fn a_check_can_ask_for_none() {
         ended.expect(2).says(says);
     }
     // A node of that name is one.
-    let own = scenario("")
-        .signal("messages.warnings", "constant = 3")
-        .check("own", "messages.warnings == 3");
+    let own = scenario("").signal("messages.warnings", "constant = 3").check("own", "messages.warnings == 3");
     run(own, &[]).1.expect(0);
 }
 
@@ -169,9 +166,7 @@ fn a_million_messages_leave_two_events_and_a_line() {
 
 fn texts_of_any_kind_are_told() {
     let (lab, ended) = run(scenario("what = 'lines'"), &[]);
-    ended
-        .expect(0)
-        .says(&["`a` logs an error, 10 times, first at 0.1 s: first <b>line</b> second line"]);
+    ended.expect(0).says(&["`a` logs an error, 10 times, first at 0.1 s: first <b>line</b> second line"]);
     assert_eq!(messages(&lab)[0]["text"], "first <b>line</b>\nsecond line");
     assert!(lab.read("out/report.html").contains("first &lt;b&gt;line&lt;/b&gt;<br/>second line"));
     let (lab, ended) = run(scenario("what = 'bytes'"), &[]);

@@ -36,8 +36,7 @@ fn a_closed_loop_in_one_fmu_has_the_bits_of_its_run() {
 fn the_state_of_a_scenario_without_effects_goes_through_bytes() {
     let lab = Lab::new();
     let mut pack = trackside(Path::new(ROOT));
-    pack.args(["pack", "scenarios/step_steer.toml", "--fmu", "steer", "--out"])
-        .arg(lab.path("out"));
+    pack.args(["pack", "scenarios/step_steer.toml", "--fmu", "steer", "--out"]).arg(lab.path("out"));
     Ended::of(pack.output().expect("it starts")).expect(0);
     let ended = python().run("state.py", &[&lab.path("out/steer.fmu")]);
     assert!(ended.stdout.contains("restored from bytes"), "{}", ended.stdout);
@@ -62,8 +61,7 @@ fn an_input_takes_the_place_of_a_signal_or_a_connection() {
     lab.trackside(&["run", "case.toml", "--csv", "--rerun", "off", "--out", "run"]).expect(1);
     // As the signal, the input leads through its connection; as the input of an FMU, it has no way to it.
     for (choice, inner) in [("drive.x", "drive.x"), ("a.x", "a.x")] {
-        let pack =
-            ["pack", "case.toml", "--fmu", "case", "--out", "out", "--inputs", choice, "a.n"];
+        let pack = ["pack", "case.toml", "--fmu", "case", "--out", "out", "--inputs", choice, "a.n"];
         lab.trackside(&pack).expect(0);
         lab.write("outer.toml", format!("[time]\nstep = 0.25\nstop = 2.0\n[[fmu]]\nname = \"box\"\npath = \"out/case.fmu\"\n[[signal]]\nname = \"drive.x\"\nsine = {{ amplitude = 2.0, frequency = 0.7 }}\n[[signal]]\nname = \"drive.n\"\nconstant = 4\n[[connect]]\nfrom = \"drive.x\"\nto = \"box.{inner}\"\n[[connect]]\nfrom = \"drive.n\"\nto = \"box.a.n\"\n"));
         let run = ["run", "outer.toml", "--csv", "--rerun", "off", "--out", "outer"];

@@ -87,8 +87,7 @@ fn playback_of_a_recorded_run_is_bit_identical() {
     let plant = header.split(',').filter(|name| name.starts_with("plant."));
     let mut compared = 0;
     for name in plant {
-        let (first, second) =
-            (column(&lab, "first/run.csv", name), column(&lab, "second/run.csv", name));
+        let (first, second) = (column(&lab, "first/run.csv", name), column(&lab, "second/run.csv", name));
         assert_eq!(first.len(), 301);
         assert!(first == second, "{name} differs");
         compared += 1;
@@ -194,9 +193,7 @@ fn a_table_of_a_run_is_played_back_in_its_units() {
         assert!(first == second, "{name} differs");
     }
     let wrong = csv.replace("unit = \"N\"", "unit = \"kN\"");
-    run(&lab, &plant(&wrong), "bad")
-        .expect(2)
-        .says(&["was recorded in [N], and is said to be in [kN]"]);
+    run(&lab, &plant(&wrong), "bad").expect(2).says(&["was recorded in [N], and is said to be in [kN]"]);
 }
 
 /// A German log: steering wheel to the right in degrees, a sparse speed, milliseconds, a line of units.
@@ -205,21 +202,16 @@ const LOG: &str = "# 12,3;\"pit\r\nZeit;Lenkrad;v_x\r\nms;deg;km/h\r\n1000;-16,5
 fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
     let lab = Lab::new();
     lab.write("log.csv", LOG);
-    let steer =
-        r#"{ column = "Lenkrad", unit = "deg", gain = 0.0625, offset = 0.03125, sign = -1 }"#;
+    let steer = r#"{ column = "Lenkrad", unit = "deg", gain = 0.0625, offset = 0.03125, sign = -1 }"#;
     let table = format!(
         "path = \"log.csv\"\ntime = \"Zeit\"\ngaps = \"interpolate\"\ncolumns = {{ delta = {steer}, v = {{ column = \"v_x\" }} }}\n"
     );
-    let text =
-        Scenario::new().time(0.1, 0.2).section(&format!("[[table]]\nname = \"log\"\n{table}"));
+    let text = Scenario::new().time(0.1, 0.2).section(&format!("[[table]]\nname = \"log\"\n{table}"));
     run(&lab, &text.clone().text(), "out").expect(0);
     assert_eq!(column(&lab, "out/run.csv", "log.delta"), ["1.0625", "2.03125", "3.03125"]);
     let speeds = column(&lab, "out/run.csv", "log.v");
     let speeds: Vec<f64> = speeds.iter().map(|cell| cell.parse().expect("a number")).collect();
-    assert!(
-        speeds.iter().zip([36.0, 54.0, 72.0]).all(|(v, it)| (v - it).abs() < 1e-12),
-        "{speeds:?}"
-    );
+    assert!(speeds.iter().zip([36.0, 54.0, 72.0]).all(|(v, it)| (v - it).abs() < 1e-12), "{speeds:?}");
     // A gain may change the dimension, as that of a sensor in V does; else the unit of the file counts.
     let force = |keys: &str| {
         let columns = format!("columns = {{ F = {{ column = \"Lenkrad\", unit = {keys} }} }}\n");
@@ -235,9 +227,7 @@ fn a_log_in_another_dialect_and_sign_convention_is_played_back_in_si() {
     assert!(lab.read("force/run.csv").starts_with("time [s],log.F [g0]\n0,-16.5\n"));
     lab.write("log.csv", LOG);
     force("\"N\"").expect(2).says(&["was recorded in [deg], and is said to be in [N]"]);
-    force("\"rad\", gain = 2")
-        .expect(2)
-        .says(&["was recorded in [deg], and is said to be in [rad]"]);
+    force("\"rad\", gain = 2").expect(2).says(&["was recorded in [deg], and is said to be in [rad]"]);
     // The same for analyses, of the log and of the run.
     let mean = "[[analysis]]\nname = \"NAME\"\ncrate = \"plugin\"\nexample = \"mean\"\n";
     let of_run = "signals = { x = { from = \"log.delta\", gain = 2, offset = 1.0, sign = -1 } }";

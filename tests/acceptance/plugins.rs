@@ -125,8 +125,7 @@ fn a_plugin_for_another_interface_or_none_is_refused() {
     let lab = Lab::new();
     compile(&lab, 77);
     let own = plugin::abi::VERSION;
-    let both =
-        format!("built for version 77 of the plugin interface, this program has version {own}");
+    let both = format!("built for version 77 of the plugin interface, this program has version {own}");
     run(&lab, &scenario(SPEED)).expect(2).says(&[&both, "case.toml:"]);
     let source = lab.write("empty.c", "int nothing;");
     let mut cc = Command::new("cc");

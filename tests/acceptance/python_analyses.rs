@@ -102,12 +102,8 @@ fn a_script_needs_no_package() {
     );
     run(&lab, &script, &scenario(SPEED)).expect(0);
     let found = lab.report("out")["analyses"]["mine"].clone();
-    assert_eq!(
-        found,
-        serde_json::json!({ "sum": 90.0, "n": 5, "unit": "km/h", "kind": "memoryview" })
-    );
-    let script =
-        format!("{without}def analyse(signals, config):\n    return {{'t': signals.table()}}\n");
+    assert_eq!(found, serde_json::json!({ "sum": 90.0, "n": 5, "unit": "km/h", "kind": "memoryview" }));
+    let script = format!("{without}def analyse(signals, config):\n    return {{'t': signals.table()}}\n");
     run(&lab, &script, &scenario(SPEED))
         .expect(3)
         .says(&["signals.table() needs pyarrow", "-m pip install pyarrow"]);
@@ -136,18 +132,8 @@ fn a_script_that_does_not_fit_is_pointed_at() {
     let good = "signals = {'v': 'm/s'}\ndef analyse(signals, config): return {}\n";
     for (script, text, at, says) in [
         ("def f(:\n", scenario(SPEED), "\"mine.py\"", "mine.py:1: SyntaxError"),
-        (
-            "import nowhere_at_all\n",
-            scenario(SPEED),
-            "\"mine.py\"",
-            "mine.py:1: ModuleNotFoundError",
-        ),
-        (
-            "x = 1\n",
-            scenario(SPEED),
-            "\"mine.py\"",
-            "expected a function `analyse(signals, config)`",
-        ),
+        ("import nowhere_at_all\n", scenario(SPEED), "\"mine.py\"", "mine.py:1: ModuleNotFoundError"),
+        ("x = 1\n", scenario(SPEED), "\"mine.py\"", "expected a function `analyse(signals, config)`"),
         (
             "signals = ['v']\ndef analyse(signals, config): return {}\n",
             scenario(SPEED),
@@ -200,8 +186,7 @@ fn a_script_that_fails_ends_the_run_with_its_line() {
 fn a_script_that_goes_on_too_long_is_ended() {
     let lab = Lab::new();
     let script = "import os\ndef analyse(signals, config, run):\n    print('process', os.getpid())\n    while True:\n        pass\n";
-    let text =
-        scenario(SPEED).replace("stop = 1.0", &format!("stop = 1.0\nlimit = {:?}", limit(2.0)));
+    let text = scenario(SPEED).replace("stop = 1.0", &format!("stop = 1.0\nlimit = {:?}", limit(2.0)));
     let ended = run(&lab, script, &text);
     assert_ne!(ended.code(), Some(0), "{}", ended.stderr);
     let printed = ended.stderr.lines().find_map(|line| line.strip_prefix("mine: process "));

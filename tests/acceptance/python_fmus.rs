@@ -82,8 +82,7 @@ fn fmpy_runs_a_script_with_the_same_numbers() {
     run(&lab, "case.toml", "run", &[]).expect(0);
     let [fmu, csv] = ["cruise.fmu", "run/run.csv"].map(|name| lab.path(name));
     let start = "{\"gain.p\": 700.0}";
-    python()
-        .run("simulate.py", &["cruise".as_ref(), fmu.as_os_str(), csv.as_os_str(), start.as_ref()]);
+    python().run("simulate.py", &["cruise".as_ref(), fmu.as_os_str(), csv.as_os_str(), start.as_ref()]);
 }
 
 /// Braking by `F = 400 v - 30000 N`, in a method `outputs` and in a method `step`.
@@ -144,8 +143,7 @@ fn a_direct_script_follows_inputs_and_tunable_parameters_without_a_step() {
     pack(&lab, &script, &[]).expect(0);
     let ended = lab.trackside(&["inspect", "direct.fmu"]).expect(0);
     let line = |name: &str| {
-        let line =
-            ended.stdout.lines().find(|line| line.split_whitespace().any(|word| word == name));
+        let line = ended.stdout.lines().find(|line| line.split_whitespace().any(|word| word == name));
         line.unwrap_or_else(|| panic!("no {name} in {}", ended.stdout)).to_owned()
     };
     assert!(line("sum").ends_with("follows nothing"), "{}", ended.stdout);
@@ -210,9 +208,7 @@ fn a_script_that_fails_is_told_with_its_line() {
 fn a_script_that_ends_the_run_or_talks_is_heard() {
     let lab = odd();
     lab.write("case.toml", odd_run("ends").text());
-    run(&lab, "case.toml", "out", &[])
-        .expect(0)
-        .says(&["ended the simulation", "the track is over"]);
+    run(&lab, "case.toml", "out", &[]).expect(0).says(&["ended the simulation", "the track is over"]);
     lab.write("case.toml", odd_run("talks").key("log = true").text());
     run(&lab, "case.toml", "out", &[]).expect(0);
     let bytes = std::fs::read(lab.path("out/run.mcap")).expect("a recording");
@@ -221,9 +217,7 @@ fn a_script_that_ends_the_run_or_talks_is_heard() {
     let log: Vec<_> = all.filter(|it| it.channel.topic == "/log").map(|it| it.data).collect();
     let log = log.concat();
     let log = String::from_utf8_lossy(&log);
-    for line in
-        ["the script is loaded", "begins with talks", "line 0 ", "more lines", "past Python"]
-    {
+    for line in ["the script is loaded", "begins with talks", "line 0 ", "more lines", "past Python"] {
         assert!(log.contains(line), "no {line:?}");
     }
 }
@@ -235,11 +229,7 @@ fn a_script_that_does_not_load_is_told_when_it_is_packed() {
     let model = |line: &str| format!("{head}class A(Model):\n    {line}\n");
     for (text, line, says) in [
         ("def f(:\n".to_owned(), 1, "SyntaxError"),
-        (
-            format!("{head}import nowhere_to_be_found\n{}", model("y = output()")),
-            2,
-            "install it for",
-        ),
+        (format!("{head}import nowhere_to_be_found\n{}", model("y = output()")), 2, "install it for"),
         (format!("import helper\n{}", model("y = output()")), 1, "--with"),
         (model("y = output(0, unit='m')"), 3, "write 0.0 instead of 0"),
         (model("y = output([1.0])"), 3, "expected a start value of type float, int, bool or str"),
@@ -256,15 +246,10 @@ fn a_script_that_does_not_load_is_told_when_it_is_packed() {
     ] {
         let script = lab.write("script.py", &text);
         let ended = pack(&lab, &script, &[]).expect(2).says(&[says]);
-        assert!(
-            line == 0 || ended.message().contains(&format!("script.py:{line}:")),
-            "{}",
-            ended.stderr
-        );
+        assert!(line == 0 || ended.message().contains(&format!("script.py:{line}:")), "{}", ended.stderr);
         assert!(!lab.has("script.fmu"), "{text}");
     }
-    let script =
-        lab.write("script.py", format!("import helper\n{}", model("y = output(helper.gain)")));
+    let script = lab.write("script.py", format!("import helper\n{}", model("y = output(helper.gain)")));
     pack(&lab, &script, &["--with", &lab.path("helper.py").display().to_string()]).expect(0);
     lab.write(
         "case.toml",

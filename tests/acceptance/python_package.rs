@@ -42,14 +42,9 @@ fn a_failed_check_is_a_result_and_a_mistake_an_exception() {
 fn the_failure_of_an_fmu_is_an_exception_with_what_was_recorded() {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
-    for (name, start) in
-        [("case", "fault = 'nan', at = 0.5"), ("crash", "fault = 'crash', at = 0.5")]
-    {
-        let scenario = Scenario::new().time(0.1, 1.0).fmu(
-            "tank",
-            "misbehave.fmu",
-            &format!("u = 0.0, {start}"),
-        );
+    for (name, start) in [("case", "fault = 'nan', at = 0.5"), ("crash", "fault = 'crash', at = 0.5")] {
+        let scenario =
+            Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", &format!("u = 0.0, {start}"));
         lab.write(&format!("{name}.toml"), scenario.text());
     }
     run_in(&lab, "failing_fmu");
@@ -92,8 +87,7 @@ fn a_sweep_is_a_table_and_its_variants_are_replayed() {
     let start = "u = 0.0, fault = 'nan', at = 2.0";
     let tank = Scenario::new().time(0.1, 1.0).fmu("tank", "misbehave.fmu", start);
     let checked = tank.signal("wanted.v", "constant = 2.0").check("late", "max(wanted.v) >= 2");
-    let sweep =
-        "[sweep]\ndesign = \"list\"\nlist = \"vary.csv\"\n\n[sweep.collect]\nend = \"max(time)\"";
+    let sweep = "[sweep]\ndesign = \"list\"\nlist = \"vary.csv\"\n\n[sweep.collect]\nend = \"max(time)\"";
     lab.write("vary.toml", checked.section(sweep).text());
     lab.write("vary.csv", "tank.at,wanted.v\n0.5,2\n2.0,1\n2.0,3\n");
     run_in(&lab, "sweeps");

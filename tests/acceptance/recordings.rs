@@ -72,9 +72,7 @@ fn only_equal_runs_give_equal_replays() {
     let [a, b, c] = [("a", "0.01"), ("b", "0.01"), ("c", "0.0100001")].map(|it| replay(it.0, it.1));
     rerun(python, &["rrd", "compare", "--unordered"], &[a.clone(), b]).expect(0);
     let output = rerun(python, &["rrd", "stats"], std::slice::from_ref(&a)).expect(0).stdout;
-    for entity in
-        ["/checks/01_drives_on", "/world/car", "/world/path/line", "/signals/plant/outputs/v_x"]
-    {
+    for entity in ["/checks/01_drives_on", "/world/car", "/world/path/line", "/signals/plant/outputs/v_x"] {
         assert!(output.contains(entity), "no {entity}");
     }
     rerun(python, &["rrd", "compare", "--unordered"], &[a, c]).expect(1);
@@ -115,10 +113,7 @@ fn killed() -> &'static (Lab, f64) {
         command.args(["run", "case.toml", "--out", "out", "--csv", "--realtime"]);
         let mut child = command.spawn().expect("it starts");
         let read = loop {
-            assert!(
-                child.try_wait().expect("its state").is_none(),
-                "it ended before it was killed"
-            );
+            assert!(child.try_wait().expect("its state").is_none(), "it ended before it was killed");
             match readable(&lab.path("out/run.mcap")) {
                 Some(time) if time >= 2.0 => break time,
                 _ => std::thread::sleep(Duration::from_millis(20)),
@@ -133,8 +128,7 @@ fn killed() -> &'static (Lab, f64) {
 /// The time of the last message that can be read of an unfinished recording [s].
 fn readable(file: &Path) -> Option<f64> {
     let bytes = std::fs::read(file).ok()?;
-    let messages =
-        mcap::MessageStream::new_with_options(&bytes, mcap::read::Options::IgnoreEndMagic.into());
+    let messages = mcap::MessageStream::new_with_options(&bytes, mcap::read::Options::IgnoreEndMagic.into());
     let times = messages.ok()?.map_while(Result::ok).map(|message| message.log_time as f64 * 1e-9);
     times.reduce(f64::max)
 }
@@ -153,9 +147,7 @@ fn a_killed_run_leaves_a_recoverable_recording_and_no_report() {
 fn a_file_other_than_a_recording_is_not_recovered() {
     let lab = Lab::new();
     lab.write("text.mcap", "no recording");
-    lab.trackside(&["recover", "text.mcap"])
-        .expect(2)
-        .says(&["text.mcap", "expected an MCAP file"]);
+    lab.trackside(&["recover", "text.mcap"]).expect(2).says(&["text.mcap", "expected an MCAP file"]);
     assert!(!lab.has("text.recovered.mcap") && !lab.has("text.recovered.mcap.partial"));
 }
 
@@ -164,10 +156,7 @@ fn broken_and_recovered_recordings_hold_the_same_messages() {
     let python = python();
     lab.trackside(&["recover", "out/run.mcap"]).expect(0);
     let ended = python.run("last_time.py", &[lab.path("out/run.mcap")]);
-    python.run(
-        "compare_messages.py",
-        &["out/run.mcap", "out/run.recovered.mcap"].map(|it| lab.path(it)),
-    );
+    python.run("compare_messages.py", &["out/run.mcap", "out/run.recovered.mcap"].map(|it| lab.path(it)));
     let last: f64 = ended.stdout.trim().parse().expect("a time");
     assert!(last >= *read - 1e-9, "the recording ends at {last} s, {read} s had been readable");
 }

@@ -120,9 +120,8 @@ fn arrays_are_connected_as_a_whole_and_by_element() {
     let two = one.fmu("two", "StateSpace.fmu", "").key(START);
     let whole = two.clone().connect("one.y", "two.u").text();
     lab.write("whole.toml", &whole);
-    let element = |scenario: Scenario, i: i32| {
-        scenario.connect(&format!("one.y[{i}]"), &format!("two.u[{i}]"))
-    };
+    let element =
+        |scenario: Scenario, i: i32| scenario.connect(&format!("one.y[{i}]"), &format!("two.u[{i}]"));
     lab.write("each.toml", [1, 2, 3].into_iter().fold(two.clone(), element).text());
     lab.write("some.toml", element(two, 3).text());
     for name in ["whole", "each", "some"] {
@@ -136,11 +135,7 @@ fn arrays_are_connected_as_a_whole_and_by_element() {
     assert_eq!(rows.len(), 3);
     lab.write("size.toml", whole.replace("\"one.y\"", "\"one.y[1]\""));
     let ended = lab.trackside(&["run", "size.toml"]).expect(2);
-    assert!(
-        ended.stderr.contains("`one.y[1]` is no array, `two.u` has 3 elements"),
-        "{}",
-        ended.stderr
-    );
+    assert!(ended.stderr.contains("`one.y[1]` is no array, `two.u` has 3 elements"), "{}", ended.stderr);
 }
 
 /// The time that an FMU shows is its own.
@@ -222,23 +217,19 @@ start.Binary_input = "00ff10"
 fn played(file: &str, step: f64, titles: &[(&str, &str)]) -> Scenario {
     let mut scenario = Scenario::new().time(step, 2.0).fmu("it", "Feedthrough.fmu", "").key(START);
     for interpolation in ["linear", "hold"] {
-        let of = |(_, input): &&(&str, &str)| {
-            input.contains("_continuous_") == (interpolation == "linear")
-        };
+        let of = |(_, input): &&(&str, &str)| input.contains("_continuous_") == (interpolation == "linear");
         let columns: Vec<_> = titles.iter().filter(of).collect();
         if columns.is_empty() {
             continue;
         }
-        let words =
-            columns.iter().map(|(title, _)| format!("{title} = {{ column = \"{title}\" }}"));
+        let words = columns.iter().map(|(title, _)| format!("{title} = {{ column = \"{title}\" }}"));
         let words = words.collect::<Vec<_>>().join(", ");
         scenario = scenario.section(&format!(
             "[[table]]\nname = \"{interpolation}\"\npath = \"{file}\"\ntime = \"time\"\n\
              interpolation = \"{interpolation}\"\ncolumns = {{ {words} }}"
         ));
         for (title, input) in columns {
-            scenario =
-                scenario.connect(&format!("{interpolation}.{title}"), &format!("it.{input}"));
+            scenario = scenario.connect(&format!("{interpolation}.{title}"), &format!("it.{input}"));
         }
     }
     scenario
@@ -307,11 +298,7 @@ fn values_jump_between_two_rows_of_one_time() {
     assert_eq!(at(4)[0], "7.5");
     assert_eq!(cells(&ours, 4, &["it.Binary_output"]), ["\"c0ffee\""]);
     for (given, wrong, told) in [
-        (
-            "\n1,7,",
-            "\n1,6,3.5,0,true,b,00\n1,7,",
-            "log.csv: expected a time after 1 of the row before",
-        ),
+        ("\n1,7,", "\n1,6,3.5,0,true,b,00\n1,7,", "log.csv: expected a time after 1 of the row before"),
         ("18446744073709551615", "18446744073709551616", "expected an integer of 64 bits"),
         ("18446744073709551615", "0.5", "expected an integer in column `u`"),
     ] {
@@ -332,15 +319,7 @@ fn integers_of_64_bits_are_handed_on_exactly_or_refused() {
     let plain = nodes.clone().connect("it.Int64_output", "two.Int64_input");
     let plain = plain.connect("it.UInt64_output", "two.UInt64_input").text();
     lab.write("case.toml", &plain);
-    let set = [
-        "run",
-        "case.toml",
-        "--set",
-        "it.UInt64_input=18446744073709551614",
-        "--out",
-        "out",
-        "--csv",
-    ];
+    let set = ["run", "case.toml", "--set", "it.UInt64_input=18446744073709551614", "--out", "out", "--csv"];
     lab.trackside(&set).expect(0);
     let found = cells(&lab.table("out/run.csv"), 2, &["two.Int64_output", "two.UInt64_output"]);
     assert_eq!(found, ["9223372036854775807", "18446744073709551614"]);
@@ -380,10 +359,6 @@ fn reference_fmus_break_neither_runs_nor_the_standard() {
         let lab = Lab::new();
         lab.add(&reference_fmus().join(format!("2.0/{name}.fmu")));
         let ended = lab.trackside(&["conform", &format!("{name}.fmu")]).expect(0);
-        assert!(
-            ended.stdout.contains("The FMU keeps FMI 2.0 for callers that do"),
-            "{}",
-            ended.stdout
-        );
+        assert!(ended.stdout.contains("The FMU keeps FMI 2.0 for callers that do"), "{}", ended.stdout);
     }
 }

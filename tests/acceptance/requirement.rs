@@ -92,9 +92,7 @@ impl Requirement {
                 let mounts = mount.is_ok_and(|mount| mount.status.success());
                 (!mounts).then(|| "this user cannot mount a small disk (unshare, mount)".to_owned())
             }
-            Requirement::Python | Requirement::Masters => {
-                python::environment().as_ref().err().cloned()
-            }
+            Requirement::Python | Requirement::Masters => python::environment().as_ref().err().cloned(),
             Requirement::PythonLibrary => python::environment().as_ref().map_or_else(
                 |reason| Some(reason.clone()),
                 |python| {

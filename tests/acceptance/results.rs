@@ -54,9 +54,8 @@ fn a_mistake_leaves_the_results_of_the_last_run() {
 
 fn only_the_files_of_a_run_give_way_to_the_next() {
     let lab = lab();
-    let run = |more: &[&str]| {
-        lab.trackside(&[&["run", "good.toml", "--out", "out"], more].concat()).expect(0)
-    };
+    let run =
+        |more: &[&str]| lab.trackside(&[&["run", "good.toml", "--out", "out"], more].concat()).expect(0);
     run(&["--csv"]);
     lab.write("out/notes.txt", "mine");
     lab.write("out/run.mcap.txt", "mine");
@@ -146,8 +145,7 @@ fn the_report_says_what_the_run_was_made_with() {
     let lab = lab();
     lab.write("log.csv", "t,v\n0,1\n1,2\n");
     lab.write("case.toml", coasting(0.1).table("log", "log.csv", "v = { column = \"v\" }").text());
-    let arguments =
-        ["run", "case.toml", "--out", "out", "--seed", "7", "--set", "plant.body.m=900"];
+    let arguments = ["run", "case.toml", "--out", "out", "--seed", "7", "--set", "plant.body.m=900"];
     lab.trackside(&arguments).expect(0);
     let report = lab.report("out");
     let command: Vec<_> = report["command"].as_array().expect("a list").iter().skip(1).collect();
@@ -156,7 +154,7 @@ fn the_report_says_what_the_run_was_made_with() {
     assert_eq!((&report["seed"], &report["versions"]["fmi"]), (&7.into(), &"2.0".into()));
     assert_eq!(report["versions"]["plugin_interface"], plugin::abi::VERSION);
     assert_eq!(report["versions"]["os"], std::env::consts::OS);
-    let hash = |file: &str| serde_json::json!({"path": file, "sha256": fmu_import::sha256(&std::fs::read(lab.path(file)).expect("a file"))});
+    let hash = |file: &str| serde_json::json!({"path": file, "sha256": fmu_import::sha256_hex(&std::fs::read(lab.path(file)).expect("a file"))});
     assert_eq!(report["sources"], serde_json::json!([hash("case.toml")]));
     assert_eq!(report["data"], serde_json::json!([hash("log.csv")]));
     assert_eq!(report["fmus"][0]["sha256"], hash("plant.fmu")["sha256"]);
@@ -178,8 +176,7 @@ const DRIVEN: &str = "[time]\nstep = 0.1\nstop = 1.0\n\n[[signal]]\nname = \"dri
 const AGAIN: &str = "\n[[validation]]\nname = \"again\"\nscenario = \"case.toml\"\n";
 
 fn files_with_the_names_of_a_run_that_no_run_wrote_are_not_touched() {
-    let names =
-        ["run.mcap", "run.csv", "run.csv.partial", "run.rrd", "report.html", "report.json.partial"];
+    let names = ["run.mcap", "run.csv", "run.csv.partial", "run.rrd", "report.html", "report.json.partial"];
     for name in names.into_iter().chain(["run.previous/run.csv", "run.previous"]) {
         let lab = small();
         lab.write(&format!("out/{name}"), "mine");
@@ -200,7 +197,8 @@ fn files_with_the_names_of_a_run_that_no_run_wrote_are_not_touched() {
 fn a_report_of_another_program_lists_nothing_that_is_removed() {
     for name in ["report.json", "report.json.partial"] {
         let lab = small();
-        let report = "{\"scenario\": \"s\", \"verdict\": \"pass\", \"files\": [\"thesis.tex\"], \"validations\": []}";
+        let report =
+            "{\"scenario\": \"s\", \"verdict\": \"pass\", \"files\": [\"thesis.tex\"], \"validations\": []}";
         lab.write(&format!("out/{name}"), report);
         lab.write("out/thesis.tex", "mine");
         lab.trackside(&["run", "case.toml", "--out", "out"]).expect(2);
@@ -216,14 +214,9 @@ fn links_among_the_results_are_not_written_through() {
     use std::os::unix::fs::symlink;
     let lab = small();
     lab.trackside(&["run", "case.toml", "--out", "earlier"]).expect(0);
-    for name in [
-        "report.json",
-        "report.json.partial",
-        "report.html",
-        "run.mcap",
-        "run.csv.partial",
-        "run.previous",
-    ] {
+    for name in
+        ["report.json", "report.json.partial", "report.html", "run.mcap", "run.csv.partial", "run.previous"]
+    {
         // To a file, to one that does not exist, and to the results of another run.
         for target in ["precious", "nowhere", "earlier/report.json", "earlier"] {
             let before = lab.read("earlier/report.json");

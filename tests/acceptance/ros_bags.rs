@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use recording::table::{ColumnType, ReadRequest, Table, survey, titles};
+use recording::table::{ColumnType, ReadRequest, TimeSeriesTable, read_titles, survey_file};
 use serde_json::Value;
 
 use super::harness::{Lab, ROOT};
@@ -48,7 +48,7 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
     let at = bag.display();
     assert!(!columns.is_empty(), "{judge} found nothing in {at}");
     let names: Vec<&str> = columns.iter().map(|it| it.name).collect();
-    let mut wanted = ReadRequest::plain("log_time", &names);
+    let mut wanted = ReadRequest::from_names("log_time", &names);
     for (wanted, judged) in wanted.columns.iter_mut().zip(&columns) {
         wanted.column_type = judged.reading;
         wanted.gaps = recording::table::GapRule::Hold;
@@ -56,30 +56,24 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
     let rises = |it: &Judged| it.times.windows(2).all(|pair| pair[0] < pair[1]);
     if !columns.iter().all(rises) {
         // A bag that was made for tests of rosbag2 has two messages of a topic at one time.
-        let error = Table::read(bag, &wanted).expect_err("times repeat").to_string();
+        let error = TimeSeriesTable::read(bag, &wanted).expect_err("times repeat").to_string();
         assert!(error.contains("have the same log_time"), "{at}: {error}");
         return;
     }
-    let mut table = Table::read(bag, &wanted).unwrap_or_else(|error| panic!("{at}: {error}"));
+    let mut table = TimeSeriesTable::read(bag, &wanted).unwrap_or_else(|error| panic!("{at}: {error}"));
     let zero = columns.iter().flat_map(|it| &it.times).min().copied().unwrap_or(0);
     for (column, judged) in columns.iter().enumerate() {
-        let times = table.times()[table.clock(column)].clone();
+        let times = table.clock_times()[table.column_clock(column)].clone();
         let right: Vec<f64> = judged.times.iter().map(|time| (time - zero) as f64 / 1e9).collect();
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
-        assert!(
-            times.len() == right.len() && times.iter().zip(&right).all(near),
-            "{at} {}",
-            judged.name
-        );
+        assert!(times.len() == right.len() && times.iter().zip(&right).all(near), "{at} {}", judged.name);
         for (row, value) in judged.values.iter().enumerate() {
             let found = match judged.reading {
-                ColumnType::Text => table.text(column, times[row]).expect("a text").to_owned(),
-                ColumnType::Integer => {
-                    table.integer(column, times[row]).expect("an integer").to_string()
-                }
+                ColumnType::Text => table.text_at(column, times[row]).expect("a text").to_owned(),
+                ColumnType::Integer => table.integer_at(column, times[row]).expect("an integer").to_string(),
                 ColumnType::Number => {
                     let right = hex(value);
-                    let found = table.column(column)[row];
+                    let found = table.column_values(column)[row];
                     let same = found == right || found.is_nan() && right.is_nan();
                     if same { (*value).to_owned() } else { found.to_string() }
                 }
@@ -87,14 +81,14 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
             assert_eq!(found, *value, "{at} {} row {row}, by {judge}", judged.name);
         }
     }
-    let survey = survey(bag).unwrap_or_else(|error| panic!("{at}: {error}"));
+    let survey = survey_file(bag).unwrap_or_else(|error| panic!("{at}: {error}"));
     assert!(survey.warnings.is_empty(), "{at}: {:?}", survey.warnings);
     let mut found: Vec<&str> = survey.channels.iter().map(|it| it.name.as_str()).collect();
     let mut right = names.clone();
     found.sort_unstable();
     right.sort_unstable();
     assert_eq!(found, right, "{at}, by {judge}");
-    assert!(titles(bag).is_ok_and(|titles| titles.has_time), "{at}");
+    assert!(read_titles(bag).is_ok_and(|titles| titles.has_time), "{at}");
 }
 
 /// A number as Python writes it in hexadecimal digits, `-0x1.8p+3`.
@@ -167,11 +161,8 @@ fn bags_are_played_back_and_inspected() {
         let text = lab.read("out/run.csv");
         let mut lines = text.lines();
         let titles = lines.next().expect("titles").split(',');
-        let place =
-            titles.clone().position(|title| title.split(' ').next() == Some(name)).expect(name);
-        lines
-            .map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number"))
-            .collect()
+        let place = titles.clone().position(|title| title.split(' ').next() == Some(name)).expect(name);
+        lines.map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number")).collect()
     };
     let (v_x, r, delta) = (numbers("log.v_x"), numbers("log.r"), numbers("log.delta"));
     assert_eq!(v_x.len(), 101);
@@ -188,16 +179,10 @@ fn bags_are_played_back_and_inspected() {
     ended.says(&["was recorded in [rad/s], and is said to be in [deg/s]"]);
     // One of the two files is lost.
     let files = std::fs::read_dir(lab.path("made/drive")).expect("a folder");
-    let lost = files
-        .map(|it| it.expect("a file").path())
-        .find(|it| it.to_string_lossy().contains("half_1"));
+    let lost = files.map(|it| it.expect("a file").path()).find(|it| it.to_string_lossy().contains("half_1"));
     std::fs::remove_file(lost.expect("two files")).expect("it can be removed");
     let inspected = lab.trackside(&["inspect", "made/drive"]).expect(0);
-    assert!(
-        inspected.stdout.contains("which metadata.yaml lists, is missing"),
-        "{}",
-        inspected.stdout
-    );
+    assert!(inspected.stdout.contains("which metadata.yaml lists, is missing"), "{}", inspected.stdout);
 }
 
 fn bags_that_cannot_be_read_are_refused_with_the_cure() {
@@ -206,10 +191,7 @@ fn bags_that_cannot_be_read_are_refused_with_the_cure() {
     lab.write("torn.db3", [&b"SQLite format 3\0"[..], &[7; 200]].concat());
     std::fs::create_dir_all(lab.path("empty")).expect("a folder");
     for (file, says) in [
-        (
-            "old.bag",
-            "it is a bag of ROS 1, which is not read: `pip install rosbags`, then `rosbags-convert",
-        ),
+        ("old.bag", "it is a bag of ROS 1, which is not read: `pip install rosbags`, then `rosbags-convert"),
         ("torn.db3", ".recover | sqlite3 NEW.db3` saves what can be read of it"),
         (
             "empty",

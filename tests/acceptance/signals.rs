@@ -32,10 +32,7 @@ pub fn start(lab: &Lab, arguments: &[&str], file: &str) -> Child {
 fn a_signal_ends_a_run_at_the_next_communication_point() {
     for (name, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let lab = lab();
-        lab.write(
-            "case.toml",
-            passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
-        );
+        lab.write("case.toml", passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"));
         lab.write("later.toml", passing("misbehave.fmu", "at = 0.0"));
         std::fs::create_dir(lab.path("temporary")).expect("a folder");
         let mut command = listening(&lab);
@@ -79,14 +76,10 @@ fn a_second_signal_ends_a_run_at_once() {
     signal(&child, "INT");
     wait_until("it noted the signal", || {
         // Both would be one if they came together.
-        let status =
-            std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
-        let pending = status
-            .lines()
-            .filter(|line| line.starts_with("ShdPnd:") || line.starts_with("SigPnd:"));
-        pending
-            .flat_map(|line| line.split_whitespace().nth(1))
-            .all(|set| set.trim_matches('0').is_empty())
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
+        let pending =
+            status.lines().filter(|line| line.starts_with("ShdPnd:") || line.starts_with("SigPnd:"));
+        pending.flat_map(|line| line.split_whitespace().nth(1)).all(|set| set.trim_matches('0').is_empty())
     });
     assert!(lives(&lab, "sleeping.pid"));
     signal(&child, "INT");

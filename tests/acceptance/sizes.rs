@@ -23,18 +23,13 @@ fn inputs_larger_than_their_limits_are_refused() {
         let text = if name == "hole" { found } else { "found more" };
         lab.trackside(&["run", &format!("{name}.toml")]).expect(2).says(&[text, ".toml"]);
         for archive in ["fmu", "ssp"] {
-            let words =
-                [if archive == "fmu" { "inspect" } else { "run" }, &format!("{name}.{archive}")];
+            let words = [if archive == "fmu" { "inspect" } else { "run" }, &format!("{name}.{archive}")];
             lab.trackside(&words).expect(2).says(&[found, archive]);
         }
         scenario(Scenario::new().fmu("a", &format!("{name}.fmu"), ""));
         lab.trackside(&["run", "case.toml"]).expect(2).says(&[found, ".fmu"]);
         for table in ["csv", "mcap"] {
-            scenario(Scenario::new().table(
-                "a",
-                &format!("{name}.{table}"),
-                "x = { column = \"x\" }",
-            ));
+            scenario(Scenario::new().table("a", &format!("{name}.{table}"), "x = { column = \"x\" }"));
             // A table may have any size, and its beginning tells that zeros are none; what has no end is not on a disk.
             let text = if name == "hole" { "is no text" } else { text };
             lab.trackside(&["run", "case.toml"]).expect(2).says(&[text, table]);

@@ -171,10 +171,7 @@ fn mistakes_about_systems_are_told() {
         (&["pack", "case.toml"][..], &["found the scenario case.toml", "--ssp"][..]),
         (&["pack", "--ssp"], &["expected a scenario to pack"]),
         (&["pack", "none.toml", "--ssp"], &["none.toml"]),
-        (
-            &["pack", "case.toml", "base/base.toml", "--ssp", "--out", "x.ssp"],
-            &["expected a folder"],
-        ),
+        (&["pack", "case.toml", "base/base.toml", "--ssp", "--out", "x.ssp"], &["expected a folder"]),
         (&["run", "case.toml", "--variant", "x"], &["expected a system of SSP"]),
     ] {
         lab.trackside(arguments).expect(2).says(told);

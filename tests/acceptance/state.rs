@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use cosim::clock::Clock;
-use cosim::node::{Experiment, FmuNode, Node, Stateful};
+use cosim::clock::CommunicationClock;
+use cosim::node::{FmuExperiment, FmuNode, Node, Stateful};
 use cosim::system::{StartValue, VariableGroup, VariableGroups};
-use fmu_import::{Causality, Fmu, Storage, Value};
+use fmu_import::{Causality, Fmu, StorageType, Value};
 
 use super::fmus::ours;
 
@@ -13,7 +13,7 @@ tests! {
     a_restored_plant_repeats_its_steps_bit_for_bit,
 }
 
-const CLOCK: Clock = Clock { start: 0.0, step: 0.01, steps: 10 };
+const CLOCK: CommunicationClock = CommunicationClock { start: 0.0, step: 0.01, steps: 10 };
 
 /// The outputs after each of five steps from `first` on, as bits.
 fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
@@ -37,7 +37,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     let real = |names: &[&str]| {
         let (references, elements) = (names.iter().map(|name| reference(name)), names.len());
         let references = references.collect();
-        let (storage, places) = (Storage::Float64, (0..elements).collect());
+        let (storage, places) = (StorageType::Float64, (0..elements).collect());
         let numbers = vec![VariableGroup {
             storage,
             references,
@@ -57,24 +57,23 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     let start = |name: &str, causality, value| StartValue {
         name: name.to_owned(),
         reference: reference(name),
-        storage: Storage::Float64,
+        storage: StorageType::Float64,
         element: (0, 1),
         causality,
         value: Value::Real(value),
         place: None,
     };
-    let starts =
-        vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
+    let starts = vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
     let stop = Some(CLOCK.announced_stop());
-    let experiment = Experiment { start: CLOCK.start, stop, tolerance: None };
-    node.prepare(experiment, starts).expect("start values");
+    let experiment = FmuExperiment { start: CLOCK.start, stop, tolerance: None };
+    node.set_experiment_and_starts(experiment, starts).expect("start values");
     assert!(node.enter_initialization().expect("it starts").is_empty());
     node.exit_initialization().expect("it starts");
     assert!(node.can_save());
     five_steps(&mut node, 0, OUTPUTS.len());
-    let state = node.save().expect("a state");
+    let state = node.save_state().expect("a state");
     let first = five_steps(&mut node, 5, OUTPUTS.len());
-    node.restore(&state).expect("its own state");
+    node.restore_state(&state).expect("its own state");
     assert_eq!(five_steps(&mut node, 5, OUTPUTS.len()), first);
     drop(state);
     node.terminate().expect("it ends");

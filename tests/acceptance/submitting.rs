@@ -171,7 +171,5 @@ fn mistakes_of_submissions_are_told() {
             .expect(2)
             .says(&[&format!("the program {program} is not on the path"), "help:"]);
     }
-    lab.trackside(&["sweep", "submit", "nothing", "--engine", "local"])
-        .expect(2)
-        .says(&["nothing"]);
+    lab.trackside(&["sweep", "submit", "nothing", "--engine", "local"]).expect(2).says(&["nothing"]);
 }

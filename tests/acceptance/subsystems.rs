@@ -136,12 +136,11 @@ fn connectors_stand_for_what_they_are_wired_to() {
 
 fn two_systems_of_one_kind_live_side_by_side() {
     let lab = lab();
-    let systems = ["left", "right"]
-        .map(|name| format!("[[system]]\nname = \"{name}\"\npath = \"rig.ssp\"\n"))
-        .concat();
+    let systems =
+        ["left", "right"].map(|name| format!("[[system]]\nname = \"{name}\"\npath = \"rig.ssp\"\n")).concat();
     let noisy = connect("drive.x", "left.u", "noise = { std = 0.1 }\n");
-    let faulty = connect("drive.x", "right.u", "")
-        + "[[fault]]\ninput = \"right_b.x\"\nfrom = 1.0\nvalue = 7.0\n";
+    let faulty =
+        connect("drive.x", "right.u", "") + "[[fault]]\ninput = \"right_b.x\"\nfrom = 1.0\nvalue = 7.0\n";
     // Both ways out of a connector have the same noise.
     let checks = "[[check]]\nname = \"one noise\"\nthat = \"max(abs(left_a.x_out - (2 * left_b.x_out + 1))) == 0\"\n[[check]]\nname = \"there is noise\"\nthat = \"max(abs(left.u - right.u)) > 0.01 m\"\n[[check]]\nname = \"no fault\"\nthat = \"max(left_b.x_out) < 3\"\n[[check]]\nname = \"fault\"\nthat = \"last(right_b.x_out) == 7\"\n";
     lab.write("case.toml", [&systems, TIME, DRIVE, &noisy, &faulty, checks].concat());
@@ -156,12 +155,9 @@ fn two_systems_of_one_kind_live_side_by_side() {
 
 fn a_loop_through_connectors_is_the_loop_without_them() {
     let lab = lab_of(&drifting_relay(0.3));
-    let node = |name: &str| {
-        format!("[[fmu]]\nname = \"{name}\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n")
-    };
-    for (algorithm, at) in
-        [("gauss_seidel", "at = \"start\"\n"), ("gauss_seidel", ""), ("jacobi", "")]
-    {
+    let node =
+        |name: &str| format!("[[fmu]]\nname = \"{name}\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n");
+    for (algorithm, at) in [("gauss_seidel", "at = \"start\"\n"), ("gauss_seidel", ""), ("jacobi", "")] {
         let head = format!("{TIME}[coupling]\nalgorithm = \"{algorithm}\"\n{}", node("c"));
         let back = if at.is_empty() && algorithm == "gauss_seidel" { "d.x_out" } else { "c.x_out" };
         let halved = |way: &str| format!("transform = {{ {way} }}\n");
@@ -200,9 +196,7 @@ fn a_loop_through_connectors_is_the_loop_without_them() {
 fn the_scenario_says_when_and_how_it_runs() {
     let lab = lab();
     let alone = "[[system]]\npath = \"rig.ssp\"\nunconnected = \"start\"\n";
-    let both = format!(
-        "{alone}[[system]]\nname = \"other\"\npath = \"rig.ssp\"\nunconnected = \"start\"\n"
-    );
+    let both = format!("{alone}[[system]]\nname = \"other\"\npath = \"rig.ssp\"\nunconnected = \"start\"\n");
     let jacobi = "[coupling]\nalgorithm = \"jacobi\"\n";
     for (text, rows, told) in [
         (
@@ -219,11 +213,7 @@ fn the_scenario_says_when_and_how_it_runs() {
             9,
             &["the step 0.25 s and the stop time 2.0 s of case.toml:5", "jacobi of case.toml:8"],
         ),
-        (
-            format!("{alone}[time]\nstep = 0.5\n"),
-            5,
-            &["to 2 s (its DefaultExperiment) of the system"],
-        ),
+        (format!("{alone}[time]\nstep = 0.5\n"), 5, &["to 2 s (its DefaultExperiment) of the system"]),
         (format!("{alone}[time]\nstop = 1.0\n"), 251, &["the step 0.004 s (500 steps"]),
         (both, 501, &["the system `other` runs with", "of the system `rig`"]),
     ] {
@@ -242,7 +232,8 @@ fn a_scenario_changes_the_systems_that_it_inherits() {
     lab.write("base/rig/SystemStructure.ssd", structure());
     lab.write("base/rig/winter.ssd", winter);
     lab.write("base/rig/relay.fmu", relay());
-    let base = "[[system]]\nname = \"rig\"\npath = \"rig\"\n[[system]]\nname = \"gone\"\npath = \"../rig.ssp\"\n";
+    let base =
+        "[[system]]\nname = \"rig\"\npath = \"rig\"\n[[system]]\nname = \"gone\"\npath = \"../rig.ssp\"\n";
     let drive = connect("drive.x", "rig.u", "") + &connect("drive.x", "gone.u", "");
     lab.write("base/base.toml", [base, TIME, DRIVE, &drive].concat());
     // The description, an FMU, a connection and a connector of an inherited system change; another one is left out.
@@ -250,8 +241,7 @@ fn a_scenario_changes_the_systems_that_it_inherits() {
     lab.write("case.toml", change);
     let columns = columns(&lab, "case.toml");
     assert!(columns.iter().all(|(title, _)| !title.starts_with("gone")), "{columns:?}");
-    let number =
-        |name: &str, row: usize| -> f64 { column(&columns, name)[row].parse().expect("a number") };
+    let number = |name: &str, row: usize| -> f64 { column(&columns, name)[row].parse().expect("a number") };
     for row in 1..9 {
         assert_eq!(number("rig_a.x_out", row), 2.0 * (4.0 * number("rig.u", row) + 1.0));
     }
@@ -261,9 +251,8 @@ fn a_scenario_changes_the_systems_that_it_inherits() {
 /// A lab with `case.toml`: two systems with an effect, a delay and a fault at their connectors.
 fn two_rigs() -> Lab {
     let lab = lab();
-    let systems = ["left", "right"]
-        .map(|name| format!("[[system]]\nname = \"{name}\"\npath = \"rig.ssp\"\n"))
-        .concat();
+    let systems =
+        ["left", "right"].map(|name| format!("[[system]]\nname = \"{name}\"\npath = \"rig.ssp\"\n")).concat();
     let ways = connect("drive.x", "left.u", "noise = { std = 0.1 }\n")
         + &connect("left.y", "right.u", "delay = 0.5\n")
         + "[[fault]]\ninput = \"right.u\"\nfrom = 1.0\nvalue = 0.25\n";
@@ -289,9 +278,7 @@ fn a_scenario_with_systems_comes_back_from_an_archive() {
     lab.write("bare.ssp", bare);
     lab.write(
         "bare.toml",
-        format!(
-            "extends = \"bare.ssp\"\n{TIME}[[fmu]]\nname = \"left_a\"\nstart = {{ x = 5.0 }}\n"
-        ),
+        format!("extends = \"bare.ssp\"\n{TIME}[[fmu]]\nname = \"left_a\"\nstart = {{ x = 5.0 }}\n"),
     );
     let bare = columns(&lab, "bare.toml");
     // 10 * 5000 - 3 = 49997 mm are u = 49.997 m.
@@ -311,18 +298,15 @@ fn a_scenario_with_systems_is_one_fmu() {
     let nested = format!("{TIME}[[fmu]]\nname = \"box\"\npath = \"out/case.fmu\"\n");
     lab.write("nested.toml", nested);
     let nested = columns(&lab, "nested.toml");
-    for name in
-        ["left_a.x_out", "left_b.x_out", "right_a.x_out", "right_b.x_out", "left.y", "right.y"]
-    {
+    for name in ["left_a.x_out", "left_b.x_out", "right_a.x_out", "right_b.x_out", "left.y", "right.y"] {
         assert_eq!(column(&nested, &format!("box.{name}")), column(&direct, name), "{name}");
     }
 }
 
 fn a_connector_of_a_scenario_spreads_one_noise() {
     let lab = lab();
-    let node = |name: &str| {
-        format!("[[fmu]]\nname = \"{name}\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n")
-    };
+    let node =
+        |name: &str| format!("[[fmu]]\nname = \"{name}\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n");
     let text = [
         TIME,
         DRIVE,
@@ -339,8 +323,7 @@ fn a_connector_of_a_scenario_spreads_one_noise() {
     assert!(ended.stdout.contains("all 2 checks passed"), "{}", ended.stdout);
     // The connector is none of the nodes that take time.
     let report = lab.report("out");
-    let nodes: Vec<_> =
-        report["nodes"].as_array().expect("a list").iter().map(|it| &it["name"]).collect();
+    let nodes: Vec<_> = report["nodes"].as_array().expect("a list").iter().map(|it| &it["name"]).collect();
     assert_eq!(nodes, ["drive", "a", "b"]);
 }
 
@@ -376,9 +359,8 @@ fn the_example_of_the_manual_runs() {
 fn public_systems_are_parts_of_a_scenario() {
     let lab = Lab::new();
     let path = reference_fmus().join("../ssp/LinearTransformation3");
-    let text = ["one", "two"].map(|name| {
-        format!("[[system]]\nname = \"{name}\"\npath = {path:?}\nunconnected = \"start\"\n")
-    });
+    let text = ["one", "two"]
+        .map(|name| format!("[[system]]\nname = \"{name}\"\npath = {path:?}\nunconnected = \"start\"\n"));
     lab.write("case.toml", text.concat());
     let columns = columns(&lab, "case.toml");
     // k = 30 and 20, u1 = -20, and u2 keeps the 0 of its FMU.

@@ -62,8 +62,7 @@ fn trial(arguments: &Arguments, test: Test) -> Option<Trial> {
     let all = arguments.include_ignored || arguments.ignored;
     let rare = test.needs.iter().find(|need| need.is_rare());
     // The search for an environment may make it, which takes minutes: not for tests that are left out.
-    let chosen =
-        !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
+    let chosen = !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
     let needs = if chosen && (all || rare.is_none()) { test.needs } else { &[] };
     let missing = needs.iter().find(|need| need.missing().is_some());
     if all && missing.is_some_and(|need| need.may_be_absent()) {
@@ -93,8 +92,7 @@ fn remember_panics() {
 fn body(name: &str, test: fn()) -> Result<(), Failed> {
     IN_TEST.set(true);
     // PID/task/TID
-    let thread =
-        Path::new("/proc").join(std::fs::read_link("/proc/thread-self").unwrap_or_default());
+    let thread = Path::new("/proc").join(std::fs::read_link("/proc/thread-self").unwrap_or_default());
     let begin = Instant::now();
     let started = Started { name: name.to_owned(), thread: thread.clone(), begin };
     locked(&STARTED).push(started);

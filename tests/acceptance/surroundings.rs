@@ -18,9 +18,8 @@ fn scenario(fault: &str, stop: f64) -> String {
     // The times of its steps are exact, so its own number does not depend on how it rounds.
     let odd = Scenario::new().time(0.125, stop).fmu("tank", "misbehave.fmu", &start);
     let keep = "unconnected = 'start'";
-    let others = ["one", "small", "tiny"]
-        .iter()
-        .fold(odd, |nodes, name| nodes.fmu(name, "relay.fmu", "").key(keep));
+    let others =
+        ["one", "small", "tiny"].iter().fold(odd, |nodes, name| nodes.fmu(name, "relay.fmu", "").key(keep));
     others
         .signal("driver.u", "ramp = { start = 0.0, end = 1.0, before = 0.1, after = 0.9 }")
         .signal("driver.small", "ramp = { start = 0.0, end = 2.0, before = 0.0, after = 1e-150 }")

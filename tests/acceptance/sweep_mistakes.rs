@@ -42,12 +42,8 @@ fn a_plan_that_was_changed_is_refused() {
     let text = lab.read("plan/scenario/case.toml");
     lab.write("plan/scenario/case.toml", text + "\n");
     lab.trackside(&["sweep", "run", "plan", "--chunk", "0"]).expect(2).says(&["were changed"]);
-    lab.trackside(&["sweep", "run", "nowhere", "--chunk", "0"])
-        .expect(2)
-        .says(&["no plan of a sweep"]);
+    lab.trackside(&["sweep", "run", "nowhere", "--chunk", "0"]).expect(2).says(&["no plan of a sweep"]);
     lab.write("other/file.txt", "mine");
-    lab.trackside(&["sweep", "case.toml", "--out", "other"])
-        .expect(2)
-        .says(&["it holds other files"]);
+    lab.trackside(&["sweep", "case.toml", "--out", "other"]).expect(2).says(&["it holds other files"]);
     assert_eq!(lab.read("other/file.txt"), "mine");
 }

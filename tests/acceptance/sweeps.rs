@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Stdio;
 
-use sweep::table::{self, Column, Table};
+use sweep::table::{self, SweepColumn, SweepTable};
 
 use super::cluster::{lab as noisy, same_table};
 use super::fixture::Scenario;
@@ -27,23 +27,23 @@ tests! {
 }
 
 /// The table of a sweep in a folder of a lab.
-pub fn results(lab: &Lab, folder: &str) -> Table {
-    table::read(&lab.path(folder).join("sweep.parquet")).expect("a table")
+pub fn results(lab: &Lab, folder: &str) -> SweepTable {
+    table::read_table(&lab.path(folder).join("sweep.parquet")).expect("a table")
 }
 
-fn column<'t>(table: &'t Table, name: &str) -> &'t Column {
+fn column<'t>(table: &'t SweepTable, name: &str) -> &'t SweepColumn {
     let names: Vec<_> = table.columns.iter().map(|it| &it.name).collect();
     table.column(name).unwrap_or_else(|| panic!("expected {name} among {names:?}"))
 }
 
-pub fn numbers(table: &Table, name: &str) -> Vec<f64> {
+pub fn numbers(table: &SweepTable, name: &str) -> Vec<f64> {
     let column = column(table, name);
-    let integers = || column.integers().map(|all| all.iter().map(|it| *it as f64).collect());
-    column.numbers().map(<[f64]>::to_vec).or_else(integers).expect("numbers")
+    let integers = || column.as_integers().map(|all| all.iter().map(|it| *it as f64).collect());
+    column.as_numbers().map(<[f64]>::to_vec).or_else(integers).expect("numbers")
 }
 
-fn texts(table: &Table, name: &str) -> Vec<String> {
-    let texts = column(table, name).texts().expect("texts");
+fn texts(table: &SweepTable, name: &str) -> Vec<String> {
+    let texts = column(table, name).as_texts().expect("texts");
     texts.iter().map(|it| it.clone().unwrap_or_default()).collect()
 }
 
@@ -84,10 +84,7 @@ fn a_grid_has_every_combination_with_units_margins_and_collected_values() {
     assert_eq!(numbers(&table, "seed"), [3.0, 4.0, 5.0, 3.0, 4.0, 5.0]);
     assert_eq!(numbers(&table, "ramp.x"), [5.0, 5.0, 5.0, 10.0, 10.0, 10.0]);
     assert_eq!(column(&table, "ramp.x").unit.as_deref(), Some("m/s"));
-    assert_eq!(
-        texts(&table, "verdict"),
-        ["passed", "passed", "passed", "failed", "failed", "failed"]
-    );
+    assert_eq!(texts(&table, "verdict"), ["passed", "passed", "passed", "failed", "failed", "failed"]);
     // The relay gets the signal in its own unit.
     let largest = numbers(&table, "collect.largest");
     assert!((largest[0] - 18.0).abs() < 1e-9 && (largest[5] - 36.0).abs() < 1e-9, "{largest:?}");
@@ -306,9 +303,8 @@ fn the_draws_of_an_identification_are_swept_over() {
     let table = results(&lab, "plan");
     let mut lines = draws.lines();
     let heads: Vec<_> = lines.next().expect("a first line").split(',').collect();
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|it| it.parse().expect("a number")).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|it| it.parse().expect("a number")).collect()).collect();
     assert_eq!(rows.len(), 1000);
     let starts: toml::Table = toml::from_str(&lab.read("identified/tires.toml")).expect("TOML");
     assert!(heads.len() >= 8 && heads.iter().all(|it| starts.contains_key(*it)), "{heads:?}");
@@ -326,8 +322,7 @@ fn a_replay_gives_the_same_bits_and_chosen_variants_are_recorded() {
     let text = lab.read("case.toml") + "\n[sweep.record]\nworst = 1\nfailed = 1\nevery = 20\n";
     lab.write("case.toml", text);
     lab.trackside(&SWEEP);
-    let summary: serde_json::Value =
-        serde_json::from_str(&lab.read("plan/sweep.json")).expect("JSON");
+    let summary: serde_json::Value = serde_json::from_str(&lab.read("plan/sweep.json")).expect("JSON");
     let recorded = summary["recorded"].as_array().expect("a list");
     assert!((3..=4).contains(&recorded.len()), "{recorded:?}");
     for variant in recorded {
@@ -336,16 +331,10 @@ fn a_replay_gives_the_same_bits_and_chosen_variants_are_recorded() {
     let verdicts = texts(&results(&lab, "plan"), "verdict");
     let sound = verdicts.iter().rposition(|it| it != "error").expect("one that ends");
     let again = lab.trackside(&["replay", &format!("plan/{sound}"), "--no-rerun", "--csv"]);
-    assert!(
-        again.stdout.contains("the same results as in the sweep, to the last bit"),
-        "{}",
-        again.stderr
-    );
+    assert!(again.stdout.contains("the same results as in the sweep, to the last bit"), "{}", again.stderr);
     assert!(lab.has(&format!("plan/variants/{sound}/run.csv")));
     lab.trackside(&["replay", "plan/30"]).expect(2).says(&["variants 0 to 29, found 30"]);
-    lab.trackside(&["replay", "plan"])
-        .expect(2)
-        .says(&["the number of a variant", "lane_change/17"]);
+    lab.trackside(&["replay", "plan"]).expect(2).says(&["the number of a variant", "lane_change/17"]);
 }
 
 fn a_search_finds_the_limit_of_a_check_and_the_least_of_a_value() {
@@ -367,7 +356,8 @@ fn a_search_finds_the_limit_of_a_check_and_the_least_of_a_value() {
 }
 
 fn settings_of_the_command_line_hold_in_all_variants() {
-    let words = "[[sweep.vary]]\nname = 'ramp.x'\nvalues = [1.0, 2.0]\n[[sweep.vary]]\nname = 'relay.n'\nvalues = [1, 2, 3]
+    let words =
+        "[[sweep.vary]]\nname = 'ramp.x'\nvalues = [1.0, 2.0]\n[[sweep.vary]]\nname = 'relay.n'\nvalues = [1, 2, 3]
         [sweep.collect]\nmax = 'max(relay.x_out)'";
     let lab = ramp_lab(words);
     let run = [SWEEP.as_slice(), &["--set", "ramp.x=7"]].concat();
@@ -380,5 +370,5 @@ fn settings_of_the_command_line_hold_in_all_variants() {
     lab.trackside(&SWEEP).expect(2).says(&["has results of another sweep", "--replace"]);
     assert_eq!(results(&lab, "plan"), table, "it is still there");
     lab.trackside(&[SWEEP.as_slice(), &["--replace"]].concat()).expect(0);
-    assert_eq!(results(&lab, "plan").rows(), 6);
+    assert_eq!(results(&lab, "plan").row_count(), 6);
 }

@@ -71,9 +71,8 @@ fn connection_with(from: &str, to: &str, attribute: &str, inner: &str) -> String
 
 /// Start values of the system by name.
 fn binding(values: &[(&str, &str)]) -> String {
-    let parameter = |(name, value): &(&str, &str)| {
-        format!("<ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>")
-    };
+    let parameter =
+        |(name, value): &(&str, &str)| format!("<ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>");
     let parameters: String = values.iter().map(parameter).collect();
     format!(
         "<ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version=\"1.0\" name=\"p\"><ssv:Parameters>{parameters}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding>"
@@ -121,10 +120,9 @@ fn chain() -> String {
 
 fn a_system_runs_as_an_archive_a_folder_and_a_file() {
     let (lab, ended) = run(&chain());
-    ended.expect(0).says(&[
-        "runs from 0 s to 1 s (its DefaultExperiment)",
-        "500 steps, since no FMU proposes one",
-    ]);
+    ended
+        .expect(0)
+        .says(&["runs from 0 s to 1 s (its DefaultExperiment)", "500 steps, since no FMU proposes one"]);
     assert_eq!(last(&lab, "b.x_out"), "7");
     let archived = lab.table("out/run.csv");
     lab.write("folder/SystemStructure.ssd", chain());
@@ -147,10 +145,8 @@ fn values_are_transformed_on_their_way() {
     let connections = connection("a.n_out", "b.n", &entry("Integer", "5", "-7"))
         + &connection("a.on_out", "b.on", &entry("Boolean", "true", "false"))
         + &connection("a.mode_out", "b.mode", &entry("Enumeration", "off", "tripped"));
-    let bindings = binding(&[
-        ("a.n", "<ssv:Integer value=\"5\"/>"),
-        ("a.on", "<ssv:Boolean value=\"true\"/>"),
-    ]);
+    let bindings =
+        binding(&[("a.n", "<ssv:Integer value=\"5\"/>"), ("a.on", "<ssv:Boolean value=\"true\"/>")]);
     let enumeration = "<ssd:Enumerations><ssc:Enumeration name=\"Mode\"><ssc:Item name=\"off\" value=\"1\"/><ssc:Item name=\"armed\" value=\"2\"/><ssc:Item name=\"tripped\" value=\"4\"/></ssc:Enumeration></ssd:Enumerations>";
     let elements = component("a", "") + &component("b", "");
     let (lab, ended) =
@@ -168,8 +164,7 @@ fn nested_systems_and_bindings_reach_the_fmus() {
     );
     let connections = connection("a.x_out", "sub.in", "")
         + &connection("sub.out", "c.x", "<ssc:LinearTransformation offset=\"10\"/>");
-    let bindings =
-        binding(&[("a.x", "<ssv:Real value=\"3\"/>"), ("sub.b.n", "<ssv:Integer value=\"42\"/>")]);
+    let bindings = binding(&[("a.x", "<ssv:Real value=\"3\"/>"), ("sub.b.n", "<ssv:Integer value=\"42\"/>")]);
     let elements = component("a", "") + &inner + &component("c", "");
     let (lab, ended) = run(&description(&elements, &connections, &bindings, STOP));
     ended.expect(0);
@@ -180,9 +175,8 @@ fn nested_systems_and_bindings_reach_the_fmus() {
 fn units_are_converted_unless_that_is_suppressed() {
     let units = "<ssd:Units><ssc:Unit name=\"m/s\"><ssc:BaseUnit m=\"1\" s=\"-1\"/></ssc:Unit><ssc:Unit name=\"km/h\"><ssc:BaseUnit m=\"1\" s=\"-1\" factor=\"0.25\"/></ssc:Unit><ssc:Unit name=\"kg\"><ssc:BaseUnit kg=\"1\"/></ssc:Unit></ssd:Units>";
     let elements = component("a", "m/s") + &component("b", "km/h") + &component("c", "km/h");
-    let connections =
-        connection("a.x_out", "b.x", "<ssc:LinearTransformation factor=\"1\" offset=\"0.5\"/>")
-            + &connection_with("a.x_out", "c.x", "suppressUnitConversion=\"true\"", "");
+    let connections = connection("a.x_out", "b.x", "<ssc:LinearTransformation factor=\"1\" offset=\"0.5\"/>")
+        + &connection_with("a.x_out", "c.x", "suppressUnitConversion=\"true\"", "");
     let bindings = binding(&[("a.x", "<ssv:Real value=\"8\" unit=\"km/h\"/>")]);
     // A set of parameters has units of its own.
     let own = units.replace("ssd:Units", "ssv:Units");
@@ -195,12 +189,7 @@ fn units_are_converted_unless_that_is_suppressed() {
     assert_eq!(seen.map(|column| last(&lab, column)), ["2", "8.5", "2"]);
     let elements = component("a", "m/s") + &component("b", "kg");
     let wrong = description(&elements, &connection("a.x_out", "b.x", ""), "", &behind);
-    run(&wrong).1.expect(2).says(&[
-        "SystemStructure.ssd:",
-        "[m/s]",
-        "[kg]",
-        "suppressUnitConversion",
-    ]);
+    run(&wrong).1.expect(2).says(&["SystemStructure.ssd:", "[m/s]", "[kg]", "suppressUnitConversion"]);
 }
 
 fn a_scenario_extends_a_system() {
@@ -278,10 +267,9 @@ fn a_system_is_stepped_as_its_tool_noted() {
 fn fmus_of_both_versions_meet_in_a_system() {
     let three = "<ssd:Component name=\"b\" source=\"resources/resizable.fmu\"><ssd:Connectors><ssd:Connector name=\"u[2]\" kind=\"input\"><ssc:Real/></ssd:Connector></ssd:Connectors></ssd:Component>";
     let elements = component("a", "") + three;
+    let bindings = binding(&[("a.x", "<ssv:Real value=\"3\"/>"), ("b.gain", "<ssv:Real value=\"1\"/>")]);
     let bindings =
-        binding(&[("a.x", "<ssv:Real value=\"3\"/>"), ("b.gain", "<ssv:Real value=\"1\"/>")]);
-    let bindings = bindings
-        .replace("<ssv:Parameter name=\"b.gain\"><ssv:Real value=\"1\"/></ssv:Parameter>", "");
+        bindings.replace("<ssv:Parameter name=\"b.gain\"><ssv:Real value=\"1\"/></ssv:Parameter>", "");
     let ssd = description(&elements, &connection("a.x_out", "b.u[2]", ""), &bindings, STOP);
     let (lab, ended) = run(&ssd);
     ended.expect(0).says(&["the step 0.1 s (the shortest one that its FMUs propose)"]);
@@ -293,11 +281,7 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
     for (from, to, told) in [
         ("relay.fmu", "absent.fmu", &["case.ssp", "SystemStructure.ssd:8:", "absent.fmu"][..]),
         ("startConnector=\"x_out\"", "startConnector=\"y\"", &["SystemStructure.ssd:9:", "`y`"]),
-        (
-            "startTime=\"0\"",
-            "startTime=\"1\"",
-            &["expected a stop time after the start time 1 s, found 1 s"],
-        ),
+        ("startTime=\"0\"", "startTime=\"1\"", &["expected a stop time after the start time 1 s, found 1 s"]),
         ("factor=\"2\"", "factor=\"two\"", &["SystemStructure.ssd:9:", "two"]),
         (
             "<ssd:Component name=\"a\"",
@@ -306,11 +290,7 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
         ),
         ("x_out", "missing", &["SystemStructure.ssd:9:", "`missing`", "does not have"]),
         // What only the resolved scenario knows is told at the element, too.
-        (
-            "<ssv:Real value=\"3\"/>",
-            "<ssv:String value=\"three\"/>",
-            &["SystemStructure.ssd:7:", "three"],
-        ),
+        ("<ssv:Real value=\"3\"/>", "<ssv:String value=\"three\"/>", &["SystemStructure.ssd:7:", "three"]),
         ("relay.fmu", "resizable.fmu", &["SystemStructure.ssd:9:", "does not have"]),
         ("resources/relay.fmu", "resources", &["SystemStructure.ssd:8:", "found a folder", "ZIP"]),
     ] {
@@ -326,10 +306,9 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
 fn public_systems_give_the_values_that_one_computes_by_hand() {
     let lab = Lab::new();
     // k = 30 and 20, u1 = -20, and u2 keeps the 0 of its FMU.
-    for (system, column, expected) in [
-        ("LinearTransformation3", "Add1.y", "182"),
-        ("import_export_parameters2", "addP.y", "-600"),
-    ] {
+    for (system, column, expected) in
+        [("LinearTransformation3", "Add1.y", "182"), ("import_export_parameters2", "addP.y", "-600")]
+    {
         let path = reference_fmus().join("../ssp").join(system);
         let path = path.to_str().expect("a readable path");
         lab.trackside(&["run", path, "--out", "out", "--csv"]).expect(0);
@@ -347,8 +326,7 @@ fn connections_between_parameters_are_start_values() {
         let elements = gain("a", "unspecified") + &gain("b", "parameter");
         let factor = "<ssc:LinearTransformation factor=\"2\" offset=\"1\"/>";
         let connection = connection(source, "b.k", factor);
-        let bindings =
-            binding(&[(bound, "<ssv:Real value=\"3\"/>"), ("b.u", "<ssv:Real value=\"2\"/>")]);
+        let bindings = binding(&[(bound, "<ssv:Real value=\"3\"/>"), ("b.u", "<ssv:Real value=\"2\"/>")]);
         description(&elements, &connection, &bindings, STOP)
             .replace("version=\"1.0\" name=\"case\"", "version=\"2.0\" name=\"case\"")
     };

@@ -138,9 +138,8 @@ fn flows_change_their_sign_and_streams_cross() {
     run(&lab, &scenario).expect(2).says(&["loop", "a.x", "b.x"]);
     run(&lab, &scenario.clone().key("at = \"start\"")).expect(0);
     // One of both directions has a connection of its own.
-    let scenario = scenario
-        .signal("drive.x", "sine = { amplitude = 2.0, frequency = 0.1 }")
-        .connect("drive.x", "a.x");
+    let scenario =
+        scenario.signal("drive.x", "sine = { amplitude = 2.0, frequency = 0.1 }").connect("drive.x", "a.x");
     run(&lab, &scenario).expect(0);
     assert_eq!(column(&lab, "b.x"), column(&lab, "a.x_out"));
     assert!(column(&lab, "b.x")[4] > 1.0);
@@ -210,9 +209,8 @@ fn a_scenario_with_terminals_leaves_as_system_and_as_fmu() {
     let a = terminal("port", "plug", &member("flow", "x_out", "outflow"));
     let b = terminal("port", "plug", &member("flow", "x", "outflow"));
     let (lab, scenario) = two(&a, &b);
-    let scenario = scenario
-        .signal("drive.x", "sine = { amplitude = 3.0, frequency = 0.1 }")
-        .connect("drive.x", "a.x");
+    let scenario =
+        scenario.signal("drive.x", "sine = { amplitude = 3.0, frequency = 0.1 }").connect("drive.x", "a.x");
     run(&lab, &scenario).expect(0);
     let direct = column(&lab, "b.x_out");
     lab.trackside(&["pack", "case.toml", "--ssp", "--out", "ssp"]).expect(0);
@@ -260,9 +258,7 @@ fn mistakes_about_terminals_are_told() {
         .expect(2)
         .says(&["`noise` belongs to one value", "terminals"]);
     let single = scenario.clone().text().replace("b.port", "b.x");
-    run(&lab, &Scenario::headed(&single))
-        .expect(2)
-        .says(&["`a.port` is a terminal", "`b.x` is none"]);
+    run(&lab, &Scenario::headed(&single)).expect(2).says(&["`a.port` is a terminal", "`b.x` is none"]);
     let typo = scenario.clone().text().replace("b.port", "b.prt");
     run(&lab, &Scenario::headed(&typo)).expect(2).says(&["unknown terminal `b.prt`", "b.port"]);
     let twice = scenario.connect("a.port", "b.port");
@@ -274,8 +270,7 @@ fn mistakes_about_terminals_are_told() {
     );
     let text = Scenario::new().time(0.5, 2.0).fmu("a", "a.fmu", "").key("unconnected = \"start\"");
     run(&lab, &text).expect(0);
-    let text =
-        text.fmu("b", "b.fmu", "").key("unconnected = \"start\"").connect("a.port", "b.port");
+    let text = text.fmu("b", "b.fmu", "").key("unconnected = \"start\"").connect("a.port", "b.port");
     run(&lab, &text).expect(2).says(&["a.port", "terminalsAndIcons.xml"]);
 }
 

@@ -11,7 +11,7 @@ tests! {
 }
 
 fn sports(lab: &Lab) -> String {
-    let text = tire_file::write(&tire::Coefficients::sports_tire(), &[]);
+    let text = tire_file::write_tir_text(&tire::Coefficients::sports_tire(), &[]);
     lab.write("sports.tir", &text);
     text
 }
@@ -29,12 +29,9 @@ fn a_tire_has_key_figures_and_a_page() {
         assert!(ended.stdout.contains(line), "{line} in {}", ended.stdout);
     }
     let page = std::fs::read_to_string(lab.path("pages/sports.html")).expect("a page");
-    for title in [
-        "Friction ellipse at nominal load",
-        "Aligning moment over slip angle",
-        "by camber",
-        "by pressure",
-    ] {
+    for title in
+        ["Friction ellipse at nominal load", "Aligning moment over slip angle", "by camber", "by pressure"]
+    {
         assert!(page.contains(title), "{title}");
     }
     assert_eq!(page.matches("<figure>").count(), 9);
@@ -53,7 +50,7 @@ fn two_tires_are_compared_and_one_is_written_anew() {
     ended.says(&["speak for SAE axes", "--axes"]);
     lab.trackside(&["tire", "sae.tir", "--axes", "sae", "--write", "iso.tir"]).expect(0);
     let written = std::fs::read_to_string(lab.path("iso.tir")).expect("a tire");
-    let (tire, _) = tire_file::read(&written, "iso.tir").expect("a tire");
+    let (tire, _) = tire_file::read_tir(&written, "iso.tir").expect("a tire");
     assert_eq!((tire.PKY6, tire.QDZ8, tire.PKY1), (-0.95, -0.12, -21.0));
 }
 
@@ -88,14 +85,10 @@ fn wrong_files_are_told_with_line_and_key() {
         .expect(2)
         .says(&["bad.tir is no tire", "PKY1: expected a number, found `soft"]);
     lab.write("light.tir", text.replace("FNOMIN                   = 4000", "FNOMIN = -4"));
-    lab.trackside(&["tire", "light.tir"])
-        .expect(2)
-        .says(&["FNOMIN is -4, expected a number above 0"]);
+    lab.trackside(&["tire", "light.tir"]).expect(2).says(&["FNOMIN is -4, expected a number above 0"]);
     lab.trackside(&["tire", "none.tir"]).expect(2).says(&["the tire none.tir cannot be read"]);
     lab.write("empty.tir", "");
-    lab.trackside(&["tire", "empty.tir"])
-        .expect(2)
-        .says(&["expected the text of a tire property file"]);
+    lab.trackside(&["tire", "empty.tir"]).expect(2).says(&["expected the text of a tire property file"]);
     lab.write("mc.tir", "[MODEL]\nPROPERTY_FILE_FORMAT = 'PAC_MC'\n");
     lab.trackside(&["tire", "mc.tir"]).expect(2).says(&["mc.tir:2", "motorcycle"]);
 }

@@ -60,8 +60,7 @@ fn it_takes_faults() {
     let fault = "[[fault]]\ninput = 'adder.gain'\nfrom = 0.5\nvalue = 0.0";
     run(&lab, &adder(fault), &[]).expect(0);
     assert!((last(&lab, "adder.sum") - 1.0).abs() < 1e-9);
-    let alone =
-        Scenario::new().time(0.1, 1.0).fmu("adder", "forgetful.fmu", "u = 2.0").section(fault);
+    let alone = Scenario::new().time(0.1, 1.0).fmu("adder", "forgetful.fmu", "u = 2.0").section(fault);
     run(&lab, &alone.text(), &[])
         .expect(2)
         .says(&["nothing is connected to `adder.gain`", "lead a signal to it"]);
@@ -86,8 +85,7 @@ fn both_versions_of_fmi_take_the_same_values() {
     let (two, three) = (mass(""), mass("_fmi3"));
     assert_eq!(two, three);
     // It is damped out.
-    let end =
-        two.lines().last().expect("a row").split(',').nth(2).and_then(|it| it.parse::<f64>().ok());
+    let end = two.lines().last().expect("a row").split(',').nth(2).and_then(|it| it.parse::<f64>().ok());
     assert!(end.expect("a speed").abs() < 0.05, "{end:?}");
 }
 

@@ -159,8 +159,7 @@ fn a_start_value_of_every_type_can_be_set_on_the_command_line() {
         (&["text="], ["0", "0", "0", "", "1"]),
         (&["@found.toml"], ["-2", "0", "0", "it's 'so'", "1"]),
     ] {
-        let mut arguments =
-            ["run", "case.toml", "--out", "out", "--csv"].map(str::to_owned).to_vec();
+        let mut arguments = ["run", "case.toml", "--out", "out", "--csv"].map(str::to_owned).to_vec();
         for set in set {
             let node = if set.starts_with('@') { "" } else { "relay." };
             arguments.extend(["--set".to_owned(), format!("{node}{set}")]);
@@ -175,8 +174,7 @@ fn a_start_value_of_every_type_can_be_set_on_the_command_line() {
 fn relayed(rest: &str) -> String {
     let open = |name: &str| !rest.contains(&format!("'relay.{name}'"));
     let starts = ["x = 0", "n = 0", "on = false", "text = ''", "mode = 1", "gear = 1"];
-    let starts =
-        starts.into_iter().filter(|start| open(start.split(' ').next().unwrap_or_default()));
+    let starts = starts.into_iter().filter(|start| open(start.split(' ').next().unwrap_or_default()));
     let starts = starts.collect::<Vec<_>>().join(", ");
     let source = "x = 0.5, n = 0, on = true, text = '', mode = 'tripped', gear = 'reverse'";
     Scenario::new()
@@ -194,9 +192,8 @@ fn type_conversions_are_explicit() {
         ("n", "x", "integer_to_real", ["0", "-1", "-2", "-3"]),
         ("mode", "n", "enumeration_to_integer", ["4", "2", "4", "1"]),
     ] {
-        let connect = format!(
-            "[[connect]]\nfrom = 'source.{from}_out'\nto = 'relay.{to}'\nconvert = '{convert}'\n"
-        );
+        let connect =
+            format!("[[connect]]\nfrom = 'source.{from}_out'\nto = 'relay.{to}'\nconvert = '{convert}'\n");
         run(&lab, &relayed(&connect)).expect(0);
         let found = columns(&lab, [&format!("relay.{to}_out")]);
         assert_eq!(found[..4].concat(), values, "{convert}");
@@ -206,9 +203,8 @@ fn type_conversions_are_explicit() {
         ("on", "integer_to_boolean", "a Boolean, which takes 0 and 1"),
         ("mode", "integer_to_enumeration", "takes off = 1, armed = 2, tripped = 4"),
     ] {
-        let connect = format!(
-            "[[connect]]\nfrom = 'source.n_out'\nto = 'relay.{to}'\nconvert = '{convert}'\n"
-        );
+        let connect =
+            format!("[[connect]]\nfrom = 'source.n_out'\nto = 'relay.{to}'\nconvert = '{convert}'\n");
         let ended = run(&lab, &relayed(&connect)).expect(2);
         ended.says(&[&format!("`relay.{to}` would get"), "`source.n_out` at t =", says]);
         assert_eq!(lab.report("out")["verdict"], "error");
@@ -235,11 +231,7 @@ fn a_signal_takes_the_type_of_its_input_if_its_values_fit() {
         "from `driver.it` at t = 0.1 s, but it is an Integer, which takes whole numbers",
         "quantise",
     ]);
-    to("on", "step = { at = 0.5, after = 2 }", "").expect(2).says(&[
-        "get 2 from",
-        "t = 0.5 s",
-        "a Boolean",
-    ]);
+    to("on", "step = { at = 0.5, after = 2 }", "").expect(2).says(&["get 2 from", "t = 0.5 s", "a Boolean"]);
     to("mode", "constant = 3", "").expect(2).says(&["get 3 from", "t = 0 s", "off = 1, armed = 2"]);
     to("n", "constant = 3", "noise = { std = 0.1 }").expect(2).says(&["`relay.n` would get"]);
     let fault = "[[fault]]\ninput = 'relay.on'\nfrom = 0.3\nbias = 0.5";
@@ -247,9 +239,6 @@ fn a_signal_takes_the_type_of_its_input_if_its_values_fit() {
     to("text", "constant = 0", "").expect(2).says(&["Real does not fit String"]);
     let table = "[[table]]\nname = 'log'\npath = 'log.csv'\ntime = 't'\ncolumns = { g = { column = 'gear' } }\n\
                  [[connect]]\nfrom = 'log.g'\nto = 'relay.gear'\n";
-    run(&lab, &relayed(table))
-        .expect(2)
-        .says(&["`relay.gear` would get", "reverse = -1, drive = 1"]);
-    run(&lab, &relayed(&table.replace("time = 't'", "time = 't'\ninterpolation = 'hold'")))
-        .expect(0);
+    run(&lab, &relayed(table)).expect(2).says(&["`relay.gear` would get", "reverse = -1, drive = 1"]);
+    run(&lab, &relayed(&table.replace("time = 't'", "time = 't'\ninterpolation = 'hold'"))).expect(0);
 }

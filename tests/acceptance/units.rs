@@ -54,7 +54,8 @@ fn an_fmu_without_units_is_refused_until_its_units_are_declared() {
         "case.toml:",
     ]);
     assert!(!lab.has("out"));
-    let arrived = "[[check]]\nname = \"arrived\"\nthat = \"abs(car.x - driver.v) < 1e-9 and car.x > 99 km/h\"";
+    let arrived =
+        "[[check]]\nname = \"arrived\"\nthat = \"abs(car.x - driver.v) < 1e-9 and car.x > 99 km/h\"";
     for (keys, connect, expected) in [
         ("unit = { x = \"m/s\" }", "", 100.0 / 3.6),
         ("unit = { \"x*\" = \"m/s\" }", "", 100.0 / 3.6),
@@ -67,12 +68,10 @@ fn an_fmu_without_units_is_refused_until_its_units_are_declared() {
         assert!((found - expected).abs() < 1e-9, "{keys}{connect}: {found}");
     }
     // A start value on the command line is in the declared unit, or converted to it.
-    let standing =
-        driven("unit = { x = \"m/s\" }", "", "").replace("text = ''", "text = '', x = 0.0");
+    let standing = driven("unit = { x = \"m/s\" }", "", "").replace("text = ''", "text = '', x = 0.0");
     let standing = standing.split("[[signal]]").next().unwrap_or_default();
     lab.write("case.toml", standing);
-    let set =
-        ["run", "case.toml", "--out", "out", "--csv", "--rerun", "off", "--set", "car.x=72 km/h"];
+    let set = ["run", "case.toml", "--out", "out", "--csv", "--rerun", "off", "--set", "car.x=72 km/h"];
     lab.trackside(&set).expect(0);
     assert!((last(&lab, "car.x_out") - 20.0).abs() < 1e-9);
     // Plain numbers need no declaration.
@@ -117,8 +116,7 @@ fn judged(section: &str) -> String {
 fn checks_convert_what_has_one_dimension() {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
-    let check =
-        |that: &str| run(&lab, &judged(&format!("[[check]]\nname = \"c\"\nthat = \"{that}\"")));
+    let check = |that: &str| run(&lab, &judged(&format!("[[check]]\nname = \"c\"\nthat = \"{that}\"")));
     for that in [
         "abs(plant.v_x - driver.v) < 0.5",
         "plant.v_x < 37 km/h and plant.v_x > 9 m/s",
@@ -140,11 +138,11 @@ fn an_analysis_gets_no_signal_without_a_unit() {
         "`speed` is wanted in [m/s], and `car.v` has no unit",
         "unit = \"m/s\" in [[signal]] `car.v`",
     ]);
-    let table = "[analysis.table]\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { speed = { column = \"v\" } }\n";
-    run(&lab, &format!("{head}{table}")).expect(2).says(&[
-        "`speed` is wanted in [m/s], and `v` has no unit",
-        "unit = \"m/s\" in the column `speed`",
-    ]);
+    let table =
+        "[analysis.table]\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { speed = { column = \"v\" } }\n";
+    run(&lab, &format!("{head}{table}"))
+        .expect(2)
+        .says(&["`speed` is wanted in [m/s], and `v` has no unit", "unit = \"m/s\" in the column `speed`"]);
 }
 
 /// The relay with these attributes of its real numbers, among declared types.
@@ -257,8 +255,7 @@ fn a_difference_meets_no_point_on_a_scale_with_a_shifted_zero() {
         "transform = { factor = 1.0, offset = 0.0 }",
     ];
     run(&lab, &text).expect(2).says(&says);
-    let cured =
-        text.replace("to = \"b.x\"", "to = \"b.x\"\ntransform = { factor = 1.0, offset = 0.0 }");
+    let cured = text.replace("to = \"b.x\"", "to = \"b.x\"\ntransform = { factor = 1.0, offset = 0.0 }");
     run(&lab, &cured).expect(0);
     assert!((last(&lab, "b.x_out") - 5.0).abs() < 1e-9);
     let (lab, text) = relayed("unit=\"K\"", relative, "");

@@ -64,8 +64,7 @@ fn run(lab: &Lab, text: &str, more: &[&str]) -> Ended {
 fn the_result_of_an_analysis_is_validated_and_reported() {
     let lab = lab();
     let ended = run(&lab, &case(), &[]).expect(0);
-    for line in ["pushed  out/pushed", "ok      as fast", "the check passed, the validation passed"]
-    {
+    for line in ["pushed  out/pushed", "ok      as fast", "the check passed, the validation passed"] {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
     }
     let validation = lab.report("out")["validations"][0].clone();
@@ -90,16 +89,11 @@ fn the_result_of_an_analysis_is_validated_and_reported() {
 fn a_failing_or_broken_validation_decides_the_exit_code() {
     let lab = lab();
     let ended = run(&lab, &case().replace("like = { plant = \"car\" }\n", ""), &[]).expect(1);
-    for line in
-        ["FAILED  as fast", "FAILED  as found", "1 of 1 checks failed, 1 of 1 validations failed"]
-    {
+    for line in ["FAILED  as fast", "FAILED  as found", "1 of 1 checks failed, 1 of 1 validations failed"] {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
     }
     let report = lab.report("out");
-    assert_eq!(
-        (&report["verdict"], &report["validations"][0]["verdict"]),
-        (&"fail".into(), &"fail".into())
-    );
+    assert_eq!((&report["verdict"], &report["validations"][0]["verdict"]), (&"fail".into(), &"fail".into()));
 
     run(&lab, &case().replace("finds", "errs"), &[])
         .expect(2)
@@ -154,9 +148,7 @@ fn mistakes_are_reported_before_anything_runs() {
     assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
     // In the scenario that validates.
     lab.write("manoeuvres/pushed.toml", pushed().text().replace("twin.v_x)", "twin.v_z)"));
-    run(&lab, &case(), &[])
-        .expect(2)
-        .says(&["manoeuvres/pushed.toml:19:", "did you mean `twin.v_x`?"]);
+    run(&lab, &case(), &[]).expect(2).says(&["manoeuvres/pushed.toml:19:", "did you mean `twin.v_x`?"]);
     // Without an analysis nothing will leave the file.
     lab.write("manoeuvres/pushed.toml", pushed().text());
     let case = case();

@@ -7,24 +7,29 @@ use super::*;
 const H: f64 = 0.01;
 
 /// The command after a step with the yaw-rate command `r_before`.
-fn command(mode: Mode, reference: &Reference, estimate: &Estimate, r_before: f64) -> Command {
-    let before = Command { r: r_before, ..Command::default() };
-    let mut memory = Memory { command: Some(before), mode, transfer_offset: [0.0; 2] };
-    let (controller, driver) = (Controller::default(), Command::default());
-    controller.control(mode, reference, estimate, &driver, &mut memory, H)
+fn command(
+    mode: ControlMode,
+    reference: &ControlReference,
+    estimate: &StateEstimate,
+    r_before: f64,
+) -> CarCommand {
+    let before = CarCommand { r: r_before, ..CarCommand::default() };
+    let mut memory = ControllerMemory { command: Some(before), mode, transfer_offset: [0.0; 2] };
+    let (controller, driver) = (AdrcController::default(), CarCommand::default());
+    controller.next_command(mode, reference, estimate, &driver, &mut memory, H)
 }
 
-fn at_30() -> Estimate {
-    Estimate { v_x: 30.0, v_y: -0.4, r: 0.3, xi_x: -500.0, xi_psi: 800.0, ..Estimate::default() }
+fn at_30() -> StateEstimate {
+    StateEstimate { v_x: 30.0, v_y: -0.4, r: 0.3, xi_x: -500.0, xi_psi: 800.0, ..StateEstimate::default() }
 }
 
 #[test]
 fn the_nominal_car_with_the_estimated_disturbances_follows_the_reference_dynamics() {
     let x = at_30();
-    let reference = Reference { v: 30.5, r: 0.32, ..Reference::default() };
-    let command = command(Mode::YawRate, &reference, &x, 0.32);
+    let reference = ControlReference { v: 30.5, r: 0.32, ..ControlReference::default() };
+    let command = command(ControlMode::YawRate, &reference, &x, 0.32);
     let state = vector![x.v_x, x.v_y, x.r, x.xi_x, x.xi_y, x.xi_psi];
-    let rates = Controller::default().car.rates(&state, command.F_x, command.delta);
+    let rates = AdrcController::default().car.state_derivative(&state, command.F_x, command.delta);
     assert!((rates[0] - 4.0 * 0.5).abs() < 1e-9, "{rates}");
     assert!((rates[2] - 12.0 * 0.02).abs() < 1e-9, "{rates}");
 }
@@ -32,8 +37,8 @@ fn the_nominal_car_with_the_estimated_disturbances_follows_the_reference_dynamic
 #[test]
 fn no_command_passes_its_limit() {
     for (v, r) in [(1e3, 1e3), (-1e3, -1e3), (30.0, 50.0)] {
-        let reference = Reference { v, r, psi: 0.0 };
-        let command = command(Mode::YawRate, &reference, &at_30(), 0.0);
+        let reference = ControlReference { v, r, psi: 0.0 };
+        let command = command(ControlMode::YawRate, &reference, &at_30(), 0.0);
         assert!((-6000.0..=6000.0).contains(&command.F_x));
         let rolling = (-0.4_f64 + 1.4 * 0.3).atan2(30.0);
         assert!(command.delta.abs() <= 0.30 && (command.delta - rolling).abs() <= 0.25 + 1e-12);
@@ -43,25 +48,25 @@ fn no_command_passes_its_limit() {
 
 #[test]
 fn a_heading_error_takes_the_short_way_round() {
-    let reference = Reference { v: 30.0, psi: -3.1, r: 0.0 };
-    let estimate = Estimate { psi: 3.1, ..at_30() };
-    let command = command(Mode::Heading, &reference, &estimate, 0.0);
+    let reference = ControlReference { v: 30.0, psi: -3.1, r: 0.0 };
+    let estimate = StateEstimate { psi: 3.1, ..at_30() };
+    let command = command(ControlMode::Heading, &reference, &estimate, 0.0);
     assert!(command.r > 0.0, "{command:?}");
-    assert!((wrap(7.0) - (7.0 - TAU)).abs() < 1e-12 && (wrap(-PI) + PI).abs() < 1e-12);
+    assert!((wrap_angle(7.0) - (7.0 - TAU)).abs() < 1e-12 && (wrap_angle(-PI) + PI).abs() < 1e-12);
 }
 
 /// The nominal car under control from 30 m/s straight ahead; what `ask` wants at each step, and what comes of it.
 fn drive(
-    controller: &Controller,
+    controller: &AdrcController,
     steps: usize,
-    ask: impl Fn(usize) -> (Mode, Reference, Command),
-) -> Vec<(Vector6<f64>, Command)> {
+    ask: impl Fn(usize) -> (ControlMode, ControlReference, CarCommand),
+) -> Vec<(Vector6<f64>, CarCommand)> {
     let mut x = vector![30.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let (mut psi, mut memory) = (0.0, Memory::default());
+    let (mut psi, mut memory) = (0.0, ControllerMemory::default());
     let one = |k: usize| {
         let (mode, reference, driver) = ask(k);
-        let estimate = Estimate { v_x: x[0], v_y: x[1], r: x[2], psi, ..Estimate::default() };
-        let command = controller.control(mode, &reference, &estimate, &driver, &mut memory, H);
+        let estimate = StateEstimate { v_x: x[0], v_y: x[1], r: x[2], psi, ..StateEstimate::default() };
+        let command = controller.next_command(mode, &reference, &estimate, &driver, &mut memory, H);
         x = controller.car.advance(&x, command.F_x, command.delta, H);
         psi += H * x[2];
         (x, command)
@@ -71,11 +76,10 @@ fn drive(
 
 #[test]
 fn further_limits_hold() {
-    let limit =
-        CommandLimits { delta_rate: 0.5, power: 60e3, a_y: 4.0, ..Controller::default().limit };
-    let controller = Controller { limit, ..Controller::default() };
-    let reference = Reference { v: 60.0, r: 1.0, psi: 0.0 };
-    let driven = drive(&controller, 300, |_| (Mode::YawRate, reference, Command::default()));
+    let limit = CommandLimits { delta_rate: 0.5, power: 60e3, a_y: 4.0, ..AdrcController::default().limit };
+    let controller = AdrcController { limit, ..AdrcController::default() };
+    let reference = ControlReference { v: 60.0, r: 1.0, psi: 0.0 };
+    let driven = drive(&controller, 300, |_| (ControlMode::YawRate, reference, CarCommand::default()));
     for pair in driven.windows(2) {
         let [(x, before), (_, after)] = pair else { continue };
         assert!((after.delta - before.delta).abs() <= 0.5 * H + 1e-12);
@@ -83,20 +87,17 @@ fn further_limits_hold() {
         assert!(after.r * x[0] <= 4.0 * (1.0 + 1e-9), "{}", after.r * x[0]);
     }
     let (end, last) = driven[299];
-    assert!(
-        (last.F_x * end[0] / 60e3 - 1.0).abs() < 0.01 && (end[2] * end[0] / 4.0 - 1.0).abs() < 0.02
-    );
+    assert!((last.F_x * end[0] / 60e3 - 1.0).abs() < 0.01 && (end[2] * end[0] / 4.0 - 1.0).abs() < 0.02);
 }
 
 /// Time [s] that the yaw rate takes to follow a reference that turns round while the steering is at its limit.
 fn turning_round(anti_windup: bool) -> f64 {
     // The reference of the yaw rate is slow, and out of reach of the steering.
-    let limit =
-        CommandLimits { delta: 0.02, r_rate: 1.0, anti_windup, ..Controller::default().limit };
-    let controller = Controller { limit, ..Controller::default() };
+    let limit = CommandLimits { delta: 0.02, r_rate: 1.0, anti_windup, ..AdrcController::default().limit };
+    let controller = AdrcController { limit, ..AdrcController::default() };
     let ask = |k: usize| {
         let r = if k < 300 { 2.0 } else { -2.0 };
-        (Mode::YawRate, Reference { v: 30.0, r, psi: 0.0 }, Command::default())
+        (ControlMode::YawRate, ControlReference { v: 30.0, r, psi: 0.0 }, CarCommand::default())
     };
     let driven = drive(&controller, 800, ask);
     let back = driven[300..].iter().position(|(x, _)| x[2] < 0.0).expect("the car turns round");
@@ -113,12 +114,13 @@ fn a_limited_steering_angle_does_not_let_the_reference_run_away() {
 
 #[test]
 fn a_change_of_mode_makes_no_bump() {
-    let limit = CommandLimits { delta: 0.3, ..Controller::default().limit };
-    let controller = Controller { limit, transfer_time: 0.3, ..Controller::default() };
-    let driver = Command { F_x: 1500.0, delta: 0.03, r: 0.0 };
+    let limit = CommandLimits { delta: 0.3, ..AdrcController::default().limit };
+    let controller = AdrcController { limit, transfer_time: 0.3, ..AdrcController::default() };
+    let driver = CarCommand { F_x: 1500.0, delta: 0.03, r: 0.0 };
     let ask = |k: usize| {
-        let mode = [Mode::Manual, Mode::YawRate, Mode::Heading, Mode::Manual][k / 100];
-        (mode, Reference { v: 25.0, r: -0.1, psi: -0.5 }, driver)
+        let mode =
+            [ControlMode::Manual, ControlMode::YawRate, ControlMode::Heading, ControlMode::Manual][k / 100];
+        (mode, ControlReference { v: 25.0, r: -0.1, psi: -0.5 }, driver)
     };
     let driven = drive(&controller, 400, ask);
     for k in [100, 200, 300] {
@@ -129,7 +131,7 @@ fn a_change_of_mode_makes_no_bump() {
     }
     // After five times the transfer time less than 1 % is left.
     assert!((driven[399].1.delta - 0.03).abs() < 0.01);
-    let abrupt = Controller { transfer_time: 0.0, ..controller };
+    let abrupt = AdrcController { transfer_time: 0.0, ..controller };
     let driven = drive(&abrupt, 400, ask);
     assert!((driven[101].1.delta - driven[99].1.delta).abs() > 0.02, "the law alone jumps");
 }

@@ -13,7 +13,7 @@ pub const ATTRIBUTES: usize = 200;
 
 /// Where an element of an XML text begins that has more than [`ATTRIBUTES`], or that names one namespace too many.
 #[must_use]
-pub fn find_excess_attributes(text: &str) -> Option<usize> {
+pub fn find_element_over_limit(text: &str) -> Option<usize> {
     let mut namespaces: BTreeSet<&str> = BTreeSet::new();
     let mut at = 0;
     while let Some(begin) = text[at..].find('<').map(|found| at + found) {
@@ -22,7 +22,7 @@ pub fn find_excess_attributes(text: &str) -> Option<usize> {
             at = begin + rest.find(end)? + end.len();
             continue;
         }
-        let (attributes, length) = attributes(rest);
+        let (attributes, length) = parse_tag_attributes(rest);
         let spaces = attributes.iter().copied().filter(|name| name.starts_with("xmlns"));
         namespaces.extend(spaces);
         if attributes.len() > ATTRIBUTES || namespaces.len() > ATTRIBUTES {
@@ -34,7 +34,7 @@ pub fn find_excess_attributes(text: &str) -> Option<usize> {
 }
 
 /// Names of the attributes of the element that the text begins with, and how long its beginning is.
-fn attributes(text: &str) -> (Vec<&str>, usize) {
+fn parse_tag_attributes(text: &str) -> (Vec<&str>, usize) {
     let (mut names, mut quote, mut begin) = (Vec::new(), None, 0);
     for (at, byte) in text.bytes().enumerate() {
         match (quote, byte) {

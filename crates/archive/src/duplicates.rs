@@ -10,15 +10,15 @@ use crate::Error;
 /// # Errors
 /// When entries of one name differ.
 pub(crate) fn check_names(path: &Path, bytes: &[u8], different: usize) -> Result<(), Error> {
-    let listed = listed_entries(bytes);
-    match listed.filter(|listed| *listed != different && !are_repetitions(bytes, *listed)) {
+    let listed = listed_entry_count(bytes);
+    match listed.filter(|listed| *listed != different && !has_identical_duplicates(bytes, *listed)) {
         Some(listed) => Err(Error::Ambiguous { path: path.to_owned(), listed, different }),
         None => Ok(()),
     }
 }
 
 /// Whether entries of the same name have the same contents, by their checksums and sizes: some tools write an entry twice.
-fn are_repetitions(bytes: &[u8], listed: usize) -> bool {
+fn has_identical_duplicates(bytes: &[u8], listed: usize) -> bool {
     const ENTRY: &[u8] = b"PK\x01\x02";
     const FIXED: usize = 46;
     let number = |at: usize, size: usize| -> Option<usize> {
@@ -31,8 +31,7 @@ fn are_repetitions(bytes: &[u8], listed: usize) -> bool {
     for _ in 0..listed {
         let entry = || -> Option<(&[u8], &[u8], usize)> {
             bytes.get(at..)?.starts_with(ENTRY).then_some(())?;
-            let [name, extra, comment] =
-                [number(at + 28, 2)?, number(at + 30, 2)?, number(at + 32, 2)?];
+            let [name, extra, comment] = [number(at + 28, 2)?, number(at + 30, 2)?, number(at + 32, 2)?];
             let text = bytes.get(at + FIXED..at + FIXED + name)?;
             // Checksum, and the sizes before and after compression.
             Some((text, bytes.get(at + 16..at + 28)?, at + FIXED + name + extra + comment))
@@ -48,7 +47,7 @@ fn are_repetitions(bytes: &[u8], listed: usize) -> bool {
 
 /// How many entries the archive says it has. Nothing is known of archives with more entries than
 /// the field can hold.
-fn listed_entries(bytes: &[u8]) -> Option<usize> {
+fn listed_entry_count(bytes: &[u8]) -> Option<usize> {
     const END: &[u8] = b"PK\x05\x06";
     let end = bytes.windows(END.len()).rposition(|window| window == END)?;
     let count = bytes.get(end + 10..end + 12)?;

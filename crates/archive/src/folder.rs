@@ -19,12 +19,12 @@ const YOUNG: Duration = Duration::from_secs(60);
 
 /// A folder that is removed when it is dropped, or by another process after this one died.
 #[derive(Debug)]
-pub struct Folder {
+pub struct TemporaryFolder {
     folder: TempDir,
     _lock: File,
 }
 
-impl Folder {
+impl TemporaryFolder {
     /// A new folder; those that nobody uses any more are removed the first time.
     ///
     /// # Errors
@@ -33,10 +33,10 @@ impl Folder {
         static SWEPT: Once = Once::new();
         let parent = std::env::temp_dir();
         SWEPT.call_once(|| remove_stale_folders(&parent));
-        Self::within(&parent).map_err(|error| unwritable(&parent, error))
+        Self::new_in(&parent).map_err(|error| temporary_write_error(&parent, error))
     }
 
-    fn within(parent: &Path) -> io::Result<Self> {
+    fn new_in(parent: &Path) -> io::Result<Self> {
         // Nobody else has a business in it; the temporary folder is everybody's.
         let private = Permissions::from_mode(0o700);
         let folder = Builder::new().prefix(PREFIX).permissions(private).tempdir_in(parent)?;
@@ -45,12 +45,12 @@ impl Folder {
         let lock = File::create(&fresh)?;
         lock.lock()?;
         std::fs::rename(fresh, name)?;
-        Ok(Folder { folder, _lock: lock })
+        Ok(TemporaryFolder { folder, _lock: lock })
     }
 
     /// Where it is.
     #[must_use]
-    pub fn path(&self) -> &Path {
+    pub fn folder_path(&self) -> &Path {
         self.folder.path()
     }
 }
@@ -59,21 +59,19 @@ impl Folder {
 ///
 /// # Errors
 /// When the system does not make one.
-pub fn nameless_file() -> io::Result<File> {
-    tempfile::tempfile().map_err(|error| unwritable(&std::env::temp_dir(), error))
+pub fn unnamed_temporary_file() -> io::Result<File> {
+    tempfile::tempfile().map_err(|error| temporary_write_error(&std::env::temp_dir(), error))
 }
 
 /// An error of writing to a temporary folder or below, with what to do about it.
 #[must_use]
-pub fn unwritable(folder: &Path, error: io::Error) -> io::Error {
+pub fn temporary_write_error(folder: &Path, error: io::Error) -> io::Error {
     let cure = match error.kind() {
         ErrorKind::NotFound => "name a folder that exists",
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room there, or name a folder on a larger disk"
         }
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "name a folder that you may write to"
-        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "name a folder that you may write to",
         ErrorKind::NotADirectory if !folder.is_dir() => "name a folder",
         // It may be the archive's fault, such as a name that is too long.
         _ => "",
@@ -98,7 +96,7 @@ fn remove_stale_folders(parent: &Path) {
         }
         let unused = match File::open(entry.path().join(LOCK)) {
             Ok(lock) => lock.try_lock().is_ok(),
-            Err(error) => error.kind() == ErrorKind::NotFound && is_old(&entry),
+            Err(error) => error.kind() == ErrorKind::NotFound && is_stale(&entry),
         };
         if unused {
             drop(std::fs::remove_dir_all(entry.path()));
@@ -106,7 +104,7 @@ fn remove_stale_folders(parent: &Path) {
     }
 }
 
-fn is_old(entry: &DirEntry) -> bool {
+fn is_stale(entry: &DirEntry) -> bool {
     let modified = entry.metadata().and_then(|metadata| metadata.modified());
     modified.is_ok_and(|time| time.elapsed().is_ok_and(|age| age > YOUNG))
 }
@@ -118,10 +116,11 @@ mod tests {
     #[test]
     fn folders_of_the_dead_are_removed_and_no_others() {
         let parent = TempDir::new().expect("a folder");
-        let alive = Folder::within(parent.path()).expect("a folder");
-        let mode = std::fs::metadata(alive.path()).expect("a folder").permissions().mode();
+        let alive = TemporaryFolder::new_in(parent.path()).expect("a folder");
+        let mode = std::fs::metadata(alive.folder_path()).expect("a folder").permissions().mode();
         assert_eq!(mode & 0o777, 0o700);
-        let Folder { folder, _lock: lock } = Folder::within(parent.path()).expect("a folder");
+        let TemporaryFolder { folder, _lock: lock } =
+            TemporaryFolder::new_in(parent.path()).expect("a folder");
         let dead = folder.keep();
         drop(lock);
         let unlocked = parent.path().join(format!("{PREFIX}young"));
@@ -136,6 +135,6 @@ mod tests {
         }
         remove_stale_folders(parent.path());
         assert!(!dead.exists() && !forgotten.exists());
-        assert!([alive.path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));
+        assert!([alive.folder_path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));
     }
 }

@@ -12,9 +12,9 @@ mod unpack;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use attribute_limit::{ATTRIBUTES, find_excess_attributes};
-pub use folder::{Folder, nameless_file, unwritable};
-pub use unpack::{is_archive, unpack};
+pub use attribute_limit::{ATTRIBUTES, find_element_over_limit};
+pub use folder::{TemporaryFolder, temporary_write_error, unnamed_temporary_file};
+pub use unpack::{is_archive, unpack_archive};
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
 pub const LARGEST: u64 = 4 << 30;
@@ -26,7 +26,7 @@ pub const LARGEST_PACKED: u64 = 1 << 30;
 ///
 /// # Errors
 /// When it cannot be read, is no file on a disk, or is larger than [`LARGEST_PACKED`].
-pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+pub fn read_archive(path: &Path) -> io::Result<Vec<u8>> {
     let about = std::fs::metadata(path)?;
     // A device is endless, and a folder tells by itself that it is one.
     if !about.is_file() && !about.is_dir() {

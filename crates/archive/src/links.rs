@@ -4,29 +4,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::Error;
-use crate::folder::unwritable;
+use crate::folder::temporary_write_error;
 
 /// A path may go through this many links, as in Linux.
 const MOST: usize = 40;
 
 /// The links of an archive, and the names that they must not have.
 #[derive(Default)]
-pub(crate) struct Links {
+pub(crate) struct ArchiveLinks {
     /// The name in the archive, and where it leads, by their paths in the folder.
     links: BTreeMap<PathBuf, (String, String)>,
     /// Files and folders, and the folders that they are in, in small letters: some systems make no difference.
     entries: BTreeSet<String>,
 }
 
-impl Links {
+impl ArchiveLinks {
     /// Notes a file or a folder.
     pub fn note_entry(&mut self, inside: &Path) {
         let all = inside.ancestors().filter(|path| !path.as_os_str().is_empty());
-        self.entries.extend(all.map(lowercase));
+        self.entries.extend(all.map(lowercase_path));
     }
 
     /// Notes a link, its path in the folder, and where it leads.
-    pub fn add(&mut self, name: String, inside: PathBuf, target: String) {
+    pub fn add_link(&mut self, name: String, inside: PathBuf, target: String) {
         if let Some(parent) = inside.parent() {
             self.note_entry(parent);
         }
@@ -37,39 +37,30 @@ impl Links {
     ///
     /// # Errors
     /// When one leads out of the folder, or has the name of something else.
-    pub fn make(self, path: &Path, into: &Path) -> Result<(), Error> {
+    pub fn create_links(self, path: &Path, into: &Path) -> Result<(), Error> {
         for (inside, (name, target)) in &self.links {
-            let refused = |why| Error::Link {
-                path: path.to_owned(),
-                entry: name.clone(),
-                target: target.clone(),
-                why,
-            };
-            if self.entries.contains(&lowercase(inside)) {
+            let refused =
+                |why| Error::Link { path: path.to_owned(), entry: name.clone(), target: target.clone(), why };
+            if self.entries.contains(&lowercase_path(inside)) {
                 return Err(refused("and another entry has the same name"));
             }
             let start = inside.parent().unwrap_or(Path::new(""));
-            self.follow(start, target, &mut 0).map_err(refused)?;
+            self.resolve_target(start, target, &mut 0).map_err(refused)?;
         }
         for (inside, (_, target)) in &self.links {
             let place = into.join(inside);
             let made = place.parent().map_or(Ok(()), std::fs::create_dir_all);
-            let made = made.and_then(|()| link(&target.replace('\\', "/"), &place));
+            let made = made.and_then(|()| create_symlink(&target.replace('\\', "/"), &place));
             made.map_err(|source| Error::Read {
                 path: path.to_owned(),
-                source: unwritable(into, source),
+                source: temporary_write_error(into, source),
             })?;
         }
         Ok(())
     }
 
     /// Where a path leads that begins in a folder of the archive.
-    fn follow(
-        &self,
-        start: &Path,
-        target: &str,
-        seen: &mut usize,
-    ) -> Result<PathBuf, &'static str> {
+    fn resolve_target(&self, start: &Path, target: &str, seen: &mut usize) -> Result<PathBuf, &'static str> {
         const OUT: &str = "which is outside of the archive";
         *seen += 1;
         if *seen > MOST {
@@ -89,7 +80,7 @@ impl Links {
                     now.push(name);
                     if let Some((_, next)) = self.links.get(&now) {
                         now.pop();
-                        now = self.follow(&now, next, seen)?;
+                        now = self.resolve_target(&now, next, seen)?;
                     }
                 }
                 Component::RootDir | Component::Prefix(_) => return Err(OUT),
@@ -99,16 +90,16 @@ impl Links {
     }
 }
 
-fn lowercase(path: &Path) -> String {
+fn lowercase_path(path: &Path) -> String {
     path.to_string_lossy().to_lowercase()
 }
 
 #[cfg(unix)]
-fn link(target: &str, place: &Path) -> std::io::Result<()> {
+fn create_symlink(target: &str, place: &Path) -> std::io::Result<()> {
     std::os::unix::fs::symlink(target, place)
 }
 
 #[cfg(not(unix))]
-fn link(_: &str, _: &Path) -> std::io::Result<()> {
+fn create_symlink(_: &str, _: &Path) -> std::io::Result<()> {
     Err(std::io::Error::other("this system makes no links"))
 }

@@ -12,7 +12,7 @@ use super::*;
 
 fn unpacked(bytes: &[u8]) -> (TempDir, Result<Vec<String>, Error>) {
     let folder = TempDir::new().expect("a folder");
-    let found = unpack(Path::new("x.fmu"), ".fmu", bytes, folder.path(), &mut 10_000);
+    let found = unpack_archive(Path::new("x.fmu"), ".fmu", bytes, folder.path(), &mut 10_000);
     (folder, found)
 }
 
@@ -116,7 +116,7 @@ fn each_method_is_read_or_named() {
 
 #[test]
 fn a_folder_that_cannot_be_written_to_is_named_with_a_cure() {
-    let told = |kind: io::ErrorKind| unwritable(Path::new("/x"), kind.into()).to_string();
+    let told = |kind: io::ErrorKind| temporary_write_error(Path::new("/x"), kind.into()).to_string();
     for (kind, cure) in [
         (io::ErrorKind::StorageFull, "make room there"),
         (io::ErrorKind::NotFound, "name a folder that exists"),

@@ -9,8 +9,8 @@ use zip::result::ZipError;
 
 use crate::Error;
 use crate::duplicates::check_names;
-use crate::folder::unwritable;
-use crate::links::Links;
+use crate::folder::temporary_write_error;
+use crate::links::ArchiveLinks;
 
 /// Memory that an entry may need to be unpacked [bytes]: that of the strongest setting of common tools, four times.
 const DICTIONARY: u32 = 256 << 20;
@@ -28,7 +28,7 @@ const FILE: u32 = 0o100_000;
 ///
 /// # Errors
 /// When it is no archive, or one that would do harm, and when the folder cannot be written to.
-pub fn unpack(
+pub fn unpack_archive(
     path: &Path,
     kind: &'static str,
     bytes: &[u8],
@@ -36,17 +36,16 @@ pub fn unpack(
     left: &mut u64,
 ) -> Result<Vec<String>, Error> {
     let broken = |source| Error::Zip { path: path.to_owned(), kind, source };
-    let failed = |source| Error::Read { path: path.to_owned(), source: unwritable(into, source) };
+    let failed = |source| Error::Read { path: path.to_owned(), source: temporary_write_error(into, source) };
     let mut archive = zip::ZipArchive::new(io::Cursor::new(bytes)).map_err(broken)?;
     check_names(path, bytes, archive.len())?;
-    let (mut links, mut windows) = (Links::default(), false);
+    let (mut links, mut windows) = (ArchiveLinks::default(), false);
     for index in 0..archive.len() {
         let raw = archive.by_index_raw(index).map_err(broken)?;
         let name = String::from_utf8_lossy(raw.name_raw()).into_owned();
         let unfit = |what| Error::Entry { path: path.to_owned(), entry: name.clone(), what };
-        readable(raw).map_err(unfit)?;
-        let mut entry =
-            archive.by_index(index).map_err(|error| open_error(error, broken, unfit))?;
+        check_readable(raw).map_err(unfit)?;
+        let mut entry = archive.by_index(index).map_err(|error| open_error(error, broken, unfit))?;
         let Some(inside) = entry.enclosed_name() else {
             return Err(Error::Escapes { path: path.to_owned(), entry: name });
         };
@@ -64,10 +63,8 @@ pub fn unpack(
             if length > LONGEST_LINK {
                 return Err(unfit("is a link with a path that is too long".to_owned()));
             }
-            *left = left
-                .checked_sub(length)
-                .ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
-            links.add(name, inside, text);
+            *left = left.checked_sub(length).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
+            links.add_link(name, inside, text);
             continue;
         }
         let mode = entry.unix_mode().unwrap_or(FILE);
@@ -79,20 +76,19 @@ pub fn unpack(
         }
         let mut file = File::create(&target).map_err(failed)?;
         // What the entry claims about its size is not believed: one byte over the limit is enough.
-        let written = copy(&mut entry.by_ref().take(*left + 1), &mut file).map_err(failed)?;
+        let written = copy_entry(&mut entry.by_ref().take(*left + 1), &mut file).map_err(failed)?;
         let written = written.map_err(|error| unfit(format!("cannot be read: {error}")))?;
-        *left =
-            left.checked_sub(written).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
+        *left = left.checked_sub(written).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
         set_permissions(&file, mode).map_err(failed)?;
         links.note_entry(&inside);
     }
-    links.make(path, into)?;
+    links.create_links(path, into)?;
     let note = "the names of its entries have `\\` where the standard has `/`";
     Ok(windows.then(|| note.to_owned()).into_iter().collect())
 }
 
 /// Why an entry cannot be read that is raw yet, if so.
-fn readable<R: io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), String> {
+fn check_readable<R: io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), String> {
     if raw.encrypted() {
         return Err("is encrypted: pack the archive without a password".to_owned());
     }
@@ -121,11 +117,7 @@ fn readable<R: io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), Strin
 }
 
 /// The error of an entry that cannot be opened.
-fn open_error(
-    error: ZipError,
-    broken: impl Fn(ZipError) -> Error,
-    unfit: impl Fn(String) -> Error,
-) -> Error {
+fn open_error(error: ZipError, broken: impl Fn(ZipError) -> Error, unfit: impl Fn(String) -> Error) -> Error {
     match error {
         ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => {
             unfit(format!("cannot be read: {error}"))
@@ -135,7 +127,7 @@ fn open_error(
 }
 
 /// Copies an entry to a file: how many bytes, or the error of the entry; or else that of the file.
-fn copy(entry: &mut impl io::Read, file: &mut impl io::Write) -> io::Result<io::Result<u64>> {
+fn copy_entry(entry: &mut impl io::Read, file: &mut impl io::Write) -> io::Result<io::Result<u64>> {
     let (mut block, mut written) = (vec![0; 1 << 16], 0);
     loop {
         let length = match entry.read(&mut block) {

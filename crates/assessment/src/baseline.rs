@@ -8,12 +8,12 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 
 use diagnostics::Error;
-use diagnostics::suggest::shortened;
-use recording::{ColumnIndex, Columns, Full, Golden, GoldenColumn, GoldenValues, Row, Sink};
+use diagnostics::suggest::join_shortened;
+use recording::{AllVariables, ColumnIndex, Columns, GoldenColumn, GoldenRecording, GoldenValues, Row, Sink};
 use serde::Serialize;
 
 pub use self::plan::{BaselinePlan, BaselineSignal, TubeSize};
-use self::tube::{Tube, holds};
+use self::tube::{CurveTube, holds_value_near};
 
 /// What became of the comparison with a recording.
 #[derive(Debug, Clone, Serialize)]
@@ -55,15 +55,15 @@ pub struct SignalOutcome {
     pub reason: Option<String>,
     /// Where it left the tube first.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub first: Option<Deviation>,
+    pub first: Option<TubeDeviation>,
     /// Where it was farthest from the tube.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub worst: Option<Deviation>,
+    pub worst: Option<TubeDeviation>,
 }
 
 /// A value outside of its tube.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Deviation {
+pub struct TubeDeviation {
     /// [s]
     pub time: f64,
     /// The value of the run.
@@ -74,15 +74,15 @@ pub struct Deviation {
     pub upper: f64,
 }
 
-impl Deviation {
+impl TubeDeviation {
     /// How far the value is from the tube; endless when it is not a number.
-    fn distance(&self) -> f64 {
+    fn distance_from_tube(&self) -> f64 {
         let distance = (self.lower - self.value).max(self.value - self.upper);
         if distance.is_nan() || self.value.is_nan() { f64::INFINITY } else { distance }
     }
 
-    fn words(&self) -> String {
-        let Deviation { time, value, lower, upper } = *self;
+    fn describe(&self) -> String {
+        let TubeDeviation { time, value, lower, upper } = *self;
         match lower == upper {
             true => format!("{value} instead of {lower} at {time:.3} s"),
             false => format!("{value:.6} outside of [{lower:.6}, {upper:.6}] at {time:.3} s"),
@@ -92,7 +92,7 @@ impl Deviation {
 
 /// A signal of the run and its tube, for a picture.
 #[derive(Debug, Clone, Default)]
-pub struct Comparison {
+pub struct BaselineComparison {
     /// [s]
     pub times: Vec<f64>,
     /// The values of the run.
@@ -103,35 +103,39 @@ pub struct Comparison {
 
 /// The compared values of a signal.
 #[derive(Debug)]
-enum RunValues {
+enum ComparedValues {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
 }
 
 /// The recordings that a run is compared with.
 #[derive(Debug, Default)]
-pub struct Baselines {
-    baselines: Vec<(BaselinePlan, Golden)>,
+pub struct BaselineChecker {
+    baselines: Vec<(BaselinePlan, GoldenRecording)>,
     times: Vec<f64>,
     /// The signals of all baselines, one after the other.
-    kept: Vec<Vec<RunValues>>,
+    kept: Vec<Vec<ComparedValues>>,
     /// Half a communication step [s].
     slack: f64,
     /// The names of all variables of the run.
     names: Vec<String>,
 }
 
-impl Baselines {
+impl BaselineChecker {
     /// Takes the plans of a system with these columns and this communication step [s], each with its recording.
     #[must_use]
-    pub fn new(baselines: Vec<(BaselinePlan, Golden)>, columns: &Columns<Full>, step: f64) -> Self {
+    pub fn new(
+        baselines: Vec<(BaselinePlan, GoldenRecording)>,
+        columns: &Columns<AllVariables>,
+        step: f64,
+    ) -> Self {
         let kept = |signal: &BaselineSignal| match signal.column {
-            ColumnIndex::Number(_) => RunValues::Numbers(Vec::new()),
-            ColumnIndex::Text(_) => RunValues::Texts(Vec::new()),
+            ColumnIndex::Number(_) => ComparedValues::Numbers(Vec::new()),
+            ColumnIndex::Text(_) => ComparedValues::Texts(Vec::new()),
         };
-        Baselines {
+        BaselineChecker {
             kept: baselines.iter().map(|(it, _)| it.signals.iter().map(kept).collect()).collect(),
-            names: columns.iter().map(recording::Column::name).collect(),
+            names: columns.iter().map(recording::Column::qualified_name).collect(),
             times: Vec::new(),
             slack: 0.5 * step,
             baselines,
@@ -141,21 +145,21 @@ impl Baselines {
     /// What became of each baseline, in the order of the file.
     #[must_use]
     pub fn outcomes(&self) -> Vec<BaselineOutcome> {
-        (0..self.baselines.len()).map(|index| self.outcome(index)).collect()
+        (0..self.baselines.len()).map(|index| self.baseline_outcome(index)).collect()
     }
 
-    fn outcome(&self, index: usize) -> BaselineOutcome {
+    fn baseline_outcome(&self, index: usize) -> BaselineOutcome {
         let (plan, golden) = &self.baselines[index];
         let (mut warnings, mut signals, mut absent) = (Vec::new(), Vec::new(), Vec::new());
         for (signal, kept) in plan.signals.iter().zip(&self.kept[index]) {
             match golden.find(&signal.name) {
                 None if !signal.named => absent.push(signal.name.as_str()),
-                found => signals.push(self.judge(plan, golden, signal, found, kept)),
+                found => signals.push(self.judge_signal(plan, golden, signal, found, kept)),
             }
         }
         let path = plan.path.display();
         if !absent.is_empty() {
-            let names = shortened(&absent);
+            let names = join_shortened(&absent);
             let text = format!("baseline `{}`: not in {path}, so not compared: {names}", plan.name);
             warnings.push(text);
         }
@@ -169,17 +173,17 @@ impl Baselines {
             warnings.push(text);
         }
         let during = plan.during.unwrap_or([begin, end]);
-        let reason = self.reason(plan, golden, during, signals.len());
+        let reason = self.failure_reason(plan, golden, during, signals.len());
         let (name, recording) = (plan.name.clone(), plan.path.clone());
         let place = (plan.file.clone(), plan.line);
         BaselineOutcome { name, recording, reason, signals, picture: None, during, place, warnings }
     }
 
     /// Why the comparison fails as a whole.
-    fn reason(
+    fn failure_reason(
         &self,
         plan: &BaselinePlan,
-        golden: &Golden,
+        golden: &GoldenRecording,
         [from, to]: [f64; 2],
         compared: usize,
     ) -> Option<String> {
@@ -198,7 +202,7 @@ impl Baselines {
                 "the recording is from {begin:.3} s to {end:.3} s, the window from {from:.3} s to {to:.3} s"
             ))
         } else if !plan.chosen && !lost.is_empty() {
-            Some(format!("the run has no {}, which the recording has", shortened(&lost)))
+            Some(format!("the run has no {}, which the recording has", join_shortened(&lost)))
         } else if compared == 0 {
             Some("the recording has none of the signals".to_owned())
         } else {
@@ -206,13 +210,13 @@ impl Baselines {
         }
     }
 
-    fn judge(
+    fn judge_signal(
         &self,
         plan: &BaselinePlan,
-        golden: &Golden,
+        golden: &GoldenRecording,
         signal: &BaselineSignal,
         found: Option<&GoldenColumn>,
-        kept: &RunValues,
+        kept: &ComparedValues,
     ) -> SignalOutcome {
         let failed = |reason: String| SignalOutcome {
             signal: signal.name.clone(),
@@ -228,102 +232,93 @@ impl Baselines {
         let inside = |time: f64| {
             plan.during.is_none_or(|[from, to]| time > from - self.slack && time < to + self.slack)
         };
-        if let (RunValues::Texts(values), GoldenValues::Texts(texts)) = (kept, &column.values) {
+        if let (ComparedValues::Texts(values), GoldenValues::Texts(texts)) = (kept, &column.values) {
             let equal = |(time, value): (&f64, &String)| {
-                !inside(*time) || holds(&golden.times, texts, value, *time, signal.size.time)
+                !inside(*time) || holds_value_near(&golden.times, texts, value, *time, signal.size.time)
             };
             let wrong = self.times.iter().zip(values).find(|pair| !equal(*pair));
-            let reason =
-                wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
+            let reason = wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
             return match reason {
                 Some(reason) => failed(reason),
                 None => SignalOutcome { passed: true, reason: None, ..failed(String::new()) },
             };
         }
-        let compared = match self.compare(golden, signal, column, kept) {
+        let compared = match self.compare_signal(golden, signal, column, kept) {
             Ok(compared) => compared,
             Err(reason) => return failed(reason),
         };
         let rows = compared.times.iter().zip(&compared.values).zip(&compared.bounds);
         let rows = rows.filter_map(|((time, value), bounds)| {
             let [lower, upper] = (*bounds)?;
-            Some(Deviation { time: *time, value: *value, lower, upper })
+            Some(TubeDeviation { time: *time, value: *value, lower, upper })
         });
-        let outside = rows.filter(|it| inside(it.time) && it.distance() > 0.0);
+        let outside = rows.filter(|it| inside(it.time) && it.distance_from_tube() > 0.0);
         let outside: Vec<_> = outside.collect();
-        let farther = |a: Deviation, b: Deviation| if b.distance() > a.distance() { b } else { a };
+        let farther = |a: TubeDeviation, b: TubeDeviation| {
+            if b.distance_from_tube() > a.distance_from_tube() { b } else { a }
+        };
         let (first, worst) = (outside.first().copied(), outside.iter().copied().reduce(farther));
         SignalOutcome {
             signal: signal.name.clone(),
             unit: signal.unit.clone(),
             passed: outside.is_empty(),
-            reason: first.as_ref().map(Deviation::words),
+            reason: first.as_ref().map(TubeDeviation::describe),
             first,
             worst,
         }
     }
 
     /// A signal and its tube.
-    fn compare(
+    fn compare_signal(
         &self,
-        golden: &Golden,
+        golden: &GoldenRecording,
         signal: &BaselineSignal,
         column: &GoldenColumn,
-        kept: &RunValues,
-    ) -> Result<Comparison, String> {
-        let (RunValues::Numbers(values), GoldenValues::Numbers(recorded)) = (kept, &column.values)
+        kept: &ComparedValues,
+    ) -> Result<BaselineComparison, String> {
+        let (ComparedValues::Numbers(values), GoldenValues::Numbers(recorded)) = (kept, &column.values)
         else {
             return Err("it is a text in one of both and a number in the other".to_owned());
         };
-        let (factor, offset) = signal.conversion(column.unit.as_deref())?;
+        let (factor, offset) = signal.conversion_from(column.unit.as_deref())?;
         let plain = (factor, offset) == (1.0, 0.0);
-        let recorded: Vec<f64> = recorded
-            .iter()
-            .map(|value| if plain { *value } else { value * factor + offset })
-            .collect();
+        let recorded: Vec<f64> =
+            recorded.iter().map(|value| if plain { *value } else { value * factor + offset }).collect();
         if let Some(row) = recorded.iter().position(|value| !value.is_finite()) {
-            return Err(format!(
-                "it is {} in the recording at {:.3} s",
-                recorded[row], golden.times[row]
-            ));
+            return Err(format!("it is {} in the recording at {:.3} s", recorded[row], golden.times[row]));
         }
         let bounds = match signal.exact {
-            true => exact(golden, &recorded, &self.times, values, signal.size.time),
+            true => exact_bounds(golden, &recorded, &self.times, values, signal.size.time),
             false => {
-                let (low, high) = recorded
-                    .iter()
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                let (low, high) =
+                    recorded.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                         (low.min(*value), high.max(*value))
                     });
                 // A trillionth of the largest value is rounding.
                 let rounding = 1e-12 * low.abs().max(high.abs());
                 let height = signal.size.absolute + signal.size.relative * (high - low) + rounding;
-                let tube = Tube {
-                    times: &golden.times,
-                    values: &recorded,
-                    height,
-                    time: signal.size.time,
-                };
-                tube.bounds(&self.times)
+                let tube =
+                    CurveTube { times: &golden.times, values: &recorded, height, time: signal.size.time };
+                tube.tube_bounds(&self.times)
             }
         };
-        Ok(Comparison { times: self.times.clone(), values: values.clone(), bounds })
+        Ok(BaselineComparison { times: self.times.clone(), values: values.clone(), bounds })
     }
 
     /// The values and the tube of a signal, by name; none for texts.
     #[must_use]
-    pub fn comparison(&self, baseline: &str, signal: &str) -> Option<Comparison> {
+    pub fn signal_comparison(&self, baseline: &str, signal: &str) -> Option<BaselineComparison> {
         let index = self.baselines.iter().position(|(plan, _)| plan.name == baseline)?;
         let (plan, golden) = &self.baselines[index];
         let place = plan.signals.iter().position(|it| it.name == signal)?;
         let column = golden.find(signal)?;
-        self.compare(golden, &plan.signals[place], column, &self.kept[index][place]).ok()
+        self.compare_signal(golden, &plan.signals[place], column, &self.kept[index][place]).ok()
     }
 }
 
 /// The only allowed value at each time: the value itself where it is near in time, or else the recorded one.
-fn exact(
-    golden: &Golden,
+fn exact_bounds(
+    golden: &GoldenRecording,
     recorded: &[f64],
     times: &[f64],
     values: &[f64],
@@ -333,32 +328,30 @@ fn exact(
     let allowed = |(time, value): (&f64, &f64)| {
         let known = *time >= golden.times[0] - 1e-9 && *time <= end + 1e-9;
         let row = golden.times.partition_point(|it| *it <= time + 1e-9).saturating_sub(1);
-        let near = holds(&golden.times, recorded, value, *time, tolerance);
+        let near = holds_value_near(&golden.times, recorded, value, *time, tolerance);
         known.then(|| if near { [*value; 2] } else { [recorded[row]; 2] })
     };
     times.iter().zip(values).map(allowed).collect()
 }
 
-impl Sink<Full> for Baselines {
+impl Sink<AllVariables> for BaselineChecker {
     #[inline]
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         if !self.baselines.is_empty() {
-            self.record(time, row);
+            self.record_sample(time, row);
         }
         Ok(())
     }
 }
 
-impl Baselines {
-    fn record(&mut self, time: f64, row: &Row<Full>) {
+impl BaselineChecker {
+    fn record_sample(&mut self, time: f64, row: &Row<AllVariables>) {
         self.times.push(time);
         for ((plan, _), kept) in self.baselines.iter().zip(&mut self.kept) {
             for (signal, kept) in plan.signals.iter().zip(kept) {
                 match (signal.column, kept) {
-                    (ColumnIndex::Number(index), RunValues::Numbers(values)) => {
-                        values.push(row[index])
-                    }
-                    (ColumnIndex::Text(index), RunValues::Texts(values)) => {
+                    (ColumnIndex::Number(index), ComparedValues::Numbers(values)) => values.push(row[index]),
+                    (ColumnIndex::Text(index), ComparedValues::Texts(values)) => {
                         values.push(row[index].clone())
                     }
                     _ => {}

@@ -8,20 +8,22 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use diagnostics::Error;
-use expression::{Monitor, Outcome, Trace};
-use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack, fits_number};
+use expression::{ComparisonTrace, ConditionMonitor, ConditionOutcome};
+use recording::{
+    AllVariables, CheckOrFaultStatus, Row, Sink, SinkNotice, StatusChange, StatusSource, is_exact_in_f64,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-pub use self::memory::CheckMemory;
-pub use self::plan::{CheckPlan, Condition, ResultName, Results};
+pub use self::memory::CheckState;
+pub use self::plan::{CheckCondition, CheckPlan, ResultName, ResultSpace};
 
 /// Share of its window in which the verdict of a check on a window as a whole is shown at least.
 const DECIDED: f64 = 0.02;
 
 /// What became of a check.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct CheckVerdict {
     /// What the check is called.
     pub name: String,
     /// What had to hold.
@@ -56,23 +58,23 @@ pub struct Verdict {
     pub reason: Option<String>,
     /// What was compared over time, for a picture.
     #[serde(skip)]
-    pub trace: Trace,
+    pub trace: ComparisonTrace,
 }
 
 /// The judge of a check: of the samples of the run, or of results by these names.
-enum Judge {
-    Run(Monitor<Full>),
-    Results(Monitor<Results>, Vec<ResultName>),
+enum CheckMonitor {
+    Run(ConditionMonitor<AllVariables>),
+    Results(ConditionMonitor<ResultSpace>, Vec<ResultName>),
 }
 
 /// All checks of a run.
-pub struct Checks {
-    checks: Vec<(CheckPlan, Judge)>,
+pub struct RunChecks {
+    checks: Vec<(CheckPlan, CheckMonitor)>,
     /// The status of each check.
-    states: Vec<Status>,
+    states: Vec<CheckOrFaultStatus>,
     /// Why a check cannot be judged.
     unjudged: Vec<Option<String>>,
-    notices: Vec<Notice>,
+    notices: Vec<SinkNotice>,
     /// The last communication point so far [s].
     reached: f64,
     /// The communication point that checks which went on have seen before.
@@ -81,23 +83,24 @@ pub struct Checks {
     slack: f64,
 }
 
-impl Checks {
+impl RunChecks {
     /// Takes the checks of a system whose communication step is `step` [s].
     #[must_use]
     pub fn new(plans: Vec<CheckPlan>, step: f64) -> Self {
         let judged = |plan: CheckPlan| {
             let judge = match &plan.condition {
-                Condition::Run(condition) => {
-                    Judge::Run(Monitor::new(condition.clone(), plan.tolerance))
+                CheckCondition::Run(condition) => {
+                    CheckMonitor::Run(ConditionMonitor::new(condition.clone(), plan.tolerance))
                 }
-                Condition::Results(condition, names) => {
-                    Judge::Results(Monitor::new(condition.clone(), plan.tolerance), names.clone())
-                }
+                CheckCondition::Results(condition, names) => CheckMonitor::Results(
+                    ConditionMonitor::new(condition.clone(), plan.tolerance),
+                    names.clone(),
+                ),
             };
             (plan, judge)
         };
-        Checks {
-            states: vec![Status::Idle; plans.len()],
+        RunChecks {
+            states: vec![CheckOrFaultStatus::Idle; plans.len()],
             unjudged: vec![None; plans.len()],
             checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),
@@ -108,33 +111,33 @@ impl Checks {
     }
 
     /// Notices the status of the conditions on a window as a whole, from the moment that decided them.
-    pub fn conclude(&mut self, verdicts: &[Verdict]) {
-        let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
-            matches!(&plan.condition, Condition::Run(condition) if condition.is_reduction())
-        });
-        let both = |(_, verdict): (_, &Verdict)| {
-            let state = if verdict.passed { Status::Holds } else { Status::Violated };
+    pub fn conclude_window_checks(&mut self, verdicts: &[CheckVerdict]) {
+        let judged = self.checks.iter().zip(verdicts).filter(
+            |((plan, _), _)| matches!(&plan.condition, CheckCondition::Run(condition) if condition.is_reduction()),
+        );
+        let both = |(_, verdict): (_, &CheckVerdict)| {
+            let state = if verdict.passed { CheckOrFaultStatus::Holds } else { CheckOrFaultStatus::Violated };
             let [from, to] = verdict.during;
             // Without a moment the end decides. A block of no width would not be seen.
             let moment = verdict.at.unwrap_or(to).min(to - DECIDED * (to - from)).max(from);
-            [(moment, state), (to, Status::Idle)]
-                .map(|(time, state)| change(&verdict.name, time, state))
+            [(moment, state), (to, CheckOrFaultStatus::Idle)]
+                .map(|(time, state)| status_change_notice(&verdict.name, time, state))
         };
         self.notices.extend(judged.flat_map(both));
     }
 
     /// The verdicts, in the order of the file, given the results of analyses and validations.
     #[must_use]
-    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
-        let verdict = |((plan, judge), unjudged): (&(CheckPlan, Judge), &Option<String>)| {
+    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<CheckVerdict> {
+        let verdict = |((plan, judge), unjudged): (&(CheckPlan, CheckMonitor), &Option<String>)| {
             let monitor = match judge {
-                Judge::Run(monitor) => monitor,
-                Judge::Results(monitor, names) => {
+                CheckMonitor::Run(monitor) => monitor,
+                CheckMonitor::Results(monitor, names) => {
                     return judge_results(plan, monitor.clone(), results::look_up(results, names));
                 }
             };
-            let mut verdict = verdict(plan, &monitor.verdict());
-            verdict.trace = monitor.trace().clone();
+            let mut verdict = verdict_from_outcome(plan, &monitor.outcome());
+            verdict.trace = monitor.comparison_trace().clone();
             if let Some(reason) = unjudged {
                 (verdict.passed, verdict.margin) = (false, None);
                 verdict.reason = Some(reason.clone());
@@ -142,8 +145,7 @@ impl Checks {
             if plan.windowed && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
                 let reached = self.reached;
-                verdict.reason =
-                    Some(format!("the run ended at {reached:.3} s, before the window did"));
+                verdict.reason = Some(format!("the run ended at {reached:.3} s, before the window did"));
             }
             verdict
         };
@@ -151,102 +153,102 @@ impl Checks {
     }
 }
 
-impl Sink<Full> for Checks {
+impl Sink<AllVariables> for RunChecks {
     #[inline]
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         self.reached = time;
         if !self.checks.is_empty() {
-            self.judge(tick, time, row);
+            self.judge_sample(tick, time, row);
         }
         Ok(())
     }
 
     #[inline]
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         std::mem::take(&mut self.notices)
     }
 }
 
-impl Checks {
-    fn judge(&mut self, tick: u64, time: f64, row: &Row<Full>) {
+impl RunChecks {
+    fn judge_sample(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) {
         let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
         let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
         let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
         for (place, (((plan, judge), state), unjudged)) in checks.enumerate() {
-            let Judge::Run(monitor) = judge else { continue };
+            let CheckMonitor::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
             if inside && unjudged.is_none() {
                 *unjudged = rounded_integer(plan, time, row);
             }
             let sampled = inside.then(|| match seen(place) {
-                true => monitor.clone().sample(time, row),
-                false => monitor.sample(time, row),
+                true => monitor.clone().push_sample(time, row),
+                false => monitor.push_sample(time, row),
             });
             let now = match sampled {
-                None => Status::Idle,
-                Some(_) if unjudged.is_some() => Status::Violated,
-                Some(None) => Status::Pending,
-                Some(Some(true)) => Status::Holds,
-                Some(Some(false)) => Status::Violated,
+                None => CheckOrFaultStatus::Idle,
+                Some(_) if unjudged.is_some() => CheckOrFaultStatus::Violated,
+                Some(None) => CheckOrFaultStatus::Pending,
+                Some(Some(true)) => CheckOrFaultStatus::Holds,
+                Some(Some(false)) => CheckOrFaultStatus::Violated,
             };
             if now != std::mem::replace(state, now) {
-                self.notices.push(change(&plan.name, time, now));
+                self.notices.push(status_change_notice(&plan.name, time, now));
             }
         }
     }
 }
 
 /// Says which integer of a check no number holds.
-fn rounded_integer(plan: &CheckPlan, time: f64, row: &Row<Full>) -> Option<String> {
-    let (index, name) = plan.integers.iter().find(|(index, _)| !fits_number(row[*index]))?;
+fn rounded_integer(plan: &CheckPlan, time: f64, row: &Row<AllVariables>) -> Option<String> {
+    let (index, name) = plan.integers.iter().find(|(index, _)| !is_exact_in_f64(row[*index]))?;
     let value = row[*index];
     Some(format!("`{name}` is {value} at {time:.3} s, which no number of checks holds exactly"))
 }
 
-fn change(name: &str, time: f64, status: Status) -> Notice {
-    Notice::Status(StatusChange { time, track: StatusTrack::Check(name.to_owned()), status })
+fn status_change_notice(name: &str, time: f64, status: CheckOrFaultStatus) -> SinkNotice {
+    SinkNotice::Status(StatusChange { time, track: StatusSource::Check(name.to_owned()), status })
 }
 
 /// Judges the results that a check is about, or says why there are none.
 fn judge_results(
     plan: &CheckPlan,
-    mut monitor: Monitor<Results>,
-    found: Result<Row<Results>, String>,
-) -> Verdict {
+    mut monitor: ConditionMonitor<ResultSpace>,
+    found: Result<Row<ResultSpace>, String>,
+) -> CheckVerdict {
     if let Ok(row) = &found {
-        monitor.sample(0.0, row);
+        monitor.push_sample(0.0, row);
     }
-    let verdict = verdict(plan, &Outcome { at: None, first: None, ..monitor.verdict() });
+    let verdict =
+        verdict_from_outcome(plan, &ConditionOutcome { at: None, first: None, ..monitor.outcome() });
     match found {
         Ok(_) => verdict,
-        Err(reason) => Verdict { reason: Some(reason), ..verdict },
+        Err(reason) => CheckVerdict { reason: Some(reason), ..verdict },
     }
 }
 
 /// Six decimals; a number too long to be read has an exponent.
-fn digits(value: &f64) -> String {
+fn format_value(value: &f64) -> String {
     if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.6e}") }
 }
 
-fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
+fn verdict_from_outcome(plan: &CheckPlan, outcome: &ConditionOutcome) -> CheckVerdict {
     let unit = plan.condition.compared_unit().map(str::to_owned);
-    let reason =
-        match outcome {
-            Outcome { passed: true, .. } => None,
-            Outcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
-            Outcome { nan: true, .. } => Some("it is not a number".to_owned()),
-            Outcome { value: Some(value), limit: Some(limit), at, .. } => {
-                let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
-                let [value, limit] = [value, limit].map(digits);
-                let unit = unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
-                Some(format!("{value} against {limit}{unit}{place}"))
-            }
-            Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
-                format!("it does not hold at {at:.3} s")
-            })),
-        };
-    Verdict {
+    let reason = match outcome {
+        ConditionOutcome { passed: true, .. } => None,
+        ConditionOutcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
+        ConditionOutcome { nan: true, .. } => Some("it is not a number".to_owned()),
+        ConditionOutcome { value: Some(value), limit: Some(limit), at, .. } => {
+            let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
+            let [value, limit] = [value, limit].map(format_value);
+            let unit = unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
+            Some(format!("{value} against {limit}{unit}{place}"))
+        }
+        ConditionOutcome { at, .. } => {
+            Some(at.map_or("it does not hold".to_owned(), |at| format!("it does not hold at {at:.3} s")))
+        }
+    };
+    CheckVerdict {
         name: plan.name.clone(),
         that: plan.that.clone(),
         file: plan.file.clone(),
@@ -262,6 +264,6 @@ fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
         limit: outcome.limit,
         unit,
         reason,
-        trace: Trace::default(),
+        trace: ComparisonTrace::default(),
     }
 }

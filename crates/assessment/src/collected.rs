@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use diagnostics::Error;
-use expression::{Expression, Monitor, NumberIndex};
-use recording::{Full, Row, Sink};
+use expression::{ConditionMonitor, Expression, NumberIndex};
+use recording::{AllVariables, Row, Sink};
 use serde_json::Value;
 
 use crate::check::{ResultName, results};
@@ -17,43 +17,43 @@ pub struct CollectPlan {
     /// Its unit, and the factor to it.
     pub unit: Option<(String, f64)>,
     /// Where it comes from.
-    pub origin: Collected,
+    pub origin: CollectedOrigin,
 }
 
 /// Where a collected value comes from.
 #[derive(Debug)]
-pub enum Collected {
+pub enum CollectedOrigin {
     /// Reductions of signals.
-    Run(Expression<Full>),
+    Run(Expression<AllVariables>),
     /// A result of an analysis.
     Result(ResultName),
 }
 
 /// Watches the values while the run goes on.
-pub struct CollectedValues {
+pub struct ValueCollector {
     plans: Vec<CollectPlan>,
     /// Those of signals, by their places among the plans.
-    monitors: Vec<(usize, Monitor<Full>)>,
+    monitors: Vec<(usize, ConditionMonitor<AllVariables>)>,
 }
 
-impl CollectedValues {
+impl ValueCollector {
     /// Takes the values of a system.
     #[must_use]
     pub fn new(plans: Vec<CollectPlan>) -> Self {
         let monitors = plans.iter().enumerate().filter_map(|(place, plan)| match &plan.origin {
-            Collected::Run(expression) => Some((place, Monitor::new(expression.clone(), 0.0))),
-            Collected::Result(_) => None,
+            CollectedOrigin::Run(expression) => Some((place, ConditionMonitor::new(expression.clone(), 0.0))),
+            CollectedOrigin::Result(_) => None,
         });
-        CollectedValues { monitors: monitors.collect(), plans }
+        ValueCollector { monitors: monitors.collect(), plans }
     }
 
     /// The values after the samples so far, given the results of analyses, in the order of the plans; what is not there is not a number.
     #[must_use]
-    pub fn values(&self, analyses: &BTreeMap<String, Value>) -> Vec<f64> {
-        let mut values: Vec<f64> = self.plans.iter().map(|plan| result(plan, analyses)).collect();
+    pub fn collected_values(&self, analyses: &BTreeMap<String, Value>) -> Vec<f64> {
+        let mut values: Vec<f64> = self.plans.iter().map(|plan| collected_result(plan, analyses)).collect();
         for (place, monitor) in &self.monitors {
             let factor = self.plans[*place].unit.as_ref().map_or(1.0, |(_, factor)| *factor);
-            values[*place] = factor * monitor.reduced();
+            values[*place] = factor * monitor.reduction_value();
         }
         values
     }
@@ -62,25 +62,25 @@ impl CollectedValues {
     #[must_use]
     pub fn by_name(&self, analyses: &BTreeMap<String, Value>) -> BTreeMap<String, f64> {
         let names = self.plans.iter().map(|plan| plan.name.clone());
-        names.zip(self.values(analyses)).collect()
+        names.zip(self.collected_values(analyses)).collect()
     }
 }
 
-fn result(plan: &CollectPlan, analyses: &BTreeMap<String, Value>) -> f64 {
+fn collected_result(plan: &CollectPlan, analyses: &BTreeMap<String, Value>) -> f64 {
     match &plan.origin {
-        Collected::Run(_) => f64::NAN,
-        Collected::Result(name) => {
+        CollectedOrigin::Run(_) => f64::NAN,
+        CollectedOrigin::Result(name) => {
             let row = results::look_up(analyses, std::slice::from_ref(name));
             row.map_or(f64::NAN, |row| row[NumberIndex::new(0)])
         }
     }
 }
 
-impl Sink<Full> for CollectedValues {
+impl Sink<AllVariables> for ValueCollector {
     #[inline]
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         for (_, monitor) in &mut self.monitors {
-            let _ = monitor.sample(time, row);
+            let _ = monitor.push_sample(time, row);
         }
         Ok(())
     }

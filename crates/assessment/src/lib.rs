@@ -6,5 +6,5 @@ pub mod check;
 pub mod collected;
 
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
-pub use check::{CheckPlan, Condition, ResultName, Results};
-pub use collected::{CollectPlan, Collected};
+pub use check::{CheckCondition, CheckPlan, ResultName, ResultSpace};
+pub use collected::{CollectPlan, CollectedOrigin};

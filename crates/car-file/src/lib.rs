@@ -15,17 +15,16 @@
 //! # Ok::<(), car_file::Error>(())
 //! ```
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod car;
 mod grid;
 mod header;
 mod table;
 
-pub use car::{Kinematics, aero, brakes, engine, kinematics};
+pub use car::{
+    WheelKinematics, read_aerodynamic_map, read_brake_curves, read_engine_torque, read_kinematics,
+};
 
 /// What is wrong with a table. It begins with the line, so that the name of the table goes before it: `aero.map:3: ...`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cosim::builder::SystemBuilder;
-use cosim::clock::Clock;
+use cosim::clock::CommunicationClock;
 use cosim::system::Algorithm;
 use fmu_import::Fmu;
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("expected FIRST.fmu SECOND.fmu STEP STOP [first.y=second.u ...]".into());
     };
     let (step, stop): (f64, f64) = (step.parse()?, stop.parse()?);
-    let clock = Clock { start: 0.0, step, steps: (stop / step).round() as u64 };
+    let clock = CommunicationClock { start: 0.0, step, steps: (stop / step).round() as u64 };
     let mut builder = SystemBuilder::new(clock, Algorithm::GaussSeidel);
     builder.add_fmu("first", &Arc::new(Fmu::open(Path::new(first))?), &[])?;
     builder.add_fmu("second", &Arc::new(Fmu::open(Path::new(second))?), &[])?;
@@ -24,10 +24,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         builder.connect(output, input)?;
     }
     let mut execution = builder.build()?;
-    let names: Vec<_> = execution.system.columns.iter().map(|column| column.name()).collect();
+    let names: Vec<_> = execution.system.columns.iter().map(|column| column.qualified_name()).collect();
     println!("time,{}", names.join(","));
     loop {
-        let values = names.iter().filter_map(|name| execution.number(name));
+        let values = names.iter().filter_map(|name| execution.variable_value(name));
         let values: Vec<_> = values.map(|value| value.to_string()).collect();
         println!("{},{}", execution.time(), values.join(","));
         if execution.tick == clock.steps {

@@ -3,18 +3,19 @@
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
-use fmu_import::description::{Type, Variable};
-use fmu_import::{Causality, Storage, Variability};
+use fmu_import::description::{FmiType, Variable};
+use fmu_import::{Causality, StorageType, Variability};
 use recording::{
-    Column, ColumnIndex, Columns, Direction, Full, IntegerRange, NumberRange, TextRange, ValueKind,
+    AllVariables, Column, ColumnIndex, Columns, IntegerRange, NumberRange, TextRange, ValueKind,
+    VariableDirection,
 };
 
-use crate::clock::At;
+use crate::clock::StepBoundary;
 use crate::extrapolation::ExtrapolationOrder;
-use crate::order::Edge;
+use crate::order::ConnectionEdge;
 use crate::system::{
-    AcceptedValues, Body, InputChain, IntegerConnection, IntegerPlan, NodePlan, NumberConnection,
-    Source, TextPlan, VariableGroup, VariableGroups,
+    AcceptedValues, InputChain, InputSource, IntegerConnection, NodeBody, NodeIntegerColumns, NodePlan,
+    NodeTextColumns, NumberConnection, VariableGroup, VariableGroups,
 };
 
 /// A variable of a node that can be connected or recorded.
@@ -25,7 +26,7 @@ pub struct Port {
     /// The kind in which its values travel.
     pub kind: ValueKind,
     /// The form of its values in an FMU.
-    pub storage: Storage,
+    pub storage: StorageType,
     /// Its value reference in an FMU.
     pub reference: u32,
     /// Its place in an array, and the number of elements there.
@@ -48,16 +49,16 @@ pub struct Port {
 
 /// The kind in which values of a type travel and are recorded: enumerations are integers.
 #[must_use]
-pub fn recorded_kind(of: Type, form: Storage) -> ValueKind {
+pub fn recorded_kind(of: FmiType, form: StorageType) -> ValueKind {
     match of {
-        Type::Real => ValueKind::Real,
-        Type::Integer | Type::Enumeration if form == Storage::Int64 => ValueKind::Int64,
-        Type::Integer | Type::Enumeration if form == Storage::UInt64 => ValueKind::UInt64,
-        Type::Integer | Type::Enumeration => ValueKind::Integer,
+        FmiType::Real => ValueKind::Real,
+        FmiType::Integer | FmiType::Enumeration if form == StorageType::Int64 => ValueKind::Int64,
+        FmiType::Integer | FmiType::Enumeration if form == StorageType::UInt64 => ValueKind::UInt64,
+        FmiType::Integer | FmiType::Enumeration => ValueKind::Integer,
         // A clock ticks or does not; nothing connects it.
-        Type::Boolean | Type::Clock => ValueKind::Boolean,
+        FmiType::Boolean | FmiType::Clock => ValueKind::Boolean,
         // Bytes are recorded as hexadecimal digits.
-        Type::String | Type::Binary => ValueKind::String,
+        FmiType::String | FmiType::Binary => ValueKind::String,
     }
 }
 
@@ -82,7 +83,7 @@ impl Port {
         Port {
             name: name.to_owned(),
             kind: ValueKind::Real,
-            storage: Storage::Float64,
+            storage: StorageType::Float64,
             reference: 0,
             element: (0, 1),
             discrete: false,
@@ -97,7 +98,7 @@ impl Port {
 
     /// The port of the variable at a place among those of an FMU that has event mode or has not.
     #[must_use]
-    pub fn of_variable(variables: &[Variable], place: usize, event_mode: bool) -> Self {
+    pub fn from_variable(variables: &[Variable], place: usize, event_mode: bool) -> Self {
         let variable = &variables[place];
         Port {
             name: variable.name.clone(),
@@ -108,7 +109,7 @@ impl Port {
             discrete: event_mode && is_discrete(variable),
             tunable: is_tunable(variable),
             clocks: if event_mode { variable.clocks.clone() } else { Vec::new() },
-            unit: variable.plain_unit(),
+            unit: variable.offset_free_unit_name(),
             description: variable.description.clone(),
             place,
             follows: variable.dependencies.clone(),
@@ -118,13 +119,13 @@ impl Port {
 
 /// A connection to an input, whose value has no place in the row yet.
 #[derive(Debug)]
-pub struct Connection {
+pub struct ConnectionDefinition {
     /// The node that the value comes from.
     pub node: usize,
     /// Its output.
     pub output: usize,
     /// Which end of the step the value is taken at.
-    pub at: At,
+    pub at: StepBoundary,
     /// The way of a number; a text arrives unchanged.
     pub input_chain: Option<InputChain>,
     /// The extrapolation of the input within a step; without one it holds its value.
@@ -133,71 +134,71 @@ pub struct Connection {
 
 /// A node whose values have no places in the row yet.
 #[derive(Debug)]
-pub struct UnplacedNode {
+pub struct NodeDefinition {
     /// Its name.
     pub name: String,
     /// Its kind.
-    pub body: Body,
+    pub body: NodeBody,
     /// Its outputs.
     pub outputs: Vec<Port>,
     /// Its inputs.
     pub inputs: Vec<Port>,
     /// The connection of each input.
-    pub connections: Vec<Option<Connection>>,
+    pub connections: Vec<Option<ConnectionDefinition>>,
 }
 
-impl UnplacedNode {
+impl NodeDefinition {
     /// Whether it hands on a value and does nothing else.
     #[must_use]
     pub fn is_connector(&self) -> bool {
-        matches!(self.body, Body::Inlet | Body::Outlet)
+        matches!(self.body, NodeBody::Inlet | NodeBody::Outlet)
     }
 }
 
 /// The inputs of a node that an output follows without a step in between, by their places; none when an output may follow all.
-struct Followed(Option<HashSet<usize>>);
+struct FeedthroughInputs(Option<HashSet<usize>>);
 
-impl Followed {
-    fn of(node: &UnplacedNode) -> Self {
+impl FeedthroughInputs {
+    fn of_node(node: &NodeDefinition) -> Self {
         let (mut places, mut known) = (HashSet::new(), HashSet::new());
         for output in &node.outputs {
-            let Some(inputs) = &output.follows else { return Followed(None) };
+            let Some(inputs) = &output.follows else { return FeedthroughInputs(None) };
             // All elements of an array share one list.
             if known.insert(inputs.as_ptr()) {
                 places.extend(inputs.iter().copied());
             }
         }
-        Followed(Some(places))
+        FeedthroughInputs(Some(places))
     }
 
-    fn has(&self, input: &Port) -> bool {
+    fn contains(&self, input: &Port) -> bool {
         self.0.as_ref().is_none_or(|places| places.contains(&input.place))
     }
 }
 
 /// The connections between nodes, for their [order](crate::order).
 #[must_use]
-pub fn edges(nodes: &[UnplacedNode]) -> Vec<Edge> {
+pub fn connection_edges(nodes: &[NodeDefinition]) -> Vec<ConnectionEdge> {
     let mut edges = Vec::new();
-    let followed: Vec<_> = nodes.iter().map(Followed::of).collect();
+    let followed: Vec<_> = nodes.iter().map(FeedthroughInputs::of_node).collect();
     for (to, taker) in nodes.iter().enumerate() {
         let mut numbers = 0;
         for (input, (port, connection)) in taker.inputs.iter().zip(&taker.connections).enumerate() {
-            let Some(Connection { node: from, output, at, input_chain, .. }) = connection else {
+            let Some(ConnectionDefinition { node: from, output, at, input_chain, .. }) = connection else {
                 continue;
             };
             let place = input_chain.is_some().then_some(numbers);
             numbers += usize::from(place.is_some());
             let giver = &nodes[*from];
             let needed = match (&giver.body, &taker.body) {
-                (Body::Inlet, _) | (_, Body::Outlet) => true,
+                (NodeBody::Inlet, _) | (_, NodeBody::Outlet) => true,
                 // An inlet waits as its receivers would.
-                (_, Body::Inlet) => is_followed(nodes, &followed, to),
-                _ => followed[to].has(port),
+                (_, NodeBody::Inlet) => has_feedthrough_from_inlet(nodes, &followed, to),
+                _ => followed[to].contains(port),
             };
             let given = &giver.outputs[*output].name;
             let label = format!("{}.{given} -> {}.{}", giver.name, taker.name, port.name);
-            edges.push(Edge {
+            edges.push(ConnectionEdge {
                 from: *from,
                 to,
                 output: *output,
@@ -213,18 +214,23 @@ pub fn edges(nodes: &[UnplacedNode]) -> Vec<Edge> {
 }
 
 /// Whether an output of a node that an inlet leads to follows the value without a step in between.
-fn is_followed(nodes: &[UnplacedNode], followed: &[Followed], inlet: usize) -> bool {
+fn has_feedthrough_from_inlet(
+    nodes: &[NodeDefinition],
+    followed: &[FeedthroughInputs],
+    inlet: usize,
+) -> bool {
     nodes.iter().zip(followed).any(|(node, followed)| {
-        let fed = node.inputs.iter().zip(&node.connections).filter(|(_, connection)| {
-            connection.as_ref().is_some_and(|connection| connection.node == inlet)
-        });
-        fed.into_iter().any(|(input, _)| followed.has(input))
+        let fed =
+            node.inputs.iter().zip(&node.connections).filter(|(_, connection)| {
+                connection.as_ref().is_some_and(|connection| connection.node == inlet)
+            });
+        fed.into_iter().any(|(input, _)| followed.contains(input))
     })
 }
 
 /// Whether an output of the node between two connections follows the input without a step in between.
 #[must_use]
-pub fn follows(nodes: &[UnplacedNode], before: &Edge, behind: &Edge) -> bool {
+pub fn has_feedthrough(nodes: &[NodeDefinition], before: &ConnectionEdge, behind: &ConnectionEdge) -> bool {
     let node = &nodes[before.to];
     let (output, input) = (&node.outputs[behind.output], &node.inputs[before.input]);
     output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
@@ -232,25 +238,25 @@ pub fn follows(nodes: &[UnplacedNode], before: &Edge, behind: &Edge) -> bool {
 
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
 #[must_use]
-pub fn place(unplaced: Vec<UnplacedNode>) -> (Vec<NodePlan>, Columns<Full>) {
+pub fn assign_columns(unplaced: Vec<NodeDefinition>) -> (Vec<NodePlan>, Columns<AllVariables>) {
     let mut columns = Columns::default();
     let sides = output_columns(&mut columns, &unplaced);
-    let integers: Vec<_> = columns.integers().map(|(_, number)| number).collect();
+    let integers: Vec<_> = columns.integer_columns().map(|(_, number)| number).collect();
     let mut nodes = Vec::new();
     for (node, output) in unplaced.into_iter().zip(&sides) {
-        let UnplacedNode { name, mut body, outputs, inputs, connections } = node;
+        let NodeDefinition { name, mut body, outputs, inputs, connections } = node;
         let (connected, connections): (Vec<_>, Vec<_>) = inputs
             .into_iter()
             .zip(connections)
             .filter_map(|(port, connection)| Some((port, connection?)))
             .unzip();
-        if let Body::Fmu { inputs, outputs: shown, .. } = &mut body {
-            (*inputs, *shown) = (groups(&connected), groups(&outputs));
+        if let NodeBody::Fmu { inputs, outputs: shown, .. } = &mut body {
+            (*inputs, *shown) = (group_variables(&connected), group_variables(&outputs));
         }
         let input = match body {
             // What it takes is what it gives.
-            Body::Inlet | Body::Outlet => None,
-            _ => Some(Side::append(&mut columns, &name, &connected, Direction::Input)),
+            NodeBody::Inlet | NodeBody::Outlet => None,
+            _ => Some(PortColumns::add_columns(&mut columns, &name, &connected, VariableDirection::Input)),
         };
         let input = input.as_ref().unwrap_or(output);
         let mut plan = NodePlan {
@@ -261,27 +267,31 @@ pub fn place(unplaced: Vec<UnplacedNode>) -> (Vec<NodePlan>, Columns<Full>) {
             needed: output.numbers.indices().collect(),
             inputs: input.numbers,
             connections: Vec::new(),
-            texts: TextPlan { outputs: output.texts, inputs: input.texts, ..TextPlan::default() },
-            exact: IntegerPlan {
+            texts: NodeTextColumns {
+                outputs: output.texts,
+                inputs: input.texts,
+                ..NodeTextColumns::default()
+            },
+            exact: NodeIntegerColumns {
                 outputs: output.integers,
                 numbers: integers[output.integers.positions()].to_vec(),
                 inputs: input.integers,
-                ..IntegerPlan::default()
+                ..NodeIntegerColumns::default()
             },
             faults: Vec::new(),
         };
-        for Connection { node, output, at, input_chain, extrapolation } in connections {
+        for ConnectionDefinition { node, output, at, input_chain, extrapolation } in connections {
             // Types were compared: a number goes to a number and a text to a text.
             match (sides[node].ports[output], input_chain) {
                 (ColumnIndex::Number(index), Some(input_chain)) => {
-                    let source = Source { index, at };
+                    let source = InputSource { index, at };
                     plan.connections.push(NumberConnection { source, input_chain, extrapolation });
                 }
-                (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
+                (ColumnIndex::Text(index), _) => plan.texts.connections.push(InputSource { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
             }
         }
-        connect_exactly(&mut plan, &columns);
+        connect_int64(&mut plan, &columns);
         nodes.push(plan);
     }
     (nodes, columns)
@@ -289,7 +299,7 @@ pub fn place(unplaced: Vec<UnplacedNode>) -> (Vec<NodePlan>, Columns<Full>) {
 
 /// The variables of ports that are read and written at once; the ports are in the order of their forms and of the file.
 #[must_use]
-pub fn groups(ports: &[Port]) -> VariableGroups {
+pub fn group_variables(ports: &[Port]) -> VariableGroups {
     let mut found = VariableGroups::default();
     for port in ports {
         let is_text = port.kind == ValueKind::String;
@@ -330,17 +340,19 @@ pub fn groups(ports: &[Port]) -> VariableGroups {
 }
 
 /// Gives the outputs of all nodes their columns. Those of an input connector are inputs.
-fn output_columns(columns: &mut Columns<Full>, nodes: &[UnplacedNode]) -> Vec<Side> {
+fn output_columns(columns: &mut Columns<AllVariables>, nodes: &[NodeDefinition]) -> Vec<PortColumns> {
     let connections = nodes.iter().flat_map(|node| node.connections.iter().flatten());
     let sources: BTreeSet<_> = connections.map(|connection| connection.node).collect();
     let sides = nodes.iter().enumerate().map(|(place, node)| {
-        let UnplacedNode { name, body, outputs, connections, .. } = node;
+        let NodeDefinition { name, body, outputs, connections, .. } = node;
         let is_used = connections.iter().any(Option::is_some) || sources.contains(&place);
         match body {
             // As for other inputs, a value that nobody gives is none.
-            Body::Inlet if !is_used => Side::append(columns, name, &[], Direction::Input),
-            Body::Inlet => Side::append(columns, name, outputs, Direction::Input),
-            _ => Side::append(columns, name, outputs, Direction::Output),
+            NodeBody::Inlet if !is_used => {
+                PortColumns::add_columns(columns, name, &[], VariableDirection::Input)
+            }
+            NodeBody::Inlet => PortColumns::add_columns(columns, name, outputs, VariableDirection::Input),
+            _ => PortColumns::add_columns(columns, name, outputs, VariableDirection::Output),
         }
     });
     sides.collect()
@@ -348,39 +360,39 @@ fn output_columns(columns: &mut Columns<Full>, nodes: &[UnplacedNode]) -> Vec<Si
 
 /// Finds the connections of a node with an integer of 64 bits at one end or at both. Where both have one and nothing changes it,
 /// the integer itself is what the input has to accept, not its number.
-fn connect_exactly(plan: &mut NodePlan, columns: &Columns<Full>) {
+fn connect_int64(plan: &mut NodePlan, columns: &Columns<AllVariables>) {
     let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
     for (place, (link, input)) in links {
-        let source = columns.integer(link.source.index);
-        let input = columns.integer(input);
+        let source = columns.integer_index_of(link.source.index);
+        let input = columns.integer_index_of(input);
         if source.is_none() && input.is_none() {
             continue;
         }
         let chain = &mut link.input_chain;
-        let both = source.is_some() && input.is_some() && chain.is_plain();
+        let both = source.is_some() && input.is_some() && chain.is_identity();
         let as_it_is = both.then(|| std::mem::replace(&mut chain.accepts, AcceptedValues::Real));
         plan.exact.connections.push(IntegerConnection { place, source, input, as_it_is });
     }
 }
 
 /// The columns of one side of a node.
-struct Side {
+struct PortColumns {
     /// The column of each port.
-    ports: Vec<ColumnIndex<Full>>,
-    numbers: NumberRange<Full>,
-    texts: TextRange<Full>,
-    integers: IntegerRange<Full>,
+    ports: Vec<ColumnIndex<AllVariables>>,
+    numbers: NumberRange<AllVariables>,
+    texts: TextRange<AllVariables>,
+    integers: IntegerRange<AllVariables>,
 }
 
-impl Side {
-    fn append(
-        columns: &mut Columns<Full>,
+impl PortColumns {
+    fn add_columns(
+        columns: &mut Columns<AllVariables>,
         node: &str,
         ports: &[Port],
-        direction: Direction,
+        direction: VariableDirection,
     ) -> Self {
-        let ends = |columns: &Columns<Full>| {
-            [columns.numbers().len(), columns.texts().len(), columns.integers().len()]
+        let ends = |columns: &Columns<AllVariables>| {
+            [columns.number_columns().len(), columns.text_columns().len(), columns.integer_columns().len()]
         };
         let [numbers, texts, integers] = ends(columns);
         let column = |port: &Port| Column {

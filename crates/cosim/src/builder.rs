@@ -3,56 +3,58 @@
 use std::sync::Arc;
 
 use diagnostics::Error;
-use diagnostics::suggest::unknown;
-use fmu_import::description::{Type, Variable};
+use diagnostics::suggest::unknown_name;
+use fmu_import::description::{FmiType, Variable};
 use fmu_import::{Causality, Fmu, Value};
 use recording::ValueKind;
 use units::Unit;
 
-use crate::assembly::{Connection, Port, UnplacedNode, edges, follows, is_tunable, place};
-use crate::clock::{At, Clock};
-use crate::effect::Chain;
+use crate::assembly::{
+    ConnectionDefinition, NodeDefinition, Port, assign_columns, connection_edges, has_feedthrough, is_tunable,
+};
+use crate::clock::{CommunicationClock, StepBoundary};
+use crate::effect::EffectChain;
 use crate::execution::Execution;
 use crate::extrapolation::ExtrapolationOrder;
 use crate::node::{self, Node};
-use crate::order::{Graph, Order};
+use crate::order::{ConnectionGraph, StepOrder};
 use crate::system::{
-    AcceptedValues, Algorithm, Body, CouplingPlan, InputChain, Iteration, NodePlan, StartValue,
+    AcceptedValues, Algorithm, CouplingPlan, InputChain, LoopIteration, NodeBody, NodePlan, StartValue,
     System, VariableGroups,
 };
 
 /// For each node the one that the program brings; none for an FMU.
-type NodesOfProgram = Vec<Option<Box<dyn Node>>>;
+type CustomNodes = Vec<Option<Box<dyn Node>>>;
 
 /// A system that is being built. Nodes step in the order of the flow, and else in that in which they were added.
 pub struct SystemBuilder {
-    clock: Clock,
+    clock: CommunicationClock,
     coupling: CouplingPlan,
-    nodes: Vec<UnplacedNode>,
-    own: NodesOfProgram,
+    nodes: Vec<NodeDefinition>,
+    own: CustomNodes,
 }
 
 /// How the value of an output gets to an input.
 #[derive(Debug, Default)]
 pub struct ConnectionOptions {
     /// The end of the step at which the value is taken; without it that of the coupling algorithm.
-    pub at: Option<At>,
+    pub at: Option<StepBoundary>,
     /// The extrapolation of the input within a step; without one it holds its value.
     pub extrapolation: Option<ExtrapolationOrder>,
     /// Sensor effects on the way.
-    pub effects: Chain,
+    pub effects: EffectChain,
 }
 
 impl SystemBuilder {
     /// A system without nodes, which steps by a coupling algorithm.
     #[must_use]
-    pub fn new(clock: Clock, algorithm: Algorithm) -> Self {
+    pub fn new(clock: CommunicationClock, algorithm: Algorithm) -> Self {
         let coupling = CouplingPlan { algorithm, ..CouplingPlan::default() };
         SystemBuilder { clock, coupling, nodes: Vec::new(), own: Vec::new() }
     }
 
     /// The solution of loops.
-    pub fn iterate(&mut self, iteration: Iteration) -> &mut Self {
+    pub fn set_loop_iteration(&mut self, iteration: LoopIteration) -> &mut Self {
         self.coupling.iteration = iteration;
         self
     }
@@ -69,18 +71,18 @@ impl SystemBuilder {
     ) -> Result<&mut Self, Error> {
         let about = &fmu.description;
         let variables = &about.variables;
-        let port = |place: usize| Port::of_variable(variables, place, about.event_mode);
+        let port = |place: usize| Port::from_variable(variables, place, about.event_mode);
         let sorted = |places: Vec<usize>| {
             let mut ports: Vec<_> = places.into_iter().map(port).collect();
             ports.sort_by_key(|port| port.storage);
             ports
         };
-        let travels = |place: &usize| about.event_mode || variables[*place].kind != Type::Clock;
+        let travels = |place: &usize| about.event_mode || variables[*place].kind != FmiType::Clock;
         let tunable = (0..variables.len()).filter(|place| is_tunable(&variables[*place]));
-        let inputs = about.with(Causality::Input).chain(tunable).filter(travels).collect();
-        let outputs = about.with(Causality::Output).filter(travels).collect();
-        let starts = starts.iter().map(|(variable, value)| start(name, variables, variable, value));
-        let body = Body::Fmu {
+        let inputs = about.indices_with_causality(Causality::Input).chain(tunable).filter(travels).collect();
+        let outputs = about.indices_with_causality(Causality::Output).filter(travels).collect();
+        let starts = starts.iter().map(|(variable, value)| start_value(name, variables, variable, value));
+        let body = NodeBody::Fmu {
             fmu: Arc::clone(fmu),
             starts: starts.collect::<Result<_, _>>()?,
             inputs: VariableGroups::default(),
@@ -88,7 +90,7 @@ impl SystemBuilder {
             log: false,
             isolation: None,
         };
-        self.add(name, body, sorted(inputs), sorted(outputs), None)
+        self.insert_node(name, body, sorted(inputs), sorted(outputs), None)
     }
 
     /// Adds a node of the program, whose inputs and outputs are real numbers of these names.
@@ -105,23 +107,23 @@ impl SystemBuilder {
         let port = |(place, name): (usize, &&str)| Port { place, ..Port::real(name) };
         let inputs = inputs.iter().enumerate().map(port).collect();
         let outputs = outputs.iter().enumerate().map(port).collect();
-        self.add(name, Body::Own, inputs, outputs, Some(node))
+        self.insert_node(name, NodeBody::Own, inputs, outputs, Some(node))
     }
 
-    fn add(
+    fn insert_node(
         &mut self,
         name: &str,
-        body: Body,
+        body: NodeBody,
         inputs: Vec<Port>,
         outputs: Vec<Port>,
         own: Option<Box<dyn Node>>,
     ) -> Result<&mut Self, Error> {
         if self.nodes.iter().any(|node| node.name == name) {
-            return Err(Error::input(format!("there are two nodes called `{name}`")));
+            return Err(Error::invalid_input(format!("there are two nodes called `{name}`")));
         }
         let connections = inputs.iter().map(|_| None).collect();
         let name = name.to_owned();
-        self.nodes.push(UnplacedNode { name, body, outputs, inputs, connections });
+        self.nodes.push(NodeDefinition { name, body, outputs, inputs, connections });
         self.own.push(own);
         Ok(self)
     }
@@ -131,9 +133,9 @@ impl SystemBuilder {
     ///
     /// # Errors
     /// When there is no such output or input.
-    pub fn follow(&mut self, output: &str, input: &str) -> Result<&mut Self, Error> {
-        let (node, output) = self.find(output, false)?;
-        let (_, input) = self.find(input, true)?;
+    pub fn declare_feedthrough(&mut self, output: &str, input: &str) -> Result<&mut Self, Error> {
+        let (node, output) = self.find_port(output, false)?;
+        let (_, input) = self.find_port(input, true)?;
         let place = self.nodes[node].inputs[input].place;
         let follows = &mut self.nodes[node].outputs[output].follows;
         if let Some(places) = follows {
@@ -160,22 +162,22 @@ impl SystemBuilder {
         input: &str,
         options: ConnectionOptions,
     ) -> Result<&mut Self, Error> {
-        let (from, given) = self.find(output, false)?;
-        let (to, taken) = self.find(input, true)?;
+        let (from, given) = self.find_port(output, false)?;
+        let (to, taken) = self.find_port(input, true)?;
         if self.nodes[to].connections[taken].is_some() {
-            return Err(Error::input(format!("`{input}` is connected twice")));
+            return Err(Error::invalid_input(format!("`{input}` is connected twice")));
         }
         let (giver, taker) = (&self.nodes[from], &self.nodes[to]);
         let ports = [&giver.outputs[given], &taker.inputs[taken]];
         let [source, target] = ports.map(|port| port.kind);
         if source != target && [source, target].contains(&ValueKind::String) {
             let message = format!("cannot connect `{output}` to `{input}`: a text is no number");
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
         let unfit =
-            |what: String| Error::input(format!("cannot connect `{output}` to `{input}`: {what}"));
-        let (factor, offset) = conversion(ports[0], ports[1]).map_err(unfit)?;
-        let input_chain = accepts(taker, ports[1]).map(|accepts| InputChain {
+            |what: String| Error::invalid_input(format!("cannot connect `{output}` to `{input}`: {what}"));
+        let (factor, offset) = unit_conversion(ports[0], ports[1]).map_err(unfit)?;
+        let input_chain = accepted_values(taker, ports[1]).map(|accepts| InputChain {
             factor,
             offset,
             map: Vec::new(),
@@ -183,16 +185,16 @@ impl SystemBuilder {
             faults: Vec::new(),
             accepts,
         });
-        let default = self.coupling.algorithm.rules().default_at;
+        let default = self.coupling.algorithm.properties().default_at;
         let at = options.at.unwrap_or(default);
         let extrapolation = options.extrapolation;
-        let connection = Connection { node: from, output: given, at, input_chain, extrapolation };
+        let connection = ConnectionDefinition { node: from, output: given, at, input_chain, extrapolation };
         self.nodes[to].connections[taken] = Some(connection);
         Ok(self)
     }
 
     /// The node and the output or input of a name.
-    fn find(&self, name: &str, is_input: bool) -> Result<(usize, usize), Error> {
+    fn find_port(&self, name: &str, is_input: bool) -> Result<(usize, usize), Error> {
         let mut known = Vec::new();
         for (place, node) in self.nodes.iter().enumerate() {
             let side = if is_input { &node.inputs } else { &node.outputs };
@@ -205,32 +207,31 @@ impl SystemBuilder {
             }
         }
         let what = if is_input { "input" } else { "output" };
-        Err(unknown(what, name, known.iter().map(String::as_str)).input())
+        Err(unknown_name(what, name, known.iter().map(String::as_str)).into_error())
     }
 
     /// The system, and the nodes that the program brings, by their places.
     ///
     /// # Errors
     /// When connections form a loop that the coupling algorithm does not solve.
-    pub(crate) fn system(self) -> Result<(System, NodesOfProgram), Error> {
+    pub(crate) fn build_system(self) -> Result<(System, CustomNodes), Error> {
         let SystemBuilder { clock, coupling, nodes, own } = self;
-        let all = edges(&nodes);
-        let graph = Graph {
+        let all = connection_edges(&nodes);
+        let graph = ConnectionGraph {
             nodes: nodes.len(),
             edges: &all,
             is_connector: &|_| false,
-            follows: &|before, behind| follows(&nodes, before, behind),
+            follows: &|before, behind| has_feedthrough(&nodes, before, behind),
         };
         let order =
-            Order::of(&graph, coupling.algorithm.rules().solves_loops).map_err(|cycle| {
+            StepOrder::of_graph(&graph, coupling.algorithm.properties().solves_loops).map_err(|cycle| {
                 let labels: Vec<_> = cycle.iter().map(|edge| all[*edge].label.as_str()).collect();
                 let message = format!("these connections form a loop: {}", labels.join(", "));
-                Error::input(message).help(
-                    "take one of them at the start of the step, or choose the algorithm `Iterate`",
-                )
+                Error::invalid_input(message)
+                    .with_help("take one of them at the start of the step, or choose the algorithm `Iterate`")
             })?;
         let (coupling, order) = order.into_coupling(coupling);
-        let (nodes, columns): (Vec<NodePlan>, _) = place(nodes);
+        let (nodes, columns): (Vec<NodePlan>, _) = assign_columns(nodes);
         let system = System {
             coupling,
             clock,
@@ -250,8 +251,8 @@ impl SystemBuilder {
     /// When connections form a loop that the coupling algorithm does not solve; when an FMU does not load, or refuses something; when the
     /// initialisation fails.
     pub fn build(self) -> Result<Execution, Error> {
-        let (mut system, own) = self.system()?;
-        let mut nodes = node::instantiate(&mut system, None)?;
+        let (mut system, own) = self.build_system()?;
+        let mut nodes = node::instantiate_nodes(&mut system, None)?;
         for (node, own) in nodes.iter_mut().zip(own) {
             if let Some(own) = own {
                 *node = own;
@@ -264,16 +265,11 @@ impl SystemBuilder {
 }
 
 /// The start value of a variable of an FMU.
-fn start(
-    node: &str,
-    variables: &[Variable],
-    name: &str,
-    value: &Value,
-) -> Result<StartValue, Error> {
+fn start_value(node: &str, variables: &[Variable], name: &str, value: &Value) -> Result<StartValue, Error> {
     let found = variables.iter().find(|variable| variable.name == name);
     let Some(Variable { reference, storage, element, causality, .. }) = found else {
         let known = variables.iter().map(|variable| variable.name.as_str());
-        return Err(unknown(&format!("variable of `{node}`"), name, known).input());
+        return Err(unknown_name(&format!("variable of `{node}`"), name, known).into_error());
     };
     Ok(StartValue {
         name: name.to_owned(),
@@ -287,7 +283,7 @@ fn start(
 }
 
 /// Factor and offset from the unit of an output to that of an input.
-fn conversion(output: &Port, input: &Port) -> Result<(f64, f64), String> {
+fn unit_conversion(output: &Port, input: &Port) -> Result<(f64, f64), String> {
     let (Some(from), Some(to)) = (&output.unit, &input.unit) else { return Ok((1.0, 0.0)) };
     if from == to {
         return Ok((1.0, 0.0));
@@ -298,9 +294,9 @@ fn conversion(output: &Port, input: &Port) -> Result<(f64, f64), String> {
 }
 
 /// The values that an input of a node accepts; none for a text.
-fn accepts(node: &UnplacedNode, input: &Port) -> Option<AcceptedValues> {
+fn accepted_values(node: &NodeDefinition, input: &Port) -> Option<AcceptedValues> {
     let items = match &node.body {
-        Body::Fmu { fmu, .. } => fmu.description.variables[input.place].items.clone(),
+        NodeBody::Fmu { fmu, .. } => fmu.description.variables[input.place].items.clone(),
         _ => Vec::new(),
     };
     match input.kind {

@@ -8,18 +8,18 @@ use std::collections::HashMap;
 
 use diagnostics::Error;
 use fmu_import::CallError;
-use recording::{Full, Row};
+use recording::{AllVariables, Row};
 use serde::{Deserialize, Serialize};
 
-pub use self::compatibility::{Compatibility, SystemFingerprint};
-pub use self::rehearsal::{Difference, differences, rehearse};
+pub use self::compatibility::{CheckpointCompatibility, SystemFingerprint};
+pub use self::rehearsal::{OutputDifference, output_differences, verify_checkpoint};
 use self::values::MissingOutputs;
 pub use self::values::{RowNames, RowValues};
-use crate::coupling::Coupling;
-use crate::exchange::{Exchange, failure, get_outputs};
+use crate::coupling::CouplingAlgorithm;
+use crate::exchange::{Exchange, call_failure_error, get_outputs};
 use crate::extrapolation::ExtrapolatedInput;
-use crate::node::{Node, NodeState, state_of};
-use crate::system::{Body, ChainMemory, NodePlan, StartValue, System};
+use crate::node::{Node, NodeState, stateful_node};
+use crate::system::{InputChainState, NodeBody, NodePlan, StartValue, System};
 
 /// So many communication points after a checkpoint are remembered with it, so that one can see whether a run goes on in the same way.
 pub const FOLLOWING: usize = 10;
@@ -40,7 +40,7 @@ pub struct Checkpoint {
     row_names: RowNames,
     values: RowValues,
     /// What the ways to inputs remember, by the names of the inputs.
-    chains: Vec<(String, ChainMemory)>,
+    chains: Vec<(String, InputChainState)>,
     /// The last values of extrapolated inputs, by the names of the inputs.
     extrapolated: Vec<(String, ExtrapolatedInput)>,
     /// The states of FMUs and drivers by the names of their nodes; none when they do not leave the process.
@@ -49,16 +49,16 @@ pub struct Checkpoint {
 }
 
 /// The states of FMUs and drivers by the names of their nodes.
-pub type States = HashMap<String, NodeState>;
+pub type NodeStates = HashMap<String, NodeState>;
 
 /// Finds the FMUs that cannot do what a checkpoint needs: save a state, and turn it into bytes, if it has to leave the process.
 ///
 /// # Errors
 /// With the names of those that cannot, and what works instead.
-pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
+pub fn check_checkpoint_support(system: &System, in_bytes: bool) -> Result<(), Error> {
     let (mut none, mut no_bytes) = (Vec::new(), Vec::new());
     for plan in &system.nodes {
-        let Body::Fmu { fmu, .. } = &plan.body else { continue };
+        let NodeBody::Fmu { fmu, .. } = &plan.body else { continue };
         let about = &fmu.description;
         match (about.state || about.serialised_state, about.serialised_state) {
             (false, _) => none.push(plan.name.as_str()),
@@ -71,8 +71,8 @@ pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
         let message = format!(
             "a checkpoint needs FMUs that save their state, and `{names}` cannot (canGetAndSetFMUstate)"
         );
-        let error = Error::input(message);
-        return Err(error.help("let each end run from its beginning: scenarios that `extends` one"));
+        let error = Error::invalid_input(message);
+        return Err(error.with_help("let each end run from its beginning: scenarios that `extends` one"));
     }
     if no_bytes.is_empty() {
         return Ok(());
@@ -81,8 +81,10 @@ pub fn check_able(system: &System, in_bytes: bool) -> Result<(), Error> {
     let message = format!(
         "the file of a checkpoint needs states as bytes, and `{names}` cannot give them (canSerializeFMUstate)"
     );
-    let error = Error::input(message);
-    Err(error.help("go on in the same process: trackside run WARMUP --checkpoint TIME --branch END [--branch END]"))
+    let error = Error::invalid_input(message);
+    Err(error.with_help(
+        "go on in the same process: trackside run WARMUP --checkpoint TIME --branch END [--branch END]",
+    ))
 }
 
 impl Checkpoint {
@@ -90,33 +92,33 @@ impl Checkpoint {
     ///
     /// # Errors
     /// When an FMU fails.
-    pub fn take(
+    pub fn capture(
         exchange: &mut Exchange,
-        coupling: &dyn Coupling,
+        coupling: &dyn CouplingAlgorithm,
         name: &str,
         fingerprint: &SystemFingerprint,
         tick: u64,
         in_bytes: bool,
-    ) -> Result<(Self, States), Error> {
-        let time = exchange.clock().at(tick);
-        let (mut states, mut nodes) = (States::new(), Vec::new());
+    ) -> Result<(Self, NodeStates), Error> {
+        let time = exchange.clock().time_at(tick);
+        let (mut states, mut nodes) = (NodeStates::new(), Vec::new());
         for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
-            if !plan.body.remembers() {
+            if !plan.body.has_internal_state() {
                 continue;
             }
-            let failed = |error| failure(plan, error, time);
-            let stateful = state_of(node.as_mut()).map_err(failed)?;
-            let state = stateful.save().map_err(failed)?;
+            let failed = |error| call_failure_error(plan, error, time);
+            let stateful = stateful_node(node.as_mut()).map_err(failed)?;
+            let state = stateful.save_state().map_err(failed)?;
             if in_bytes {
-                nodes.push((plan.name.clone(), stateful.serialise(&state).map_err(failed)?));
+                nodes.push((plan.name.clone(), stateful.serialise_state(&state).map_err(failed)?));
                 // An FMU that knows of a state to go back to may remember more.
                 continue;
             }
             states.insert(plan.name.clone(), state);
         }
         let chains = exchange.plans.iter().flat_map(|plan| {
-            let inputs = plan.inputs.indices().map(|input| exchange.columns[input].name());
-            let links = plan.connections.iter().map(|link| link.input_chain.memory());
+            let inputs = plan.inputs.indices().map(|input| exchange.columns[input].qualified_name());
+            let links = plan.connections.iter().map(|link| link.input_chain.saved_state());
             inputs.zip(links)
         });
         let checkpoint = Checkpoint {
@@ -125,34 +127,34 @@ impl Checkpoint {
             time,
             fingerprint: fingerprint.clone(),
             following: Vec::new(),
-            row_names: RowNames::of(exchange.plans, exchange.columns),
-            values: RowValues::of(exchange.row()),
+            row_names: RowNames::of_system(exchange.plans, exchange.columns),
+            values: RowValues::from_row(exchange.row()),
             chains: chains.collect(),
             extrapolated: exchange.extrapolated_inputs(),
             nodes,
-            coupling: coupling.memory(),
+            coupling: coupling.state_to_bytes(),
         };
         Ok((checkpoint, states))
     }
 
     /// Takes the values at the communication point after those that it has; whether it needs more.
-    pub fn follow(&mut self, row: &Row<Full>) -> bool {
+    pub fn add_following_row(&mut self, row: &Row<AllVariables>) -> bool {
         if self.following.len() < FOLLOWING {
-            self.following.push(RowValues::of(row));
+            self.following.push(RowValues::from_row(row));
         }
         self.following.len() < FOLLOWING
     }
 
     /// The values of a row of a system as the checkpoint has them, for the `index`-th communication point after it.
     #[must_use]
-    pub fn following_in(
+    pub fn following_row(
         &self,
         index: usize,
-        system: &Row<Full>,
+        system: &Row<AllVariables>,
         exchange: &Exchange,
-    ) -> Option<Row<Full>> {
+    ) -> Option<Row<AllVariables>> {
         let mut row = system.clone();
-        let missing = self.row_names.fill(self.following.get(index)?, exchange.columns, &mut row);
+        let missing = self.row_names.fill_row(self.following.get(index)?, exchange.columns, &mut row);
         missing.is_ok_and(|missing| missing.is_empty()).then_some(row)
     }
 
@@ -163,14 +165,14 @@ impl Checkpoint {
     pub fn restore(
         &self,
         exchange: &mut Exchange,
-        coupling: &mut dyn Coupling,
-        states: Option<&States>,
+        coupling: &mut dyn CouplingAlgorithm,
+        states: Option<&NodeStates>,
         fingerprint: &SystemFingerprint,
-        compatibility: &Compatibility,
+        compatibility: &CheckpointCompatibility,
     ) -> Result<(), Error> {
         let mut row = exchange.row.clone();
-        let missing = self.row_names.fill(&self.values, exchange.columns, &mut row);
-        let missing = missing.map_err(|what| self.broken(&what))?;
+        let missing = self.row_names.fill_row(&self.values, exchange.columns, &mut row);
+        let missing = missing.map_err(|what| self.corrupt_checkpoint_error(&what))?;
         let clock = exchange.clock();
         let chains = self.chains.iter().map(|(name, memory)| (name.as_str(), memory)).collect();
         let bytes: HashMap<&str, &[u8]> =
@@ -178,60 +180,65 @@ impl Checkpoint {
         for (plan, node) in exchange.plans.iter_mut().zip(exchange.nodes.iter_mut()) {
             let name = plan.name.clone();
             let kept = states.and_then(|states| states.get(&name));
-            let time = clock.at(self.tick);
-            let failed = |error: CallError| failure(plan, error, time);
-            match (plan.body.remembers(), kept, bytes.get(name.as_str())) {
+            let time = clock.time_at(self.tick);
+            let failed = |error: CallError| call_failure_error(plan, error, time);
+            match (plan.body.has_internal_state(), kept, bytes.get(name.as_str())) {
                 (true, Some(state), _) => {
-                    let stateful = state_of(node.as_mut()).map_err(failed)?;
-                    stateful.restore(state).map_err(failed)?;
+                    let stateful = stateful_node(node.as_mut()).map_err(failed)?;
+                    stateful.restore_state(state).map_err(failed)?;
                 }
                 (true, None, Some(bytes)) => {
                     from_bytes(node.as_mut(), bytes).map_err(failed)?;
                 }
                 (true, None, None) => {
-                    return Err(self.broken(&format!("it has no state of `{name}`")));
+                    return Err(self.corrupt_checkpoint_error(&format!("it has no state of `{name}`")));
                 }
                 // A source knows nothing but its time.
                 (false, ..) => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
             }
-            self.recall(plan, exchange.columns, &row, &chains)?;
+            self.restore_connections(plan, exchange.columns, &row, &chains)?;
             let tuned = compatibility.tuned.iter().filter(|(node, _)| *node == name);
             for (_, values) in tuned {
-                tune(node.as_mut(), values, time).map_err(|error| failure(plan, error, time))?;
+                tune_node_parameters(node.as_mut(), values, time)
+                    .map_err(|error| call_failure_error(plan, error, time))?;
             }
         }
         exchange.row.copy_from(&row);
-        exchange.recall_extrapolated_inputs(&self.extrapolated);
-        read_missing(exchange, &missing, clock.at(self.tick))?;
-        if fingerprint.is_coupled_as(&self.fingerprint) && !self.coupling.is_empty() {
-            coupling.recall(&self.coupling).map_err(|error| self.broken(&error.to_string()))?;
+        exchange.restore_extrapolated_inputs(&self.extrapolated);
+        read_missing(exchange, &missing, clock.time_at(self.tick))?;
+        if fingerprint.has_same_coupling(&self.fingerprint) && !self.coupling.is_empty() {
+            coupling
+                .restore_from_bytes(&self.coupling)
+                .map_err(|error| self.corrupt_checkpoint_error(&error.to_string()))?;
         }
         Ok(())
     }
 
     /// Lets the connections of a node remember.
-    fn recall(
+    fn restore_connections(
         &self,
         plan: &mut NodePlan,
-        columns: &recording::Columns<Full>,
-        row: &Row<Full>,
-        chains: &HashMap<&str, &ChainMemory>,
+        columns: &recording::Columns<AllVariables>,
+        row: &Row<AllVariables>,
+        chains: &HashMap<&str, &InputChainState>,
     ) -> Result<(), Error> {
         for (link, input) in plan.connections.iter_mut().zip(plan.inputs.indices()) {
-            let name = columns[input].name();
+            let name = columns[input].qualified_name();
             let Some(memory) = chains.get(name.as_str()) else { continue };
-            let recalled = link.input_chain.recall(memory, row[input]);
+            let recalled = link.input_chain.restore_state(memory, row[input]);
             recalled.map_err(|key| {
-                self.broken(&format!("the effect `{key}` of `{name}` cannot remember what it has"))
+                self.corrupt_checkpoint_error(&format!(
+                    "the effect `{key}` of `{name}` cannot remember what it has"
+                ))
             })?;
         }
         Ok(())
     }
 
     /// The error of a checkpoint that is not whole.
-    fn broken(&self, what: &str) -> Error {
+    fn corrupt_checkpoint_error(&self, what: &str) -> Error {
         let Checkpoint { name, time, .. } = self;
-        Error::input(format!("the checkpoint of `{name}` at {time} s is damaged: {what}"))
+        Error::invalid_input(format!("the checkpoint of `{name}` at {time} s is damaged: {what}"))
     }
 }
 
@@ -242,14 +249,14 @@ fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) ->
     }
     let mut row = exchange.row.clone();
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
-        if let Body::Fmu { .. } = plan.body {
+        if let NodeBody::Fmu { .. } = plan.body {
             get_outputs(plan, node.as_mut(), &mut row)
-                .map_err(|error| failure(plan, error, time))?;
+                .map_err(|error| call_failure_error(plan, error, time))?;
         }
     }
     for number in &missing.numbers {
-        match exchange.columns.integer(*number) {
-            Some(integer) => exchange.row.put((integer, *number), row[integer]),
+        match exchange.columns.integer_index_of(*number) {
+            Some(integer) => exchange.row.set_integer((integer, *number), row[integer]),
             None => exchange.row[*number] = row[*number],
         }
     }
@@ -258,12 +265,12 @@ fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) ->
 }
 
 fn from_bytes(node: &mut dyn Node, bytes: &[u8]) -> Result<(), CallError> {
-    let stateful = state_of(node)?;
-    let state = stateful.deserialise(bytes)?;
-    stateful.restore(&state)
+    let stateful = stateful_node(node)?;
+    let state = stateful.deserialise_state(bytes)?;
+    stateful.restore_state(&state)
 }
 
-fn tune(node: &mut dyn Node, values: &[StartValue], time: f64) -> Result<(), CallError> {
+fn tune_node_parameters(node: &mut dyn Node, values: &[StartValue], time: f64) -> Result<(), CallError> {
     let none = || CallError::new("the node", "has no parameters");
-    node.parameters().ok_or_else(none)?.tune(values, time)
+    node.as_tunable_parameters().ok_or_else(none)?.tune_parameters(values, time)
 }

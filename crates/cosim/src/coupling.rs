@@ -13,17 +13,17 @@ mod summary;
 
 use diagnostics::Error;
 
-use crate::exchange::{Exchange, Interruption};
+use crate::exchange::{Exchange, StepInterruption};
 use crate::system::{Algorithm, System};
 pub use gauss_seidel::GaussSeidel;
-use iterate::Iterate;
-pub use jacobi::Jacobi;
+use iterate::IteratedCoupling;
+pub use jacobi::JacobiCoupling;
 use step_control::StepControl;
 pub use summary::{ConnectionError, CouplingSummary, DivisionSummary, LoopSummary};
 
 /// A coupling algorithm. A new one is a file with this trait and a line in [`of`]; the end of the step at which
 /// its inputs take values by default is a property of [`Algorithm`], since connections are checked before a run.
-pub trait Coupling: Send {
+pub trait CouplingAlgorithm: Send {
     /// Lets the values of the first communication point settle.
     ///
     /// # Errors
@@ -36,15 +36,15 @@ pub trait Coupling: Send {
     ///
     /// # Errors
     /// When a node fails or ends the run, a value fits no input, or a loop is not solved.
-    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption>;
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption>;
 
     /// What it did so far.
-    fn summary(&self) -> CouplingSummary {
+    fn coupling_summary(&self) -> CouplingSummary {
         CouplingSummary::default()
     }
 
     /// What it remembers from one step to the next, as bytes.
-    fn memory(&self) -> Vec<u8> {
+    fn state_to_bytes(&self) -> Vec<u8> {
         Vec::new()
     }
 
@@ -52,24 +52,24 @@ pub trait Coupling: Send {
     ///
     /// # Errors
     /// When the bytes are of something else.
-    fn recall(&mut self, _memory: &[u8]) -> Result<(), Error> {
+    fn restore_from_bytes(&mut self, _memory: &[u8]) -> Result<(), Error> {
         Ok(())
     }
 }
 
-fn postcard_error(error: postcard::Error) -> Error {
-    Error::input(format!("the memory of the coupling is none: {error}"))
+fn invalid_state_error(error: postcard::Error) -> Error {
+    Error::invalid_input(format!("the memory of the coupling is none: {error}"))
 }
 
 /// The coupling of a system.
 #[must_use]
-pub fn of(system: &System) -> Box<dyn Coupling> {
+pub fn create_coupling(system: &System) -> Box<dyn CouplingAlgorithm> {
     let plan = &system.coupling;
     let initial = initial::InitialLoops::new(system);
-    let inner: Box<dyn Coupling> = match plan.algorithm {
+    let inner: Box<dyn CouplingAlgorithm> = match plan.algorithm {
         Algorithm::GaussSeidel => Box::new(GaussSeidel::new(initial)),
-        Algorithm::Jacobi => Box::new(Jacobi::new(initial)),
-        Algorithm::Iterate => Box::new(Iterate::new(system, initial)),
+        Algorithm::Jacobi => Box::new(JacobiCoupling::new(initial)),
+        Algorithm::Iterate => Box::new(IteratedCoupling::new(system, initial)),
     };
     match &plan.division {
         None => inner,

@@ -15,43 +15,43 @@ mod tests;
 
 use std::fmt::Debug;
 
-pub use bias::Bias;
-pub use delay::Delay;
-pub use dropout::Dropout;
-pub use gain::Gain;
-pub use hold::Hold;
+pub use bias::SensorBias;
+pub use delay::SensorDelay;
+pub use dropout::SampleDropout;
+pub use gain::SensorGain;
+pub use hold::SampleAndHold;
 pub use noise::Noise;
-pub use quantise::Quantise;
-pub use stream::{Stream, stream_seed};
+pub use quantise::Quantisation;
+pub use stream::{RandomStream, stream_seed};
 
 /// Calls a macro with the key and the words of each sensor effect, in the order in which they act on a value.
 #[macro_export]
 macro_rules! for_each_effect {
     ($make:ident) => {
         $make! {
-            delay: $crate::effect::Delay,
-            gain: $crate::effect::Gain,
-            bias: $crate::effect::Bias,
+            delay: $crate::effect::SensorDelay,
+            gain: $crate::effect::SensorGain,
+            bias: $crate::effect::SensorBias,
             noise: $crate::effect::Noise,
-            quantise: $crate::effect::Quantise,
-            hold: $crate::effect::Hold,
-            dropout: $crate::effect::Dropout,
+            quantise: $crate::effect::Quantisation,
+            hold: $crate::effect::SampleAndHold,
+            dropout: $crate::effect::SampleDropout,
         }
     };
 }
 
 /// The words of a sensor effect.
-pub trait Effect {
+pub trait SensorEffect {
     /// Checks the words and makes the stage of a chain.
     ///
     /// # Errors
     /// The message names the key whose number is out of its range.
-    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String>;
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String>;
 }
 
 /// Facts about the connection that an effect belongs to.
 #[derive(Debug, Clone, Copy)]
-pub struct Context {
+pub struct EffectContext {
     /// Time between two calls [s].
     pub communication_step: f64,
     /// The connection's own number from [`stream_seed`].
@@ -60,7 +60,7 @@ pub struct Context {
 
 /// A value between two stages of a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct EffectSample {
     /// The value; NaN stays NaN.
     pub value: f64,
     /// Whether the sensor took a new sample at this communication point.
@@ -68,48 +68,48 @@ pub struct Sample {
 }
 
 /// A stage of a chain of effects, with its state.
-pub trait Stage: Debug + Send + Sync {
+pub trait EffectStage: Debug + Send + Sync {
     /// Passes the sample of one communication point on.
-    fn apply(&mut self, sample: Sample) -> Sample;
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample;
 
     /// Its key and what it remembers, as words; none if it remembers nothing.
-    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+    fn saved_state(&self) -> Option<(&'static str, Vec<u64>)> {
         None
     }
 
     /// Goes on with what a stage of the same key remembered; whether these words are such a memory. If not, it is as it was.
-    fn recall(&mut self, _words: &[u64]) -> bool {
+    fn restore_state(&mut self, _words: &[u64]) -> bool {
         false
     }
 
     /// A copy with the same state.
-    fn boxed(&self) -> Box<dyn Stage>;
+    fn clone_box(&self) -> Box<dyn EffectStage>;
 }
 
-impl Clone for Box<dyn Stage> {
+impl Clone for Box<dyn EffectStage> {
     fn clone(&self) -> Self {
-        self.as_ref().boxed()
+        self.as_ref().clone_box()
     }
 }
 
 /// The effects of one connection. A clone has the same state: random streams, delayed and held values.
 #[derive(Debug, Clone, Default)]
-pub struct Chain {
-    stages: Vec<Box<dyn Stage>>,
+pub struct EffectChain {
+    stages: Vec<Box<dyn EffectStage>>,
 }
 
-impl Chain {
+impl EffectChain {
     /// Prepares the effects, in the order of the list.
     ///
     /// # Errors
     /// When a number is out of its range; the message names the key.
-    pub fn new(effects: &[&dyn Effect], context: Context) -> Result<Self, String> {
+    pub fn new(effects: &[&dyn SensorEffect], context: EffectContext) -> Result<Self, String> {
         let step = context.communication_step;
         if !(step.is_finite() && step > 0.0) {
             return Err(format!("expected a positive communication step, found {step}"));
         }
-        let stages = effects.iter().map(|effect| effect.stage(&context));
-        Ok(Chain { stages: stages.collect::<Result<_, _>>()? })
+        let stages = effects.iter().map(|effect| effect.build_stage(&context));
+        Ok(EffectChain { stages: stages.collect::<Result<_, _>>()? })
     }
 
     /// Whether no effect is in it.
@@ -120,15 +120,15 @@ impl Chain {
 
     /// Passes the value of one communication step through the effects; NaN stays NaN.
     #[inline]
-    pub fn apply(&mut self, value: f64) -> f64 {
-        let sample = Sample { value, is_new: true };
-        self.stages.iter_mut().fold(sample, |sample, stage| stage.apply(sample)).value
+    pub fn apply_effects(&mut self, value: f64) -> f64 {
+        let sample = EffectSample { value, is_new: true };
+        self.stages.iter_mut().fold(sample, |sample, stage| stage.apply_effect(sample)).value
     }
 
     /// What its effects remember, by their keys.
     #[must_use]
-    pub fn memory(&self) -> Vec<(String, Vec<u64>)> {
-        let memories = self.stages.iter().filter_map(|stage| stage.memory());
+    pub fn saved_states(&self) -> Vec<(String, Vec<u64>)> {
+        let memories = self.stages.iter().filter_map(|stage| stage.saved_state());
         memories.map(|(key, words)| (key.to_owned(), words)).collect()
     }
 
@@ -136,12 +136,12 @@ impl Chain {
     ///
     /// # Errors
     /// With the key of an effect that cannot remember this; that effect begins.
-    pub fn recall(&mut self, memory: &[(String, Vec<u64>)]) -> Result<(), String> {
+    pub fn restore_states(&mut self, memory: &[(String, Vec<u64>)]) -> Result<(), String> {
         let mut wrong = None;
         for stage in &mut self.stages {
-            let Some((key, _)) = stage.memory() else { continue };
+            let Some((key, _)) = stage.saved_state() else { continue };
             let found = memory.iter().find(|(name, _)| name == key);
-            if found.is_some_and(|(_, words)| !stage.recall(words)) {
+            if found.is_some_and(|(_, words)| !stage.restore_state(words)) {
                 wrong.get_or_insert(key);
             }
         }
@@ -149,19 +149,14 @@ impl Chain {
     }
 }
 
-impl From<Vec<Box<dyn Stage>>> for Chain {
-    fn from(stages: Vec<Box<dyn Stage>>) -> Self {
-        Chain { stages }
+impl From<Vec<Box<dyn EffectStage>>> for EffectChain {
+    fn from(stages: Vec<Box<dyn EffectStage>>) -> Self {
+        EffectChain { stages }
     }
 }
 
 /// A finite number for `key` that a rule accepts; `expected` describes it for the message.
-fn number(
-    key: &str,
-    number: f64,
-    is_valid: fn(f64) -> bool,
-    expected: &str,
-) -> Result<f64, String> {
+fn check_number(key: &str, number: f64, is_valid: fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     match number.is_finite() && is_valid(number) {
         true => Ok(number),
         false => Err(format!("expected {expected} for `{key}`, found {number}")),

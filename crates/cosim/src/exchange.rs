@@ -16,25 +16,25 @@ use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::CallError;
-use recording::{Columns, Full, Row};
+use recording::{AllVariables, Columns, Row};
 
-pub use self::effort::Effort;
-use self::effort::Efforts;
+pub use self::effort::NodeStepTiming;
+use self::effort::TimingCollector;
 pub use self::initial::TearValue;
 pub use self::inputs::GuessedInput;
 use self::inputs::PlainConnections;
-use self::limits::{accept, check_numbers};
+use self::limits::{check_accepted_value, check_outputs_not_nan};
 pub use self::loops::ConnectionValues;
-pub(crate) use self::loops::{check_failures, lacking, unsolved};
-pub use self::snapshot::Snapshot;
-use crate::clock::Clock;
+pub(crate) use self::loops::{check_failures, quoted_node_names, unsolved_loop_interruption};
+pub use self::snapshot::ExchangeSnapshot;
+use crate::clock::CommunicationClock;
 use crate::extrapolation::ExtrapolatedInput;
 use crate::node::{InputPolynomial, Node, SAME};
-use crate::system::{Body, NodePlan, System};
+use crate::system::{NodeBody, NodePlan, System};
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
-pub enum Interruption {
+pub enum StepInterruption {
     /// A call of a node failed, or the node ended the run.
     Call {
         /// The index of the node.
@@ -50,7 +50,7 @@ pub enum Interruption {
 
 /// The end of a run by a node at the end of a step.
 #[derive(Debug, Clone)]
-pub struct NodeStop {
+pub struct NodeTermination {
     /// The index of the node.
     pub node: usize,
     /// Its call, with the reason.
@@ -59,27 +59,27 @@ pub struct NodeStop {
 
 /// What an exchange remembers from one step to the next.
 #[derive(Debug, Clone, Default)]
-pub struct Memory {
-    start: Row<Full>,
+pub struct ExchangeState {
+    start: Row<AllVariables>,
     /// The row at the last communication point.
-    pub row: Row<Full>,
-    efforts: Efforts,
+    pub row: Row<AllVariables>,
+    efforts: TimingCollector,
     notices: Vec<String>,
-    stop: Option<NodeStop>,
+    stop: Option<NodeTermination>,
     /// The inputs that are extrapolated within a step, by node.
     pub extrapolated: Vec<Vec<ExtrapolatedInput>>,
     plain: PlainConnections,
 }
 
-impl Memory {
+impl ExchangeState {
     /// Before the first step.
     #[must_use]
     pub fn new(system: &System) -> Self {
-        let row = system.columns.row();
-        let efforts = Efforts::of(system.nodes.len());
-        let extrapolated = system.nodes.iter().map(extrapolated::inputs).collect();
-        let (notices, plain) = (Vec::new(), PlainConnections::of(&system.nodes));
-        Memory { start: row.clone(), row, efforts, notices, stop: None, extrapolated, plain }
+        let row = system.columns.zero_row();
+        let efforts = TimingCollector::for_nodes(system.nodes.len());
+        let extrapolated = system.nodes.iter().map(extrapolated::extrapolated_inputs_of_node).collect();
+        let (notices, plain) = (Vec::new(), PlainConnections::from_plans(&system.nodes));
+        ExchangeState { start: row.clone(), row, efforts, notices, stop: None, extrapolated, plain }
     }
 }
 
@@ -88,26 +88,26 @@ impl Memory {
 pub struct Exchange<'a> {
     pub(crate) plans: &'a mut [NodePlan],
     pub(crate) nodes: &'a mut [Box<dyn Node>],
-    pub(crate) columns: &'a Columns<Full>,
+    pub(crate) columns: &'a Columns<AllVariables>,
     pub(crate) order: &'a [usize],
-    clock: Clock,
+    clock: CommunicationClock,
     /// The row at the communication point where the step starts.
-    start: Row<Full>,
+    start: Row<AllVariables>,
     /// The row that becomes that of the end of the step.
-    pub(crate) row: Row<Full>,
+    pub(crate) row: Row<AllVariables>,
     tick: u64,
     /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
-    part: (Clock, u64),
+    part: (CommunicationClock, u64),
     /// Whether the part begins at the communication point, where sensors take their samples.
     samples: bool,
     extrapolated: Vec<Vec<ExtrapolatedInput>>,
     /// Memory for the inputs of a node that is extrapolated, and for their polynomials.
     input_buffer: Vec<f64>,
     polynomial_buffer: Vec<InputPolynomial>,
-    efforts: Efforts,
+    efforts: TimingCollector,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
-    stop: Option<NodeStop>,
+    stop: Option<NodeTermination>,
     /// Whether a node has messages.
     message_flag: bool,
     plain: PlainConnections,
@@ -117,15 +117,19 @@ impl<'a> Exchange<'a> {
     /// Prepares the exchange between the nodes of a system.
     #[must_use]
     pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
-        let memory = Memory::new(system);
-        Self::resume(system, nodes, memory)
+        let memory = ExchangeState::new(system);
+        Self::resume_from_state(system, nodes, memory)
     }
 
     /// Goes on with what an exchange of the same system remembered.
     #[must_use]
-    pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
+    pub fn resume_from_state(
+        system: &'a mut System,
+        nodes: &'a mut [Box<dyn Node>],
+        memory: ExchangeState,
+    ) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, stop, extrapolated, plain } = memory;
+        let ExchangeState { start, row, efforts, notices, stop, extrapolated, plain } = memory;
         let clock = *clock;
         Exchange {
             part: (clock, 0),
@@ -156,45 +160,45 @@ impl<'a> Exchange<'a> {
 
     /// What it remembers.
     #[must_use]
-    pub fn into_memory(self) -> Memory {
+    pub fn into_state(self) -> ExchangeState {
         let Exchange { start, row, efforts, notices, stop, extrapolated, plain, .. } = self;
-        Memory { start, row, efforts, notices, stop, extrapolated, plain }
+        ExchangeState { start, row, efforts, notices, stop, extrapolated, plain }
     }
 
     /// The nodes in the order in which they step.
     #[must_use]
-    pub fn order(&self) -> &'a [usize] {
+    pub fn node_order(&self) -> &'a [usize] {
         self.order
     }
 
     /// The plans of the nodes.
     #[must_use]
-    pub fn plans(&self) -> &[NodePlan] {
+    pub fn node_plans(&self) -> &[NodePlan] {
         self.plans
     }
 
     /// The columns of the row.
     #[must_use]
-    pub fn columns(&self) -> &'a Columns<Full> {
+    pub fn columns(&self) -> &'a Columns<AllVariables> {
         self.columns
     }
 
     /// The communication points.
     #[must_use]
-    pub fn clock(&self) -> Clock {
+    pub fn clock(&self) -> CommunicationClock {
         self.clock
     }
 
     /// The row that becomes that of the end of the step.
     #[must_use]
-    pub fn row(&self) -> &Row<Full> {
+    pub fn row(&self) -> &Row<AllVariables> {
         &self.row
     }
 
     /// The effort of each node so far, after a step.
     #[must_use]
-    pub fn efforts(&mut self) -> &[Effort] {
-        self.efforts.all()
+    pub fn node_timings(&mut self) -> &[NodeStepTiming] {
+        self.efforts.node_timings()
     }
 
     /// Counts from here on the steps of nodes that take longer than this, in real time.
@@ -209,16 +213,16 @@ impl<'a> Exchange<'a> {
     }
 
     /// Begins the step from communication point `tick` on: the row is that of its start.
-    pub fn begin(&mut self, tick: u64) {
+    pub fn begin_step(&mut self, tick: u64) {
         self.tick = tick;
-        self.begin_part(self.clock, tick);
-        self.efforts.begin();
+        self.begin_substep(self.clock, tick);
+        self.efforts.begin_step();
     }
 
     /// Begins a part of the step: that from point `tick` of a finer clock on.
-    pub fn begin_part(&mut self, clock: Clock, tick: u64) {
+    pub fn begin_substep(&mut self, clock: CommunicationClock, tick: u64) {
         self.part = (clock, tick);
-        self.samples = clock.at(tick) == self.clock.at(self.tick);
+        self.samples = clock.time_at(tick) == self.clock.time_at(self.tick);
         match self.plain.has_texts {
             true => self.start.copy_from(&self.row),
             false => self.start.copy_numbers_from(&self.row),
@@ -227,15 +231,15 @@ impl<'a> Exchange<'a> {
 
     /// The communication point at which the step begins.
     #[must_use]
-    pub fn tick(&self) -> u64 {
+    pub fn start_tick(&self) -> u64 {
         self.tick
     }
 
     /// Begin and end of the part [s].
     #[must_use]
-    pub fn span(&self) -> Range<f64> {
+    pub fn step_interval(&self) -> Range<f64> {
         let (clock, tick) = &self.part;
-        clock.at(*tick)..clock.at(tick + 1)
+        clock.time_at(*tick)..clock.time_at(tick + 1)
     }
 
     /// Hands a node its inputs and lets it go to the end of the step. A node that ends the run there does so for all: the others
@@ -243,41 +247,41 @@ impl<'a> Exchange<'a> {
     ///
     /// # Errors
     /// When the node fails, or ends the run before the end of the step.
-    pub fn do_step(&mut self, node: usize) -> Result<(), Interruption> {
+    pub fn do_step(&mut self, node: usize) -> Result<(), StepInterruption> {
         let (clock, tick) = self.part;
-        self.efforts.count(node);
+        self.efforts.count_step(node);
         let stepped = match self.extrapolated[node].is_empty() {
-            true => self.call(node, |plan, node, row| {
+            true => self.call_node(node, |plan, node, row| {
                 set_inputs(plan, node, row)?;
                 node.do_step(&clock, tick)
             }),
             false => self.do_extrapolated_step(node),
         };
         match stepped {
-            Err(Interruption::Call { error, .. }) => self.stop_or_fail(node, error),
+            Err(StepInterruption::Call { error, .. }) => self.handle_step_error(node, error),
             other => other,
         }
     }
 
     /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
-    fn stop_or_fail(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
-        let end = self.span().end - SAME * self.part.0.step;
+    fn handle_step_error(&mut self, node: usize, error: CallError) -> Result<(), StepInterruption> {
+        let end = self.step_interval().end - SAME * self.part.0.step;
         if error.terminated.is_none_or(|at| at < end) {
-            return Err(Interruption::Call { node, error });
+            return Err(StepInterruption::Call { node, error });
         }
-        self.stop.get_or_insert(NodeStop { node, error });
+        self.stop.get_or_insert(NodeTermination { node, error });
         Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
     #[must_use]
-    pub fn stop(&self) -> Option<&NodeStop> {
+    pub fn node_termination(&self) -> Option<&NodeTermination> {
         self.stop.as_ref()
     }
 
     /// The row of a node that ended the run between the communication points: its outputs, with all else as at the start of the
     /// step; nothing when they cannot be read.
-    pub fn row_at_stop(&mut self, node: usize) -> Option<&Row<Full>> {
+    pub fn row_at_termination(&mut self, node: usize) -> Option<&Row<AllVariables>> {
         self.row.copy_from(&self.start);
         self.read_outputs(node).is_ok().then_some(&self.row)
     }
@@ -286,49 +290,45 @@ impl<'a> Exchange<'a> {
     ///
     /// # Errors
     /// When the node fails, or an output is NaN.
-    pub fn read_outputs(&mut self, node: usize) -> Result<(), Interruption> {
-        if matches!(self.plans[node].body, Body::Outlet) {
-            self.gather(node, &[])?;
+    pub fn read_outputs(&mut self, node: usize) -> Result<(), StepInterruption> {
+        if matches!(self.plans[node].body, NodeBody::Outlet) {
+            self.gather_all_inputs(node, &[])?;
         }
-        self.call(node, get_outputs)?;
+        self.call_node(node, get_outputs)?;
         self.message_flag |= self.nodes[node].has_messages();
         self.check_outputs(node)
     }
 
-    fn call(
+    fn call_node(
         &mut self,
         node: usize,
-        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<Full>) -> Result<(), CallError>,
-    ) -> Result<(), Interruption> {
-        self.efforts.turn_to(node);
+        call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<AllVariables>) -> Result<(), CallError>,
+    ) -> Result<(), StepInterruption> {
+        self.efforts.start_timing_node(node);
         call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row).map_err(|error| {
-            self.efforts.rest();
-            Interruption::Call { node, error }
+            self.efforts.stop_timing_node();
+            StepInterruption::Call { node, error }
         })
     }
 }
 
 /// The failed call of a node at a time [s].
 #[must_use]
-pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
+pub fn call_failure_error(plan: &NodePlan, error: CallError, time: f64) -> Error {
     let mut what = error.what;
     if error.discarded {
         what += "; with `on_discard = \"halve\"` in [coupling] all nodes go back and do the step in halves";
     }
-    Error::component(&plan.name, &error.call, Some(time), what)
+    Error::node_failure(&plan.name, &error.call, Some(time), what)
 }
 
-fn set_inputs(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
+fn set_inputs(plan: &NodePlan, node: &mut dyn Node, row: &Row<AllVariables>) -> Result<(), CallError> {
     node.set_inputs(&row[plan.inputs])?;
     set_typed_values(plan, node, row)
 }
 
 /// Gives a node its inputs besides the numbers.
-fn set_typed_values(
-    plan: &NodePlan,
-    node: &mut dyn Node,
-    row: &Row<Full>,
-) -> Result<(), CallError> {
+fn set_typed_values(plan: &NodePlan, node: &mut dyn Node, row: &Row<AllVariables>) -> Result<(), CallError> {
     let (integers, texts) = (!plan.exact.connections.is_empty(), &row[plan.texts.inputs]);
     if !integers && texts.is_empty() {
         return Ok(());
@@ -343,7 +343,7 @@ fn set_typed_values(
 pub(crate) fn get_outputs(
     plan: &NodePlan,
     node: &mut dyn Node,
-    row: &mut Row<Full>,
+    row: &mut Row<AllVariables>,
 ) -> Result<(), CallError> {
     node.get_outputs(&mut row[plan.outputs])?;
     let integers = !plan.exact.numbers.is_empty() && !plan.exact.unneeded;
@@ -355,7 +355,7 @@ pub(crate) fn get_outputs(
     if integers {
         node.get_integers(&mut row[plan.exact.outputs])?;
         for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
-            row.put(pair, row[pair.0]);
+            row.set_integer(pair, row[pair.0]);
         }
     }
     if texts { node.get_texts(&mut row[plan.texts.outputs]) } else { Ok(()) }

@@ -10,21 +10,21 @@ mod value;
 
 use std::fmt::Debug;
 
-pub use bias::Bias;
+pub use bias::BiasFault;
 pub use call::{CallFault, CallFaultKind};
-pub use freeze::Freeze;
-pub use gain::Gain;
-pub use value::Value;
+pub use freeze::FreezeFault;
+pub use gain::GainFault;
+pub use value::FixedValueFault;
 
 /// Calls a macro with the key and the words of each kind of fault.
 #[macro_export]
 macro_rules! for_each_fault {
     ($make:ident) => {
         $make! {
-            freeze: $crate::fault::Freeze,
-            value: $crate::fault::Value,
-            bias: $crate::fault::Bias,
-            gain: $crate::fault::Gain,
+            freeze: $crate::fault::FreezeFault,
+            value: $crate::fault::FixedValueFault,
+            bias: $crate::fault::BiasFault,
+            gain: $crate::fault::GainFault,
         }
     };
 }
@@ -32,31 +32,31 @@ macro_rules! for_each_fault {
 /// The words of a kind of fault.
 pub trait FaultKind {
     /// Its action; none when the words switch it off.
-    fn action(&self) -> Option<Box<dyn FaultAction>>;
+    fn build_action(&self) -> Option<Box<dyn FaultAction>>;
 }
 
 /// The action of a fault on a value, with its state.
 pub trait FaultAction: Debug + Send + Sync {
     /// Observes a value before the fault begins.
-    fn observe(&mut self, _value: f64) {}
+    fn observe_before_fault(&mut self, _value: f64) {}
 
     /// The value that the input gets while the fault lasts.
-    fn apply(&mut self, value: f64) -> f64;
+    fn faulty_value(&mut self, value: f64) -> f64;
 
     /// What it remembers; none if that is nothing.
-    fn memory(&self) -> Option<f64> {
+    fn saved_state(&self) -> Option<f64> {
         None
     }
 
     /// Goes on with what an action of its kind remembered.
-    fn recall(&mut self, _memory: f64) {}
+    fn restore_state(&mut self, _memory: f64) {}
 
     /// A copy with the same state.
-    fn boxed(&self) -> Box<dyn FaultAction>;
+    fn clone_box(&self) -> Box<dyn FaultAction>;
 }
 
 impl Clone for Box<dyn FaultAction> {
     fn clone(&self) -> Self {
-        self.as_ref().boxed()
+        self.as_ref().clone_box()
     }
 }

@@ -1,21 +1,23 @@
 //! Reports when faults begin and end.
 
 use diagnostics::Error;
-use recording::{Event, Full, Level, Notice, Row, Sink, Status, StatusChange, StatusTrack};
+use recording::{
+    AllVariables, CheckOrFaultStatus, EventLevel, Row, RunEvent, Sink, SinkNotice, StatusChange, StatusSource,
+};
 
 use crate::system::System;
 
 /// The inputs and nodes of a run that have faults.
 #[derive(Debug, Default)]
 pub struct FaultReporter {
-    tracks: Vec<FaultTrack>,
-    notices: Vec<Notice>,
+    tracks: Vec<FaultActivity>,
+    notices: Vec<SinkNotice>,
     /// Whether there was a row before.
     seen: bool,
 }
 
 #[derive(Debug)]
-struct FaultTrack {
+struct FaultActivity {
     /// The name of the input or the node.
     name: String,
     /// For each fault the first communication point of it and the first one after it [s].
@@ -30,13 +32,13 @@ impl FaultReporter {
         let connections =
             system.nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
         let tracks = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-        let tracks = tracks.map(|(link, input)| FaultTrack {
-            name: system.columns[input].name(),
+        let tracks = tracks.map(|(link, input)| FaultActivity {
+            name: system.columns[input].qualified_name(),
             windows: link.input_chain.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
         let nodes = system.nodes.iter().filter(|node| !node.faults.is_empty());
-        let nodes = nodes.map(|node| FaultTrack {
+        let nodes = nodes.map(|node| FaultActivity {
             name: node.name.clone(),
             windows: node.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
@@ -45,10 +47,10 @@ impl FaultReporter {
     }
 }
 
-impl Sink<Full> for FaultReporter {
+impl Sink<AllVariables> for FaultReporter {
     /// Notices what begins or ends at the communication point.
     #[inline]
-    fn row(&mut self, tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
+    fn push_row(&mut self, tick: u64, time: f64, _row: &Row<AllVariables>) -> Result<(), Error> {
         for it in &mut self.tracks {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
             if acts == std::mem::replace(&mut it.acts, acts) {
@@ -58,15 +60,15 @@ impl Sink<Full> for FaultReporter {
             let before = it.windows.iter().any(|[from, until]| *from < time && time < *until);
             let begun = tick > 0 && !self.seen && before;
             let (status, what) = match (acts, begun) {
-                (true, true) => (Status::Active, "goes on"),
-                (true, false) => (Status::Active, "begins"),
-                (false, _) => (Status::Idle, "ends"),
+                (true, true) => (CheckOrFaultStatus::Active, "goes on"),
+                (true, false) => (CheckOrFaultStatus::Active, "begins"),
+                (false, _) => (CheckOrFaultStatus::Idle, "ends"),
             };
-            let track = StatusTrack::Fault(it.name.clone());
-            self.notices.push(Notice::Status(StatusChange { time, track, status }));
-            self.notices.push(Notice::Event(Event {
+            let track = StatusSource::Fault(it.name.clone());
+            self.notices.push(SinkNotice::Status(StatusChange { time, track, status }));
+            self.notices.push(SinkNotice::Event(RunEvent {
                 time,
-                level: Level::Warning,
+                level: EventLevel::Warning,
                 source: "fault".to_owned(),
                 message: format!("the fault of {} {what}", it.name),
                 again: 0,
@@ -77,7 +79,7 @@ impl Sink<Full> for FaultReporter {
     }
 
     #[inline]
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         std::mem::take(&mut self.notices)
     }
 }

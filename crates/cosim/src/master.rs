@@ -2,18 +2,18 @@
 
 use std::time::Duration;
 
-use diagnostics::{Error, rounded};
-use fmu_import::{CallError, Message, MessageLevel, SUMMARY};
-use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
+use diagnostics::{Error, rounded_time};
+use fmu_import::{CallError, FmuMessage, MessageLevel, SUMMARY};
+use recording::{AllVariables, Column, EventLevel, NumberIndex, RunEvent, Sink, is_exact_in_f64};
 
-use crate::coupling::{Coupling, CouplingSummary};
-use crate::exchange::{Effort, Exchange, Interruption, NodeStop, failure};
+use crate::coupling::{CouplingAlgorithm, CouplingSummary};
+use crate::exchange::{Exchange, NodeStepTiming, NodeTermination, StepInterruption, call_failure_error};
 use crate::node::{Node, SAME};
 use crate::system::System;
 
 /// How far a run came, and what it cost.
 #[derive(Debug, Clone, Default)]
-pub struct Progress {
+pub struct RunProgress {
     /// Steps that were done.
     pub steps: u64,
     /// Who ended the run before its last communication point, as planned, and when.
@@ -21,7 +21,7 @@ pub struct Progress {
     /// What nodes did not keep of their start values.
     pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
-    pub efforts: Vec<Effort>,
+    pub efforts: Vec<NodeStepTiming>,
     /// What the coupling did.
     pub coupling: CouplingSummary,
     /// How long a node may take for a communication step; longer ones are counted.
@@ -34,10 +34,10 @@ pub trait RunObserver {
     ///
     /// # Errors
     /// When a node fails.
-    fn initialise(
+    fn begin_run(
         &mut self,
         exchange: &mut Exchange,
-        coupling: &mut dyn Coupling,
+        coupling: &mut dyn CouplingAlgorithm,
     ) -> Result<u64, Error> {
         coupling.initialise(exchange).map(|()| 0)
     }
@@ -50,7 +50,7 @@ pub trait RunObserver {
         &mut self,
         _tick: u64,
         _exchange: &mut Exchange,
-        _coupling: &mut dyn Coupling,
+        _coupling: &mut dyn CouplingAlgorithm,
     ) -> Result<(), Error> {
         Ok(())
     }
@@ -72,9 +72,9 @@ impl RunObserver for () {}
 pub fn run(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
-    coupling: &mut dyn Coupling,
-    sink: &mut dyn Sink<Full>,
-    progress: &mut Progress,
+    coupling: &mut dyn CouplingAlgorithm,
+    sink: &mut dyn Sink<AllVariables>,
+    progress: &mut RunProgress,
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     run_observed(system, nodes, coupling, sink, progress, tick, &mut ())
@@ -87,102 +87,102 @@ pub fn run(
 pub fn run_observed(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
-    coupling: &mut dyn Coupling,
-    sink: &mut dyn Sink<Full>,
-    progress: &mut Progress,
+    coupling: &mut dyn CouplingAlgorithm,
+    sink: &mut dyn Sink<AllVariables>,
+    progress: &mut RunProgress,
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
     observer: &mut dyn RunObserver,
 ) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
     progress.deadline.into_iter().for_each(|deadline| exchange.set_deadline(deadline));
     let result = simulate(&mut exchange, coupling, sink, progress, tick, observer);
-    progress.efforts = exchange.efforts().to_vec();
-    progress.coupling = coupling.summary();
+    progress.efforts = exchange.node_timings().to_vec();
+    progress.coupling = coupling.coupling_summary();
     progress.notices = exchange.notices().to_vec();
     result
 }
 
 fn simulate(
     exchange: &mut Exchange,
-    coupling: &mut dyn Coupling,
-    sink: &mut dyn Sink<Full>,
-    progress: &mut Progress,
+    coupling: &mut dyn CouplingAlgorithm,
+    sink: &mut dyn Sink<AllVariables>,
+    progress: &mut RunProgress,
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
     observer: &mut dyn RunObserver,
 ) -> Result<(), Error> {
     let clock = exchange.clock();
-    let begun = observer.initialise(exchange, coupling);
-    let start = clock.at(begun.as_ref().copied().unwrap_or_default());
+    let begun = observer.begin_run(exchange, coupling);
+    let start = clock.time_at(begun.as_ref().copied().unwrap_or_default());
     report_messages(exchange, sink, start, true)?;
     let first = begun?;
     let mut reported = Vec::new();
     report_rounded(exchange, sink, &mut reported, start)?;
-    sink.row(first, start, exchange.row())?;
+    sink.push_row(first, start, exchange.row())?;
     observer.on_communication_point(first, exchange, coupling)?;
     for k in first..clock.steps {
-        exchange.begin(k);
+        exchange.begin_step(k);
         if let Err(interruption) = coupling.step(exchange) {
-            progress.ended = Some(on_interruption(exchange, interruption, k, sink)?);
-            return terminate(exchange, observer, sink, clock.at(k));
+            progress.ended = Some(handle_interruption(exchange, interruption, k, sink)?);
+            return terminate_nodes(exchange, observer, sink, clock.time_at(k));
         }
-        let time = clock.at(k + 1);
+        let time = clock.time_at(k + 1);
         if exchange.take_message_flag() {
             report_messages(exchange, sink, time, false)?;
         }
         report_rounded(exchange, sink, &mut reported, time)?;
-        sink.row(k + 1, time, exchange.row())?;
+        sink.push_row(k + 1, time, exchange.row())?;
         progress.steps = k + 1 - first;
         observer.on_communication_point(k + 1, exchange, coupling)?;
         if let Err(error) = tick(k + 1) {
             // Whoever calls the run off asks for nothing more.
-            let _ = terminate(exchange, &(), sink, time);
+            let _ = terminate_nodes(exchange, &(), sink, time);
             return Err(error);
         }
-        if let Some(NodeStop { node, error }) = exchange.stop().cloned() {
-            let interruption = Interruption::Call { node, error };
-            progress.ended = Some(on_interruption(exchange, interruption, k, sink)?);
-            return terminate(exchange, observer, sink, time);
+        if let Some(NodeTermination { node, error }) = exchange.node_termination().cloned() {
+            let interruption = StepInterruption::Call { node, error };
+            progress.ended = Some(handle_interruption(exchange, interruption, k, sink)?);
+            return terminate_nodes(exchange, observer, sink, time);
         }
     }
-    terminate(exchange, observer, sink, clock.at(clock.steps.max(first)))
+    terminate_nodes(exchange, observer, sink, clock.time_at(clock.steps.max(first)))
 }
 
 /// Says who ended the run in the step from communication point `k` on, if that was planned.
 ///
 /// # Errors
 /// When it was not.
-fn on_interruption(
+fn handle_interruption(
     exchange: &mut Exchange,
-    interruption: Interruption,
+    interruption: StepInterruption,
     k: u64,
-    sink: &mut dyn Sink<Full>,
+    sink: &mut dyn Sink<AllVariables>,
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
-        Interruption::Value(error) | Interruption::Unsolved(error) => {
-            report_messages(exchange, sink, clock.at(k + 1), false)?;
+        StepInterruption::Value(error) | StepInterruption::Unsolved(error) => {
+            report_messages(exchange, sink, clock.time_at(k + 1), false)?;
             Err(error)
         }
-        Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
+        StepInterruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
-            let message = format!("ended the simulation at {} s: {what}", rounded(reached));
+            let message = format!("ended the simulation at {} s: {what}", rounded_time(reached));
             let ended = format!("`{source}` {message}");
             let between = |from: f64, to: f64| reached > from && reached < to;
             let edge = SAME * clock.step;
-            let row = between(clock.at(k) + edge, clock.at(k + 1) - edge)
-                .then(|| exchange.row_at_stop(node))
+            let row = between(clock.time_at(k) + edge, clock.time_at(k + 1) - edge)
+                .then(|| exchange.row_at_termination(node))
                 .flatten();
             if let Some(row) = row {
-                sink.row(k + 1, reached, row)?;
+                sink.push_row(k + 1, reached, row)?;
             }
-            let time = reached.clamp(clock.at(k), clock.at(k + 1));
-            sink.event(&Event { time, level: Level::Info, source, message, again: 0 })?;
+            let time = reached.clamp(clock.time_at(k), clock.time_at(k + 1));
+            sink.push_event(&RunEvent { time, level: EventLevel::Info, source, message, again: 0 })?;
             Ok(ended)
         }
-        Interruption::Call { node, error } => {
-            let time = clock.at(k + u64::from(error.at_end_of_step()));
+        StepInterruption::Call { node, error } => {
+            let time = clock.time_at(k + u64::from(error.is_at_step_end()));
             report_messages(exchange, sink, time, false)?;
-            Err(failure(&exchange.plans[node], error, time))
+            Err(call_failure_error(&exchange.plans[node], error, time))
         }
     }
 }
@@ -190,20 +190,20 @@ fn on_interruption(
 /// Hands over what the nodes logged; `begins` says that this was during their initialisation.
 fn report_messages(
     exchange: &mut Exchange,
-    sink: &mut dyn Sink<Full>,
+    sink: &mut dyn Sink<AllVariables>,
     time: f64,
     begins: bool,
 ) -> Result<(), Error> {
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
-        for message in node.messages() {
+        for message in node.take_messages() {
             let level = match message.level() {
-                MessageLevel::Info if begins && message.category == SUMMARY => Level::Summary,
-                MessageLevel::Info => Level::Info,
-                MessageLevel::Warning => Level::Warning,
-                MessageLevel::Error => Level::Error,
+                MessageLevel::Info if begins && message.category == SUMMARY => EventLevel::Summary,
+                MessageLevel::Info => EventLevel::Info,
+                MessageLevel::Warning => EventLevel::Warning,
+                MessageLevel::Error => EventLevel::Error,
             };
-            let Message { text: message, again, .. } = message;
-            sink.event(&Event { time, level, source: plan.name.clone(), message, again })?;
+            let FmuMessage { text: message, again, .. } = message;
+            sink.push_event(&RunEvent { time, level, source: plan.name.clone(), message, again })?;
         }
     }
     Ok(())
@@ -212,13 +212,13 @@ fn report_messages(
 /// Says of each integer of 64 bits, once, that from this time on not all see it exactly. `reported` has those of which it was said.
 fn report_rounded(
     exchange: &Exchange,
-    sink: &mut dyn Sink<Full>,
-    reported: &mut Vec<NumberIndex<Full>>,
+    sink: &mut dyn Sink<AllVariables>,
+    reported: &mut Vec<NumberIndex<AllVariables>>,
     time: f64,
 ) -> Result<(), Error> {
-    for (integer, number) in exchange.columns.integers() {
+    for (integer, number) in exchange.columns.integer_columns() {
         let value = exchange.row()[integer];
-        if fits_number(value) || reported.contains(&number) {
+        if is_exact_in_f64(value) || reported.contains(&number) {
             continue;
         }
         reported.push(number);
@@ -227,9 +227,9 @@ fn report_rounded(
             "`{variable}` is {value}, which no number holds exactly: run.csv and run.mcap have it as it is, diagrams, comparisons, \
              baselines and analyses a rounded one"
         );
-        sink.event(&Event {
+        sink.push_event(&RunEvent {
             time,
-            level: Level::Warning,
+            level: EventLevel::Warning,
             source: node.clone(),
             message,
             again: 0,
@@ -238,17 +238,17 @@ fn report_rounded(
     Ok(())
 }
 
-fn terminate(
+fn terminate_nodes(
     exchange: &mut Exchange,
     observer: &dyn RunObserver,
-    sink: &mut dyn Sink<Full>,
+    sink: &mut dyn Sink<AllVariables>,
     time: f64,
 ) -> Result<(), Error> {
     let mut nodes = exchange.plans.iter().zip(exchange.nodes.iter_mut());
     let ended = match observer.keeps_nodes() {
         true => Ok(()),
         false => nodes
-            .try_for_each(|(plan, node)| node.terminate().map_err(|it| failure(plan, it, time))),
+            .try_for_each(|(plan, node)| node.terminate().map_err(|it| call_failure_error(plan, it, time))),
     };
     report_messages(exchange, sink, time, false)?;
     ended

@@ -18,22 +18,22 @@ use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
-use diagnostics::{Error, Mistakes};
-use fmu_import::{CallError, Fmu, Instance, Message};
+use diagnostics::{Error, ErrorCollector};
+use fmu_import::{CallError, Fmu, FmuMessage, Instance};
 
-use crate::clock::Clock;
-use crate::extrapolation::InputExtrapolation;
+use crate::clock::CommunicationClock;
+use crate::extrapolation::ExtrapolationPolynomial;
 use crate::fault::CallFault;
-use crate::system::{Body, Isolation, NodePlan, StartValue, System, VariableGroups};
+use crate::system::{FmuIsolation, NodeBody, NodePlan, StartValue, System, VariableGroups};
 use driver::DriverNode;
 pub use fault_injection::with_call_faults;
 pub use fmu::FmuNode;
 use isolated::IsolatedNode;
-pub use isolated::{Host, serve};
+pub use isolated::{FmuProcessOptions, serve_host_process};
 pub use isolated_copies::{isolated_copies, return_sources};
-pub use refusal::Refusal;
+pub use refusal::FmuRefusal;
 pub use reusable::ReusableInstances;
-pub use source::{Source, SourceNode};
+pub use source::{SourceNode, ValueSource};
 use sub_stepping::SubSteppingNode;
 
 /// Share of a step that times may differ by and still be the same.
@@ -44,7 +44,7 @@ pub(crate) const SAME: f64 = 1e-6;
 /// `set_inputs`, [`do_step`](Node::do_step), `get_outputs` for each communication step, and [`terminate`](Node::terminate).
 pub trait Node: Send {
     /// The node inside, of a node that changes only some of what another one does: what it does not do itself, that one does.
-    fn inner(&self) -> Option<&dyn Node> {
+    fn inner_node(&self) -> Option<&dyn Node> {
         None
     }
 
@@ -72,14 +72,14 @@ pub trait Node: Send {
     fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError>;
 
     /// Goes from communication point `tick` of the clock to the next one.
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError>;
 
     /// [`set_inputs`](Node::set_inputs), [`do_step`](Node::do_step) and [`get_outputs`](Node::get_outputs) in one call, of a node without
     /// [`TypedValues`]. Says whether there are messages to take.
-    fn do_step_with(
+    fn exchange_and_step(
         &mut self,
         inputs: &[f64],
-        clock: &Clock,
+        clock: &CommunicationClock,
         tick: u64,
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
@@ -104,17 +104,17 @@ pub trait Node: Send {
 
     /// Whether there are messages to take now: of a kind that is new, or each one that it logs if it logs all it has to say.
     fn has_messages(&self) -> bool {
-        self.inner().is_some_and(Node::has_messages)
+        self.inner_node().is_some_and(Node::has_messages)
     }
 
     /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`Message::again`].
-    fn messages(&mut self) -> Vec<Message> {
-        self.inner_mut().map(|node| node.messages()).unwrap_or_default()
+    fn take_messages(&mut self) -> Vec<FmuMessage> {
+        self.inner_mut().map(|node| node.take_messages()).unwrap_or_default()
     }
 
     /// Its state, of a node that can go back to an earlier one.
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
-        self.inner_mut()?.state()
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
+        self.inner_mut()?.as_stateful()
     }
 
     /// Its values that do not travel as numbers, of a node that has some.
@@ -128,23 +128,23 @@ pub trait Node: Send {
     }
 
     /// The derivatives of its outputs, of a node that may know them.
-    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
-        self.inner_mut()?.derivatives()
+    fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        self.inner_mut()?.as_directional_derivatives()
     }
 
     /// Its parameters, of a node that has some that change between two steps.
-    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
-        self.inner_mut()?.parameters()
+    fn as_tunable_parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+        self.inner_mut()?.as_tunable_parameters()
     }
 
     /// Its calls, of a node that lets them fail on demand.
-    fn faults(&mut self) -> Option<&mut dyn FaultInjection> {
-        self.inner_mut()?.faults()
+    fn as_fault_injection(&mut self) -> Option<&mut dyn FaultInjection> {
+        self.inner_mut()?.as_fault_injection()
     }
 
     /// Whether a process can hold one instance of it only.
     fn is_single_instance(&self) -> bool {
-        self.inner().is_some_and(Node::is_single_instance)
+        self.inner_node().is_some_and(Node::is_single_instance)
     }
 
     /// The instance of an FMU in this process, for another run.
@@ -161,24 +161,24 @@ pub trait Stateful {
     }
 
     /// Saves the state. Dropping the copy frees its memory.
-    fn save(&mut self) -> Result<NodeState, CallError>;
+    fn save_state(&mut self) -> Result<NodeState, CallError>;
 
     /// Saves the state in the place of one that this node saved.
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        *state = self.save()?;
+        *state = self.save_state()?;
         Ok(())
     }
 
     /// Goes back to a state that this node saved.
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError>;
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError>;
 
     /// A saved state as bytes.
-    fn serialise(&mut self, _state: &NodeState) -> Result<Vec<u8>, CallError> {
+    fn serialise_state(&mut self, _state: &NodeState) -> Result<Vec<u8>, CallError> {
         Err(state_error("the node cannot turn its state into bytes"))
     }
 
     /// The state that [`serialise`](Self::serialise) gave as bytes, also of another instance.
-    fn deserialise(&mut self, _bytes: &[u8]) -> Result<NodeState, CallError> {
+    fn deserialise_state(&mut self, _bytes: &[u8]) -> Result<NodeState, CallError> {
         Err(state_error("the node cannot read its state from bytes"))
     }
 }
@@ -214,17 +214,13 @@ pub trait ExtrapolatedInputs {
 pub trait DirectionalDerivatives {
     /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
     /// [`Node::set_inputs`], become those of the outputs, in the order of [`Node::get_outputs`]. False if the node does not know.
-    fn directional_derivatives(
-        &mut self,
-        changes: &[f64],
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError>;
+    fn directional_derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError>;
 }
 
 /// A node whose parameters may change between two steps.
 pub trait TunableParameters {
     /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
-    fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError>;
+    fn tune_parameters(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError>;
 }
 
 /// What a node does in its next step on demand.
@@ -244,7 +240,7 @@ pub trait FaultInjection {
     }
 
     /// Takes other faults of its calls, for a run with these communication points.
-    fn set_call_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
+    fn set_call_faults(&mut self, _faults: &[CallFault], _clock: &CommunicationClock) {}
 }
 
 /// The polynomial of an input, by its place among those of a node that are numbers.
@@ -253,15 +249,15 @@ pub struct InputPolynomial {
     /// The place of the input.
     pub place: usize,
     /// Its values over time.
-    pub polynomial: InputExtrapolation,
+    pub polynomial: ExtrapolationPolynomial,
 }
 
 /// The state of a node.
 ///
 /// # Errors
 /// When the node has none.
-pub fn state_of(node: &mut dyn Node) -> Result<&mut dyn Stateful, CallError> {
-    node.state().ok_or_else(|| state_error("the node cannot save its state"))
+pub fn stateful_node(node: &mut dyn Node) -> Result<&mut dyn Stateful, CallError> {
+    node.as_stateful().ok_or_else(|| state_error("the node cannot save its state"))
 }
 
 /// Gives a node its inputs for a step between two times [s]. One that holds them gets the mean of those that change.
@@ -275,7 +271,7 @@ pub(crate) fn set_extrapolated_inputs(
         return extrapolated.set_extrapolated_inputs(inputs, polynomials, span);
     }
     for InputPolynomial { place, polynomial } in polynomials {
-        inputs[*place] = polynomial.mean(&span);
+        inputs[*place] = polynomial.mean_over(&span);
     }
     node.set_inputs(inputs)
 }
@@ -294,20 +290,16 @@ impl NodeState {
     ///
     /// # Errors
     /// When another kind of node saved it.
-    pub fn get<T: Any>(&self) -> Result<&T, CallError> {
-        self.0
-            .downcast_ref()
-            .ok_or_else(|| state_error("the state is that of another kind of node"))
+    pub fn downcast_ref<T: Any>(&self) -> Result<&T, CallError> {
+        self.0.downcast_ref().ok_or_else(|| state_error("the state is that of another kind of node"))
     }
 
     /// The same, to be replaced.
     ///
     /// # Errors
     /// When another kind of node saved it.
-    pub fn get_mut<T: Any>(&mut self) -> Result<&mut T, CallError> {
-        self.0
-            .downcast_mut()
-            .ok_or_else(|| state_error("the state is that of another kind of node"))
+    pub fn downcast_mut<T: Any>(&mut self) -> Result<&mut T, CallError> {
+        self.0.downcast_mut().ok_or_else(|| state_error("the state is that of another kind of node"))
     }
 }
 
@@ -320,44 +312,51 @@ fn state_error(what: &str) -> CallError {
 /// # Errors
 /// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
 /// value.
-pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
-    instantiate_again(system, host, &mut ReusableInstances::default())
+pub fn instantiate_nodes(
+    system: &mut System,
+    host: Option<&FmuProcessOptions>,
+) -> Result<Vec<Box<dyn Node>>, Error> {
+    instantiate_reusing(system, host, &mut ReusableInstances::default())
 }
 
 /// The same with instances of an earlier run, where there are some.
 ///
 /// # Errors
 /// As of [`instantiate`].
-pub fn instantiate_again(
+pub fn instantiate_reusing(
     system: &mut System,
-    host: Option<&Host>,
+    host: Option<&FmuProcessOptions>,
     reusable: &mut ReusableInstances,
 ) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let mut notices = Vec::new();
     let nodes = system.nodes.iter_mut().map(|plan| {
-        if let Body::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
+        if let NodeBody::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
             && let Some(why) = host.and_then(|_| fmu.clash_in_process())
         {
             // Of an earlier run, or of the run that this one validates.
-            notices.push(Isolation::notice(&plan.name, &why));
-            *isolation = Some(Isolation::plain());
+            notices.push(FmuIsolation::isolation_notice(&plan.name, &why));
+            *isolation = Some(FmuIsolation::process_only());
         }
         // The last step of its own may end a unit in the last place later.
-        let own = plan.step_ratio.map(|step_ratio| step_ratio.of(&clock).announced_stop());
+        let own = plan.step_ratio.map(|step_ratio| step_ratio.node_clock(&clock).announced_stop());
         let stop = announced_stop.map(|stop| own.map_or(stop, |own| own.max(stop)));
-        let experiment = Experiment { start: clock.start, stop, tolerance };
-        let node = node(plan, experiment, host, reusable)?;
-        Ok(with_own_step(node, plan, clock))
+        let experiment = FmuExperiment { start: clock.start, stop, tolerance };
+        let node = create_node(plan, experiment, host, reusable)?;
+        Ok(wrap_sub_stepping(node, plan, clock))
     });
-    let mut nodes = Mistakes::all(nodes)?;
+    let mut nodes = ErrorCollector::collect_all(nodes)?;
     system.warnings.append(&mut notices);
     with_call_faults(system, &mut nodes, false);
     Ok(nodes)
 }
 
 /// The node with the step of its own, if it has one.
-pub(crate) fn with_own_step(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
+pub(crate) fn wrap_sub_stepping(
+    node: Box<dyn Node>,
+    plan: &NodePlan,
+    clock: CommunicationClock,
+) -> Box<dyn Node> {
     match plan.step_ratio {
         None => node,
         Some(step_ratio) => Box::new(SubSteppingNode::new(node, plan, step_ratio, clock)),
@@ -366,14 +365,14 @@ pub(crate) fn with_own_step(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) 
 
 /// The nodes of a system that are no FMUs, and in the places of FMUs nodes that show nothing.
 #[must_use]
-pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
+pub fn source_nodes(system: &mut System) -> Vec<Box<dyn Node>> {
     let source = |plan: &mut NodePlan| -> Box<dyn Node> {
         match &mut plan.body {
-            Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
-            Body::Table(table) => Box::new(SourceNode::new(table.clone())),
-            Body::Driver(driver) => Box::new(DriverNode::new(driver)),
+            NodeBody::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+            NodeBody::Table(table) => Box::new(SourceNode::new(table.clone())),
+            NodeBody::Driver(driver) => Box::new(DriverNode::new(driver)),
             // The exchange puts the values of connectors into the row.
-            Body::Own | Body::Inlet | Body::Outlet | Body::Fmu { .. } => {
+            NodeBody::Own | NodeBody::Inlet | NodeBody::Outlet | NodeBody::Fmu { .. } => {
                 Box::new(SourceNode::new(Vec::new()))
             }
         }
@@ -383,7 +382,7 @@ pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
 
 /// What an FMU is told of the run.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Experiment {
+pub struct FmuExperiment {
     /// The first communication point [s].
     pub start: f64,
     /// The stop time [s], if it is known.
@@ -399,18 +398,18 @@ pub(crate) struct InstanceSettings<'a> {
     pub log: bool,
     pub inputs: VariableGroups,
     pub outputs: VariableGroups,
-    pub experiment: Experiment,
+    pub experiment: FmuExperiment,
     pub starts: Vec<StartValue>,
 }
 
-fn node(
+fn create_node(
     plan: &mut NodePlan,
-    experiment: Experiment,
-    host: Option<&Host>,
+    experiment: FmuExperiment,
+    host: Option<&FmuProcessOptions>,
     reusable: &mut ReusableInstances,
 ) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
-        Body::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
+        NodeBody::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
             let settings = InstanceSettings {
                 fmu,
                 name: &plan.name,
@@ -421,32 +420,27 @@ fn node(
                 starts: starts.clone(),
             };
             match (isolation, host) {
-                (Some(isolation), Some(host)) => {
-                    Box::new(IsolatedNode::new(settings, isolation, host)?)
-                }
+                (Some(isolation), Some(host)) => Box::new(IsolatedNode::new(settings, isolation, host)?),
                 _ => Box::new(fmu_node(settings, reusable)?),
             }
         }
-        Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
-        Body::Table(table) => Box::new(SourceNode::new(table.clone())),
-        Body::Driver(driver) => Box::new(DriverNode::new(driver)),
+        NodeBody::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
+        NodeBody::Table(table) => Box::new(SourceNode::new(table.clone())),
+        NodeBody::Driver(driver) => Box::new(DriverNode::new(driver)),
         // The exchange puts the values of connectors into the row; the program brings its own nodes.
-        Body::Own | Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
+        NodeBody::Own | NodeBody::Inlet | NodeBody::Outlet => Box::new(SourceNode::new(Vec::new())),
     })
 }
 
 /// The node of an FMU in this process, of an instance of an earlier run, if there is one.
-fn fmu_node(
-    settings: InstanceSettings,
-    reusable: &mut ReusableInstances,
-) -> Result<FmuNode, Error> {
+fn fmu_node(settings: InstanceSettings, reusable: &mut ReusableInstances) -> Result<FmuNode, Error> {
     let InstanceSettings { fmu, name, log, inputs, outputs, experiment, starts } = settings;
-    let failed = |refusal: Refusal| refusal.into_error(name, experiment.start);
-    let mut node = match reusable.take(name, fmu, &starts) {
-        Some(instance) => FmuNode::of(instance, name, inputs, outputs),
+    let failed = |refusal: FmuRefusal| refusal.into_error(name, experiment.start);
+    let mut node = match reusable.take_instance(name, fmu, &starts) {
+        Some(instance) => FmuNode::from_instance(instance, name, inputs, outputs),
         None => FmuNode::new(fmu, name, log, inputs, outputs).map_err(failed)?,
     };
-    node.prepare(experiment, starts).map_err(failed)?;
+    node.set_experiment_and_starts(experiment, starts).map_err(failed)?;
     Ok(node)
 }
 

@@ -6,8 +6,8 @@ mod window;
 
 use std::sync::Arc;
 
-use shape::{Shape, ShapeParameters};
-pub use window::Window;
+use shape::{ShapeParameters, SignalShape};
+pub use window::SignalWindow;
 
 /// A generated signal: the sum of its parts.
 #[derive(Debug, Clone, Default)]
@@ -18,8 +18,8 @@ pub struct Signal {
 /// A shape in a window of time; outside it is 0.
 #[derive(Debug, Clone)]
 pub struct SignalPart {
-    window: Window,
-    shape: Arc<dyn Shape>,
+    window: SignalWindow,
+    shape: Arc<dyn SignalShape>,
 }
 
 /// Tolerance of edges [s]: rounding puts a communication point just before an edge that it should meet.
@@ -30,12 +30,8 @@ impl SignalPart {
     ///
     /// # Errors
     /// The message names the parameter that is out of its range.
-    pub fn new(
-        parameters: &dyn ShapeParameters,
-        window: Window,
-        seed: u64,
-    ) -> Result<Self, String> {
-        Ok(SignalPart { shape: parameters.build(&window, seed)?, window })
+    pub fn new(parameters: &dyn ShapeParameters, window: SignalWindow, seed: u64) -> Result<Self, String> {
+        Ok(SignalPart { shape: parameters.build_shape(&window, seed)?, window })
     }
 }
 
@@ -48,10 +44,10 @@ impl Signal {
 
     /// The value at a time [s].
     #[must_use]
-    pub fn value(&self, time: f64) -> f64 {
-        let value = |SignalPart { window, shape }: &SignalPart| match window.weight(time) {
+    pub fn value_at(&self, time: f64) -> f64 {
+        let value = |SignalPart { window, shape }: &SignalPart| match window.window_weight(time) {
             0.0 => 0.0,
-            weight => weight * shape.value(time - window.from),
+            weight => weight * shape.value_at(time - window.from),
         };
         self.parts.iter().map(value).sum()
     }

@@ -12,32 +12,32 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{Causality, Fmu, Storage, Value};
-use recording::table::Table;
+use fmu_import::{Causality, Fmu, StorageType, Value};
+use recording::table::TimeSeriesTable;
 use recording::{
-    Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, TextIndex, TextRange,
+    AllVariables, Columns, IntegerIndex, IntegerRange, NumberIndex, NumberRange, TextIndex, TextRange,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::clock::{At, Clock};
+use crate::clock::{CommunicationClock, StepBoundary};
 use crate::extrapolation::ExtrapolationOrder;
 use crate::fault::CallFault;
 use crate::signal::Signal;
 pub use accepted_values::AcceptedValues;
 pub use coupling::{
-    Algorithm, Block, BondPlan, CouplingPlan, CouplingRules, Division, ErrorEstimate, Iteration,
-    Link, Loop, Method, StepRatio, Tear,
+    Algorithm, BondPlan, ConnectionLoop, CouplingPlan, CouplingProperties, ErrorEstimate, LoopConnection,
+    LoopIteration, LoopSolverMethod, NodeBlock, StepDivision, StepRatio, TearConnection,
 };
 pub use driver::DriverPlan;
-pub use input_chain::{ChainMemory, InputChain, InputFault};
-pub use isolation::{Isolation, OnFailure};
+pub use input_chain::{InputChain, InputChainState, InputFault};
+pub use isolation::{FmuFailurePolicy, FmuIsolation};
 pub use used_columns::UsedColumns;
 
 /// Variables of one form, which are read and written at once: all elements of arrays.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct VariableGroup {
     /// The form.
-    pub storage: Storage,
+    pub storage: StorageType,
     /// The value references.
     pub references: Vec<u32>,
     /// Number of elements in all.
@@ -58,15 +58,15 @@ impl VariableGroup {
     /// Whether all elements travel.
     #[must_use]
     #[inline]
-    pub fn is_whole(&self) -> bool {
+    pub fn is_fully_transferred(&self) -> bool {
         self.places.len() == self.elements
     }
 
     /// Whether the values are integers of 64 bits, which travel exactly.
     #[must_use]
     #[inline]
-    pub fn is_exact(&self) -> bool {
-        matches!(self.storage, Storage::Int64 | Storage::UInt64)
+    pub fn is_int64(&self) -> bool {
+        matches!(self.storage, StorageType::Int64 | StorageType::UInt64)
     }
 }
 
@@ -87,7 +87,7 @@ pub struct StartValue {
     /// Its value reference.
     pub reference: u32,
     /// The form of its values.
-    pub storage: Storage,
+    pub storage: StorageType,
     /// Its place in an array, and the number of elements there.
     pub element: (usize, usize),
     /// Who determines it during the run.
@@ -96,29 +96,29 @@ pub struct StartValue {
     pub value: Value,
     /// Its place in a scenario; none when the command line gives it.
     #[serde(skip)]
-    pub place: Option<WordPlace>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A place in the files of a scenario.
-pub type WordPlace = (Arc<diagnostics::Source>, Range<usize>);
+pub type SourceLocation = (Arc<diagnostics::SourceFiles>, Range<usize>);
 
 impl StartValue {
     /// The error of an FMU called `node` that refuses the value, at the word that gives it.
     #[must_use]
-    pub fn refused(&self, node: &str, what: &str) -> Error {
+    pub fn refusal_error(&self, node: &str, what: &str) -> Error {
         let name = &self.name;
         match &self.place {
             Some((source, place)) => {
-                source.error(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
+                source.error_at(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
             }
-            None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
+            None => Error::invalid_input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
         }
     }
 }
 
 /// The kind of a node with its contents.
 #[derive(Debug)]
-pub enum Body {
+pub enum NodeBody {
     /// An FMU with its start values and its recorded and connected variables.
     Fmu {
         /// The opened archive.
@@ -132,12 +132,12 @@ pub enum Body {
         /// Whether it logs all it has to say.
         log: bool,
         /// How it is kept apart from the others; without it, it is not.
-        isolation: Option<Isolation>,
+        isolation: Option<FmuIsolation>,
     },
     /// Generated signals, one for each output.
     Signals(Vec<Signal>),
     /// A table, one column for each output.
-    Table(Table),
+    Table(TimeSeriesTable),
     /// The driver of a manoeuvre.
     Driver(DriverPlan),
     /// A node that the program brings along.
@@ -148,11 +148,11 @@ pub enum Body {
     Outlet,
 }
 
-impl Body {
+impl NodeBody {
     /// Whether it knows more than its inputs and the time.
     #[must_use]
-    pub fn remembers(&self) -> bool {
-        matches!(self, Body::Fmu { .. } | Body::Driver(_) | Body::Own)
+    pub fn has_internal_state(&self) -> bool {
+        matches!(self, NodeBody::Fmu { .. } | NodeBody::Driver(_) | NodeBody::Own)
     }
 }
 
@@ -162,34 +162,34 @@ pub struct NodePlan {
     /// Its name.
     pub name: String,
     /// Its kind.
-    pub body: Body,
+    pub body: NodeBody,
     /// Its own step, if that is not the communication step.
     pub step_ratio: Option<StepRatio>,
     /// Its outputs that are numbers.
-    pub outputs: NumberRange<Full>,
+    pub outputs: NumberRange<AllVariables>,
     /// Those of them that somebody uses, none of which may be NaN.
-    pub needed: Vec<NumberIndex<Full>>,
+    pub needed: Vec<NumberIndex<AllVariables>>,
     /// Its connected inputs that are numbers.
-    pub inputs: NumberRange<Full>,
+    pub inputs: NumberRange<AllVariables>,
     /// The connection of each of these inputs.
     pub connections: Vec<NumberConnection>,
     /// The same for texts.
-    pub texts: TextPlan,
+    pub texts: NodeTextColumns,
     /// The same for integers of 64 bits, which are among the numbers, too.
-    pub exact: IntegerPlan,
+    pub exact: NodeIntegerColumns,
     /// The faults of its calls.
     pub faults: Vec<CallFault>,
 }
 
 /// Indices of a node's integers of 64 bits in the row.
 #[derive(Debug, Default)]
-pub struct IntegerPlan {
+pub struct NodeIntegerColumns {
     /// Its outputs.
-    pub outputs: IntegerRange<Full>,
+    pub outputs: IntegerRange<AllVariables>,
     /// The number of each output.
-    pub numbers: Vec<NumberIndex<Full>>,
+    pub numbers: Vec<NumberIndex<AllVariables>>,
     /// Its connected inputs.
-    pub inputs: IntegerRange<Full>,
+    pub inputs: IntegerRange<AllVariables>,
     /// The connections with such an integer at one end or at both.
     pub connections: Vec<IntegerConnection>,
     /// Whether nobody uses any of its outputs.
@@ -202,9 +202,9 @@ pub struct IntegerConnection {
     /// Its place among the node's connections of numbers.
     pub place: usize,
     /// The output, if it is such an integer.
-    pub source: Option<IntegerIndex<Full>>,
+    pub source: Option<IntegerIndex<AllVariables>>,
     /// The input, if it is such an integer.
-    pub input: Option<IntegerIndex<Full>>,
+    pub input: Option<IntegerIndex<AllVariables>>,
     /// The integers that the input accepts when they arrive as they are; without it they go through the number, which has to
     /// hold them.
     pub as_it_is: Option<AcceptedValues>,
@@ -214,37 +214,37 @@ impl NodePlan {
     /// Whether it hands on a value and does nothing else.
     #[must_use]
     pub fn is_connector(&self) -> bool {
-        matches!(self.body, Body::Inlet | Body::Outlet)
+        matches!(self.body, NodeBody::Inlet | NodeBody::Outlet)
     }
 }
 
 /// Indices of a node's texts in the row.
 #[derive(Debug, Default)]
-pub struct TextPlan {
+pub struct NodeTextColumns {
     /// Its outputs.
-    pub outputs: TextRange<Full>,
+    pub outputs: TextRange<AllVariables>,
     /// Its connected inputs.
-    pub inputs: TextRange<Full>,
+    pub inputs: TextRange<AllVariables>,
     /// The source of each connected input.
-    pub connections: Vec<Source<TextIndex<Full>>>,
+    pub connections: Vec<InputSource<TextIndex<AllVariables>>>,
     /// Whether nobody uses any of its outputs.
     pub unneeded: bool,
 }
 
 /// Source of the value of an input.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<I> {
+pub struct InputSource<I> {
     /// The index of the output.
     pub index: I,
     /// Which end of the step the value is taken at.
-    pub at: At,
+    pub at: StepBoundary,
 }
 
 /// A connection of numbers: source, unit conversion, effects and faults.
 #[derive(Debug, Clone)]
 pub struct NumberConnection {
     /// Source of the number.
-    pub source: Source<NumberIndex<Full>>,
+    pub source: InputSource<NumberIndex<AllVariables>>,
     /// Its way to the input.
     pub input_chain: InputChain,
     /// The extrapolation of the input within a step; without one it holds its value.
@@ -257,7 +257,7 @@ pub struct System {
     /// The coupling.
     pub coupling: CouplingPlan,
     /// The communication points.
-    pub clock: Clock,
+    pub clock: CommunicationClock,
     /// The stop time that FMUs are told [s]; none when nobody knows it.
     pub announced_stop: Option<f64>,
     /// Relative tolerance that all FMUs are told [-].
@@ -267,7 +267,7 @@ pub struct System {
     /// The order in which they step.
     pub order: Vec<usize>,
     /// The variables of the run.
-    pub columns: Columns<Full>,
+    pub columns: Columns<AllVariables>,
     /// Warnings.
     pub warnings: Vec<String>,
 }

@@ -4,5 +4,5 @@
 mod formats;
 
 fn main() -> std::process::ExitCode {
-    damage::program(&formats::ALL)
+    damage::run_fuzz_program(&formats::ALL)
 }

@@ -8,11 +8,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::{Target, case};
+use crate::{FuzzTarget, make_damaged_input};
 
 /// What one process did.
 #[derive(Debug, Default, Clone)]
-pub struct Work {
+pub struct WorkerSummary {
     pub taken: u64,
     pub refused: u64,
     /// The most memory that the process had [kB].
@@ -22,24 +22,19 @@ pub struct Work {
 }
 
 /// Tries these seeds. `place` is a file that has the seed in work.
-pub fn work(
-    target: &Target,
-    seeds: Range<u64>,
-    folder: &Path,
-    place: &Path,
-) -> std::io::Result<()> {
+pub fn try_seeds(target: &FuzzTarget, seeds: Range<u64>, folder: &Path, place: &Path) -> std::io::Result<()> {
     std::panic::set_hook(Box::new(|_| {}));
     let place = std::fs::OpenOptions::new().write(true).open(place)?;
     let sound = (target.sound)();
-    let (mut done, mut out) = (Work::default(), std::io::stdout());
+    let (mut done, mut out) = (WorkerSummary::default(), std::io::stdout());
     for seed in seeds {
         place.write_all_at(&seed.to_le_bytes(), 0)?;
-        let bytes = case(target, &sound, seed);
+        let bytes = make_damaged_input(target, &sound, seed);
         let begin = Instant::now();
         match catch_unwind(AssertUnwindSafe(|| (target.attempt)(&bytes, folder))) {
             Ok(true) => done.taken += 1,
             Ok(false) => done.refused += 1,
-            Err(panic) => writeln!(out, "panic {seed} {}", message(&*panic))?,
+            Err(panic) => writeln!(out, "panic {seed} {}", panic_message(&*panic))?,
         }
         done.longest = done.longest.max((begin.elapsed(), seed));
     }
@@ -48,7 +43,7 @@ pub fn work(
 }
 
 /// The message of a panic, on one line.
-pub fn message(panic: &(dyn Any + Send)) -> String {
+pub fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
     text.unwrap_or_else(|| "without a message".to_owned()).replace('\n', " ")
@@ -61,12 +56,12 @@ fn peak_memory() -> u64 {
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-impl Work {
+impl WorkerSummary {
     /// Reads the last line of a process.
-    pub fn read(line: &str) -> Option<Self> {
+    pub fn parse_summary_line(line: &str) -> Option<Self> {
         let mut numbers = line.strip_prefix("done ")?.split(' ').map(str::parse);
         let mut next = || numbers.next()?.ok();
-        Some(Work {
+        Some(WorkerSummary {
             taken: next()?,
             refused: next()?,
             memory: next()?,
@@ -75,7 +70,7 @@ impl Work {
     }
 
     /// Adds what another process did.
-    pub fn add(&mut self, other: &Work) {
+    pub fn add_summary(&mut self, other: &WorkerSummary) {
         self.taken += other.taken;
         self.refused += other.refused;
         self.memory = self.memory.max(other.memory);

@@ -12,13 +12,13 @@ mod replay;
 
 use std::path::Path;
 
-pub use case::case;
-pub use program::program;
+pub use case::make_damaged_input;
+pub use program::run_fuzz_program;
 pub use rand_pcg::Pcg64;
-pub use replay::replay;
+pub use replay::replay_corpus;
 
 /// What reads damaged inputs.
-pub struct Target {
+pub struct FuzzTarget {
     /// Its name, such as `tables`.
     pub name: &'static str,
     /// The folder of inputs that were hard to read once.

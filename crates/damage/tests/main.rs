@@ -8,7 +8,7 @@ macro_rules! replays {
         $(
             #[test]
             fn $name() {
-                damage::replay(&formats::$group::$target::TARGET, $count);
+                damage::replay_corpus(&formats::$group::$target::TARGET, $count);
             }
         )*
     };

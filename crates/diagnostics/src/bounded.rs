@@ -35,9 +35,7 @@ pub fn read_bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
 /// When it cannot be read, is larger, or is no text in UTF-8.
 pub fn read_text_bounded(path: &Path, largest: u64) -> io::Result<String> {
     let text = String::from_utf8(read_bounded(path, largest)?);
-    text.map_err(|_| {
-        io::Error::new(io::ErrorKind::InvalidData, "stream did not contain valid UTF-8")
-    })
+    text.map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
 }
 
 #[cfg(test)]

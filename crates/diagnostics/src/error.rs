@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 
-use crate::excerpt::Excerpt;
+use crate::excerpt::SourceExcerpt;
 use crate::text_file::TextFile;
 
 /// Why a run could not be done, or not to its end.
@@ -48,7 +48,7 @@ pub enum Error {
     #[error("a signal ended the run: {}", signal_name(*.0))]
     Interrupted(u8),
     /// Several mistakes, in the order of the file. None at all when what is wrong was told already.
-    #[error("{}", joined(.0))]
+    #[error("{}", join_messages(.0))]
     Several(Vec<Error>),
 }
 
@@ -57,7 +57,7 @@ pub enum Error {
 #[error("{message}")]
 pub struct InputError {
     message: String,
-    file: Option<Excerpt>,
+    file: Option<SourceExcerpt>,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
     /// The name that nothing has, when this is what is wrong.
@@ -66,7 +66,7 @@ pub struct InputError {
 
 /// A failure of a node: node, call, time.
 #[derive(Debug, Clone, thiserror::Error)]
-#[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default())]
+#[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded_time(time))).unwrap_or_default())]
 pub struct NodeFailure {
     /// The node's name in the scenario.
     pub node: String,
@@ -80,14 +80,14 @@ pub struct NodeFailure {
 
 /// A time for people [s]: `k h` with the rounding error of the product left out.
 #[must_use]
-pub fn rounded(time: f64) -> f64 {
+pub fn rounded_time(time: f64) -> f64 {
     (time * 1e9).round() / 1e9
 }
 
 impl Error {
     /// Something wrong that has no place in a file.
     #[must_use]
-    pub fn input(message: impl Into<String>) -> Self {
+    pub fn invalid_input(message: impl Into<String>) -> Self {
         Error::Input(Box::new(InputError {
             message: message.into(),
             file: None,
@@ -99,14 +99,14 @@ impl Error {
 
     /// Something wrong at `span` (bytes of the file), with `label` under the place.
     #[must_use]
-    pub(crate) fn at(
+    pub(crate) fn at_span(
         file: &TextFile,
         span: Range<usize>,
         message: impl Into<String>,
         label: &str,
     ) -> Self {
         let name = file.path.display().to_string();
-        let (excerpt, span) = Excerpt::new(name, &file.text, span);
+        let (excerpt, span) = SourceExcerpt::new(name, &file.text, span);
         let label = (!label.is_empty()).then(|| label.to_owned());
         Error::Input(Box::new(InputError {
             message: message.into(),
@@ -119,13 +119,13 @@ impl Error {
 
     /// What cannot be judged because of a mistake that is told elsewhere.
     #[must_use]
-    pub fn follow_up() -> Self {
+    pub fn already_reported() -> Self {
         Error::Several(Vec::new())
     }
 
     /// A failure of a node.
     #[must_use]
-    pub fn component(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
+    pub fn node_failure(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
         Error::Component(Box::new(NodeFailure {
             node: node.to_owned(),
             call: call.to_owned(),
@@ -136,19 +136,19 @@ impl Error {
 
     /// A failure of an analysis.
     #[must_use]
-    pub fn analysis(name: &str, what: impl Into<String>) -> Self {
+    pub fn analysis_failure(name: &str, what: impl Into<String>) -> Self {
         Error::Analysis { name: name.to_owned(), what: what.into() }
     }
 
     /// A result that could not be written.
     #[must_use]
-    pub fn output(path: &Path, what: impl std::fmt::Display) -> Self {
+    pub fn output_failure(path: &Path, what: impl std::fmt::Display) -> Self {
         Error::Output { path: path.to_owned(), what: what.to_string() }
     }
 
     /// Adds a remedy.
     #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
         if let Error::Input(input) = &mut self {
             input.help = Some(help.into());
         }
@@ -157,9 +157,9 @@ impl Error {
 
     /// Adds a remedy, if there is one.
     #[must_use]
-    pub fn hint(self, hint: Option<String>) -> Self {
+    pub fn with_optional_help(self, hint: Option<String>) -> Self {
         match hint {
-            Some(hint) => self.help(hint),
+            Some(hint) => self.with_help(hint),
             None => self,
         }
     }
@@ -167,7 +167,7 @@ impl Error {
     /// Says which name nothing has, if this is what is wrong. [`Mistakes`](crate::Mistakes) leaves the error out when
     /// another one hides that name.
     #[must_use]
-    pub fn about_unknown(mut self, name: impl Into<Option<String>>) -> Self {
+    pub fn with_unknown_name(mut self, name: impl Into<Option<String>>) -> Self {
         if let Error::Input(input) = &mut self {
             input.unknown = name.into();
         }
@@ -176,13 +176,12 @@ impl Error {
 
     /// The single mistakes, each as an error of its own.
     #[must_use]
-    pub fn split(self) -> Vec<Self> {
+    pub fn into_single_errors(self) -> Vec<Self> {
         match self {
-            Error::Several(errors) => errors.into_iter().flat_map(Error::split).collect(),
+            Error::Several(errors) => errors.into_iter().flat_map(Error::into_single_errors).collect(),
             Error::Validation { name, error } => {
-                let of_it =
-                    |error| Error::Validation { name: name.clone(), error: Box::new(error) };
-                error.split().into_iter().map(of_it).collect()
+                let of_it = |error| Error::Validation { name: name.clone(), error: Box::new(error) };
+                error.into_single_errors().into_iter().map(of_it).collect()
             }
             error => vec![error],
         }
@@ -221,16 +220,16 @@ impl Error {
 }
 
 impl InputError {
-    pub(crate) fn file(&self) -> Option<&Excerpt> {
+    pub(crate) fn source_excerpt(&self) -> Option<&SourceExcerpt> {
         self.file.as_ref()
     }
 
     /// The name of the file and the place in it [byte], if there is one.
-    pub(crate) fn place(&self) -> Option<(&str, usize)> {
-        Some((self.file.as_ref()?.name(), self.labels.first()?.offset()))
+    pub(crate) fn file_name_and_offset(&self) -> Option<(&str, usize)> {
+        Some((self.file.as_ref()?.file_name(), self.labels.first()?.offset()))
     }
 
-    pub(crate) fn unknown(&self) -> Option<&str> {
+    pub(crate) fn unknown_name(&self) -> Option<&str> {
         self.unknown.as_deref()
     }
 }
@@ -246,7 +245,7 @@ pub fn signal_name(signal: u8) -> String {
     }
 }
 
-fn joined(errors: &[Error]) -> String {
+fn join_messages(errors: &[Error]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 

@@ -5,14 +5,14 @@ use std::ops::Range;
 
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use crate::shown::{mask_control_characters, shown};
+use crate::shown::{escape_for_terminal, mask_control_characters};
 
 /// Letters that are shown before and behind a place, in its line and in those beside it [B].
 const SHOWN: usize = 300;
 
 /// The lines around a place.
 #[derive(Debug, Clone)]
-pub(crate) struct Excerpt {
+pub(crate) struct SourceExcerpt {
     name: String,
     text: String,
     /// Where the text begins in the file: its byte, line and column, from 0 on.
@@ -21,7 +21,7 @@ pub(crate) struct Excerpt {
     column: usize,
 }
 
-impl Excerpt {
+impl SourceExcerpt {
     /// The lines around a place in the text of the file `name`, and what of the place is in them.
     pub fn new(name: String, text: &str, place: Range<usize>) -> (Self, Range<usize>) {
         let at = char_boundary_before(text, place.start.min(text.len()));
@@ -39,7 +39,7 @@ impl Excerpt {
         let begin = [before, line].into_iter().find(|begin| *begin >= near).unwrap_or(near);
         let stop = char_boundary_before(text, last.min(end + SHOWN));
         let column = text[line_of(begin)..begin].chars().count();
-        let excerpt = Excerpt {
+        let excerpt = SourceExcerpt {
             name,
             text: text[begin..stop].to_owned(),
             begin,
@@ -49,14 +49,15 @@ impl Excerpt {
         (excerpt, at..end)
     }
 
-    pub fn name(&self) -> &str {
+    pub fn file_name(&self) -> &str {
         &self.name
     }
 
     /// The same without anything that a terminal would obey.
-    pub fn escaped(&self) -> Self {
-        let (name, text) = (shown(&self.name).into_owned(), mask_control_characters(&self.text));
-        Excerpt { name, text, ..self.clone() }
+    pub fn with_escaped_text(&self) -> Self {
+        let (name, text) =
+            (escape_for_terminal(&self.name).into_owned(), mask_control_characters(&self.text));
+        SourceExcerpt { name, text, ..self.clone() }
     }
 }
 
@@ -68,7 +69,7 @@ fn char_boundary_before(text: &str, mut at: usize) -> usize {
     at
 }
 
-impl SourceCode for Excerpt {
+impl SourceCode for SourceExcerpt {
     fn read_span<'a>(
         &'a self,
         span: &SourceSpan,
@@ -97,7 +98,7 @@ mod tests {
 
     /// The shown text, and the line and column of its beginning.
     fn excerpt(text: &str, place: Range<usize>) -> (String, usize, usize) {
-        let (excerpt, place) = Excerpt::new("x".to_owned(), text, place);
+        let (excerpt, place) = SourceExcerpt::new("x".to_owned(), text, place);
         let span = (place.start, place.len()).into();
         let shown = excerpt.read_span(&span, 1, 1).expect("it is inside");
         let data = String::from_utf8_lossy(shown.data()).into_owned();

@@ -15,11 +15,11 @@ mod summary;
 mod text_file;
 
 pub use bounded::{read_bounded, read_text_bounded};
-pub use error::{Error, InputError, NodeFailure, rounded, signal_name};
-pub use mistakes::Mistakes;
+pub use error::{Error, InputError, NodeFailure, rounded_time, signal_name};
+pub use mistakes::ErrorCollector;
 pub use printable::PrintableError;
-pub use shown::{in_markdown, is_obeyed, shown};
-pub use source::Source;
+pub use shown::{escape_for_terminal, escape_markdown, is_terminal_control};
+pub use source::SourceFiles;
 pub use source_map::SourceMap;
 pub use span::Spanned;
 pub use summary::group_similar;

@@ -5,8 +5,8 @@ use std::fmt;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 
 use crate::Error;
-use crate::excerpt::Excerpt;
-use crate::shown::shown;
+use crate::excerpt::SourceExcerpt;
+use crate::shown::escape_for_terminal;
 
 /// An error whose texts are harmless.
 #[derive(Debug)]
@@ -14,22 +14,22 @@ pub struct PrintableError {
     message: String,
     help: Option<String>,
     labels: Vec<LabeledSpan>,
-    file: Option<Excerpt>,
+    file: Option<SourceExcerpt>,
 }
 
 impl PrintableError {
     /// The error with its texts made harmless.
     #[must_use]
-    pub fn of(error: &Error) -> Self {
+    pub fn from_error(error: &Error) -> Self {
         let input = error.as_input();
         let label = |label: &LabeledSpan| {
-            let text = label.label().map(|text| shown(text).into_owned());
+            let text = label.label().map(|text| escape_for_terminal(text).into_owned());
             LabeledSpan::new_with_span(text, *label.inner())
         };
-        let file = input.and_then(|input| input.file()).map(Excerpt::escaped);
+        let file = input.and_then(|input| input.source_excerpt()).map(SourceExcerpt::with_escaped_text);
         PrintableError {
-            message: shown(&error.to_string()).into_owned(),
-            help: Diagnostic::help(error).map(|help| shown(&help.to_string()).into_owned()),
+            message: escape_for_terminal(&error.to_string()).into_owned(),
+            help: Diagnostic::help(error).map(|help| escape_for_terminal(&help.to_string()).into_owned()),
             labels: Diagnostic::labels(error).into_iter().flatten().map(|it| label(&it)).collect(),
             file,
         }

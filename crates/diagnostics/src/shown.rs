@@ -5,28 +5,26 @@ use std::borrow::Cow;
 /// Characters that a terminal obeys, those that turn the order of others around, and lines that are no lines elsewhere. The ends of
 /// lines and tabulators are left as they are.
 #[must_use]
-pub fn is_obeyed(character: char) -> bool {
+pub fn is_terminal_control(character: char) -> bool {
     match character {
         '\n' | '\t' => false,
         // The marks, overrides and isolates of Unicode's bidirectional algorithm (UAX #9, table 1), and two ends of lines.
-        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
-            true
-        }
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
         other => other.is_control(),
     }
 }
 
 /// The text for a terminal, a page or a list of results: each character that would be obeyed there as its number, such as `\u{1b}`.
 #[must_use]
-pub fn shown(text: &str) -> Cow<'_, str> {
-    if !text.contains(is_obeyed) {
+pub fn escape_for_terminal(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_terminal_control) {
         return Cow::Borrowed(text);
     }
     // A line may end as Windows ends it.
     let text = text.replace("\r\n", "\n");
     let mut harmless = String::with_capacity(text.len());
     for character in text.chars() {
-        match is_obeyed(character) {
+        match is_terminal_control(character) {
             true => harmless.extend(character.escape_unicode()),
             false => harmless.push(character),
         }
@@ -36,7 +34,7 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 
 /// The text with as many bytes, for places that are counted in bytes: a stand-in for each character that would be obeyed.
 pub(crate) fn mask_control_characters(text: &str) -> String {
-    let stand_in = |character: char| match (is_obeyed(character), character.len_utf8()) {
+    let stand_in = |character: char| match (is_terminal_control(character), character.len_utf8()) {
         (false, _) => character,
         (true, 1) => '?',
         (true, 2) => '¿',
@@ -54,9 +52,9 @@ pub(crate) fn mask_control_characters(text: &str) -> String {
 
 /// The text for one line of Markdown, in which none of its characters means anything.
 #[must_use]
-pub fn in_markdown(text: &str) -> String {
+pub fn escape_markdown(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
-    for character in shown(text).chars() {
+    for character in escape_for_terminal(text).chars() {
         match character {
             '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '|' | '~' | '#' | '&' | '!' => {
                 plain.extend(['\\', character]);
@@ -82,10 +80,10 @@ mod tests {
             ("one\r\ntwo\u{0}", "one\ntwo\\u{0}"),
             ("a\u{202e}b\u{2066}c", "a\\u{202e}b\\u{2066}c"),
         ] {
-            assert_eq!(shown(text), expected);
+            assert_eq!(escape_for_terminal(text), expected);
             assert_eq!(mask_control_characters(text).len(), text.len());
             assert!(
-                !mask_control_characters(text).replace("\r\n", "").contains(is_obeyed),
+                !mask_control_characters(text).replace("\r\n", "").contains(is_terminal_control),
                 "{text:?}"
             );
         }
@@ -94,7 +92,7 @@ mod tests {
     #[test]
     fn markdown_is_text() {
         assert_eq!(
-            in_markdown("<b> [x](y) *a_b* | `c`\n# d"),
+            escape_markdown("<b> [x](y) *a_b* | `c`\n# d"),
             "\\<b\\> \\[x\\](y) \\*a\\_b\\* \\| \\`c\\` \\# d"
         );
     }

@@ -5,30 +5,30 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::span::Spanned;
-use crate::text_file::{TextFile, read, scenario};
+use crate::text_file::{TextFile, read_scenario_file, read_text_file};
 
 /// Text files, one behind the other: a place in any of them is a range of bytes of them all.
 #[derive(Debug, Clone, Default)]
-pub struct Source {
+pub struct SourceFiles {
     first: TextFile,
     others: Vec<TextFile>,
     /// Files that these name, as they were when a run was recorded.
     attachments: Vec<TextFile>,
 }
 
-impl Source {
+impl SourceFiles {
     /// Reads the file that the user named.
     ///
     /// # Errors
     /// In words, when it cannot be read.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        Ok(Source { first: scenario(path)?, ..Source::default() })
+    pub fn read_main_file(path: &Path) -> Result<Self, String> {
+        Ok(SourceFiles { first: read_scenario_file(path)?, ..SourceFiles::default() })
     }
 
     /// A text that was made of the file that the user named.
     #[must_use]
-    pub fn generated(first: TextFile) -> Self {
-        Source { first, ..Source::default() }
+    pub fn from_generated(first: TextFile) -> Self {
+        SourceFiles { first, ..SourceFiles::default() }
     }
 
     /// Adds a text that was made of a file.
@@ -38,29 +38,25 @@ impl Source {
 
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
     #[must_use]
-    pub fn from_recording(
-        first: TextFile,
-        others: Vec<TextFile>,
-        attachments: Vec<TextFile>,
-    ) -> Self {
-        Source { first, others, attachments }
+    pub fn from_recording(first: TextFile, others: Vec<TextFile>, attachments: Vec<TextFile>) -> Self {
+        SourceFiles { first, others, attachments }
     }
 
     /// Keeps the text of another file, if it is one, for recordings.
-    pub fn attach(&mut self, path: &Path) {
-        self.attachments.extend(read(path));
+    pub fn attach_file(&mut self, path: &Path) {
+        self.attachments.extend(read_text_file(path));
     }
 
     /// The contents of an attached file.
     #[must_use]
-    pub fn attached(&self, path: &Path) -> Option<&str> {
+    pub fn attached_text(&self, path: &Path) -> Option<&str> {
         self.attachments.iter().find(|file| file.path == path).map(|file| file.text.as_str())
     }
 
     /// All files that recordings keep, under their names in the folder of the first one: those of the scenario, and those that
     /// they name.
     #[must_use]
-    pub fn recorded_files(&self) -> [Vec<TextFile>; 2] {
+    pub fn files_for_recording(&self) -> [Vec<TextFile>; 2] {
         let folder = self.first.path.parent().unwrap_or(Path::new(""));
         let named = |file: &TextFile| {
             let path = file.path.strip_prefix(folder).unwrap_or(&file.path);
@@ -73,8 +69,8 @@ impl Source {
     ///
     /// # Errors
     /// At that word, when it cannot be read.
-    pub fn add(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
-        self.others.push(scenario(path).map_err(|message| self.error(place, message, ""))?);
+    pub fn add_file(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
+        self.others.push(read_scenario_file(path).map_err(|message| self.error_at(place, message, ""))?);
         Ok(())
     }
 
@@ -85,7 +81,7 @@ impl Source {
 
     /// The file that the user named.
     #[must_use]
-    pub fn path(&self) -> &Path {
+    pub fn main_path(&self) -> &Path {
         &self.first.path
     }
 
@@ -111,7 +107,7 @@ impl Source {
 
     /// The file that a place is in, and its line in it, from 1 on.
     #[must_use]
-    pub fn line(&self, place: usize) -> (&Path, usize) {
+    pub fn file_and_line(&self, place: usize) -> (&Path, usize) {
         let (begin, file) = self.file_at(place);
         let before = file.text.get(..place - begin).unwrap_or(&file.text);
         (&file.path, 1 + before.matches('\n').count())
@@ -119,10 +115,12 @@ impl Source {
 
     /// The file and the line of a place, for sentences; of a text that was made, the place that it was made of.
     #[must_use]
-    pub fn position(&self, place: usize) -> String {
+    pub fn describe_position(&self, place: usize) -> String {
         let (begin, file) = self.file_at(place);
-        let (path, line) = self.line(place);
-        file.source_map.of(place - begin).unwrap_or_else(|| format!("{}:{line}", path.display()))
+        let (path, line) = self.file_and_line(place);
+        file.source_map
+            .original_position(place - begin)
+            .unwrap_or_else(|| format!("{}:{line}", path.display()))
     }
 
     /// The letters at a place.
@@ -134,7 +132,7 @@ impl Source {
 
     /// The texts of all files, under their names if there are several.
     #[must_use]
-    pub fn concatenated(&self) -> String {
+    pub fn concatenated_text(&self) -> String {
         if self.others.is_empty() {
             return self.first.text.clone();
         }
@@ -144,13 +142,13 @@ impl Source {
 
     /// A path that a word names, which is relative to the file that the word stands in.
     #[must_use]
-    pub fn resolve(&self, word: &Spanned<String>) -> PathBuf {
-        self.folder(word.span()).join(word.get_ref())
+    pub fn resolve_path(&self, word: &Spanned<String>) -> PathBuf {
+        self.base_folder(word.span()).join(word.get_ref())
     }
 
     /// The folder that paths are relative to in the file that a place is in.
     #[must_use]
-    pub fn folder(&self, place: Range<usize>) -> &Path {
+    pub fn base_folder(&self, place: Range<usize>) -> &Path {
         let file = self.file_at(place.start).1;
         let own = || file.path.parent().unwrap_or(Path::new(""));
         file.folder.as_deref().unwrap_or_else(own)
@@ -164,14 +162,14 @@ impl Source {
 
     /// An error at a place, with `label` under it.
     #[must_use]
-    pub fn error(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
+    pub fn error_at(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
         let (begin, file) = self.file_at(place.start);
         let place = place.start - begin..place.end - begin;
-        let message = file.source_map.shown(message.into());
-        match file.source_map.of(place.start) {
+        let message = file.source_map.with_renamed_paths(message.into());
+        match file.source_map.original_position(place.start) {
             // The user does not have the text.
-            Some(origin) => Error::input(format!("{origin}: {message}")),
-            None => Error::at(file, place, message, label),
+            Some(origin) => Error::invalid_input(format!("{origin}: {message}")),
+            None => Error::at_span(file, place, message, label),
         }
     }
 }

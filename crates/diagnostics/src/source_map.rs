@@ -15,24 +15,24 @@ pub struct SourceMap {
 
 impl SourceMap {
     /// Says where what begins at a byte of the text stands.
-    pub fn map_from(&mut self, at: usize, place: impl fmt::Display + Send + Sync + 'static) {
+    pub fn add_mapping(&mut self, at: usize, place: impl fmt::Display + Send + Sync + 'static) {
         self.begins.push((at, Arc::new(place)));
     }
 
     /// Has messages name a path as users know it.
-    pub fn rename(&mut self, path: &Path, shown: &Path) {
+    pub fn rename_path(&mut self, path: &Path, shown: &Path) {
         self.renamed.push((path.display().to_string(), shown.display().to_string()));
     }
 
     /// Where the byte of the text stands in the files of the user; nothing when the text is one of them.
-    pub(crate) fn of(&self, at: usize) -> Option<String> {
+    pub(crate) fn original_position(&self, at: usize) -> Option<String> {
         let after = self.begins.partition_point(|(begin, _)| *begin <= at);
         let (_, place) = self.begins.get(after.checked_sub(1)?)?;
         Some(place.to_string())
     }
 
     /// A message with paths as users know them.
-    pub(crate) fn shown(&self, message: String) -> String {
+    pub(crate) fn with_renamed_paths(&self, message: String) -> String {
         let rename = |text: String, (path, shown): &(String, String)| text.replace(path, shown);
         self.renamed.iter().fold(message, rename)
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 
 use crate::error::Error;
-use crate::source::Source;
+use crate::source::SourceFiles;
 
 /// Names that a message lists; the rest is counted.
 const LISTED: usize = 16;
@@ -25,36 +25,29 @@ pub struct UnknownName {
 
 /// The message about a `name` that is not among the `known` ones. `kind` says what it would name: "node", "input of `plant`".
 #[must_use]
-pub fn unknown<'a>(
-    kind: &str,
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> UnknownName {
+pub fn unknown_name<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> UnknownName {
     let message = format!("unknown {kind} `{name}`");
-    UnknownName { message, help: hint(name, known), name: name.to_owned() }
+    UnknownName { message, help: suggest_name(name, known), name: name.to_owned() }
 }
 
 /// The remedy for an unknown name: the most similar known name, or else the list of known names. None when none is known.
 #[must_use]
-pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub fn suggest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let mut seen = HashSet::new();
     let known: Vec<_> = known.into_iter().filter(|name| seen.insert(*name)).collect();
-    let listed = || (!known.is_empty()).then(|| format!("known: {}", shortened(&known)));
-    closest_question(name, known.iter().copied()).or_else(listed)
+    let listed = || (!known.is_empty()).then(|| format!("known: {}", join_shortened(&known)));
+    did_you_mean(name, known.iter().copied()).or_else(listed)
 }
 
 /// The question whether the most similar known name was meant. None when no name is similar.
 #[must_use]
-pub fn closest_question<'a>(
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<String> {
-    closest(name, known).map(|closest| format!("did you mean `{closest}`?"))
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    closest_name(name, known).map(|closest| format!("did you mean `{closest}`?"))
 }
 
 /// The names with commas in between; of many only the first ones and the number of the others.
 #[must_use]
-pub fn shortened<S: AsRef<str>>(names: &[S]) -> String {
+pub fn join_shortened<S: AsRef<str>>(names: &[S]) -> String {
     let listed: Vec<_> = names.iter().take(LISTED).map(AsRef::as_ref).collect();
     match names.len() {
         0 => "none".to_owned(),
@@ -66,14 +59,14 @@ pub fn shortened<S: AsRef<str>>(names: &[S]) -> String {
 impl UnknownName {
     /// The error at the place of the name.
     #[must_use]
-    pub fn at(self, source: &Source, span: Range<usize>) -> Error {
-        source.error(span, self.message, "").hint(self.help).about_unknown(self.name)
+    pub fn into_error_at(self, source: &SourceFiles, span: Range<usize>) -> Error {
+        source.error_at(span, self.message, "").with_optional_help(self.help).with_unknown_name(self.name)
     }
 
     /// The error without a place.
     #[must_use]
-    pub fn input(self) -> Error {
-        Error::input(self.message).hint(self.help).about_unknown(self.name)
+    pub fn into_error(self) -> Error {
+        Error::invalid_input(self.message).with_optional_help(self.help).with_unknown_name(self.name)
     }
 }
 
@@ -89,23 +82,24 @@ impl fmt::Display for UnknownName {
 /// one that it is most likely short for; of equals the first. None when even the best one takes more than a third of the
 /// letters, or all of them.
 #[must_use]
-pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let wanted = characters(name);
+pub fn closest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let wanted = lowercase_characters(name);
     // Nobody mistypes so long a name, and comparing two of them takes hours.
     let is_short = |candidate: &&str| name.len().max(candidate.len()) <= LONGEST;
     let candidates = candidates.into_iter().filter(is_short);
     let most = (wanted.len() / 3).max(1);
     let is_likely = |candidate: &&str| {
-        let letters = characters(candidate);
+        let letters = lowercase_characters(candidate);
         // Each letter more or less is an error.
         if letters.len().abs_diff(wanted.len()) > most {
             return false;
         }
-        let errors = distance(&wanted, &letters, &EditCosts::EQUAL);
+        let errors = edit_distance(&wanted, &letters, &EditCosts::EQUAL);
         errors <= most && (errors == 0 || errors < wanted.len())
     };
     let likely = candidates.filter(is_likely);
-    likely.min_by_key(|candidate| distance(&wanted, &characters(candidate), &EditCosts::LIKELY))
+    likely
+        .min_by_key(|candidate| edit_distance(&wanted, &lowercase_characters(candidate), &EditCosts::LIKELY))
 }
 
 /// What the steps from one text to another cost.
@@ -125,29 +119,29 @@ impl EditCosts {
     /// and not `start.X`.
     const LIKELY: Self = EditCosts { separator: 1, letter: 2, replaced: 4 };
 
-    fn of(&self, letter: char) -> usize {
+    fn letter_cost(&self, letter: char) -> usize {
         if matches!(letter, '_' | '.' | '-' | ' ') { self.separator } else { self.letter }
     }
 }
 
-fn characters(text: &str) -> Vec<char> {
+fn lowercase_characters(text: &str) -> Vec<char> {
     text.chars().flat_map(char::to_lowercase).collect()
 }
 
 /// The cost of the insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
 /// (optimal string alignment).
-fn distance(a: &[char], b: &[char], costs: &EditCosts) -> usize {
+fn edit_distance(a: &[char], b: &[char], costs: &EditCosts) -> usize {
     let mut before: Vec<usize> = Vec::new();
     let mut above = vec![0];
     for (j, letter) in b.iter().enumerate() {
-        above.push(above[j] + costs.of(*letter));
+        above.push(above[j] + costs.letter_cost(*letter));
     }
     for i in 1..=a.len() {
-        let mut row = vec![above[0] + costs.of(a[i - 1])];
+        let mut row = vec![above[0] + costs.letter_cost(a[i - 1])];
         for j in 1..=b.len() {
             let other = if a[i - 1] == b[j - 1] { 0 } else { costs.replaced };
-            let one = above[j] + costs.of(a[i - 1]);
-            row.push((above[j - 1] + other).min(one).min(row[j - 1] + costs.of(b[j - 1])));
+            let one = above[j] + costs.letter_cost(a[i - 1]);
+            row.push((above[j - 1] + other).min(one).min(row[j - 1] + costs.letter_cost(b[j - 1])));
             if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
                 row[j] = row[j].min(before[j - 2] + costs.letter);
             }
@@ -163,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_name_that_is_known_twice_is_listed_once() {
-        let help = hint("time", ["plant", "driver", "plant"]);
+        let help = suggest_name("time", ["plant", "driver", "plant"]);
         assert_eq!(help.as_deref(), Some("known: plant, driver"));
     }
 
@@ -181,9 +175,9 @@ mod tests {
             ("zz", None),
             ("v", None),
         ] {
-            assert_eq!(closest(name, candidates), expected, "{name}");
+            assert_eq!(closest_name(name, candidates), expected, "{name}");
         }
-        assert_eq!(closest("anything", []), None);
+        assert_eq!(closest_name("anything", []), None);
         let known = ["start.X", "start.Y", "start.v_x", "start.v_y", "start.r"];
         for (name, expected) in [
             ("start.v", "start.v_x"),
@@ -192,7 +186,7 @@ mod tests {
             ("start.x", "start.X"),
             ("start.Z", "start.X"),
         ] {
-            assert_eq!(closest(name, known), Some(expected), "{name}");
+            assert_eq!(closest_name(name, known), Some(expected), "{name}");
         }
     }
 
@@ -203,29 +197,25 @@ mod tests {
             ("plnt", "unknown node `plnt`; did you mean `plant`?"),
             ("zz", "unknown node `zz`; known: plant, controller"),
         ] {
-            assert_eq!(unknown("node", name, known).to_string(), expected);
+            assert_eq!(unknown_name("node", name, known).to_string(), expected);
         }
-        assert_eq!(unknown("node", "zz", []).to_string(), "unknown node `zz`");
+        assert_eq!(unknown_name("node", "zz", []).to_string(), "unknown node `zz`");
         let many: Vec<_> = (0..20).map(|k| format!("signal{k}")).collect();
-        assert!(shortened(&many).ends_with("signal15 and 4 more"));
+        assert!(join_shortened(&many).ends_with("signal15 and 4 more"));
     }
 
     #[test]
     fn the_distance_counts_typing_errors_in_both_directions() {
-        for (a, b, expected) in [
-            ("", "", 0),
-            ("", "abc", 3),
-            ("kitten", "sitting", 3),
-            ("abcd", "abdc", 1),
-            ("ab", "ba", 1),
-        ] {
+        for (a, b, expected) in
+            [("", "", 0), ("", "abc", 3), ("kitten", "sitting", 3), ("abcd", "abdc", 1), ("ab", "ba", 1)]
+        {
             assert_eq!(
-                distance(&characters(a), &characters(b), &EditCosts::EQUAL),
+                edit_distance(&lowercase_characters(a), &lowercase_characters(b), &EditCosts::EQUAL),
                 expected,
                 "{a} {b}"
             );
             assert_eq!(
-                distance(&characters(b), &characters(a), &EditCosts::EQUAL),
+                edit_distance(&lowercase_characters(b), &lowercase_characters(a), &EditCosts::EQUAL),
                 expected,
                 "{b} {a}"
             );

@@ -9,10 +9,10 @@ pub fn group_similar(sentences: Vec<String>) -> Vec<String> {
     let mut kinds: HashMap<String, usize> = HashMap::new();
     let mut first: Vec<(String, usize)> = Vec::new();
     for sentence in sentences {
-        match kinds.get(&kind(&sentence)) {
+        match kinds.get(&message_pattern(&sentence)) {
             Some(place) => first[*place].1 += 1,
             None => {
-                kinds.insert(kind(&sentence), first.len());
+                kinds.insert(message_pattern(&sentence), first.len());
                 first.push((sentence, 0));
             }
         }
@@ -24,7 +24,7 @@ pub fn group_similar(sentences: Vec<String>) -> Vec<String> {
     grouped.collect()
 }
 
-fn kind(sentence: &str) -> String {
+fn message_pattern(sentence: &str) -> String {
     let outside = sentence.split('`').step_by(2);
     outside.map(|part| part.replace(|c: char| c.is_ascii_digit(), "")).collect::<Vec<_>>().join("`")
 }

@@ -30,14 +30,14 @@ impl TextFile {
 }
 
 /// Reads a scenario, and says what another kind of file is.
-pub(crate) fn scenario(path: &Path) -> Result<TextFile, String> {
-    match other(path) {
+pub(crate) fn read_scenario_file(path: &Path) -> Result<TextFile, String> {
+    match non_scenario_hint(path) {
         Some(what) => Err(format!("expected a scenario in TOML, found {}, {what}", path.display())),
-        None => read(path),
+        None => read_text_file(path),
     }
 }
 
-pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
+pub(crate) fn read_text_file(path: &Path) -> Result<TextFile, String> {
     match read_text_bounded(path, LARGEST) {
         // A byte order mark is known to parsers at the beginning only, where the text may not be.
         Ok(text) => {
@@ -49,7 +49,7 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
 }
 
 /// What a file is that its ending tells from a scenario, and what to do with it.
-fn other(path: &Path) -> Option<&'static str> {
+fn non_scenario_hint(path: &Path) -> Option<&'static str> {
     let ending = path.extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
         "ssp" | "ssd" => {

@@ -6,7 +6,7 @@ mod drive;
 #[path = "../tests/support/mistake.rs"]
 mod mistake;
 
-use drive_doctor::{Finding, examine};
+use drive_doctor::{LogFinding, examine_log};
 
 fn main() {
     let wanted = std::env::args().nth(1).unwrap_or_default();
@@ -20,10 +20,10 @@ fn main() {
             (mistake.make)(&mut wrong);
             let wrong = mistake::log(&wrong);
             let start = std::time::Instant::now();
-            let found = examine(&wrong, &known);
+            let found = examine_log(&wrong, &known);
             seconds += start.elapsed().as_secs_f64();
-            let name = |it: &Finding| format!("{} ({})", it.check, it.sure.word());
-            let serious = found.serious();
+            let name = |it: &LogFinding| format!("{} ({})", it.check, it.sure.word());
+            let serious = found.serious_findings();
             let named = mistake.is_named(&found);
             (right, all) = (right + u32::from(named), all + 1);
             let names = serious.map(name).collect::<Vec<_>>().join(", ");
@@ -33,10 +33,7 @@ fn main() {
                     .findings
                     .iter()
                     .for_each(|it| println!("    {}\n      {}", it.sentence, it.correction.text));
-                found
-                    .not_told
-                    .iter()
-                    .for_each(|it| println!("    not told: {}: {}", it.check, it.reason));
+                found.not_told.iter().for_each(|it| println!("    not told: {}: {}", it.check, it.reason));
             }
         }
     }

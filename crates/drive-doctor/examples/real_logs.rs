@@ -6,17 +6,16 @@ mod cars;
 mod real_log;
 
 use cars::LOGS;
-use drive_doctor::{Finding, examine};
+use drive_doctor::{LogFinding, examine_log};
 
 fn main() {
     let wanted = std::env::args().nth(1).unwrap_or_default();
     for it in LOGS.iter().filter(|it| it.name.contains(&wanted)) {
         let Some((log, car)) = it.read() else { continue };
         let start = std::time::Instant::now();
-        let found = examine(&log, &car);
+        let found = examine_log(&log, &car);
         println!("{} ({:.2} s)", it.name, start.elapsed().as_secs_f64());
-        let place =
-            |it: &Finding| it.correction.place.map_or(String::new(), |at| format!("{at:?}: "));
+        let place = |it: &LogFinding| it.correction.place.map_or(String::new(), |at| format!("{at:?}: "));
         for it in &found.findings {
             println!("  {:8} {:16} {}", it.sure.word(), it.check, it.sentence);
             println!("           {}{}", place(it), it.correction.text);

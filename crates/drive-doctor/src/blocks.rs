@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::statistics::{MAD_TO_STD, jackknife as spread, quantile};
+use crate::statistics::{MAD_TO_STD, jackknife_std as spread, quantile};
 
 /// Blocks of a log. Each is a few seconds of a usual log, longer than its errors are correlated.
 pub(crate) const BLOCKS: usize = 20;
@@ -14,7 +14,7 @@ const LEAST_ROWS: usize = 5 * BLOCKS;
 pub(crate) const ONE_CONSTANT: f64 = 0.35;
 
 /// The block of each row: the rows that are used are cut into blocks of equal numbers.
-pub(crate) fn split(used: &[bool]) -> Vec<Option<usize>> {
+pub(crate) fn assign_rows_to_blocks(used: &[bool]) -> Vec<Option<usize>> {
     let count = used.iter().filter(|used| **used).count().max(1);
     let mut place = 0;
     let block = |used: &bool| {
@@ -28,7 +28,7 @@ pub(crate) fn split(used: &[bool]) -> Vec<Option<usize>> {
 
 /// The blocks of rows without those beyond 3.5 standard deviations of the bulk from a fit of the columns. The first fit is to
 /// rows of small targets, so what is far off cannot bend it.
-pub(crate) fn trim(
+pub(crate) fn drop_outlier_rows(
     columns: &[&[f64]],
     target: &[f64],
     all: &[Option<usize>],
@@ -41,10 +41,13 @@ pub(crate) fn trim(
     };
     let mut kept = keep(&|k| target[k].abs() < small);
     for _ in 0..4 {
-        let Some(fit) = Blocks::of(columns, target, |k| kept[k]).plain(&chosen) else { break };
+        let Some(fit) =
+            BlockNormalEquations::from_columns(columns, target, |k| kept[k]).coefficients(&chosen)
+        else {
+            break;
+        };
         let off = |k: usize| {
-            let model: f64 =
-                columns.iter().zip(&fit).map(|(column, value)| column[k] * value).sum();
+            let model: f64 = columns.iter().zip(&fit).map(|(column, value)| column[k] * value).sum();
             (target[k] - model).abs()
         };
         let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(used).map(off), 0.5);
@@ -55,7 +58,7 @@ pub(crate) fn trim(
 
 /// Sums of products of columns over each block of rows; the last column is the target.
 #[derive(Clone, Debug)]
-pub(crate) struct Blocks {
+pub(crate) struct BlockNormalEquations {
     grams: Vec<DMatrix<f64>>,
     /// Rows in all of them.
     pub rows: usize,
@@ -63,7 +66,7 @@ pub(crate) struct Blocks {
 
 /// Coefficients of columns, in the order in which they were chosen.
 #[derive(Clone, Debug)]
-pub(crate) struct Fit {
+pub(crate) struct LeastSquaresFit {
     pub values: Vec<f64>,
     pub stds: Vec<f64>,
     /// Values and standard deviations of the first and the second half of the log, if both tell all coefficients.
@@ -72,14 +75,14 @@ pub(crate) struct Fit {
     pub squares: f64,
 }
 
-impl Fit {
+impl LeastSquaresFit {
     /// Standard deviations of the coefficient from 0.
-    pub fn t(&self, index: usize) -> f64 {
+    pub fn t_value(&self, index: usize) -> f64 {
         self.values[index] / self.stds[index]
     }
 
     /// The fit with a constant added to a coefficient, of all rows and of both halves.
-    pub fn moved(mut self, index: usize, by: f64) -> Self {
+    pub fn with_shifted_coefficient(mut self, index: usize, by: f64) -> Self {
         self.values[index] += by;
         for (values, _) in self.halves.iter_mut().flatten() {
             values[index] += by;
@@ -87,14 +90,14 @@ impl Fit {
         self
     }
 
-    pub fn interval(&self, index: usize) -> [f64; 2] {
+    pub fn coefficient_interval(&self, index: usize) -> [f64; 2] {
         let reach = T_95 * self.stds[index];
         [self.values[index] - reach, self.values[index] + reach]
     }
 
     /// Whether the coefficients of both halves are one, within chance or [`ONE_CONSTANT`] of their size. `None` where a half
     /// does not tell it.
-    pub fn agrees(&self, index: usize) -> Option<bool> {
+    pub fn is_same_in_both_halves(&self, index: usize) -> Option<bool> {
         let [(first, first_std), (second, second_std)] = self.halves.as_ref()?;
         let apart = (first[index] - second[index]).abs();
         let chance = 2.5 * first_std[index].hypot(second_std[index]);
@@ -104,29 +107,28 @@ impl Fit {
     }
 }
 
-impl Blocks {
+impl BlockNormalEquations {
     /// No rows yet, of this many columns and a target.
     pub fn new(columns: usize) -> Self {
         Self { grams: vec![DMatrix::zeros(columns + 1, columns + 1); BLOCKS], rows: 0 }
     }
 
     /// Rows of columns and target that are all numbers and that are in a block.
-    pub fn of(columns: &[&[f64]], target: &[f64], block: impl Fn(usize) -> Option<usize>) -> Self {
+    pub fn from_columns(columns: &[&[f64]], target: &[f64], block: impl Fn(usize) -> Option<usize>) -> Self {
         let mut blocks = Self::new(columns.len());
         let all: Vec<_> = columns.iter().map(|&column| Some(column)).collect();
-        blocks.add(&all, target, block);
+        blocks.add_rows(&all, target, block);
         blocks
     }
 
     /// Adds rows; an absent column is 0 in them.
-    pub fn add(
+    pub fn add_rows(
         &mut self,
         columns: &[Option<&[f64]>],
         target: &[f64],
         block: impl Fn(usize) -> Option<usize>,
     ) {
-        let here =
-            columns.iter().enumerate().filter_map(|(place, column)| Some((place, (*column)?)));
+        let here = columns.iter().enumerate().filter_map(|(place, column)| Some((place, (*column)?)));
         let (mut places, mut all): (Vec<usize>, Vec<&[f64]>) = here.unzip();
         places.push(columns.len());
         all.push(target);
@@ -141,7 +143,7 @@ impl Blocks {
                 continue;
             }
             if current != Some(block) {
-                self.take(current, &places, &mut sums);
+                self.add_sums_to_block(current, &places, &mut sums);
                 current = Some(block);
             }
             self.rows += 1;
@@ -152,11 +154,11 @@ impl Blocks {
                 from += i + 1;
             }
         }
-        self.take(current, &places, &mut sums);
+        self.add_sums_to_block(current, &places, &mut sums);
     }
 
     /// Moves sums into a block.
-    fn take(&mut self, block: Option<usize>, places: &[usize], sums: &mut [f64]) {
+    fn add_sums_to_block(&mut self, block: Option<usize>, places: &[usize], sums: &mut [f64]) {
         let Some(block) = block else { return };
         let mut sums = sums.iter_mut();
         for (i, &at) in places.iter().enumerate() {
@@ -167,12 +169,12 @@ impl Blocks {
     }
 
     /// Whether a column is there in any row.
-    pub fn has(&self, column: usize) -> bool {
+    pub fn has_column(&self, column: usize) -> bool {
         self.grams.iter().any(|gram| gram[(column, column)] > 0.0)
     }
 
     /// The sum of several, each with a weight. All have the same columns.
-    pub fn weighted(all: &[(&Self, f64)]) -> Self {
+    pub fn weighted_sum(all: &[(&Self, f64)]) -> Self {
         let sum = |block: usize| {
             let size = all.first().map_or(0, |(first, _)| first.grams[block].nrows());
             let parts = all.iter().map(|(blocks, weight)| &blocks.grams[block] * *weight);
@@ -183,79 +185,74 @@ impl Blocks {
     }
 
     /// The sum of squares that these coefficients leave.
-    pub fn left(&self, chosen: &[usize], values: &[f64]) -> f64 {
-        let gram = sum(self.grams.iter());
+    pub fn residual_sum_of_squares(&self, chosen: &[usize], values: &[f64]) -> f64 {
+        let gram = sum_matrices(self.grams.iter());
         let Some(target) = gram.nrows().checked_sub(1) else { return 0.0 };
-        let all: Vec<(usize, f64)> = chosen
-            .iter()
-            .copied()
-            .zip(values.iter().map(|value| -value))
-            .chain([(target, 1.0)])
-            .collect();
+        let all: Vec<(usize, f64)> =
+            chosen.iter().copied().zip(values.iter().map(|value| -value)).chain([(target, 1.0)]).collect();
         let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
-        let products =
-            all.iter().flat_map(|(i, a)| all.iter().map(move |(j, b)| a * b * entry(*i, *j)));
+        let products = all.iter().flat_map(|(i, a)| all.iter().map(move |(j, b)| a * b * entry(*i, *j)));
         products.sum::<f64>().max(0.0)
     }
 
     /// The sums of squares that a fit to some blocks leaves, and that the last column alone leaves.
-    pub fn squares(&self, chosen: &[usize], kept: &dyn Fn(usize) -> bool) -> Option<[f64; 2]> {
+    pub fn residual_squares_in_blocks(
+        &self,
+        chosen: &[usize],
+        kept: &dyn Fn(usize) -> bool,
+    ) -> Option<[f64; 2]> {
         let blocks = self.grams.iter().enumerate().filter(|(block, _)| kept(*block));
-        let gram = sum(blocks.map(|(_, gram)| gram));
+        let gram = sum_matrices(blocks.map(|(_, gram)| gram));
         let last = chosen.last()?;
-        Some([solve(&gram, chosen)?.1, solve(&gram, &[*last])?.1])
+        Some([solve_normal_equations(&gram, chosen)?.1, solve_normal_equations(&gram, &[*last])?.1])
     }
 
     /// Coefficients alone.
-    fn plain(&self, chosen: &[usize]) -> Option<Vec<f64>> {
-        Some(solve(&sum(self.grams.iter()), chosen)?.0)
+    fn coefficients(&self, chosen: &[usize]) -> Option<Vec<f64>> {
+        Some(solve_normal_equations(&sum_matrices(self.grams.iter()), chosen)?.0)
     }
 
     /// Least squares of the target on the chosen columns. `None` where they do not tell all coefficients apart, or rows are few.
-    pub fn fit(&self, chosen: &[usize]) -> Option<Fit> {
+    pub fn fit_columns(&self, chosen: &[usize]) -> Option<LeastSquaresFit> {
         if self.rows < LEAST_ROWS {
             return None;
         }
-        let (values, squares) = solve(&sum(self.grams.iter()), chosen)?;
-        let stds = jackknife(&self.grams, chosen)?;
+        let (values, squares) = solve_normal_equations(&sum_matrices(self.grams.iter()), chosen)?;
+        let stds = jackknife_stds(&self.grams, chosen)?;
         let (first, second) = self.grams.split_at(BLOCKS / 2);
         let half = |grams: &[DMatrix<f64>]| {
-            let (values, _) = solve(&sum(grams.iter()), chosen)?;
-            Some((values, jackknife(grams, chosen)?))
+            let (values, _) = solve_normal_equations(&sum_matrices(grams.iter()), chosen)?;
+            Some((values, jackknife_stds(grams, chosen)?))
         };
         let halves = half(first).zip(half(second)).map(|(first, second)| [first, second]);
-        Some(Fit { values, stds, halves, squares })
+        Some(LeastSquaresFit { values, stds, halves, squares })
     }
 }
 
-fn sum<'a>(grams: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
-    grams.fold(
-        DMatrix::zeros(0, 0),
-        |all, gram| if all.is_empty() { gram.clone() } else { all + gram },
-    )
+fn sum_matrices<'a>(grams: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
+    grams.fold(DMatrix::zeros(0, 0), |all, gram| if all.is_empty() { gram.clone() } else { all + gram })
 }
 
 /// Standard deviations from fits without one block at a time.
-fn jackknife(grams: &[DMatrix<f64>], chosen: &[usize]) -> Option<Vec<f64>> {
+fn jackknife_stds(grams: &[DMatrix<f64>], chosen: &[usize]) -> Option<Vec<f64>> {
     // Only what is chosen: most columns are not.
-    let places: Vec<usize> =
-        chosen.iter().copied().chain(grams.first()?.nrows().checked_sub(1)).collect();
+    let places: Vec<usize> = chosen.iter().copied().chain(grams.first()?.nrows().checked_sub(1)).collect();
     let part = |gram: &DMatrix<f64>| {
         let entry = |i: usize, j: usize| gram[(places[i].max(places[j]), places[i].min(places[j]))];
         DMatrix::from_fn(places.len(), places.len(), entry)
     };
     let grams: Vec<DMatrix<f64>> = grams.iter().map(part).collect();
     let chosen: Vec<usize> = (0..chosen.len()).collect();
-    let all = sum(grams.iter());
+    let all = sum_matrices(grams.iter());
     let without: Option<Vec<_>> =
-        grams.iter().map(|gram| Some(solve(&(&all - gram), &chosen)?.0)).collect();
+        grams.iter().map(|gram| Some(solve_normal_equations(&(&all - gram), &chosen)?.0)).collect();
     let without = without?;
     let std = |index: usize| spread(without.iter().map(|values| values[index]));
     Some((0..chosen.len()).map(std).collect())
 }
 
 /// Coefficients, and the sum of squares that is left.
-fn solve(gram: &DMatrix<f64>, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
+fn solve_normal_equations(gram: &DMatrix<f64>, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
     let target = gram.nrows().checked_sub(1)?;
     // Only the lower triangle is filled.
     let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
@@ -264,8 +261,7 @@ fn solve(gram: &DMatrix<f64>, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
         return None;
     }
     let count = chosen.len();
-    let products =
-        DMatrix::from_fn(count, count, |i, j| entry(chosen[i], chosen[j]) / (scale[i] * scale[j]));
+    let products = DMatrix::from_fn(count, count, |i, j| entry(chosen[i], chosen[j]) / (scale[i] * scale[j]));
     let with_target = DVector::from_fn(count, |i, _| entry(chosen[i], target) / scale[i]);
     let factor = products.cholesky()?;
     // Columns that are one another's combination to six digits.
@@ -287,18 +283,22 @@ mod tests {
         let x: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.001 - 2.0).collect();
         let y: Vec<f64> = x.iter().map(|x| 3.0 * x + 1.0 + (11.0 * x).sin()).collect();
         let one = vec![1.0; x.len()];
-        let split = split(&vec![true; x.len()]);
-        let blocks = Blocks::of(&[&x, &one], &y, |k| split[k]);
-        let fit = blocks.fit(&[0, 1]).expect("two columns");
-        assert!((blocks.left(&[0, 1], &fit.values) - fit.squares).abs() < 1e-6, "{fit:?}");
+        let split = assign_rows_to_blocks(&vec![true; x.len()]);
+        let blocks = BlockNormalEquations::from_columns(&[&x, &one], &y, |k| split[k]);
+        let fit = blocks.fit_columns(&[0, 1]).expect("two columns");
+        assert!((blocks.residual_sum_of_squares(&[0, 1], &fit.values) - fit.squares).abs() < 1e-6, "{fit:?}");
         assert!((fit.values[0] - 3.0).abs() < 3.0 * fit.stds[0], "{fit:?}");
-        assert!(fit.stds[0] > 0.02 && fit.agrees(0) == Some(true), "{fit:?}");
+        assert!(fit.stds[0] > 0.02 && fit.is_same_in_both_halves(0) == Some(true), "{fit:?}");
     }
 
     #[test]
     fn columns_that_are_one_are_told() {
         let x: Vec<f64> = (0..LEAST_ROWS as u32).map(f64::from).collect();
         let double: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
-        assert!(Blocks::of(&[&x, &double], &x, |k| Some(k / 5)).fit(&[0, 1]).is_none());
+        assert!(
+            BlockNormalEquations::from_columns(&[&x, &double], &x, |k| Some(k / 5))
+                .fit_columns(&[0, 1])
+                .is_none()
+        );
     }
 }

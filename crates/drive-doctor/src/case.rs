@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use preparation::{DriveLog, Signal};
 
-use crate::finding::{Examination, Finding, OpenQuestion};
+use crate::finding::{LogExamination, LogFinding, UnansweredCheck};
 
 /// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
 /// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
@@ -30,7 +30,7 @@ pub const CHANNELS: [(&str, &str); 15] = [
 ];
 
 /// Takes the leaps out of a course that begins again after a turn, and brings it to rad: only degrees go beyond 7.
-fn unwrap(course: &mut Signal) {
+fn unwrap_course_angle(course: &mut Signal) {
     let is_in_deg = course.value.iter().any(|angle| angle.abs() > 7.0 && angle.is_finite());
     let factor = if is_in_deg { PI / 180.0 } else { 1.0 };
     let mut latest = f64::NAN;
@@ -48,7 +48,7 @@ fn unwrap(course: &mut Signal) {
 const APART: usize = 5;
 
 /// The direction of travel of a car that was at these places; left turns are positive. `None` of a car that stays.
-fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal<'static>)> {
+fn course_from_positions(x: &Signal, y: &Signal) -> Option<(&'static str, Signal<'static>)> {
     let rows = APART..x.time.len().checked_sub(APART).filter(|end| *end > APART)?;
     let moved = |k: usize| [x, y].map(|it| it.value[k + APART] - it.value[k - APART]);
     let stays = rows.clone().all(|k| moved(k) == [0.0; 2]);
@@ -61,12 +61,12 @@ fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal<'static>)> 
     };
     let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect::<Vec<f64>>());
     let mut course = Signal::new(time, value);
-    unwrap(&mut course);
+    unwrap_course_angle(&mut course);
     Some(("course", course))
 }
 
 /// The unit of a channel.
-pub(crate) fn unit(name: &str) -> &'static str {
+pub(crate) fn channel_unit(name: &str) -> &'static str {
     CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)
 }
 
@@ -90,10 +90,10 @@ impl CarData {
 
 /// A log under examination.
 #[derive(Debug)]
-pub(crate) struct Case<'a> {
+pub(crate) struct ExaminedLog<'a> {
     pub signals: BTreeMap<&'static str, Signal<'a>>,
     pub car: CarData,
-    pub found: Examination,
+    pub found: LogExamination,
     /// Whether the car turns to one side only, or not at all.
     pub is_one_sided: bool,
     /// Sensors whose end cuts the motion off.
@@ -106,20 +106,20 @@ pub(crate) struct Case<'a> {
     pub is_ratio_rough: bool,
 }
 
-impl<'a> Case<'a> {
+impl<'a> ExaminedLog<'a> {
     pub fn new(log: &'a DriveLog, car: CarData) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let mut signals: BTreeMap<_, _> =
             names.filter_map(|name| Some((name, log.get(name)?.borrowed()))).collect();
         let places = signals.remove("x").zip(signals.remove("y"));
         match signals.get_mut("course") {
-            Some(course) => unwrap(course),
-            None => signals.extend(places.and_then(|(x, y)| travelled(&x, &y))),
+            Some(course) => unwrap_course_angle(course),
+            None => signals.extend(places.and_then(|(x, y)| course_from_positions(&x, &y))),
         }
         Self {
             signals,
             car,
-            found: Examination::default(),
+            found: LogExamination::default(),
             is_one_sided: false,
             cut_off: Vec::new(),
             r_moved: 0.0,
@@ -128,35 +128,35 @@ impl<'a> Case<'a> {
         }
     }
 
-    pub fn has(&self, names: &[&str]) -> bool {
+    pub fn has_channels(&self, names: &[&str]) -> bool {
         names.iter().all(|name| self.signals.contains_key(name))
     }
 
     /// Gives each of two channels the values of the other.
-    pub fn swap(&mut self, a: &'static str, b: &'static str) {
+    pub fn swap_channels(&mut self, a: &'static str, b: &'static str) {
         let [of_a, of_b] = [a, b].map(|name| self.signals.remove(name));
         self.signals.extend(of_b.map(|signal| (a, signal)));
         self.signals.extend(of_a.map(|signal| (b, signal)));
     }
 
-    pub fn report(&mut self, finding: Finding) {
+    pub fn add_finding(&mut self, finding: LogFinding) {
         self.found.findings.push(finding);
     }
 
-    pub fn cannot_tell(&mut self, check: &'static str, reason: String, advice: &'static str) {
-        self.found.not_told.push(OpenQuestion { check, reason, advice });
+    pub fn add_open_question(&mut self, check: &'static str, reason: String, advice: &'static str) {
+        self.found.not_told.push(UnansweredCheck { check, reason, advice });
     }
 
     /// Divides a channel by a factor and brings it `delay` [s] forward, for the checks that follow.
-    pub fn correct(&mut self, name: &str, factor: f64, delay: f64) {
+    pub fn correct_channel(&mut self, name: &str, factor: f64, delay: f64) {
         if let Some(signal) = self.signals.get_mut(name) {
             signal.value.to_mut().iter_mut().for_each(|value| *value /= factor);
             signal.time.to_mut().iter_mut().for_each(|time| *time -= delay);
         }
     }
 
-    pub fn close(mut self) -> Examination {
-        self.found.sort();
+    pub fn into_examination(mut self) -> LogExamination {
+        self.found.sort_findings();
         self.found
     }
 }

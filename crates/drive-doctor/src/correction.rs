@@ -17,7 +17,7 @@ pub enum CorrectionTarget {
 
 /// What corrects an error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Correction {
+pub struct LogCorrection {
     /// The line; what to do, where no line does it.
     #[serde(rename = "correction")]
     pub text: String,
@@ -31,7 +31,7 @@ pub struct Correction {
 
 /// A key of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Key {
+pub(crate) enum CorrectionKey {
     Unit(&'static str),
     Mirrored,
     /// What a systematic error asks for.
@@ -40,48 +40,43 @@ pub(crate) enum Key {
     Gaps(&'static str),
 }
 
-impl From<ColumnKey> for Key {
+impl From<ColumnKey> for CorrectionKey {
     fn from(key: ColumnKey) -> Self {
         Self::Error(key)
     }
 }
 
-impl Key {
-    fn line(self) -> String {
+impl CorrectionKey {
+    fn toml_line(self) -> String {
         match self {
-            Key::Unit(unit) => format!("unit = \"{unit}\""),
-            Key::Mirrored => "sign = -1".to_owned(),
-            Key::Error(key) => key.to_string(),
-            Key::Gaps(rule) => format!("gaps = \"{rule}\""),
+            CorrectionKey::Unit(unit) => format!("unit = \"{unit}\""),
+            CorrectionKey::Mirrored => "sign = -1".to_owned(),
+            CorrectionKey::Error(key) => key.to_string(),
+            CorrectionKey::Gaps(rule) => format!("gaps = \"{rule}\""),
         }
     }
 }
 
-impl Correction {
+impl LogCorrection {
     /// Keys of the columns.
-    pub(crate) fn column(keys: &[Key]) -> Self {
-        let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
+    pub(crate) fn from_column_keys(keys: &[CorrectionKey]) -> Self {
+        let lines: Vec<String> = keys.iter().map(|key| key.toml_line()).collect();
         Self { text: lines.join(", "), place: Some(CorrectionTarget::Column), note: None }
     }
 
     /// Two channels that stand for each other.
-    pub(crate) fn swapped([a, b]: [&str; 2]) -> Self {
-        let text =
-            format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
+    pub(crate) fn for_swapped_channels([a, b]: [&str; 2]) -> Self {
+        let text = format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
         Self { text, place: Some(CorrectionTarget::Both), note: None }
     }
 
     /// The key `time_unit` of the table.
     pub(crate) fn time_unit(unit: &str) -> Self {
-        Self {
-            text: format!("time_unit = \"{unit}\""),
-            place: Some(CorrectionTarget::Table),
-            note: None,
-        }
+        Self { text: format!("time_unit = \"{unit}\""), place: Some(CorrectionTarget::Table), note: None }
     }
 
     /// The stretches [s] of a log without these.
-    pub(crate) fn without(wrong: &[[f64; 2]], [first, last]: [f64; 2]) -> Self {
+    pub(crate) fn for_excluded_stretches(wrong: &[[f64; 2]], [first, last]: [f64; 2]) -> Self {
         let begins = std::iter::once(first).chain(wrong.iter().map(|[_, until]| *until));
         let ends = wrong.iter().map(|[from, _]| *from).chain([last]);
         let whole = begins.zip(ends).filter(|(from, until)| from < until);
@@ -93,11 +88,11 @@ impl Correction {
     }
 
     /// What to do, where no line does it.
-    pub(crate) fn advice(text: impl Into<String>) -> Self {
+    pub(crate) fn from_advice(text: impl Into<String>) -> Self {
         Self { text: text.into(), place: None, note: None }
     }
 
-    pub(crate) fn noting(self, note: impl Into<String>) -> Self {
+    pub(crate) fn with_note(self, note: impl Into<String>) -> Self {
         let note = match self.note {
             Some(before) => format!("{before}; {}", note.into()),
             None => note.into(),
@@ -112,7 +107,7 @@ mod tests {
 
     #[test]
     fn stretches_leave_out_what_is_wrong() {
-        let line = Correction::without(&[[3.0, 4.0], [7.0, 9.0]], [0.0, 9.0]).text;
+        let line = LogCorrection::for_excluded_stretches(&[[3.0, 4.0], [7.0, 9.0]], [0.0, 9.0]).text;
         assert_eq!(line, "during = [[0.000, 3.000], [4.000, 7.000]]");
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::correction::Correction;
+use crate::correction::LogCorrection;
 use crate::rolling_radius::RollingRadius;
 use crate::understeer_gradient::UndersteerGradient;
 
@@ -20,7 +20,7 @@ pub enum Certainty {
 
 impl Certainty {
     /// Whether it is certain or likely.
-    pub fn is_serious(self) -> bool {
+    pub fn is_certain_or_likely(self) -> bool {
         self <= Certainty::Likely
     }
 
@@ -36,7 +36,7 @@ impl Certainty {
 
 /// An error of a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Finding {
+pub struct LogFinding {
     /// Name of the error, such as `a_y_delay`.
     pub check: String,
     /// Channels that have it.
@@ -57,21 +57,21 @@ pub struct Finding {
     pub consequence: String,
     /// The line to write, or what to do.
     #[serde(flatten)]
-    pub correction: Correction,
+    pub correction: LogCorrection,
     /// Whether no fit can make up for it: nothing may be `identified` from such a log.
     pub refuses: bool,
 }
 
-impl Finding {
+impl LogFinding {
     /// Whether it is certain or likely.
-    pub fn is_serious(&self) -> bool {
-        self.sure.is_serious()
+    pub fn is_certain_or_likely(&self) -> bool {
+        self.sure.is_certain_or_likely()
     }
 }
 
 /// A question that the log does not answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OpenQuestion {
+pub struct UnansweredCheck {
     /// The question, such as `clocks`.
     pub check: &'static str,
     /// Why it has no answer.
@@ -82,11 +82,11 @@ pub struct OpenQuestion {
 
 /// What is known of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Examination {
+pub struct LogExamination {
     /// Errors, the surest and most harmful first.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<LogFinding>,
     /// Open questions.
-    pub not_told: Vec<OpenQuestion>,
+    pub not_told: Vec<UnansweredCheck>,
     /// What steering tells of the tires.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub understeer: Option<UndersteerGradient>,
@@ -97,25 +97,25 @@ pub struct Examination {
     pub too_short: bool,
 }
 
-impl Examination {
+impl LogExamination {
     /// What is certain or likely.
-    pub fn serious(&self) -> impl Iterator<Item = &Finding> {
-        self.findings.iter().filter(|finding| finding.is_serious())
+    pub fn serious_findings(&self) -> impl Iterator<Item = &LogFinding> {
+        self.findings.iter().filter(|finding| finding.is_certain_or_likely())
     }
 
     /// Whether something certain or likely is wrong.
-    pub fn is_ill(&self) -> bool {
-        self.serious().next().is_some()
+    pub fn has_serious_finding(&self) -> bool {
+        self.serious_findings().next().is_some()
     }
 
     /// The surest error that no fit can make up for.
-    pub fn refusal(&self) -> Option<&Finding> {
+    pub fn refusing_finding(&self) -> Option<&LogFinding> {
         self.findings.iter().find(|finding| finding.refuses && finding.sure == Certainty::Certain)
     }
 
     /// The whole in sentences, the worst first.
     pub fn summary(&self) -> Vec<String> {
-        let mut lines: Vec<_> = self.serious().map(|it| it.sentence.clone()).collect();
+        let mut lines: Vec<_> = self.serious_findings().map(|it| it.sentence.clone()).collect();
         if self.too_short {
             lines.push("The log has too few rows to say that nothing is wrong with it.".to_owned());
         } else if lines.is_empty() {
@@ -129,7 +129,7 @@ impl Examination {
         lines
     }
 
-    pub(crate) fn sort(&mut self) {
+    pub(crate) fn sort_findings(&mut self) {
         self.findings.sort_by_key(|finding| (finding.sure, !finding.refuses));
     }
 }

@@ -4,10 +4,7 @@
 //! Each check sees the log as the checks before it would correct it, so one error does not hide the next. All intervals come
 //! from blocks of the log (delete-one-block jackknife), since neighbouring rows are not independent.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod blocks;
 mod case;
@@ -22,8 +19,8 @@ mod understeer_gradient;
 
 pub use case::{CHANNELS, CarData};
 pub use check::course::COURSE_CLOCK;
-pub use correction::{Correction, CorrectionTarget};
-pub use finding::{Certainty, Examination, Finding, OpenQuestion};
+pub use correction::{CorrectionTarget, LogCorrection};
+pub use finding::{Certainty, LogExamination, LogFinding, UnansweredCheck};
 pub use rolling_radius::RollingRadius;
 pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
 pub use understeer_gradient::UndersteerGradient;
@@ -35,17 +32,16 @@ const LEAST_ROWS: usize = 100;
 
 /// Examines the log of a drive. Channels have the names and units of [`CHANNELS`] and time stamps of their own [s]; any of them
 /// can be missing, and what could not be looked at is said.
-pub fn examine(log: &DriveLog, car: &CarData) -> Examination {
-    let mut case = case::Case::new(log, *car);
+pub fn examine_log(log: &DriveLog, car: &CarData) -> LogExamination {
+    let mut case = case::ExaminedLog::new(log, *car);
     for check in check::CHECKS {
         check(&mut case);
     }
     let rows = case.signals.values().map(|signal| signal.time.len()).max().unwrap_or(0);
     if rows < LEAST_ROWS {
-        let reason =
-            format!("it has {rows} rows with values, of {LEAST_ROWS} or more that are needed");
+        let reason = format!("it has {rows} rows with values, of {LEAST_ROWS} or more that are needed");
         case.found.too_short = true;
-        case.cannot_tell("whether the log is right", reason, "Record a minute or more.");
+        case.add_open_question("whether the log is right", reason, "Record a minute or more.");
     }
-    case.close()
+    case.into_examination()
 }

@@ -1,6 +1,6 @@
 //! Holds the radius with which the wheels of an axle roll, as a log tells it.
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use serde::Serialize;
 
 /// The radius of v_x = R ω without force, with 95 % intervals.
@@ -33,14 +33,14 @@ impl RollingRadius {
         if !(radius.is_finite() && interval[0] > 0.0) {
             return None;
         }
-        let [shown, low, high] = [radius, interval[0], interval[1]].map(|it| significant(it, 4));
+        let [shown, low, high] = [radius, interval[0], interval[1]].map(|it| format_significant(it, 4));
         let mut sentence = format!(
             "The wheels of the {axle} axle roll with a radius of {shown} m [{low}, {high}] without force, if `v_x` was not made of their speeds."
         );
         if !is_constant {
             sentence += " The halves of the log disagree: it is no constant.";
         }
-        let per_cent = |it: f64| significant(100.0 * it, 2);
+        let per_cent = |it: f64| format_significant(100.0 * it, 2);
         if slip_interval[0] > 0.0 || slip_interval[1] < 0.0 {
             sentence += &format!(
                 " Each m/s2 of forward acceleration adds {} % [{}, {}] of slip.",
@@ -53,7 +53,7 @@ impl RollingRadius {
     }
 
     /// Whether both intervals share nothing.
-    pub(crate) fn excludes(&self, other: &Self) -> bool {
+    pub(crate) fn is_disjoint_from(&self, other: &Self) -> bool {
         self.interval[1] < other.interval[0] || other.interval[1] < self.interval[0]
     }
 }

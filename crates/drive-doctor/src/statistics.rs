@@ -22,12 +22,12 @@ pub(crate) fn median_step(time: &[f64]) -> f64 {
 }
 
 /// Smallest and largest number; NaN of none.
-pub(crate) fn ends(values: &[f64]) -> [f64; 2] {
+pub(crate) fn value_range(values: &[f64]) -> [f64; 2] {
     [f64::min, f64::max].map(|f| values.iter().copied().fold(f64::NAN, f))
 }
 
 /// Standard deviation of an estimate, from the estimates without one block at a time.
-pub(crate) fn jackknife(without: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn jackknife_std(without: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
     let count = without.len() as f64;
     let mean = without.clone().sum::<f64>() / count;
     ((count - 1.0) / count * without.map(|value| (value - mean).powi(2)).sum::<f64>()).sqrt()

@@ -49,7 +49,7 @@ pub struct SteeringMap {
 
 /// A command that was held.
 #[derive(Clone, Copy, Debug)]
-struct CommandLevel {
+struct HeldCommand {
     command: f64,
     /// Whether it was reached from below (1), from above (−1), or nobody knows (0).
     side: f64,
@@ -72,9 +72,7 @@ pub fn steering_map(
 ) -> Result<SteeringMap, String> {
     let lengths = [time.len(), command.len(), v_x.len(), r.len()];
     if lengths.iter().any(|len| *len != lengths[0]) {
-        return Err(format!(
-            "expected time, command, v_x and r of one length, found {lengths:?} values"
-        ));
+        return Err(format!("expected time, command, v_x and r of one length, found {lengths:?} values"));
     }
     if !(wheelbase > 0.0 && wheelbase.is_finite()) {
         return Err(format!("expected a wheelbase above 0 m, found {wheelbase}"));
@@ -85,19 +83,19 @@ pub fn steering_map(
         false => f64::NAN,
     };
     let angles: Vec<f64> = (0..time.len()).map(angle).collect();
-    let held = held(time, command, &angles);
-    let levels = levels(&held);
+    let held = held_commands(time, command, &angles);
+    let levels = group_by_command(&held);
     if levels.len() < LEAST_LEVELS {
         return Err(format!(
             "the map of the steering is not identifiable: {} commands are held for {HELD} s or more while the car rolls, of {LEAST_LEVELS} that are needed. Drive a staircase: slow turns with steps of the command over its range, up and down again, each held for some seconds",
             levels.len()
         ));
     }
-    Ok(mapped(&levels))
+    Ok(steering_map_from_commands(&levels))
 }
 
 /// The commands that are held, one after the other.
-fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<CommandLevel> {
+fn held_commands(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<HeldCommand> {
     let mut all = Vec::new();
     let (mut from, mut before) = (0, f64::NAN);
     for run in command.chunk_by(|a, b| a == b) {
@@ -105,21 +103,17 @@ fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<CommandLevel> {
         from = rows.end;
         let settled = time[rows.start] + FOLLOWS;
         let long = time[rows.end - 1] - time[rows.start] >= HELD && run[0].is_finite();
-        let used: Vec<f64> = rows
-            .filter(|&k| time[k] >= settled && angles[k].is_finite())
-            .map(|k| angles[k])
-            .collect();
+        let used: Vec<f64> =
+            rows.filter(|&k| time[k] >= settled && angles[k].is_finite()).map(|k| angles[k]).collect();
         if long && used.len() >= 2 * PARTS {
-            let parts: Vec<f64> = used
-                .chunks(used.len().div_ceil(PARTS))
-                .map(|part| median(part.iter().copied()))
-                .collect();
+            let parts: Vec<f64> =
+                used.chunks(used.len().div_ceil(PARTS)).map(|part| median(part.iter().copied())).collect();
             let count = parts.len() as f64;
             let angle = parts.iter().sum::<f64>() / count;
             let squares: f64 = parts.iter().map(|part| (part - angle).powi(2)).sum();
             let side = if before.is_nan() { 0.0 } else { (run[0] - before).signum() };
             let std = (squares / (count * (count - 1.0).max(1.0))).sqrt();
-            all.push(CommandLevel { command: run[0], side, angle, std });
+            all.push(HeldCommand { command: run[0], side, angle, std });
         }
         if run[0].is_finite() {
             before = run[0];
@@ -129,19 +123,19 @@ fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<CommandLevel> {
 }
 
 /// Those of each command, in the order of the commands.
-fn levels(held: &[CommandLevel]) -> Vec<Vec<CommandLevel>> {
+fn group_by_command(held: &[HeldCommand]) -> Vec<Vec<HeldCommand>> {
     let mut held = held.to_vec();
     held.sort_by(|a, b| a.command.total_cmp(&b.command));
-    held.chunk_by(|a, b| a.command == b.command).map(<[CommandLevel]>::to_vec).collect()
+    held.chunk_by(|a, b| a.command == b.command).map(<[HeldCommand]>::to_vec).collect()
 }
 
 /// The mean angle of those that were reached from a side.
-fn from_side(level: &[CommandLevel], side: f64) -> Option<f64> {
+fn from_side(level: &[HeldCommand], side: f64) -> Option<f64> {
     let angles: Vec<f64> = level.iter().filter(|it| it.side == side).map(|it| it.angle).collect();
     (!angles.is_empty()).then(|| angles.iter().sum::<f64>() / angles.len() as f64)
 }
 
-fn mapped(levels: &[Vec<CommandLevel>]) -> SteeringMap {
+fn steering_map_from_commands(levels: &[Vec<HeldCommand>]) -> SteeringMap {
     let plays: Vec<f64> = levels
         .iter()
         .filter_map(|level| Some(0.5 * (from_side(level, -1.0)? - from_side(level, 1.0)?)))
@@ -154,13 +148,13 @@ fn mapped(levels: &[Vec<CommandLevel>]) -> SteeringMap {
         let reach = STUDENT.get(plays.len() - 2).unwrap_or(&2.2) * std;
         [play - reach, play + reach]
     });
-    let point = |level: &Vec<CommandLevel>| {
+    let point = |level: &Vec<HeldCommand>| {
         // The side of the play on which a log begins nobody knows.
-        let (known, unknown): (Vec<CommandLevel>, Vec<CommandLevel>) =
+        let (known, unknown): (Vec<HeldCommand>, Vec<HeldCommand>) =
             level.iter().partition(|it| it.side != 0.0);
         let level = if known.is_empty() { unknown } else { known };
         let count = level.len() as f64;
-        let middle = |it: &CommandLevel| it.angle + it.side * play.unwrap_or(0.0);
+        let middle = |it: &HeldCommand| it.angle + it.side * play.unwrap_or(0.0);
         let angle = level.iter().map(middle).sum::<f64>() / count;
         let std = level.iter().map(|it| it.std.powi(2)).sum::<f64>().sqrt() / count;
         let interval = [angle - T_PARTS * std, angle + T_PARTS * std];

@@ -3,7 +3,7 @@
 
 use crate::mistake;
 
-use drive_doctor::{CarData, Certainty, CorrectionTarget, Examination, examine};
+use drive_doctor::{CarData, Certainty, CorrectionTarget, LogExamination, examine_log};
 use preparation::DriveLog;
 
 /// The log with two channels in each other's column.
@@ -16,8 +16,8 @@ fn swapped(log: &DriveLog<'static>, [a, b]: [&str; 2]) -> DriveLog<'static> {
     swapped
 }
 
-fn names(found: &Examination) -> Vec<&str> {
-    found.serious().map(|it| it.check.as_str()).collect()
+fn names(found: &LogExamination) -> Vec<&str> {
+    found.serious_findings().map(|it| it.check.as_str()).collect()
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn swapped_columns_are_named_with_those_to_write() {
         let (log, known) = mistake::clean(car, 31);
         let log = mistake::log(&log);
         for pair in [["v_y", "r"], ["v_x", "a_y"], ["v_x", "v_y"], ["r", "delta"], ["r", "a_y"]] {
-            let found = examine(&swapped(&log, pair), &known);
+            let found = examine_log(&swapped(&log, pair), &known);
             let first = &found.findings[0];
             let mut channels = first.channels.clone();
             channels.sort_unstable();
@@ -49,9 +49,7 @@ fn swapped_columns_are_named_with_those_to_write() {
 /// The log with four wheels of a radius, on a track of 1.5 m.
 fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog<'static> {
     let mut log = mistake::log(recording);
-    for (name, side) in
-        [("omega_fl", -0.75), ("omega_fr", 0.75), ("omega_rl", -0.75), ("omega_rr", 0.75)]
-    {
+    for (name, side) in [("omega_fl", -0.75), ("omega_fr", 0.75), ("omega_rl", -0.75), ("omega_rr", 0.75)] {
         let speed = recording.v_x.iter().zip(&recording.r);
         let omega = speed.map(|(v_x, r)| per_speed * (v_x + side * r)).collect();
         log.insert(name, recording.t.clone(), omega);
@@ -63,24 +61,24 @@ fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog<'
 fn wheels_of_the_wrong_side_and_unit_are_named() {
     let (recording, known) = mistake::clean(0, 32);
     let right = with_wheels(&recording, 1.0 / 0.31);
-    let found = examine(&right, &known);
-    assert!(!found.is_ill(), "{found:#?}");
-    let found = examine(&swapped(&right, ["omega_rl", "omega_rr"]), &known);
+    let found = examine_log(&right, &known);
+    assert!(!found.has_serious_finding(), "{found:#?}");
+    let found = examine_log(&swapped(&right, ["omega_rl", "omega_rr"]), &known);
     assert_eq!(names(&found), ["swapped"], "{found:#?}");
     assert_eq!(found.findings[0].channels, ["omega_rl", "omega_rr"]);
     let rpm = with_wheels(&recording, 30.0 / std::f64::consts::PI / 0.31);
-    let found = examine(&rpm, &known);
+    let found = examine_log(&rpm, &known);
     assert_eq!(names(&found), ["omega_unit"], "{found:#?}");
     assert_eq!(found.findings[0].channels, ["omega_fl", "omega_fr", "omega_rl", "omega_rr"]);
     assert_eq!(found.findings[0].sure, Certainty::Certain);
     let mut one = right.clone();
     let wheel = right.get("omega_rl").expect("a wheel");
     one.insert("omega_rl", wheel.time.to_vec(), wheel.value.iter().map(|it| -it).collect());
-    let found = examine(&one, &known);
+    let found = examine_log(&one, &known);
     assert_eq!(names(&found), ["omega_rl_sign"], "{found:#?}");
     // In km/h they read as on tires of 0.278 m, which a car may have.
-    let found = examine(&with_wheels(&recording, 3.6), &known);
-    assert!(!found.is_ill(), "{found:#?}");
+    let found = examine_log(&with_wheels(&recording, 3.6), &known);
+    assert!(!found.has_serious_finding(), "{found:#?}");
     let possible = found.findings.iter().find(|it| it.check == "omega_fl_unit").expect("a finding");
     assert!(possible.sentence.contains("may be in km/h"), "{possible:#?}");
 }
@@ -88,12 +86,12 @@ fn wheels_of_the_wrong_side_and_unit_are_named() {
 #[test]
 fn a_bank_that_comes_again_each_lap_is_told_without_a_roll_angle() {
     let (recording, known) = mistake::clean(0, 33);
-    let found = examine(&mistake::log(&recording), &known);
+    let found = examine_log(&mistake::log(&recording), &known);
     assert!(found.findings.iter().all(|it| it.check != "bank"), "{found:#?}");
     // Something that wanders, without laps.
     let mut wanders = recording.clone();
     wanders.a_y.iter_mut().enumerate().for_each(|(k, a_y)| *a_y += 0.5 * (0.004 * k as f64).sin());
-    let found = examine(&mistake::log(&wanders), &known);
+    let found = examine_log(&mistake::log(&wanders), &known);
     let bank = found.findings.iter().find(|it| it.check == "bank").expect("a finding");
     assert_eq!(bank.sure, Certainty::Possible, "{bank:#?}");
     assert!(bank.sentence.contains("something slow"), "{bank:#?}");
@@ -125,14 +123,14 @@ fn at_constant_speed() -> DriveLog<'static> {
 
 #[test]
 fn a_speed_that_is_held_is_no_dead_channel() {
-    let found = examine(&at_constant_speed(), &CarData::default());
-    assert!(!found.is_ill(), "{found:#?}");
+    let found = examine_log(&at_constant_speed(), &CarData::default());
+    assert!(!found.has_serious_finding(), "{found:#?}");
     let held = found.findings.iter().find(|it| it.check == "v_x_constant").expect("a finding");
     assert_eq!((held.sure, held.refuses), (Certainty::Possible, false));
     // Without the channels that agree nobody knows.
     let mut bare = at_constant_speed();
     bare.remove("a_y");
-    let found = examine(&bare, &CarData::default());
+    let found = examine_log(&bare, &CarData::default());
     assert_eq!(found.findings[0].check, "v_x_dead", "{found:#?}");
 }
 
@@ -142,8 +140,8 @@ fn a_clean_log_is_not_accused_where_less_is_known_of_the_car() {
     for car in 0..mistake::CARS.len() {
         let (log, known) = mistake::clean(car, 34);
         for wheelbase in [None, known.wheelbase()] {
-            let found = examine(&mistake::log(&log), &CarData { wheelbase, ..CarData::default() });
-            assert!(!found.is_ill(), "car {car}, {wheelbase:?}: {found:#?}");
+            let found = examine_log(&mistake::log(&log), &CarData { wheelbase, ..CarData::default() });
+            assert!(!found.has_serious_finding(), "car {car}, {wheelbase:?}: {found:#?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Asserts that the scale of a yaw rate and the radius of wheels are told of a log that was made with them, and not of one without.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use drive_doctor::{COURSE_CLOCK, CarData, Certainty, Examination, examine};
+use drive_doctor::{COURSE_CLOCK, CarData, Certainty, LogExamination, examine_log};
 use preparation::DriveLog;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -24,7 +24,7 @@ const RADIUS: f64 = 0.31;
 const SLIP: f64 = 0.01;
 
 /// 200 s at 50 Hz of a car without sideslip.
-fn examined(made: &Made, seed: u64) -> Examination {
+fn examined(made: &Made, seed: u64) -> LogExamination {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let phase = rng.random_range(0.0..6.0);
     let mut normal = |std: f64| -> f64 {
@@ -60,7 +60,7 @@ fn examined(made: &Made, seed: u64) -> Examination {
         let delay = if name == "course" { made.course_delay } else { 0.0 };
         log.insert(name, time.iter().map(|t| t + delay).collect(), values);
     }
-    examine(&log, &CarData::default())
+    examine_log(&log, &CarData::default())
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn the_scale_of_a_yaw_rate_is_told_with_its_interval() {
 fn a_right_yaw_rate_has_no_scale_whatever_the_noise_of_the_course() {
     for (seed, course_noise) in [(1, 0.003), (2, 0.03), (3, 0.1), (4, 0.3)] {
         let found = examined(&Made { course_noise, ..CLEAN }, seed);
-        let scale = found.serious().find(|it| it.check == "r_scale");
+        let scale = found.serious_findings().find(|it| it.check == "r_scale");
         assert!(scale.is_none(), "{course_noise}: {scale:#?}");
     }
 }
@@ -96,7 +96,7 @@ fn a_late_course_is_told_and_does_not_make_a_scale() {
         let it = found.findings.iter().find(|it| it.check == "course_delay");
         let it = it.unwrap_or_else(|| panic!("{course_delay}: {found:#?}"));
         assert!(it.value.is_some_and(|late| (late - course_delay).abs() < 0.01), "{it:#?}");
-        assert!(found.serious().all(|it| it.channels == ["course"]), "{found:#?}");
+        assert!(found.serious_findings().all(|it| it.channels == ["course"]), "{found:#?}");
     }
 }
 
@@ -104,7 +104,7 @@ fn a_late_course_is_told_and_does_not_make_a_scale() {
 fn turns_to_one_side_do_not_tell_a_scale() {
     let made = Made { scale: 1.04, is_one_sided: true, ..CLEAN };
     let found = examined(&made, 1);
-    assert!(found.serious().all(|it| it.check != "r_scale"), "{found:#?}");
+    assert!(found.serious_findings().all(|it| it.check != "r_scale"), "{found:#?}");
     for question in ["scale of the yaw rate", COURSE_CLOCK] {
         assert!(found.not_told.iter().any(|it| it.check == question), "{question}: {found:#?}");
     }

@@ -6,26 +6,25 @@ use crate::mistake;
 
 use std::sync::LazyLock;
 
-use drive_doctor::{Certainty, CorrectionTarget, Examination, examine};
+use drive_doctor::{Certainty, CorrectionTarget, LogExamination, examine_log};
 
 /// Mistakes that the limits of a car hide, with the car: what else is found is seen by `cargo run --example mistakes`.
-const HIDDEN: [(usize, &str); 3] =
-    [(1, "r 20 ms late"), (3, "delta +5 %"), (3, "delta 30 ms late")];
+const HIDDEN: [(usize, &str); 3] = [(1, "r 20 ms late"), (3, "delta +5 %"), (3, "delta 30 ms late")];
 
 /// What is found in the log of each car with each mistake.
-static EXAMINED: [LazyLock<Vec<Examination>>; 4] = [
+static EXAMINED: [LazyLock<Vec<LogExamination>>; 4] = [
     LazyLock::new(|| examined(0)),
     LazyLock::new(|| examined(1)),
     LazyLock::new(|| examined(2)),
     LazyLock::new(|| examined(3)),
 ];
 
-fn examined(car: usize) -> Vec<Examination> {
+fn examined(car: usize) -> Vec<LogExamination> {
     let (log, known) = mistake::clean(car, 1 + car as u64);
     let with = |mistake: &mistake::Mistake| {
         let mut wrong = log.clone();
         (mistake.make)(&mut wrong);
-        examine(&mistake::log(&wrong), &known)
+        examine_log(&mistake::log(&wrong), &known)
     };
     mistake::MISTAKES.iter().map(with).collect()
 }
@@ -64,8 +63,8 @@ fn logs_without_a_mistake_are_left_alone() {
             let limit = drive::limit(&[15.0, 25.0, 40.0], 8.0);
             for reference in [limit, drive::chirp(100.0)] {
                 let (log, known) = mistake::driven(car, &reference, noise, seed);
-                let found = examine(&mistake::log(&log), &known);
-                assert!(!found.is_ill(), "car {car}, seed {seed}: {found:#?}");
+                let found = examine_log(&mistake::log(&log), &known);
+                assert!(!found.has_serious_finding(), "car {car}, seed {seed}: {found:#?}");
             }
         }
     }
@@ -77,13 +76,13 @@ fn findings_say_what_to_do_and_the_worst_comes_first() {
     let mut wrong = log.clone();
     wrong.v_x.iter_mut().for_each(|v_x| *v_x *= 3.6);
     wrong.a_y.rotate_right(3);
-    let found = examine(&mistake::log(&wrong), &known);
+    let found = examine_log(&mistake::log(&wrong), &known);
     let first = &found.findings[0];
     assert_eq!((first.check.as_str(), first.sure), ("v_x_unit", Certainty::Certain));
     assert_eq!(first.correction.text, "unit = \"km/h\"");
     assert!(first.sentence.contains("`v_x` is in km/h, not m/s"), "{}", first.sentence);
     assert!(found.findings.iter().any(|it| it.check == "a_y_delay"), "{found:#?}");
-    assert_eq!(found.refusal(), Some(first));
+    assert_eq!(found.refusing_finding(), Some(first));
     assert!(found.findings.is_sorted_by_key(|it| it.sure));
 }
 
@@ -91,8 +90,8 @@ fn findings_say_what_to_do_and_the_worst_comes_first() {
 fn no_log_makes_it_panic() {
     let (log, known) = mistake::clean(0, 6);
     for rows in [0, 1, 3, 20, 30, 60, 99, 300, 399, 450] {
-        let found = examine(&mistake::log(&log.slice(2000..2000 + rows)), &known);
-        assert!(!found.is_ill(), "{rows} rows: {found:#?}");
+        let found = examine_log(&mistake::log(&log.slice(2000..2000 + rows)), &known);
+        assert!(!found.has_serious_finding(), "{rows} rows: {found:#?}");
         assert_eq!(found.too_short, rows < 100, "{rows} rows");
         assert!(!found.not_told.is_empty(), "{rows} rows: {found:#?}");
     }
@@ -102,26 +101,29 @@ fn no_log_makes_it_panic() {
         for column in columns(&mut slow) {
             *column = column.iter().copied().step_by(rate).take(rows).collect();
         }
-        let found = examine(&mistake::log(&slow), &known);
-        assert!(!found.is_ill() && !found.not_told.is_empty(), "{rate}, {rows} rows: {found:#?}");
+        let found = examine_log(&mistake::log(&slow), &known);
+        assert!(
+            !found.has_serious_finding() && !found.not_told.is_empty(),
+            "{rate}, {rows} rows: {found:#?}"
+        );
     }
     for place in 0..columns(&mut log.clone()).len() {
         for value in [f64::NAN, f64::INFINITY, 0.0, 1.0, -1e300] {
             let mut wrong = log.clone();
             columns(&mut wrong)[place].fill(value);
-            examine(&mistake::log(&wrong), &known);
+            examine_log(&mistake::log(&wrong), &known);
         }
     }
     for value in [f64::NAN, 0.0, 20.0] {
         let mut wrong = log.clone();
         columns(&mut wrong).into_iter().skip(1).for_each(|column| column.fill(value));
-        examine(&mistake::log(&wrong), &known);
+        examine_log(&mistake::log(&wrong), &known);
     }
     let mut wrong = log.clone();
     wrong.v_x.iter_mut().step_by(2).for_each(|v_x| *v_x = f64::INFINITY);
     wrong.t.reverse();
-    examine(&mistake::log(&wrong), &known);
-    examine(&preparation::DriveLog::default(), &known);
+    examine_log(&mistake::log(&wrong), &known);
+    examine_log(&preparation::DriveLog::default(), &known);
 }
 
 /// All columns, the time first.
@@ -133,7 +135,7 @@ fn columns(log: &mut drive_inference::Drive) -> [&mut Vec<f64>; 7] {
 #[test]
 fn three_rows_are_not_called_right() {
     let (log, known) = mistake::clean(0, 6);
-    let found = examine(&mistake::log(&log.slice(0..3)), &known);
+    let found = examine_log(&mistake::log(&log.slice(0..3)), &known);
     let summary = found.summary().join(" ");
     assert!(summary.contains("too few rows to say that nothing is wrong"), "{summary}");
     assert!(!summary.contains("Nothing certain"), "{summary}");
@@ -146,19 +148,18 @@ fn all_freezes_are_told_and_left_out() {
         let value = log.r[from];
         log.r[from..from + 200].fill(value);
     }
-    let found = examine(&mistake::log(&log), &known);
+    let found = examine_log(&mistake::log(&log), &known);
     let frozen = found.findings.iter().find(|it| it.check == "r_frozen").expect("a freeze");
     assert!(frozen.sentence.contains("the longest of 3 times"), "{}", frozen.sentence);
     assert_eq!(frozen.correction.text.matches("], [").count(), 3, "{frozen:#?}");
-    assert_eq!(found.serious().count(), 1, "{found:#?}");
+    assert_eq!(found.serious_findings().count(), 1, "{found:#?}");
 }
 
 #[test]
 fn every_line_that_corrects_is_toml() {
     let mut lines = std::collections::BTreeSet::new();
     for found in [0, 3].iter().flat_map(|car: &usize| EXAMINED[*car].iter()) {
-        let line =
-            |it: &drive_doctor::Finding| Some((it.correction.place?, it.correction.text.clone()));
+        let line = |it: &drive_doctor::LogFinding| Some((it.correction.place?, it.correction.text.clone()));
         lines.extend(found.findings.iter().filter_map(line));
     }
     for (place, line) in &lines {
@@ -188,14 +189,12 @@ fn stamps_in_ms_at_1_khz_are_told_from_a_slow_log() {
     let mut quick = log.clone();
     columns(&mut quick).into_iter().for_each(|column| *column = fine(column));
     quick.t = (0..quick.v_x.len()).map(|k| k as f64).collect();
-    let found = examine(&mistake::log(&quick), &known);
+    let found = examine_log(&mistake::log(&quick), &known);
     assert!(found.findings.iter().any(|it| it.check == "time_unit"), "{found:#?}");
     // 1 Hz.
     let mut slow = log.clone();
-    columns(&mut slow)
-        .into_iter()
-        .for_each(|column| *column = column.iter().copied().step_by(100).collect());
-    let found = examine(&mistake::log(&slow), &known);
+    columns(&mut slow).into_iter().for_each(|column| *column = column.iter().copied().step_by(100).collect());
+    let found = examine_log(&mistake::log(&slow), &known);
     assert!(found.findings.iter().all(|it| it.check != "time_unit"), "{found:#?}");
     assert!(found.findings.iter().any(|it| it.check == "slow_sampling"), "{found:#?}");
 }
@@ -217,12 +216,12 @@ fn a_slope_is_told_by_a_roll_angle() {
     wrong.a_y.iter_mut().zip(&slope).for_each(|(a_y, slope)| *a_y += 9.80665 * slope);
     let mut with_roll = mistake::log(&wrong);
     with_roll.insert("roll", log.t.clone(), slope.iter().map(|slope| slope.asin()).collect());
-    let found = examine(&with_roll, &known);
+    let found = examine_log(&with_roll, &known);
     let bank = found.findings.iter().find(|it| it.check == "bank").expect("a slope");
     assert!(bank.sentence.contains("by `roll`"), "{bank:#?}");
     let value = bank.value.unwrap_or_default();
     assert!((0.8..1.2).contains(&value), "{bank:#?}");
-    let level = examine(&mistake::log(&log), &known);
+    let level = examine_log(&mistake::log(&log), &known);
     assert!(level.findings.iter().all(|it| it.check != "bank"), "{level:#?}");
     assert!(level.not_told.iter().any(|it| it.check == "bank of the road"), "{level:#?}");
 }
@@ -236,13 +235,13 @@ fn a_course_is_a_clock_for_the_yaw_rate() {
     let course: Vec<f64> = course.map(|course| course.rem_euclid(360.0)).collect();
     let mut right = mistake::log(&log);
     right.insert("course", log.t.clone(), course.clone());
-    let found = examine(&right, &known);
-    assert!(!found.is_ill(), "{found:#?}");
+    let found = examine_log(&right, &known);
+    assert!(!found.has_serious_finding(), "{found:#?}");
     let mut wrong = log.clone();
     wrong.r.rotate_right(30);
     let mut late = mistake::log(&wrong);
     late.insert("course", log.t.clone(), course);
-    let found = examine(&late, &known);
+    let found = examine_log(&late, &known);
     let first = &found.findings[0];
     assert_eq!((first.check.as_str(), first.sure), ("r_delay", Certainty::Certain), "{found:#?}");
     let interval = first.interval.expect("an interval");

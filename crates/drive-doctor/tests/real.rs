@@ -2,25 +2,22 @@
 
 use crate::cars::LOGS;
 use crate::real_log::RealLog;
-use drive_doctor::{Certainty, CorrectionTarget, Examination, examine, steering_map};
+use drive_doctor::{Certainty, CorrectionTarget, LogExamination, examine_log, steering_map};
 
 /// The examination of a log of the list; `None` where its file is not at hand.
-fn of(name: &str) -> Option<Examination> {
+fn of(name: &str) -> Option<LogExamination> {
     let log = LOGS.iter().find(|it| it.name == name).expect("a log of the list");
     let (log, car) = log.read()?;
-    Some(examine(&log, &car))
+    Some(examine_log(&log, &car))
 }
 
 #[test]
 #[ignore = "needs logs of real cars"]
 fn no_unit_of_the_250_lm_is_doubted() {
     let found = of("250 LM").expect("a log of TRACKSIDE_DATA");
-    assert!(found.refusal().is_none(), "{found:#?}");
+    assert!(found.refusing_finding().is_none(), "{found:#?}");
     let names: Vec<&str> = found.findings.iter().map(|it| it.check.as_str()).collect();
-    assert!(
-        !names.iter().any(|name| name.ends_with("_unit") || name.ends_with("_sign")),
-        "{names:?}"
-    );
+    assert!(!names.iter().any(|name| name.ends_with("_unit") || name.ends_with("_sign")), "{names:?}");
     assert!(names.contains(&"a_y_held") && names.contains(&"r_held"), "{names:?}");
 }
 
@@ -41,10 +38,7 @@ fn the_bank_of_the_track_comes_again_lap_by_lap() {
 fn the_late_yaw_rate_of_the_av_21_is_named_by_independent_clocks() {
     let found = of("AV-21").expect("a log of TRACKSIDE_DATA");
     let first = &found.findings[0];
-    assert_eq!(
-        (first.check.as_str(), first.sure, first.refuses),
-        ("r_delay", Certainty::Certain, true)
-    );
+    assert_eq!((first.check.as_str(), first.sure, first.refuses), ("r_delay", Certainty::Certain, true));
     let late = first.value.unwrap_or_default();
     assert!((0.3..0.4).contains(&late), "{first:#?}");
     for clock in ["front wheel speeds", "the course", "steering", "The halves of the log say"] {
@@ -74,9 +68,9 @@ fn the_understeer_gradient_of_the_av_21_is_told_with_the_yaw_rate_in_its_place()
 fn nothing_is_corrected_where_a_tape_measure_says_that_nothing_is_wrong() {
     for log in LOGS.iter().filter(|it| it.is_dart()) {
         let (recording, car) = log.read().expect("a log of TRACKSIDE_DATA");
-        let found = examine(&recording, &car);
+        let found = examine_log(&recording, &car);
         let of_v_y = |name: &str| name.starts_with("v_y") && !name.ends_with("angle");
-        let wrong: Vec<_> = found.serious().filter(|it| of_v_y(&it.check)).collect();
+        let wrong: Vec<_> = found.serious_findings().filter(|it| of_v_y(&it.check)).collect();
         assert!(wrong.is_empty(), "{}: {wrong:#?}", log.name);
         assert!(!found.not_told.is_empty(), "{}: {found:#?}", log.name);
     }
@@ -129,8 +123,8 @@ fn the_gain_of_a_gyro_is_told_by_the_course() {
 fn no_angle_of_dart_is_certain() {
     for log in LOGS.iter().filter(|it| it.is_dart()) {
         let (recording, car) = log.read().expect("a log of TRACKSIDE_DATA");
-        let found = examine(&recording, &car);
-        let angle = found.serious().find(|it| it.check == "v_y_angle");
+        let found = examine_log(&recording, &car);
+        let angle = found.serious_findings().find(|it| it.check == "v_y_angle");
         assert!(angle.is_none(), "{}: {angle:#?}", log.name);
     }
 }
@@ -143,10 +137,7 @@ fn circles_tell_neither_clocks_nor_offsets() {
     let curvature = "cannot be told apart from curvature";
     assert!(found.not_told.iter().any(|it| it.reason.contains(curvature)), "{found:#?}");
     assert!(
-        !found
-            .findings
-            .iter()
-            .any(|it| it.check.ends_with("_delay") || it.check.ends_with("_offset")),
+        !found.findings.iter().any(|it| it.check.ends_with("_delay") || it.check.ends_with("_offset")),
         "{found:#?}"
     );
 }
@@ -206,7 +197,7 @@ fn a_channel_of_the_250_lm_that_is_moved_is_named_with_its_delay() {
         let Some(signal) = log.get(channel) else { panic!("no {channel}") };
         let time = signal.time.iter().map(|t| t + delay).collect();
         moved.insert(channel, time, signal.value.to_vec());
-        let found = examine(&moved, &car);
+        let found = examine_log(&moved, &car);
         let name = format!("{channel}_delay");
         let told: Vec<_> = found.findings.iter().filter(|it| it.check == name).collect();
         let [told] = told[..] else { panic!("{channel} {delay}: {:#?}", found.findings) };

@@ -8,17 +8,19 @@
 #[path = "../tests/support/drive.rs"]
 mod drive;
 
-use drive_inference::likelihood::{DriveNoise, Likelihood, Unknowns};
-use drive_inference::regression::Target;
+use drive_inference::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
+use drive_inference::regression::RegressionTarget;
 use drive_inference::smoothing::SmootherOptions;
-use drive_inference::tires::{Tires, block, from_array, to_array};
-use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{Drive, DriveOptions, Formulation, Identification, Noises, identify};
+use drive_inference::tires::{Tires, from_array, parameter_block, to_array};
+use drive_inference::validation::{Manoeuvre, compare_tires};
+use drive_inference::{
+    Drive, DriveIdentification, DriveOptions, FitFormulation, NoiseOption, identify_tires,
+};
 use numerics::statistics;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, TireParameters};
 use tire_inference::quantity::Quantity;
-use vehicle::{Body, Vehicle};
+use vehicle::{SingleTrackCar, VehicleBody};
 
 const DEMO: TireParameters = TireParameters { B: 22.0, C: 1.8, D: 1.6, E: 0.8 };
 const EQUAL: Tires = Tires { front: DEMO, rear: DEMO };
@@ -39,10 +41,10 @@ fn processor() -> f64 {
 
 /// Largest distance of two curves of an axle over 0 to 0.3 rad, in % of the peak.
 fn curve_error(found: &Tires, truth: &Tires, axle: Axle) -> f64 {
-    let (found, expected) = (found[axle].curve(), truth[axle].curve());
+    let (found, expected) = (found[axle].to_magic_formula(), truth[axle].to_magic_formula());
     let off = |k: usize| {
         let slip = 0.001 * k as f64;
-        (found.coefficient(slip) - expected.coefficient(slip)).abs()
+        (found.friction_coefficient(slip) - expected.friction_coefficient(slip)).abs()
     };
     100.0 * (0..=300).map(off).fold(0.0, f64::max) / expected.D
 }
@@ -51,14 +53,14 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, value| most.max(value.abs()))
 }
 
-fn line(name: &str, found: &Tires, truth: &Tires, car: &Vehicle) {
+fn line(name: &str, found: &Tires, truth: &Tires, car: &SingleTrackCar) {
     let parameters = to_array(*found).into_iter().zip(to_array(*truth));
     let parameter = largest(parameters.map(|(found, truth)| 100.0 * (found / truth - 1.0)));
     let stiffness = |axle: Axle| found[axle].stiffness() / truth[axle].stiffness();
     let K = largest(Axle::ALL.map(|axle| 100.0 * (stiffness(axle) - 1.0)).into_iter());
-    let curves = |tires: &Tires| tires.map(|tire| tire.curve()).into_array();
+    let curves = |tires: &Tires| tires.map(|tire| tire.to_magic_formula()).into_array();
     let rmse = Manoeuvre::ALL.map(|manoeuvre| {
-        let off = compare(manoeuvre, car, curves(found), curves(truth));
+        let off = compare_tires(manoeuvre, car, curves(found), curves(truth));
         100.0 * off[0].max(off[1])
     });
     println!(
@@ -72,14 +74,14 @@ fn line(name: &str, found: &Tires, truth: &Tires, car: &Vehicle) {
     );
 }
 
-fn report(name: &str, found: &Identification, truth: &Tires, car: &Vehicle, seconds: f64) {
+fn report(name: &str, found: &DriveIdentification, truth: &Tires, car: &SingleTrackCar, seconds: f64) {
     for fitted in &found.formulations {
         let kind = match fitted.formulation {
-            Formulation::Points(Target::SmoothedAcceleration) => "A",
-            Formulation::Points(Target::Acceleration) => "B",
-            Formulation::Points(Target::AxleForces) => "C",
-            Formulation::Points(Target::AccelerationAndYaw) => "E",
-            Formulation::PredictionError => "D",
+            FitFormulation::Points(RegressionTarget::SmoothedAcceleration) => "A",
+            FitFormulation::Points(RegressionTarget::Acceleration) => "B",
+            FitFormulation::Points(RegressionTarget::AxleForces) => "C",
+            FitFormulation::Points(RegressionTarget::AccelerationAndYaw) => "E",
+            FitFormulation::PredictionError => "D",
         };
         line(&format!("{name} {kind}"), &fitted.tires, truth, car);
         println!("    {:.4?}", to_array(fitted.tires));
@@ -104,10 +106,7 @@ fn report(name: &str, found: &Identification, truth: &Tires, car: &Vehicle, seco
             |values: &[f64]| -> Vec<String> { values.iter().map(|v| format!("{v:.2e}")).collect() };
         println!("      Q {:?}, R {:?}", exponents(&report.Q), exponents(&report.R));
         if let Some(em) = &report.em {
-            println!(
-                "      EM: {} passes, converged {}, {:?}",
-                em.passes, em.converged, em.violations
-            );
+            println!("      EM: {} passes, converged {}, {:?}", em.passes, em.converged, em.violations);
             println!("      {:.1?}", em.log_likelihood);
         }
     }
@@ -126,13 +125,13 @@ fn report(name: &str, found: &Identification, truth: &Tires, car: &Vehicle, seco
 
 /// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
 /// it is a sample of χ² with 8 degrees of freedom, if all is well.
-fn limits(found: &Identification, truth: &Tires, car: &Vehicle, recording: &Drive) {
-    let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
+fn limits(found: &DriveIdentification, truth: &Tires, car: &SingleTrackCar, recording: &Drive) {
+    let likelihood = DriveLikelihood::new(car, std::slice::from_ref(recording));
     let Some(best) = found.formulations.last() else { return };
     let (theta, expected) = (to_array(best.tires), to_array(*truth));
     let std: [f64; 8] = std::array::from_fn(|i| found.covariance[i][i].sqrt());
-    let rise = likelihood.cost(&Unknowns::new(truth, &found.noise))
-        - likelihood.cost(&Unknowns::new(&best.tires, &found.noise));
+    let rise = likelihood.cost(&DriveUnknowns::new(truth, &found.noise))
+        - likelihood.cost(&DriveUnknowns::new(&best.tires, &found.noise));
     println!(
         "    standard deviations [%] {:.2?}, errors over them {:.2?}, twice the rise of the cost to the truth {:.2}",
         std::array::from_fn::<f64, 8, _>(|i| 100.0 * std[i] / expected[i]),
@@ -140,20 +139,16 @@ fn limits(found: &Identification, truth: &Tires, car: &Vehicle, recording: &Driv
         2.0 * rise
     );
     let short = |stds: [f64; 4]| stds.map(|std| format!("{std:.3e}")).join(" ");
-    println!(
-        "    noises {}, of the process {}",
-        short(found.noise.sensor),
-        short(found.noise.process)
-    );
+    println!("    noises {}, of the process {}", short(found.noise.sensor), short(found.noise.process));
 }
 
 /// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
-fn exact(found: &Identification, truth: &Tires) {
+fn exact(found: &DriveIdentification, truth: &Tires) {
     let (mut held, mut all) = (0, 0);
     for (name, axle) in NAMED {
         let estimate = &found.estimates[axle];
         let Some(posterior) = &estimate.posterior else { return };
-        let (tire, o) = (truth[axle], block(axle).start);
+        let (tire, o) = (truth[axle], parameter_block(axle).start);
         let [B, C, D, E] = tire.into_array();
         let truths = [B, C, D, E, tire.stiffness()];
         let holds = |name: &Quantity, truth: f64| {
@@ -178,16 +173,13 @@ fn exact(found: &Identification, truth: &Tires) {
 }
 
 /// How the normal distribution of variational inference compares with the weighted draws.
-fn variational(found: &Identification) {
+fn variational(found: &DriveIdentification) {
     for (name, axle) in NAMED {
         let Some(svi) = &found.estimates[axle].svi else { return };
-        let quantities: Vec<Quantity> = Parameter::ALL[..4]
-            .iter()
-            .map(|p| Quantity::Parameter(*p))
-            .chain([Quantity::K])
-            .collect();
+        let quantities: Vec<Quantity> =
+            Parameter::ALL[..4].iter().map(|p| Quantity::Parameter(*p)).chain([Quantity::K]).collect();
         let compared = quantities.iter().map(|quantity| {
-            let draws = found.posterior[axle].values(*quantity);
+            let draws = found.posterior[axle].quantity_values(*quantity);
             let std = statistics::std(&draws);
             let off = (svi.mean[quantity] - statistics::mean(&draws)) / std;
             (off, svi.std[quantity] / std)
@@ -206,11 +198,10 @@ fn variational(found: &Identification) {
     }
 }
 
-fn verdicts(found: &Identification) {
+fn verdicts(found: &DriveIdentification) {
     for (axle, estimate) in NAMED.map(|(name, axle)| (name, &found.estimates[axle])) {
         for (name, verdict) in &estimate.identified {
-            let (value, std, ends) =
-                (estimate.mean[name], estimate.std[name], estimate.interval[name]);
+            let (value, std, ends) = (estimate.mean[name], estimate.std[name], estimate.interval[name]);
             println!(
                 "    {axle:5} {name:2} {value:9.4} ± {std:.4} {ends:.4?} {verdict:?}: {}",
                 estimate.reason[name]
@@ -256,18 +247,21 @@ fn run(
     name: &str,
     recording: &Drive,
     truth: &Tires,
-    car: &Vehicle,
+    car: &SingleTrackCar,
     noise: &[f64; 4],
     wishes: &Wishes,
 ) {
     let noises = if wishes.known_noise {
-        Noises::Known(DriveNoise::of_sensors(*noise))
+        NoiseOption::Known(DriveNoise::from_sensor_stds(*noise))
     } else {
-        Noises::Estimated
+        NoiseOption::Estimated
     };
-    let others = [Target::SmoothedAcceleration, Target::Acceleration, Target::AxleForces];
-    let compare =
-        if wishes.compare { others.map(Formulation::Points).to_vec() } else { Vec::new() };
+    let others = [
+        RegressionTarget::SmoothedAcceleration,
+        RegressionTarget::Acceleration,
+        RegressionTarget::AxleForces,
+    ];
+    let compare = if wishes.compare { others.map(FitFormulation::Points).to_vec() } else { Vec::new() };
     let smoothing = SmootherOptions { em_passes: wishes.em_passes };
     let options = DriveOptions {
         car: *car,
@@ -279,7 +273,7 @@ fn run(
         ..DriveOptions::default()
     };
     let begin = processor();
-    match identify(std::slice::from_ref(recording), &options, &mut |_, _| true) {
+    match identify_tires(std::slice::from_ref(recording), &options, &mut |_, _| true) {
         Ok(found) => {
             report(name, &found, truth, car, processor() - begin);
             limits(&found, truth, car, recording);
@@ -296,8 +290,7 @@ fn run(
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
-    let after =
-        |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
+    let after = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
     let wishes = Wishes {
         known_noise: has("--known-noise"),
         profile: has("--profile"),
@@ -309,7 +302,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{:28} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8}",
         "[%]", "parameter", "front", "rear", "BCD", "ramp", "step", "dwell", "lane"
     );
-    let default = Vehicle::default();
+    let default = SingleTrackCar::default();
     if let Some(path) = arguments.first().filter(|a| a.ends_with(".csv")) {
         let tires: Vec<f64> = match after("--tires") {
             Some(text) => text.split(',').map(str::parse).collect::<Result<_, _>>()?,
@@ -326,9 +319,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let seeds: u64 = after("--seeds").map_or(Ok(3), |n| n.parse())?;
     let light =
-        Vehicle { body: Body { m: 620.0, I_zz: 800.0, l_f: 1.5, l_r: 1.5, h: 0.3 }, ..default };
-    let heavy =
-        Vehicle { body: Body { m: 1500.0, I_zz: 2400.0, l_f: 1.3, l_r: 1.5, h: 0.5 }, ..default };
+        SingleTrackCar { body: VehicleBody { m: 620.0, I_zz: 800.0, l_f: 1.5, l_r: 1.5, h: 0.3 }, ..default };
+    let heavy = SingleTrackCar {
+        body: VehicleBody { m: 1500.0, I_zz: 2400.0, l_f: 1.3, l_r: 1.5, h: 0.5 },
+        ..default
+    };
     let reference = drive::limit(&[15.0, 25.0, 40.0, 60.0, 80.0], 6.0);
     let cars = [
         ("demo", default, EQUAL),
@@ -337,9 +332,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("heavy", heavy, UNEQUAL),
     ];
     let only = after("--only");
-    for (noise_name, noise) in
-        [("clean", drive::CLEAN), ("usual", drive::USUAL), ("harsh", drive::HARSH)]
-    {
+    for (noise_name, noise) in [("clean", drive::CLEAN), ("usual", drive::USUAL), ("harsh", drive::HARSH)] {
         for (car_name, car, truth) in &cars {
             for seed in 1..=seeds {
                 let tires = if *truth == EQUAL { "equal" } else { "unequal" };

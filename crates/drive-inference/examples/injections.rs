@@ -13,7 +13,7 @@ mod real_log;
 
 use std::collections::BTreeMap;
 
-use drive_inference::calibration::{CalibratedError, calibrate};
+use drive_inference::calibration::{CalibratedError, calibrate_sensors};
 use injected::{Injected, TIRES, car, clean};
 use processor::processor;
 
@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let begin = processor();
     for seed in from..from + count {
         let made = Injected::new(seed);
-        let found = calibrate(&car(), &[made.log(&clean, seed)], &made.causes())?;
+        let found = calibrate_sensors(&car(), &[made.log(&clean, seed)], &made.causes())?;
         for (it, truth) in found.errors.iter().zip(made.values()) {
             rows.entry(it.name).or_insert_with(|| (Row::default(), *it)).0.add(it, truth);
             if details {

@@ -10,14 +10,14 @@ mod mistakes;
 #[path = "../tests/support/processor.rs"]
 mod processor;
 
-use drive_inference::{DriveOptions, Identification, Tires, identify};
+use drive_inference::{DriveIdentification, DriveOptions, Tires, identify_tires};
 use mistakes::{CARS, MISTAKES, Mistake, TIRES};
 use processor::processor;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Verdict;
-use vehicle::Vehicle;
+use tire_inference::verdict::Identifiability;
+use vehicle::SingleTrackCar;
 
 /// What one row adds up to.
 #[derive(Default)]
@@ -35,17 +35,11 @@ struct Row {
 
 fn truths(tire: &TireParameters) -> [(Quantity, f64); 5] {
     let TireParameters { B, C, D, E } = *tire;
-    [
-        (Quantity::B, B),
-        (Quantity::C, C),
-        (Quantity::D, D),
-        (Quantity::E, E),
-        (Quantity::K, tire.stiffness()),
-    ]
+    [(Quantity::B, B), (Quantity::C, C), (Quantity::D, D), (Quantity::E, E), (Quantity::K, tire.stiffness())]
 }
 
 impl Row {
-    fn add(&mut self, found: &Identification, truth: &Tires, mistake: &Mistake) {
+    fn add(&mut self, found: &DriveIdentification, truth: &Tires, mistake: &Mistake) {
         self.runs += 1;
         self.named += usize::from(mistake.is_named(found));
         for axle in Axle::ALL {
@@ -53,7 +47,7 @@ impl Row {
             for (name, value) in truths(&truth[axle]) {
                 let [low, high] = estimate.interval[&name];
                 let inside = (low..=high).contains(&value);
-                let identified = estimate.identified[&name] == Verdict::Identified;
+                let identified = estimate.identified[&name] == Identifiability::Identified;
                 self.all += 1;
                 self.outside += usize::from(!inside);
                 self.identified += usize::from(identified);
@@ -80,13 +74,10 @@ impl Row {
     }
 }
 
-fn details(found: &Identification) {
+fn details(found: &DriveIdentification) {
     println!("    model {:?}: {}", found.model.verdict, found.model.sentence);
-    for test in found.model.tests.iter().filter(|test| !test.passed()) {
-        println!(
-            "      {}: {:.3} over {:.3}: {}",
-            test.name, test.statistic, test.limit, test.sentence
-        );
+    for test in found.model.tests.iter().filter(|test| !test.has_passed()) {
+        println!("      {}: {:.3} over {:.3}: {}", test.name, test.statistic, test.limit, test.sentence);
     }
     for cause in &found.causes {
         let gain = cause.gain.map_or(String::new(), |gain| format!("gain {gain:.1}"));
@@ -115,8 +106,7 @@ fn details(found: &Identification) {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
-    let after =
-        |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
+    let after = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
     let seeds: u64 = after("--seeds").map_or(Ok(1), |n| n.parse())?;
     let only = after("--only").cloned().unwrap_or_default();
     let car_only = after("--car").cloned().unwrap_or_default();
@@ -136,11 +126,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     continue;
                 }
                 for seed in 1..=seeds {
-                    let assumed = Vehicle { body, ..Vehicle::default() };
+                    let assumed = SingleTrackCar { body, ..SingleTrackCar::default() };
                     let recording = mistake.drive(&assumed, &tires, &reference, seed);
                     let options = DriveOptions { car: assumed, ..DriveOptions::default() };
                     let begin = processor();
-                    let found = identify(&[recording], &options, &mut |_, _| true);
+                    let found = identify_tires(&[recording], &options, &mut |_, _| true);
                     row.seconds += processor() - begin;
                     let name = format!("{} {car_name} {tires_name} {seed}", mistake.name);
                     match found {

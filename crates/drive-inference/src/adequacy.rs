@@ -4,16 +4,16 @@
 //! log would ever pass.
 
 use tire_inference::axles::Axle;
-use tire_inference::model::{Fit, FitTest, ModelVerdict};
+use tire_inference::model::{FitTest, ModelFit, ModelVerdict};
 
-use crate::series::Series;
+use crate::series::IdentificationSeries;
 use preparation::Drive;
 
 mod over;
 pub mod plausible;
 mod stable;
 
-pub use stable::{BlockScores, HOLD_OUT, Scatter};
+pub use stable::{BlockScores, HOLD_OUT, ScatterCovariances};
 
 /// Channels by name.
 pub const CHANNELS: [&str; 4] = ["v_x", "v_y", "r", "a_y"];
@@ -34,71 +34,72 @@ pub struct ModelResiduals<'a> {
     /// The recordings, with their true inputs.
     pub recordings: &'a [Drive],
     /// Their columns.
-    pub series: &'a [Series],
+    pub series: &'a [IdentificationSeries],
 }
 
 impl ModelResiduals<'_> {
     /// Whitened innovations of a channel, by recording, without the row that starts the filter.
-    fn whitened(&self, channel: usize) -> impl Iterator<Item = &[f64]> {
+    fn whitened_innovations(&self, channel: usize) -> impl Iterator<Item = &[f64]> {
         self.series.iter().map(move |series| &series.whitened[channel][1..])
     }
 
-    fn count(&self) -> f64 {
+    fn innovation_count(&self) -> f64 {
         self.series.iter().map(|series| series.a_y.len() as f64 - 1.0).sum()
     }
 
     /// By how much means of innovations and of what they are multiplied with scatter more than if they were white.
-    fn slack(&self, channel: usize) -> f64 {
-        let sum: f64 = autocorrelations(self, channel, self.lags()).iter().sum();
+    fn scatter_factor(&self, channel: usize) -> f64 {
+        let sum: f64 = innovation_autocorrelations(self, channel, self.lag_count()).iter().sum();
         (1.0 + 2.0 * sum).max(1.0).sqrt()
     }
 
-    fn lags(&self) -> usize {
+    fn lag_count(&self) -> usize {
         let step = Drive::shortest_step(self.recordings);
         (LONGEST / step).round().clamp(1.0, 200.0) as usize
     }
 }
 
 /// All tests together with those of parameters over blocks of the drive, and of what was estimated beside the tires.
-pub fn test_model(
-    left: &ModelResiduals,
-    blocks: &BlockScores,
-    plausible: Vec<FitTest>,
-) -> ModelVerdict {
-    let mut tests = vec![pushed(left)];
+pub fn test_model(left: &ModelResiduals, blocks: &BlockScores, plausible: Vec<FitTest>) -> ModelVerdict {
+    let mut tests = vec![constant_force_test(left)];
     tests.extend(plausible);
     for channel in 0..CHANNELS.len() {
-        tests.push(white(left, channel));
-        tests.push(driven(left, channel, "steering angle", |drive| &drive.delta));
-        tests.push(driven(left, channel, "longitudinal force", |drive| &drive.F_x));
-        tests.push(tails(left, channel));
-        tests.extend(over::tests(left, channel));
+        tests.push(whiteness_test(left, channel));
+        tests.push(input_correlation_test(left, channel, "steering angle", |drive| &drive.delta));
+        tests.push(input_correlation_test(left, channel, "longitudinal force", |drive| &drive.F_x));
+        tests.push(tail_test(left, channel));
+        tests.extend(over::innovation_dependence_tests(left, channel));
     }
-    tests.extend(blocks.tests());
-    let failed: Vec<&FitTest> = tests.iter().filter(|test| !test.passed()).collect();
-    let verdict = if failed.is_empty() { Fit::Fits } else { Fit::DoesNotFit };
-    let sentence = match worst(&failed) {
+    tests.extend(blocks.stability_tests());
+    let failed: Vec<&FitTest> = tests.iter().filter(|test| !test.has_passed()).collect();
+    let verdict = if failed.is_empty() { ModelFit::Fits } else { ModelFit::DoesNotFit };
+    let sentence = match worst_failed_test(&failed) {
         None => "The model fits: what is left over is noise.".to_owned(),
-        Some(worst) => format!("The model does not fit: {}.", cause(left, &failed, worst)),
+        Some(worst) => {
+            format!("The model does not fit: {}.", describe_common_cause(left, &failed, worst))
+        }
     };
     ModelVerdict { verdict, sentence, tests }
 }
 
 /// The test that failed by most.
-fn worst<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
+fn worst_failed_test<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
     let over = |test: &FitTest| test.statistic / test.limit;
     failed.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))
 }
 
 /// What failing tests have in common.
-fn cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String {
+fn describe_common_cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String {
     if let Some(dead) = failed.iter().find(|test| test.name == "longitudinal force") {
-        return lower(&dead.sentence);
+        return lowercase_sentence(&dead.sentence);
     }
-    let odd: Vec<&FitTest> =
-        failed.iter().copied().filter(|it| it.name.starts_with(&plausible::name(""))).collect();
-    if let Some(oddest) = self::worst(&odd) {
-        return lower(&oddest.sentence);
+    let odd: Vec<&FitTest> = failed
+        .iter()
+        .copied()
+        .filter(|it| it.name.starts_with(&plausible::plausibility_test_name("")))
+        .collect();
+    if let Some(oddest) = self::worst_failed_test(&odd) {
+        return lowercase_sentence(&oddest.sentence);
     }
     let any = |part: &str| failed.iter().any(|test| test.name.starts_with(part));
     let colours: Vec<String> = (0..CHANNELS.len())
@@ -106,7 +107,7 @@ fn cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String 
             failed.iter().any(|test| test.name == format!("whiteness of {}", CHANNELS[*channel]))
         })
         .map(|channel| {
-            let first = autocorrelations(left, channel, 1)[0];
+            let first = innovation_autocorrelations(left, channel, 1)[0];
             format!("{} ({first:.2} from row to row)", CHANNELS[channel])
         })
         .collect();
@@ -116,22 +117,22 @@ fn cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String 
         (false, false, _) => format!("the noise is coloured in {}", colours.join(", ")),
         (_, true, _) => format!(
             "something that the steering excites is missing, such as a relaxation length, a load or temperature of the tires; {}",
-            lower(&worst.sentence)
+            lowercase_sentence(&worst.sentence)
         ),
         (true, false, true) => {
-            format!("tires or sensors change during the drive; {}", lower(&worst.sentence))
+            format!("tires or sensors change during the drive; {}", lowercase_sentence(&worst.sentence))
         }
-        _ => lower(&worst.sentence),
+        _ => lowercase_sentence(&worst.sentence),
     }
 }
 
-fn lower(sentence: &str) -> String {
+fn lowercase_sentence(sentence: &str) -> String {
     let mut letters = sentence.trim_end_matches('.').chars();
     letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
 /// A longitudinal force that never changes although the speed does was not recorded.
-fn pushed(left: &ModelResiduals) -> FitTest {
+fn constant_force_test(left: &ModelResiduals) -> FitTest {
     let ends = |of: fn(&Drive) -> &Vec<f64>| {
         let all = left.recordings.iter().flat_map(move |drive| of(drive).iter().copied());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -149,25 +150,24 @@ fn pushed(left: &ModelResiduals) -> FitTest {
 }
 
 /// Autocorrelations at lags from one row on.
-fn autocorrelations(left: &ModelResiduals, channel: usize, lags: usize) -> Vec<f64> {
-    let square: f64 = left.whitened(channel).flatten().map(|e| e * e).sum();
+fn innovation_autocorrelations(left: &ModelResiduals, channel: usize, lags: usize) -> Vec<f64> {
+    let square: f64 = left.whitened_innovations(channel).flatten().map(|e| e * e).sum();
     let at = |lag: usize| {
-        let product = |e: &[f64]| -> f64 {
-            e.iter().zip(e.iter().skip(lag)).map(|(now, later)| now * later).sum()
-        };
-        left.whitened(channel).map(product).sum::<f64>() / square
+        let product =
+            |e: &[f64]| -> f64 { e.iter().zip(e.iter().skip(lag)).map(|(now, later)| now * later).sum() };
+        left.whitened_innovations(channel).map(product).sum::<f64>() / square
     };
     (1..=lags).map(at).collect()
 }
 
-fn white(left: &ModelResiduals, channel: usize) -> FitTest {
-    let found = autocorrelations(left, channel, left.lags());
-    let (lag, most) = largest(&found);
+fn whiteness_test(left: &ModelResiduals, channel: usize) -> FitTest {
+    let found = innovation_autocorrelations(left, channel, left.lag_count());
+    let (lag, most) = largest_magnitude(&found);
     let name = CHANNELS[channel];
     FitTest {
         name: format!("whiteness of {name}"),
         statistic: most.abs(),
-        limit: COLOURED.max(SURE / left.count().sqrt()),
+        limit: COLOURED.max(SURE / left.innovation_count().sqrt()),
         sentence: format!(
             "Innovations of {name} are correlated by {most:.2} with those {} rows before.",
             lag + 1
@@ -176,24 +176,24 @@ fn white(left: &ModelResiduals, channel: usize) -> FitTest {
 }
 
 /// The largest by size, with its index.
-fn largest(values: &[f64]) -> (usize, f64) {
+fn largest_magnitude(values: &[f64]) -> (usize, f64) {
     let sized = values.iter().copied().enumerate();
     sized.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, f64::NAN))
 }
 
 /// Correlation with what was put in before.
-fn driven(
+fn input_correlation_test(
     left: &ModelResiduals,
     channel: usize,
     what: &str,
     of: fn(&Drive) -> &Vec<f64>,
 ) -> FitTest {
-    let count = left.count();
+    let count = left.innovation_count();
     let all = || left.recordings.iter().flat_map(|drive| of(drive).iter());
     let mean = all().sum::<f64>() / all().count().max(1) as f64;
     let power: f64 = all().map(|u| (u - mean).powi(2)).sum();
     let at = |lag: usize| {
-        let product = |(drive, series): (&Drive, &Series)| -> f64 {
+        let product = |(drive, series): (&Drive, &IdentificationSeries)| -> f64 {
             let e = &series.whitened[channel];
             (lag.max(1)..e.len()).map(|k| e[k] * (of(drive)[k - lag] - mean)).sum()
         };
@@ -201,23 +201,23 @@ fn driven(
         // An input that never changes excites nothing.
         if power > 0.0 { sum / (power * count).sqrt() } else { 0.0 }
     };
-    let found: Vec<f64> = (0..left.lags()).map(at).collect();
-    let (lag, most) = largest(&found);
+    let found: Vec<f64> = (0..left.lag_count()).map(at).collect();
+    let (lag, most) = largest_magnitude(&found);
     let name = CHANNELS[channel];
     FitTest {
         name: format!("correlation of {name} with the {what}"),
         statistic: most.abs(),
-        limit: DRIVEN.max(left.slack(channel) * SURE / count.sqrt()),
+        limit: DRIVEN.max(left.scatter_factor(channel) * SURE / count.sqrt()),
         sentence: format!(
             "Innovations of {name} are correlated by {most:.2} with the {what} {lag} rows before."
         ),
     }
 }
 
-fn tails(left: &ModelResiduals, channel: usize) -> FitTest {
+fn tail_test(left: &ModelResiduals, channel: usize) -> FitTest {
     let (from, limit) = TAIL;
-    let count = left.count();
-    let far = left.whitened(channel).flatten().filter(|e| e.abs() > from).count() as f64;
+    let count = left.innovation_count();
+    let far = left.whitened_innovations(channel).flatten().filter(|e| e.abs() > from).count() as f64;
     let name = CHANNELS[channel];
     FitTest {
         name: format!("tails of {name}"),
@@ -231,6 +231,6 @@ fn tails(left: &ModelResiduals, channel: usize) -> FitTest {
 }
 
 /// Slips of an axle in all drives.
-fn slips(left: &ModelResiduals, axle: Axle) -> Vec<f64> {
-    left.series.iter().flat_map(|it| over::before(&it.slip[axle]).iter().copied()).collect()
+fn axle_slips(left: &ModelResiduals, axle: Axle) -> Vec<f64> {
+    left.series.iter().flat_map(|it| over::without_last(&it.slip[axle]).iter().copied()).collect()
 }

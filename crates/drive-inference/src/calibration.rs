@@ -8,22 +8,22 @@
 use preparation::{Drive, Interpolation, SystematicError, SystematicErrors};
 use serde::Serialize;
 use tire_inference::prior::Prior;
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
 use crate::adequacy::BlockScores;
 use crate::error::{self, Error};
 use crate::error_selection::ErrorSelection;
-use crate::laplace::inverse;
-use crate::likelihood::{DriveNoise, Unknowns};
-use crate::noise_estimate::Noise;
-use crate::problem::{Fit, Problem};
-use crate::progress::Cancellation;
+use crate::laplace::inverse_hessian;
+use crate::likelihood::{DriveNoise, DriveUnknowns};
+use crate::noise_estimate::NoiseSpecification;
+use crate::problem::{PredictionErrorFit, PredictionErrorProblem};
+use crate::progress::CancellationFlag;
 use crate::regularisation::TireRegularisation;
-use crate::tires::{SIZE, Tires, corners};
+use crate::tires::{SIZE, Tires, box_corners};
 
 mod assessment;
 
-pub use assessment::{CalibrationAssessment, assess};
+pub use assessment::{CalibrationAssessment, assess_sensor_errors};
 
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
 const STEP: f64 = 0.03;
@@ -59,7 +59,7 @@ pub struct CalibratedError {
 
 /// What was estimated.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub struct SensorCalibration {
     /// The errors that were wanted, in their order.
     pub errors: Vec<CalibratedError>,
     /// Tires that make up for nothing any more.
@@ -75,42 +75,44 @@ pub struct Calibration {
 /// # Errors
 ///
 /// [`Error`] if the recordings are unusable.
-pub fn calibrate(
-    car: &Vehicle,
+pub fn calibrate_sensors(
+    car: &SingleTrackCar,
     recordings: &[Drive],
     wanted: &[SystematicError],
-) -> Result<Calibration, Error> {
-    error::check(recordings)?;
+) -> Result<SensorCalibration, Error> {
+    error::check_recordings(recordings)?;
     let prior = Prior::lateral();
     let besides = USUAL.into_iter().filter(|cause| !wanted.contains(cause));
     let active: Vec<SystematicError> = wanted.iter().copied().chain(besides).collect();
     // The mean of some rows has less noise; of rows far apart third differences show the motion.
     let raw = &recordings[0];
-    let rough = raw.difference_noise().map(|std| std / (every(raw) as f64).sqrt());
+    let rough = raw.difference_noise().map(|std| std / (decimation_factor(raw) as f64).sqrt());
     // Delays that are taken out of the log; what is left of them is estimated, to first order.
     let mut taken = SystematicErrors::default();
-    let mut latest: Option<(Fit, Unknowns)> = None;
+    let mut latest: Option<(PredictionErrorFit, DriveUnknowns)> = None;
     for round in 0.. {
         let rows: Vec<Drive> =
-            recordings.iter().map(|drive| thinned(&without_delays(drive, &taken))).collect();
+            recordings.iter().map(|drive| decimate(&remove_delays(drive, &taken))).collect();
         let step = Drive::shortest_step(&rows);
-        let guess = lasting(rough, step);
-        let problem = Problem {
+        let guess = initial_coloured_noise(rough, step);
+        let problem = PredictionErrorProblem {
             car,
             recordings: &rows,
             bounds: prior.bounds,
             expected: TireRegularisation::new(&prior, 0.0, 0.0),
-            noise: Noise::Estimated(guess),
-            std: std(),
+            noise: NoiseSpecification::Estimated(guess),
+            std: wide_error_stds(),
             search: ErrorSelection::none(),
-            cancel: Cancellation::default(),
+            cancel: CancellationFlag::default(),
         };
         let fit = match &latest {
-            None => problem.refit(active.clone(), Unknowns::new(&typical(&prior), &guess)),
-            Some((rough, start)) => problem.finish(rough, *start),
+            None => {
+                problem.fit_delayed_rows(active.clone(), DriveUnknowns::new(&typical_tires(&prior), &guess))
+            }
+            Some((rough, start)) => problem.refine_fit(rough, *start),
         };
-        let mut found = problem.unknowns(&fit);
-        let known = inverse(&fit.minimum.model.hessian);
+        let mut found = problem.fitted_unknowns(&fit);
+        let known = inverse_hessian(&fit.minimum.model.hessian);
         let is_left = |(place, cause): (usize, &SystematicError)| {
             let left = found.causes[*cause] / cause.describe().std;
             let variance = known[(SIZE + place, SIZE + place)];
@@ -118,8 +120,8 @@ pub fn calibrate(
         };
         let settled = round > 0 && !active.iter().enumerate().any(is_left);
         if settled || round + 1 == ROUNDS {
-            let found = told(&problem, &fit, &taken, step, wanted.len());
-            return Ok(Calibration { settled, ..found });
+            let found = calibration_from_fit(&problem, &fit, &taken, step, wanted.len());
+            return Ok(SensorCalibration { settled, ..found });
         }
         for cause in SystematicError::DELAYS {
             taken[cause] += std::mem::take(&mut found.causes[cause]);
@@ -130,8 +132,8 @@ pub fn calibrate(
 }
 
 /// A first guess of noises [of v_x, v_y, r, a_y] of which a part lasts, in rows that are `step` [s] apart.
-fn lasting(sensor: [f64; 4], step: f64) -> DriveNoise {
-    let mut noise = DriveNoise { process: PROCESS, ..DriveNoise::of_sensors(sensor) };
+fn initial_coloured_noise(sensor: [f64; 4], step: f64) -> DriveNoise {
+    let mut noise = DriveNoise { process: PROCESS, ..DriveNoise::from_sensor_stds(sensor) };
     for (colour, lasts) in noise.colour.iter_mut().zip(LASTING) {
         if lasts {
             *colour = [(-step / LASTS).exp(), SHARE];
@@ -150,7 +152,7 @@ const USUAL: [SystematicError; 5] = [
 ];
 
 /// Standard deviations before any data: so wide that they decide nothing, but for the car.
-fn std() -> SystematicErrors {
+fn wide_error_stds() -> SystematicErrors {
     let wide = |cause: SystematicError| {
         let factor = if SystematicError::CAR.contains(&cause) { 1.0 } else { 3.0 };
         factor * cause.describe().std
@@ -159,22 +161,22 @@ fn std() -> SystematicErrors {
 }
 
 /// Tires to start from.
-fn typical(prior: &Prior) -> Tires {
+fn typical_tires(prior: &Prior) -> Tires {
     let [B, C, D, E, ..] = prior.centre;
     let tire = tire_inference::parameters::TireParameters { B, C, D, E };
     Tires { front: tire, rear: tire }
 }
 
-fn told(
-    problem: &Problem,
-    fit: &Fit,
+fn calibration_from_fit(
+    problem: &PredictionErrorProblem,
+    fit: &PredictionErrorFit,
     taken: &SystematicErrors,
     step: f64,
     wanted: usize,
-) -> Calibration {
-    let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
-    let blocks = BlockScores::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
-    let (covariance, at) = (blocks.widest(), problem.unknowns(fit));
+) -> SensorCalibration {
+    let joint = problem.joint_posterior(&fit.likelihood, fit.noise, &fit.active);
+    let blocks = BlockScores::at_minimum(&joint, &fit.minimum, &box_corners(&problem.bounds), step);
+    let (covariance, at) = (blocks.widest_covariance(), problem.fitted_unknowns(fit));
     let of = |(place, &cause): (usize, &SystematicError)| {
         let (value, about) = (at.causes[cause] + taken[cause], cause.describe());
         let std = about.std * covariance[(SIZE + place, SIZE + place)].max(0.0).sqrt();
@@ -182,31 +184,29 @@ fn told(
         CalibratedError { cause, name: about.name, value, std, interval }
     };
     let errors = fit.active[..wanted].iter().enumerate().map(of).collect();
-    Calibration { errors, tires: at.tires, noise: at.noise, settled: true }
+    SensorCalibration { errors, tires: at.tires, noise: at.noise, settled: true }
 }
 
 /// How many rows become one: an odd number.
-fn every(drive: &Drive) -> usize {
-    let every = (STEP / drive.usual_step()).round().max(1.0) as usize;
+fn decimation_factor(drive: &Drive) -> usize {
+    let every = (STEP / drive.median_step()).round().max(1.0) as usize;
     every - usize::from(every.is_multiple_of(2))
 }
 
 /// ResidualRows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
 /// mean over the step that ends at the row. All channels pass one filter, so the motion stays that of the car.
-fn thinned(drive: &Drive) -> Drive {
-    let every = every(drive);
+fn decimate(drive: &Drive) -> Drive {
+    let every = decimation_factor(drive);
     if every < 2 {
         return drive.clone();
     }
     let reach = every / 2;
-    let mean =
-        |column: &[f64], from: usize| column[from..from + every].iter().sum::<f64>() / every as f64;
+    let mean = |column: &[f64], from: usize| column[from..from + every].iter().sum::<f64>() / every as f64;
     let calm = |column: &[f64]| -> Vec<f64> {
         (reach..column.len() - reach).map(|k| mean(column, k - reach)).collect()
     };
-    let sensor = |column: &[f64]| -> Vec<f64> {
-        calm(column).into_iter().skip(every - 1).step_by(every).collect()
-    };
+    let sensor =
+        |column: &[f64]| -> Vec<f64> { calm(column).into_iter().skip(every - 1).step_by(every).collect() };
     let input = |column: &[f64]| -> Vec<f64> {
         let calm = calm(column);
         (every - 1..calm.len()).step_by(every).map(|k| mean(&calm, k + 1 - every)).collect()
@@ -225,7 +225,7 @@ fn thinned(drive: &Drive) -> Drive {
 
 /// The drive without delays of channels, and with lines in place of values that repeat the one before: a sensor that had no new one
 /// was read.
-fn without_delays(drive: &Drive, late: &SystematicErrors) -> Drive {
+fn remove_delays(drive: &Drive, late: &SystematicErrors) -> Drive {
     let (first, last) = (drive.t[0], drive.t[drive.len() - 1]);
     let moved = |time: &[f64], column: &[f64], cause: SystematicError| {
         let read = drive.t.iter().map(|t| (t + late[cause]).clamp(first, last));

@@ -7,15 +7,15 @@ use kalman::augmented::{Linearised, ProcessModel};
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
-use vehicle::{Body, G, Input, SLIP_SPEED_FLOOR, Vehicle};
+use vehicle::{G, SLIP_SPEED_FLOOR, SingleTrackCar, SingleTrackInput, VehicleBody};
 
 use crate::tires::Tires;
 use preparation::{SystematicError, SystematicErrors};
 
 /// What the filter needs of a car.
 #[derive(Clone, Copy, Debug)]
-pub struct Car<T> {
-    aero: vehicle::Aero,
+pub struct FilterCarParameters<T> {
+    aero: vehicle::Aerodynamics,
     wheelbase: f64,
     /// Distances of the axles from the centre of gravity [m].
     pub l_f: T,
@@ -29,10 +29,10 @@ pub struct Car<T> {
     ease: T,
 }
 
-impl<T: Scalar> Car<T> {
+impl<T: Scalar> FilterCarParameters<T> {
     /// The car of a configuration with the errors that it may have.
-    pub fn new(car: &Vehicle, causes: &SystematicErrors<T>) -> Self {
-        let Body { m, I_zz, l_f, l_r, h } = car.body;
+    pub fn new(car: &SingleTrackCar, causes: &SystematicErrors<T>) -> Self {
+        let VehicleBody { m, I_zz, l_f, l_r, h } = car.body;
         let ahead = causes[SystematicError::CentreOfGravity];
         let mass = (causes[SystematicError::Mass] + 1.0) * m;
         let inertia = (causes[SystematicError::Inertia] + 1.0) * I_zz;
@@ -54,9 +54,9 @@ impl<T: Scalar> Car<T> {
     fn by_speed(&self, v_x: T) -> (T, T, T) {
         let Self { aero, wheelbase, h, .. } = self;
         let pressure = aero.rho * aero.area;
-        let long = size(v_x) * (-pressure * aero.C_d);
+        let long = absolute(v_x) * (-pressure * aero.C_d);
         let total = v_x * (pressure * (aero.C_lf + aero.C_lr));
-        let moment = (v_x * (pressure * aero.C_lf * wheelbase)).minus(long, *h);
+        let moment = (v_x * (pressure * aero.C_lf * wheelbase)).subtract_product(long, *h);
         (long, total, moment)
     }
 }
@@ -89,7 +89,7 @@ pub struct RecordedInput {
 
 impl RecordedInput {
     /// An input to a car, with the rates of its steering angle [rad/s] and its longitudinal force [N/s].
-    pub fn new(car: &Vehicle, input: &Input, [rate, pushing]: [f64; 2]) -> Self {
+    pub fn new(car: &SingleTrackCar, input: &SingleTrackInput, [rate, pushing]: [f64; 2]) -> Self {
         let [F_xf, F_xr] = car.split_force(input.F_x);
         let (sin, cos) = input.delta.sin_cos();
         // The split follows the sign of the force, not that of its rate.
@@ -139,7 +139,7 @@ impl<T: Scalar> InputErrors<T> {
 
     /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
     #[inline(always)]
-    pub fn correct(&self, recorded: &RecordedInput) -> HeldInput<T> {
+    pub fn correct_input(&self, recorded: &RecordedInput) -> HeldInput<T> {
         let [push_f, push_r] = recorded.pushing;
         let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
         let delta = read * self.shrink;
@@ -149,8 +149,8 @@ impl<T: Scalar> InputErrors<T> {
         let cos = square * (square * (1.0 / 24.0) + -0.5) + 1.0;
         HeldInput {
             delta,
-            sin: (cos * recorded.sin).plus_scaled(sin, recorded.cos),
-            cos: (cos * recorded.cos).plus_scaled(sin, -recorded.sin),
+            sin: (cos * recorded.sin).add_scaled(sin, recorded.cos),
+            cos: (cos * recorded.cos).add_scaled(sin, -recorded.sin),
             F_xf: self.force * (self.force_delay * push_f + recorded.F_xf),
             F_xr: self.force * (self.force_delay * push_r + recorded.F_xr),
         }
@@ -185,7 +185,7 @@ impl<T, const M: usize, const S: usize> Linearised<T, M, S> for CarLinearisation
 /// The car on tires whose slip is that of the motion.
 pub struct SteadySlip<T> {
     /// The car.
-    pub car: Car<T>,
+    pub car: FilterCarParameters<T>,
     /// The tires.
     pub tires: Tires<T>,
 }
@@ -197,31 +197,31 @@ impl<T: Scalar> ProcessModel<T, 3, 4> for SteadySlip<T> {
 
     #[inline(always)]
     fn linearise(&self, x: &[T; 4], u: &HeldInput<T>) -> CarLinearisation<T> {
-        linearise(&self.car, &self.tires, x, u)
+        linearise_steady_slip(&self.car, &self.tires, x, u)
     }
 }
 
 /// Speed that slip angles divide by, as in `vehicle`.
 #[inline(always)]
 pub fn slip_speed<T: Scalar>(v_x: T) -> T {
-    v_x.where_above(SLIP_SPEED_FLOOR, v_x, v_x.constant(SLIP_SPEED_FLOOR))
+    v_x.select_above(SLIP_SPEED_FLOOR, v_x, v_x.constant(SLIP_SPEED_FLOOR))
 }
 
 /// Slope q, slip angle −atan q and its derivative with respect to v_y.
 #[inline(always)]
-pub fn slip<T: Scalar>(q: T, slowness: T) -> [T; 3] {
+pub fn slip_angle_and_derivative<T: Scalar>(q: T, slowness: T) -> [T; 3] {
     [q, -q.atan(), -(slowness * (q * q + 1.0).recip())]
 }
 
 /// Absolute value.
 #[inline(always)]
-pub fn size<T: Scalar>(x: T) -> T {
-    x.where_above(0.0, x, -x)
+pub fn absolute<T: Scalar>(x: T) -> T {
+    x.select_above(0.0, x, -x)
 }
 
 /// Longitudinal force and axle loads, with their changes at constant slip.
 #[derive(Clone, Copy, Debug)]
-pub struct Loads<T> {
+pub struct AxleLoads<T> {
     /// Longitudinal force without that of the steered tires' slip [N].
     long: T,
     /// Its change with v_x.
@@ -240,24 +240,25 @@ pub struct Loads<T> {
     pub by_xi: T,
 }
 
-impl<T: Scalar> Loads<T> {
+impl<T: Scalar> AxleLoads<T> {
     /// At a speed and an unknown force ξ_x, with the friction coefficient of the steered axle.
     #[inline(always)]
-    pub fn new(car: &Car<T>, u: &HeldInput<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
-        let Car { aero, wheelbase: L, .. } = car;
+    pub fn new(car: &FilterCarParameters<T>, u: &HeldInput<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
+        let FilterCarParameters { aero, wheelbase: L, .. } = car;
         let zero = v_x.constant(0.0);
         let drag = 0.5 * aero.rho * aero.area * aero.C_d;
-        let long = xi_x.plus(v_x, size(v_x) * -drag).plus(u.F_xf, u.cos) + u.F_xr;
+        let long = xi_x.add_product(v_x, absolute(v_x) * -drag).add_product(u.F_xf, u.cos) + u.F_xr;
         let pressure = v_x * v_x * (0.5 * aero.rho * aero.area);
-        let total = car.weight.plus_scaled(pressure, aero.C_lf + aero.C_lr);
-        let moment = (pressure * (aero.C_lf * L)).minus(long, car.h).plus(car.weight, car.l_r);
+        let total = car.weight.add_scaled(pressure, aero.C_lf + aero.C_lr);
+        let moment =
+            (pressure * (aero.C_lf * L)).subtract_product(long, car.h).add_product(car.weight, car.l_r);
         let lever = (-(mu_f * u.sin * car.h) + *L).recip();
         let front = moment * lever;
-        let at_most_all = (total - front).where_above(0.0, front, total);
-        let front = front.where_above(0.0, at_most_all, zero);
+        let at_most_all = (total - front).select_above(0.0, front, total);
+        let front = front.select_above(0.0, at_most_all, zero);
         let rear = total - front;
         // An axle in the air, or one that carries all, does not feel a load transfer.
-        let lever = front.where_above(0.0, rear.where_above(0.0, lever, zero), zero);
+        let lever = front.select_above(0.0, rear.select_above(0.0, lever, zero), zero);
         let (long_by_v, total_by_v, moment_by_v) = car.by_speed(v_x);
         Self {
             long,
@@ -265,7 +266,7 @@ impl<T: Scalar> Loads<T> {
             front,
             rear,
             drag: front * lever * (car.h * u.sin),
-            by_v: (moment_by_v * lever) + rear.where_above(0.0, zero, total_by_v),
+            by_v: (moment_by_v * lever) + rear.select_above(0.0, zero, total_by_v),
             total_by_v,
             by_xi: -(lever * car.h),
         }
@@ -275,11 +276,11 @@ impl<T: Scalar> Loads<T> {
 /// What the lateral forces of the axles do to a motion v_x, v_y, r, from the changes of both with each state. The rates of
 /// states after these three are 0.
 #[inline(always)]
-pub fn motion<T: Scalar, const M: usize, const S: usize>(
-    car: &Car<T>,
+pub fn linearise_motion<T: Scalar, const M: usize, const S: usize>(
+    car: &FilterCarParameters<T>,
     u: &HeldInput<T>,
     [v_x, v_y, r]: [T; 3],
-    loads: &Loads<T>,
+    loads: &AxleLoads<T>,
     [F_yf, F_yr]: [T; 2],
     changes: &[(T, T); S],
 ) -> CarLinearisation<T, M, S> {
@@ -292,65 +293,66 @@ pub fn motion<T: Scalar, const M: usize, const S: usize>(
     let mut C = [zero; S];
     for j in 0..S {
         let (front, rear) = changes[j];
-        A[0][j] = long[j].minus(front, u.sin) * car.lightness;
-        C[j] = rear.plus(front, u.cos) * car.lightness;
+        A[0][j] = long[j].subtract_product(front, u.sin) * car.lightness;
+        C[j] = rear.add_product(front, u.cos) * car.lightness;
         A[1][j] = C[j];
-        A[2][j] = (front * turn_f).minus(rear, turn_r);
+        A[2][j] = (front * turn_f).subtract_product(rear, turn_r);
     }
     A[0][1] = A[0][1] + r;
     A[0][2] = A[0][2] + v_y;
     A[1][0] = A[1][0] - r;
     A[1][2] = A[1][2] - v_x;
     let braking = u.F_xf * u.sin;
-    let a_y = (F_yr.plus(F_yf, u.cos) + braking) * car.lightness;
+    let a_y = (F_yr.add_product(F_yf, u.cos) + braking) * car.lightness;
     let mut rates = [zero; M];
-    rates[0] = (loads.long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r);
-    rates[1] = a_y.minus(v_x, r);
-    rates[2] = (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease);
+    rates[0] = (loads.long.subtract_product(F_yf, u.sin) * car.lightness).add_product(v_y, r);
+    rates[1] = a_y.subtract_product(v_x, r);
+    rates[2] = (F_yf * turn_f).subtract_product(F_yr, turn_r).add_product(braking, car.l_f * car.ease);
     CarLinearisation { rates, a_y, A, C }
 }
 
 /// Friction coefficient and its slope at a slip angle.
 #[inline(always)]
-pub fn curve<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip: T) -> [T; 2] {
-    T::apply::<ValueAndSlope, 5, 2>([&slip, B, C, D, E])
+pub fn friction_and_slope<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip: T) -> [T; 2] {
+    T::apply_function::<ValueAndSlope, 5, 2>([&slip, B, C, D, E])
 }
 
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
 #[inline(always)]
-pub fn linearise<T: Scalar>(
-    car: &Car<T>,
+pub fn linearise_steady_slip<T: Scalar>(
+    car: &FilterCarParameters<T>,
     tires: &Tires<T>,
     x: &[T; 4],
     u: &HeldInput<T>,
 ) -> CarLinearisation<T> {
     let [v_x, v_y, r, xi_x] = *x;
     let slowness = slip_speed(v_x).recip();
-    let [q_f, alpha_f, by_f] = slip(v_y.plus(r, car.l_f) * slowness, slowness);
-    let [q_r, alpha_r, by_r] = slip(v_y.minus(r, car.l_r) * slowness, slowness);
+    let [q_f, alpha_f, by_f] = slip_angle_and_derivative(v_y.add_product(r, car.l_f) * slowness, slowness);
+    let [q_r, alpha_r, by_r] =
+        slip_angle_and_derivative(v_y.subtract_product(r, car.l_r) * slowness, slowness);
     let zero = v_x.constant(0.0);
-    let speed_f = v_x.where_above(SLIP_SPEED_FLOOR, -q_f, zero);
-    let speed_r = v_x.where_above(SLIP_SPEED_FLOOR, -q_r, zero);
-    let [mu_f, slope_f] = curve(&tires.front, alpha_f + u.delta);
-    let [mu_r, slope_r] = curve(&tires.rear, alpha_r);
+    let speed_f = v_x.select_above(SLIP_SPEED_FLOOR, -q_f, zero);
+    let speed_r = v_x.select_above(SLIP_SPEED_FLOOR, -q_r, zero);
+    let [mu_f, slope_f] = friction_and_slope(&tires.front, alpha_f + u.delta);
+    let [mu_r, slope_r] = friction_and_slope(&tires.rear, alpha_r);
 
-    let loads = Loads::new(car, u, [v_x, xi_x], mu_f);
-    let Loads { front: F_zf, rear: F_zr, drag: drag_load, by_v: load_by_v, .. } = loads;
+    let loads = AxleLoads::new(car, u, [v_x, xi_x], mu_f);
+    let AxleLoads { front: F_zf, rear: F_zr, drag: drag_load, by_v: load_by_v, .. } = loads;
 
     // Changes of F_yf and F_yr with v_y: by the slip of the front axle, of the rear axle, and by the load that the steered
     // axle's drag moves.
     let steep_f = slope_f * by_f;
-    let front = steep_f * F_zf.plus(drag_load, mu_f);
+    let front = steep_f * F_zf.add_product(drag_load, mu_f);
     let rear = F_zr * slope_r * by_r;
     let moved = steep_f * drag_load * mu_r;
     let forces = [
         (
-            (front * speed_f).plus(load_by_v, mu_f),
-            (rear * speed_r).minus(moved, speed_f).plus(loads.total_by_v - load_by_v, mu_r),
+            (front * speed_f).add_product(load_by_v, mu_f),
+            (rear * speed_r).subtract_product(moved, speed_f).add_product(loads.total_by_v - load_by_v, mu_r),
         ),
         (front, rear - moved),
-        (front * car.l_f, -(rear * car.l_r).plus(moved, car.l_f)),
+        (front * car.l_f, -(rear * car.l_r).add_product(moved, car.l_f)),
         (loads.by_xi * mu_f, -(loads.by_xi * mu_r)),
     ];
-    motion(car, u, [v_x, v_y, r], &loads, [F_zf * mu_f, F_zr * mu_r], &forces)
+    linearise_motion(car, u, [v_x, v_y, r], &loads, [F_zf * mu_f, F_zr * mu_r], &forces)
 }

@@ -47,12 +47,12 @@ pub enum Error {
 /// # Errors
 ///
 /// [`Error::NoRecording`] and [`Error::Drive`].
-pub fn check(recordings: &[Drive]) -> Result<(), Error> {
+pub fn check_recordings(recordings: &[Drive]) -> Result<(), Error> {
     if recordings.is_empty() {
         return Err(Error::NoRecording);
     }
     for (recording, drive) in recordings.iter().enumerate() {
-        drive.check().map_err(|source| Error::Drive { recording, source })?;
+        drive.check_columns().map_err(|source| Error::Drive { recording, source })?;
     }
     Ok(())
 }

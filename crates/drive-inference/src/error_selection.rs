@@ -8,7 +8,7 @@ use preparation::{ESTIMATED, SystematicError};
 /// Whether an error is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Mode {
+pub enum EstimationMode {
     /// There is none.
     Off,
     /// In any case.
@@ -20,26 +20,26 @@ pub enum Mode {
 
 /// Whether each error is estimated, in the order of [`SystematicError`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorSelection(pub [Mode; ESTIMATED]);
+pub struct ErrorSelection(pub [EstimationMode; ESTIMATED]);
 
 impl Default for ErrorSelection {
     /// Those of the car in any case, those of sensors where the data ask for them.
     fn default() -> Self {
         Self(SystematicError::ALL.map(|cause| {
-            if SystematicError::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
+            if SystematicError::CAR.contains(&cause) { EstimationMode::On } else { EstimationMode::Evidence }
         }))
     }
 }
 
 impl ErrorSelection {
     /// The mode of an error.
-    pub fn of(&self, cause: SystematicError) -> Mode {
+    pub fn mode(&self, cause: SystematicError) -> EstimationMode {
         self.0[cause as usize]
     }
 
     /// No error at all.
     pub fn none() -> Self {
-        Self([Mode::Off; ESTIMATED])
+        Self([EstimationMode::Off; ESTIMATED])
     }
 }
 

@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::{SimdBatch, WIDTH};
-use numerics::tangent::{DIRECTIONS, Products, Tangent};
+use numerics::tangent::{DIRECTIONS, OuterProductSums, Tangent};
 
 use crate::filter_pass::{InnovationVisitor, RowInnovations};
 
 /// The likelihood at one point, with its derivatives.
 #[derive(Clone, Debug)]
-pub struct Evaluation {
+pub struct LikelihoodEvaluation {
     /// ½ Σ (e²/s + ln s).
     pub cost: f64,
     /// Its derivatives.
@@ -19,7 +19,7 @@ pub struct Evaluation {
     pub mean_square: [f64; 4],
 }
 
-impl Evaluation {
+impl LikelihoodEvaluation {
     /// What is reported instead once nobody wants to know.
     pub const CANCELLED: Self = Self {
         cost: f64::INFINITY,
@@ -29,8 +29,8 @@ impl Evaluation {
     };
 
     /// As the model that a minimiser wants.
-    pub fn model(&self, samples: usize) -> numerics::sqp::Model {
-        numerics::sqp::Model {
+    pub fn to_sqp_model(&self, samples: usize) -> numerics::sqp::QuadraticModel {
+        numerics::sqp::QuadraticModel {
             cost: self.cost,
             gradient: DVector::from_column_slice(&self.gradient),
             hessian: DMatrix::from_fn(DIRECTIONS, DIRECTIONS, |i, j| self.information[i][j]),
@@ -42,7 +42,7 @@ impl Evaluation {
 /// A residual over its standard deviation, and its variance over √2 times itself, with the derivatives of the residual and of
 /// the variance alone: their products are Fisher's information.
 #[inline(always)]
-pub fn whitened<S: pulp::Simd, const N: usize>(
+pub fn whiten_residual<S: pulp::Simd, const N: usize>(
     residual: Tangent<S, N>,
     variance: Tangent<S, N>,
 ) -> (Tangent<S, N>, Tangent<S, N>) {
@@ -51,17 +51,11 @@ pub fn whitened<S: pulp::Simd, const N: usize>(
 }
 
 /// The costs of several parameter vectors while they grow.
-pub struct Costs(pub [f64; WIDTH]);
+pub struct CostAccumulator(pub [f64; WIDTH]);
 
-impl InnovationVisitor<SimdBatch> for Costs {
+impl InnovationVisitor<SimdBatch> for CostAccumulator {
     #[inline(always)]
-    fn visit(
-        &mut self,
-        _: usize,
-        _: usize,
-        innovation: &RowInnovations<SimdBatch>,
-        _: &[SimdBatch; 4],
-    ) {
+    fn visit(&mut self, _: usize, _: usize, innovation: &RowInnovations<SimdBatch>, _: &[SimdBatch; 4]) {
         let [e, s] = [innovation.residual, innovation.variance];
         for index in 0..WIDTH {
             let (mut squares, mut determinant) = (0.0, 1.0);
@@ -75,34 +69,34 @@ impl InnovationVisitor<SimdBatch> for Costs {
 }
 
 /// An [`Evaluation`] while it grows.
-pub struct Sums<S: pulp::Simd, const N: usize> {
+pub struct EvaluationSums<S: pulp::Simd, const N: usize> {
     cost: Tangent<S, N>,
-    products: Products<S, N>,
+    products: OuterProductSums<S, N>,
     squares: [f64; 4],
 }
 
-impl<S: pulp::Simd, const N: usize> Sums<S, N> {
+impl<S: pulp::Simd, const N: usize> EvaluationSums<S, N> {
     /// Nothing yet.
     pub fn new(simd: S) -> Self {
         Self {
             cost: Tangent::seed(simd, 0.0, 0, 0.0),
-            products: Products::new(simd),
+            products: OuterProductSums::new(simd),
             squares: [0.0; 4],
         }
     }
 
     /// All of it, over a number of samples.
-    pub fn evaluation(&self, samples: usize) -> Evaluation {
-        Evaluation {
+    pub fn to_evaluation(&self, samples: usize) -> LikelihoodEvaluation {
+        LikelihoodEvaluation {
             cost: self.cost.value(),
             gradient: self.cost.derivatives(),
-            information: self.products.matrix(),
+            information: self.products.to_matrix(),
             mean_square: self.squares.map(|square| square / samples as f64),
         }
     }
 }
 
-impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for Sums<S, N> {
+impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for EvaluationSums<S, N> {
     #[inline(always)]
     fn visit(
         &mut self,
@@ -119,9 +113,11 @@ impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for Sums<S,
             self.squares[i] += square;
             determinant *= s.value();
             let by_s = 0.5 * inverse * (1.0 - square);
-            self.cost = self.cost + e.chain(0.5 * square, e.value() * inverse) + s.chain(0.0, by_s);
-            let (e, s) = whitened(e, s);
-            self.products.add(&[*e.along(), *s.along()]);
+            self.cost = self.cost
+                + e.apply_chain_rule(0.5 * square, e.value() * inverse)
+                + s.apply_chain_rule(0.0, by_s);
+            let (e, s) = whiten_residual(e, s);
+            self.products.add_vectors(&[*e.derivative_vectors(), *s.derivative_vectors()]);
         }
         self.cost = self.cost + 0.5 * determinant.ln();
     }

@@ -6,8 +6,8 @@ use kalman::augmented::{AugmentedFilter, ColouredNoise, Innovations, ProcessMode
 use numerics::scalar::Scalar;
 use preparation::SystematicError;
 
-use crate::car::{Car, CarLinearisation, HeldInput, InputErrors, SteadySlip};
-use crate::prepared_drive::{Delays, PreparedDrive, PreparedDrives};
+use crate::car::{CarLinearisation, FilterCarParameters, HeldInput, InputErrors, SteadySlip};
+use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives};
 use crate::sensors::SensorModel;
 use crate::transient_slip::{MOVING, STATES, TransientSlip};
 use crate::unknowns::{FilterParameters, FilterVariant, NoiseVariances};
@@ -37,29 +37,32 @@ pub trait CarModel<T, const M: usize, const S: usize>:
     ProcessModel<T, M, S, Input = HeldInput<T>, Linearised = CarLinearisation<T, M, S>>
 {
     /// That of a car with these parameters.
-    fn new(car: Car<T>, parameters: &FilterParameters<T>) -> Self;
+    fn new(car: FilterCarParameters<T>, parameters: &FilterParameters<T>) -> Self;
 
     /// Sub-steps that a row of this length [s] needs at this speed [m/s].
-    fn substeps(delays: &Delays, h: f64, speed: f64) -> usize;
+    fn required_substeps(delays: &PreparedDelays, h: f64, speed: f64) -> usize;
 }
 
 impl<T: Scalar> CarModel<T, 3, 4> for SteadySlip<T> {
-    fn new(car: Car<T>, parameters: &FilterParameters<T>) -> Self {
+    fn new(car: FilterCarParameters<T>, parameters: &FilterParameters<T>) -> Self {
         Self { car, tires: parameters.tires }
     }
 
-    fn substeps(_: &Delays, _: f64, _: f64) -> usize {
+    fn required_substeps(_: &PreparedDelays, _: f64, _: f64) -> usize {
         1
     }
 }
 
 impl<T: Scalar> CarModel<T, MOVING, STATES> for TransientSlip<T> {
-    fn new(car: Car<T>, FilterParameters { tires, causes, .. }: &FilterParameters<T>) -> Self {
+    fn new(
+        car: FilterCarParameters<T>,
+        FilterParameters { tires, causes, .. }: &FilterParameters<T>,
+    ) -> Self {
         Self { car, tires: *tires, lengths: SystematicError::TIRES.map(|it| causes[it]) }
     }
 
     /// So that a sub-step is hardly longer than the time that the slip takes to follow.
-    fn substeps(delays: &Delays, h: f64, speed: f64) -> usize {
+    fn required_substeps(delays: &PreparedDelays, h: f64, speed: f64) -> usize {
         (h * speed / delays.shortest_relaxation).ceil().max(1.0) as usize
     }
 }
@@ -67,16 +70,7 @@ impl<T: Scalar> CarModel<T, MOVING, STATES> for TransientSlip<T> {
 /// One pass over all drives with a process model of `M` moving among `S` states and `N` states in all. With `BIASED` sensors and inputs
 /// have errors; those of the car cost nothing. It is a type of its own since the widest vector instructions of the machine reach only what
 /// is inlined into it, and of a closure the compiler would not inline this much.
-pub struct FilterPass<
-    'a,
-    T,
-    V,
-    P,
-    const BIASED: bool,
-    const M: usize,
-    const S: usize,
-    const N: usize,
-> {
+pub struct FilterPass<'a, T, V, P, const BIASED: bool, const M: usize, const S: usize, const N: usize> {
     drives: &'a PreparedDrives,
     parameters: FilterParameters<T>,
     visitor: V,
@@ -84,7 +78,7 @@ pub struct FilterPass<
 }
 
 /// A pass without errors of sensors, coloured noises and transient slip.
-pub type BasePass<'a, T, V> = FilterPass<'a, T, V, SteadySlip<T>, false, 3, 4, 4>;
+pub type SteadySlipFilterPass<'a, T, V> = FilterPass<'a, T, V, SteadySlip<T>, false, 3, 4, 4>;
 
 impl<'a, T, V, P, const BIASED: bool, const M: usize, const S: usize, const N: usize>
     FilterPass<'a, T, V, P, BIASED, M, S, N>
@@ -111,25 +105,24 @@ where
         let inputs = InputErrors::new(causes, delays.inputs);
         let force_factor = causes[SystematicError::ForceGain] + 1.0;
         let filter = AugmentedFilter {
-            process: P::new(Car::new(car, causes), &self.parameters),
+            process: P::new(FilterCarParameters::new(car, causes), &self.parameters),
             measurement: SensorModel::<T, BIASED>::new(causes, &delays.sensors),
             process_noise: noise.process,
             sensor_noise: noise.sensor,
             coloured_noise: *coloured_noise,
         };
         for (drive, PreparedDrive { first, samples, first_row }) in drives.iter().enumerate() {
-            let motion = filter.measurement.state(first);
-            let mut estimate = start::<T, S, N>(&motion, noise, coloured_noise);
+            let motion = filter.measurement.state_from_sensors(first);
+            let mut estimate = initial_estimate::<T, S, N>(&motion, noise, coloured_noise);
             for (k, sample) in samples.iter().enumerate() {
                 let u = if BIASED {
-                    inputs.correct(&sample.u)
+                    inputs.correct_input(&sample.u)
                 } else {
                     sample.u.with_force_factor(force_factor)
                 };
                 let substeps =
-                    sample.substeps.max(P::substeps(delays, sample.h, sample.measured[0]));
-                let innovations =
-                    filter.step(&mut estimate, &u, sample.h, substeps, &sample.measured);
+                    sample.substeps.max(P::required_substeps(delays, sample.h, sample.measured[0]));
+                let innovations = filter.step(&mut estimate, &u, sample.h, substeps, &sample.measured);
                 let x = &estimate.x;
                 let motion = [x[0], x[1], x[2], x[S - 1]];
                 self.visitor.visit(drive, first_row + k + 1, &innovations, &motion);
@@ -163,7 +156,7 @@ impl<T: Scalar, V: InnovationVisitor<T>> pulp::WithSimd for AnyPass<'_, T, V> {
         let Self { drives, parameters, visitor, variant } = self;
         match variant {
             FilterVariant::Base => {
-                simd.vectorize(BasePass::<T, V>::new(drives, parameters, visitor))
+                simd.vectorize(SteadySlipFilterPass::<T, V>::new(drives, parameters, visitor))
             }
             FilterVariant::SensorBias => {
                 simd.vectorize(Steady::<T, V, true, 4>::new(drives, parameters, visitor))
@@ -183,7 +176,7 @@ impl<T: Scalar, V: InnovationVisitor<T>> pulp::WithSimd for AnyPass<'_, T, V> {
 
 /// The estimate before the second row, from the motion that the sensors show in the first: ξ_x and slips begin at 0, coloured noises
 /// anywhere.
-fn start<T: Scalar, const S: usize, const N: usize>(
+fn initial_estimate<T: Scalar, const S: usize, const N: usize>(
     motion: &[T; 3],
     noise: &NoiseVariances<T>,
     coloured_noise: &[ColouredNoise<T>; 4],

@@ -4,41 +4,41 @@
 use std::time::Instant;
 
 use nalgebra::DMatrix;
-use numerics::convergence::Convergence;
-use numerics::sqp::{self, Minimum, Objective};
+use numerics::convergence::ConvergenceReport;
+use numerics::sqp::{self, Objective, SqpMinimum};
 use preparation::{Drive, SystematicError};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
-use tire_inference::estimate::Estimate;
-use tire_inference::model::{CauseEstimate, ModelVerdict};
+use tire_inference::estimate::TireEstimate;
+use tire_inference::model::{ModelVerdict, SystematicErrorEstimate};
 use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::ActiveBounds;
 
-use crate::adequacy::{self, BlockScores, ModelResiduals, Scatter};
+use crate::adequacy::{self, BlockScores, ModelResiduals, ScatterCovariances};
 use crate::error::Error;
 use crate::global::{COARSE, FINE};
 use crate::joint_posterior::{JointPosterior, MarginalPosterior};
-use crate::laplace::{LaplaceApproximation, inverse};
-use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
+use crate::laplace::{LaplaceApproximation, inverse_hessian};
+use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::model_selection::ModelExtension;
-use crate::noise_estimate::Noise;
-use crate::options::{DriveOptions, Formulation, Noises};
-use crate::pem::Optimum;
-use crate::points::{self, Point};
+use crate::noise_estimate::NoiseSpecification;
+use crate::options::{DriveOptions, FitFormulation, NoiseOption};
+use crate::pem::LikelihoodOptimum;
+use crate::points::{self, RegressionPoint};
 use crate::posterior_samples::{self, DrawSettings, TireDraws};
-use crate::problem::Problem;
-use crate::progress::{Progress, with_progress};
-use crate::regression::Target;
-use crate::result::{FormulationFit, Identification, Innovations};
-use crate::series::Series;
+use crate::problem::PredictionErrorProblem;
+use crate::progress::{ProgressReporter, with_progress};
+use crate::regression::RegressionTarget;
+use crate::result::{DriveIdentification, FormulationFit, InnovationStatistics};
+use crate::series::IdentificationSeries;
 use crate::smoothing::{self, SmoothedDrive};
-use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
+use crate::tires::{SIZE, Tires, box_corners, from_array, from_vector};
 use crate::{error, pem, search, series, summary, verdict};
 
 /// What prediction errors start from.
-const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
+const START: FitFormulation = FitFormulation::Points(RegressionTarget::AccelerationAndYaw);
 
 /// Identifies both axles from recordings of one car. `progress` receives the share done and the next stage, again and again; `false`
 /// cancels the work.
@@ -46,46 +46,45 @@ const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
 /// # Errors
 ///
 /// [`Error`] if recordings are unusable or no start leads anywhere, [`Error::Cancelled`] if the work was cancelled.
-pub fn identify(
+pub fn identify_tires(
     recordings: &[Drive],
     options: &DriveOptions,
     progress: &mut dyn FnMut(f64, &str) -> bool,
-) -> Result<Identification, Error> {
+) -> Result<DriveIdentification, Error> {
     let begin = Instant::now();
-    error::check(recordings)?;
+    error::check_recordings(recordings)?;
     let noise = match options.noises {
-        Noises::Known(noise) => noise,
-        Noises::Estimated => DriveNoise::of_sensors(recordings[0].difference_noise()),
+        NoiseOption::Known(noise) => noise,
+        NoiseOption::Estimated => DriveNoise::from_sensor_stds(recordings[0].difference_noise()),
     };
     with_progress(progress, |progress| {
-        progress.report(0.0, "smoothing")?;
-        let smoothed = smooth_all(recordings, options, &noise, progress)?;
+        progress.report_stage(0.0, "smoothing")?;
+        let smoothed = smooth_recordings(recordings, options, &noise, progress)?;
         let both = recordings.iter().zip(&smoothed);
-        let points = both.map(|(drive, it)| points::points(&options.car, drive, &it.states));
+        let points = both.map(|(drive, it)| points::regression_points(&options.car, drive, &it.states));
         let points = points.collect();
-        let mut run =
-            IdentificationRun { recordings, options, noise, points, fitted: Vec::new(), progress };
+        let mut run = IdentificationRun { recordings, options, noise, points, fitted: Vec::new(), progress };
         let mut decisive = None;
-        for formulation in run.formulations() {
-            progress.report(0.2, formulation.title())?;
-            let best = run.fit(formulation)?;
+        for formulation in run.formulations_to_fit() {
+            progress.report_stage(0.2, formulation.title())?;
+            let best = run.fit_formulation(formulation)?;
             if formulation == options.method {
                 decisive = Some(best);
             }
         }
         run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
         let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
-        progress.report(0.3, "drawing from the posterior")?;
-        run.report(&decisive, smoothed, begin)
+        progress.report_stage(0.3, "drawing from the posterior")?;
+        run.into_identification(&decisive, smoothed, begin)
     })
 }
 
 /// The nominal car along each recording.
-fn smooth_all(
+fn smooth_recordings(
     recordings: &[Drive],
     options: &DriveOptions,
     noise: &DriveNoise,
-    progress: &Progress,
+    progress: &ProgressReporter,
 ) -> Result<Vec<SmoothedDrive>, Error> {
     let of = |(recording, drive)| {
         let go_on = || !progress.cancel.is_cancelled();
@@ -99,30 +98,30 @@ struct IdentificationRun<'a> {
     recordings: &'a [Drive],
     options: &'a DriveOptions,
     noise: DriveNoise,
-    points: Vec<Vec<Point>>,
+    points: Vec<Vec<RegressionPoint>>,
     fitted: Vec<FormulationFit>,
-    progress: &'a Progress,
+    progress: &'a ProgressReporter,
 }
 
 /// A minimum with what belongs to it.
 struct SelectedFit {
-    unknowns: Unknowns,
+    unknowns: DriveUnknowns,
     /// Errors that are variables of the minimum, after the tires.
     active: Vec<SystematicError>,
     /// Gain of what the data asked for [nat].
     gains: Vec<(ModelExtension, f64)>,
-    minimum: Minimum,
-    optima: Vec<Optimum>,
-    convergence: Convergence,
-    likelihood: Likelihood,
+    minimum: SqpMinimum,
+    optima: Vec<LikelihoodOptimum>,
+    convergence: ConvergenceReport,
+    likelihood: DriveLikelihood,
 }
 
 impl IdentificationRun<'_> {
     /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
-    fn formulations(&self) -> Vec<Formulation> {
+    fn formulations_to_fit(&self) -> Vec<FitFormulation> {
         let wanted = self.options.compare.iter().copied().chain([self.options.method]);
-        let mut all: Vec<Formulation> = wanted.collect();
-        if all.contains(&Formulation::PredictionError) {
+        let mut all: Vec<FitFormulation> = wanted.collect();
+        if all.contains(&FitFormulation::PredictionError) {
             all.insert(0, START);
         }
         let mut once = Vec::new();
@@ -134,15 +133,15 @@ impl IdentificationRun<'_> {
         once
     }
 
-    fn fit(&mut self, formulation: Formulation) -> Result<SelectedFit, Error> {
+    fn fit_formulation(&mut self, formulation: FitFormulation) -> Result<SelectedFit, Error> {
         let begin = Instant::now();
         let (best, odd, residual_std) = match formulation {
-            Formulation::Points(target) => {
-                let found = self.search(target).run(&self.options.car.body, &self.points)?;
-                let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
+            FitFormulation::Points(target) => {
+                let found = self.point_fit(target).fit_points(&self.options.car.body, &self.points)?;
+                let mut likelihood = DriveLikelihood::new(&self.options.car, self.recordings);
                 likelihood.cancel = self.progress.cancel.clone();
                 let best = SelectedFit {
-                    unknowns: Unknowns::new(&found.tires, &self.noise),
+                    unknowns: DriveUnknowns::new(&found.tires, &self.noise),
                     active: Vec::new(),
                     gains: Vec::new(),
                     minimum: found.minimum,
@@ -152,8 +151,8 @@ impl IdentificationRun<'_> {
                 };
                 (best, found.odd, Some(found.std))
             }
-            Formulation::PredictionError => {
-                let pem::Maximum {
+            FitFormulation::PredictionError => {
+                let pem::LikelihoodMaximum {
                     likelihood,
                     unknowns,
                     active,
@@ -161,20 +160,12 @@ impl IdentificationRun<'_> {
                     minimum,
                     optima,
                     convergence,
-                } = self.problem().maximise(&self.starts())?;
-                let best = SelectedFit {
-                    unknowns,
-                    active,
-                    gains,
-                    minimum,
-                    optima,
-                    convergence,
-                    likelihood,
-                };
+                } = self.prediction_error_problem().maximise_likelihood(&self.start_tires())?;
+                let best = SelectedFit { unknowns, active, gains, minimum, optima, convergence, likelihood };
                 (best, [0.0; 3], None)
             }
         };
-        let (minimum, covariance) = (&best.minimum, covariance(&best.minimum));
+        let (minimum, covariance) = (&best.minimum, tire_covariance(&best.minimum));
         self.fitted.push(FormulationFit {
             formulation,
             tires: best.unknowns.tires,
@@ -188,12 +179,12 @@ impl IdentificationRun<'_> {
         Ok(best)
     }
 
-    fn search(&self, target: Target) -> search::PointFit {
+    fn point_fit(&self, target: RegressionTarget) -> search::PointFit {
         let [_, _, s_r, s_y] = self.noise.sensor;
         search::PointFit {
             target,
             weights: self.options.weights,
-            expected: self.options.expected(),
+            expected: self.options.tire_regularisation(),
             odd_terms: self.options.odd_terms,
             starts: self.options.starts,
             seed: self.options.seed,
@@ -203,15 +194,15 @@ impl IdentificationRun<'_> {
         }
     }
 
-    fn problem(&self) -> Problem<'_> {
-        Problem {
+    fn prediction_error_problem(&self) -> PredictionErrorProblem<'_> {
+        PredictionErrorProblem {
             car: &self.options.car,
             recordings: self.recordings,
             bounds: self.options.prior.bounds,
-            expected: self.options.expected(),
+            expected: self.options.tire_regularisation(),
             noise: match self.options.noises {
-                Noises::Known(noise) => Noise::Given(noise),
-                Noises::Estimated => Noise::Estimated(self.noise),
+                NoiseOption::Known(noise) => NoiseSpecification::Given(noise),
+                NoiseOption::Estimated => NoiseSpecification::Estimated(self.noise),
             },
             std: self.options.error_std(),
             search: self.options.causes.wanted,
@@ -220,52 +211,52 @@ impl IdentificationRun<'_> {
     }
 
     /// What fits to points ended with.
-    fn starts(&self) -> Vec<Tires> {
+    fn start_tires(&self) -> Vec<Tires> {
         let is_start = |fitted: &&FormulationFit| fitted.formulation == START;
         self.fitted.iter().filter(is_start).map(|fitted| fitted.tires).collect()
     }
 
     /// Everything that is reported of the deciding fit.
-    fn report(
+    fn into_identification(
         self,
         fit: &SelectedFit,
         smoothed: Vec<SmoothedDrive>,
         begin: Instant,
-    ) -> Result<Identification, Error> {
+    ) -> Result<DriveIdentification, Error> {
         let SelectedFit { unknowns, minimum, likelihood, .. } = fit;
         let options = self.options;
-        let series = series::series(&options.car, self.recordings, likelihood, unknowns);
+        let series = series::identification_series(&options.car, self.recordings, likelihood, unknowns);
         let joint = JointPosterior {
             likelihood,
             noise: unknowns.noise,
-            expected: options.expected(),
+            expected: options.tire_regularisation(),
             active: fit.active.clone(),
             held: unknowns.causes,
             std: options.error_std(),
         };
-        let corners = corners(&options.prior.bounds);
+        let corners = box_corners(&options.prior.bounds);
         let marginal = MarginalPosterior::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
-        let laplace = marginal.laplace(minimum, corners);
+        let laplace = marginal.laplace_approximation(minimum, corners);
         // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
-        let blocks = self.has_likelihood().then(|| {
+        let blocks = self.is_likelihood_maximised().then(|| {
             let step = Drive::shortest_step(self.recordings);
-            BlockScores::about(&joint, minimum, &laplace.corners, step)
+            BlockScores::at_minimum(&joint, minimum, &laplace.corners, step)
         });
-        let scatter = blocks.as_ref().and_then(BlockScores::scatter);
+        let scatter = blocks.as_ref().and_then(BlockScores::scatter_covariances);
         let (model, causes) = self.test_model(fit, &joint, &series, blocks.as_ref());
-        let evidence = Evidence {
+        let evidence = TireEvidence {
             fit,
             joint: &joint,
             laplace: &laplace,
             scatter: scatter.as_ref(),
-            slip_range: Axles::new(|axle| series::slip_range(&series, axle)),
+            slip_range: Axles::from_fn(|axle| series::slip_range(&series, axle)),
         };
-        let draws = self.draw(&evidence)?;
-        self.progress.report(0.7, "judging")?;
-        let covariance = evidence.covariance();
-        let estimates = self.estimates(&evidence, &model, &draws, &covariance, begin);
-        Ok(Identification {
-            tires: published(&estimates, unknowns.tires),
+        let draws = self.draw_tires(&evidence)?;
+        self.progress.report_stage(0.7, "judging")?;
+        let covariance = evidence.tire_covariance();
+        let estimates = self.axle_estimates(&evidence, &model, &draws, &covariance, begin);
+        Ok(DriveIdentification {
+            tires: published_tires(&estimates, unknowns.tires),
             estimates,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             noise: unknowns.noise,
@@ -273,11 +264,11 @@ impl IdentificationRun<'_> {
             model,
             errors: unknowns.causes,
             convergence: fit.convergence.clone(),
-            innovations: Innovations::of(&series),
+            innovations: InnovationStatistics::from_series(&series),
             formulations: self.fitted,
             posterior: draws.axles,
             gaussian: draws.svi.map(|(gaussian, _)| gaussian),
-            samples: points::samples(&self.points),
+            samples: points::friction_samples(&self.points),
             series,
             smoothed,
             seconds: begin.elapsed().as_secs_f64(),
@@ -285,8 +276,8 @@ impl IdentificationRun<'_> {
     }
 
     /// Whether the deciding fit maximises the likelihood.
-    fn has_likelihood(&self) -> bool {
-        self.options.method == Formulation::PredictionError
+    fn is_likelihood_maximised(&self) -> bool {
+        self.options.method == FitFormulation::PredictionError
     }
 
     /// Whether tires, errors and noises describe the drives, and the errors as that has them.
@@ -294,17 +285,16 @@ impl IdentificationRun<'_> {
         &self,
         fit: &SelectedFit,
         joint: &JointPosterior,
-        series: &[Series],
+        series: &[IdentificationSeries],
         blocks: Option<&BlockScores>,
-    ) -> (ModelVerdict, Vec<CauseEstimate>) {
+    ) -> (ModelVerdict, Vec<SystematicErrorEstimate>) {
         let SelectedFit { unknowns, gains, minimum, .. } = fit;
         let step = Drive::shortest_step(self.recordings);
-        let errors =
-            summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
+        let errors = summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
         let Some(blocks) = blocks else {
             return summary::apply_model_verdict(ModelVerdict::default(), errors);
         };
-        let inputs = self.recordings.iter().map(|drive| unknowns.causes.true_inputs(drive));
+        let inputs = self.recordings.iter().map(|drive| unknowns.causes.corrected_inputs(drive));
         let recordings = &inputs.collect::<Vec<_>>();
         let plausible = errors.iter().map(|it| it.test.clone()).collect();
         let model = adequacy::test_model(&ModelResiduals { recordings, series }, blocks, plausible);
@@ -312,14 +302,15 @@ impl IdentificationRun<'_> {
     }
 
     /// Draws from the posterior where there is a likelihood, else as the curvature of the cost has it.
-    fn draw(&self, evidence: &Evidence) -> Result<TireDraws, Error> {
-        let Evidence { fit, joint, laplace, scatter, slip_range } = *evidence;
+    fn draw_tires(&self, evidence: &TireEvidence) -> Result<TireDraws, Error> {
+        let TireEvidence { fit, joint, laplace, scatter, slip_range } = *evidence;
         let DriveOptions { prior, svi, seed, posterior, .. } = *self.options;
         let settings =
             DrawSettings { prior, slip_range, svi, noise_std: evidence.noise_std(), scatter, seed };
-        if posterior && !evidence.is_rough() && self.has_likelihood() {
+        if posterior && !evidence.is_rough() && self.is_likelihood_maximised() {
             let go_on = || !self.progress.cancel.is_cancelled();
-            let draws = posterior_samples::posterior(laplace, joint, &fit.optima, &settings, go_on);
+            let draws =
+                posterior_samples::draw_drive_posterior(laplace, joint, &fit.optima, &settings, go_on);
             if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
@@ -327,60 +318,61 @@ impl IdentificationRun<'_> {
                 return Ok(draws);
             }
         }
-        Ok(posterior_samples::normal(laplace, scatter, seed))
+        Ok(posterior_samples::draw_normal_tires(laplace, scatter, seed))
     }
 
     /// The estimates of both axles with their verdicts.
-    fn estimates(
+    fn axle_estimates(
         &self,
-        evidence: &Evidence,
+        evidence: &TireEvidence,
         model: &ModelVerdict,
         draws: &TireDraws,
         covariance: &DMatrix<f64>,
         begin: Instant,
-    ) -> Axles<Estimate> {
-        let Evidence { fit, joint, laplace, scatter, slip_range } = *evidence;
+    ) -> Axles<TireEstimate> {
+        let TireEvidence { fit, joint, laplace, scatter, slip_range } = *evidence;
         let prior = self.options.prior;
         // Draws of the posterior are as wide already; profiles go along the likelihood.
-        let scattering =
-            scatter.filter(|_| draws.exact().is_none()).map(|it| laplace.scattering(&it.blocks));
-        let is_rough = self.has_likelihood().then(|| evidence.is_rough());
-        let judge = verdict::Judge {
+        let scattering = scatter
+            .filter(|_| draws.posterior_draws().is_none())
+            .map(|it| laplace.with_covariance(&it.blocks));
+        let is_rough = self.is_likelihood_maximised().then(|| evidence.is_rough());
+        let judge = verdict::TireJudge {
             laplace: scattering.as_ref().unwrap_or(laplace),
             model,
-            pressed: &pressed(joint, &fit.minimum, &prior, is_rough),
+            pressed: &active_bounds(joint, &fit.minimum, &prior, is_rough),
             draws,
             covariance,
-            profile: self.options.profile && self.has_likelihood(),
+            profile: self.options.profile && self.is_likelihood_maximised(),
             prior,
             slip_range,
-            samples: fit.likelihood.samples(),
+            samples: fit.likelihood.sample_count(),
             noise_std: evidence.noise_std(),
             convergence: fit.convergence.clone(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        judge.estimates()
+        judge.axle_estimates()
     }
 }
 
 /// What the deciding fit says of the tires.
 #[derive(Clone, Copy)]
-struct Evidence<'a> {
+struct TireEvidence<'a> {
     fit: &'a SelectedFit,
     joint: &'a JointPosterior<'a>,
     laplace: &'a LaplaceApproximation<'a>,
     /// What intervals are widened to, if parts of the drives that were not fitted ask for it.
-    scatter: Option<&'a Scatter>,
+    scatter: Option<&'a ScatterCovariances>,
     /// Slips that were reached [rad].
     slip_range: Axles<[f64; 2]>,
 }
 
-impl Evidence<'_> {
+impl TireEvidence<'_> {
     /// Covariance of B, C, D, E of both axles.
-    fn covariance(&self) -> DMatrix<f64> {
+    fn tire_covariance(&self) -> DMatrix<f64> {
         match self.scatter {
             Some(scatter) => scatter.blocks.clone(),
-            None => covariance(&self.fit.minimum),
+            None => tire_covariance(&self.fit.minimum),
         }
     }
 
@@ -392,36 +384,36 @@ impl Evidence<'_> {
     /// Whether rough answers are good enough: a filter with more states takes ten times as long, and scatter decides on intervals of what
     /// does not fit.
     fn is_rough(&self) -> bool {
-        self.scatter.is_some() && self.fit.unknowns.is_augmented()
+        self.scatter.is_some() && self.fit.unknowns.has_augmented_state()
     }
 }
 
 /// What the bounds do to both tires: where one stands on a bound, both are looked for in a wider box, roughly or with
 /// all digits, if they are those of the likelihood.
-fn pressed(
+fn active_bounds(
     joint: &JointPosterior,
-    minimum: &Minimum,
+    minimum: &SqpMinimum,
     prior: &Prior,
     likely: Option<bool>,
 ) -> Axles<ActiveBounds> {
     let n = SIZE + joint.active.len();
     let start = minimum.x.rows(0, n).into_owned();
     let best = from_vector(&start);
-    Axles::new(|axle| {
-        ActiveBounds::about(prior, &best[axle].theta(), |wider| {
-            let Some(is_rough) = likely else { return (best[axle].theta(), 0.0) };
-            let [lower, upper] = joint.corners(&wider.bounds);
+    Axles::from_fn(|axle| {
+        ActiveBounds::with_search(prior, &best[axle].to_theta(), |wider| {
+            let Some(is_rough) = likely else { return (best[axle].to_theta(), 0.0) };
+            let [lower, upper] = joint.box_corners(&wider.bounds);
             let found =
-                sqp::minimise(joint, &lower, &upper, &start, if is_rough { COARSE } else { FINE });
+                sqp::minimise_sqp(joint, &lower, &upper, &start, if is_rough { COARSE } else { FINE });
             let gain = 2.0 * (joint.cost(&start) - found.model.cost);
-            (from_vector(&found.x)[axle].theta(), gain)
+            (from_vector(&found.x)[axle].to_theta(), gain)
         })
     })
 }
 
 /// The tires of the estimates, which are the fitted ones unless the posterior rejects those.
-fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
-    Axles::new(|axle| {
+fn published_tires(estimates: &Axles<TireEstimate>, fitted: Tires) -> Tires {
+    Axles::from_fn(|axle| {
         let fitted = fitted[axle].into_array();
         let quantity = |i: usize| Quantity::from(TireParameters::<f64>::PARAMETERS[i]);
         let value = |i: usize| estimates[axle].mean.get(&quantity(i)).copied().unwrap_or(fitted[i]);
@@ -430,6 +422,6 @@ fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
 }
 
 /// Covariance of B, C, D, E of both axles, whatever else was fitted.
-fn covariance(minimum: &Minimum) -> DMatrix<f64> {
-    inverse(&minimum.model.hessian).view((0, 0), (SIZE, SIZE)).into_owned()
+fn tire_covariance(minimum: &SqpMinimum) -> DMatrix<f64> {
+    inverse_hessian(&minimum.model.hessian).view((0, 0), (SIZE, SIZE)).into_owned()
 }

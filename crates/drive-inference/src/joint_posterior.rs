@@ -2,15 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::WIDTH;
-use numerics::sqp::{Minimum, Model, Objective};
+use numerics::sqp::{Objective, QuadraticModel, SqpMinimum};
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 
-use crate::coordinates::Coordinates;
-use crate::laplace::{LaplaceApproximation, inverse};
-use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
+use crate::coordinates::UnboundedCoordinates;
+use crate::laplace::{LaplaceApproximation, inverse_hessian};
+use crate::likelihood::{DerivativeDirection, DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::regularisation::TireRegularisation;
-use crate::tires::{SIZE, Tires, corners, from_vector, to_vector};
+use crate::tires::{SIZE, Tires, box_corners, from_vector, to_vector};
 use crate::unknowns::SHORTEST;
 use preparation::{SystematicError, SystematicErrors};
 
@@ -22,7 +22,7 @@ const REACH: f64 = 30.0;
 #[derive(Clone)]
 pub struct JointPosterior<'a> {
     /// The likelihood.
-    pub likelihood: &'a Likelihood,
+    pub likelihood: &'a DriveLikelihood,
     /// The noises.
     pub noise: DriveNoise,
     /// What is expected of the tires.
@@ -37,7 +37,7 @@ pub struct JointPosterior<'a> {
 
 impl JointPosterior<'_> {
     /// The point of some unknowns.
-    pub fn point(&self, tires: &Tires, causes: &SystematicErrors) -> DVector<f64> {
+    pub fn x_from_parameters(&self, tires: &Tires, causes: &SystematicErrors) -> DVector<f64> {
         let mut x = to_vector(tires).resize_vertically(SIZE + self.active.len(), 0.0);
         for (i, cause) in self.active.iter().enumerate() {
             x[SIZE + i] = causes[*cause] / cause.describe().std;
@@ -46,7 +46,7 @@ impl JointPosterior<'_> {
     }
 
     /// The causes at a point.
-    pub fn causes(&self, x: &DVector<f64>) -> SystematicErrors {
+    pub fn systematic_errors_at(&self, x: &DVector<f64>) -> SystematicErrors {
         let mut causes = self.held;
         for (i, cause) in self.active.iter().enumerate() {
             causes[*cause] = x[SIZE + i] * cause.describe().std;
@@ -55,19 +55,19 @@ impl JointPosterior<'_> {
     }
 
     /// Everything that the likelihood depends on at a point.
-    pub fn unknowns(&self, x: &DVector<f64>) -> Unknowns {
-        Unknowns { tires: from_vector(x), causes: self.causes(x), noise: self.noise }
+    pub fn unknowns_at(&self, x: &DVector<f64>) -> DriveUnknowns {
+        DriveUnknowns { tires: from_vector(x), causes: self.systematic_errors_at(x), noise: self.noise }
     }
 
     /// The directions of the variables.
-    pub fn directions(&self) -> Vec<Direction> {
-        let causes = self.active.iter().copied().map(Direction::Error);
-        (0..SIZE).map(Direction::Tire).chain(causes).collect()
+    pub fn variable_directions(&self) -> Vec<DerivativeDirection> {
+        let causes = self.active.iter().copied().map(DerivativeDirection::Error);
+        (0..SIZE).map(DerivativeDirection::Tire).chain(causes).collect()
     }
 
     /// The corners of the box.
-    pub fn corners(&self, bounds: &Bounds) -> [DVector<f64>; 2] {
-        let [lower, upper] = corners(bounds);
+    pub fn box_corners(&self, bounds: &Bounds) -> [DVector<f64>; 2] {
+        let [lower, upper] = box_corners(bounds);
         let n = SIZE + self.active.len();
         let mut corners = [lower.resize_vertically(n, -REACH), upper.resize_vertically(n, REACH)];
         for (i, cause) in self.active.iter().enumerate() {
@@ -79,22 +79,22 @@ impl JointPosterior<'_> {
     }
 
     /// Precision of a cause before any data, in its usual standard deviations.
-    pub fn precision(&self, cause: SystematicError) -> f64 {
+    pub fn prior_precision(&self, cause: SystematicError) -> f64 {
         (cause.describe().std / self.std[cause]).powi(2)
     }
 
     fn prior_cost(&self, x: &DVector<f64>) -> f64 {
         let of_cause =
-            |(i, cause): (usize, &SystematicError)| self.precision(*cause) * x[SIZE + i].powi(2);
+            |(i, cause): (usize, &SystematicError)| self.prior_precision(*cause) * x[SIZE + i].powi(2);
         let causes: f64 = self.active.iter().enumerate().map(of_cause).sum();
         self.expected.cost(&from_vector(x)) + 0.5 * causes
     }
 
     /// Adds what was known before any data to a model of the likelihood.
-    pub fn add_prior(&self, x: &DVector<f64>, model: &mut Model) {
-        self.expected.add(x, model);
+    pub fn add_prior(&self, x: &DVector<f64>, model: &mut QuadraticModel) {
+        self.expected.add_to_model(x, model);
         for (i, cause) in self.active.iter().enumerate() {
-            let (index, precision) = (SIZE + i, self.precision(*cause));
+            let (index, precision) = (SIZE + i, self.prior_precision(*cause));
             model.cost += 0.5 * precision * x[index] * x[index];
             model.gradient[index] += precision * x[index];
             model.hessian[(index, index)] += precision;
@@ -103,20 +103,23 @@ impl JointPosterior<'_> {
 }
 
 impl Objective for JointPosterior<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let at = self.unknowns(x);
-        let samples = self.likelihood.samples();
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let at = self.unknowns_at(x);
+        let samples = self.likelihood.sample_count();
         let mut model = if self.active.is_empty() {
-            self.likelihood.of_tires(&at).model(samples)
+            self.likelihood.evaluate_by_tires(&at).to_sqp_model(samples)
         } else {
-            self.likelihood.rows(&at, &self.directions()).whole().model(samples)
+            self.likelihood
+                .residual_rows(&at, &self.variable_directions())
+                .total_expansion()
+                .into_sqp_model(samples)
         };
         self.add_prior(x, &mut model);
         model
     }
 
     fn cost(&self, x: &DVector<f64>) -> f64 {
-        self.likelihood.cost(&self.unknowns(x)) + self.prior_cost(x)
+        self.likelihood.cost(&self.unknowns_at(x)) + self.prior_cost(x)
     }
 
     fn costs(&self, points: &[DVector<f64>]) -> Vec<f64> {
@@ -124,7 +127,7 @@ impl Objective for JointPosterior<'_> {
             // What is missing in the last ones is filled up.
             let all = std::array::from_fn(|index| {
                 let x = &points[index.min(points.len() - 1)];
-                (from_vector(x), self.causes(x))
+                (from_vector(x), self.systematic_errors_at(x))
             });
             let costs = self.likelihood.costs(&all, &self.noise);
             points.iter().zip(costs).map(|(x, cost)| cost + self.prior_cost(x)).collect()
@@ -138,7 +141,7 @@ impl Objective for JointPosterior<'_> {
 pub struct MarginalPosterior<'a> {
     joint: &'a JointPosterior<'a>,
     best: DVector<f64>,
-    coordinates: Coordinates,
+    coordinates: UnboundedCoordinates,
     /// By how much the causes follow each coordinate, less the sign: `H_φφ⁻¹ H_φz`.
     follow: DMatrix<f64>,
 }
@@ -152,27 +155,27 @@ impl<'a> MarginalPosterior<'a> {
         corners: &[DVector<f64>; 2],
     ) -> Self {
         let n = joint.active.len();
-        let coordinates = Coordinates::new(corners, &from_vector(best));
-        let by_z = coordinates.jacobian(&coordinates.point(&from_vector(best)));
-        let given = inverse(&hessian.view((SIZE, SIZE), (n, n)).into_owned());
+        let coordinates = UnboundedCoordinates::new(corners, &from_vector(best));
+        let by_z = coordinates.jacobian(&coordinates.z_from_tires(&from_vector(best)));
+        let given = inverse_hessian(&hessian.view((SIZE, SIZE), (n, n)).into_owned());
         let follow = given * hessian.view((SIZE, 0), (n, SIZE)) * by_z;
         Self { joint, best: best.clone(), coordinates, follow }
     }
 
     /// The minimum with its surroundings.
-    pub fn laplace(
+    pub fn laplace_approximation(
         &self,
-        minimum: &Minimum,
+        minimum: &SqpMinimum,
         corners: [DVector<f64>; 2],
     ) -> LaplaceApproximation<'_> {
         let x = minimum.x.rows(0, SIZE).into_owned();
-        let information = self.of_tires(&x, &minimum.model.hessian);
+        let information = self.marginal_hessian(&x, &minimum.model.hessian);
         LaplaceApproximation { objective: self, x, cost: minimum.model.cost, information, corners }
     }
 
     /// The point with the causes that follow some tires.
-    pub fn with_causes(&self, theta: &DVector<f64>) -> DVector<f64> {
-        let z = |x: &DVector<f64>| self.coordinates.point(&from_vector(x));
+    pub fn with_conditional_errors(&self, theta: &DVector<f64>) -> DVector<f64> {
+        let z = |x: &DVector<f64>| self.coordinates.z_from_tires(&from_vector(x));
         let moved = z(theta) - z(&self.best);
         let causes = self.best.rows(SIZE, self.joint.active.len()) - &self.follow * moved;
         DVector::from_iterator(self.best.len(), theta.iter().chain(causes.iter()).copied())
@@ -180,12 +183,12 @@ impl<'a> MarginalPosterior<'a> {
 
     /// By how much the causes follow each parameter, less the sign.
     fn by_tires(&self, theta: &DVector<f64>) -> DMatrix<f64> {
-        let by_z = self.coordinates.jacobian(&self.coordinates.point(&from_vector(theta)));
+        let by_z = self.coordinates.jacobian(&self.coordinates.z_from_tires(&from_vector(theta)));
         &self.follow * by_z.try_inverse().unwrap_or_else(|| DMatrix::zeros(SIZE, SIZE))
     }
 
     /// Second derivatives by the tires with the causes following, from those by all.
-    pub fn of_tires(&self, theta: &DVector<f64>, hessian: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn marginal_hessian(&self, theta: &DVector<f64>, hessian: &DMatrix<f64>) -> DMatrix<f64> {
         let (n, follow) = (self.joint.active.len(), self.by_tires(theta));
         let cross = hessian.view((0, SIZE), (SIZE, n));
         let causes = hessian.view((SIZE, SIZE), (n, n));
@@ -195,25 +198,25 @@ impl<'a> MarginalPosterior<'a> {
 }
 
 impl Objective for MarginalPosterior<'_> {
-    fn model(&self, theta: &DVector<f64>) -> Model {
-        let joint = self.joint.model(&self.with_causes(theta));
+    fn model(&self, theta: &DVector<f64>) -> QuadraticModel {
+        let joint = self.joint.model(&self.with_conditional_errors(theta));
         let n = self.joint.active.len();
         let [tires, others] = [joint.gradient.rows(0, SIZE), joint.gradient.rows(SIZE, n)];
         // By the chain rule along the causes that follow.
-        Model {
+        QuadraticModel {
             cost: joint.cost,
             gradient: tires - self.by_tires(theta).tr_mul(&others),
-            hessian: self.of_tires(theta, &joint.hessian),
+            hessian: self.marginal_hessian(theta, &joint.hessian),
             scale: joint.scale,
         }
     }
 
     fn cost(&self, theta: &DVector<f64>) -> f64 {
-        self.joint.cost(&self.with_causes(theta))
+        self.joint.cost(&self.with_conditional_errors(theta))
     }
 
     fn costs(&self, points: &[DVector<f64>]) -> Vec<f64> {
-        let all: Vec<_> = points.iter().map(|theta| self.with_causes(theta)).collect();
+        let all: Vec<_> = points.iter().map(|theta| self.with_conditional_errors(theta)).collect();
         self.joint.costs(&all)
     }
 }
@@ -222,21 +225,21 @@ impl Objective for MarginalPosterior<'_> {
 /// and share of what lasts of the sensors' noises.
 pub struct NoisePosterior<'a> {
     /// The likelihood.
-    pub likelihood: &'a Likelihood,
+    pub likelihood: &'a DriveLikelihood,
     /// What is held; of its noises only the channels that last are used.
-    pub given: Unknowns,
+    pub given: DriveUnknowns,
 }
 
 impl NoisePosterior<'_> {
     /// Channels of which some noise lasts.
-    pub fn lasting(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn coloured_channels(&self) -> impl Iterator<Item = usize> + '_ {
         (0..4).filter(|i| self.given.noise.colour[*i][1] > 0.0)
     }
 
     /// The noises at a point.
-    pub fn noise(&self, x: &DVector<f64>) -> DriveNoise {
+    pub fn noise_at(&self, x: &DVector<f64>) -> DriveNoise {
         let mut colour = [[0.0; 2]; 4];
-        for (place, i) in self.lasting().enumerate() {
+        for (place, i) in self.coloured_channels().enumerate() {
             colour[i] = [x[SIZE + 2 * place], x[SIZE + 2 * place + 1]];
         }
         DriveNoise {
@@ -247,23 +250,24 @@ impl NoisePosterior<'_> {
     }
 
     /// The point of some noises.
-    pub fn point(&self, noise: &DriveNoise) -> DVector<f64> {
+    pub fn x_from_noise(&self, noise: &DriveNoise) -> DVector<f64> {
         let sensor = noise.sensor.iter().map(|std| std.ln());
         let process = noise.process.iter().map(|std| std * std);
-        let colour = self.lasting().flat_map(|i| noise.colour[i]);
+        let colour = self.coloured_channels().flat_map(|i| noise.colour[i]);
         DVector::from_vec(sensor.chain(process).chain(colour).collect())
     }
 }
 
 impl Objective for NoisePosterior<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let at = Unknowns { noise: self.noise(x), ..self.given };
-        let samples = self.likelihood.samples();
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let at = DriveUnknowns { noise: self.noise_at(x), ..self.given };
+        let samples = self.likelihood.sample_count();
         if x.len() == SIZE {
-            return self.likelihood.of_noise(&at).model(samples);
+            return self.likelihood.evaluate_by_noise(&at).to_sqp_model(samples);
         }
-        let colours = self.lasting().flat_map(|i| [0, 1].map(|j| Direction::Colour(i, j)));
-        let directions: Vec<_> = (0..SIZE).map(Direction::Noise).chain(colours).collect();
-        self.likelihood.rows(&at, &directions).whole().model(samples)
+        let colours =
+            self.coloured_channels().flat_map(|i| [0, 1].map(|j| DerivativeDirection::Colour(i, j)));
+        let directions: Vec<_> = (0..SIZE).map(DerivativeDirection::Noise).chain(colours).collect();
+        self.likelihood.residual_rows(&at, &directions).total_expansion().into_sqp_model(samples)
     }
 }

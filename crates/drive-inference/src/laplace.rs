@@ -1,11 +1,11 @@
 //! The Laplace approximation: a maximum of the likelihood with the second derivatives there, in a box.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use numerics::sqp::{Model, Objective};
+use numerics::sqp::{Objective, QuadraticModel};
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
 
-use crate::tires::{block, indices};
+use crate::tires::{parameter_block, parameter_indices};
 
 /// A normal distribution about a maximum of the likelihood, by the second derivatives of the cost.
 pub struct LaplaceApproximation<'a> {
@@ -23,13 +23,13 @@ pub struct LaplaceApproximation<'a> {
 
 impl<'a> LaplaceApproximation<'a> {
     /// The same maximum with tires that scatter by this covariance.
-    pub fn scattering(&self, covariance: &DMatrix<f64>) -> LaplaceApproximation<'a> {
+    pub fn with_covariance(&self, covariance: &DMatrix<f64>) -> LaplaceApproximation<'a> {
         let (x, corners) = (self.x.clone(), self.corners.clone());
         LaplaceApproximation {
             objective: self.objective,
             x,
             cost: self.cost,
-            information: inverse(covariance),
+            information: inverse_hessian(covariance),
             corners,
         }
     }
@@ -40,7 +40,7 @@ impl<'a> LaplaceApproximation<'a> {
         for i in 0..information.nrows() {
             information[(i, i)] += 12.0 / (self.corners[1][i] - self.corners[0][i]).powi(2);
         }
-        inverse(&information)
+        inverse_hessian(&information)
     }
 
     /// Which parameters stand on a bound.
@@ -50,12 +50,8 @@ impl<'a> LaplaceApproximation<'a> {
     }
 
     /// The same maximum with K = B C D in place of B of an axle; the cost is given with that.
-    pub fn with_stiffness<'b>(
-        &self,
-        objective: &'b dyn Objective,
-        axle: Axle,
-    ) -> LaplaceApproximation<'b> {
-        let at = indices(axle);
+    pub fn with_stiffness<'b>(&self, objective: &'b dyn Objective, axle: Axle) -> LaplaceApproximation<'b> {
+        let at = parameter_indices(axle);
         let with = |x: &DVector<f64>| {
             let mut x = x.clone();
             x[at.B] *= x[at.C] * x[at.D];
@@ -74,7 +70,7 @@ impl<'a> LaplaceApproximation<'a> {
     /// Standard deviation of the stiffness of an axle, all else being somewhere in the box. Its digits would drown in the variances of
     /// B and C, which have no limit.
     pub fn stiffness_std(&self, axle: Axle) -> f64 {
-        let index = indices(axle).B;
+        let index = parameter_indices(axle).B;
         self.with_stiffness(self.objective, axle).in_box()[(index, index)].max(0.0).sqrt()
     }
 }
@@ -88,8 +84,8 @@ pub struct StiffnessCost<'a> {
 }
 
 impl StiffnessCost<'_> {
-    fn original(&self, x: &DVector<f64>) -> DVector<f64> {
-        let at = indices(self.axle);
+    fn replace_stiffness_by_B(&self, x: &DVector<f64>) -> DVector<f64> {
+        let at = parameter_indices(self.axle);
         let mut original = x.clone();
         original[at.B] = x[at.B] / (x[at.C] * x[at.D]);
         original
@@ -97,17 +93,17 @@ impl StiffnessCost<'_> {
 }
 
 impl Objective for StiffnessCost<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let original = self.original(x);
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let original = self.replace_stiffness_by_B(x);
         let mut model = self.objective.model(&original);
-        let J = by_stiffness(&original, indices(self.axle));
+        let J = by_stiffness(&original, parameter_indices(self.axle));
         model.gradient = J.tr_mul(&model.gradient);
         model.hessian = J.tr_mul(&model.hessian) * &J;
         model
     }
 
     fn cost(&self, x: &DVector<f64>) -> f64 {
-        self.objective.cost(&self.original(x))
+        self.objective.cost(&self.replace_stiffness_by_B(x))
     }
 }
 
@@ -122,7 +118,7 @@ fn by_stiffness(x: &DVector<f64>, at: TireParameters<usize>) -> DMatrix<f64> {
 
 /// Inverse of second derivatives, scaled so that parameters that the data hardly move keep their digits; where there is no
 /// inverse, nothing is known and the entries are infinite.
-pub fn inverse(H: &DMatrix<f64>) -> DMatrix<f64> {
+pub fn inverse_hessian(H: &DMatrix<f64>) -> DMatrix<f64> {
     let n = H.nrows();
     let width = H.diagonal().map(|h| if h > 0.0 { h.sqrt() } else { 1.0 });
     let scaled = DMatrix::from_fn(n, n, |i, j| H[(i, j)] / (width[i] * width[j]));
@@ -136,7 +132,7 @@ pub fn inverse(H: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// The part of a matrix that belongs to an axle.
-pub fn of_axle(matrix: &DMatrix<f64>, axle: Axle) -> DMatrix<f64> {
-    let rows = block(axle);
+pub fn axle_submatrix(matrix: &DMatrix<f64>, axle: Axle) -> DMatrix<f64> {
+    let rows = parameter_block(axle);
     matrix.view((rows.start, rows.start), (rows.len(), rows.len())).into_owned()
 }

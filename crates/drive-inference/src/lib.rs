@@ -6,10 +6,7 @@
 //! the Magic Formula inside. That is unbiased where fits to smoothed states are not, as these are most wrong near the peak.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 // The drives of the integration tests name this crate.
 #[cfg(test)]
@@ -63,15 +60,15 @@ mod verdict;
 
 pub use adequacy::HOLD_OUT;
 pub use error::Error;
-pub use identification::identify;
-pub use likelihood::{DriveNoise, Likelihood};
-pub use options::{DriveOptions, ErrorOptions, Formulation, Noises};
+pub use identification::identify_tires;
+pub use likelihood::{DriveLikelihood, DriveNoise};
+pub use options::{DriveOptions, ErrorOptions, FitFormulation, NoiseOption};
 pub use preparation::{Drive, DriveError, SHORTEST};
-pub use regression::{Target, Weights};
-pub use replay::{Replay, replay};
-pub use result::{FormulationFit, Identification, Innovations};
-pub use segments::{Sampling, SegmentedDrive};
-pub use series::Series;
+pub use regression::{RegressionTarget, ResidualWeights};
+pub use replay::{OpenLoopReplay, replay_open_loop};
+pub use result::{DriveIdentification, FormulationFit, InnovationStatistics};
+pub use segments::{SamplingReport, SegmentedDrive};
+pub use series::IdentificationSeries;
 pub use smoothing::{SmoothedDrive, SmootherOptions};
 pub use tires::Tires;
 pub use uncertainty::CarUncertainty;

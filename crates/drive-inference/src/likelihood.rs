@@ -8,15 +8,15 @@ use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::DIRECTIONS;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
-use crate::evaluation::{Costs, Evaluation, Sums};
-use crate::filter_pass::{AnyPass, BasePass, RowInnovations};
-use crate::prepared_drive::{Delays, PreparedDrive, PreparedDrives, prepare};
-use crate::progress::Cancellation;
+use crate::evaluation::{CostAccumulator, EvaluationSums, LikelihoodEvaluation};
+use crate::filter_pass::{AnyPass, RowInnovations, SteadySlipFilterPass};
+use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives, prepare_drive};
+use crate::progress::CancellationFlag;
 use crate::residual_rows::{ResidualGroup, ResidualRows};
 use crate::tires::{self, SIZE, Tires};
-pub use crate::unknowns::{Direction, DriveNoise, Unknowns};
+pub use crate::unknowns::{DerivativeDirection, DriveNoise, DriveUnknowns};
 use crate::unknowns::{FilterParameters, FilterVariant, NoiseVariances};
 use preparation::{Drive, SystematicErrors};
 
@@ -26,41 +26,41 @@ const THIN_FROM: usize = 16 * STRETCH;
 
 /// The likelihood of recordings of one car; evaluations share nothing, so several threads may make them.
 #[derive(Clone)]
-pub struct Likelihood {
+pub struct DriveLikelihood {
     drives: PreparedDrives,
     samples: usize,
     /// Once set, evaluations end at once, with an infinite cost.
-    pub cancel: Cancellation,
+    pub cancel: CancellationFlag,
 }
 
-impl Likelihood {
+impl DriveLikelihood {
     /// Prepares recordings, which must have passed [`Drive::check`]. The car's own tires are not used.
-    pub fn new(car: &Vehicle, recordings: &[Drive]) -> Self {
-        Self::with(car, recordings, Delays::default())
+    pub fn new(car: &SingleTrackCar, recordings: &[Drive]) -> Self {
+        Self::with_prepared_delays(car, recordings, PreparedDelays::default())
     }
 
     /// The same for channels with the delays among some causes: the likelihood may be evaluated at delays near these.
-    pub fn delayed(car: &Vehicle, recordings: &[Drive], causes: &SystematicErrors) -> Self {
-        Self::with(car, recordings, Delays::near(causes, recordings))
+    pub fn with_delays(car: &SingleTrackCar, recordings: &[Drive], causes: &SystematicErrors) -> Self {
+        Self::with_prepared_delays(car, recordings, PreparedDelays::nearest_to(causes, recordings))
     }
 
-    fn with(car: &Vehicle, recordings: &[Drive], delays: Delays) -> Self {
+    fn with_prepared_delays(car: &SingleTrackCar, recordings: &[Drive], delays: PreparedDelays) -> Self {
         let prepared: Vec<_> =
-            recordings.iter().map(|recording| prepare(car, recording, &delays)).collect();
+            recordings.iter().map(|recording| prepare_drive(car, recording, &delays)).collect();
         Self {
             samples: prepared.iter().map(|part| part.samples.len()).sum(),
             drives: PreparedDrives { car: *car, drives: prepared, delays },
-            cancel: Cancellation::default(),
+            cancel: CancellationFlag::default(),
         }
     }
 
     /// Whether it may be evaluated at some causes of these recordings.
-    pub fn serves(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
-        self.drives.delays.serve(causes, recordings)
+    pub fn is_valid_for(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
+        self.drives.delays.is_valid_for(causes, recordings)
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
-    pub fn thinned(&self) -> Self {
+    pub fn subsampled(&self) -> Self {
         let mut parts = Vec::new();
         for part in &self.drives.drives {
             let PreparedDrive { samples, .. } = part;
@@ -71,11 +71,7 @@ impl Likelihood {
             for from in (0..samples.len()).step_by(4 * STRETCH) {
                 let stretch = &samples[from..(from + STRETCH).min(samples.len())];
                 let (first, rest) = (stretch[0].measured, stretch[1..].to_vec());
-                parts.push(PreparedDrive {
-                    first,
-                    samples: rest,
-                    first_row: part.first_row + from + 1,
-                });
+                parts.push(PreparedDrive { first, samples: rest, first_row: part.first_row + from + 1 });
             }
         }
         let samples = parts.iter().map(|part| part.samples.len()).sum();
@@ -84,95 +80,95 @@ impl Likelihood {
     }
 
     /// Number of samples that are predicted: all but the first of each recording.
-    pub fn samples(&self) -> usize {
+    pub fn sample_count(&self) -> usize {
         self.samples
     }
 
     /// Cost, gradient and information with respect to the parameters of the tires.
-    pub fn of_tires(&self, at: &Unknowns) -> Evaluation {
-        self.evaluate(at, &std::array::from_fn::<_, SIZE, _>(Direction::Tire))
+    pub fn evaluate_by_tires(&self, at: &DriveUnknowns) -> LikelihoodEvaluation {
+        self.evaluate(at, &std::array::from_fn::<_, SIZE, _>(DerivativeDirection::Tire))
     }
 
     /// Cost, gradient and information with respect to the noises.
-    pub fn of_noise(&self, at: &Unknowns) -> Evaluation {
-        self.evaluate(at, &std::array::from_fn::<_, SIZE, _>(Direction::Noise))
+    pub fn evaluate_by_noise(&self, at: &DriveUnknowns) -> LikelihoodEvaluation {
+        self.evaluate(at, &std::array::from_fn::<_, SIZE, _>(DerivativeDirection::Noise))
     }
 
-    fn evaluate(&self, at: &Unknowns, directions: &[Direction]) -> Evaluation {
+    fn evaluate(&self, at: &DriveUnknowns, directions: &[DerivativeDirection]) -> LikelihoodEvaluation {
         if self.cancel.is_cancelled() {
-            return Evaluation::CANCELLED;
+            return LikelihoodEvaluation::CANCELLED;
         }
-        if !at.is_plain() {
-            return self.rows(at, directions).evaluation();
+        if !at.has_no_errors() {
+            return self.residual_rows(at, directions).to_evaluation();
         }
         match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V4(simd) => self.evaluate_in::<_, 1>(simd, at, directions),
+            pulp::Arch::V4(simd) => self.evaluate_simd::<_, 1>(simd, at, directions),
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(simd) => self.evaluate_in::<_, 2>(simd, at, directions),
-            _ => self.rows(at, directions).evaluation(),
+            pulp::Arch::V3(simd) => self.evaluate_simd::<_, 2>(simd, at, directions),
+            _ => self.residual_rows(at, directions).to_evaluation(),
         }
     }
 
     /// In `N` vectors, where nothing is wrong but tires and noises: derivatives along up to eight directions.
-    fn evaluate_in<S: Simd, const N: usize>(
+    fn evaluate_simd<S: Simd, const N: usize>(
         &self,
         simd: S,
-        at: &Unknowns,
-        directions: &[Direction],
-    ) -> Evaluation {
-        let parameters = at.seeded::<S, N>(simd, directions);
-        let pass = BasePass::new(&self.drives, parameters, Sums::new(simd));
-        simd.vectorize(pass).evaluation(self.samples)
+        at: &DriveUnknowns,
+        directions: &[DerivativeDirection],
+    ) -> LikelihoodEvaluation {
+        let parameters = at.with_derivative_seeds::<S, N>(simd, directions);
+        let pass = SteadySlipFilterPass::new(&self.drives, parameters, EvaluationSums::new(simd));
+        simd.vectorize(pass).to_evaluation(self.samples)
     }
 
     /// Every residual with its derivatives along any number of directions.
-    pub fn rows(&self, at: &Unknowns, directions: &[Direction]) -> ResidualRows {
-        let group = |directions: &[Direction]| match pulp::Arch::new() {
+    pub fn residual_rows(&self, at: &DriveUnknowns, directions: &[DerivativeDirection]) -> ResidualRows {
+        let group = |directions: &[DerivativeDirection]| match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V4(simd) => self.group::<_, 1>(simd, at, directions),
+            pulp::Arch::V4(simd) => self.residual_group::<_, 1>(simd, at, directions),
             #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(simd) => self.group::<_, 2>(simd, at, directions),
-            _ => self.one_by_one(at, directions),
+            pulp::Arch::V3(simd) => self.residual_group::<_, 2>(simd, at, directions),
+            _ => self.residuals_by_direction(at, directions),
         };
         if self.cancel.is_cancelled() {
-            return ResidualRows::cancelled(directions.len());
+            return ResidualRows::new_cancelled(directions.len());
         }
         let groups = directions.par_chunks(DIRECTIONS).map(group).collect();
         ResidualRows::new(groups, directions.len())
     }
 
     /// Without vectors each direction has a pass of its own: all in one would be eight times the code.
-    pub(crate) fn one_by_one(&self, at: &Unknowns, directions: &[Direction]) -> ResidualGroup {
-        let alone = |direction| self.group::<_, 1>(pulp::Scalar::new(), at, &[direction]);
-        ResidualGroup::side_by_side(directions.iter().copied().map(alone))
+    pub(crate) fn residuals_by_direction(
+        &self,
+        at: &DriveUnknowns,
+        directions: &[DerivativeDirection],
+    ) -> ResidualGroup {
+        let alone = |direction| self.residual_group::<_, 1>(pulp::Scalar::new(), at, &[direction]);
+        ResidualGroup::merge_directions(directions.iter().copied().map(alone))
     }
 
-    fn group<S: Simd, const N: usize>(
+    fn residual_group<S: Simd, const N: usize>(
         &self,
         simd: S,
-        at: &Unknowns,
-        directions: &[Direction],
+        at: &DriveUnknowns,
+        directions: &[DerivativeDirection],
     ) -> ResidualGroup {
         simd.vectorize(AnyPass {
             drives: &self.drives,
-            parameters: at.seeded::<S, N>(simd, directions),
+            parameters: at.with_derivative_seeds::<S, N>(simd, directions),
             visitor: ResidualGroup::new(self.samples),
-            variant: FilterVariant::of(&at.causes, &at.noise, directions),
+            variant: FilterVariant::required_for(&at.causes, &at.noise, directions),
         })
     }
 
     /// The cost alone.
-    pub fn cost(&self, at: &Unknowns) -> f64 {
+    pub fn cost(&self, at: &DriveUnknowns) -> f64 {
         self.costs(&[(at.tires, at.causes); WIDTH], &at.noise)[0]
     }
 
     /// The costs of several tires and causes, in hardly more time than that of one.
-    pub fn costs(
-        &self,
-        several: &[(Tires, SystematicErrors); WIDTH],
-        noise: &DriveNoise,
-    ) -> [f64; WIDTH] {
+    pub fn costs(&self, several: &[(Tires, SystematicErrors); WIDTH], noise: &DriveNoise) -> [f64; WIDTH] {
         if self.cancel.is_cancelled() {
             return [f64::INFINITY; WIDTH];
         }
@@ -187,21 +183,21 @@ impl Likelihood {
             noise: NoiseVariances { process: process.map(all), sensor: sensor.map(all) },
             coloured_noise: noise.coloured_noise().map(|colour| colour.map(all)),
         };
-        let variants = several.iter().map(|(_, causes)| FilterVariant::of(causes, noise, &[]));
-        let variant = variants.fold(FilterVariant::Base, FilterVariant::covering);
-        let visitor = Costs([0.0; WIDTH]);
+        let variants = several.iter().map(|(_, causes)| FilterVariant::required_for(causes, noise, &[]));
+        let variant = variants.fold(FilterVariant::Base, FilterVariant::covering_both);
+        let visitor = CostAccumulator([0.0; WIDTH]);
         let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };
         pulp::Arch::new().dispatch(pass).0
     }
 
     /// Shows all innovations, and v_x, v_y, r and ξ_x after each: (recording, row, innovations, state).
-    pub(crate) fn run(
+    pub(crate) fn visit_innovations(
         &self,
-        at: &Unknowns,
+        at: &DriveUnknowns,
         visitor: impl FnMut(usize, usize, &RowInnovations<f64>, &[f64; 4]),
     ) {
-        let Unknowns { tires, causes, noise } = *at;
-        let variant = FilterVariant::of(&causes, &noise, &[]);
+        let DriveUnknowns { tires, causes, noise } = *at;
+        let variant = FilterVariant::required_for(&causes, &noise, &[]);
         let (noise, coloured_noise) = (noise.variances(), noise.coloured_noise());
         let parameters = FilterParameters { tires, causes, noise, coloured_noise };
         let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };

@@ -8,11 +8,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::adequacy::COLOURED;
-pub use crate::error_selection::{ErrorSelection, Mode, ModelExtension};
+pub use crate::error_selection::{ErrorSelection, EstimationMode, ModelExtension};
 use crate::joint_posterior::JointPosterior;
-use crate::laplace::inverse;
-use crate::likelihood::Direction;
-use crate::problem::{Fit, Problem};
+use crate::laplace::inverse_hessian;
+use crate::likelihood::DerivativeDirection;
+use crate::problem::{PredictionErrorFit, PredictionErrorProblem};
 use crate::residual_rows::ResidualRows;
 use crate::tires::SIZE;
 use preparation::SystematicError;
@@ -31,16 +31,19 @@ const COLOUR: [f64; 2] = [0.8, 0.5];
 
 /// Adds errors to a rough fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
 /// those that are left with any delay. Noise that lasts explains away every error a little, so that its turn is the last.
-pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(ModelExtension, f64)>) {
+pub fn select_errors(
+    problem: &PredictionErrorProblem,
+    first: PredictionErrorFit,
+) -> (PredictionErrorFit, Vec<(ModelExtension, f64)>) {
     let mut gains: Vec<(ModelExtension, f64)> = Vec::new();
     let mut outlook = ExtensionCandidates::new(problem, &first);
     let nothing = outlook.promising.is_empty() && outlook.doubtful.is_empty();
-    if nothing && !outlook.coloured(problem, &first) {
+    if nothing && !outlook.is_coloured_noise_allowed(problem, &first) {
         return (first, gains);
     }
-    let mut fit = problem.refit(first.active.clone(), problem.unknowns(&first));
+    let mut fit = problem.fit_delayed_rows(first.active.clone(), problem.fitted_unknowns(&first));
     while gains.len() < MOST && !problem.cancel.is_cancelled() {
-        let Some((addition, gain, better)) = outlook.best(problem, &fit) else { break };
+        let Some((addition, gain, better)) = outlook.best_extension(problem, &fit) else { break };
         fit = better;
         gains.push((addition, gain));
         outlook = ExtensionCandidates::new(problem, &fit);
@@ -58,17 +61,17 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(ModelExtension, f64)>
 /// The same fit by the clock of the other channels: most channels late by one time are the others early by it. `None` unless that
 /// needs fewer errors; the gains of the delays go to those that replace them.
 fn other_clock(
-    problem: &Problem,
-    fit: &Fit,
+    problem: &PredictionErrorProblem,
+    fit: &PredictionErrorFit,
     gains: &[(ModelExtension, f64)],
-) -> Option<(Fit, Vec<(ModelExtension, f64)>)> {
-    let mut start = problem.unknowns(fit);
+) -> Option<(PredictionErrorFit, Vec<(ModelExtension, f64)>)> {
+    let mut start = problem.fitted_unknowns(fit);
     let is_delay = |cause: &SystematicError| SystematicError::DELAYS.contains(cause);
     let mut late: Vec<f64> =
         fit.active.iter().copied().filter(is_delay).map(|cause| start.causes[cause]).collect();
     let sought = SystematicError::DELAYS
         .into_iter()
-        .filter(|cause| problem.search.of(*cause) == Mode::Evidence);
+        .filter(|cause| problem.search.mode(*cause) == EstimationMode::Evidence);
     let rest: Vec<SystematicError> = sought.filter(|cause| !fit.active.contains(cause)).collect();
     if rest.is_empty() || late.len() <= rest.len() {
         return None;
@@ -78,32 +81,35 @@ fn other_clock(
     let mut active = fit.active.clone();
     active.extend(&rest);
     active.iter().filter(|cause| is_delay(cause)).for_each(|cause| start.causes[*cause] -= common);
-    let mut other = problem.refit(active, start);
+    let mut other = problem.fit_delayed_rows(active, start);
     let of_delay = |(addition, _): &(ModelExtension, f64)| matches!(addition, ModelExtension::Error(cause) if is_delay(cause));
     let total: f64 = gains.iter().filter(|it| of_delay(it)).map(|(_, gain)| gain).sum();
-    let mut found: Vec<_> = rest
-        .iter()
-        .map(|cause| (ModelExtension::Error(*cause), total / rest.len() as f64))
-        .collect();
+    let mut found: Vec<_> =
+        rest.iter().map(|cause| (ModelExtension::Error(*cause), total / rest.len() as f64)).collect();
     found.extend_from_slice(gains);
     drop_idle(problem, &mut other, &mut found);
     let saved = gains.len().checked_sub(found.len()).filter(|saved| *saved > 0)?;
-    (cost(&other) < cost(fit) + ENOUGH * saved as f64).then_some((other, found))
+    (fit_cost(&other) < fit_cost(fit) + ENOUGH * saved as f64).then_some((other, found))
 }
 
-fn cost(fit: &Fit) -> f64 {
+fn fit_cost(fit: &PredictionErrorFit) -> f64 {
     fit.minimum.model.cost
 }
 
 /// A fit with one more addition; `lasting` are the correlations of its innovations from row to row.
-fn trial(problem: &Problem, fit: &Fit, addition: ModelExtension, lasting: &[f64; 4]) -> Fit {
+fn fit_with_extension(
+    problem: &PredictionErrorProblem,
+    fit: &PredictionErrorFit,
+    addition: ModelExtension,
+    lasting: &[f64; 4],
+) -> PredictionErrorFit {
     let mut active = fit.active.clone();
-    let mut start = problem.unknowns(fit);
+    let mut start = problem.fitted_unknowns(fit);
     match addition {
         ModelExtension::Error(cause) => active.push(cause),
         ModelExtension::Relaxation => {
             active.extend(SystematicError::TIRES);
-            start.causes.start_relaxation();
+            start.causes.set_initial_relaxation();
         }
         ModelExtension::Colour => {
             for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
@@ -111,16 +117,20 @@ fn trial(problem: &Problem, fit: &Fit, addition: ModelExtension, lasting: &[f64;
                     *colour = COLOUR;
                 }
             }
-            (start.noise, _) = problem.noise.refine(&fit.likelihood, &start);
+            (start.noise, _) = problem.noise.estimate_noise(&fit.likelihood, &start);
         }
     }
-    problem.trial(active, start)
+    problem.fit_at_fixed_noise(active, start)
 }
 
 /// Takes out errors of sensors that later ones made idle.
-fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(ModelExtension, f64)>) {
+fn drop_idle(
+    problem: &PredictionErrorProblem,
+    fit: &mut PredictionErrorFit,
+    gains: &mut Vec<(ModelExtension, f64)>,
+) {
     while gains.len() > 1 {
-        let covariance = inverse(&fit.minimum.model.hessian);
+        let covariance = inverse_hessian(&fit.minimum.model.hessian);
         let height = |(addition, _): &(ModelExtension, f64)| {
             let ModelExtension::Error(cause) = *addition else { return None };
             let index = SIZE + fit.active.iter().position(|it| *it == cause)?;
@@ -129,9 +139,9 @@ fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(ModelExtension, 
         let least = gains.iter().filter_map(height).min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((cause, _)) = least.filter(|(_, height)| *height < ENOUGH) else { return };
         let active = fit.active.iter().copied().filter(|it| *it != cause).collect();
-        let mut start = problem.unknowns(fit);
+        let mut start = problem.fitted_unknowns(fit);
         start.causes[cause] = 0.0;
-        *fit = problem.refit(active, start);
+        *fit = problem.fit_delayed_rows(active, start);
         gains.retain(|(it, _)| *it != ModelExtension::Error(cause));
     }
 }
@@ -147,35 +157,35 @@ struct ExtensionCandidates {
 }
 
 impl ExtensionCandidates {
-    fn new(problem: &Problem, fit: &Fit) -> Self {
-        let sought = |cause: &SystematicError| problem.search.of(*cause) == Mode::Evidence;
+    fn new(problem: &PredictionErrorProblem, fit: &PredictionErrorFit) -> Self {
+        let sought = |cause: &SystematicError| problem.search.mode(*cause) == EstimationMode::Evidence;
         let candidates: Vec<SystematicError> = SystematicError::ALL
             .into_iter()
             .filter(|cause| sought(cause) && problem.std[*cause] > 0.0)
             // At no length the slip has no state to take a derivative by.
             .filter(|cause| !fit.active.contains(cause) && !SystematicError::TIRES.contains(cause))
             .collect();
-        let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
-        let mut directions = joint.directions();
+        let joint = problem.joint_posterior(&fit.likelihood, fit.noise, &fit.active);
+        let mut directions = joint.variable_directions();
         let known = directions.len();
-        directions.extend(candidates.iter().copied().map(Direction::Error));
-        let at = joint.unknowns(&fit.minimum.x);
-        let mut rows = fit.likelihood.rows(&at, &directions);
-        let lasting = std::array::from_fn(|channel| rows.autocorrelation(channel));
+        directions.extend(candidates.iter().copied().map(DerivativeDirection::Error));
+        let at = joint.unknowns_at(&fit.minimum.x);
+        let mut rows = fit.likelihood.residual_rows(&at, &directions);
+        let lasting = std::array::from_fn(|channel| rows.whitened_autocorrelation(channel));
         let mut additions: Vec<(ModelExtension, f64)> = candidates
             .iter()
-            .map(|cause| (ModelExtension::Error(*cause), joint.precision(*cause)))
+            .map(|cause| (ModelExtension::Error(*cause), joint.prior_precision(*cause)))
             .collect();
         let rigid = SystematicError::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
-        if rigid && lasts(&lasting) {
+        if rigid && is_any_channel_correlated(&lasting) {
             let mut relaxed = at;
-            relaxed.causes.start_relaxation();
-            rows.add_towards(&fit.likelihood.rows(&relaxed, &directions[..1]));
+            relaxed.causes.set_initial_relaxation();
+            rows.add_secant_direction(&fit.likelihood.residual_rows(&relaxed, &directions[..1]));
             additions.push((ModelExtension::Relaxation, 0.0));
         }
         let score = ScoreTest::new(&rows, &joint, known);
         let gain = |(index, (addition, precision)): (usize, &(ModelExtension, f64))| {
-            score.gain(known + index, *precision).map(|(gain, sure)| (*addition, gain, sure))
+            score.likelihood_gain(known + index, *precision).map(|(gain, sure)| (*addition, gain, sure))
         };
         let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
         foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -184,29 +194,34 @@ impl ExtensionCandidates {
             let enough = of_them().next().map_or(0.0, |(_, best, _)| SHARE * best);
             of_them().filter(|it| it.1 >= enough).take(most).map(|it| it.0).collect()
         };
-        let doubtful = if lasts(&lasting) { worth(false, DOUBTFUL) } else { Vec::new() };
+        let doubtful = if is_any_channel_correlated(&lasting) { worth(false, DOUBTFUL) } else { Vec::new() };
         Self { promising: worth(true, TRIALS), doubtful, lasting }
     }
 
     /// The addition that gains most, its gain once everything has followed, and the fit with it; none that gains too little. A
     /// doubtful one has to gain more than noise that lasts.
-    fn best(&self, problem: &Problem, fit: &Fit) -> Option<(ModelExtension, f64, Fit)> {
+    fn best_extension(
+        &self,
+        problem: &PredictionErrorProblem,
+        fit: &PredictionErrorFit,
+    ) -> Option<(ModelExtension, f64, PredictionErrorFit)> {
         let try_out =
-            |addition: ModelExtension| (addition, trial(problem, fit, addition, &self.lasting));
+            |addition: ModelExtension| (addition, fit_with_extension(problem, fit, addition, &self.lasting));
         let least = |tried: &[ModelExtension]| {
             let tried = tried.iter().copied().map(try_out);
-            tried.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))
+            tried.min_by(|a, b| fit_cost(&a.1).total_cmp(&fit_cost(&b.1)))
         };
-        let full = |(addition, tried): (ModelExtension, Fit)| {
-            let better = problem.refit(tried.active.clone(), problem.unknowns(&tried));
-            let gain = cost(fit) - cost(&better);
+        let full = |(addition, tried): (ModelExtension, PredictionErrorFit)| {
+            let better = problem.fit_delayed_rows(tried.active.clone(), problem.fitted_unknowns(&tried));
+            let gain = fit_cost(fit) - fit_cost(&better);
             // A gain that is no number is none.
             (gain >= ENOUGH).then_some((addition, gain, better))
         };
         let mut best = least(&self.promising);
-        let colour = || self.coloured(problem, fit).then(|| try_out(ModelExtension::Colour));
-        let ahead = |it: &(ModelExtension, Fit), other: &Option<(ModelExtension, Fit)>| {
-            other.as_ref().is_none_or(|other| cost(&it.1) < cost(&other.1))
+        let colour = || self.is_coloured_noise_allowed(problem, fit).then(|| try_out(ModelExtension::Colour));
+        let ahead = |it: &(ModelExtension, PredictionErrorFit),
+                     other: &Option<(ModelExtension, PredictionErrorFit)>| {
+            other.as_ref().is_none_or(|other| fit_cost(&it.1) < fit_cost(&other.1))
         };
         let mut noise = None;
         if let Some(doubtful) = least(&self.doubtful).filter(|it| ahead(it, &best)) {
@@ -219,14 +234,14 @@ impl ExtensionCandidates {
     }
 
     /// Whether noise that lasts may be tried.
-    fn coloured(&self, problem: &Problem, fit: &Fit) -> bool {
+    fn is_coloured_noise_allowed(&self, problem: &PredictionErrorProblem, fit: &PredictionErrorFit) -> bool {
         let white = fit.noise.colour.iter().all(|[_, share]| *share == 0.0);
-        problem.noise.estimated() && white && lasts(&self.lasting)
+        problem.noise.is_estimated() && white && is_any_channel_correlated(&self.lasting)
     }
 }
 
 /// Whether some channel's innovations do.
-fn lasts(correlations: &[f64; 4]) -> bool {
+fn is_any_channel_correlated(correlations: &[f64; 4]) -> bool {
     correlations.iter().any(|correlation| *correlation > COLOURED)
 }
 
@@ -241,18 +256,18 @@ struct ScoreTest {
 
 impl ScoreTest {
     fn new(rows: &ResidualRows, joint: &JointPosterior, known: usize) -> Self {
-        let information = rows.whole().information;
+        let information = rows.total_expansion().information;
         let mut fitted = information.view((0, 0), (known, known)).into_owned();
         for (i, cause) in joint.active.iter().enumerate() {
             let index = SIZE + i;
-            fitted[(index, index)] += joint.precision(*cause);
+            fitted[(index, index)] += joint.prior_precision(*cause);
         }
-        Self { blocks: rows.scores(), fitted: inverse(&fitted), information, known }
+        Self { blocks: rows.block_scores(), fitted: inverse_hessian(&fitted), information, known }
     }
 
     /// Gain of the likelihood by an addition of some precision before any data, with everything else following [nat], and whether it
     /// is more than the scatter of blocks explains; none that is small, or where a length would be negative.
-    fn gain(&self, index: usize, precision: f64) -> Option<(f64, bool)> {
+    fn likelihood_gain(&self, index: usize, precision: f64) -> Option<(f64, bool)> {
         let cross = self.information.view((0, index), (self.known, 1)).into_owned();
         let follow = &self.fitted * &cross;
         let information = self.information[(index, index)] - cross.dot(&follow);

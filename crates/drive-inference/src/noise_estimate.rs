@@ -1,10 +1,10 @@
 //! Estimates the noises of sensors and process, given all else.
 
 use nalgebra::DVector;
-use numerics::sqp::{self, Limits};
+use numerics::sqp::{self, SqpLimits};
 
 use crate::joint_posterior::NoisePosterior;
-use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
+use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
 
 /// Largest change of the logarithm of a sensor's noise from its first guess.
 const SENSOR_REACH: f64 = 4.0;
@@ -14,31 +14,31 @@ const PROCESS_HIGHEST: [f64; 4] = [1.0, 1.0, 1.0, 1e5];
 /// Bounds of the correlation from row to row, and of the share that lasts.
 const COLOUR_LOWEST: [f64; 2] = [0.0, 0.01];
 const COLOUR_HIGHEST: [f64; 2] = [0.9999, 0.9999];
-const LIMITS: Limits = Limits { iterations: 8, target: 1e-3, tolerance: 1e-2, damping: 1e-5 };
+const LIMITS: SqpLimits = SqpLimits { iterations: 8, target: 1e-3, tolerance: 1e-2, damping: 1e-5 };
 
 /// How noises are found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Noise {
+pub enum NoiseSpecification {
     /// They are these.
     Given(DriveNoise),
     /// They are estimated, from this guess.
     Estimated(DriveNoise),
 }
 
-impl Noise {
+impl NoiseSpecification {
     /// Whether they are estimated.
-    pub fn estimated(&self) -> bool {
+    pub fn is_estimated(&self) -> bool {
         matches!(self, Self::Estimated(_))
     }
 
     /// The noises, or the guess.
-    pub fn first(&self) -> DriveNoise {
+    pub fn initial_noise(&self) -> DriveNoise {
         let (Self::Given(noise) | Self::Estimated(noise)) = *self;
         noise
     }
 
     /// The most probable noises given all else, and evaluations that they took.
-    pub fn refine(&self, likelihood: &Likelihood, at: &Unknowns) -> (DriveNoise, usize) {
+    pub fn estimate_noise(&self, likelihood: &DriveLikelihood, at: &DriveUnknowns) -> (DriveNoise, usize) {
         let Self::Estimated(guess) = *self else { return (at.noise, 0) };
         let square = |std: f64| std * std;
         let bound = |i: usize, sign: f64, process: &[f64; 4]| match i {
@@ -46,7 +46,7 @@ impl Noise {
             _ => square(process[i - 4]),
         };
         let objective = NoisePosterior { likelihood, given: *at };
-        let start = objective.point(&at.noise);
+        let start = objective.x_from_noise(&at.noise);
         let corner = |sign: f64, process: &[f64; 4], colour: [f64; 2]| {
             DVector::from_fn(start.len(), |i, _| match i {
                 0..8 => bound(i, sign, process),
@@ -55,7 +55,7 @@ impl Noise {
         };
         let lower = corner(-1.0, &PROCESS_LOWEST, COLOUR_LOWEST);
         let upper = corner(1.0, &PROCESS_HIGHEST, COLOUR_HIGHEST);
-        let minimum = sqp::minimise(&objective, &lower, &upper, &start, LIMITS);
-        (objective.noise(&minimum.x), minimum.evaluations)
+        let minimum = sqp::minimise_sqp(&objective, &lower, &upper, &start, LIMITS);
+        (objective.noise_at(&minimum.x), minimum.evaluations)
     }
 }

@@ -6,11 +6,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
 use crate::likelihood::DriveNoise;
 use crate::model_selection::ErrorSelection;
-use crate::regression::{Target, Weights};
+use crate::regression::{RegressionTarget, ResidualWeights};
 use crate::regularisation::TireRegularisation;
 use crate::smoothing::SmootherOptions;
 use crate::uncertainty::CarUncertainty;
@@ -18,32 +18,32 @@ use preparation::{SystematicError, SystematicErrors};
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Formulation {
+pub enum FitFormulation {
     /// Least squares over points along smoothed states.
-    Points(Target),
+    Points(RegressionTarget),
     /// Most probable prediction errors of a filter with the tires inside, started where
     /// [`Target::AccelerationAndYaw`] ends.
     PredictionError,
 }
 
-impl Formulation {
+impl FitFormulation {
     /// All of them.
     pub const ALL: [Self; 5] = [
         Self::PredictionError,
-        Self::Points(Target::AccelerationAndYaw),
-        Self::Points(Target::AxleForces),
-        Self::Points(Target::Acceleration),
-        Self::Points(Target::SmoothedAcceleration),
+        Self::Points(RegressionTarget::AccelerationAndYaw),
+        Self::Points(RegressionTarget::AxleForces),
+        Self::Points(RegressionTarget::Acceleration),
+        Self::Points(RegressionTarget::SmoothedAcceleration),
     ];
 
     /// As in scenarios and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::PredictionError => "pem",
-            Self::Points(Target::AccelerationAndYaw) => "acceleration_and_yaw",
-            Self::Points(Target::AxleForces) => "axle_forces",
-            Self::Points(Target::Acceleration) => "acceleration",
-            Self::Points(Target::SmoothedAcceleration) => "smoothed_acceleration",
+            Self::Points(RegressionTarget::AccelerationAndYaw) => "acceleration_and_yaw",
+            Self::Points(RegressionTarget::AxleForces) => "axle_forces",
+            Self::Points(RegressionTarget::Acceleration) => "acceleration",
+            Self::Points(RegressionTarget::SmoothedAcceleration) => "smoothed_acceleration",
         }
     }
 
@@ -51,45 +51,44 @@ impl Formulation {
     pub fn title(self) -> &'static str {
         match self {
             Self::PredictionError => "prediction errors",
-            Self::Points(Target::AccelerationAndYaw) => "acceleration and yaw",
-            Self::Points(Target::AxleForces) => "axle forces",
-            Self::Points(Target::Acceleration) => "acceleration",
-            Self::Points(Target::SmoothedAcceleration) => "smoothed acceleration",
+            Self::Points(RegressionTarget::AccelerationAndYaw) => "acceleration and yaw",
+            Self::Points(RegressionTarget::AxleForces) => "axle forces",
+            Self::Points(RegressionTarget::Acceleration) => "acceleration",
+            Self::Points(RegressionTarget::SmoothedAcceleration) => "smoothed acceleration",
         }
     }
 }
 
-impl Formulation {
+impl FitFormulation {
     /// For the reference of the configuration.
     fn description(self) -> &'static str {
         match self {
             Self::PredictionError => {
                 "Prediction-error method (PEM): maximum likelihood of the innovations of a Kalman filter."
             }
-            Self::Points(Target::AccelerationAndYaw) => {
+            Self::Points(RegressionTarget::AccelerationAndYaw) => {
                 "Least squares over the measured lateral acceleration and the change of the measured yaw rate."
             }
-            Self::Points(Target::AxleForces) => {
+            Self::Points(RegressionTarget::AxleForces) => {
                 "Least squares over the lateral forces of the axles, from smoothed states."
             }
-            Self::Points(Target::Acceleration) => {
+            Self::Points(RegressionTarget::Acceleration) => {
                 "Least squares over the measured lateral acceleration."
             }
-            Self::Points(Target::SmoothedAcceleration) => {
+            Self::Points(RegressionTarget::SmoothedAcceleration) => {
                 "Least squares over the lateral acceleration of smoothed states."
             }
         }
     }
 }
 
-impl JsonSchema for Formulation {
+impl JsonSchema for FitFormulation {
     fn schema_name() -> Cow<'static, str> {
         "Formulation".into()
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        let choice =
-            |it: Self| json_schema!({ "const": it.name(), "description": it.description() });
+        let choice = |it: Self| json_schema!({ "const": it.name(), "description": it.description() });
         json_schema!({
             "description": "Way to find the tires.",
             "type": "string",
@@ -98,13 +97,13 @@ impl JsonSchema for Formulation {
     }
 }
 
-impl Serialize for Formulation {
+impl Serialize for FitFormulation {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(self.name())
     }
 }
 
-impl<'de> Deserialize<'de> for Formulation {
+impl<'de> Deserialize<'de> for FitFormulation {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let name = String::deserialize(from)?;
         let found = Self::ALL.into_iter().find(|formulation| formulation.name() == name);
@@ -117,7 +116,7 @@ impl<'de> Deserialize<'de> for Formulation {
 
 /// What is known of the noises.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Noises {
+pub enum NoiseOption {
     /// They are estimated, from a first guess by third differences.
     #[default]
     Estimated,
@@ -145,13 +144,13 @@ impl Default for ErrorOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveOptions {
     /// The car; its own tires are not used.
-    pub car: Vehicle,
+    pub car: SingleTrackCar,
     /// How well the car is known.
     pub uncertainty: CarUncertainty,
     /// What decides.
-    pub method: Formulation,
+    pub method: FitFormulation,
     /// What is fitted besides, for comparison.
-    pub compare: Vec<Formulation>,
+    pub compare: Vec<FitFormulation>,
     /// What is known of each tire before any data: the box, and typical values.
     pub prior: Prior,
     /// λ_reg: what draws each tire to the typical values, see [`tire_inference::regularisation`].
@@ -159,7 +158,7 @@ pub struct DriveOptions {
     /// λ_sim: what draws both tires to each other.
     pub axle_coupling: f64,
     /// How residuals of points are weighed.
-    pub weights: Weights,
+    pub weights: ResidualWeights,
     /// Whether fits of points to accelerations have three odd terms besides the tires.
     pub odd_terms: bool,
     /// Starts of fits to points.
@@ -167,7 +166,7 @@ pub struct DriveOptions {
     /// Turns the starts.
     pub seed: u64,
     /// The noises.
-    pub noises: Noises,
+    pub noises: NoiseOption,
     /// How states are smoothed for fits to points.
     pub smoothing: SmootherOptions,
     /// Whether standard deviations, intervals, bands and densities come from the posterior, if there is a likelihood; else from
@@ -199,7 +198,7 @@ impl DriveOptions {
     }
 
     /// What is expected of both tires.
-    pub fn expected(&self) -> TireRegularisation {
+    pub fn tire_regularisation(&self) -> TireRegularisation {
         TireRegularisation::new(&self.prior, self.regularisation, self.axle_coupling)
     }
 }
@@ -207,18 +206,18 @@ impl DriveOptions {
 impl Default for DriveOptions {
     fn default() -> Self {
         Self {
-            car: Vehicle::default(),
+            car: SingleTrackCar::default(),
             uncertainty: CarUncertainty::default(),
-            method: Formulation::PredictionError,
+            method: FitFormulation::PredictionError,
             compare: Vec::new(),
             prior: Prior::lateral(),
             regularisation: 0.0,
             axle_coupling: 0.0,
-            weights: Weights::Plain,
+            weights: ResidualWeights::Plain,
             odd_terms: false,
             starts: 8,
             seed: 1,
-            noises: Noises::Estimated,
+            noises: NoiseOption::Estimated,
             smoothing: SmootherOptions::default(),
             posterior: true,
             svi: false,

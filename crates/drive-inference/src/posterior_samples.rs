@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use numerics::importance;
-use numerics::resampling::systematic;
+use numerics::resampling::systematic_resample;
 use numerics::variational::LogDensity;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -10,17 +10,17 @@ use rand_pcg::Pcg64;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::parameters::{Parameter, TireParameters};
 use tire_inference::posterior::PosteriorSamples;
-use tire_inference::posterior::report::{Band, PosteriorReport, SamplingMethod, SamplingStatus};
+use tire_inference::posterior::report::{CurveBand, PosteriorReport, SamplingMethod, SamplingStatus};
 use tire_inference::prior::Prior;
 use tire_inference::variational;
 
-use crate::adequacy::Scatter;
-use crate::coordinates::Coordinates;
+use crate::adequacy::ScatterCovariances;
+use crate::coordinates::UnboundedCoordinates;
 use crate::joint_posterior::JointPosterior;
-use crate::laplace::{LaplaceApproximation, inverse, of_axle};
-use crate::pem::Optimum;
-use crate::tires::{SIZE, Tires, block, from_vector};
-use crate::variational::{DriveDensity, Variational};
+use crate::laplace::{LaplaceApproximation, axle_submatrix, inverse_hessian};
+use crate::pem::LikelihoodOptimum;
+use crate::tires::{SIZE, Tires, from_vector, parameter_block};
+use crate::variational::{DriveLogPosterior, VariationalTirePosterior};
 
 /// How many there are.
 const DRAWS: usize = 2048;
@@ -46,7 +46,7 @@ pub struct TireDraws {
 
 impl TireDraws {
     /// Draws that are from the posterior.
-    pub fn exact(&self) -> Option<&Axles<PosteriorSamples>> {
+    pub fn posterior_draws(&self) -> Option<&Axles<PosteriorSamples>> {
         self.reports.as_ref().filter(|reports| reports.front.is_exact()).map(|_| &self.axles)
     }
 }
@@ -63,7 +63,7 @@ pub struct DrawSettings<'a> {
     /// Standard deviation of the noise of the friction coefficient [-], to be reported.
     pub noise_std: f64,
     /// What draws are widened to.
-    pub scatter: Option<&'a Scatter>,
+    pub scatter: Option<&'a ScatterCovariances>,
     /// Of the generators.
     pub seed: u64,
 }
@@ -71,46 +71,46 @@ pub struct DrawSettings<'a> {
 /// From the posterior, the prior being flat in the box: with weights, from t distributions about the optima, which have the given
 /// costs. Where these do not come close to it, as with slip so low that only the stiffness is known, the status says so and the draws
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
-pub fn posterior(
+pub fn draw_drive_posterior(
     laplace: &LaplaceApproximation,
     joint: &JointPosterior,
-    optima: &[Optimum],
+    optima: &[LikelihoodOptimum],
     &DrawSettings { prior, slip_range, svi, noise_std, scatter, seed }: &DrawSettings,
     go_on: impl Fn() -> bool,
 ) -> Option<TireDraws> {
     let best = from_vector(&laplace.x);
-    let coordinates = Coordinates::new(&laplace.corners, &best);
+    let coordinates = UnboundedCoordinates::new(&laplace.corners, &best);
     let (errors, cost) = (joint.active.len(), laplace.cost);
     let coordinates = &coordinates;
-    let density = DriveDensity { objective: joint, errors, cost, coordinates };
-    let log_density = |points: &[DVector<f64>]| density.logs(points);
-    let competitive = |optimum: &&Optimum| optimum.cost < laplace.cost + COMPETITIVE;
+    let density = DriveLogPosterior { objective: joint, errors, cost, coordinates };
+    let log_density = |points: &[DVector<f64>]| density.log_densities(points);
+    let competitive = |optimum: &&LikelihoodOptimum| optimum.cost < laplace.cost + COMPETITIVE;
     let mut starts: Vec<_> = optima
         .iter()
         .filter(competitive)
-        .map(|optimum| density.about(&optimum.x, &optimum.hessian))
+        .map(|optimum| density.normal_at_minimum(&optimum.x, &optimum.hessian))
         .collect();
     // Of the tires alone: errors follow them.
-    let of_tires = DriveDensity { objective: laplace.objective, errors: 0, cost, coordinates };
-    let start = of_tires.about(&laplace.x, &laplace.information);
-    let variational = if svi { Variational::fit(&of_tires, start, seed) } else { None };
+    let of_tires = DriveLogPosterior { objective: laplace.objective, errors: 0, cost, coordinates };
+    let start = of_tires.normal_at_minimum(&laplace.x, &laplace.information);
+    let variational = if svi { VariationalTirePosterior::fit(&of_tires, start, seed) } else { None };
     if let (Some(variational), 0) = (&variational, errors) {
-        starts[0] = variational.moments();
+        starts[0] = variational.mean_and_covariance();
     }
-    let sampled = importance::sample(&log_density, &starts, ENOUGH, seed, go_on)?;
+    let sampled = importance::sample_by_importance(&log_density, &starts, ENOUGH, seed, go_on)?;
     let even = sampled.is_exact();
     let axles = if even {
-        choose(&density, &sampled, &best, scatter, seed)
+        resample_and_widen(&density, &sampled, &best, scatter, seed)
     } else {
         // A handful of draws would look like certainty.
-        normal(laplace, scatter, seed).axles
+        draw_normal_tires(laplace, scatter, seed).axles
     };
     let report = |axle: Axle| {
         let posterior = &axles[axle];
-        let band = Band::new(posterior, slip_range[axle], BAND);
+        let band = CurveBand::new(posterior, slip_range[axle], BAND);
         // A normal distribution that the box cuts need not hold the tire that it is about.
-        let band = if even { band } else { band.holding(&best[axle].theta()) };
-        let mean = |p: &Parameter| ((*p).into(), posterior.mean(*p));
+        let band = if even { band } else { band.widened_to_contain(&best[axle].to_theta()) };
+        let mean = |p: &Parameter| ((*p).into(), posterior.parameter_mean(*p));
         PosteriorReport {
             method: SamplingMethod::Importance,
             status: if even { SamplingStatus::Exact } else { SamplingStatus::Uneven },
@@ -124,49 +124,53 @@ pub fn posterior(
             ..PosteriorReport::default()
         }
     };
-    let reports = Some(Axles::new(report));
+    let reports = Some(Axles::from_fn(report));
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
         let known = (laplace, &prior);
         let report = |axle| {
             let counts = [starts.len(), errors];
-            variational.report(axle, known, noise_std, correction, counts)
+            variational.axle_report(axle, known, noise_std, correction, counts)
         };
-        let reports = Axles::new(report);
+        let reports = Axles::from_fn(report);
         (variational.gaussian, reports)
     });
     Some(TireDraws { axles, reports, svi })
 }
 
 /// Draws with equal weights, widened where blocks of the drives scatter more than the curvature says.
-fn choose(
-    density: &DriveDensity,
+fn resample_and_widen(
+    density: &DriveLogPosterior,
     sampled: &importance::WeightedDraws,
     best: &Tires,
-    scatter: Option<&Scatter>,
+    scatter: Option<&ScatterCovariances>,
     seed: u64,
 ) -> Axles<PosteriorSamples> {
     let coordinates = density.coordinates;
-    let widen = scatter.and_then(|scatter| widening(scatter, coordinates, best));
-    let centre = coordinates.point(best);
+    let widen = scatter.and_then(|scatter| widening_matrix(scatter, coordinates, best));
+    let centre = coordinates.z_from_tires(best);
     let tires = |index: usize| {
         let z = sampled.points[index].rows(0, SIZE).into_owned();
         let wide = widen.as_ref().map(|widen| &centre + widen * (&z - &centre));
-        density.tires(wide.as_ref().unwrap_or(&z))
+        density.tires_at(wide.as_ref().unwrap_or(&z))
     };
-    let chosen = systematic(&sampled.weights, DRAWS, seed).into_iter();
+    let chosen = systematic_resample(&sampled.weights, DRAWS, seed).into_iter();
     let chosen: Vec<Tires> = chosen.filter_map(tires).collect();
-    let draws = |axle| chosen.iter().map(|tires| tires[axle].theta()).collect();
-    Axles::new(|axle| PosteriorSamples { samples: draws(axle) })
+    let draws = |axle| chosen.iter().map(|tires| tires[axle].to_theta()).collect();
+    Axles::from_fn(|axle| PosteriorSamples { samples: draws(axle) })
 }
 
 /// Maps distances from the best tires so that their covariance by the curvature becomes that of the blocks.
-fn widening(scatter: &Scatter, coordinates: &Coordinates, best: &Tires) -> Option<DMatrix<f64>> {
-    let z = coordinates.point(best);
-    let none = coordinates.information(&z, &DMatrix::zeros(SIZE, SIZE));
+fn widening_matrix(
+    scatter: &ScatterCovariances,
+    coordinates: &UnboundedCoordinates,
+    best: &Tires,
+) -> Option<DMatrix<f64>> {
+    let z = coordinates.z_from_tires(best);
+    let none = coordinates.transform_information(&z, &DMatrix::zeros(SIZE, SIZE));
     let factor = |covariance: &DMatrix<f64>| {
-        let information = coordinates.information(&z, &inverse(covariance)) - &none;
-        Some(Cholesky::new(inverse(&information))?.l())
+        let information = coordinates.transform_information(&z, &inverse_hessian(covariance)) - &none;
+        Some(Cholesky::new(inverse_hessian(&information))?.l())
     };
     let (curvature, blocks) = (factor(&scatter.curvature)?, factor(&scatter.blocks)?);
     Some(blocks * curvature.try_inverse()?)
@@ -174,15 +178,19 @@ fn widening(scatter: &Scatter, coordinates: &Coordinates, best: &Tires) -> Optio
 
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
 /// definite.
-pub fn normal(laplace: &LaplaceApproximation, scatter: Option<&Scatter>, seed: u64) -> TireDraws {
+pub fn draw_normal_tires(
+    laplace: &LaplaceApproximation,
+    scatter: Option<&ScatterCovariances>,
+    seed: u64,
+) -> TireDraws {
     let mut rng = Pcg64::seed_from_u64(seed);
     let covariance = scatter.map_or_else(|| laplace.in_box(), |it| it.blocks.clone());
     let [lower, upper] = &laplace.corners;
-    let axles = Axles::new(|axle| {
-        let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {
+    let axles = Axles::from_fn(|axle| {
+        let Some(factor) = Cholesky::new(axle_submatrix(&covariance, axle)) else {
             return PosteriorSamples::default();
         };
-        let at = block(axle);
+        let at = parameter_block(axle);
         let part = |x: &DVector<f64>| x.rows_range(at.clone()).into_owned();
         let (best, lower, upper) = (part(&laplace.x), part(lower), part(upper));
         let inside = |x: &DVector<f64>| (0..x.len()).all(|i| (lower[i]..=upper[i]).contains(&x[i]));
@@ -199,7 +207,7 @@ pub fn normal(laplace: &LaplaceApproximation, scatter: Option<&Scatter>, seed: u
                 x = normal();
             }
             let x: [f64; 4] = std::array::from_fn(|i| x[i].clamp(lower[i], upper[i]));
-            TireParameters::from(x).theta()
+            TireParameters::from(x).to_theta()
         };
         PosteriorSamples { samples: (0..DRAWS).map(&mut draw).collect() }
     });

@@ -1,7 +1,7 @@
 //! A drive as the filter takes it: inputs with their rates, lengths of steps, and channels without their delays.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use vehicle::{Input, Vehicle};
+use vehicle::{SingleTrackCar, SingleTrackInput};
 
 use crate::car::RecordedInput;
 use crate::unknowns::SHORTEST;
@@ -18,7 +18,7 @@ const MARGIN: f64 = 0.25;
 
 /// Errors for which samples are prepared. Delays are whole numbers of the usual step, so that no value is a mean of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delays {
+pub struct PreparedDelays {
     /// Of the steering angle and the longitudinal force [s].
     pub inputs: [f64; 2],
     /// Of v_x, v_y, r and a_y [s].
@@ -33,16 +33,16 @@ pub struct Delays {
 }
 
 /// No delay, and any length.
-impl Default for Delays {
+impl Default for PreparedDelays {
     fn default() -> Self {
         let (inputs, sensors, rows) = ([0.0; 2], [0.0; 4], [0; 6]);
         Self { inputs, sensors, rows, margin: 0, shortest_relaxation: SHORTEST }
     }
 }
 
-impl Delays {
+impl PreparedDelays {
     /// Those next to the delays among some causes, with steps for their relaxation lengths, or those that a fit starts from.
-    pub fn near(causes: &SystematicErrors, recordings: &[Drive]) -> Self {
+    pub fn nearest_to(causes: &SystematicErrors, recordings: &[Drive]) -> Self {
         let step = Drive::shortest_step(recordings);
         let rows = |cause: SystematicError| (causes[cause] / step).round() as isize;
         let rows = [
@@ -55,25 +55,22 @@ impl Delays {
         ];
         let seconds = rows.map(|rows| if rows == 0 { 0.0 } else { rows as f64 * step });
         let [steering, force, sensors @ ..] = seconds;
-        let lengths = SystematicError::TIRES
-            .iter()
-            .map(|cause| causes[*cause])
-            .filter(|length| *length > 0.0);
-        let shortest_relaxation =
-            lengths.reduce(f64::min).unwrap_or(START_RELAXATION_LENGTH).max(BRIEFEST);
+        let lengths =
+            SystematicError::TIRES.iter().map(|cause| causes[*cause]).filter(|length| *length > 0.0);
+        let shortest_relaxation = lengths.reduce(f64::min).unwrap_or(START_RELAXATION_LENGTH).max(BRIEFEST);
         let margin = (MARGIN / step).ceil() as usize;
         Self { inputs: [steering, force], sensors, rows, margin, shortest_relaxation }
     }
 
     /// Whether steps are short enough for the relaxation lengths among some causes, or nearly.
-    pub fn serve(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
-        self.shortest_relaxation < 1.5 * Self::near(causes, recordings).shortest_relaxation
+    pub fn is_valid_for(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
+        self.shortest_relaxation < 1.5 * Self::nearest_to(causes, recordings).shortest_relaxation
     }
 }
 
 /// One row that is predicted.
 #[derive(Clone, Copy)]
-pub struct Sample {
+pub struct PreparedSample {
     /// The input that was held until then.
     pub u: RecordedInput,
     /// Time since the row before [s].
@@ -90,7 +87,7 @@ pub struct PreparedDrive {
     /// What the sensors show in the row before the first sample.
     pub first: [f64; 4],
     /// The rows after it.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<PreparedSample>,
     /// Number of that first row in the recording.
     pub first_row: usize,
 }
@@ -99,27 +96,26 @@ pub struct PreparedDrive {
 #[derive(Clone)]
 pub struct PreparedDrives {
     /// The car; its own tires are not used.
-    pub car: Vehicle,
+    pub car: SingleTrackCar,
     /// The drives.
     pub drives: Vec<PreparedDrive>,
     /// For which they are prepared.
-    pub delays: Delays,
+    pub delays: PreparedDelays,
 }
 
 /// Moves each channel by its delay; rows that a channel does not reach are left out.
-pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> PreparedDrive {
+pub fn prepare_drive(car: &SingleTrackCar, recording: &Drive, delays: &PreparedDelays) -> PreparedDrive {
     let body = &car.body;
     let [front, rear] = body.static_loads().map(|load| load * STIFFEST);
-    let pole = (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz
-        + (front + rear) / body.m;
+    let pole =
+        (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz + (front + rear) / body.m;
     let len = recording.len();
     let first_row = delays.margin.min(len / 8);
     let end = len - first_row;
     let [steering, force, shifts @ ..] = delays.rows;
     let row = |k: usize, by: isize| k.saturating_add_signed(by).min(len - 1);
     let channels = [&recording.v_x, &recording.v_y, &recording.r, &recording.a_y];
-    let measured =
-        |k: usize| -> [f64; 4] { std::array::from_fn(|i| channels[i][row(k, shifts[i])]) };
+    let measured = |k: usize| -> [f64; 4] { std::array::from_fn(|i| channels[i][row(k, shifts[i])]) };
     let sample = |k: usize| {
         let h = recording.t[k] - recording.t[k - 1];
         let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
@@ -132,8 +128,8 @@ pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> PreparedDri
         };
         let (delta, turning) = read(&recording.delta, row(k, steering));
         let (F_x, pushing) = read(&recording.F_x, row(k, force));
-        let u = RecordedInput::new(car, &Input { F_x, delta }, [turning, pushing]);
-        Sample { u, h, substeps, measured: measured(k) }
+        let u = RecordedInput::new(car, &SingleTrackInput { F_x, delta }, [turning, pushing]);
+        PreparedSample { u, h, substeps, measured: measured(k) }
     };
     PreparedDrive {
         first: measured(first_row),

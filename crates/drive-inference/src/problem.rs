@@ -1,16 +1,16 @@
 //! Poses the problem of prediction errors, and fits tires, errors and noises from one start.
 
-use numerics::sqp::{self, Limits, Minimum};
+use numerics::sqp::{self, SqpLimits, SqpMinimum};
 use tire_inference::bounds::Bounds;
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
 use crate::error::Error;
-use crate::error_selection::{ErrorSelection, Mode};
-use crate::global::{COARSE, FINE, Optima, Search};
+use crate::error_selection::{ErrorSelection, EstimationMode};
+use crate::global::{COARSE, FINE, GlobalOptima, GlobalSearch};
 use crate::joint_posterior::JointPosterior;
-use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
-use crate::noise_estimate::Noise;
-use crate::progress::Cancellation;
+use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
+use crate::noise_estimate::NoiseSpecification;
+use crate::progress::CancellationFlag;
 use crate::regularisation::TireRegularisation;
 use crate::tires::Tires;
 use preparation::{Drive, SystematicError, SystematicErrors};
@@ -21,9 +21,9 @@ const ROUNDS: usize = 3;
 const SETTLED: f64 = 0.5;
 
 /// What is maximised.
-pub struct Problem<'a> {
+pub struct PredictionErrorProblem<'a> {
     /// The car; its own tires are not used.
-    pub car: &'a Vehicle,
+    pub car: &'a SingleTrackCar,
     /// The recordings.
     pub recordings: &'a [Drive],
     /// The box of each axle.
@@ -31,52 +31,53 @@ pub struct Problem<'a> {
     /// What is expected of the tires.
     pub expected: TireRegularisation,
     /// How the noises are found.
-    pub noise: Noise,
+    pub noise: NoiseSpecification,
     /// Standard deviations of errors before any data; 0 where there are none.
     pub std: SystematicErrors,
     /// Which errors are estimated.
     pub search: ErrorSelection,
     /// Ends the work.
-    pub cancel: Cancellation,
+    pub cancel: CancellationFlag,
 }
 
 /// An optimum with what belongs to it.
 #[derive(Clone)]
-pub struct Fit {
+pub struct PredictionErrorFit {
     /// Errors that are estimated.
     pub active: Vec<SystematicError>,
     /// The likelihood near their delays.
-    pub likelihood: Likelihood,
+    pub likelihood: DriveLikelihood,
     /// The noises.
     pub noise: DriveNoise,
     /// Over tires and errors.
-    pub minimum: Minimum,
+    pub minimum: SqpMinimum,
     /// Whether only the rows count that are left with any delay.
     delayed: bool,
 }
 
-impl Problem<'_> {
+impl PredictionErrorProblem<'_> {
     /// Errors that are estimated in any case.
-    pub fn always(&self) -> Vec<SystematicError> {
-        let on =
-            |cause: &SystematicError| self.search.of(*cause) == Mode::On && self.std[*cause] > 0.0;
+    pub fn always_estimated_errors(&self) -> Vec<SystematicError> {
+        let on = |cause: &SystematicError| {
+            self.search.mode(*cause) == EstimationMode::On && self.std[*cause] > 0.0
+        };
         SystematicError::ALL.into_iter().filter(on).collect()
     }
 
     /// The likelihood, with channels moved by the delays among some causes.
-    pub fn likelihood(&self, delayed: Option<&SystematicErrors>) -> Likelihood {
+    pub fn build_likelihood(&self, delayed: Option<&SystematicErrors>) -> DriveLikelihood {
         let mut likelihood = match delayed {
-            Some(causes) => Likelihood::delayed(self.car, self.recordings, causes),
-            None => Likelihood::new(self.car, self.recordings),
+            Some(causes) => DriveLikelihood::with_delays(self.car, self.recordings, causes),
+            None => DriveLikelihood::new(self.car, self.recordings),
         };
         likelihood.cancel = self.cancel.clone();
         likelihood
     }
 
     /// The cost of tires and causes.
-    pub fn joint<'b>(
+    pub fn joint_posterior<'b>(
         &self,
-        likelihood: &'b Likelihood,
+        likelihood: &'b DriveLikelihood,
         noise: DriveNoise,
         active: &[SystematicError],
     ) -> JointPosterior<'b> {
@@ -90,74 +91,79 @@ impl Problem<'_> {
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
-    pub fn search(
+    pub fn search_tires(
         &self,
-        likelihood: &Likelihood,
+        likelihood: &DriveLikelihood,
         noise: DriveNoise,
         held: SystematicErrors,
         starts: &[Tires],
-    ) -> Result<Optima, Error> {
-        let joint = JointPosterior { held, ..self.joint(likelihood, noise, &[]) };
-        Search { joint, bounds: self.bounds, noise: self.noise }.run(starts)
+    ) -> Result<GlobalOptima, Error> {
+        let joint = JointPosterior { held, ..self.joint_posterior(likelihood, noise, &[]) };
+        GlobalSearch { joint, bounds: self.bounds, noise: self.noise }.find_optima(starts)
     }
 
     /// What a fit found.
-    pub fn unknowns(&self, fit: &Fit) -> Unknowns {
-        self.joint(&fit.likelihood, fit.noise, &fit.active).unknowns(&fit.minimum.x)
+    pub fn fitted_unknowns(&self, fit: &PredictionErrorFit) -> DriveUnknowns {
+        self.joint_posterior(&fit.likelihood, fit.noise, &fit.active).unknowns_at(&fit.minimum.x)
     }
 
     /// Fits tires and some causes roughly, and the noises in turn with them: on all rows, if no sensor errs.
-    pub fn fit(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
+    pub fn fit_roughly(&self, active: Vec<SystematicError>, start: DriveUnknowns) -> PredictionErrorFit {
         let of_car = active.iter().all(|cause| SystematicError::CAR.contains(cause));
         self.fit_rows(active, start, !of_car, (ROUNDS, COARSE))
     }
 
     /// The same on the rows that are left with any delay.
-    pub fn refit(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
+    pub fn fit_delayed_rows(&self, active: Vec<SystematicError>, start: DriveUnknowns) -> PredictionErrorFit {
         self.fit_rows(active, start, true, (ROUNDS, COARSE))
     }
 
     /// The same under the noises of the start, as well as a comparison needs it.
-    pub fn trial(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
+    pub fn fit_at_fixed_noise(
+        &self,
+        active: Vec<SystematicError>,
+        start: DriveUnknowns,
+    ) -> PredictionErrorFit {
         self.fit_rows(active, start, true, (0, COARSE))
     }
 
     /// The causes and rows of a rough fit with all digits, from a start.
-    pub fn finish(&self, rough: &Fit, start: Unknowns) -> Fit {
+    pub fn refine_fit(&self, rough: &PredictionErrorFit, start: DriveUnknowns) -> PredictionErrorFit {
         self.fit_rows(rough.active.clone(), start, rough.delayed, (ROUNDS, FINE))
     }
 
     fn fit_rows(
         &self,
         active: Vec<SystematicError>,
-        start: Unknowns,
+        start: DriveUnknowns,
         delayed: bool,
-        (rounds, limits): (usize, Limits),
-    ) -> Fit {
+        (rounds, limits): (usize, SqpLimits),
+    ) -> PredictionErrorFit {
         let mut at = start;
         let mut evaluations = 0;
-        let mut best: Option<Fit> = None;
+        let mut best: Option<PredictionErrorFit> = None;
         for round in 0..=rounds {
-            let likelihood = self.likelihood(delayed.then_some(&at.causes));
+            let likelihood = self.build_likelihood(delayed.then_some(&at.causes));
             if round > 0 {
-                let (noise, more) = self.noise.refine(&likelihood, &at);
+                let (noise, more) = self.noise.estimate_noise(&likelihood, &at);
                 evaluations += more;
-                let better = Unknowns { noise, ..at };
+                let better = DriveUnknowns { noise, ..at };
                 let settled = likelihood.cost(&at) - likelihood.cost(&better) < SETTLED;
-                let serves = |fit: &Fit| fit.likelihood.serves(&at.causes, self.recordings);
+                let serves =
+                    |fit: &PredictionErrorFit| fit.likelihood.is_valid_for(&at.causes, self.recordings);
                 if settled && best.as_ref().is_some_and(serves) {
                     break;
                 }
                 at = better;
             }
-            let joint = self.joint(&likelihood, at.noise, &active);
-            let [lower, upper] = joint.corners(&self.bounds);
-            let from = joint.point(&at.tires, &at.causes);
-            let minimum = sqp::minimise(&joint, &lower, &upper, &from, limits);
+            let joint = self.joint_posterior(&likelihood, at.noise, &active);
+            let [lower, upper] = joint.box_corners(&self.bounds);
+            let from = joint.x_from_parameters(&at.tires, &at.causes);
+            let minimum = sqp::minimise_sqp(&joint, &lower, &upper, &from, limits);
             evaluations += minimum.evaluations;
-            at = joint.unknowns(&minimum.x);
+            at = joint.unknowns_at(&minimum.x);
             let noise = at.noise;
-            best = Some(Fit { active: active.clone(), likelihood, noise, minimum, delayed });
+            best = Some(PredictionErrorFit { active: active.clone(), likelihood, noise, minimum, delayed });
         }
         let mut fit = best.unwrap_or_else(|| unreachable!("the first round always fits"));
         fit.minimum.evaluations = evaluations;

@@ -14,9 +14,9 @@ const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Whether work has been cancelled: a flag that all who work on it share.
 #[derive(Clone, Debug, Default)]
-pub struct Cancellation(Arc<AtomicBool>);
+pub struct CancellationFlag(Arc<AtomicBool>);
 
-impl Cancellation {
+impl CancellationFlag {
     /// Whether it has been.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
@@ -26,19 +26,19 @@ impl Cancellation {
 
 /// Takes progress reports.
 #[derive(Clone, Debug)]
-pub struct Progress {
+pub struct ProgressReporter {
     stages: Sender<(f64, &'static str)>,
     /// For loops that cannot report anything.
-    pub cancel: Cancellation,
+    pub cancel: CancellationFlag,
 }
 
-impl Progress {
+impl ProgressReporter {
     /// Reports the share done and the next stage.
     ///
     /// # Errors
     ///
     /// [`Error::Cancelled`] if the work has been cancelled.
-    pub fn report(&self, share: f64, what: &'static str) -> Result<(), Error> {
+    pub fn report_stage(&self, share: f64, what: &'static str) -> Result<(), Error> {
         // Nobody listens any more after a cancellation.
         let _ = self.stages.send((share, what));
         if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
@@ -53,11 +53,11 @@ impl Progress {
 /// Those of the work, and [`Error::Cancelled`].
 pub fn with_progress<T: Send>(
     progress: &mut dyn FnMut(f64, &str) -> bool,
-    work: impl FnOnce(&Progress) -> Result<T, Error> + Send,
+    work: impl FnOnce(&ProgressReporter) -> Result<T, Error> + Send,
 ) -> Result<T, Error> {
     let (stages, reported) = channel();
-    let cancel = Cancellation::default();
-    let shared = Progress { stages, cancel: cancel.clone() };
+    let cancel = CancellationFlag::default();
+    let shared = ProgressReporter { stages, cancel: cancel.clone() };
     thread::scope(|scope| {
         // The channel closes with the sender, when the work ends.
         let worker = scope.spawn(move || work(&shared));
@@ -94,8 +94,8 @@ mod tests {
             true
         };
         let sum = with_progress(&mut progress, |progress| {
-            progress.report(0.0, "one")?;
-            progress.report(0.5, "two")?;
+            progress.report_stage(0.0, "one")?;
+            progress.report_stage(0.5, "two")?;
             Ok(1 + 2)
         });
         assert_eq!(sum, Ok(3));
@@ -110,9 +110,9 @@ mod tests {
             asked < 3
         };
         let never: Result<(), _> = with_progress(&mut progress, |progress| {
-            progress.report(0.0, "a stage without end")?;
+            progress.report_stage(0.0, "a stage without end")?;
             loop {
-                progress.report(0.0, "a stage without end")?;
+                progress.report_stage(0.0, "a stage without end")?;
                 thread::sleep(Duration::from_millis(1));
             }
         });

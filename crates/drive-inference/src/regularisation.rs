@@ -7,7 +7,7 @@ use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::regularisation::{AxleCoupling, Regularisation};
 
-use crate::tires::{Tires, from_vector, indices};
+use crate::tires::{Tires, from_vector, parameter_indices};
 
 /// What is expected of both tires.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,33 +28,33 @@ impl TireRegularisation {
     /// What it costs.
     pub fn cost(&self, tires: &Tires) -> f64 {
         let of_tire = |tire: &TireParameters| {
-            self.regularisation.map_or(0.0, |expected| expected.at(&tire.theta()).0)
+            self.regularisation.map_or(0.0, |expected| expected.cost_and_gradient(&tire.to_theta()).0)
         };
         let [front, rear] = [tires.front.into_array(), tires.rear.into_array()];
-        let parameters =
-            TireParameters::<f64>::PARAMETERS.into_iter().zip(front.into_iter().zip(rear));
-        let coupling = parameters.map(|(p, (front, rear))| self.coupling.at(p, front, rear)[0]);
+        let parameters = TireParameters::<f64>::PARAMETERS.into_iter().zip(front.into_iter().zip(rear));
+        let coupling =
+            parameters.map(|(p, (front, rear))| self.coupling.cost_and_derivatives(p, front, rear)[0]);
         of_tire(&tires.front) + of_tire(&tires.rear) + coupling.sum::<f64>()
     }
 
     /// Adds it to a model in the parameters of both tires and whatever follows.
-    pub fn add(&self, x: &DVector<f64>, model: &mut sqp::Model) {
+    pub fn add_to_model(&self, x: &DVector<f64>, model: &mut sqp::QuadraticModel) {
         let tires = from_vector(x);
         model.cost += self.cost(&tires);
         if let Some(expected) = self.regularisation {
             for axle in Axle::ALL {
-                let (_, gradient) = expected.at(&tires[axle].theta());
-                for (i, index) in indices(axle).into_array().into_iter().enumerate() {
+                let (_, gradient) = expected.cost_and_gradient(&tires[axle].to_theta());
+                for (i, index) in parameter_indices(axle).into_array().into_iter().enumerate() {
                     model.gradient[index] += gradient[i];
-                    model.hessian[(index, index)] +=
-                        expected.weight * expected.towards.precision[i][i];
+                    model.hessian[(index, index)] += expected.weight * expected.towards.precision[i][i];
                 }
             }
         }
-        let [front, rear] = [indices(Axle::Front), indices(Axle::Rear)].map(|at| at.into_array());
+        let [front, rear] =
+            [parameter_indices(Axle::Front), parameter_indices(Axle::Rear)].map(|at| at.into_array());
         for (i, parameter) in TireParameters::<f64>::PARAMETERS.into_iter().enumerate() {
             let (f, r) = (front[i], rear[i]);
-            let [_, slope, bend] = self.coupling.at(parameter, x[f], x[r]);
+            let [_, slope, bend] = self.coupling.cost_and_derivatives(parameter, x[f], x[r]);
             for (own, other, sign) in [(f, r, 1.0), (r, f, -1.0)] {
                 model.gradient[own] += sign * slope;
                 model.hessian[(own, own)] += bend;

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use numerics::tangent::{DIRECTIONS, Tangent};
 use pulp::bytemuck::cast_slice;
 
-use crate::evaluation::{Evaluation, whitened};
+use crate::evaluation::{LikelihoodEvaluation, whiten_residual};
 use crate::filter_pass::{InnovationVisitor, RowInnovations};
 
 /// Channels of a row: v_x, v_y, r, a_y.
@@ -15,7 +15,7 @@ const BLOCK: usize = 200;
 
 /// One residual along up to eight directions.
 #[derive(Clone, Copy)]
-struct Residual {
+struct ResidualDerivatives {
     /// Over its standard deviation.
     whitened: f64,
     /// ½ ln of its variance.
@@ -27,7 +27,7 @@ struct Residual {
 }
 
 /// The residuals of one pass.
-pub struct ResidualGroup(Vec<Residual>);
+pub struct ResidualGroup(Vec<ResidualDerivatives>);
 
 impl ResidualGroup {
     /// Nothing yet, with room for a number of rows.
@@ -36,7 +36,7 @@ impl ResidualGroup {
     }
 
     /// Groups of one direction each as one.
-    pub fn side_by_side(alone: impl Iterator<Item = Self>) -> Self {
+    pub fn merge_directions(alone: impl Iterator<Item = Self>) -> Self {
         let mut all = Self(Vec::new());
         for (direction, one) in alone.enumerate() {
             if direction == 0 {
@@ -63,16 +63,16 @@ impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for Residua
     ) {
         for i in 0..CHANNELS {
             let variance = innovation.variance[i];
-            let (e_by, s_by) = whitened(innovation.residual[i], variance);
-            let mut residual = Residual {
+            let (e_by, s_by) = whiten_residual(innovation.residual[i], variance);
+            let mut residual = ResidualDerivatives {
                 whitened: e_by.value(),
                 log_std: 0.5 * variance.value().ln(),
                 mean: [0.0; DIRECTIONS],
                 variance: [0.0; DIRECTIONS],
             };
             let lanes = N * S::F64_LANES;
-            residual.mean[..lanes].copy_from_slice(cast_slice::<_, f64>(e_by.along()));
-            residual.variance[..lanes].copy_from_slice(cast_slice::<_, f64>(s_by.along()));
+            residual.mean[..lanes].copy_from_slice(cast_slice::<_, f64>(e_by.derivative_vectors()));
+            residual.variance[..lanes].copy_from_slice(cast_slice::<_, f64>(s_by.derivative_vectors()));
             self.0.push(residual);
         }
     }
@@ -80,7 +80,7 @@ impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for Residua
 
 /// Cost ½ Σ (e²/s + ln s) with its derivatives.
 #[derive(Clone, Debug)]
-pub struct Expansion {
+pub struct CostExpansion {
     /// The cost.
     pub cost: f64,
     /// Its gradient.
@@ -89,12 +89,12 @@ pub struct Expansion {
     pub information: DMatrix<f64>,
 }
 
-impl Expansion {
+impl CostExpansion {
     /// As the model that a minimiser wants.
-    pub fn model(self, samples: usize) -> numerics::sqp::Model {
+    pub fn into_sqp_model(self, samples: usize) -> numerics::sqp::QuadraticModel {
         let Self { cost, gradient, information } = self;
         let scale = (CHANNELS as f64 * samples as f64).sqrt();
-        numerics::sqp::Model { cost, gradient, hessian: information, scale }
+        numerics::sqp::QuadraticModel { cost, gradient, hessian: information, scale }
     }
 }
 
@@ -112,16 +112,16 @@ impl ResidualRows {
     }
 
     /// What is given instead once nobody wants to know.
-    pub fn cancelled(directions: usize) -> Self {
+    pub fn new_cancelled(directions: usize) -> Self {
         Self { groups: Vec::new(), directions, cancelled: true }
     }
 
     /// Adds the direction from these residuals to others of the same rows, which is a secant.
-    pub fn add_towards(&mut self, others: &Self) {
+    pub fn add_secant_direction(&mut self, others: &Self) {
         let (Some(own), Some(others)) = (self.groups.first(), others.groups.first()) else {
             return;
         };
-        let towards = |(own, other): (&Residual, &Residual)| {
+        let towards = |(own, other): (&ResidualDerivatives, &ResidualDerivatives)| {
             let wider = other.log_std - own.log_std;
             let mean = other.whitened * wider.exp() - own.whitened;
             (mean, 0.5_f64.sqrt() * ((2.0 * wider).exp() - 1.0))
@@ -130,7 +130,7 @@ impl ResidualRows {
         let lane = self.directions % DIRECTIONS;
         if lane == 0 {
             let none = [0.0; DIRECTIONS];
-            let bare = |it: &Residual| Residual { mean: none, variance: none, ..*it };
+            let bare = |it: &ResidualDerivatives| ResidualDerivatives { mean: none, variance: none, ..*it };
             let bare = ResidualGroup(own.0.iter().map(bare).collect());
             self.groups.push(bare);
         }
@@ -147,11 +147,11 @@ impl ResidualRows {
     }
 
     /// All of it along the first eight directions.
-    pub fn evaluation(&self) -> Evaluation {
-        let Expansion { cost, gradient, information } = self.whole();
+    pub fn to_evaluation(&self) -> LikelihoodEvaluation {
+        let CostExpansion { cost, gradient, information } = self.total_expansion();
         let square =
-            |channel: usize| self.whitened(channel).map(|e| e * e).sum::<f64>() / self.len() as f64;
-        Evaluation {
+            |channel: usize| self.whitened_residuals(channel).map(|e| e * e).sum::<f64>() / self.len() as f64;
+        LikelihoodEvaluation {
             cost,
             gradient: std::array::from_fn(|i| gradient[i]),
             information: std::array::from_fn(|i| std::array::from_fn(|j| information[(i, j)])),
@@ -160,40 +160,40 @@ impl ResidualRows {
     }
 
     /// Residuals of a channel over their standard deviations.
-    fn whitened(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
+    fn whitened_residuals(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
         let residuals = self.groups.iter().take(1).flat_map(|group| &group.0);
         residuals.skip(channel).step_by(CHANNELS).map(|it| it.whitened)
     }
 
     /// Correlation of the whitened residuals of a channel with those of the row before.
-    pub fn autocorrelation(&self, channel: usize) -> f64 {
-        let e: Vec<f64> = self.whitened(channel).collect();
+    pub fn whitened_autocorrelation(&self, channel: usize) -> f64 {
+        let e: Vec<f64> = self.whitened_residuals(channel).collect();
         let square: f64 = e.iter().map(|e| e * e).sum();
         e.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / square
     }
 
     /// The gradient of the cost of each block.
-    pub fn scores(&self) -> Vec<DVector<f64>> {
-        let block = |from: usize| self.gradient(from..(from + BLOCK).min(self.len()));
+    pub fn block_scores(&self) -> Vec<DVector<f64>> {
+        let block = |from: usize| self.gradient_over_rows(from..(from + BLOCK).min(self.len()));
         (0..self.len()).step_by(BLOCK).map(block).collect()
     }
 
     /// The gradient of the cost of some rows.
-    pub fn gradient(&self, rows: std::ops::Range<usize>) -> DVector<f64> {
+    pub fn gradient_over_rows(&self, rows: std::ops::Range<usize>) -> DVector<f64> {
         let range = CHANNELS * rows.start..CHANNELS * rows.end;
-        let groups = self.groups.iter().flat_map(|group| gradient(&group.0[range.clone()]));
+        let groups = self.groups.iter().flat_map(|group| sum_gradient(&group.0[range.clone()]));
         DVector::from_iterator(self.directions, groups.take(self.directions))
     }
 
     /// The sum over all rows.
-    pub fn whole(&self) -> Expansion {
-        self.part(0..self.len())
+    pub fn total_expansion(&self) -> CostExpansion {
+        self.partial_expansion(0..self.len())
     }
 
     /// The sum over some rows.
-    pub fn part(&self, rows: std::ops::Range<usize>) -> Expansion {
+    pub fn partial_expansion(&self, rows: std::ops::Range<usize>) -> CostExpansion {
         let n = self.directions;
-        let mut sum = Expansion {
+        let mut sum = CostExpansion {
             cost: if self.cancelled { f64::INFINITY } else { 0.0 },
             gradient: DVector::zeros(n),
             information: DMatrix::zeros(n, n),
@@ -201,12 +201,12 @@ impl ResidualRows {
         let range = CHANNELS * rows.start..CHANNELS * rows.end;
         let residuals = |group: usize| &self.groups[group].0[range.clone()];
         if !self.cancelled {
-            sum.gradient = self.gradient(rows);
+            sum.gradient = self.gradient_over_rows(rows);
         }
         for a in 0..self.groups.len() {
             let from = DIRECTIONS * a;
             for b in a..self.groups.len() {
-                let products = products(residuals(a), residuals(b));
+                let products = derivative_products(residuals(a), residuals(b));
                 let to = DIRECTIONS * b;
                 for i in 0..DIRECTIONS.min(n - from) {
                     for j in 0..DIRECTIONS.min(n - to) {
@@ -217,14 +217,14 @@ impl ResidualRows {
             }
         }
         if let Some(group) = self.groups.first() {
-            let cost = |it: &Residual| 0.5 * it.whitened * it.whitened + it.log_std;
+            let cost = |it: &ResidualDerivatives| 0.5 * it.whitened * it.whitened + it.log_std;
             sum.cost += group.0[range.clone()].iter().map(cost).sum::<f64>();
         }
         sum
     }
 }
 
-fn gradient(residuals: &[Residual]) -> [f64; DIRECTIONS] {
+fn sum_gradient(residuals: &[ResidualDerivatives]) -> [f64; DIRECTIONS] {
     let mut sum = [0.0; DIRECTIONS];
     for residual in residuals {
         let e = residual.whitened;
@@ -236,7 +236,10 @@ fn gradient(residuals: &[Residual]) -> [f64; DIRECTIONS] {
     sum
 }
 
-fn products(a: &[Residual], b: &[Residual]) -> [[f64; DIRECTIONS]; DIRECTIONS] {
+fn derivative_products(
+    a: &[ResidualDerivatives],
+    b: &[ResidualDerivatives],
+) -> [[f64; DIRECTIONS]; DIRECTIONS] {
     let mut sum = [[0.0; DIRECTIONS]; DIRECTIONS];
     for (a, b) in a.iter().zip(b) {
         for (i, sum) in sum.iter_mut().enumerate() {

@@ -1,16 +1,16 @@
 //! The result of an identification from closed-loop drives.
 
-use numerics::convergence::Convergence;
-use preparation::samples::Samples;
+use numerics::convergence::ConvergenceReport;
+use preparation::samples::CurveSamples;
 use serde::Serialize;
 use tire_inference::axles::Axles;
-use tire_inference::estimate::Estimate;
-use tire_inference::model::{CauseEstimate, ModelVerdict};
+use tire_inference::estimate::TireEstimate;
+use tire_inference::model::{ModelVerdict, SystematicErrorEstimate};
 use tire_inference::posterior::PosteriorSamples;
 
 use crate::likelihood::DriveNoise;
-use crate::options::Formulation;
-use crate::series::Series;
+use crate::options::FitFormulation;
+use crate::series::IdentificationSeries;
 use crate::smoothing::SmoothedDrive;
 use crate::tires::Tires;
 use preparation::SystematicErrors;
@@ -19,7 +19,7 @@ use preparation::SystematicErrors;
 #[derive(Clone, Debug, Serialize)]
 pub struct FormulationFit {
     /// Which one.
-    pub formulation: Formulation,
+    pub formulation: FitFormulation,
     /// Parameters.
     #[serde(rename = "theta")]
     pub tires: Tires,
@@ -33,14 +33,14 @@ pub struct FormulationFit {
     /// forces [N]; absent for prediction errors.
     pub residual_std: Option<[f64; 4]>,
     /// How it was found.
-    pub convergence: Convergence,
+    pub convergence: ConvergenceReport,
     /// Wall time without smoothing [s].
     pub seconds: f64,
 }
 
 /// How well measurements were predicted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Innovations {
+pub struct InnovationStatistics {
     /// Mean of squared innovations over their variances, of v_x, v_y, r and a_y: 1 if model and noises are right.
     pub mean_square: [f64; 4],
     /// Half of their sum.
@@ -51,9 +51,9 @@ pub struct Innovations {
     pub autocorrelation: [f64; 4],
 }
 
-impl Innovations {
+impl InnovationStatistics {
     /// Those of all recordings.
-    pub fn of(series: &[Series]) -> Self {
+    pub fn from_series(series: &[IdentificationSeries]) -> Self {
         let mut count = 0.0;
         let mut squares = [0.0; 4];
         let mut products = [0.0; 4];
@@ -76,9 +76,9 @@ impl Innovations {
 
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Identification {
+pub struct DriveIdentification {
     /// What is reported of each axle.
-    pub estimates: Axles<Estimate>,
+    pub estimates: Axles<TireEstimate>,
     /// The tires.
     pub tires: Tires,
     /// Covariance of B, C, D, E of the front and the rear axle [8 × 8]: the bound of Cramér and Rao.
@@ -86,16 +86,16 @@ pub struct Identification {
     /// Noises that were estimated or given.
     pub noise: DriveNoise,
     /// How the deciding formulation converged.
-    pub convergence: Convergence,
+    pub convergence: ConvergenceReport,
     /// Errors of sensors and car that were estimated with the tires, those of sensors first, by what they gained.
-    pub causes: Vec<CauseEstimate>,
+    pub causes: Vec<SystematicErrorEstimate>,
     /// The errors and the car behind them.
     #[serde(skip)]
     pub errors: SystematicErrors,
     /// Whether tires, errors and noises describe the drives.
     pub model: ModelVerdict,
     /// How well measurements were predicted by these tires.
-    pub innovations: Innovations,
+    pub innovations: InnovationStatistics,
     /// All formulations that were fitted, the deciding one last.
     pub formulations: Vec<FormulationFit>,
     /// Draws of both axles, for bands and densities: from the posterior, or, where nobody asked for it or there is no
@@ -107,10 +107,10 @@ pub struct Identification {
     pub gaussian: Option<Axles<PosteriorSamples>>,
     /// Points of both axles along the smoothed states.
     #[serde(skip)]
-    pub samples: Axles<Samples>,
+    pub samples: Axles<CurveSamples>,
     /// Columns of each recording.
     #[serde(skip)]
-    pub series: Vec<Series>,
+    pub series: Vec<IdentificationSeries>,
     /// What the nominal car makes of each recording.
     #[serde(skip)]
     pub smoothed: Vec<SmoothedDrive>,

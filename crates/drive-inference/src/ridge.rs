@@ -14,7 +14,7 @@ const SHAPES: [f64; 4] = [1.3, 1.6, 1.9, 2.2];
 
 /// What stays the same along the ridge, and the shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Features {
+pub struct CurveFeatures {
     /// Stiffness per load B C D [1/rad].
     pub stiffness: f64,
     /// Shape C.
@@ -25,20 +25,20 @@ pub struct Features {
     pub peak_slip: f64,
 }
 
-impl Features {
+impl CurveFeatures {
     /// Of a tire; `None` for a curve without a peak.
-    pub fn of(tire: &TireParameters) -> Option<Self> {
-        let peak_slip = tire.curve().peak_slip()?;
+    pub fn from_tire(tire: &TireParameters) -> Option<Self> {
+        let peak_slip = tire.to_magic_formula().peak_slip()?;
         Some(Self { stiffness: tire.stiffness(), shape: tire.C, peak: tire.D, peak_slip })
     }
 
     /// Of both tires.
-    pub fn of_both(tires: &Tires) -> Option<Axles<Self>> {
-        Some(Axles { front: Self::of(&tires.front)?, rear: Self::of(&tires.rear)? })
+    pub fn from_tires(tires: &Tires) -> Option<Axles<Self>> {
+        Some(Axles { front: Self::from_tire(&tires.front)?, rear: Self::from_tire(&tires.rear)? })
     }
 
     /// At a share of the way to others.
-    pub fn towards(&self, end: &Self, share: f64) -> Self {
+    pub fn interpolate(&self, end: &Self, share: f64) -> Self {
         let between = |start: f64, end: f64| start + share * (end - start);
         Self {
             stiffness: between(self.stiffness, end.stiffness),
@@ -49,7 +49,7 @@ impl Features {
     }
 
     /// The tire with these features, or the next one in the box.
-    pub fn tire(&self, bounds: &Bounds) -> TireParameters {
+    pub fn tire_at(&self, bounds: &Bounds) -> TireParameters {
         let Self { stiffness, shape: C, peak: D, peak_slip } = *self;
         let B = stiffness / (C * D);
         let u = B * peak_slip;
@@ -65,8 +65,8 @@ impl Features {
 }
 
 /// The same curves with other shapes, both axles alike: there is more than one minimum on their ridges.
-pub fn reshaped(tires: &Tires, bounds: &Bounds) -> Vec<Tires> {
-    let Some(features) = Features::of_both(tires) else { return Vec::new() };
-    let with = |shape: f64| features.map(|features| Features { shape, ..features }.tire(bounds));
+pub fn reshape_along_ridge(tires: &Tires, bounds: &Bounds) -> Vec<Tires> {
+    let Some(features) = CurveFeatures::from_tires(tires) else { return Vec::new() };
+    let with = |shape: f64| features.map(|features| CurveFeatures { shape, ..features }.tire_at(bounds));
     SHAPES.into_iter().map(with).collect()
 }

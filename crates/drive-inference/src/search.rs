@@ -3,18 +3,18 @@
 use std::ops::Range;
 
 use nalgebra::DVector;
-use numerics::convergence::{Convergence, Status};
+use numerics::convergence::{ConvergenceReport, OptimisationStatus};
 use numerics::low_discrepancy::AdditiveRecurrence;
-use numerics::sqp::{self, Limits, Minimum};
+use numerics::sqp::{self, SqpLimits, SqpMinimum};
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 use tire_inference::parameters::{Parameter, TireParameters};
 
 use crate::error::Error;
-use crate::points::Point;
-use crate::regression::{COLUMNS, Regression, Target, Weights};
+use crate::points::RegressionPoint;
+use crate::regression::{COLUMNS, RegressionTarget, ResidualWeights, TireRegression};
 use crate::regularisation::TireRegularisation;
-use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
+use crate::tires::{SIZE, Tires, box_corners, from_array, from_vector, to_vector};
 
 /// Of each stretch of `THIN_PERIOD` samples, starts are compared on the first `THIN_LENGTH`.
 const THIN_PERIOD: usize = 200;
@@ -28,9 +28,9 @@ const SAME: f64 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 pub struct PointFit {
     /// What the tires have to explain.
-    pub target: Target,
+    pub target: RegressionTarget,
     /// How residuals are weighed.
-    pub weights: Weights,
+    pub weights: ResidualWeights,
     /// What is expected of the tires.
     pub expected: TireRegularisation,
     /// Whether three odd terms are added to the lateral acceleration.
@@ -55,23 +55,23 @@ pub struct PointFitResult {
     /// All different optima, best first.
     pub optima: Vec<Tires>,
     /// The minimum, for its second derivatives.
-    pub minimum: Minimum,
+    pub minimum: SqpMinimum,
     /// How it was reached.
-    pub convergence: Convergence,
+    pub convergence: ConvergenceReport,
     /// Root mean squares of the residuals: accelerations, yaw-rate changes, front and rear forces.
     pub std: [f64; 4],
 }
 
 /// The middle of the box of both tires, then points that leave no gaps where tires of the literature are.
-pub fn starts(bounds: &Bounds, count: usize, seed: u64) -> Vec<Tires> {
-    let bounds = bounds.and(&Bounds::GOBLIRSCH);
+pub fn start_tires(bounds: &Bounds, count: usize, seed: u64) -> Vec<Tires> {
+    let bounds = bounds.intersect(&Bounds::GOBLIRSCH);
     let points = AdditiveRecurrence::<SIZE>::new(seed);
     let at = |shares: [f64; SIZE]| {
         from_array(shares).map(|tire| TireParameters {
-            B: bounds.at(Parameter::B, tire.B),
-            C: bounds.at(Parameter::C, tire.C),
-            D: bounds.at(Parameter::D, tire.D),
-            E: bounds.at(Parameter::E, tire.E),
+            B: bounds.interpolate(Parameter::B, tire.B),
+            C: bounds.interpolate(Parameter::C, tire.C),
+            D: bounds.interpolate(Parameter::D, tire.D),
+            E: bounds.interpolate(Parameter::E, tire.E),
         })
     };
     // The outer tenths of the box are left to the minimiser.
@@ -85,34 +85,34 @@ impl PointFit {
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
-    pub fn run(
+    pub fn fit_points(
         &self,
-        body: &vehicle::Body,
-        points: &[Vec<Point>],
+        body: &vehicle::VehicleBody,
+        points: &[Vec<RegressionPoint>],
     ) -> Result<PointFitResult, Error> {
-        let (mut regression, whole) = self.regression(body, points);
-        let [lower, upper] = self.corners();
-        let coarse = Limits { iterations: 60, target: 1e-4, tolerance: 1e-3, ..Limits::default() };
-        let minima: Vec<Minimum> = starts(&self.bounds, self.starts.max(1), self.seed)
+        let (mut regression, whole) = self.build_regression(body, points);
+        let [lower, upper] = self.box_corners();
+        let coarse = SqpLimits { iterations: 60, target: 1e-4, tolerance: 1e-3, ..SqpLimits::default() };
+        let minima: Vec<SqpMinimum> = start_tires(&self.bounds, self.starts.max(1), self.seed)
             .par_iter()
-            .map(|start| sqp::minimise(&regression, &lower, &upper, &self.vector(start), coarse))
+            .map(|start| sqp::minimise_sqp(&regression, &lower, &upper, &self.x_from_tires(start), coarse))
             .collect();
         let mut evaluations = minima.iter().map(|m| m.evaluations).sum::<usize>();
         let within = minima.iter().map(|m| CLOSE * m.model.cost).fold(f64::INFINITY, f64::min);
-        let candidates = different(minima, within);
+        let candidates = distinct_minima(minima, within);
         let Some(first) = candidates.first() else {
             return Err(Error::NoStart { starts: self.starts });
         };
 
-        regression.std = regression.residual_std(&first.x);
+        regression.std = regression.rms_residuals(&first.x);
         regression.blocks = whole;
-        let fine = Limits { iterations: 40, target: 1e-7, tolerance: 1e-5, ..Limits::default() };
-        let minima: Vec<Minimum> = candidates
+        let fine = SqpLimits { iterations: 40, target: 1e-7, tolerance: 1e-5, ..SqpLimits::default() };
+        let minima: Vec<SqpMinimum> = candidates
             .par_iter()
-            .map(|from| sqp::minimise(&regression, &lower, &upper, &from.x, fine))
+            .map(|from| sqp::minimise_sqp(&regression, &lower, &upper, &from.x, fine))
             .collect();
         evaluations += minima.iter().map(|m| m.evaluations).sum::<usize>();
-        let minima = different(minima, f64::INFINITY);
+        let minima = distinct_minima(minima, f64::INFINITY);
         let Some(minimum) = minima.first().cloned() else {
             return Err(Error::NoStart { starts: self.starts });
         };
@@ -120,24 +120,24 @@ impl PointFit {
             tires: from_vector(&minimum.x),
             odd: std::array::from_fn(|i| if self.odd_terms { minimum.x[SIZE + i] } else { 0.0 }),
             optima: minima.iter().map(|m| from_vector(&m.x)).collect(),
-            convergence: convergence(&minimum, self.starts, minima.len(), evaluations),
-            std: regression.residual_std(&minimum.x),
+            convergence: convergence_report(&minimum, self.starts, minima.len(), evaluations),
+            std: regression.rms_residuals(&minimum.x),
             minimum,
         })
     }
 
     /// Residuals over short stretches, and the stretches that make up everything.
-    fn regression<'a>(
+    fn build_regression<'a>(
         &self,
-        body: &vehicle::Body,
-        points: &'a [Vec<Point>],
-    ) -> (Regression<'a>, Vec<(usize, Range<usize>)>) {
+        body: &vehicle::VehicleBody,
+        points: &'a [Vec<RegressionPoint>],
+    ) -> (TireRegression<'a>, Vec<(usize, Range<usize>)>) {
         let whole: Vec<_> = points.iter().enumerate().map(|(i, p)| (i, 0..p.len())).collect();
         let thin = whole.iter().flat_map(|(i, range)| {
             let stretch = move |from: usize| (*i, from..(from + THIN_LENGTH).min(range.end));
             range.clone().step_by(THIN_PERIOD).map(stretch)
         });
-        let regression = Regression {
+        let regression = TireRegression {
             body: *body,
             points,
             blocks: thin.collect(),
@@ -151,28 +151,25 @@ impl PointFit {
     }
 
     /// The box of the tires, and without limits whatever follows.
-    fn corners(&self) -> [DVector<f64>; 2] {
+    fn box_corners(&self) -> [DVector<f64>; 2] {
         let more = if self.odd_terms { COLUMNS } else { SIZE };
-        let [lower, upper] = corners(&self.bounds);
-        [
-            lower.resize_vertically(more, f64::NEG_INFINITY),
-            upper.resize_vertically(more, f64::INFINITY),
-        ]
+        let [lower, upper] = box_corners(&self.bounds);
+        [lower.resize_vertically(more, f64::NEG_INFINITY), upper.resize_vertically(more, f64::INFINITY)]
     }
 
-    fn vector(&self, tires: &Tires) -> DVector<f64> {
+    fn x_from_tires(&self, tires: &Tires) -> DVector<f64> {
         to_vector(tires).resize_vertically(if self.odd_terms { COLUMNS } else { SIZE }, 0.0)
     }
 }
 
 /// How a minimum was reached.
-pub fn convergence(
-    minimum: &Minimum,
+pub fn convergence_report(
+    minimum: &SqpMinimum,
     starts: usize,
     optima: usize,
     evaluations: usize,
-) -> Convergence {
-    Convergence {
+) -> ConvergenceReport {
+    ConvergenceReport {
         status: minimum.status,
         iterations: minimum.iterations,
         evaluations,
@@ -186,10 +183,10 @@ pub fn convergence(
 
 /// The different minima with finite costs, best first, as far as their costs are within a distance of the best. Of the others
 /// only those count that converged.
-pub fn different(mut minima: Vec<Minimum>, within: f64) -> Vec<Minimum> {
+pub fn distinct_minima(mut minima: Vec<SqpMinimum>, within: f64) -> Vec<SqpMinimum> {
     minima.retain(|m| m.model.cost.is_finite());
     minima.sort_by(|a, b| a.model.cost.total_cmp(&b.model.cost));
-    let mut kept: Vec<Minimum> = Vec::new();
+    let mut kept: Vec<SqpMinimum> = Vec::new();
     for minimum in minima {
         let Some(best) = kept.first() else {
             kept.push(minimum);
@@ -197,11 +194,11 @@ pub fn different(mut minima: Vec<Minimum>, within: f64) -> Vec<Minimum> {
         };
         let rise = minimum.model.cost - best.model.cost;
         let close = rise <= within;
-        let same = |known: &Minimum| {
+        let same = |known: &SqpMinimum| {
             let off = (&known.x - &minimum.x).component_div(&known.x.map(|x| x.abs().max(0.1)));
             off.amax() <= SAME
         };
-        if close && minimum.status == Status::Converged && !kept.iter().any(same) {
+        if close && minimum.status == OptimisationStatus::Converged && !kept.iter().any(same) {
             kept.push(minimum);
         }
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// How a recording was sampled, and what was made of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Sampling {
+pub struct SamplingReport {
     /// Median step [s].
     pub step: f64,
     /// Smallest and largest step but for gaps [s].
@@ -26,7 +26,7 @@ pub struct Sampling {
 pub struct SegmentedDrive {
     drive: Drive,
     /// What was found.
-    pub sampling: Sampling,
+    pub sampling: SamplingReport,
 }
 
 impl SegmentedDrive {
@@ -37,11 +37,10 @@ impl SegmentedDrive {
     /// As [`Drive::check`], but for repeated times.
     pub fn new(drive: &Drive, gap: Option<f64>) -> Result<Self, DriveError> {
         drive.check_numbers()?;
-        let rows: Vec<usize> =
-            (0..drive.len()).filter(|&k| k == 0 || drive.t[k] != drive.t[k - 1]).collect();
+        let rows: Vec<usize> = (0..drive.len()).filter(|&k| k == 0 || drive.t[k] != drive.t[k - 1]).collect();
         let repeated = drive.len() - rows.len();
-        let drive = if repeated > 0 { drive.rows(&rows) } else { drive.clone() };
-        drive.check()?;
+        let drive = if repeated > 0 { drive.select_rows(&rows) } else { drive.clone() };
+        drive.check_columns()?;
         let mut steps: Vec<f64> = drive.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
         let gap = gap.unwrap_or_else(|| longest_step(&drive.t));
@@ -49,7 +48,7 @@ impl SegmentedDrive {
         let gaps = pairs.map(|pair| [pair[0], pair[1]]).collect();
         let within = steps.partition_point(|step| *step <= gap);
         let ends = steps[..within].first().zip(steps[..within].last());
-        let sampling = Sampling {
+        let sampling = SamplingReport {
             step: quantile(&steps, 0.5),
             steps: ends.map_or([f64::NAN; 2], |(first, last)| [*first, *last]),
             gap,
@@ -61,19 +60,17 @@ impl SegmentedDrive {
     }
 
     /// The recording without repeated rows.
-    pub fn drive(&self) -> &Drive {
+    pub fn drive_without_repeats(&self) -> &Drive {
         &self.drive
     }
 
     /// The stretches of marked rows without a gap that are long enough to be used, and the number of marked rows in shorter ones.
-    pub fn stretches(&self, marked: &[bool]) -> (Vec<Drive>, usize) {
+    pub fn marked_stretches(&self, marked: &[bool]) -> (Vec<Drive>, usize) {
         let t = &self.drive.t;
-        let together =
-            |a: &usize, b: &usize| marked[*a] == marked[*b] && t[*b] - t[*a] <= self.sampling.gap;
+        let together = |a: &usize, b: &usize| marked[*a] == marked[*b] && t[*b] - t[*a] <= self.sampling.gap;
         let rows: Vec<usize> = (0..t.len()).collect();
         let stretches = rows.chunk_by(together).filter(|stretch| marked[stretch[0]]);
-        let (long, short): (Vec<_>, Vec<_>) =
-            stretches.partition(|stretch| stretch.len() >= SHORTEST);
+        let (long, short): (Vec<_>, Vec<_>) = stretches.partition(|stretch| stretch.len() >= SHORTEST);
         let cut = |stretch: &[usize]| self.drive.slice(stretch[0]..stretch[stretch.len() - 1] + 1);
         (long.into_iter().map(cut).collect(), short.iter().map(|stretch| stretch.len()).sum())
     }
@@ -90,11 +87,11 @@ mod tests {
         Drive { t, v_x, v_y, r, a_y, F_x, delta }
     }
 
-    fn stretches(drive: &Drive, gap: Option<f64>) -> (Vec<[f64; 2]>, Sampling) {
+    fn stretches(drive: &Drive, gap: Option<f64>) -> (Vec<[f64; 2]>, SamplingReport) {
         let sampled = SegmentedDrive::new(drive, gap).expect("numbers");
-        let (found, short) = sampled.stretches(&vec![true; sampled.drive().len()]);
+        let (found, short) = sampled.marked_stretches(&vec![true; sampled.drive_without_repeats().len()]);
         let ends = |drive: &Drive| [drive.t[0], drive.t[drive.len() - 1]];
-        (found.iter().map(ends).collect(), Sampling { short, ..sampled.sampling })
+        (found.iter().map(ends).collect(), SamplingReport { short, ..sampled.sampling })
     }
 
     #[test]
@@ -120,8 +117,7 @@ mod tests {
     #[test]
     fn what_lies_between_many_gaps_is_too_short_and_counted() {
         // 20 rows at 100 Hz, then a second of nothing, again and again; then 3 s at once.
-        let bursts =
-            (0..5).flat_map(|burst| (0..20).map(move |k| f64::from(burst) + 0.01 * f64::from(k)));
+        let bursts = (0..5).flat_map(|burst| (0..20).map(move |k| f64::from(burst) + 0.01 * f64::from(k)));
         let times = bursts.chain((0..300).map(|k| 6.0 + 0.01 * f64::from(k)));
         let (found, sampling) = stretches(&drive(times), None);
         assert_eq!((found.len(), sampling.gaps.len(), sampling.short), (1, 5, 100));
@@ -137,9 +133,6 @@ mod tests {
         let (found, sampling) = stretches(&drive(times), None);
         assert_eq!((found.len(), sampling.repeated), (1, 200));
         let back = (0..100).chain(0..100).map(|k| 0.01 * f64::from(k));
-        assert!(matches!(
-            SegmentedDrive::new(&drive(back), None),
-            Err(DriveError::Time { row: 100, .. })
-        ));
+        assert!(matches!(SegmentedDrive::new(&drive(back), None), Err(DriveError::Time { row: 100, .. })));
     }
 }

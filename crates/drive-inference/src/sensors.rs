@@ -47,19 +47,16 @@ impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
             ],
             delay: std::array::from_fn(|i| delay[i] + -prepared[i]),
             angle: causes[SystematicError::SideslipOffset],
-            lever: [
-                causes[SystematicError::SideslipLever],
-                causes[SystematicError::AccelerationLever],
-            ],
+            lever: [causes[SystematicError::SideslipLever], causes[SystematicError::AccelerationLever]],
         }
     }
 
     /// The state that sensors of v_x, v_y and r show.
-    pub fn state(&self, measured: &[f64; 4]) -> [T; 3] {
+    pub fn state_from_sensors(&self, measured: &[f64; 4]) -> [T; 3] {
         let v_x = self.scale[0].recip() * measured[0];
         let r = (-self.offset[2] + measured[2]) * self.scale[2].recip();
-        let v_y = self.angle.constant(measured[1]).minus(self.angle, v_x);
-        [v_x, v_y.minus(self.lever[0], r), r]
+        let v_y = self.angle.constant(measured[1]).subtract_product(self.angle, v_x);
+        [v_x, v_y.subtract_product(self.lever[0], r), r]
     }
 }
 
@@ -70,7 +67,7 @@ impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
 
     /// A delay acts as its first-order series.
     #[inline(always)]
-    fn expect(
+    fn predict_measurement(
         &self,
         i: usize,
         x: &[T; S],
@@ -90,7 +87,7 @@ impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
             }
             1 => {
                 (by[0], by[1], by[2]) = (self.angle, one, self.lever[0]);
-                v_y.plus(self.angle, v_x).plus(self.lever[0], r)
+                v_y.add_product(self.angle, v_x).add_product(self.lever[0], r)
             }
             2 => {
                 by[2] = one;
@@ -98,23 +95,23 @@ impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
             }
             _ => {
                 for j in 0..S {
-                    by[j] = C[j].plus(self.lever[1], A[2][j]);
+                    by[j] = C[j].add_product(self.lever[1], A[2][j]);
                 }
-                a_y.plus(self.lever[1], rates[2])
+                a_y.add_product(self.lever[1], rates[2])
             }
         };
         let mut rate = zero;
         for k in 0..M {
-            rate = rate.plus(by[k], rates[k]);
+            rate = rate.add_product(by[k], rates[k]);
         }
         let mut late = by;
         for j in 0..S {
             let mut change = zero;
             for k in 0..M {
-                change = change.plus(by[k], A[k][j]);
+                change = change.add_product(by[k], A[k][j]);
             }
-            late[j] = by[j].minus(self.delay[i], change) * self.scale[i];
+            late[j] = by[j].subtract_product(self.delay[i], change) * self.scale[i];
         }
-        (y.minus(self.delay[i], rate) * self.scale[i] + self.offset[i], late)
+        (y.subtract_product(self.delay[i], rate) * self.scale[i] + self.offset[i], late)
     }
 }

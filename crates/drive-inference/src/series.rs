@@ -1,14 +1,14 @@
 //! Columns of an identification along its recording: states, slip angles, innovations, lateral acceleration.
 
 use tire_inference::axles::{Axle, Axles};
-use vehicle::{Input, State, Vehicle};
+use vehicle::{PlanarState, SingleTrackCar, SingleTrackInput};
 
-use crate::likelihood::{Likelihood, Unknowns};
+use crate::likelihood::{DriveLikelihood, DriveUnknowns};
 use preparation::Drive;
 
 /// Columns of one recording, with a value for each of its rows. The first row, which starts the filter, has zero innovations.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Series {
+pub struct IdentificationSeries {
     /// States after each measurement: v_x, v_y [m/s], r [rad/s], ξ_x [N].
     pub states: [Vec<f64>; 4],
     /// Slip angles of both axles [rad].
@@ -21,7 +21,7 @@ pub struct Series {
     pub a_y: Vec<f64>,
 }
 
-impl Series {
+impl IdentificationSeries {
     /// Measured lateral acceleration as it was expected from all before it, and from the other sensors at the same time [m/s²].
     pub fn a_y_expected<'a>(&'a self, recording: &'a Drive) -> impl Iterator<Item = f64> + 'a {
         let measured = recording.a_y.iter();
@@ -29,14 +29,14 @@ impl Series {
     }
 }
 
-impl Series {
+impl IdentificationSeries {
     /// A recording before anything is known of its states: they are as measured.
-    fn measured(recording: &Drive) -> Self {
+    fn from_measurements(recording: &Drive) -> Self {
         let zero = vec![0.0; recording.len()];
         let Drive { v_x, v_y, r, .. } = recording.clone();
         Self {
             states: [v_x, v_y, r, zero.clone()],
-            slip: Axles::new(|_| zero.clone()),
+            slip: Axles::from_fn(|_| zero.clone()),
             innovations: std::array::from_fn(|_| zero.clone()),
             whitened: std::array::from_fn(|_| zero.clone()),
             a_y: zero,
@@ -44,11 +44,11 @@ impl Series {
     }
 
     /// What follows from the states under the true inputs.
-    fn complete(&mut self, car: &Vehicle, recording: &Drive) {
+    fn fill_derived_columns(&mut self, car: &SingleTrackCar, recording: &Drive) {
         for k in 0..recording.len() {
             let [v_x, v_y, r] = [0, 1, 2].map(|i| self.states[i][k]);
-            let state = State { v_x, v_y, r, ..State::default() };
-            let input = Input { F_x: recording.F_x[k], delta: recording.delta[k] };
+            let state = PlanarState { v_x, v_y, r, ..PlanarState::default() };
+            let input = SingleTrackInput { F_x: recording.F_x[k], delta: recording.delta[k] };
             let motion = car.evaluate(&state, &input);
             self.slip.front[k] = motion.alpha_f;
             self.slip.rear[k] = motion.alpha_r;
@@ -58,16 +58,18 @@ impl Series {
 }
 
 /// The columns of all recordings of a likelihood. Rows that it leaves out have no innovations.
-pub fn series(
-    car: &Vehicle,
+pub fn identification_series(
+    car: &SingleTrackCar,
     recordings: &[Drive],
-    likelihood: &Likelihood,
-    at: &Unknowns,
-) -> Vec<Series> {
-    let Unknowns { tires, causes, .. } = at;
-    let car = causes.true_car(car).with_tires(tires.front.curve(), tires.rear.curve());
-    let mut all: Vec<Series> = recordings.iter().map(Series::measured).collect();
-    likelihood.run(at, |i, k, innovation, state| {
+    likelihood: &DriveLikelihood,
+    at: &DriveUnknowns,
+) -> Vec<IdentificationSeries> {
+    let DriveUnknowns { tires, causes, .. } = at;
+    let car =
+        causes.corrected_car(car).with_tires(tires.front.to_magic_formula(), tires.rear.to_magic_formula());
+    let mut all: Vec<IdentificationSeries> =
+        recordings.iter().map(IdentificationSeries::from_measurements).collect();
+    likelihood.visit_innovations(at, |i, k, innovation, state| {
         for (j, (residual, value)) in innovation.residual.iter().zip(state).enumerate() {
             all[i].states[j][k] = *value;
             all[i].innovations[j][k] = *residual;
@@ -75,13 +77,13 @@ pub fn series(
         }
     });
     for (series, recording) in all.iter_mut().zip(recordings) {
-        series.complete(&car, &causes.true_inputs(recording));
+        series.fill_derived_columns(&car, &causes.corrected_inputs(recording));
     }
     all
 }
 
 /// Smallest and largest of the slips that were reached, without the most extreme thousandth on either side.
-pub fn slip_range(series: &[Series], axle: Axle) -> [f64; 2] {
+pub fn slip_range(series: &[IdentificationSeries], axle: Axle) -> [f64; 2] {
     let mut slips: Vec<f64> = series.iter().flat_map(|s| s.slip[axle].iter().copied()).collect();
     slips.sort_by(f64::total_cmp);
     let margin = slips.len() / 1000;

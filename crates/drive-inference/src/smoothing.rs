@@ -2,12 +2,13 @@
 //! linear tires.
 
 use kalman::{
-    Em, EmError, Estimate, Gaussian, Model, Parameters, Smoothed, extended, forward, linearise,
-    smooth, transition,
+    EmError, EmEstimate, EmSettings, Gaussian, NoiseParameters, NonlinearModel, SmoothedRecording,
+    filter_forward, linearise_along_trajectory, linearise_by_extended_filter, smooth_recording,
+    transition_matrix,
 };
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
-use vehicle::{NominalCar, Vehicle};
+use vehicle::{NominalCar, SingleTrackCar};
 
 use crate::likelihood::DriveNoise;
 use preparation::Drive;
@@ -25,9 +26,9 @@ const START_STD_XI: f64 = 2000.0;
 const EM_TOLERANCE: f64 = 1e-5;
 
 /// A car of linear tires with the masses and lengths of this one.
-pub fn nominal(car: &Vehicle) -> NominalCar {
+pub fn nominal_car(car: &SingleTrackCar) -> NominalCar {
     let [C_f, C_r] = car.body.static_loads().map(|load| load * NOMINAL_STIFFNESS);
-    let vehicle::Body { m, I_zz, l_f, l_r, .. } = car.body;
+    let vehicle::VehicleBody { m, I_zz, l_f, l_r, .. } = car.body;
     NominalCar { m, I_zz, l_f, l_r, C_f, C_r }
 }
 
@@ -36,12 +37,12 @@ struct DriveModel<'a> {
     recording: &'a Drive,
 }
 
-impl Model<6, 4> for DriveModel<'_> {
+impl NonlinearModel<6, 4> for DriveModel<'_> {
     fn transition(&self, k: usize, x: &SVector<f64, 6>) -> (SVector<f64, 6>, SMatrix<f64, 6, 6>) {
         let drive = self.recording;
         let h = drive.t[k + 1] - drive.t[k];
         let after = self.car.advance(x, drive.F_x[k + 1], drive.delta[k + 1], h);
-        (after, transition(&self.car.jacobian(x), h))
+        (after, transition_matrix(&self.car.state_jacobian(x), h))
     }
 
     fn measurement(&self, k: usize, x: &SVector<f64, 6>) -> (SVector<f64, 4>, SMatrix<f64, 4, 6>) {
@@ -67,16 +68,16 @@ impl Default for SmootherOptions {
 #[derive(Clone, Debug)]
 pub struct SmoothedDrive {
     /// States, given all of the recording.
-    pub states: Smoothed<6>,
+    pub states: SmoothedRecording<6>,
     /// Lateral acceleration that the smoothed states mean, with ξ_y as a virtual force sensor [m/s²].
     pub a_y: Vec<f64>,
     /// What is reported of it.
-    pub report: Report,
+    pub report: SmoothingReport,
 }
 
 /// How a recording was smoothed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct SmoothingReport {
     /// Variances that v_x, v_y, r, ξ_x, ξ_y and ξ_ψ gain in one step, as assumed or as found by EM [squares of m/s, m/s, rad/s,
     /// N, N, N m].
     pub Q: [f64; 6],
@@ -87,12 +88,12 @@ pub struct Report {
     /// Root mean square difference of the lateral acceleration of smoothed states and the measured one [m/s²].
     pub a_y_rmse: f64,
     /// How Q and R were found, if they were.
-    pub em: Option<Tuning>,
+    pub em: Option<EmReport>,
 }
 
 /// How EM went.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tuning {
+pub struct EmReport {
     /// Whether a step of it gained less than the tolerance before the limit of passes.
     pub converged: bool,
     /// How often the recording was filtered.
@@ -105,10 +106,10 @@ pub struct Tuning {
     pub log_likelihood: Vec<f64>,
 }
 
-impl From<&Estimate<6, 4>> for Tuning {
-    fn from(found: &Estimate<6, 4>) -> Self {
+impl From<&EmEstimate<6, 4>> for EmReport {
+    fn from(found: &EmEstimate<6, 4>) -> Self {
         Self {
-            converged: found.status == kalman::Status::Converged,
+            converged: found.status == kalman::EmStatus::Converged,
             passes: found.evaluations,
             rejected: found.rejected,
             violations: found.violations.iter().map(|v| (v.evaluation, v.fall)).collect(),
@@ -123,36 +124,35 @@ impl From<&Estimate<6, 4>> for Tuning {
 ///
 /// [`EmError::Pass`] if a covariance is lost on the way.
 pub fn smooth_states(
-    car: &Vehicle,
+    car: &SingleTrackCar,
     recording: &Drive,
     noise: &DriveNoise,
     options: &SmootherOptions,
     go_on: impl FnMut() -> bool,
 ) -> Result<SmoothedDrive, EmError> {
-    let drive = DriveModel { car: nominal(car), recording };
+    let drive = DriveModel { car: nominal_car(car), recording };
     let measured: Vec<SVector<f64, 4>> =
-        (0..recording.len()).map(|k| recording.measured(k).into()).collect();
-    let mut parameters = parameters(recording, noise);
-    let mut steps = extended(&drive, &measured, &parameters)?;
+        (0..recording.len()).map(|k| recording.measurements_at(k).into()).collect();
+    let mut parameters = filter_parameters(recording, noise);
+    let mut steps = linearise_by_extended_filter(&drive, &measured, &parameters)?;
     let mut em = None;
     if options.em_passes > 0 {
         let tolerance = EM_TOLERANCE * recording.len() as f64;
-        let search = Em { tolerance, max_evaluations: options.em_passes, ..Em::default() };
+        let search = EmSettings { tolerance, max_evaluations: options.em_passes, ..EmSettings::default() };
         let found = search.fit_while(&steps, &parameters, go_on)?;
-        em = Some(Tuning::from(&found));
+        em = Some(EmReport::from(&found));
         parameters = found.parameters;
-        steps = extended(&drive, &measured, &parameters)?;
+        steps = linearise_by_extended_filter(&drive, &measured, &parameters)?;
     }
-    let first = smooth(&steps, &forward(&steps, &parameters)?)?;
+    let first = smooth_recording(&steps, &filter_forward(&steps, &parameters)?)?;
     // Tangents along the smoothed states instead of the filtered ones: the most probable trajectory to second order.
     let trajectory: Vec<_> = first.states.iter().map(|state| state.mean).collect();
-    let steps = linearise(&drive, &measured, &trajectory);
-    let filtered = forward(&steps, &parameters)?;
-    let smoothed = smooth(&steps, &filtered)?;
+    let steps = linearise_along_trajectory(&drive, &measured, &trajectory);
+    let filtered = filter_forward(&steps, &parameters)?;
+    let smoothed = smooth_recording(&steps, &filtered)?;
     let states = smoothed.states.iter().enumerate();
-    let a_y: Vec<f64> =
-        states.map(|(k, x)| drive.car.measurement(&x.mean, recording.delta[k])[3]).collect();
-    let report = Report {
+    let a_y: Vec<f64> = states.map(|(k, x)| drive.car.measurement(&x.mean, recording.delta[k])[3]).collect();
+    let report = SmoothingReport {
         Q: parameters.Q.diagonal().into(),
         R: parameters.R.diagonal().into(),
         log_likelihood: filtered.log_likelihood,
@@ -168,15 +168,14 @@ pub fn rmse(a: &[f64], b: &[f64]) -> f64 {
     (square / a.len() as f64).sqrt()
 }
 
-fn parameters(recording: &Drive, noise: &DriveNoise) -> Parameters<6, 4> {
+fn filter_parameters(recording: &Drive, noise: &DriveNoise) -> NoiseParameters<6, 4> {
     let h = (recording.t[recording.len() - 1] - recording.t[0]) / (recording.len() - 1) as f64;
-    let diagonal = |std: [f64; 6], h: f64| {
-        SMatrix::from_diagonal(&SVector::from(std.map(|std| std * std * h)))
-    };
-    let [v_x, v_y, r, _] = recording.measured(0);
+    let diagonal =
+        |std: [f64; 6], h: f64| SMatrix::from_diagonal(&SVector::from(std.map(|std| std * std * h)));
+    let [v_x, v_y, r, _] = recording.measurements_at(0);
     let [s_x, s_y, s_r, s_a] = noise.sensor;
     let sensor = SVector::from([s_x, s_y, s_r, s_a.hypot(A_Y_MODEL_STD)]);
-    Parameters {
+    NoiseParameters {
         start: Gaussian {
             mean: [v_x, v_y, r, 0.0, 0.0, 0.0].into(),
             cov: diagonal([s_x, s_y, s_r, START_STD_XI, START_STD_XI, START_STD_XI], 1.0),

@@ -1,17 +1,17 @@
 //! Summaries of the systematic errors and coloured noises that were estimated, in words, with the line that corrects each.
 
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
-use numerics::sqp::{Minimum, Objective};
+use numerics::sqp::{Objective, SqpMinimum};
 use numerics::statistics::NORMAL_95;
-use tire_inference::model::{CauseEstimate, Fit, FitTest, ModelVerdict};
-use tire_inference::verdict::Verdict;
-use vehicle::Vehicle;
+use tire_inference::model::{FitTest, ModelFit, ModelVerdict, SystematicErrorEstimate};
+use tire_inference::verdict::Identifiability;
+use vehicle::SingleTrackCar;
 
 use crate::adequacy::{CHANNELS, plausible};
 use crate::correction;
 use crate::joint_posterior::{JointPosterior, NoisePosterior};
-use crate::laplace::inverse;
-use crate::likelihood::Unknowns;
+use crate::laplace::inverse_hessian;
+use crate::likelihood::DriveUnknowns;
 use crate::model_selection::ModelExtension;
 use crate::tires::SIZE;
 use preparation::SystematicError;
@@ -19,7 +19,7 @@ use preparation::SystematicError;
 /// Something that was estimated beside the tires, with the test whether it can be that.
 pub struct TestedEstimate {
     /// What was found.
-    pub estimate: CauseEstimate,
+    pub estimate: SystematicErrorEstimate,
     /// Whether it is plausible.
     pub test: FitTest,
 }
@@ -27,33 +27,29 @@ pub struct TestedEstimate {
 /// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car. `step` is that of the
 /// rows [s].
 pub fn summarise_errors(
-    minimum: &Minimum,
+    minimum: &SqpMinimum,
     joint: &JointPosterior,
     gains: &[(ModelExtension, f64)],
-    at: &Unknowns,
-    car: &Vehicle,
+    at: &DriveUnknowns,
+    car: &SingleTrackCar,
     step: f64,
 ) -> Vec<TestedEstimate> {
-    let covariance = inverse(&minimum.model.hessian);
-    let gain = |addition: ModelExtension| {
-        gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain)
-    };
+    let covariance = inverse_hessian(&minimum.model.hessian);
+    let gain = |addition: ModelExtension| gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain);
     let estimate = |(index, cause): (usize, &SystematicError)| {
         let std = cause.describe().std * covariance[(SIZE + index, SIZE + index)].max(0.0).sqrt();
         let addition = match cause {
-            SystematicError::RelaxationFront | SystematicError::RelaxationRear => {
-                ModelExtension::Relaxation
-            }
+            SystematicError::RelaxationFront | SystematicError::RelaxationRear => ModelExtension::Relaxation,
             error => ModelExtension::Error(*error),
         };
-        let (it, figure) = summarise(*cause, at.causes[*cause], std, gain(addition));
+        let (it, figure) = summarise_error(*cause, at.causes[*cause], std, gain(addition));
         // What the data do not tell needs no correction.
-        let is_known = it.gain.is_some() || it.verdict == Verdict::Identified;
-        let lines = || correction::lines(*cause, &at.causes, std, car);
+        let is_known = it.gain.is_some() || it.verdict == Identifiability::Identified;
+        let lines = || correction::correction_lines(*cause, &at.causes, std, car);
         let size = at.causes[*cause] / joint.std[*cause];
-        let test = plausible::error(&it.name, &it.title, &figure, size);
+        let test = plausible::error_plausibility_test(&it.name, &it.title, &figure, size);
         let correction = if is_known { lines() } else { String::new() };
-        TestedEstimate { estimate: CauseEstimate { correction, ..it }, test }
+        TestedEstimate { estimate: SystematicErrorEstimate { correction, ..it }, test }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
     all.extend(summarise_coloured_noise(joint, at, gain(ModelExtension::Colour), step));
@@ -67,16 +63,16 @@ pub fn summarise_errors(
 pub fn apply_model_verdict(
     model: ModelVerdict,
     causes: Vec<TestedEstimate>,
-) -> (ModelVerdict, Vec<CauseEstimate>) {
-    let plausible = causes.iter().filter(|it| it.test.passed()).map(|it| &it.estimate);
-    let model = with_causes(model, &plausible.collect::<Vec<_>>());
+) -> (ModelVerdict, Vec<SystematicErrorEstimate>) {
+    let plausible = causes.iter().filter(|it| it.test.has_passed()).map(|it| &it.estimate);
+    let model = name_causes_in_verdict(model, &plausible.collect::<Vec<_>>());
     let judged = |TestedEstimate { estimate, test }: TestedEstimate| {
-        let verdict = model.cap(estimate.verdict);
-        match test.passed() {
-            true => CauseEstimate { verdict, ..estimate },
+        let verdict = model.cap_verdict(estimate.verdict);
+        match test.has_passed() {
+            true => SystematicErrorEstimate { verdict, ..estimate },
             false => {
                 let (sentence, correction) = (test.sentence, String::new());
-                CauseEstimate { verdict, sentence, correction, ..estimate }
+                SystematicErrorEstimate { verdict, sentence, correction, ..estimate }
             }
         }
     };
@@ -84,7 +80,7 @@ pub fn apply_model_verdict(
     (model, causes)
 }
 
-fn with_causes(model: ModelVerdict, causes: &[&CauseEstimate]) -> ModelVerdict {
+fn name_causes_in_verdict(model: ModelVerdict, causes: &[&SystematicErrorEstimate]) -> ModelVerdict {
     let named: Vec<&str> = causes
         .iter()
         .filter(|cause| cause.gain.is_some())
@@ -96,8 +92,8 @@ fn with_causes(model: ModelVerdict, causes: &[&CauseEstimate]) -> ModelVerdict {
     let named = named.join(", ");
     let named = named.trim_end_matches('.');
     let sentence = match model.verdict {
-        Fit::Fits => format!("{named}; with that corrected, the model fits."),
-        Fit::DoesNotFit => format!("{} Nor is it enough that: {named}.", model.sentence),
+        ModelFit::Fits => format!("{named}; with that corrected, the model fits."),
+        ModelFit::DoesNotFit => format!("{} Nor is it enough that: {named}.", model.sentence),
     };
     ModelVerdict { sentence, ..model }
 }
@@ -105,28 +101,28 @@ fn with_causes(model: ModelVerdict, causes: &[&CauseEstimate]) -> ModelVerdict {
 /// Noises that last.
 fn summarise_coloured_noise(
     joint: &JointPosterior,
-    at: &Unknowns,
+    at: &DriveUnknowns,
     gain: Option<f64>,
     step: f64,
 ) -> Vec<TestedEstimate> {
     let objective = NoisePosterior { likelihood: joint.likelihood, given: *at };
-    let channels: Vec<usize> = objective.lasting().collect();
+    let channels: Vec<usize> = objective.coloured_channels().collect();
     if channels.is_empty() {
         return Vec::new();
     }
-    let covariance = inverse(&objective.model(&objective.point(&at.noise)).hessian);
+    let covariance = inverse_hessian(&objective.model(&objective.x_from_noise(&at.noise)).hessian);
     let estimate = |(place, channel): (usize, &usize)| {
         let index = SIZE + 2 * place;
         let ([value, share], name) = (at.noise.colour[*channel], CHANNELS[*channel]);
         let std = covariance[(index, index)].max(0.0).sqrt();
-        let estimate = CauseEstimate {
+        let estimate = SystematicErrorEstimate {
             name: format!("colour_{name}"),
             title: format!("correlation of the noise of {name} from row to row"),
             unit: "-".to_owned(),
             value,
             std,
             interval: [value - NORMAL_95 * std, value + NORMAL_95 * std],
-            verdict: Verdict::Identified,
+            verdict: Identifiability::Identified,
             gain,
             sentence: format!(
                 "The noise of {name} is coloured: {:.0} % of its variance is correlated by {value:.3} from row to row; the fit accounts for it.",
@@ -135,18 +131,21 @@ fn summarise_coloured_noise(
             correction: String::new(),
         };
         let noise = (at.noise.sensor[*channel], at.noise.colour[*channel]);
-        TestedEstimate { test: plausible::noise(&estimate.name, *channel, noise, step), estimate }
+        TestedEstimate {
+            test: plausible::noise_plausibility_test(&estimate.name, *channel, noise, step),
+            estimate,
+        }
     };
     channels.iter().enumerate().map(estimate).collect()
 }
 
 /// The estimate, and its figure for people.
-fn summarise(
+fn summarise_error(
     cause: SystematicError,
     value: f64,
     std: f64,
     gain: Option<f64>,
-) -> (CauseEstimate, String) {
+) -> (SystematicErrorEstimate, String) {
     let about = cause.describe();
     let (factor, unit) = about.display;
     let [shown, spread] = [value, std].map(|x| factor * x);
@@ -160,7 +159,7 @@ fn summarise(
         Some(_) => format!("The {} is {figure}; the fit corrects it.", about.title),
         None => format!("The {} is {figure}.", about.title),
     };
-    let estimate = CauseEstimate {
+    let estimate = SystematicErrorEstimate {
         name: about.name.to_owned(),
         title: about.title.to_owned(),
         unit: about.unit.to_owned(),
@@ -168,9 +167,9 @@ fn summarise(
         std,
         interval: [value - NORMAL_95 * std, value + NORMAL_95 * std],
         verdict: if std < MAX_WIDTH_IDENTIFIED * about.std {
-            Verdict::Identified
+            Identifiability::Identified
         } else {
-            Verdict::NotIdentifiable
+            Identifiability::NotIdentifiable
         },
         gain,
         sentence,

@@ -6,11 +6,11 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
 use tire_inference::parameters::TireParameters;
-use vehicle::{Aero, Body, Input, State, Vehicle};
+use vehicle::{Aerodynamics, PlanarState, SingleTrackCar, SingleTrackInput, VehicleBody};
 
 use super::*;
-use crate::car::{Car, HeldInput, RecordedInput, SteadySlip, linearise};
-use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
+use crate::car::{FilterCarParameters, HeldInput, RecordedInput, SteadySlip, linearise_steady_slip};
+use crate::likelihood::{DerivativeDirection, DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::residual_rows::ResidualRows;
 use crate::sensors::SensorModel;
 use crate::tires::from_array;
@@ -21,21 +21,24 @@ const TIRES: Tires = Tires {
     rear: TireParameters { B: 25.0, C: 1.9, D: 1.7, E: 0.9 },
 };
 
-fn winged() -> Vehicle {
-    Vehicle { aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() }, ..Vehicle::default() }
+fn winged() -> SingleTrackCar {
+    SingleTrackCar {
+        aero: Aerodynamics { C_lf: 0.4, C_lr: 0.6, ..Aerodynamics::default() },
+        ..SingleTrackCar::default()
+    }
 }
 
 /// What holding an input does.
-fn held(car: &Vehicle, F_x: f64, delta: f64) -> HeldInput<f64> {
-    RecordedInput::new(car, &Input { F_x, delta }, [0.0; 2]).with_force_factor(1.0)
+fn held(car: &SingleTrackCar, F_x: f64, delta: f64) -> HeldInput<f64> {
+    RecordedInput::new(car, &SingleTrackInput { F_x, delta }, [0.0; 2]).with_force_factor(1.0)
 }
 
-fn exact(car: &Vehicle) -> Car<f64> {
-    Car::new(car, &SystematicErrors::default())
+fn exact(car: &SingleTrackCar) -> FilterCarParameters<f64> {
+    FilterCarParameters::new(car, &SystematicErrors::default())
 }
 
 fn filter(
-    car: &Vehicle,
+    car: &SingleTrackCar,
     noise: &DriveNoise,
 ) -> AugmentedFilter<SteadySlip<f64>, SensorModel<f64, false>, f64, 4, 4> {
     AugmentedFilter {
@@ -48,10 +51,10 @@ fn filter(
 }
 
 /// Rates of v_x, v_y and r, and a_y, by the plant's own equations.
-fn plant<T: vehicle::Number>(car: &Vehicle, x: [T; 3], input: &Input) -> [T; 4] {
-    let car = car.with_tires(TIRES.front.curve(), TIRES.rear.curve()).lift();
-    let state = State { X: T::zero(), Y: T::zero(), psi: T::zero(), v_x: x[0], v_y: x[1], r: x[2] };
-    let input = Input { F_x: input.F_x.into(), delta: input.delta.into() };
+fn plant<T: vehicle::Number>(car: &SingleTrackCar, x: [T; 3], input: &SingleTrackInput) -> [T; 4] {
+    let car = car.with_tires(TIRES.front.to_magic_formula(), TIRES.rear.to_magic_formula()).cast();
+    let state = PlanarState { X: T::zero(), Y: T::zero(), psi: T::zero(), v_x: x[0], v_y: x[1], r: x[2] };
+    let input = SingleTrackInput { F_x: input.F_x.into(), delta: input.delta.into() };
     let motion = car.evaluate(&state, &input);
     let rate = motion.derivative;
     [rate.v_x, rate.v_y, rate.r, motion.a_y]
@@ -63,11 +66,11 @@ proptest! {
         v_x in 0.5..60.0f64, v_y in -6.0..6.0f64, r in -1.5..1.5f64, F_x in -6e3..6e3f64,
         delta in -0.3..0.3f64,
     ) {
-        let (car, input) = (winged(), Input { F_x, delta });
+        let (car, input) = (winged(), SingleTrackInput { F_x, delta });
         let (held, tires, its) = (held(&car, F_x, delta), TIRES, exact(&car));
         let x = [v_x, v_y, r, 0.0];
         let expected = plant(&car, [v_x, v_y, r], &input);
-        let linear = linearise(&its, &tires, &x, &held);
+        let linear = linearise_steady_slip(&its, &tires, &x, &held);
         for (found, expected) in linear.rates.into_iter().chain([linear.a_y]).zip(expected) {
             prop_assert!((found - expected).abs() <= 1e-11 * (1.0 + expected.abs()));
         }
@@ -80,7 +83,7 @@ proptest! {
             }
         }
         // A force that the inputs do not know acts like drag: differences, as the plant has no such force.
-        let moved = |xi: f64| linearise(&its, &tires, &[v_x, v_y, r, xi], &held).rates;
+        let moved = |xi: f64| linearise_steady_slip(&its, &tires, &[v_x, v_y, r, xi], &held).rates;
         let (more, less) = (moved(1.0), moved(-1.0));
         for i in 0..3 {
             let by = 0.5 * (more[i] - less[i]);
@@ -90,13 +93,13 @@ proptest! {
 }
 
 /// A slalom with braking that takes both axles past their peaks, measured with a fixed pattern of errors.
-fn recording(car: &Vehicle, seconds: f64) -> Drive {
-    let car = car.with_tires(TIRES.front.curve(), TIRES.rear.curve());
-    let mut state = State { v_x: 22.0, ..State::default() };
+fn recording(car: &SingleTrackCar, seconds: f64) -> Drive {
+    let car = car.with_tires(TIRES.front.to_magic_formula(), TIRES.rear.to_magic_formula());
+    let mut state = PlanarState { v_x: 22.0, ..PlanarState::default() };
     let mut recording = Drive::default();
     for k in 0..(100.0 * seconds) as usize {
         let t = 0.01 * k as f64;
-        let input = Input {
+        let input = SingleTrackInput {
             F_x: 3000.0 * (1.9 * t).sin() + 400.0,
             delta: 0.09 * (2.6 * t).sin() + 0.05 * (7.1 * t).sin() - 0.35 * state.r,
         };
@@ -113,39 +116,32 @@ fn recording(car: &Vehicle, seconds: f64) -> Drive {
     recording
 }
 
-const NOISE: DriveNoise = DriveNoise {
-    sensor: [0.05, 0.01, 0.01, 0.1],
-    process: [2e-3, 3e-3, 1e-3, 200.0],
-    colour: [[0.0; 2]; 4],
-};
+const NOISE: DriveNoise =
+    DriveNoise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0], colour: [[0.0; 2]; 4] };
 
 #[test]
 fn gradients_are_those_of_central_differences() {
     let theta = [20.0, 1.5, 1.4, 0.3, 21.0, 1.7, 1.6, 0.6];
     let (car, tires) = (winged(), from_array(theta));
-    let likelihood = Likelihood::new(&car, &[recording(&car, 3.0), recording(&car, 1.0)]);
-    let exact = likelihood.of_tires(&Unknowns::new(&tires, &NOISE));
+    let likelihood = DriveLikelihood::new(&car, &[recording(&car, 3.0), recording(&car, 1.0)]);
+    let exact = likelihood.evaluate_by_tires(&DriveUnknowns::new(&tires, &NOISE));
     // Four terms of the sum are added in another order.
-    let cost = likelihood.cost(&Unknowns::new(&from_array(theta), &NOISE));
+    let cost = likelihood.cost(&DriveUnknowns::new(&from_array(theta), &NOISE));
     assert!((exact.cost - cost).abs() < 1e-13 * cost.abs());
     for i in 0..8 {
         let moved = |h: f64| {
             let mut theta = theta;
             theta[i] += h;
-            likelihood.cost(&Unknowns::new(&from_array(theta), &NOISE))
+            likelihood.cost(&DriveUnknowns::new(&from_array(theta), &NOISE))
         };
         let h = 1e-5 * theta[i];
         // Richardson's extrapolation of two central differences: an error of fourth order.
         let difference = |h: f64| (moved(h) - moved(-h)) / (2.0 * h);
         let expected = (4.0 * difference(h) - difference(2.0 * h)) / 3.0;
         let allowed = 1e-6 * expected.abs() + 1e-12 * exact.cost.abs() / h;
-        assert!(
-            (exact.gradient[i] - expected).abs() < allowed,
-            "{i}: {} {expected}",
-            exact.gradient[i]
-        );
+        assert!((exact.gradient[i] - expected).abs() < allowed, "{i}: {} {expected}", exact.gradient[i]);
     }
-    let by_noise = likelihood.of_noise(&Unknowns::new(&tires, &NOISE));
+    let by_noise = likelihood.evaluate_by_noise(&DriveUnknowns::new(&tires, &NOISE));
     for i in 0..8 {
         let moved = |h: f64| {
             let mut noise = NOISE;
@@ -154,15 +150,12 @@ fn gradients_are_those_of_central_differences() {
             } else {
                 noise.process[i - 4] *= (1.0 + h).sqrt();
             }
-            likelihood.cost(&Unknowns::new(&tires, &noise))
+            likelihood.cost(&DriveUnknowns::new(&tires, &noise))
         };
         let unit = if i < 4 { 1.0 } else { NOISE.process[i - 4].powi(-2) };
         let expected = unit * (moved(1e-5) - moved(-1e-5)) / 2e-5;
         let found = by_noise.gradient[i];
-        assert!(
-            (found - expected).abs() < 1e-6 * expected.abs() + unit * 1e-6,
-            "{i}: {found} {expected}"
-        );
+        assert!((found - expected).abs() < 1e-6 * expected.abs() + unit * 1e-6, "{i}: {found} {expected}");
     }
 }
 
@@ -183,33 +176,29 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
     let coloured = DriveNoise { colour: [[0.0; 2], [0.6, 0.3], [0.9, 0.5], [0.8, 0.7]], ..NOISE };
     let recordings = [recording(&car, 3.0)];
     for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
-        let at = Unknowns { causes, noise, ..Unknowns::new(&TIRES, &NOISE) };
-        let likelihood = Likelihood::delayed(&car, &recordings, &causes);
+        let at = DriveUnknowns { causes, noise, ..DriveUnknowns::new(&TIRES, &NOISE) };
+        let likelihood = DriveLikelihood::with_delays(&car, &recordings, &causes);
         let errors = SystematicError::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
         let colours = (0..4).filter(|i| noise.colour[*i][1] > 0.0);
-        let directions: Vec<Direction> = errors
-            .map(Direction::Error)
-            .chain(colours.flat_map(|i| [0, 1].map(|j| Direction::Colour(i, j))))
+        let directions: Vec<DerivativeDirection> = errors
+            .map(DerivativeDirection::Error)
+            .chain(colours.flat_map(|i| [0, 1].map(|j| DerivativeDirection::Colour(i, j))))
             .collect();
-        let found = likelihood.rows(&at, &directions).whole();
+        let found = likelihood.residual_rows(&at, &directions).total_expansion();
         for (i, direction) in directions.iter().enumerate() {
             let moved = |share: f64| {
                 let mut at = at;
                 match *direction {
-                    Direction::Error(cause) => at.causes[cause] += share * cause.describe().std,
-                    Direction::Colour(i, j) => at.noise.colour[i][j] += share,
-                    Direction::Tire(_) | Direction::Noise(_) => {}
+                    DerivativeDirection::Error(cause) => at.causes[cause] += share * cause.describe().std,
+                    DerivativeDirection::Colour(i, j) => at.noise.colour[i][j] += share,
+                    DerivativeDirection::Tire(_) | DerivativeDirection::Noise(_) => {}
                 }
                 likelihood.cost(&at)
             };
             let difference = |h: f64| (moved(h) - moved(-h)) / (2.0 * h);
             let expected = (4.0 * difference(1e-4) - difference(2e-4)) / 3.0;
             let off = (found.gradient[i] - expected).abs();
-            assert!(
-                off < 1e-6 * expected.abs() + 1e-4,
-                "{direction:?}: {} {expected}",
-                found.gradient[i]
-            );
+            assert!(off < 1e-6 * expected.abs() + 1e-4, "{direction:?}: {} {expected}", found.gradient[i]);
         }
     }
 }
@@ -219,8 +208,8 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
 fn augmented_filters_end_in_the_base_one() {
     let car = winged();
     let recordings = [recording(&car, 3.0)];
-    let likelihood = Likelihood::new(&car, &recordings);
-    let at = Unknowns::new(&TIRES, &NOISE);
+    let likelihood = DriveLikelihood::new(&car, &recordings);
+    let at = DriveUnknowns::new(&TIRES, &NOISE);
     let base = likelihood.cost(&at);
     let mut white = at;
     white.noise.colour = [[0.5, 1e-12]; 4];
@@ -237,15 +226,15 @@ fn augmented_filters_end_in_the_base_one() {
 fn every_error_has_its_own_effect() {
     let car = winged();
     let recordings = [recording(&car, 4.0)];
-    let likelihood = Likelihood::delayed(&car, &recordings, &SystematicErrors::default());
-    let at = Unknowns::new(&TIRES, &NOISE);
+    let likelihood = DriveLikelihood::with_delays(&car, &recordings, &SystematicErrors::default());
+    let at = DriveUnknowns::new(&TIRES, &NOISE);
     let rigid: Vec<_> = SystematicError::ALL
         .into_iter()
         .filter(|cause| !SystematicError::TIRES.contains(cause))
-        .map(Direction::Error)
+        .map(DerivativeDirection::Error)
         .collect();
     assert_eq!(rigid.len(), ESTIMATED - 2);
-    let information = likelihood.rows(&at, &rigid).whole().information;
+    let information = likelihood.residual_rows(&at, &rigid).total_expansion().information;
     for i in 0..rigid.len() {
         assert!(information[(i, i)] > 0.0, "{:?}", rigid[i]);
         for j in 0..i {
@@ -263,7 +252,7 @@ fn innovations_are_those_of_a_textbook_filter() {
     let recording = recording(&car, 1.0);
     let (filter, its) = (filter(&car, &NOISE), exact(&car));
     let start = [0.05f64, 0.01, 0.01, 300.0].map(|s| s * s);
-    let [v_x, v_y, r, _] = recording.measured(0);
+    let [v_x, v_y, r, _] = recording.measurements_at(0);
     let mut estimate = StateEstimate { x: [v_x, v_y, r, 0.0], P: [[0.0; 4]; 4] };
     for (i, row) in estimate.P.iter_mut().enumerate() {
         row[i] = start[i];
@@ -277,7 +266,7 @@ fn innovations_are_those_of_a_textbook_filter() {
     for k in 1..recording.len() {
         let held = held(&car, recording.F_x[k], recording.delta[k]);
         let flow = |x: SVector<f64, 4>| {
-            vehicle::rk4(&vehicle::rk4(&x, 0.005, |x| rate(&its, x, &held)), 0.005, |x| {
+            vehicle::rk4_step(&vehicle::rk4_step(&x, 0.005, |x| rate(&its, x, &held)), 0.005, |x| {
                 rate(&its, x, &held)
             })
         };
@@ -291,24 +280,20 @@ fn innovations_are_those_of_a_textbook_filter() {
             (moved(h) - moved(-h)) / (2.0 * h)
         });
         let prior = kalman::predict(&textbook, flow(textbook.mean), &F, &Q);
-        let linear = linearise(&its, &TIRES, &prior.mean.into(), &held);
+        let linear = linearise_steady_slip(&its, &TIRES, &prior.mean.into(), &held);
         let mut H = SMatrix::<f64, 4, 4>::zeros();
         for j in 0..4 {
             H[(j, j)] = if j < 3 { 1.0 } else { 0.0 };
             H[(3, j)] = linear.C[j];
         }
         let expected = SVector::from([prior.mean[0], prior.mean[1], prior.mean[2], linear.a_y]);
-        let residual = SVector::from(recording.measured(k)) - expected;
-        let (after, corrected) = kalman::update(&prior, &residual, &H, &R).expect("a covariance");
+        let residual = SVector::from(recording.measurements_at(k)) - expected;
+        let (after, corrected) = kalman::measurement_update(&prior, &residual, &H, &R).expect("a covariance");
         textbook = after;
-        let innovation = filter.step(&mut estimate, &held, 0.01, 1, &recording.measured(k));
+        let innovation = filter.step(&mut estimate, &held, 0.01, 1, &recording.measurements_at(k));
         let squares = (0..4).map(|i| innovation.residual[i].powi(2) / innovation.variance[i]);
         let nis: f64 = squares.sum();
-        assert!(
-            (nis - corrected.nis).abs() < 5e-3 * corrected.nis.max(1.0),
-            "{k}: {nis} {}",
-            corrected.nis
-        );
+        assert!((nis - corrected.nis).abs() < 5e-3 * corrected.nis.max(1.0), "{k}: {nis} {}", corrected.nis);
     }
 }
 
@@ -327,7 +312,7 @@ fn predictions_are_those_of_short_steps() {
             filter.step(&mut estimate, &held, 0.01, steps, &[0.0; 4]);
             let mut expected = SVector::from(x);
             for _ in 0..100 {
-                expected = vehicle::rk4(&expected, 1e-4, |x| rate(&its, x, &held));
+                expected = vehicle::rk4_step(&expected, 1e-4, |x| rate(&its, x, &held));
             }
             for i in 0..3 {
                 let off = estimate.x[i] - expected[i];
@@ -339,53 +324,52 @@ fn predictions_are_those_of_short_steps() {
 
 #[test]
 fn all_vectors_give_the_same_bits() {
-    let likelihood = Likelihood::new(&winged(), &[recording(&winged(), 1.0)]);
-    let at = Unknowns::new(&TIRES, &NOISE);
-    let directions: [Direction; 8] = std::array::from_fn(Direction::Tire);
-    let wide = likelihood.rows(&at, &directions).evaluation();
-    let scalar = ResidualRows::new(vec![likelihood.one_by_one(&at, &directions)], 8).evaluation();
+    let likelihood = DriveLikelihood::new(&winged(), &[recording(&winged(), 1.0)]);
+    let at = DriveUnknowns::new(&TIRES, &NOISE);
+    let directions: [DerivativeDirection; 8] = std::array::from_fn(DerivativeDirection::Tire);
+    let wide = likelihood.residual_rows(&at, &directions).to_evaluation();
+    let scalar =
+        ResidualRows::new(vec![likelihood.residuals_by_direction(&at, &directions)], 8).to_evaluation();
     assert_eq!(wide.cost, scalar.cost);
     assert_eq!(wide.gradient, scalar.gradient);
     assert_eq!(wide.information, scalar.information);
 }
 
-fn rate(car: &Car<f64>, x: &SVector<f64, 4>, held: &HeldInput<f64>) -> SVector<f64, 4> {
-    let [v_x, v_y, r] = linearise(car, &TIRES, &(*x).into(), held).rates;
+fn rate(car: &FilterCarParameters<f64>, x: &SVector<f64, 4>, held: &HeldInput<f64>) -> SVector<f64, 4> {
+    let [v_x, v_y, r] = linearise_steady_slip(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }
 
 #[test]
 fn unusable_recordings_say_where() {
-    let good = recording(&Vehicle::default(), 1.0);
+    let good = recording(&SingleTrackCar::default(), 1.0);
     let identify = |recording: &Drive| {
-        identify(std::slice::from_ref(recording), &DriveOptions::default(), &mut |_, _| true)
+        identify_tires(std::slice::from_ref(recording), &DriveOptions::default(), &mut |_, _| true)
             .expect_err("nothing to identify from")
             .to_string()
     };
     let mut short = good.clone();
     short.delta.pop();
-    assert!(
-        identify(&short).contains("expected 100 rows as in column t, found 99 in column delta")
-    );
+    assert!(identify(&short).contains("expected 100 rows as in column t, found 99 in column delta"));
     let mut hole = good.clone();
     hole.r[7] = f64::NAN;
     assert!(identify(&hole).contains("column r, found NaN in row 7"));
     let mut still = good.clone();
     still.t[5] = still.t[4];
     assert!(identify(&still).contains("in row 5"));
-    let nothing = crate::identify(&[], &DriveOptions::default(), &mut |_, _| true);
+    let nothing = crate::identify_tires(&[], &DriveOptions::default(), &mut |_, _| true);
     assert_eq!(nothing.err(), Some(Error::NoRecording));
 }
 
 #[test]
 fn heavier_cars_need_no_other_steps() {
     // A body of other proportions, at a walking pace: the filter must not become unstable.
-    let body = Body { m: 1500.0, I_zz: 1200.0, ..Body::default() };
-    let car = Vehicle { body, ..Vehicle::default() };
+    let body = VehicleBody { m: 1500.0, I_zz: 1200.0, ..VehicleBody::default() };
+    let car = SingleTrackCar { body, ..SingleTrackCar::default() };
     let mut slow = recording(&car, 1.0);
     slow.v_x.iter_mut().for_each(|v| *v = 2.0);
     slow.v_y.iter_mut().for_each(|v| *v = 0.0);
     slow.r.iter_mut().for_each(|v| *v = 0.0);
-    let cost = Likelihood::new(&car, &[slow]).cost(&Unknowns::new(&TIRES, &NOISE));
+    let cost = DriveLikelihood::new(&car, &[slow]).cost(&DriveUnknowns::new(&TIRES, &NOISE));
     assert!(cost.is_finite(), "{cost}");
 }

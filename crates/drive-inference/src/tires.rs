@@ -15,7 +15,7 @@ pub const SIZE: usize = 8;
 
 /// Where those of an axle are.
 #[inline(always)]
-pub fn block(axle: Axle) -> Range<usize> {
+pub fn parameter_block(axle: Axle) -> Range<usize> {
     match axle {
         Axle::Front => 0..4,
         Axle::Rear => 4..8,
@@ -23,8 +23,8 @@ pub fn block(axle: Axle) -> Range<usize> {
 }
 
 /// Where each parameter of an axle is.
-pub fn indices(axle: Axle) -> TireParameters<usize> {
-    let from = block(axle).start;
+pub fn parameter_indices(axle: Axle) -> TireParameters<usize> {
+    let from = parameter_block(axle).start;
     TireParameters { B: from, C: from + 1, D: from + 2, E: from + 3 }
 }
 
@@ -38,10 +38,7 @@ pub fn to_array<T>(tires: Tires<T>) -> [T; SIZE] {
 /// The tires of numbers in their order.
 #[inline(always)]
 pub fn from_array<T>([B, C, D, E, B_r, C_r, D_r, E_r]: [T; SIZE]) -> Tires<T> {
-    Tires {
-        front: TireParameters { B, C, D, E },
-        rear: TireParameters { B: B_r, C: C_r, D: D_r, E: E_r },
-    }
+    Tires { front: TireParameters { B, C, D, E }, rear: TireParameters { B: B_r, C: C_r, D: D_r, E: E_r } }
 }
 
 /// As a vector.
@@ -55,7 +52,7 @@ pub fn from_vector(x: &DVector<f64>) -> Tires {
 }
 
 /// Lower and upper corner of the box of both tires.
-pub fn corners(bounds: &Bounds) -> [DVector<f64>; 2] {
+pub fn box_corners(bounds: &Bounds) -> [DVector<f64>; 2] {
     [bounds.lower, bounds.upper].map(|side| {
         let [B, C, D, E, ..] = side;
         let tire = TireParameters { B, C, D, E };
@@ -73,9 +70,9 @@ mod tests {
         let x = to_vector(&tires);
         assert_eq!(from_vector(&x), tires);
         for axle in Axle::ALL {
-            let indices = indices(axle).into_array();
+            let indices = parameter_indices(axle).into_array();
             assert_eq!(indices.map(|index| x[index]), tires[axle].into_array());
-            assert!(block(axle).eq(indices));
+            assert!(parameter_block(axle).eq(indices));
         }
     }
 }

@@ -6,7 +6,10 @@
 use kalman::augmented::ProcessModel;
 use numerics::scalar::Scalar;
 
-use crate::car::{Car, CarLinearisation, HeldInput, Loads, curve, motion, size, slip, slip_speed};
+use crate::car::{
+    AxleLoads, CarLinearisation, FilterCarParameters, HeldInput, absolute, friction_and_slope,
+    linearise_motion, slip_angle_and_derivative, slip_speed,
+};
 use crate::tires::Tires;
 
 /// States that have rates.
@@ -17,7 +20,7 @@ pub const STATES: usize = 6;
 /// The car on tires whose slip follows the motion.
 pub struct TransientSlip<T> {
     /// The car.
-    pub car: Car<T>,
+    pub car: FilterCarParameters<T>,
     /// The tires.
     pub tires: Tires<T>,
     /// Relaxation lengths of the front and the rear tires [m].
@@ -31,14 +34,14 @@ impl<T: Scalar> ProcessModel<T, MOVING, STATES> for TransientSlip<T> {
 
     #[inline(always)]
     fn linearise(&self, x: &[T; STATES], u: &HeldInput<T>) -> Self::Linearised {
-        linearise(&self.car, &self.tires, &self.lengths, x, u)
+        linearise_transient_slip(&self.car, &self.tires, &self.lengths, x, u)
     }
 }
 
 /// Rates at a state under an input, with relaxation lengths of both axles [m].
 #[inline(always)]
-pub fn linearise<T: Scalar>(
-    car: &Car<T>,
+pub fn linearise_transient_slip<T: Scalar>(
+    car: &FilterCarParameters<T>,
     tires: &Tires<T>,
     lengths: &[T; 2],
     x: &[T; STATES],
@@ -46,21 +49,21 @@ pub fn linearise<T: Scalar>(
 ) -> CarLinearisation<T, MOVING, STATES> {
     let [v_x, v_y, r, alpha_f, alpha_r, xi_x] = *x;
     let zero = v_x.constant(0.0);
-    let [mu_f, slope_f] = curve(&tires.front, alpha_f);
-    let [mu_r, slope_r] = curve(&tires.rear, alpha_r);
-    let loads = Loads::new(car, u, [v_x, xi_x], mu_f);
-    let Loads { front: F_zf, rear: F_zr, drag, by_v, by_xi, .. } = loads;
+    let [mu_f, slope_f] = friction_and_slope(&tires.front, alpha_f);
+    let [mu_r, slope_r] = friction_and_slope(&tires.rear, alpha_r);
+    let loads = AxleLoads::new(car, u, [v_x, xi_x], mu_f);
+    let AxleLoads { front: F_zf, rear: F_zr, drag, by_v, by_xi, .. } = loads;
     // Changes of F_yf and F_yr with each state.
     let changes = [
         (by_v * mu_f, (loads.total_by_v - by_v) * mu_r),
         (zero, zero),
         (zero, zero),
-        (slope_f * F_zf.plus(drag, mu_f), -(slope_f * drag * mu_r)),
+        (slope_f * F_zf.add_product(drag, mu_f), -(slope_f * drag * mu_r)),
         (zero, slope_r * F_zr),
         (by_xi * mu_f, -(by_xi * mu_r)),
     ];
     let forces = [F_zf * mu_f, F_zr * mu_r];
-    let mut linear = motion(car, u, [v_x, v_y, r], &loads, forces, &changes);
+    let mut linear = linearise_motion(car, u, [v_x, v_y, r], &loads, forces, &changes);
     add_slip_rates(&mut linear, lengths, x, &[car.l_f, -car.l_r], &[u.delta, zero]);
     linear
 }
@@ -74,16 +77,16 @@ fn add_slip_rates<T: Scalar>(
     positions: &[T; 2],
     steering: &[T; 2],
 ) {
-    let v = size(v_x);
+    let v = absolute(v_x);
     let slowness = slip_speed(v_x).recip();
     for axle in 0..2 {
         let (ahead, steered) = (positions[axle], steering[axle]);
-        let [q, motion, by_v_y] = slip(v_y.plus(r, ahead) * slowness, slowness);
+        let [q, motion, by_v_y] = slip_angle_and_derivative(v_y.add_product(r, ahead) * slowness, slowness);
         let behind = motion + steered - [alpha_f, alpha_r][axle];
         let short = lengths[axle].recip();
         let (row, pole) = (3 + axle, v * short);
         rates[row] = pole * behind;
-        A[row][0] = (behind * short).minus(pole * by_v_y, q);
+        A[row][0] = (behind * short).subtract_product(pole * by_v_y, q);
         A[row][1] = pole * by_v_y;
         A[row][2] = pole * by_v_y * ahead;
         A[row][row] = -pole;

@@ -32,12 +32,12 @@ pub struct DriveNoise {
 
 impl DriveNoise {
     /// These sensors, on a car that the model describes well.
-    pub fn of_sensors(sensor: [f64; 4]) -> Self {
+    pub fn from_sensor_stds(sensor: [f64; 4]) -> Self {
         Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0], colour: [[0.0; 2]; 4] }
     }
 
     /// With the process multiplied by a factor.
-    pub fn with_process(&self, factor: f64) -> Self {
+    pub fn scale_process_noise(&self, factor: f64) -> Self {
         Self { process: self.process.map(|std| std * factor), ..*self }
     }
 
@@ -55,7 +55,7 @@ impl DriveNoise {
 
 /// What the likelihood depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unknowns {
+pub struct DriveUnknowns {
     /// The tires.
     pub tires: Tires,
     /// Errors of sensors and car.
@@ -64,32 +64,32 @@ pub struct Unknowns {
     pub noise: DriveNoise,
 }
 
-impl Unknowns {
+impl DriveUnknowns {
     /// Tires and noises, where nothing else is wrong.
     pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
         Self { tires: *tires, causes: SystematicErrors::default(), noise: *noise }
     }
 
     /// Whether sensors are right, their noises white and slips those of the motion.
-    pub fn is_plain(&self) -> bool {
-        FilterVariant::of(&self.causes, &self.noise, &[]) == FilterVariant::Base
+    pub fn has_no_errors(&self) -> bool {
+        FilterVariant::required_for(&self.causes, &self.noise, &[]) == FilterVariant::Base
     }
 
     /// Whether the filter needs more states than those of the car.
-    pub fn is_augmented(&self) -> bool {
+    pub fn has_augmented_state(&self) -> bool {
         !matches!(
-            FilterVariant::of(&self.causes, &self.noise, &[]),
+            FilterVariant::required_for(&self.causes, &self.noise, &[]),
             FilterVariant::Base | FilterVariant::SensorBias
         )
     }
 
     /// As numbers with derivatives along up to eight directions.
-    pub fn seeded<S: pulp::Simd, const N: usize>(
+    pub fn with_derivative_seeds<S: pulp::Simd, const N: usize>(
         &self,
         simd: S,
-        directions: &[Direction],
+        directions: &[DerivativeDirection],
     ) -> FilterParameters<Tangent<S, N>> {
-        let seed = |value: f64, direction: Direction, rate: f64| match directions
+        let seed = |value: f64, direction: DerivativeDirection, rate: f64| match directions
             .iter()
             .position(|known| *known == direction)
         {
@@ -100,20 +100,20 @@ impl Unknowns {
         let theta = tires::to_array(*tires);
         let sensor = |i: usize| {
             let variance = noise.sensor[i].powi(2);
-            seed(variance, Direction::Noise(i), 2.0 * variance)
+            seed(variance, DerivativeDirection::Noise(i), 2.0 * variance)
         };
-        let process = |i: usize| seed(noise.process[i].powi(2), Direction::Noise(4 + i), 1.0);
+        let process = |i: usize| seed(noise.process[i].powi(2), DerivativeDirection::Noise(4 + i), 1.0);
         let error = |cause: SystematicError| {
-            seed(causes[cause], Direction::Error(cause), cause.describe().std)
+            seed(causes[cause], DerivativeDirection::Error(cause), cause.describe().std)
         };
         let colour = |i: usize| {
             let [correlation, share] =
-                std::array::from_fn(|j| seed(noise.colour[i][j], Direction::Colour(i, j), 1.0));
+                std::array::from_fn(|j| seed(noise.colour[i][j], DerivativeDirection::Colour(i, j), 1.0));
             ColouredNoise { correlation, share }
         };
         FilterParameters {
             tires: tires::from_array(std::array::from_fn(|i| {
-                seed(theta[i], Direction::Tire(i), 1.0)
+                seed(theta[i], DerivativeDirection::Tire(i), 1.0)
             })),
             causes: SystematicErrors(SystematicError::ALL.map(error)),
             noise: NoiseVariances {
@@ -128,7 +128,7 @@ impl Unknowns {
 /// An unknown along which a derivative is taken, in its own unit but for the logarithms of the standard deviations of sensors
 /// and the variances of the process: those may be 0, where the logarithm would have no slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Direction {
+pub enum DerivativeDirection {
     /// A parameter of the tires, by its number in [`crate::tires`].
     Tire(usize),
     /// An error, in its standard deviations before any data.
@@ -168,12 +168,16 @@ pub enum FilterVariant {
 
 impl FilterVariant {
     /// For some unknowns, and derivatives along these directions.
-    pub fn of(causes: &SystematicErrors, noise: &DriveNoise, directions: &[Direction]) -> Self {
-        let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
+    pub fn required_for(
+        causes: &SystematicErrors,
+        noise: &DriveNoise,
+        directions: &[DerivativeDirection],
+    ) -> Self {
+        let along = directions.iter().any(|it| matches!(it, DerivativeDirection::Colour(..)));
         let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
         let of_sensor = |cause: &SystematicError| !SystematicError::CAR.contains(cause);
         let errs = SystematicError::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
-        let sought = |direction: &Direction| matches!(direction, Direction::Error(cause) if of_sensor(cause));
+        let sought = |direction: &DerivativeDirection| matches!(direction, DerivativeDirection::Error(cause) if of_sensor(cause));
         if SystematicError::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
             if along || lasts { Self::ColouredTransientSlip } else { Self::TransientSlip }
         } else if along || lasts {
@@ -186,7 +190,7 @@ impl FilterVariant {
     }
 
     /// The one that serves two points.
-    pub fn covering(self, other: Self) -> Self {
+    pub fn covering_both(self, other: Self) -> Self {
         let coloured = |it| matches!(it, Self::ColouredNoise | Self::ColouredTransientSlip);
         let relaxed = |it| matches!(it, Self::TransientSlip | Self::ColouredTransientSlip);
         let any = |is: fn(Self) -> bool| is(self) || is(other);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use vehicle::{Input, MagicFormula, State, Vehicle};
+use vehicle::{MagicFormula, PlanarState, SingleTrackCar, SingleTrackInput};
 
 /// Time step of the inputs [s].
 const STEP: f64 = 0.01;
@@ -29,7 +29,7 @@ impl Manoeuvre {
         [Self::RampSteer, Self::StepSteer, Self::SineWithDwell, Self::DoubleLaneChange];
 
     /// Speed at the start [m/s].
-    pub fn speed(self) -> f64 {
+    pub fn initial_speed(self) -> f64 {
         match self {
             Self::RampSteer => 30.0,
             Self::StepSteer => 27.8,
@@ -48,26 +48,24 @@ impl Manoeuvre {
     }
 
     /// Steering angle at a time [rad].
-    pub fn steering(self, t: f64) -> f64 {
+    pub fn steering_angle(self, t: f64) -> f64 {
         match self {
             Self::RampSteer => 0.01 * t,
             Self::StepSteer => 0.05 * (t / 0.15).clamp(0.0, 1.0),
             Self::SineWithDwell => 0.1 * sine_with_dwell(t - 0.5),
-            Self::DoubleLaneChange => {
-                0.07 * (one_sine(0.5 * (t - 0.5)) - one_sine(0.5 * (t - 3.5)))
-            }
+            Self::DoubleLaneChange => 0.07 * (single_sine(0.5 * (t - 0.5)) - single_sine(0.5 * (t - 3.5))),
         }
     }
 
     /// Lateral acceleration and yaw rate of a car over time.
-    pub fn drive(self, car: &Vehicle) -> [Vec<f64>; 2] {
-        let mut state = State { v_x: self.speed(), ..State::default() };
+    pub fn simulate(self, car: &SingleTrackCar) -> [Vec<f64>; 2] {
+        let mut state = PlanarState { v_x: self.initial_speed(), ..PlanarState::default() };
         // What keeps the speed against drag, straight ahead.
         let F_x = car.aero.drag(state.v_x);
         let steps = (self.duration() / STEP).round() as usize;
         let mut columns = [Vec::with_capacity(steps), Vec::with_capacity(steps)];
         for k in 0..steps {
-            let input = Input { F_x, delta: self.steering(k as f64 * STEP) };
+            let input = SingleTrackInput { F_x, delta: self.steering_angle(k as f64 * STEP) };
             state = car.advance(&state, &input, STEP, SUBSTEP);
             columns[0].push(car.evaluate(&state, &input).a_y);
             columns[1].push(state.r);
@@ -77,7 +75,7 @@ impl Manoeuvre {
 }
 
 /// A sine of one period.
-fn one_sine(phase: f64) -> f64 {
+fn single_sine(phase: f64) -> f64 {
     if (0.0..1.0).contains(&phase) { (TAU * phase).sin() } else { 0.0 }
 }
 
@@ -85,22 +83,22 @@ fn sine_with_dwell(t: f64) -> f64 {
     let (frequency, dwell) = (0.7, 0.5);
     let peak = 0.75 / frequency;
     if t < peak {
-        one_sine(frequency * t)
+        single_sine(frequency * t)
     } else if t < peak + dwell {
         -1.0
     } else {
-        one_sine(frequency * (t - dwell))
+        single_sine(frequency * (t - dwell))
     }
 }
 
 /// Root mean square differences of lateral acceleration and yaw rate [-], in units of the root mean square of the true ones.
-pub fn compare(
+pub fn compare_tires(
     manoeuvre: Manoeuvre,
-    car: &Vehicle,
+    car: &SingleTrackCar,
     identified: [MagicFormula; 2],
     truth: [MagicFormula; 2],
 ) -> [f64; 2] {
-    let drive = |[front, rear]: [MagicFormula; 2]| manoeuvre.drive(&car.with_tires(front, rear));
+    let drive = |[front, rear]: [MagicFormula; 2]| manoeuvre.simulate(&car.with_tires(front, rear));
     let (found, expected) = (drive(identified), drive(truth));
     std::array::from_fn(|i| {
         let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();

@@ -6,23 +6,23 @@ use crate::drive;
 use std::sync::LazyLock;
 
 use drive_inference::model_selection::ErrorSelection;
-use drive_inference::regression::{Target, Weights};
+use drive_inference::regression::{RegressionTarget, ResidualWeights};
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::to_array;
-use drive_inference::validation::{Manoeuvre, compare};
+use drive_inference::validation::{Manoeuvre, compare_tires};
 use drive_inference::{
-    CarUncertainty, Drive, DriveNoise, DriveOptions, ErrorOptions, Formulation, Identification,
-    Noises, Tires, identify,
+    CarUncertainty, Drive, DriveIdentification, DriveNoise, DriveOptions, ErrorOptions, FitFormulation,
+    NoiseOption, Tires, identify_tires,
 };
-use numerics::convergence::Status;
+use numerics::convergence::OptimisationStatus;
 use tire_inference::axles::Axle;
 use tire_inference::bounds::Bounds;
 use tire_inference::parameters::{Parameter, TireParameters};
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Verdict;
-use vehicle::Vehicle;
+use tire_inference::verdict::Identifiability;
+use vehicle::SingleTrackCar;
 
 const UNEQUAL: Tires = Tires {
     front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
@@ -34,24 +34,24 @@ const UNTUNED: SmootherOptions = SmootherOptions { em_passes: 0 };
 
 /// 56 s at two speeds, past the peaks of both axles.
 static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
-    let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
+    let car = drive::on_tires(&SingleTrackCar::default(), &UNEQUAL);
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
-fn of(recording: &Drive, options: &DriveOptions) -> Identification {
-    identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
+fn of(recording: &Drive, options: &DriveOptions) -> DriveIdentification {
+    identify_tires(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
-fn tires(found: &Identification) -> Tires {
+fn tires(found: &DriveIdentification) -> Tires {
     found.formulations.last().expect("one formulation").tires
 }
 
 /// Largest distance of the curves over 0 to 0.3 rad, relative to the peak.
 fn curve_error(found: &Tires, axle: Axle) -> f64 {
-    let (found, truth) = (found[axle].curve(), UNEQUAL[axle].curve());
+    let (found, truth) = (found[axle].to_magic_formula(), UNEQUAL[axle].to_magic_formula());
     let off = |k: i32| {
         let slip = 0.003 * f64::from(k);
-        (found.coefficient(slip) - truth.coefficient(slip)).abs()
+        (found.friction_coefficient(slip) - truth.friction_coefficient(slip)).abs()
     };
     (0..=100).map(off).fold(0.0, f64::max) / truth.D
 }
@@ -59,14 +59,14 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
 #[test]
 fn prediction_errors_recover_unequal_tires() {
     // In a wider box the rear axle's E of 0.9 is so close to its bound that no normal distribution of its logit fits.
-    let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
+    let prior = Prior::lateral().with_bounds(Bounds::GOBLIRSCH);
     let causes = ErrorOptions { wanted: ErrorSelection::none(), ..ErrorOptions::default() };
     let uncertainty = CarUncertainty::NONE;
     let options = DriveOptions { svi: true, prior, causes, uncertainty, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);
     let tires = tires(&found);
     let (theta, truth) = (to_array(tires), to_array(UNEQUAL));
-    assert_eq!(found.convergence.status, Status::Converged);
+    assert_eq!(found.convergence.status, OptimisationStatus::Converged);
     for i in 0..8 {
         assert!((theta[i] / truth[i] - 1.0).abs() < 0.06, "{theta:?}");
         let std = found.covariance[i][i].sqrt();
@@ -74,13 +74,8 @@ fn prediction_errors_recover_unequal_tires() {
     }
     for (axle, estimate) in found.estimates.each_ref().into_array().into_iter().enumerate() {
         let posterior = estimate.posterior.as_ref().expect("a posterior");
-        assert!(
-            posterior.is_exact() && estimate.source == UncertaintySource::Importance,
-            "{posterior:?}"
-        );
-        for (i, name) in
-            [Quantity::B, Quantity::C, Quantity::D, Quantity::E].into_iter().enumerate()
-        {
+        assert!(posterior.is_exact() && estimate.source == UncertaintySource::Importance, "{posterior:?}");
+        for (i, name) in [Quantity::B, Quantity::C, Quantity::D, Quantity::E].into_iter().enumerate() {
             let index = 4 * axle + i;
             // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
             let ratio = estimate.std[&name] / found.covariance[index][index].sqrt();
@@ -91,7 +86,7 @@ fn prediction_errors_recover_unequal_tires() {
         // So does a normal distribution in coordinates without bounds, which knows nothing of the draws.
         let svi = estimate.svi.as_ref().expect("variational inference");
         assert!(svi.trusted && svi.diagnosis.k_hat < 0.7, "{svi:?}");
-        assert!(svi.status == Status::Converged && svi.elbo_trace.is_sorted(), "{svi:?}");
+        assert!(svi.status == OptimisationStatus::Converged && svi.elbo_trace.is_sorted(), "{svi:?}");
         for (name, mean) in &posterior.mean {
             let off = (svi.mean[name] - mean) / estimate.std[name];
             let ratio = svi.std[name] / estimate.std[name];
@@ -110,9 +105,9 @@ fn prediction_errors_recover_unequal_tires() {
     assert!((0.9..1.05).contains(&share), "{innovations:?}");
     let series = &found.series[0];
     assert_eq!(series.a_y.len(), LIMIT.len());
-    let curves = |tires: &Tires| tires.map(|tire| tire.curve()).into_array();
+    let curves = |tires: &Tires| tires.map(|tire| tire.to_magic_formula()).into_array();
     for manoeuvre in Manoeuvre::ALL {
-        let off = compare(manoeuvre, &Vehicle::default(), curves(&tires), curves(&UNEQUAL));
+        let off = compare_tires(manoeuvre, &SingleTrackCar::default(), curves(&tires), curves(&UNEQUAL));
         assert!(off[0] < 0.02 && off[1] < 0.02, "{manoeuvre:?}: {off:?}");
     }
 }
@@ -121,10 +116,10 @@ fn prediction_errors_recover_unequal_tires() {
 fn two_recordings_tell_more_than_one() {
     let half = LIMIT.len() / 2;
     let parts = [LIMIT.slice(0..half), LIMIT.slice(half..LIMIT.len())];
-    let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
+    let noises = NoiseOption::Known(DriveNoise::from_sensor_stds(drive::USUAL));
     let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
     let std = |recordings: &[Drive]| {
-        let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
+        let found = identify_tires(recordings, &options, &mut |_, _| true).expect("tires");
         found.estimates.map(|estimate| estimate.std[&Quantity::K]).into_array()
     };
     let (one, both) = (std(&parts[..1]), std(&parts));
@@ -133,22 +128,21 @@ fn two_recordings_tell_more_than_one() {
 
 #[test]
 fn slip_far_below_the_peak_is_not_enough() {
-    let car = Vehicle::default();
+    let car = SingleTrackCar::default();
     let recording = drive::drive(&car, &drive::chirp(30.0), &drive::CLEAN, 2);
-    let noises = Noises::Known(DriveNoise::of_sensors(drive::CLEAN));
-    let options =
-        DriveOptions { noises, smoothing: UNTUNED, profile: true, ..DriveOptions::default() };
+    let noises = NoiseOption::Known(DriveNoise::from_sensor_stds(drive::CLEAN));
+    let options = DriveOptions { noises, smoothing: UNTUNED, profile: true, ..DriveOptions::default() };
     let found = of(&recording, &options);
     for estimate in found.estimates.into_array() {
         for name in [Quantity::B, Quantity::C, Quantity::D, Quantity::E] {
-            assert_eq!(estimate.identified[&name], Verdict::NotIdentifiable, "{name} {estimate:?}");
+            assert_eq!(estimate.identified[&name], Identifiability::NotIdentifiable, "{name} {estimate:?}");
             let reason = &estimate.reason[&name];
             assert!(reason.contains("slip reached 0.00"), "{reason}");
             assert!(reason.contains("% of the peak slip"), "{reason}");
         }
         assert_eq!(
             estimate.identified[&Quantity::K],
-            Verdict::Identified,
+            Identifiability::Identified,
             "{}",
             estimate.reason[&Quantity::K]
         );
@@ -157,12 +151,11 @@ fn slip_far_below_the_peak_is_not_enough() {
 }
 
 /// Numbers of a tire that are outside of their intervals, and slips at which its curve is outside of the band.
-fn disagreements(found: &Identification, axle: Axle, tire: &TireParameters) -> Vec<String> {
+fn disagreements(found: &DriveIdentification, axle: Axle, tire: &TireParameters) -> Vec<String> {
     let estimate = &found.estimates[axle];
     // Sines of the processor and of the library differ in their last digit.
-    let outside =
-        |value: f64, [low, high]: [f64; 2]| !(low - 1e-12..=high + 1e-12).contains(&value);
-    let theta = tire.theta();
+    let outside = |value: f64, [low, high]: [f64; 2]| !(low - 1e-12..=high + 1e-12).contains(&value);
+    let theta = tire.to_theta();
     let parameters = Parameter::ALL[..4].iter().copied().map(Quantity::Parameter);
     let quantities = parameters.chain(Quantity::DERIVED);
     let numbers = quantities.filter(|it| outside(it.value(&theta), estimate.interval[it]));
@@ -170,7 +163,8 @@ fn disagreements(found: &Identification, axle: Axle, tire: &TireParameters) -> V
     let band = estimate.posterior.as_ref().and_then(|it| it.band.as_ref()).expect("a band");
     let ends = band.lower.iter().zip(&band.upper).map(|(low, high)| [*low, *high]);
     let beyond = band.slip.iter().zip(ends);
-    let beyond = beyond.filter(|(slip, ends)| outside(tire.curve().coefficient(**slip), *ends));
+    let beyond =
+        beyond.filter(|(slip, ends)| outside(tire.to_magic_formula().friction_coefficient(**slip), *ends));
     list.extend(beyond.map(|(slip, _)| format!("slip {slip}")));
     list
 }
@@ -178,8 +172,8 @@ fn disagreements(found: &Identification, axle: Axle, tire: &TireParameters) -> V
 #[test]
 fn the_published_tire_is_one_that_its_intervals_and_band_hold() {
     // Too gentle to tell the shape: the best tire is at the end of a ridge.
-    let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
-    let noises = Noises::Known(DriveNoise::of_sensors(drive::USUAL));
+    let car = drive::on_tires(&SingleTrackCar::default(), &UNEQUAL);
+    let noises = NoiseOption::Known(DriveNoise::from_sensor_stds(drive::USUAL));
     let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
     let mut rejected = 0;
     for seed in 1..4 {
@@ -197,29 +191,24 @@ fn the_published_tire_is_one_that_its_intervals_and_band_hold() {
             rejected += usize::from(!disagreements(&found, axle, &best).is_empty());
         }
     }
-    assert!(
-        rejected > 0,
-        "no best tire was one that the posterior rejects: these drives test nothing"
-    );
+    assert!(rejected > 0, "no best tire was one that the posterior rejects: these drives test nothing");
 }
 
 #[test]
 fn every_formulation_can_be_chosen() {
     let targets = [
-        Target::SmoothedAcceleration,
-        Target::Acceleration,
-        Target::AxleForces,
-        Target::AccelerationAndYaw,
+        RegressionTarget::SmoothedAcceleration,
+        RegressionTarget::Acceleration,
+        RegressionTarget::AxleForces,
+        RegressionTarget::AccelerationAndYaw,
     ];
     for (target, allowed) in targets.into_iter().zip([0.15, 0.15, 0.15, 0.02]) {
-        for weights in [Weights::Plain, Weights::Variance { clamp: 0.1 }] {
-            let method = Formulation::Points(target);
-            let options =
-                DriveOptions { method, weights, smoothing: UNTUNED, ..DriveOptions::default() };
+        for weights in [ResidualWeights::Plain, ResidualWeights::Variance { clamp: 0.1 }] {
+            let method = FitFormulation::Points(target);
+            let options = DriveOptions { method, weights, smoothing: UNTUNED, ..DriveOptions::default() };
             let found = of(&LIMIT, &options);
             let tires = tires(&found);
-            let worst =
-                Axle::ALL.map(|axle| curve_error(&tires, axle)).into_iter().fold(0.0, f64::max);
+            let worst = Axle::ALL.map(|axle| curve_error(&tires, axle)).into_iter().fold(0.0, f64::max);
             assert!(worst < allowed, "{target:?} {weights:?}: {worst} {tires:?}");
             assert_eq!(found.formulations.len(), 1);
         }
@@ -228,11 +217,9 @@ fn every_formulation_can_be_chosen() {
 
 #[test]
 fn coupling_draws_the_axles_together_and_odd_terms_are_found_to_be_small() {
-    let method = Formulation::Points(Target::AccelerationAndYaw);
-    let free = of(
-        &LIMIT,
-        &DriveOptions { method, odd_terms: true, smoothing: UNTUNED, ..DriveOptions::default() },
-    );
+    let method = FitFormulation::Points(RegressionTarget::AccelerationAndYaw);
+    let free =
+        of(&LIMIT, &DriveOptions { method, odd_terms: true, smoothing: UNTUNED, ..DriveOptions::default() });
     let fitted = free.formulations.last().expect("one formulation");
     // The plant has no such terms; at a side-slip of 0.1 rad they may reach some hundredths of m/s².
     assert!(fitted.odd[0].abs() * 0.1 < 0.3, "{:?}", fitted.odd);

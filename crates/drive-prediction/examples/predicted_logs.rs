@@ -7,11 +7,11 @@ mod support;
 use std::slice;
 use std::time::Instant;
 
-use drive_prediction::baseline::baselines;
+use drive_prediction::baseline::fit_baseline_models;
 use drive_prediction::car::parameters::NAMES;
-use drive_prediction::car::{Car, CarPredictor};
-use drive_prediction::score::{lateral, open_loop};
-use drive_prediction::{EvenDrive, Predictor};
+use drive_prediction::car::{CarPredictor, CarSpecification};
+use drive_prediction::score::{open_loop, score_lateral_acceleration};
+use drive_prediction::{EvenDrive, MotionPredictor};
 
 fn main() {
     let folder = std::env::args().nth(1).map_or_else(support::folder, Into::into);
@@ -33,15 +33,15 @@ fn main() {
     }
     if let Some(drive) = support::lm_in(&folder) {
         let first = drive.motion.t[0];
-        let fitted = [drive.between(first, first + 220.0)];
-        report(&fitted, &drive.between(first + 220.0, f64::INFINITY), &support::lm_car(), 0.0);
+        let fitted = [drive.restricted_to_interval(first, first + 220.0)];
+        report(&fitted, &drive.restricted_to_interval(first + 220.0, f64::INFINITY), &support::lm_car(), 0.0);
     }
 }
 
-fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
+fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &CarSpecification, lag: f64) {
     println!("\n{}", judged.name);
     let begin = Instant::now();
-    let found = match CarPredictor::new(fitted, car) {
+    let found = match CarPredictor::fit(fitted, car) {
         Ok(found) => found,
         Err(error) => return println!("{error}"),
     };
@@ -51,7 +51,7 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
         print!("{name} {value:.4} ± {std:.4}; ");
     }
     println!("\nworth {:.1?}\n{:.3?}", found.fitted.worth, found.bands);
-    let mut models = baselines(fitted, &car.body, lag);
+    let mut models = fit_baseline_models(fitted, &car.body, lag);
     models.push(Box::new(Without(found.clone())));
     models.push(Box::new(found));
     println!(
@@ -64,23 +64,23 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
 /// The car without what the log's past says.
 struct Without(CarPredictor);
 
-impl Predictor for Without {
+impl MotionPredictor for Without {
     fn name(&self) -> &str {
         "identified, without past"
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
-        self.0.steering(drive)
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        self.0.road_wheel_angles(drive)
     }
 
-    fn roll(
+    fn simulate_states(
         &self,
         drive: &EvenDrive,
         steering: &[f64],
         start: usize,
         rows: usize,
     ) -> Vec<[f64; 2]> {
-        self.0.roll(drive, steering, start, rows)
+        self.0.simulate_states(drive, steering, start, rows)
     }
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
@@ -88,9 +88,9 @@ impl Predictor for Without {
     }
 }
 
-fn line(model: &dyn Predictor, judged: &[EvenDrive]) {
+fn line(model: &dyn MotionPredictor, judged: &[EvenDrive]) {
     let share = |it: Option<f64>| it.map_or(String::new(), |it| format!("{it:.3}"));
-    let a_y = lateral(model, judged);
+    let a_y = score_lateral_acceleration(model, judged);
     print!(
         "| {} | {} | {} ",
         model.name(),

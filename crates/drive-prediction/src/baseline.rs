@@ -2,13 +2,13 @@
 #![allow(non_snake_case, reason = "parameters of the Magic Formula are written as in its source")]
 
 use nalgebra::{DMatrix, DVector};
-use numerics::sqp::{self, Limits, Model, Objective};
-use vehicle::Body;
+use numerics::sqp::{self, Objective, QuadraticModel, SqpLimits};
+use vehicle::VehicleBody;
 
 use crate::curve::AxleCurve;
 use crate::drive::EvenDrive;
-use crate::lag::lag;
-use crate::predictor::{Kinematic, Persistence, Predictor};
+use crate::lag::first_order_lag;
+use crate::predictor::{KinematicModel, MotionPredictor, PersistenceModel};
 use crate::single_track::SingleTrack;
 
 /// Slip angles [rad] and forces over static load of one axle.
@@ -23,13 +23,13 @@ pub struct AxlePoints {
 /// The points of both axles in the rows that count:
 /// F_yf = (l_r m a_y + I_zz r') / (L cos δ), F_yr = (l_f m a_y − I_zz r') / L.
 #[must_use]
-pub fn axle_points(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> [AxlePoints; 2] {
+pub fn axle_points(drives: &[EvenDrive], body: &VehicleBody, steering_lag: f64) -> [AxlePoints; 2] {
     let mut points: [AxlePoints; 2] = Default::default();
-    let Body { m, I_zz, l_f, l_r, .. } = *body;
+    let VehicleBody { m, I_zz, l_f, l_r, .. } = *body;
     let loads = body.static_loads();
     for drive in drives {
-        let steering = lag(&drive.motion.delta, steering_lag, drive.step);
-        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+        let steering = first_order_lag(&drive.motion.delta, steering_lag, drive.step);
+        for row in (0..drive.row_count()).filter(|row| drive.counts[*row]) {
             let (a_y, r_dot, delta) = (drive.motion.a_y[row], drive.r_dot[row], steering[row]);
             let state = [drive.motion.v_y[row], drive.motion.r[row]];
             let slips = SingleTrack::slip_angles(body, drive.motion.v_x[row], state, delta);
@@ -48,14 +48,18 @@ pub fn axle_points(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> [Axl
 ///
 /// `steering_lag` [s] is that of the car, known beforehand; 0 where the angle was measured at the wheels.
 #[must_use]
-pub fn baselines(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> Vec<Box<dyn Predictor>> {
-    let kinematic = Kinematic { wheelbase: body.wheelbase(), l_r: body.l_r, steering_lag };
+pub fn fit_baseline_models(
+    drives: &[EvenDrive],
+    body: &VehicleBody,
+    steering_lag: f64,
+) -> Vec<Box<dyn MotionPredictor>> {
+    let kinematic = KinematicModel { wheelbase: body.wheelbase(), l_r: body.l_r, steering_lag };
     let points = axle_points(drives, body, steering_lag);
-    let linear = points.each_ref().map(line);
+    let linear = points.each_ref().map(fit_linear_curve);
     let magic = points.each_ref().map(magic_formula);
     let car = |name, curves| SingleTrack { name, body: *body, curves, steering_lag };
     vec![
-        Box::new(Persistence),
+        Box::new(PersistenceModel),
         Box::new(kinematic),
         Box::new(BaselineWithBand::new(car("linear", linear), drives)),
         Box::new(BaselineWithBand::new(car("least squares", magic), drives)),
@@ -70,41 +74,41 @@ struct BaselineWithBand {
 
 impl BaselineWithBand {
     fn new(car: SingleTrack, drives: &[EvenDrive]) -> Self {
-        let score = crate::score::lateral(&car, drives);
+        let score = crate::score::score_lateral_acceleration(&car, drives);
         Self { car, spread: score.map_or(0.0, |score| score.rmse) }
     }
 }
 
-impl Predictor for BaselineWithBand {
+impl MotionPredictor for BaselineWithBand {
     fn name(&self) -> &str {
         self.car.name()
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
-        self.car.steering(drive)
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        self.car.road_wheel_angles(drive)
     }
 
-    fn roll(
+    fn simulate_states(
         &self,
         drive: &EvenDrive,
         steering: &[f64],
         start: usize,
         rows: usize,
-    ) -> Vec<crate::predictor::State> {
-        self.car.roll(drive, steering, start, rows)
+    ) -> Vec<crate::predictor::LateralState> {
+        self.car.simulate_states(drive, steering, start, rows)
     }
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         self.car.a_y(drive, steering, row)
     }
 
-    fn a_y_spread(&self, _: &EvenDrive, _: usize) -> Option<f64> {
+    fn a_y_std(&self, _: &EvenDrive, _: usize) -> Option<f64> {
         Some(self.spread)
     }
 }
 
 /// The line through points.
-fn line(points: &AxlePoints) -> AxleCurve {
+fn fit_linear_curve(points: &AxlePoints) -> AxleCurve {
     let n = points.slip.len().max(1) as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
     let (x, y) = (mean(&points.slip), mean(&points.force));
@@ -127,22 +131,21 @@ const STARTS: [[f64; 2]; 3] = [[6.0, 1.3], [12.0, 1.3], [3.0, 1.8]];
 #[must_use]
 pub fn magic_formula(points: &AxlePoints) -> AxleCurve {
     let box_of = |bounds: [f64; 4]| DVector::from_row_slice(&bounds);
-    let limits = Limits { iterations: 60, target: 1e-8, ..Limits::default() };
+    let limits = SqpLimits { iterations: 60, target: 1e-8, ..SqpLimits::default() };
     let fit = |[B, C]: [f64; 2]| {
         let start = DVector::from_row_slice(&[B, C, 0.9, 0.0]);
-        sqp::minimise(&Squares(points), &box_of(LOWER), &box_of(UPPER), &start, limits)
+        sqp::minimise_sqp(&MagicFormulaCost(points), &box_of(LOWER), &box_of(UPPER), &start, limits)
     };
     let found = STARTS.map(fit);
     let best = found.iter().min_by(|a, b| a.model.cost.total_cmp(&b.model.cost));
-    let [B, C, D, S_h] =
-        best.map_or([6.0, 1.3, 0.9, 0.0], |best| std::array::from_fn(|i| best.x[i]));
+    let [B, C, D, S_h] = best.map_or([6.0, 1.3, 0.9, 0.0], |best| std::array::from_fn(|i| best.x[i]));
     AxleCurve::MagicFormula { B, C, D, S_h }
 }
 
-struct Squares<'a>(&'a AxlePoints);
+struct MagicFormulaCost<'a>(&'a AxlePoints);
 
-impl Objective for Squares<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
+impl Objective for MagicFormulaCost<'_> {
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
         let [B, C, D, S_h] = std::array::from_fn(|i| x[i]);
         let mut cost = 0.0;
         let mut gradient = DVector::zeros(4);
@@ -161,6 +164,6 @@ impl Objective for Squares<'_> {
                 }
             }
         }
-        Model { cost, gradient, hessian, scale: (2.0 * cost).sqrt() }
+        QuadraticModel { cost, gradient, hessian, scale: (2.0 * cost).sqrt() }
     }
 }

@@ -22,5 +22,5 @@ pub mod section;
 
 pub use adaptive_predictor::AdaptivePredictor;
 pub use car_predictor::CarPredictor;
-pub use fit::{FittedCar, fit};
-pub use parameters::{Car, Steering, Variation};
+pub use fit::{FittedCar, fit_car};
+pub use parameters::{CarSpecification, ParameterVariation, SteeringSignalKind};

@@ -20,12 +20,12 @@ pub struct EvenDrive {
     /// Number of the lap, where it is known.
     pub lap: Option<Vec<f64>>,
     /// What an estimator sees that does not know v_y.
-    pub sensors: Option<Sensors>,
+    pub sensors: Option<DriveSensors>,
 }
 
 /// Sensors of a drive, held between their samples.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sensors {
+pub struct DriveSensors {
     /// Forward speed, as of wheels or GNSS [m/s].
     pub v: Vec<f64>,
     /// Yaw rate [rad/s].
@@ -43,13 +43,13 @@ pub struct Sensors {
 impl EvenDrive {
     /// Number of rows.
     #[must_use]
-    pub fn rows(&self) -> usize {
+    pub fn row_count(&self) -> usize {
         self.motion.len()
     }
 
     /// The same drive, of which only the rows from `from` [s] to before `to` [s] count.
     #[must_use]
-    pub fn between(&self, from: f64, to: f64) -> Self {
+    pub fn restricted_to_interval(&self, from: f64, to: f64) -> Self {
         let mut part = self.clone();
         for (counts, time) in part.counts.iter_mut().zip(&self.motion.t) {
             *counts &= (from..to).contains(time);
@@ -58,7 +58,7 @@ impl EvenDrive {
     }
 
     /// The values of a channel in the rows that count.
-    pub fn counted<'a>(&'a self, channel: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    pub fn counted_values<'a>(&'a self, channel: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         channel.iter().zip(&self.counts).filter_map(|(value, counts)| counts.then_some(*value))
     }
 }

@@ -18,8 +18,8 @@ mod smoother;
 mod track;
 
 pub use bank::BankMap;
-pub use fit::{Error, Fit, Interval, fit};
-pub use parameters::{AxleTire, NAMES, Parameters};
-pub use setup::{Disturbances, GaussMarkov, Setup};
-pub use signals::{Channel, Signals};
-pub use track::{Estimate, estimate, smoothed};
+pub use fit::{Error, IntervalEstimate, SideslipFit, fit_sideslip_model};
+pub use parameters::{AxleTire, NAMES, SideslipModelParameters};
+pub use setup::{Disturbances, EstimatorSetup, GaussMarkov};
+pub use signals::{SensorChannel, SensorSignals};
+pub use track::{SideslipEstimate, filter_sideslip, smooth_sideslip};

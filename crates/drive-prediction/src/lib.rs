@@ -1,10 +1,7 @@
 //! Cars that predict drives: a log at even instants goes in; tires, steering and what they predict of parts that were not fitted come out,
 //! beside simple models that see the same inputs.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod agreement;
 pub mod baseline;
@@ -21,5 +18,5 @@ pub mod single_track;
 pub mod steering_map;
 pub mod zero_phase;
 
-pub use drive::{EvenDrive, Sensors};
-pub use predictor::Predictor;
+pub use drive::{DriveSensors, EvenDrive};
+pub use predictor::MotionPredictor;

@@ -1,56 +1,62 @@
 //! What can predict a drive, and the two models that need no tires.
 
 use crate::drive::EvenDrive;
-use crate::lag::lag;
+use crate::lag::first_order_lag;
 
 /// Velocity to the left [m/s] and yaw rate [rad/s].
-pub type State = [f64; 2];
+pub type LateralState = [f64; 2];
 
 /// A model that predicts lateral motion from measured speed and steering.
-pub trait Predictor: Sync {
+pub trait MotionPredictor: Sync {
     /// For people.
     fn name(&self) -> &str;
 
     /// The steering angle of the road wheels [rad], one for each row: what the model makes of the recorded one.
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64>;
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64>;
 
     /// The states at `start` and the `rows` after it. It begins with the measured state; after it, it sees speed and steering alone.
     /// What the drive says before `start` may be used.
-    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State>;
+    fn simulate_states(
+        &self,
+        drive: &EvenDrive,
+        steering: &[f64],
+        start: usize,
+        rows: usize,
+    ) -> Vec<LateralState>;
 
     /// The lateral acceleration [m/s²] in a row from its measured state; of a model without forces none.
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64>;
 
     /// Standard deviations of [`Predictor::roll`] at the same instants, where the model says any.
-    fn spread(&self, _drive: &EvenDrive, _start: usize, _rows: usize) -> Option<Vec<State>> {
+    fn state_stds(&self, _drive: &EvenDrive, _start: usize, _rows: usize) -> Option<Vec<LateralState>> {
         None
     }
 
     /// The model along one drive, if it learns from the past of it. Then that is asked in its place.
-    fn along<'a>(&'a self, _drive: &EvenDrive) -> Option<Box<dyn Predictor + 'a>> {
+    fn adapted_to_drive<'a>(&'a self, _drive: &EvenDrive) -> Option<Box<dyn MotionPredictor + 'a>> {
         None
     }
 
     /// Standard deviation of [`Predictor::a_y`] [m/s²], where the model says any.
-    fn a_y_spread(&self, _drive: &EvenDrive, _row: usize) -> Option<f64> {
+    fn a_y_std(&self, _drive: &EvenDrive, _row: usize) -> Option<f64> {
         None
     }
 }
 
 /// Nothing changes.
 #[derive(Clone, Copy, Debug)]
-pub struct Persistence;
+pub struct PersistenceModel;
 
-impl Predictor for Persistence {
+impl MotionPredictor for PersistenceModel {
     fn name(&self) -> &str {
         "persistence"
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
         drive.motion.delta.clone()
     }
 
-    fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn simulate_states(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
         vec![[drive.motion.v_y[start], drive.motion.r[start]]; rows + 1]
     }
 
@@ -61,7 +67,7 @@ impl Predictor for Persistence {
 
 /// Wheels go where they point: r = v_x tan δ / L, v_y = l_r r.
 #[derive(Clone, Copy, Debug)]
-pub struct Kinematic {
+pub struct KinematicModel {
     /// Distance between the axles [m].
     pub wheelbase: f64,
     /// Distance of the rear axle behind the centre of gravity [m].
@@ -70,16 +76,22 @@ pub struct Kinematic {
     pub steering_lag: f64,
 }
 
-impl Predictor for Kinematic {
+impl MotionPredictor for KinematicModel {
     fn name(&self) -> &str {
         "kinematic"
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
-        lag(&drive.motion.delta, self.steering_lag, drive.step)
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        first_order_lag(&drive.motion.delta, self.steering_lag, drive.step)
     }
 
-    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn simulate_states(
+        &self,
+        drive: &EvenDrive,
+        steering: &[f64],
+        start: usize,
+        rows: usize,
+    ) -> Vec<LateralState> {
         let state = |row: usize| {
             let r = drive.motion.v_x[row] * steering[row].tan() / self.wheelbase;
             [self.l_r * r, r]

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use preparation::{Drive, DriveLog, Signal, mean_or_linear};
+use preparation::{Drive, DriveLog, Signal, local_mean_or_interpolation};
 
-use crate::drive::{EvenDrive, Sensors};
+use crate::drive::{DriveSensors, EvenDrive};
 use crate::zero_phase::{derivative, low_pass};
 
 /// Channels of a log with their units. Without `a_y` it is that of the motion, v_y' + v_x r; without `v_y` drives have none. `course` and
@@ -28,7 +28,7 @@ const CONTINUOUS: usize = 6;
 
 /// How channels become drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampling {
+pub struct ResamplingOptions {
     /// Rows per second [Hz]; that of the slowest needed channel, at most 100 Hz, if not given.
     pub rate: Option<f64>,
     /// Corner of the low pass of speeds, yaw rate and acceleration [Hz]; without it they stay as they are.
@@ -73,10 +73,12 @@ impl fmt::Display for ResamplingError {
                 f,
                 "expected a stretch of {LEAST_ROWS} rows in which all signals are there, found {rows} rows at most"
             ),
-            Self::TooSlow { fastest, least } => write!(
-                f,
-                "expected rows faster than `least_speed` = {least} m/s, found {fastest:.2} m/s at most"
-            ),
+            Self::TooSlow { fastest, least } => {
+                write!(
+                    f,
+                    "expected rows faster than `least_speed` = {least} m/s, found {fastest:.2} m/s at most"
+                )
+            }
         }
     }
 }
@@ -87,10 +89,10 @@ impl std::error::Error for ResamplingError {}
 ///
 /// # Errors
 /// If a channel is empty, no stretch has all of them, or no row is fast enough.
-pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, ResamplingError> {
+pub fn resample_log(log: &DriveLog, sampling: &ResamplingOptions) -> Result<Vec<EvenDrive>, ResamplingError> {
     let mut given = Vec::new();
     for (place, (name, _)) in CHANNELS.into_iter().take(CONTINUOUS).enumerate() {
-        let channel = log.get(name).map(ValidSamples::of);
+        let channel = log.get(name).map(ValidSamples::from_signal);
         match channel {
             Some(channel) if channel.time.len() >= 2 => given.push((name, channel)),
             None if place >= NEEDED => {}
@@ -99,7 +101,7 @@ pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, Res
     }
     let slowest = given.iter().map(|(_, it)| it.usual_step).fold(0.0, f64::max);
     let step = sampling.rate.map_or(slowest.max(1.0 / FASTEST), f64::recip);
-    let spans = spans(log, &given);
+    let spans = common_time_ranges(log, &given);
     let mut drives = Vec::new();
     let mut longest = 0;
     for (number, [from, to]) in spans {
@@ -107,7 +109,7 @@ pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, Res
         longest = longest.max(rows);
         if rows >= LEAST_ROWS {
             let time = (0..rows).map(|row| from + row as f64 * step).collect();
-            let drive = drive(log, &given, sampling, time, step);
+            let drive = resample_drive(log, &given, sampling, time, step);
             drives.push(EvenDrive { name: format!("log {number}"), log: number, ..drive });
         }
     }
@@ -134,7 +136,7 @@ struct ValidSamples {
 }
 
 impl ValidSamples {
-    fn of(channel: &Signal) -> Self {
+    fn from_signal(channel: &Signal) -> Self {
         let mut time = Vec::new();
         let mut value = Vec::new();
         for (t, y) in channel.time.iter().zip(&*channel.value) {
@@ -151,7 +153,7 @@ impl ValidSamples {
     }
 
     /// Whether values are so near to a time [s] that nothing is made up.
-    fn covers(&self, t: f64) -> bool {
+    fn has_samples_near(&self, t: f64) -> bool {
         let behind = self.time.partition_point(|it| *it <= t);
         let Some(before) = behind.checked_sub(1).map(|i| self.time[i]) else { return false };
         match self.time.get(behind) {
@@ -162,10 +164,10 @@ impl ValidSamples {
 }
 
 /// The number of each log, and the times [s] from which to which all channels are there.
-fn spans(log: &DriveLog, given: &[(&str, ValidSamples)]) -> Vec<(usize, [f64; 2])> {
+fn common_time_ranges(log: &DriveLog, given: &[(&str, ValidSamples)]) -> Vec<(usize, [f64; 2])> {
     let first = given.iter().map(|(_, it)| it.time[0]).fold(f64::NEG_INFINITY, f64::max);
     let last = given.iter().map(|(_, it)| it.time[it.time.len() - 1]).fold(f64::INFINITY, f64::min);
-    let numbers = log.get("log").map(ValidSamples::of).filter(|log| !log.time.is_empty());
+    let numbers = log.get("log").map(ValidSamples::from_signal).filter(|log| !log.time.is_empty());
     let Some(log) = numbers else {
         return vec![(1, [first, last])];
     };
@@ -178,17 +180,17 @@ fn spans(log: &DriveLog, given: &[(&str, ValidSamples)]) -> Vec<(usize, [f64; 2]
 }
 
 /// One drive at these instants, `step` [s] apart.
-fn drive(
+fn resample_drive(
     log: &DriveLog,
     given: &[(&str, ValidSamples)],
-    sampling: &Sampling,
+    sampling: &ResamplingOptions,
     time: Vec<f64>,
     step: f64,
 ) -> EvenDrive {
     let rows = time.len();
     let raw = |name: &str| {
         let (_, channel) = given.iter().find(|(it, _)| *it == name)?;
-        let at = |t: &f64| mean_or_linear(&channel.time, &channel.value, *t, step);
+        let at = |t: &f64| local_mean_or_interpolation(&channel.time, &channel.value, *t, step);
         Some(time.iter().map(at).collect::<Vec<f64>>())
     };
     let smooth = |values: &[f64]| match sampling.smooth {
@@ -213,7 +215,7 @@ fn drive(
     EvenDrive {
         step,
         counts: (0..rows).map(counts).collect(),
-        sensors: Some(Sensors {
+        sensors: Some(DriveSensors {
             v: v_x_raw,
             r: r_raw,
             a_y: a_y_raw,
@@ -222,7 +224,7 @@ fn drive(
             ground_speed: sparse("ground_speed"),
         }),
         r_dot: derivative(&r, step),
-        lap: log.get("lap").and_then(|lap| hold(lap, &time)),
+        lap: log.get("lap").and_then(|lap| held_channel_values(lap, &time)),
         motion: Drive {
             v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),
             v_x,
@@ -242,7 +244,7 @@ fn near_gaps(given: &[(&str, ValidSamples)], time: &[f64], step: f64) -> Vec<boo
     let rows = time.len();
     let inner = edge..rows.saturating_sub(edge);
     let mut wrong: Vec<bool> = (0..rows).map(|row| !inner.contains(&row)).collect();
-    let gap = |row: &usize| given.iter().any(|(_, channel)| !channel.covers(time[*row]));
+    let gap = |row: &usize| given.iter().any(|(_, channel)| !channel.has_samples_near(time[*row]));
     for row in (0..rows).filter(gap) {
         wrong[row.saturating_sub(edge)..(row + edge + 1).min(rows)].fill(true);
     }
@@ -251,7 +253,7 @@ fn near_gaps(given: &[(&str, ValidSamples)], time: &[f64], step: f64) -> Vec<boo
 
 /// The values of a sensor in the rows next to its stamps, none elsewhere: a filter must not take what is held or drawn between for new.
 fn at_new_values(channel: &Signal, time: &[f64], step: f64) -> Vec<f64> {
-    let ValidSamples { time: stamps, value, .. } = ValidSamples::of(channel);
+    let ValidSamples { time: stamps, value, .. } = ValidSamples::from_signal(channel);
     let mut rows = vec![f64::NAN; time.len()];
     let mut before = f64::NAN;
     for (stamp, value) in stamps.into_iter().zip(value) {
@@ -266,8 +268,8 @@ fn at_new_values(channel: &Signal, time: &[f64], step: f64) -> Vec<f64> {
 }
 
 /// The values of a channel that holds, such as the number of a lap.
-fn hold(channel: &Signal, time: &[f64]) -> Option<Vec<f64>> {
-    let channel = ValidSamples::of(channel);
+fn held_channel_values(channel: &Signal, time: &[f64]) -> Option<Vec<f64>> {
+    let channel = ValidSamples::from_signal(channel);
     let last = |t: &f64| channel.time.partition_point(|it| it <= t).saturating_sub(1);
     (channel.time.len() > 1).then(|| time.iter().map(|t| channel.value[last(t)]).collect())
 }
@@ -282,7 +284,7 @@ mod tests {
         (time, value)
     }
 
-    const PLAIN: Sampling = Sampling { rate: None, smooth: None, least_speed: 1.0 };
+    const PLAIN: ResamplingOptions = ResamplingOptions { rate: None, smooth: None, least_speed: 1.0 };
 
     /// A log of channels with the same samples.
     fn log<'a>(names: &[&str], (time, value): &'a (Vec<f64>, Vec<f64>)) -> DriveLog<'a> {
@@ -296,7 +298,7 @@ mod tests {
         let (fast, slow) = (line(4000, 0.005), line(1000, 0.02));
         let mut channels = log(&["v_x", "delta", "v_y"], &fast);
         channels.insert_borrowed("r", &slow.0, &slow.1);
-        let found = drives(&channels, &PLAIN).expect("it is a drive");
+        let found = resample_log(&channels, &PLAIN).expect("it is a drive");
         assert_eq!(found.len(), 1);
         let (drive, Drive { v_x, r, a_y, .. }) = (&found[0], &found[0].motion);
         assert!((drive.step - 0.02).abs() < 1e-12);
@@ -314,18 +316,15 @@ mod tests {
             *t += 3.0;
         }
         let channels = log(&["v_x", "r", "delta"], &samples);
-        let drive = &drives(&channels, &PLAIN).expect("it is a drive")[0];
-        assert_eq!(drive.rows(), 1300);
+        let drive = &resample_log(&channels, &PLAIN).expect("it is a drive")[0];
+        assert_eq!(drive.row_count(), 1300);
         let counts: Vec<usize> = (0..1300).filter(|row| drive.counts[*row]).collect();
         assert_eq!((counts[0], counts[counts.len() - 1]), (50, 1249));
         assert!(counts.iter().all(|row| *row < 450 || *row > 849), "{counts:?}");
         assert!(drive.motion.v_y[0].is_nan());
-        let slow = drives(&channels, &Sampling { least_speed: 20.0, ..PLAIN });
+        let slow = resample_log(&channels, &ResamplingOptions { least_speed: 20.0, ..PLAIN });
         let message = slow.expect_err("nothing is fast enough").to_string();
-        assert_eq!(
-            message,
-            "expected rows faster than `least_speed` = 20 m/s, found 6.00 m/s at most"
-        );
+        assert_eq!(message, "expected rows faster than `least_speed` = 20 m/s, found 6.00 m/s at most");
     }
 
     #[test]
@@ -334,7 +333,7 @@ mod tests {
         let held: Vec<f64> = (0..1000).map(|row| f64::from(row / 10 * 10) * 0.01).collect();
         let mut channels = log(&["v_x", "r", "delta"], &samples);
         channels.insert_borrowed("course", &samples.0, &held);
-        let drive = &drives(&channels, &PLAIN).expect("it is a drive")[0];
+        let drive = &resample_log(&channels, &PLAIN).expect("it is a drive")[0];
         let course = drive.sensors.as_ref().and_then(|it| it.course.as_ref()).expect("a course");
         let rows: Vec<usize> = (0..1000).filter(|row| course[*row].is_finite()).collect();
         assert_eq!((rows.len(), rows[1], course[rows[1]]), (100, 10, 0.1));
@@ -346,20 +345,17 @@ mod tests {
         let numbers: Vec<f64> = (0..1000).map(|i| if i < 400 { 1.0 } else { 2.0 }).collect();
         let mut channels = log(&["v_x", "r", "delta"], &samples);
         channels.insert_borrowed("log", &samples.0, &numbers);
-        let found = drives(&channels, &PLAIN).expect("there are two");
-        assert_eq!(
-            found.iter().map(|it| (it.log, it.rows())).collect::<Vec<_>>(),
-            [(1, 400), (2, 600)]
-        );
+        let found = resample_log(&channels, &PLAIN).expect("there are two");
+        assert_eq!(found.iter().map(|it| (it.log, it.row_count())).collect::<Vec<_>>(), [(1, 400), (2, 600)]);
     }
 
     #[test]
     fn what_is_no_drive_is_told() {
         let few = (vec![0.0, 1.0], vec![f64::NAN, 1.0]);
-        let error = drives(&log(&["v_x", "r", "delta"], &few), &PLAIN).expect_err("no drive");
+        let error = resample_log(&log(&["v_x", "r", "delta"], &few), &PLAIN).expect_err("no drive");
         assert_eq!(error.to_string(), "`v_x`: expected two values or more");
         let short = line(50, 0.01);
-        let error = drives(&log(&["v_x", "r", "delta"], &short), &PLAIN).expect_err("too short");
+        let error = resample_log(&log(&["v_x", "r", "delta"], &short), &PLAIN).expect_err("too short");
         assert_eq!(error, ResamplingError::TooShort { rows: 50 });
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::drive::EvenDrive;
-use crate::predictor::{Predictor, State};
+use crate::predictor::{LateralState, MotionPredictor};
 
 /// Time between two starts [s].
 const EVERY: f64 = 0.5;
@@ -14,16 +14,16 @@ pub struct Rollout {
     /// Its first row.
     pub start: usize,
     /// Predicted states, that of the start first.
-    pub predicted: Vec<State>,
+    pub predicted: Vec<LateralState>,
     /// Standard deviations of them, where the model says any.
-    pub spread: Option<Vec<State>>,
+    pub spread: Option<Vec<LateralState>>,
     /// Distance between both displacements at the end [m].
     pub distance: f64,
 }
 
 /// The rows at which predictions over `horizon` [s] start: all their rows count. Also the number of rows ahead.
 #[must_use]
-pub fn starts(drive: &EvenDrive, horizon: f64) -> (Vec<usize>, usize) {
+pub fn prediction_starts(drive: &EvenDrive, horizon: f64) -> (Vec<usize>, usize) {
     let ahead = (horizon / drive.step).round() as usize;
     let mut wrong = vec![0_usize];
     wrong.extend(drive.counts.iter().scan(0, |sum, counts| {
@@ -31,25 +31,24 @@ pub fn starts(drive: &EvenDrive, horizon: f64) -> (Vec<usize>, usize) {
         Some(*sum)
     }));
     let at = (0..).map(|k| (f64::from(k) * EVERY / drive.step).round() as usize);
-    let fits = |start: &usize| start + ahead + 1 < drive.rows();
+    let fits = |start: &usize| start + ahead + 1 < drive.row_count();
     let starts = at.take_while(fits).filter(|start| wrong[start + ahead + 1] == wrong[*start]);
     (starts.collect(), ahead)
 }
 
 /// All predictions of a model over `horizon` [s].
 #[must_use]
-pub fn rollouts(model: &dyn Predictor, drive: &EvenDrive, horizon: f64) -> Vec<Rollout> {
-    let (starts, ahead) = starts(drive, horizon);
-    let along = model.along(drive);
+pub fn simulate_rollouts(model: &dyn MotionPredictor, drive: &EvenDrive, horizon: f64) -> Vec<Rollout> {
+    let (starts, ahead) = prediction_starts(drive, horizon);
+    let along = model.adapted_to_drive(drive);
     let model = along.as_deref().unwrap_or(model);
-    let steering = model.steering(drive);
+    let steering = model.road_wheel_angles(drive);
     let roll = |start: &usize| {
         let start = *start;
-        let predicted = model.roll(drive, &steering, start, ahead);
-        let spread = model.spread(drive, start, ahead);
-        let measured: Vec<State> = (start..=start + ahead)
-            .map(|row| [drive.motion.v_y[row], drive.motion.r[row]])
-            .collect();
+        let predicted = model.simulate_states(drive, &steering, start, ahead);
+        let spread = model.state_stds(drive, start, ahead);
+        let measured: Vec<LateralState> =
+            (start..=start + ahead).map(|row| [drive.motion.v_y[row], drive.motion.r[row]]).collect();
         let v_x = &drive.motion.v_x[start..=start + ahead];
         let [a, b] = [&predicted, &measured].map(|states| displacement(v_x, states, drive.step));
         Rollout { start, predicted, spread, distance: (a[0] - b[0]).hypot(a[1] - b[1]) }
@@ -58,7 +57,7 @@ pub fn rollouts(model: &dyn Predictor, drive: &EvenDrive, horizon: f64) -> Vec<R
 }
 
 /// The displacement [m] along the first row's axes, by the trapezoidal rule.
-fn displacement(v_x: &[f64], states: &[State], step: f64) -> [f64; 2] {
+fn displacement(v_x: &[f64], states: &[LateralState], step: f64) -> [f64; 2] {
     let mut yaw = 0.0;
     let mut last: Option<(f64, [f64; 2])> = None;
     let mut sum = [0.0; 2];
@@ -83,7 +82,7 @@ mod tests {
     use preparation::Drive;
 
     use super::*;
-    use crate::predictor::Persistence;
+    use crate::predictor::PersistenceModel;
 
     fn circle() -> EvenDrive {
         let n = 1000;
@@ -104,7 +103,7 @@ mod tests {
 
     #[test]
     fn persistence_is_right_in_a_steady_circle() {
-        let found = rollouts(&Persistence, &circle(), 3.0);
+        let found = simulate_rollouts(&PersistenceModel, &circle(), 3.0);
         assert_eq!(found.len(), 14);
         assert!(found.iter().all(|rollout| rollout.distance == 0.0));
         let [x, y] = displacement(&vec![2.0; 158], &vec![[0.0, 2.0]; 158], 0.01);
@@ -116,7 +115,7 @@ mod tests {
     fn rows_that_do_not_count_are_not_driven_through() {
         let mut drive = circle();
         drive.counts[500] = false;
-        let (starts, ahead) = starts(&drive, 3.0);
+        let (starts, ahead) = prediction_starts(&drive, 3.0);
         assert_eq!(ahead, 300);
         assert!(starts.iter().all(|start| !(*start..=start + ahead).contains(&500)));
         assert_eq!(starts, [0, 50, 100, 150, 550, 600, 650]);

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::drive::EvenDrive;
-use crate::predictor::Predictor;
-use crate::rollout::{Rollout, rollouts};
+use crate::predictor::MotionPredictor;
+use crate::rollout::{Rollout, simulate_rollouts};
 
 /// Lateral acceleration from measured states.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,17 +51,17 @@ pub const BAND: [f64; 2] = [1.959_964, 0.674_490];
 
 /// Scores a model on the rows that count; none without forces or rows.
 #[must_use]
-pub fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<LateralScore> {
+pub fn score_lateral_acceleration(model: &dyn MotionPredictor, drives: &[EvenDrive]) -> Option<LateralScore> {
     let mut errors = Vec::new();
     let mut inside = [0_usize; 2];
     let mut banded = 0_usize;
     for drive in drives {
-        let along = model.along(drive);
+        let along = model.adapted_to_drive(drive);
         let model = along.as_deref().unwrap_or(model);
-        let steering = model.steering(drive);
-        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+        let steering = model.road_wheel_angles(drive);
+        for row in (0..drive.row_count()).filter(|row| drive.counts[*row]) {
             let error = model.a_y(drive, &steering, row)? - drive.motion.a_y[row];
-            if let Some(spread) = model.a_y_spread(drive, row) {
+            if let Some(spread) = model.a_y_std(drive, row) {
                 banded += 1;
                 for (inside, band) in inside.iter_mut().zip(BAND) {
                     *inside += usize::from(error.abs() < band * spread);
@@ -75,7 +75,7 @@ pub fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<LateralSco
     let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
     (rows > 0).then(|| LateralScore {
         rmse: mean(&squares).sqrt(),
-        rmse_interval: root_interval(&squares),
+        rmse_interval: rms_interval(&squares),
         bias: mean(&errors),
         coverage: share(inside[0]),
         coverage_half: share(inside[1]),
@@ -85,18 +85,14 @@ pub fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<LateralSco
 
 /// Scores the open-loop predictions over `horizon` [s]; none if no stretch is as long.
 #[must_use]
-pub fn open_loop(
-    model: &dyn Predictor,
-    drives: &[EvenDrive],
-    horizon: f64,
-) -> Option<RolloutScore> {
-    let mut sums = Sums::default();
+pub fn open_loop(model: &dyn MotionPredictor, drives: &[EvenDrive], horizon: f64) -> Option<RolloutScore> {
+    let mut sums = RolloutErrorSums::default();
     for drive in drives {
-        rollouts(model, drive, horizon).iter().for_each(|rollout| sums.add(rollout, drive));
+        simulate_rollouts(model, drive, horizon).iter().for_each(|rollout| sums.add_rollout(rollout, drive));
     }
     let [v_y, r, position] = [0, 1, 2].map(|i| mean(&sums.squares[i]).sqrt());
     let count = sums.squares[0].len();
-    let intervals = sums.squares.each_ref().map(|it| root_interval(it));
+    let intervals = sums.squares.each_ref().map(|it| rms_interval(it));
     let intervals = match intervals {
         [Some(v_y), Some(r), Some(position)] => Some([v_y, r, position]),
         _ => None,
@@ -120,7 +116,7 @@ pub fn open_loop(
 
 /// What predictions sum up to.
 #[derive(Default)]
-struct Sums {
+struct RolloutErrorSums {
     /// For each prediction, the mean squares of the errors of v_y and yaw rate, and the square of the distance at the end.
     squares: [Vec<f64>; 3],
     /// Rows of v_y and yaw rate inside both bands.
@@ -130,8 +126,8 @@ struct Sums {
     spun: usize,
 }
 
-impl Sums {
-    fn add(&mut self, rollout: &Rollout, drive: &EvenDrive) {
+impl RolloutErrorSums {
+    fn add_rollout(&mut self, rollout: &Rollout, drive: &EvenDrive) {
         let mut squares = [0.0; 2];
         let ahead = rollout.predicted.len() - 1;
         for (k, state) in rollout.predicted.iter().enumerate().skip(1) {
@@ -163,7 +159,7 @@ const T_95: f64 = 2.093;
 
 /// The 95 % interval of the root of the mean of squares whose neighbours depend on each other, from the scatter of the means of
 /// blocks; none for too few.
-fn root_interval(squares: &[f64]) -> Option<[f64; 2]> {
+fn rms_interval(squares: &[f64]) -> Option<[f64; 2]> {
     if squares.len() < 2 * BLOCKS {
         return None;
     }
@@ -201,11 +197,11 @@ mod tests {
                 error * error
             };
             let squares: Vec<f64> = (0..2000).map(|_| next()).collect();
-            let [low, high] = root_interval(&squares).expect("they are enough");
+            let [low, high] = rms_interval(&squares).expect("they are enough");
             (low..high).contains(&1.0)
         });
         let held = held.count();
         assert!((364..=396).contains(&held), "{held} of 400");
-        assert!(root_interval(&[1.0; 39]).is_none());
+        assert!(rms_interval(&[1.0; 39]).is_none());
     }
 }

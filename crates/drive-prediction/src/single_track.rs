@@ -1,15 +1,15 @@
 //! The car of the baselines: a single track with curves of axles at constant loads, driven by measured speed and steering.
 
 use nalgebra::Vector2;
-use vehicle::{Body, rk4};
+use vehicle::{VehicleBody, rk4_step};
 
 use crate::curve::AxleCurve;
 use crate::drive::EvenDrive;
-use crate::lag::lag;
-use crate::predictor::{Predictor, State};
+use crate::lag::first_order_lag;
+use crate::predictor::{LateralState, MotionPredictor};
 
 /// Largest lateral speed [m/s] and yaw rate [rad/s] of a rollout: a car that has spun goes nowhere.
-const SPUN: State = [60.0, 40.0];
+const SPUN: LateralState = [60.0, 40.0];
 
 /// A single track at constant loads.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct SingleTrack {
     /// For people.
     pub name: &'static str,
     /// Mass, inertia and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Front and rear.
     pub curves: [AxleCurve; 2],
     /// Time constant of the steering [s].
@@ -27,35 +27,41 @@ pub struct SingleTrack {
 impl SingleTrack {
     /// Slip angles of both axles [rad] (ISO 8855), without the floor of speed of [`Body::slip_angles`]: logs of small cars count from 0.6 m/s on.
     #[must_use]
-    pub fn slip_angles(body: &Body, v_x: f64, [v_y, r]: State, delta: f64) -> [f64; 2] {
+    pub fn slip_angles(body: &VehicleBody, v_x: f64, [v_y, r]: LateralState, delta: f64) -> [f64; 2] {
         [delta - (v_y + body.l_f * r).atan2(v_x), -(v_y - body.l_r * r).atan2(v_x)]
     }
 
     /// Lateral forces of both axles along the body [N].
-    fn forces(&self, v_x: f64, state: State, delta: f64) -> [f64; 2] {
+    fn lateral_axle_forces(&self, v_x: f64, state: LateralState, delta: f64) -> [f64; 2] {
         let slips = Self::slip_angles(&self.body, v_x, state, delta);
         let loads = self.body.static_loads();
         let [front, rear] = std::array::from_fn(|i| loads[i] * self.curves[i].force(slips[i]));
         [front * delta.cos(), rear]
     }
 
-    fn rates(&self, v_x: f64, state: State, delta: f64) -> State {
-        let [front, rear] = self.forces(v_x, state, delta);
-        let Body { m, I_zz, l_f, l_r, .. } = self.body;
+    fn state_rates(&self, v_x: f64, state: LateralState, delta: f64) -> LateralState {
+        let [front, rear] = self.lateral_axle_forces(v_x, state, delta);
+        let VehicleBody { m, I_zz, l_f, l_r, .. } = self.body;
         [(front + rear) / m - v_x * state[1], (l_f * front - l_r * rear) / I_zz]
     }
 }
 
-impl Predictor for SingleTrack {
+impl MotionPredictor for SingleTrack {
     fn name(&self) -> &str {
         self.name
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
-        lag(&drive.motion.delta, self.steering_lag, drive.step)
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        first_order_lag(&drive.motion.delta, self.steering_lag, drive.step)
     }
 
-    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn simulate_states(
+        &self,
+        drive: &EvenDrive,
+        steering: &[f64],
+        start: usize,
+        rows: usize,
+    ) -> Vec<LateralState> {
         // At low speed the yaw damping of a small car is 300/s: one step of 0.01 s would not be stable.
         let substeps = ((drive.step / 5e-3).ceil() as usize).max(2);
         let h = drive.step / substeps as f64;
@@ -68,7 +74,7 @@ impl Predictor for SingleTrack {
                 let share = (part as f64 + 0.5) / substeps as f64;
                 let at = |channel: &[f64]| channel[row] + share * (channel[row + 1] - channel[row]);
                 let (v_x, delta) = (at(&drive.motion.v_x), at(steering));
-                x = rk4(&x, h, |x| Vector2::from(self.rates(v_x, (*x).into(), delta)));
+                x = rk4_step(&x, h, |x| Vector2::from(self.state_rates(v_x, (*x).into(), delta)));
                 x = Vector2::from_fn(|i, _| x[i].clamp(-SPUN[i], SPUN[i]));
             }
             states.push(x.into());
@@ -78,7 +84,7 @@ impl Predictor for SingleTrack {
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         let state = [drive.motion.v_y[row], drive.motion.r[row]];
-        let [front, rear] = self.forces(drive.motion.v_x[row], state, steering[row]);
+        let [front, rear] = self.lateral_axle_forces(drive.motion.v_x[row], state, steering[row]);
         Some((front + rear) / self.body.m)
     }
 }

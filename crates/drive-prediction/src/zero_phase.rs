@@ -14,9 +14,9 @@ pub fn low_pass(signal: &[f64], cut: f64, step: f64) -> Vec<f64> {
     let before = (1..=edge).rev().map(|i| 2.0 * signal[0] - signal[i]);
     let behind = (1..=edge).map(|i| 2.0 * signal[last] - signal[last - i]);
     let longer: Vec<f64> = before.chain(signal.iter().copied()).chain(behind).collect();
-    let mut passed = filter.pass(&longer);
+    let mut passed = filter.filter_once(&longer);
     passed.reverse();
-    passed = filter.pass(&passed);
+    passed = filter.filter_once(&passed);
     passed.reverse();
     passed[edge..edge + signal.len()].to_vec()
 }
@@ -48,7 +48,7 @@ impl Butterworth {
     }
 
     /// One pass, which begins as if the first value had been there for ever.
-    fn pass(&self, signal: &[f64]) -> Vec<f64> {
+    fn filter_once(&self, signal: &[f64]) -> Vec<f64> {
         let Self { b, a } = self;
         let first = signal[0];
         let mut w = [first * (1.0 - b[0]), first * (b[2] - a[1])];

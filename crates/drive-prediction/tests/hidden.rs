@@ -5,14 +5,15 @@
 use crate::support;
 
 use drive_prediction::hidden::{
-    BankMap, Channel, Error, Estimate, Fit, Setup, Signals, estimate, fit, smoothed,
+    BankMap, Error, EstimatorSetup, SensorChannel, SensorSignals, SideslipEstimate, SideslipFit,
+    filter_sideslip, fit_sideslip_model, smooth_sideslip,
 };
 use rand::prelude::*;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
-use vehicle::{Body, G};
+use vehicle::{G, VehicleBody};
 
-const BODY: Body = Body { m: 1000.0, I_zz: 1400.0, l_f: 1.3, l_r: 1.1, h: 0.4 };
+const BODY: VehicleBody = VehicleBody { m: 1000.0, I_zz: 1400.0, l_f: 1.3, l_r: 1.1, h: 0.4 };
 /// B, C, D of both axles: K is 16.4 and 19.8.
 const TIRES: [[f64; 3]; 2] = [[11.0, 1.35, 1.1], [12.5, 1.35, 1.17]];
 const STEP: f64 = 0.01;
@@ -45,7 +46,7 @@ impl Wandering {
 /// Drives by turns left and right, harder and softer, at changing speed; equations of this test alone, with steps of 1 ms.
 fn simulate(seed: u64, seconds: f64) -> Simulated {
     let mut random = Pcg64::seed_from_u64(seed);
-    let Body { m, I_zz, l_f, l_r, h } = BODY;
+    let VehicleBody { m, I_zz, l_f, l_r, h } = BODY;
     let L = l_f + l_r;
     let [mut grade, mut bank] = [Wandering(0.0, 0.04, 3.0), Wandering(0.0, 0.2, 4.0)];
     let mut slips = [0.0015, 0.0015, 0.0025].map(|std| Wandering(0.0, std, 2.0));
@@ -92,17 +93,17 @@ fn simulate(seed: u64, seconds: f64) -> Simulated {
 }
 
 impl Simulated {
-    fn signals(&self) -> Signals {
-        Signals::new(STEP, &self.delta)
+    fn signals(&self) -> SensorSignals {
+        SensorSignals::new(STEP, &self.delta)
             .with_a_x(&self.a_x)
-            .with(Channel::Speed, &self.speed)
-            .with(Channel::YawRate, &self.r)
-            .with(Channel::LateralAcceleration, &self.a_y)
+            .with_channel(SensorChannel::Speed, &self.speed)
+            .with_channel(SensorChannel::YawRate, &self.r)
+            .with_channel(SensorChannel::LateralAcceleration, &self.a_y)
     }
 }
 
 /// RMS error of v_y [m/s] and the share inside the 95 % band, after the first two seconds.
-fn judge(estimate: &Estimate, truth: &[f64]) -> [f64; 2] {
+fn judge(estimate: &SideslipEstimate, truth: &[f64]) -> [f64; 2] {
     let rows = 200..truth.len();
     let n = rows.len() as f64;
     let error = |row: usize| estimate.v_y[row] - truth[row];
@@ -116,15 +117,15 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 /// The simulated car's errors are of this size in estimates too.
-fn setup() -> Setup {
-    let mut setup = Setup::road(BODY);
+fn setup() -> EstimatorSetup {
+    let mut setup = EstimatorSetup::road_car(BODY);
     setup.disturbances.blind_slip = 0.0025;
     setup.disturbances.common_slip.std = 0.0025;
     setup
 }
 
-fn fitted(drive: &Simulated) -> Fit {
-    fit(&setup(), &[drive.signals()], None).expect("it is a drive")
+fn fitted(drive: &Simulated) -> SideslipFit {
+    fit_sideslip_model(&setup(), &[drive.signals()], None).expect("it is a drive")
 }
 
 #[test]
@@ -148,10 +149,10 @@ fn v_y_and_tires_of_simulated_cars_are_found_within_their_intervals() {
             held[0] += f64::from(u8::from(inside(K.ends, B * C * D)));
             held[1] += f64::from(u8::from(inside(peak.ends, D)));
         }
-        let [error, inside] = judge(&estimate(&setup(), &fit, &drive.signals(), None), &drive.v_y);
+        let [error, inside] = judge(&filter_sideslip(&setup(), &fit, &drive.signals(), None), &drive.v_y);
         assert!(error < 0.25 * rms(&drive.v_y), "seed {seed}: {error} of {}", rms(&drive.v_y));
         covered += inside / count;
-        let [later, within] = judge(&smoothed(&setup(), &fit, &drive.signals(), None), &drive.v_y);
+        let [later, within] = judge(&smooth_sideslip(&setup(), &fit, &drive.signals(), None), &drive.v_y);
         causal += error / count;
         back = [back[0] + later / count, back[1] + within / count];
     }
@@ -174,31 +175,34 @@ fn sensors_may_be_missing_slow_or_interrupted() {
     holes[2000..2100].fill(f64::NAN);
     let mut silent = drive.a_y.clone();
     silent[1500..2500].fill(f64::NAN);
-    let base =
-        Signals::new(STEP, &drive.delta).with_a_x(&drive.a_x).with(Channel::Speed, &drive.speed);
+    let base = SensorSignals::new(STEP, &drive.delta)
+        .with_a_x(&drive.a_x)
+        .with_channel(SensorChannel::Speed, &drive.speed);
     let cases = [
-        ("no a_y", base.clone().with(Channel::YawRate, &drive.r)),
+        ("no a_y", base.clone().with_channel(SensorChannel::YawRate, &drive.r)),
         (
             "yaw rate and a_y at 10 Hz",
             base.clone()
-                .with(Channel::YawRate, &thin(&drive.r))
-                .with(Channel::LateralAcceleration, &thin(&drive.a_y)),
+                .with_channel(SensorChannel::YawRate, &thin(&drive.r))
+                .with_channel(SensorChannel::LateralAcceleration, &thin(&drive.a_y)),
         ),
         (
             "gaps",
-            base.clone().with(Channel::YawRate, &holes).with(Channel::LateralAcceleration, &silent),
+            base.clone()
+                .with_channel(SensorChannel::YawRate, &holes)
+                .with_channel(SensorChannel::LateralAcceleration, &silent),
         ),
         (
             "no a_x",
-            Signals::new(STEP, &drive.delta)
-                .with(Channel::Speed, &drive.speed)
-                .with(Channel::YawRate, &drive.r)
-                .with(Channel::LateralAcceleration, &drive.a_y),
+            SensorSignals::new(STEP, &drive.delta)
+                .with_channel(SensorChannel::Speed, &drive.speed)
+                .with_channel(SensorChannel::YawRate, &drive.r)
+                .with_channel(SensorChannel::LateralAcceleration, &drive.a_y),
         ),
     ];
     for (name, signals) in cases {
-        let fit = fit(&setup(), std::slice::from_ref(&signals), None).expect(name);
-        let [error, inside] = judge(&estimate(&setup(), &fit, &signals, None), &drive.v_y);
+        let fit = fit_sideslip_model(&setup(), std::slice::from_ref(&signals), None).expect(name);
+        let [error, inside] = judge(&filter_sideslip(&setup(), &fit, &signals, None), &drive.v_y);
         println!("{name}: {error:.4} m/s, {inside:.3}");
         assert!(error < 0.5 * rms(&drive.v_y), "{name}: {error} of {}", rms(&drive.v_y));
         assert!(inside > 0.8, "{name}: {inside}");
@@ -216,9 +220,12 @@ fn course_and_speed_over_ground_make_v_y_better() {
         course[row] = drive.course[row].rem_euclid(std::f64::consts::TAU);
         speed[row] = drive.v_x[row].hypot(drive.v_y[row]);
     }
-    let [without, _] = judge(&estimate(&setup(), &fit, &drive.signals(), None), &drive.v_y);
-    let both = drive.signals().with(Channel::Course, &course).with(Channel::GroundSpeed, &speed);
-    let [with, inside] = judge(&estimate(&setup(), &fit, &both, None), &drive.v_y);
+    let [without, _] = judge(&filter_sideslip(&setup(), &fit, &drive.signals(), None), &drive.v_y);
+    let both = drive
+        .signals()
+        .with_channel(SensorChannel::Course, &course)
+        .with_channel(SensorChannel::GroundSpeed, &speed);
+    let [with, inside] = judge(&filter_sideslip(&setup(), &fit, &both, None), &drive.v_y);
     println!("without {without:.4}, with {with:.4} m/s, {inside:.3}");
     assert!(with < without, "{with}, without {without}");
     assert!(inside > 0.85, "{inside}");
@@ -228,26 +235,24 @@ fn course_and_speed_over_ground_make_v_y_better() {
 fn estimates_are_causal_and_do_not_see_v_y() {
     let drive = simulate(7, 30.0);
     let fit = fitted(&drive);
-    let whole = estimate(&setup(), &fit, &drive.signals(), None);
-    let part = estimate(&setup(), &fit, &drive.signals().first(1500), None);
+    let whole = filter_sideslip(&setup(), &fit, &drive.signals(), None);
+    let part = filter_sideslip(&setup(), &fit, &drive.signals().first_rows(1500), None);
     assert_eq!(part.v_y, whole.v_y[..1500]);
-    let seen = drive.signals().with(Channel::LateralSpeed, &drive.v_y);
-    assert_eq!(estimate(&setup(), &fit, &seen, None).v_y, whole.v_y);
+    let seen = drive.signals().with_channel(SensorChannel::LateralSpeed, &drive.v_y);
+    assert_eq!(filter_sideslip(&setup(), &fit, &seen, None).v_y, whole.v_y);
 }
 
 #[test]
 fn what_cannot_be_fitted_is_told() {
     let drive = simulate(3, 10.0);
-    let told = |signals: Signals| fit(&setup(), &[signals], None).expect_err("it is no drive");
-    assert_eq!(fit(&setup(), &[], None).expect_err("nothing"), Error::NoDrives);
-    let blind = Signals::new(STEP, &drive.delta).with(Channel::Speed, &drive.speed);
-    assert_eq!(
-        told(blind).to_string(),
-        "drive 1: expected 200 values of yaw rate or more, found 0"
-    );
-    let still = drive.signals().with(Channel::Speed, &vec![1.0; drive.v_x.len()]);
+    let told =
+        |signals: SensorSignals| fit_sideslip_model(&setup(), &[signals], None).expect_err("it is no drive");
+    assert_eq!(fit_sideslip_model(&setup(), &[], None).expect_err("nothing"), Error::NoDrives);
+    let blind = SensorSignals::new(STEP, &drive.delta).with_channel(SensorChannel::Speed, &drive.speed);
+    assert_eq!(told(blind).to_string(), "drive 1: expected 200 values of yaw rate or more, found 0");
+    let still = drive.signals().with_channel(SensorChannel::Speed, &vec![1.0; drive.v_x.len()]);
     assert_eq!(told(still), Error::TooSlow { drive: 1, least: 8.0 });
-    let frozen = Signals::new(0.0, &drive.delta);
+    let frozen = SensorSignals::new(0.0, &drive.delta);
     assert_eq!(told(frozen), Error::Step { drive: 1, step: 0.0 });
     assert!(BankMap::learn(&setup(), &fitted(&drive), &drive.signals()).is_none());
 }
@@ -256,26 +261,24 @@ fn what_cannot_be_fitted_is_told() {
 #[test]
 #[ignore = "needs logs of real cars"]
 fn a_race_car_of_1964() {
-    let column =
-        support::columns(&support::folder(), "revs_250lm.csv").expect("a log of TRACKSIDE_DATA");
+    let column = support::columns(&support::folder(), "revs_250lm.csv").expect("a log of TRACKSIDE_DATA");
     let truth = support::lm().expect("a log of TRACKSIDE_DATA");
-    let signals = Signals::new(0.01, &column("delta_rad"))
+    let signals = SensorSignals::new(0.01, &column("delta_rad"))
         .with_a_x(&column("ax_mps2"))
-        .with(Channel::Speed, &column("vx_mps"))
-        .with(Channel::YawRate, &column("yaw_rate_radps"))
-        .with(Channel::LateralAcceleration, &column("ay_mps2"))
+        .with_channel(SensorChannel::Speed, &column("vx_mps"))
+        .with_channel(SensorChannel::YawRate, &column("yaw_rate_radps"))
+        .with_channel(SensorChannel::LateralAcceleration, &column("ay_mps2"))
         .without_repeats();
-    let setup = Setup::road(support::lm_body());
+    let setup = EstimatorSetup::road_car(support::lm_body());
     let first = truth.motion.t.iter().filter(|t| **t < truth.motion.t[0] + 220.0).count();
-    let training = signals.first(first);
-    let found = fit(&setup, std::slice::from_ref(&training), None).expect("it is a drive");
+    let training = signals.first_rows(first);
+    let found = fit_sideslip_model(&setup, std::slice::from_ref(&training), None).expect("it is a drive");
     assert!(found.converged);
     let map = BankMap::learn(&setup, &found, &training).expect("it is driven in laps");
     assert!((map.lap - 3100.0).abs() < 10.0, "{}", map.lap);
-    let estimate = estimate(&setup, &found, &signals, Some(&map));
-    let rows: Vec<usize> = (first..truth.rows()).filter(|row| truth.counts[*row]).collect();
-    let errors: Vec<f64> =
-        rows.iter().map(|row| estimate.v_y[*row] - truth.motion.v_y[*row]).collect();
+    let estimate = filter_sideslip(&setup, &found, &signals, Some(&map));
+    let rows: Vec<usize> = (first..truth.row_count()).filter(|row| truth.counts[*row]).collect();
+    let errors: Vec<f64> = rows.iter().map(|row| estimate.v_y[*row] - truth.motion.v_y[*row]).collect();
     let angles: Vec<f64> = rows
         .iter()
         .map(|row| {
@@ -283,12 +286,10 @@ fn a_race_car_of_1964() {
             of(estimate.v_y[*row]) - of(truth.motion.v_y[*row])
         })
         .collect();
-    let inside = rows
-        .iter()
-        .zip(&errors)
-        .filter(|(row, error)| error.abs() < 1.96 * estimate.v_y_std[**row])
-        .count() as f64
-        / rows.len() as f64;
+    let inside =
+        rows.iter().zip(&errors).filter(|(row, error)| error.abs() < 1.96 * estimate.v_y_std[**row]).count()
+            as f64
+            / rows.len() as f64;
     println!("v_y {:.4} m/s, sideslip {:.3} deg, {inside:.3} inside", rms(&errors), rms(&angles));
     assert!(rms(&errors) < 0.10, "{}", rms(&errors));
     assert!(rms(&angles) < 0.23, "{}", rms(&angles));

@@ -1,12 +1,12 @@
 //! Finds the peaks and the slip angles of the two tires of an axle.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use tire::{MfTire, Slip, Tire};
+use tire::{MfTire, Tire, TireOperatingPoint};
 use vehicle::MagicFormula;
 
 /// The tires of an axle.
 #[derive(Debug, Clone)]
-pub struct Axle(AxleTires);
+pub struct TireAxle(AxleTires);
 
 #[derive(Debug, Clone)]
 enum AxleTires {
@@ -28,20 +28,21 @@ const MOST: f64 = 0.5;
 /// Speed at which the tires are looked at [m/s]: far from the region of low speed.
 const SPEED: f64 = 20.0;
 
-impl Axle {
+impl TireAxle {
     /// Tires by the simple Magic Formula.
-    pub fn plain(tire: MagicFormula) -> Self {
-        Axle(AxleTires::Plain(tire))
+    pub fn from_magic_formula(tire: MagicFormula) -> Self {
+        TireAxle(AxleTires::Plain(tire))
     }
 
     /// Tires of a file.
-    pub fn of(tire: MfTire) -> Self {
-        Axle(AxleTires::File(Box::new(tire)))
+    pub fn from_tire_file(tire: MfTire) -> Self {
+        TireAxle(AxleTires::File(Box::new(tire)))
     }
 
     /// Forces [N] of a wheel, positive along its slip.
-    fn wheel(&self, kappa: f64, angle: f64, F_z: f64) -> [f64; 2] {
-        let slip = Slip { kappa, alpha: -angle, F_z, v_x: SPEED, ..Slip::default() };
+    fn wheel_forces(&self, kappa: f64, angle: f64, F_z: f64) -> [f64; 2] {
+        let slip =
+            TireOperatingPoint { kappa, alpha: -angle, F_z, v_x: SPEED, ..TireOperatingPoint::default() };
         match &self.0 {
             AxleTires::Plain(tire) => tire.F_xy(&slip),
             AxleTires::File(tire) => tire.F_xy(&slip),
@@ -50,18 +51,18 @@ impl Axle {
 
     /// Lateral forces of both wheels to the left and to the right [N] at a slip angle [rad], with a load of the axle and a load that
     /// moved across [N].
-    fn sides(&self, angle: f64, load: f64, moved: f64) -> [f64; 2] {
+    fn lateral_wheel_forces(&self, angle: f64, load: f64, moved: f64) -> [f64; 2] {
         let moved = moved.min(0.5 * load);
         let wheels = [0.5 * load + moved, 0.5 * load - moved];
         [1.0, -1.0]
-            .map(|side| wheels.map(|F_z| side * self.wheel(0.0, side * angle, F_z)[1]).iter().sum())
+            .map(|side| wheels.map(|F_z| side * self.wheel_forces(0.0, side * angle, F_z)[1]).iter().sum())
     }
 
     /// The peak of the lateral force on the weaker side.
-    pub fn peak(&self, load: f64, moved: f64) -> LateralPeak {
+    pub fn lateral_peak(&self, load: f64, moved: f64) -> LateralPeak {
         let load = load.max(0.0);
         let weaker = |angle: f64| {
-            let [left, right] = self.sides(angle, load, moved);
+            let [left, right] = self.lateral_wheel_forces(angle, load, moved);
             left.min(right)
         };
         let slip_angle = argmax(weaker);
@@ -69,21 +70,21 @@ impl Axle {
     }
 
     /// The slip angle [rad] up to the peak that gives a lateral force [N], in the mean of both sides.
-    pub fn slip(&self, force: f64, load: f64, moved: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.peak(load, moved).slip_angle);
+    pub fn slip_angle_for_force(&self, force: f64, load: f64, moved: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.lateral_peak(load, moved).slip_angle);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
-            let [left, right] = self.sides(middle, load, moved);
+            let [left, right] = self.lateral_wheel_forces(middle, load, moved);
             if 0.5 * (left + right) < force { low = middle } else { high = middle }
         }
         high
     }
 
     /// The largest longitudinal force of both wheels over their load [-], in the weaker direction.
-    pub fn traction(&self, load: f64) -> f64 {
+    pub fn longitudinal_friction(&self, load: f64) -> f64 {
         let F_z = 0.5 * load.max(1.0);
         let weaker =
-            |kappa: f64| self.wheel(kappa, 0.0, F_z)[0].min(-self.wheel(-kappa, 0.0, F_z)[0]);
+            |kappa: f64| self.wheel_forces(kappa, 0.0, F_z)[0].min(-self.wheel_forces(-kappa, 0.0, F_z)[0]);
         weaker(argmax(weaker)) / F_z
     }
 }

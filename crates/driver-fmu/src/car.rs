@@ -3,11 +3,11 @@
 
 use fmu_export::{log, warn};
 use serde::{Deserialize, Serialize};
-use tire_file::TireChoice;
-use track::{Error, Ggv, Handling, Limits};
-use vehicle::{Aero, Body, G, MagicFormula, Vehicle};
+use tire_file::TireSpecification;
+use track::{AccelerationLimits, Error, GgvDiagram, SteadyStateHandling};
+use vehicle::{Aerodynamics, G, MagicFormula, SingleTrackCar, VehicleBody};
 
-use crate::axle::Axle;
+use crate::axle::TireAxle;
 
 /// Speeds of the diagram.
 const ROWS: i32 = 60;
@@ -35,14 +35,7 @@ pub struct CommandLimits {
 
 impl Default for CommandLimits {
     fn default() -> Self {
-        CommandLimits {
-            v: 80.0,
-            F_x_min: -15e3,
-            F_x_max: 6e3,
-            power: 250e3,
-            delta: 0.5,
-            delta_rate: 1.0,
-        }
+        CommandLimits { v: 80.0, F_x_min: -15e3, F_x_max: 6e3, power: 250e3, delta: 0.5, delta_rate: 1.0 }
     }
 }
 
@@ -50,15 +43,15 @@ impl Default for CommandLimits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DriverCar {
     /// Mass and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Drag and downforce.
-    pub aero: Aero,
+    pub aero: Aerodynamics,
     /// Share of the brakes at the front axle [-].
     pub brake_front_share: f64,
     /// Tires of both axles without a file.
     pub plain: [MagicFormula; 2],
     /// Tires of both axles by files.
-    pub files: [TireChoice; 2],
+    pub files: [TireSpecification; 2],
     /// Track widths of both axles [m]; without one no load moves across.
     pub tracks: [f64; 2],
     /// Roll stiffness of both axles [N m/rad], by which they share the load that moves across; without one by the load.
@@ -67,13 +60,13 @@ pub struct DriverCar {
 
 impl Default for DriverCar {
     fn default() -> Self {
-        let Vehicle { body, aero, brake_front_share, tire_f, tire_r, .. } = Vehicle::default();
+        let SingleTrackCar { body, aero, brake_front_share, tire_f, tire_r, .. } = SingleTrackCar::default();
         DriverCar {
             body,
             aero,
             brake_front_share,
             plain: [tire_f, tire_r],
-            files: <[TireChoice; 2]>::default(),
+            files: <[TireSpecification; 2]>::default(),
             tracks: [0.0; 2],
             roll_stiffness: [0.0; 2],
         }
@@ -85,19 +78,19 @@ impl DriverCar {
     ///
     /// # Errors
     /// In words, when a file cannot be read or is no tire.
-    pub fn axles(&self) -> Result<[Axle; 2], String> {
+    pub fn build_axles(&self) -> Result<[TireAxle; 2], String> {
         if self.files.iter().all(|file| file.tir.is_empty()) {
-            return Ok(self.plain.map(Axle::plain));
+            return Ok(self.plain.map(TireAxle::from_magic_formula));
         }
         let [front, rear] = &self.files;
         let [(front, told_f), (rear, told_r)] =
-            [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
+            [front.load_tire("tire_f.tir")?, rear.load_tire("tire_r.tir")?];
         told_f.into_iter().chain(told_r).for_each(|message| message.send_to_log(log, warn));
-        Ok([Axle::of(front), Axle::of(rear)])
+        Ok([TireAxle::from_tire_file(front), TireAxle::from_tire_file(rear)])
     }
 
     /// The load that a lateral acceleration [m/s2] moves from one wheel of each axle to the other [N].
-    fn moved(&self, a_y: f64) -> [f64; 2] {
+    fn load_transfer(&self, a_y: f64) -> [f64; 2] {
         let DriverCar { body, tracks, roll_stiffness: [k_f, k_r], .. } = self;
         let front = if k_f + k_r > 0.0 { k_f / (k_f + k_r) } else { body.l_r / body.wheelbase() };
         let across = body.m * a_y.abs() * body.h;
@@ -107,14 +100,14 @@ impl DriverCar {
 
     /// The largest lateral acceleration [m/s2] with these loads of the axles [N], by which both find their share of
     /// m a_y: fixed-point iteration, since the load that moves across costs grip.
-    fn lateral(&self, axles: &[Axle; 2], loads: [f64; 2]) -> f64 {
+    fn max_lateral_acceleration(&self, axles: &[TireAxle; 2], loads: [f64; 2]) -> f64 {
         /// A step of the iteration changes the result by some hundredths of the one before.
         const PASSES: usize = 12;
-        let Body { m, l_f, l_r, .. } = self.body;
+        let VehicleBody { m, l_f, l_r, .. } = self.body;
         let shares = [l_r, l_f].map(|lever| m * lever / (l_f + l_r));
         (0..PASSES).fold(0.0, |a_y, _| {
-            let moved = self.moved(a_y);
-            let of = |i: usize| axles[i].peak(loads[i], moved[i]).force / shares[i];
+            let moved = self.load_transfer(a_y);
+            let of = |i: usize| axles[i].lateral_peak(loads[i], moved[i]).force / shares[i];
             of(0).min(of(1))
         })
     }
@@ -127,7 +120,11 @@ impl DriverCar {
 ///
 /// # Errors
 /// When the parameters give no limits, for example without friction.
-pub fn ggv(car: &DriverCar, axles: &[Axle; 2], limit: &CommandLimits) -> Result<Ggv, Error> {
+pub fn ggv_diagram(
+    car: &DriverCar,
+    axles: &[TireAxle; 2],
+    limit: &CommandLimits,
+) -> Result<GgvDiagram, Error> {
     let (m, L, front) = (car.body.m, car.body.wheelbase(), car.brake_front_share);
     let lever = car.body.h / L;
     let row = |i: i32| {
@@ -139,20 +136,20 @@ pub fn ggv(car: &DriverCar, axles: &[Axle; 2], limit: &CommandLimits) -> Result<
         let moved = drag * lever;
         let loads = [Z_f + down_f, Z_r + down_r];
         let along = [loads[0] + moved, loads[1] - moved];
-        let lateral = car.lateral(axles, loads);
+        let lateral = car.max_lateral_acceleration(axles, loads);
         let drive = converged_force(|force| {
-            let mu = axles[1].traction(along[1] + force * lever);
+            let mu = axles[1].longitudinal_friction(along[1] + force * lever);
             sliding_force(mu * along[1], 1.0 - mu * lever)
         });
         let brake = converged_force(|force| {
             let [mu_f, mu_r] = [
-                axles[0].traction(along[0] + force * lever),
-                axles[1].traction(along[1] - force * lever),
+                axles[0].longitudinal_friction(along[0] + force * lever),
+                axles[1].longitudinal_friction(along[1] - force * lever),
             ];
             sliding_force(mu_f * along[0], front - mu_f * lever)
                 .min(sliding_force(mu_r * along[1], 1.0 - front + mu_r * lever))
         });
-        Limits {
+        AccelerationLimits {
             v,
             lateral,
             drive: drive / m,
@@ -162,7 +159,7 @@ pub fn ggv(car: &DriverCar, axles: &[Axle; 2], limit: &CommandLimits) -> Result<
             downforce: (down_f + down_r) / m,
         }
     };
-    Ggv::new((0..=ROWS).map(row).collect(), 2.0)
+    GgvDiagram::new((0..=ROWS).map(row).collect(), 2.0)
 }
 
 /// A force that depends on the friction at the loads that it makes: friction changes little with load, so few passes do.
@@ -182,26 +179,26 @@ fn sliding_force(force: f64, share: f64) -> f64 {
 ///
 /// # Errors
 /// When the parameters give no friction.
-pub fn handling(car: &DriverCar, axles: &[Axle; 2]) -> Result<Handling, Error> {
+pub fn steady_state_handling(car: &DriverCar, axles: &[TireAxle; 2]) -> Result<SteadyStateHandling, Error> {
     let (body, loads) = (&car.body, car.body.static_loads());
-    let most = USED * car.lateral(axles, loads);
+    let most = USED * car.max_lateral_acceleration(axles, loads);
     let row = |i: i32| {
         let a_y = most * f64::from(i) / f64::from(SLIPS);
-        let moved = car.moved(a_y);
+        let moved = car.load_transfer(a_y);
         let angle = |axle: usize| {
             let force = loads[axle] / G * a_y;
-            axles[axle].slip(force, loads[axle], moved[axle])
+            axles[axle].slip_angle_for_force(force, loads[axle], moved[axle])
         };
         [a_y, angle(0), angle(1)]
     };
     let mut rows: Vec<_> = (0..=SLIPS).map(row).collect();
     rows[0] = [0.0; 3];
-    Handling::tabulated(body.wheelbase(), body.l_r, rows)
+    SteadyStateHandling::with_slip_angle_table(body.wheelbase(), body.l_r, rows)
 }
 
 /// Slip angle of the front tires beyond which more steering gives less force [rad].
-pub fn peak_front_slip(car: &DriverCar, axles: &[Axle; 2]) -> f64 {
-    axles[0].peak(car.body.static_loads()[0], 0.0).slip_angle
+pub fn peak_front_slip(car: &DriverCar, axles: &[TireAxle; 2]) -> f64 {
+    axles[0].lateral_peak(car.body.static_loads()[0], 0.0).slip_angle
 }
 
 #[cfg(test)]
@@ -215,11 +212,12 @@ mod tests {
     #[test]
     fn limits_are_those_at_which_an_axle_slides() {
         let car = DriverCar {
-            aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() },
+            aero: Aerodynamics { C_lf: 0.4, C_lr: 0.6, ..Aerodynamics::default() },
             ..DriverCar::default()
         };
-        let axles = car.axles().expect("tires");
-        let limits = ggv(&car, &axles, &CommandLimits::default()).expect("limits").at(40.0);
+        let axles = car.build_axles().expect("tires");
+        let limits =
+            ggv_diagram(&car, &axles, &CommandLimits::default()).expect("limits").limits_at_speed(40.0);
         let body = car.body;
         let (down, drag) = (car.aero.downforce(40.0), car.aero.drag(40.0));
         // Driving: the rear axle gives all of its load times its friction.
@@ -237,11 +235,11 @@ mod tests {
     #[test]
     fn steady_slip_angles_give_the_lateral_forces() {
         let car = DriverCar::default();
-        let handling = handling(&car, &car.axles().expect("tires")).expect("slip angles");
+        let handling = steady_state_handling(&car, &car.build_axles().expect("tires")).expect("slip angles");
         for a_y in [3.0, 9.0, 14.0] {
-            let [front, rear] = handling.slips(a_y);
-            assert!((car.plain[0].coefficient(front) * G - a_y).abs() < 0.1, "{front}");
-            assert!((car.plain[1].coefficient(rear) * G - a_y).abs() < 0.1, "{rear}");
+            let [front, rear] = handling.steady_slip_angles(a_y);
+            assert!((car.plain[0].friction_coefficient(front) * G - a_y).abs() < 0.1, "{front}");
+            assert!((car.plain[1].friction_coefficient(rear) * G - a_y).abs() < 0.1, "{rear}");
         }
     }
 
@@ -249,27 +247,27 @@ mod tests {
     fn a_car_without_friction_is_refused() {
         let tire = MagicFormula { D: 0.0, ..MagicFormula::default() };
         let car = DriverCar { plain: [tire, MagicFormula::default()], ..DriverCar::default() };
-        assert!(handling(&car, &car.axles().expect("tires")).is_err());
+        assert!(steady_state_handling(&car, &car.build_axles().expect("tires")).is_err());
     }
 
     #[test]
     fn load_that_moves_across_costs_grip_of_tires_with_load_sensitivity() {
-        let file = TireChoice {
+        let file = TireSpecification {
             LMUX: 1.0,
             tir: include_str!("../../../scenarios/cars/sport/front.tir").to_owned(),
-            ..TireChoice::default()
+            ..TireSpecification::default()
         };
         let narrow = DriverCar {
             files: [file.clone(), file],
             tracks: [1.5; 2],
-            body: Body { h: 0.5, ..DriverCar::default().body },
+            body: VehicleBody { h: 0.5, ..DriverCar::default().body },
             ..DriverCar::default()
         };
         let single = DriverCar { tracks: [0.0; 2], ..narrow.clone() };
         let lateral = |car: &DriverCar| {
-            ggv(car, &car.axles().expect("tires"), &CommandLimits::default())
+            ggv_diagram(car, &car.build_axles().expect("tires"), &CommandLimits::default())
                 .expect("limits")
-                .at(0.0)
+                .limits_at_speed(0.0)
                 .lateral
         };
         let (narrow, single) = (lateral(&narrow), lateral(&single));

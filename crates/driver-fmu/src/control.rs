@@ -3,7 +3,9 @@
 
 use fmu_export::ModelError;
 use serde::{Deserialize, Serialize};
-use track::{Motion, Road, RoadLoad, SpeedCommand, SpeedLaw, Station, Steering, wrap};
+use track::{
+    HeadingAndSpeed, LineStation, PathSteeringLaw, RoadGeometry, RoadLoad, SpeedCommand, SpeedLaw, wrap_angle,
+};
 use vehicle::G;
 
 use crate::plan::DrivePlan;
@@ -83,7 +85,7 @@ pub struct TimeStep {
 
 /// What the driver does with the pedals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
+pub enum PedalMode {
     /// Follows the speed profile.
     Profile,
     /// Steers only; somebody else sets the speed.
@@ -94,7 +96,7 @@ pub enum Mode {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct ControlLaws {
     /// Steering.
-    pub steering: Steering,
+    pub steering: PathSteeringLaw,
     /// Speed.
     pub speed: SpeedLaw,
 }
@@ -107,20 +109,20 @@ impl ControlLaws {
         input: &CarMotion,
         memory: &mut DriverMemory,
         output: &mut DriverOutput,
-    ) -> Station {
+    ) -> LineStation {
         let (line, point) = (&plan.line, [input.X, input.Y]);
         let station = match memory.s {
-            Some(s) => line.follow(s, point),
-            None => line.locate(point, Some(input.psi)),
+            Some(s) => line.follow_point(s, point),
+            None => line.locate_point(point, Some(input.psi)),
         };
-        let Road { kappa, bank, grade } = line.road(station.s);
-        let [left, right] = line.widths(station.s).unwrap_or([plan.settings.half_width; 2]);
+        let RoadGeometry { kappa, bank, grade } = line.road_at(station.s);
+        let [left, right] = line.widths_at(station.s).unwrap_or([plan.settings.half_width; 2]);
         memory.s = Some(station.s);
         output.s = station.s;
         output.lateral_deviation = station.lateral;
-        output.heading_error = wrap(input.psi - station.psi);
+        output.heading_error = wrap_angle(input.psi - station.psi);
         output.edge_distance = (left - station.lateral).min(right + station.lateral);
-        output.v_ref = plan.profile.speed(station.s);
+        output.v_ref = plan.profile.speed_at(station.s);
         (output.curvature, output.bank, output.grade) = (kappa, bank, grade);
         station
     }
@@ -129,10 +131,10 @@ impl ControlLaws {
     ///
     /// # Errors
     /// When the motion is not finite.
-    pub fn drive(
+    pub fn step_driver(
         &self,
         plan: &DrivePlan,
-        mode: Mode,
+        mode: PedalMode,
         input: &CarMotion,
         step: TimeStep,
         memory: &mut DriverMemory,
@@ -145,32 +147,34 @@ impl ControlLaws {
         }
         let before = memory.s;
         let station = self.locate_car(plan, input, memory, output);
-        let moved = before.map_or(0.0, |s| plan.line.moved(s, station.s));
+        let moved = before.map_or(0.0, |s| plan.line.station_change(s, station.s));
         count_laps(plan.line.length(), moved, step, memory, output);
-        let road = Road { kappa: station.kappa, bank: output.bank, grade: output.grade };
-        output.delta = self.steer(plan, &station, &road, input, step.h, output.delta);
+        let road = RoadGeometry { kappa: station.kappa, bank: output.bank, grade: output.grade };
+        output.delta = self.steering_angle(plan, &station, &road, input, step.h, output.delta);
         output.F_x = match mode {
-            Mode::Profile => self.force(plan, &station, &road, input, step.h, &mut memory.integral),
-            Mode::Steering => 0.0,
+            PedalMode::Profile => {
+                self.longitudinal_force(plan, &station, &road, input, step.h, &mut memory.integral)
+            }
+            PedalMode::Steering => 0.0,
         };
         Ok(())
     }
 
     /// The steering law within the slip that the front tires can use, the largest angle and the fastest change.
-    fn steer(
+    fn steering_angle(
         &self,
         plan: &DrivePlan,
-        station: &Station,
-        road: &Road,
+        station: &LineStation,
+        road: &RoadGeometry,
         input: &CarMotion,
         h: f64,
         before: f64,
     ) -> f64 {
         let (limit, v) = (&plan.settings.limit, input.v_x);
-        let load = (road.load(v) + plan.ggv.at(v).downforce).max(0.1 * G) / G;
-        let pressing = RoadLoad { lateral: road.lateral(0.0), load };
-        let motion = Motion { psi: input.psi, v_x: v };
-        let wanted = self.steering.angle(&plan.handling, &plan.line, station, &motion, &pressing);
+        let load = (road.normal_acceleration(v) + plan.ggv.limits_at_speed(v).downforce).max(0.1 * G) / G;
+        let pressing = RoadLoad { lateral: road.lateral_acceleration(0.0), load };
+        let motion = HeadingAndSpeed { psi: input.psi, v_x: v };
+        let wanted = self.steering.steering_angle(&plan.handling, &plan.line, station, &motion, &pressing);
         let l_f = plan.settings.car.body.l_f;
         let rolling = (input.v_y + l_f * input.r).atan2(v.max(SLOWEST));
         let usable = wanted.clamp(rolling - plan.front_slip, rolling + plan.front_slip);
@@ -179,38 +183,32 @@ impl ControlLaws {
     }
 
     /// The speed law: F_x = m (a + drag + g sin θ), within what tires and engine can do beside the lateral acceleration.
-    fn force(
+    fn longitudinal_force(
         &self,
         plan: &DrivePlan,
-        station: &Station,
-        road: &Road,
+        station: &LineStation,
+        road: &RoadGeometry,
         input: &CarMotion,
         h: f64,
         integral: &mut f64,
     ) -> f64 {
         let (m, v) = (plan.settings.car.body.m, input.v_x);
-        let limits = plan.ggv.at(v);
-        let turning = v * input.r + road.lateral(0.0);
-        let most = LATERAL_MOST * limits.lateral * limits.pressed(road);
-        let lateral = road.lateral(v).abs().max(turning.abs()).min(most);
-        let range = plan.ggv.range_beside(v, road, lateral);
+        let limits = plan.ggv.limits_at_speed(v);
+        let turning = v * input.r + road.lateral_acceleration(0.0);
+        let most = LATERAL_MOST * limits.lateral * limits.normal_load_factor(road);
+        let lateral = road.lateral_acceleration(v).abs().max(turning.abs()).min(most);
+        let range = plan.ggv.range_with_lateral_acceleration(v, road, lateral);
         let wanted = SpeedCommand {
-            speed: plan.profile.speed(station.s),
-            acceleration: plan.profile.acceleration(station.s),
+            speed: plan.profile.speed_at(station.s),
+            acceleration: plan.profile.acceleration_at(station.s),
         };
-        let a = self.speed.acceleration(&wanted, v, range, integral, h);
+        let a = self.speed.commanded_acceleration(&wanted, v, range, integral, h);
         m * (a + limits.drag + G * road.grade.sin())
     }
 }
 
 /// Counts laps of this length [m] from where the drive began; the end of a lap lies between two steps.
-fn count_laps(
-    length: f64,
-    moved: f64,
-    step: TimeStep,
-    memory: &mut DriverMemory,
-    output: &mut DriverOutput,
-) {
+fn count_laps(length: f64, moved: f64, step: TimeStep, memory: &mut DriverMemory, output: &mut DriverOutput) {
     let before = output.distance;
     output.distance += moved;
     let end = f64::from(output.lap + 1) * length;

@@ -9,24 +9,23 @@ mod plan;
 
 use std::sync::Arc;
 
-use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, Mode, TimeStep};
+use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, PedalMode, TimeStep};
 use fmu_export::{
-    Info, Member, Model, ModelError, Terminal, Variable, calculated_parameter, input, output,
-    parameter,
+    Info, Member, Model, ModelError, Terminal, Variable, calculated_parameter, input, output, parameter,
 };
 use plan::{DrivePlan, DriveSettings};
 use serde::{Deserialize, Serialize};
 
 /// The driver between its inputs and its outputs.
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Driver {
+struct DriverModel {
     mode: i32,
     settings: DriveSettings,
     laws: ControlLaws,
     input: CarMotion,
     output: DriverOutput,
     memory: DriverMemory,
-    figures: PlanFigures,
+    figures: PlanSummary,
     /// The track as it was read: a state goes on without its file.
     read: Option<DriveSettings>,
     /// Made of the above, and made again of it where a state was restored from bytes.
@@ -36,7 +35,7 @@ struct Driver {
 
 /// Figures of the line and of its speed profile.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-struct PlanFigures {
+struct PlanSummary {
     length: f64,
     duration: f64,
     slowest: f64,
@@ -55,29 +54,26 @@ const SENSORS: &[Member] = &[
 
 const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
 
-impl Driver {
+impl DriverModel {
     /// The prepared drive.
-    fn plan(&mut self) -> Result<Arc<DrivePlan>, ModelError> {
+    fn prepared_plan(&mut self) -> Result<Arc<DrivePlan>, ModelError> {
         if let Some(plan) = &self.plan {
             return Ok(Arc::clone(plan));
         }
         let settings = self.read.as_ref().unwrap_or(&self.settings);
-        let plan = Arc::new(DrivePlan::of(settings).map_err(ModelError::Error)?);
+        let plan = Arc::new(DrivePlan::prepare(settings).map_err(ModelError::Error)?);
         self.plan = Some(Arc::clone(&plan));
         Ok(plan)
     }
 }
 
-impl Model for Driver {
-    const INFO: Info = Info::new(
-        "driver",
-        "Driver who follows a line as fast as the g-g-v diagram of the car allows",
-        0.01,
-    )
-    .terminals(&[
-        Terminal::bus("sensors", "Motion of the car", SENSORS),
-        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
-    ]);
+impl Model for DriverModel {
+    const INFO: Info =
+        Info::new("driver", "Driver who follows a line as fast as the g-g-v diagram of the car allows", 0.01)
+            .terminals(&[
+                Terminal::bus("sensors", "Motion of the car", SENSORS),
+                Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+            ]);
 
     const VARIABLES: &'static [Variable<Self>] = &[
         input("X", "m", "Position east").at(|d| &mut d.input.X),
@@ -89,8 +85,7 @@ impl Model for Driver {
         output("delta", "rad", "Road-wheel angle").at(|d| &mut d.output.delta),
         output("F_x", "N", "Driving force; braking when negative").at(|d| &mut d.output.F_x),
         output("s", "m", "Station on the line").at(|d| &mut d.output.s),
-        output("distance", "m", "Way along the line since the beginning")
-            .at(|d| &mut d.output.distance),
+        output("distance", "m", "Way along the line since the beginning").at(|d| &mut d.output.distance),
         output("lap", "", "Completed laps, counted from where the drive began")
             .discrete()
             .at_integer(|d| &mut d.output.lap),
@@ -100,12 +95,8 @@ impl Model for Driver {
             .at(|d| &mut d.output.lateral_deviation),
         output("heading_error", "rad", "Heading of the car less that of the line")
             .at(|d| &mut d.output.heading_error),
-        output(
-            "edge_distance",
-            "m",
-            "From the car to the nearer edge of the track; negative beyond it",
-        )
-        .at(|d| &mut d.output.edge_distance),
+        output("edge_distance", "m", "From the car to the nearer edge of the track; negative beyond it")
+            .at(|d| &mut d.output.edge_distance),
         output("curvature", "1/m", "Curvature of the line").at(|d| &mut d.output.curvature),
         output("bank", "rad", "Bank of the road; positive where its left side is higher")
             .at(|d| &mut d.output.bank),
@@ -120,14 +111,10 @@ impl Model for Driver {
         parameter("track.half_width", "m", "Half the width of a track whose table has no widths")
             .min(0.0)
             .at(|d| &mut d.settings.half_width),
-        parameter(
-            "mode",
-            "",
-            "What the driver does: 0 steers and follows the speed profile, 1 steers only",
-        )
-        .min(0.0)
-        .max(1.0)
-        .at_integer(|d| &mut d.mode),
+        parameter("mode", "", "What the driver does: 0 steers and follows the speed profile, 1 steers only")
+            .min(0.0)
+            .max(1.0)
+            .at_integer(|d| &mut d.mode),
         parameter("grip", "1", "Share of the grip that the speed profile uses")
             .min(0.05)
             .max(1.0)
@@ -146,24 +133,18 @@ impl Model for Driver {
             .min(0.0)
             .max(1.0)
             .at(|d| &mut d.settings.car.brake_front_share),
-        parameter("aero.rho", "kg/m3", "Density of the air")
-            .min(0.0)
-            .at(|d| &mut d.settings.car.aero.rho),
+        parameter("aero.rho", "kg/m3", "Density of the air").min(0.0).at(|d| &mut d.settings.car.aero.rho),
         parameter("aero.area", "m2", "Frontal area").min(0.0).at(|d| &mut d.settings.car.aero.area),
-        parameter("aero.C_d", "1", "Drag coefficient")
-            .min(0.0)
-            .at(|d| &mut d.settings.car.aero.C_d),
+        parameter("aero.C_d", "1", "Drag coefficient").min(0.0).at(|d| &mut d.settings.car.aero.C_d),
         parameter("aero.C_lf", "1", "Downforce coefficient of the front axle")
             .at(|d| &mut d.settings.car.aero.C_lf),
         parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle")
             .at(|d| &mut d.settings.car.aero.C_lr),
-        parameter("tire_f.B", "1/rad", "Front stiffness factor")
-            .at(|d| &mut d.settings.car.plain[0].B),
+        parameter("tire_f.B", "1/rad", "Front stiffness factor").at(|d| &mut d.settings.car.plain[0].B),
         parameter("tire_f.C", "1", "Front shape factor").at(|d| &mut d.settings.car.plain[0].C),
         parameter("tire_f.D", "1", "Front peak factor").at(|d| &mut d.settings.car.plain[0].D),
         parameter("tire_f.E", "1", "Front curvature factor").at(|d| &mut d.settings.car.plain[0].E),
-        parameter("tire_r.B", "1/rad", "Rear stiffness factor")
-            .at(|d| &mut d.settings.car.plain[1].B),
+        parameter("tire_r.B", "1/rad", "Rear stiffness factor").at(|d| &mut d.settings.car.plain[1].B),
         parameter("tire_r.C", "1", "Rear shape factor").at(|d| &mut d.settings.car.plain[1].C),
         parameter("tire_r.D", "1", "Rear peak factor").at(|d| &mut d.settings.car.plain[1].D),
         parameter("tire_r.E", "1", "Rear curvature factor").at(|d| &mut d.settings.car.plain[1].E),
@@ -200,12 +181,8 @@ impl Model for Driver {
             .min(0.0)
             .at(|d| &mut d.settings.car.roll_stiffness[1]),
         parameter("limit.v", "m/s", "Highest speed").min(0.1).at(|d| &mut d.settings.limit.v),
-        parameter("limit.F_x_min", "N", "Strongest braking")
-            .max(0.0)
-            .at(|d| &mut d.settings.limit.F_x_min),
-        parameter("limit.F_x_max", "N", "Strongest driving")
-            .min(0.0)
-            .at(|d| &mut d.settings.limit.F_x_max),
+        parameter("limit.F_x_min", "N", "Strongest braking").max(0.0).at(|d| &mut d.settings.limit.F_x_min),
+        parameter("limit.F_x_max", "N", "Strongest driving").min(0.0).at(|d| &mut d.settings.limit.F_x_max),
         parameter("drive.power_max", "W", "Power of the engine at the wheels")
             .min(0.0)
             .at(|d| &mut d.settings.limit.power),
@@ -222,38 +199,25 @@ impl Model for Driver {
             .min(0.0)
             .tunable()
             .at(|d| &mut d.laws.steering.lookahead),
-        parameter(
-            "steering.preview",
-            "s",
-            "How far ahead the curvature of the feed-forward is read",
-        )
-        .min(0.0)
-        .tunable()
-        .at(|d| &mut d.laws.steering.preview),
+        parameter("steering.preview", "s", "How far ahead the curvature of the feed-forward is read")
+            .min(0.0)
+            .tunable()
+            .at(|d| &mut d.laws.steering.preview),
         parameter("speed.gain", "1/s", "Speed error to acceleration")
             .tunable()
             .at(|d| &mut d.laws.speed.gain),
         parameter("speed.integral_gain", "1/s2", "Integral of the speed error to acceleration")
             .tunable()
             .at(|d| &mut d.laws.speed.integral_gain),
-        calculated_parameter("track.length", "m", "Length of the line")
-            .at(|d| &mut d.figures.length),
-        calculated_parameter(
-            "profile.lap_time",
-            "s",
-            "Time of the speed profile for the whole line",
-        )
-        .at(|d| &mut d.figures.duration),
+        calculated_parameter("track.length", "m", "Length of the line").at(|d| &mut d.figures.length),
+        calculated_parameter("profile.lap_time", "s", "Time of the speed profile for the whole line")
+            .at(|d| &mut d.figures.duration),
         calculated_parameter("profile.v_min", "m/s", "Lowest speed of the profile")
             .at(|d| &mut d.figures.slowest),
         calculated_parameter("profile.v_max", "m/s", "Highest speed of the profile")
             .at(|d| &mut d.figures.fastest),
-        calculated_parameter(
-            "profile.v_start",
-            "m/s",
-            "Speed of the profile where the line begins",
-        )
-        .at(|d| &mut d.figures.start),
+        calculated_parameter("profile.v_start", "m/s", "Speed of the profile where the line begins")
+            .at(|d| &mut d.figures.start),
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
@@ -261,15 +225,15 @@ impl Model for Driver {
         if self.plan.as_ref().filter(is_current).is_none() {
             (self.plan, self.read) = (None, None);
         }
-        let plan = self.plan()?;
+        let plan = self.prepared_plan()?;
         self.read = Some(plan.settings.clone());
-        let [slowest, fastest] = plan.profile.extremes();
-        self.figures = PlanFigures {
+        let [slowest, fastest] = plan.profile.speed_range();
+        self.figures = PlanSummary {
             length: plan.line.length(),
-            duration: plan.profile.duration(),
+            duration: plan.profile.travel_time(),
             slowest,
             fastest,
-            start: plan.profile.speed(0.0),
+            start: plan.profile.speed_at(0.0),
         };
         (self.output, self.memory) = (DriverOutput::default(), DriverMemory::default());
         self.laws.locate_car(&plan, &self.input, &mut self.memory, &mut self.output);
@@ -277,15 +241,15 @@ impl Model for Driver {
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let plan = self.plan()?;
-        let mode = if self.mode == 1 { Mode::Steering } else { Mode::Profile };
+        let plan = self.prepared_plan()?;
+        let mode = if self.mode == 1 { PedalMode::Steering } else { PedalMode::Profile };
         let end = time + step;
         let step = TimeStep { end, h: step };
-        self.laws.drive(&plan, mode, &self.input, step, &mut self.memory, &mut self.output)
+        self.laws.step_driver(&plan, mode, &self.input, step, &mut self.memory, &mut self.output)
     }
 }
 
-fmu_export::export!(Driver);
+fmu_export::export!(DriverModel);
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Tests the driver in a closed loop with the single-track car.
 
-use fmu_export::{Model, ModelError, Text, description};
-use vehicle::{State, Vehicle};
+use fmu_export::{Model, ModelError, SharedText, description};
+use vehicle::{PlanarState, SingleTrackCar};
 
 use super::*;
 
@@ -12,17 +12,16 @@ const TRIANGLE: &str = "# closed\nx, y, half_width\n\
     0, 0, 3\n60, 0, 3\n120, 0, 3\n180, 5, 3\n210, 35, 3\n180, 60, 3\n130, 65, 3\n80, 90, 3\n30, 110, 3\n\
     -10, 90, 3\n-25, 50, 3\n-20, 15, 3\n";
 
-fn driver(track: &str) -> Driver {
-    let settings =
-        DriveSettings { track: Text::from(track.to_owned()), ..DriveSettings::default() };
-    Driver { settings, ..Driver::default() }
+fn driver(track: &str) -> DriverModel {
+    let settings = DriveSettings { track: SharedText::from(track.to_owned()), ..DriveSettings::default() };
+    DriverModel { settings, ..DriverModel::default() }
 }
 
 /// The drive of a car from a start, and the driver after each step.
-fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, DriverOutput)> {
-    let (car, mut state) = (Vehicle::default(), start);
-    let feed = |driver: &mut Driver, state: &State| {
-        let State { X, Y, psi, v_x, v_y, r } = *state;
+fn drive(mut driver: DriverModel, start: PlanarState, seconds: f64) -> Vec<(PlanarState, DriverOutput)> {
+    let (car, mut state) = (SingleTrackCar::default(), start);
+    let feed = |driver: &mut DriverModel, state: &PlanarState| {
+        let PlanarState { X, Y, psi, v_x, v_y, r } = *state;
         driver.input = CarMotion { X, Y, psi, v_x, v_y, r };
     };
     feed(&mut driver, &state);
@@ -30,7 +29,7 @@ fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, DriverOu
     let steps = (seconds / H).round() as i32;
     let step = |i: i32| {
         let DriverOutput { F_x, delta, .. } = driver.output;
-        state = car.advance(&state, &vehicle::Input { F_x, delta }, H, 2e-3);
+        state = car.advance(&state, &vehicle::SingleTrackInput { F_x, delta }, H, 2e-3);
         feed(&mut driver, &state);
         driver.step(H * f64::from(i), H).expect("a step");
         (state, driver.output)
@@ -42,9 +41,9 @@ fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, DriverOu
 fn a_flying_lap_takes_the_time_of_the_profile_and_stays_on_the_track() {
     let mut prepared = driver(TRIANGLE);
     prepared.initialise().expect("a track");
-    let PlanFigures { duration, start, .. } = prepared.figures;
-    let psi = prepared.plan().expect("a plan").line.place(0.0).psi;
-    let from = State { psi, v_x: start, ..State::default() };
+    let PlanSummary { duration, start, .. } = prepared.figures;
+    let psi = prepared.prepared_plan().expect("a plan").line.point_at(0.0).psi;
+    let from = PlanarState { psi, v_x: start, ..PlanarState::default() };
     let rows = drive(prepared, from, 1.5 * duration);
     let (_, end) = rows.last().expect("rows");
     assert_eq!(end.lap, 1);
@@ -57,7 +56,7 @@ fn a_flying_lap_takes_the_time_of_the_profile_and_stays_on_the_track() {
 
 #[test]
 fn a_car_at_rest_beside_the_line_starts_and_comes_to_it() {
-    let from = State { Y: 1.5, ..State::default() };
+    let from = PlanarState { Y: 1.5, ..PlanarState::default() };
     let rows = drive(driver(TRIANGLE), from, 6.0);
     let (state, end) = rows.last().expect("rows");
     assert!(state.v_x > 10.0 && end.lateral_deviation.abs() < 0.5, "{state:?} {end:?}");
@@ -71,7 +70,7 @@ fn a_car_at_rest_beside_the_line_starts_and_comes_to_it() {
 #[test]
 fn a_car_stops_at_the_end_of_an_open_track() {
     let straight = "x, y\n0, 0\n100, 0\n200, 0\n300, 0\n";
-    let rows = drive(driver(straight), State::default(), 30.0);
+    let rows = drive(driver(straight), PlanarState::default(), 30.0);
     let fastest = rows.iter().map(|(state, _)| state.v_x).fold(0.0, f64::max);
     assert!(fastest > 40.0, "{fastest}");
     let slowest = rows.iter().map(|(state, _)| state.v_x).fold(f64::INFINITY, f64::min);
@@ -83,8 +82,8 @@ fn a_car_stops_at_the_end_of_an_open_track() {
 
 #[test]
 fn steering_only_leaves_the_pedals_alone() {
-    let driver = Driver { mode: 1, ..driver(TRIANGLE) };
-    let rows = drive(driver, State { v_x: 10.0, ..State::default() }, 10.0);
+    let driver = DriverModel { mode: 1, ..driver(TRIANGLE) };
+    let rows = drive(driver, PlanarState { v_x: 10.0, ..PlanarState::default() }, 10.0);
     assert!(rows.iter().all(|(_, output)| output.F_x == 0.0));
     let (_, end) = rows.last().expect("rows");
     assert!(end.distance > 80.0 && end.lateral_deviation.abs() < 0.1, "{end:?}");
@@ -101,9 +100,9 @@ fn a_restored_state_goes_on_without_the_file_of_its_track() {
     driver.initialise().expect("a track");
     std::fs::remove_dir_all(&folder).expect("a folder");
     driver.step(0.0, H).expect("a step");
-    let Driver { settings, laws, input, output, memory, figures, read, .. } = driver.clone();
+    let DriverModel { settings, laws, input, output, memory, figures, read, .. } = driver.clone();
     let mut restored =
-        Driver { mode: 0, settings, laws, input, output, memory, figures, read, plan: None };
+        DriverModel { mode: 0, settings, laws, input, output, memory, figures, read, plan: None };
     for step in 1..50 {
         for it in [&mut driver, &mut restored] {
             it.input.X += 0.2;
@@ -117,7 +116,7 @@ fn a_restored_state_goes_on_without_the_file_of_its_track() {
 
 #[test]
 fn tracks_that_cannot_be_driven_are_refused() {
-    let message = |driver: &mut Driver| match driver.initialise() {
+    let message = |driver: &mut DriverModel| match driver.initialise() {
         Err(ModelError::Error(message)) => message,
         other => panic!("{other:?}"),
     };
@@ -141,5 +140,5 @@ fn tracks_that_cannot_be_driven_are_refused() {
 
 #[test]
 fn the_table_agrees_with_the_model() {
-    assert_eq!(description::problems::<Driver>(), Vec::<String>::new());
+    assert_eq!(description::model_problems::<DriverModel>(), Vec::<String>::new());
 }

@@ -6,22 +6,22 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::Vector;
+use crate::ElementaryNumber;
 
 /// `N` numbers that take the same way.
 #[derive(Clone, Copy, Debug)]
-pub struct Group<V, const N: usize>(pub [V; N]);
+pub struct NumberGroup<V, const N: usize>(pub [V; N]);
 
-impl<V: Vector, const N: usize> Group<V, N> {
+impl<V: ElementaryNumber, const N: usize> NumberGroup<V, N> {
     #[inline(always)]
-    fn constant_in_all(self, value: f64) -> Self {
+    fn splat(self, value: f64) -> Self {
         Self([self.0[0].constant(value); N])
     }
 }
 
 macro_rules! operator {
     ($Trait:ident, $name:ident, $operator:tt) => {
-        impl<V: Vector, const N: usize> $Trait for Group<V, N> {
+        impl<V: ElementaryNumber, const N: usize> $Trait for NumberGroup<V, N> {
             type Output = Self;
 
             #[inline(always)]
@@ -42,7 +42,7 @@ operator!(Div, div, /);
 
 macro_rules! operator_with_constant {
     ($Trait:ident, $name:ident, $operator:tt) => {
-        impl<V: Vector, const N: usize> $Trait<f64> for Group<V, N> {
+        impl<V: ElementaryNumber, const N: usize> $Trait<f64> for NumberGroup<V, N> {
             type Output = Self;
 
             #[inline(always)]
@@ -60,7 +60,7 @@ operator_with_constant!(Add, add, +);
 operator_with_constant!(Sub, sub, -);
 operator_with_constant!(Mul, mul, *);
 
-impl<V: Vector, const N: usize> Neg for Group<V, N> {
+impl<V: ElementaryNumber, const N: usize> Neg for NumberGroup<V, N> {
     type Output = Self;
 
     #[inline(always)]
@@ -72,27 +72,27 @@ impl<V: Vector, const N: usize> Neg for Group<V, N> {
     }
 }
 
-impl<V: Vector, const N: usize> Vector for Group<V, N> {
+impl<V: ElementaryNumber, const N: usize> ElementaryNumber for NumberGroup<V, N> {
     type Mask = [V::Mask; N];
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
-        self.constant_in_all(value)
+        self.splat(value)
     }
 
     #[inline(always)]
-    fn times_plus(mut self, a: Self, b: Self) -> Self {
+    fn multiply_add(mut self, a: Self, b: Self) -> Self {
         for i in 0..N {
-            self.0[i] = self.0[i].times_plus(a.0[i], b.0[i]);
+            self.0[i] = self.0[i].multiply_add(a.0[i], b.0[i]);
         }
         self
     }
 
     #[inline(always)]
-    fn above(self, limit: f64) -> Self::Mask {
-        let mut truth = [self.0[0].above(limit); N];
+    fn is_above(self, limit: f64) -> Self::Mask {
+        let mut truth = [self.0[0].is_above(limit); N];
         for i in 1..N {
-            truth[i] = self.0[i].above(limit);
+            truth[i] = self.0[i].is_above(limit);
         }
         truth
     }
@@ -122,11 +122,11 @@ impl<V: Vector, const N: usize> Vector for Group<V, N> {
     }
 
     #[inline(always)]
-    fn quadrant(self) -> [Self::Mask; 3] {
-        let [odd, sin, cos] = self.0[0].quadrant();
+    fn quadrant_masks(self) -> [Self::Mask; 3] {
+        let [odd, sin, cos] = self.0[0].quadrant_masks();
         let mut all = [[odd; N], [sin; N], [cos; N]];
         for i in 1..N {
-            let each = self.0[i].quadrant();
+            let each = self.0[i].quadrant_masks();
             for k in 0..3 {
                 all[k][i] = each[k];
             }
@@ -143,10 +143,10 @@ impl<V: Vector, const N: usize> Vector for Group<V, N> {
     }
 
     #[inline(always)]
-    fn split(mut self) -> (Self, Self) {
+    fn split_exponent(mut self) -> (Self, Self) {
         let mut rest = self;
         for i in 0..N {
-            (self.0[i], rest.0[i]) = self.0[i].split();
+            (self.0[i], rest.0[i]) = self.0[i].split_exponent();
         }
         (self, rest)
     }
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn a_group_has_the_values_of_each() {
         let x = [0.3, 7.0, 1e-9];
-        let group = Group(x);
+        let group = NumberGroup(x);
         assert_eq!(atan(group).0, x.map(atan));
         assert_eq!(exp(group).0, x.map(exp));
         assert_eq!(ln(group).0, x.map(ln));

@@ -9,7 +9,7 @@ mod group;
 mod number;
 pub mod scalar;
 
-pub use group::Group;
+pub use group::NumberGroup;
 pub use number::Number;
 
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, LOG2_E};
@@ -105,7 +105,7 @@ const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// A number that the functions take: an `f64`, or several side by side.
-pub trait Vector:
+pub trait ElementaryNumber:
     Copy
     + Neg<Output = Self>
     + Add<Output = Self>
@@ -122,9 +122,9 @@ pub trait Vector:
     /// A constant of the same kind.
     fn constant(self, value: f64) -> Self;
     /// self a + b, which may be rounded once or twice.
-    fn times_plus(self, a: Self, b: Self) -> Self;
+    fn multiply_add(self, a: Self, b: Self) -> Self;
     /// Whether it is larger than a limit.
-    fn above(self, limit: f64) -> Self::Mask;
+    fn is_above(self, limit: f64) -> Self::Mask;
     /// One value where a comparison holds, the other elsewhere.
     fn select(truth: Self::Mask, yes: Self, no: Self) -> Self;
     /// Absolute value.
@@ -132,14 +132,14 @@ pub trait Vector:
     /// This number with the sign of another.
     fn copysign(self, sign: Self) -> Self;
     /// Of a count of quarter turns plus [`ROUND`]: whether it is odd, and whether sine and cosine are negative there.
-    fn quadrant(self) -> [Self::Mask; 3];
+    fn quadrant_masks(self) -> [Self::Mask; 3];
     /// 2^k of a whole number k from −1022 to 1023.
     fn power_of_two(self) -> Self;
     /// A positive normal number as k and m, 2^k m, with m from the root of ½ to that of 2.
-    fn split(self) -> (Self, Self);
+    fn split_exponent(self) -> (Self, Self);
 }
 
-impl Vector for f64 {
+impl ElementaryNumber for f64 {
     type Mask = bool;
 
     #[inline(always)]
@@ -149,12 +149,12 @@ impl Vector for f64 {
 
     // Not fused: without an instruction for it, it would be a call.
     #[inline(always)]
-    fn times_plus(self, a: f64, b: f64) -> f64 {
+    fn multiply_add(self, a: f64, b: f64) -> f64 {
         self * a + b
     }
 
     #[inline(always)]
-    fn above(self, limit: f64) -> bool {
+    fn is_above(self, limit: f64) -> bool {
         self > limit
     }
 
@@ -174,7 +174,7 @@ impl Vector for f64 {
     }
 
     #[inline(always)]
-    fn quadrant(self) -> [bool; 3] {
+    fn quadrant_masks(self) -> [bool; 3] {
         let bits = self.to_bits();
         [bits & 1 != 0, bits & 2 != 0, (bits + 1) & 2 != 0]
     }
@@ -185,7 +185,7 @@ impl Vector for f64 {
     }
 
     #[inline(always)]
-    fn split(self) -> (f64, f64) {
+    fn split_exponent(self) -> (f64, f64) {
         /// Bits of the root of ½.
         const ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
         const ONE: u64 = 0x3ff0_0000_0000_0000;
@@ -199,27 +199,27 @@ impl Vector for f64 {
 
 /// Even and odd powers apart: half as many additions wait for each other.
 #[inline(always)]
-fn polynomial<V: Vector, const N: usize>(coefficients: &[f64; N], t: V) -> V {
+fn polynomial<V: ElementaryNumber, const N: usize>(coefficients: &[f64; N], t: V) -> V {
     let square = t * t;
     let (mut even, mut odd) = (t.constant(0.0), t.constant(0.0));
     for k in (0..N).rev() {
         if k % 2 == 0 {
-            even = even.times_plus(square, t.constant(coefficients[k]));
+            even = even.multiply_add(square, t.constant(coefficients[k]));
         } else {
-            odd = odd.times_plus(square, t.constant(coefficients[k]));
+            odd = odd.multiply_add(square, t.constant(coefficients[k]));
         }
     }
-    odd.times_plus(t, even)
+    odd.multiply_add(t, even)
 }
 
 // No closures in these functions: they are not always inlined into the code for wide vectors.
 
 /// atan x, to 1.5 units in the last place.
 #[inline(always)]
-pub fn atan<V: Vector>(x: V) -> V {
+pub fn atan<V: ElementaryNumber>(x: V) -> V {
     let t = x.abs();
-    let middle = t.above(TAN_PI_8);
-    let far = t.above(TAN_3PI_8);
+    let middle = t.is_above(TAN_PI_8);
+    let far = t.is_above(TAN_3PI_8);
     let (zero, one) = (x.constant(0.0), x.constant(1.0));
     let numerator = V::select(far, -one, V::select(middle, t - 1.0, t));
     let denominator = V::select(far, t, V::select(middle, t + 1.0, one));
@@ -235,9 +235,9 @@ pub fn atan<V: Vector>(x: V) -> V {
 
 /// sin x and cos x, to 1.5 units in the last place of 1, for |x| below 1e5.
 #[inline(always)]
-pub fn sin_cos<V: Vector>(x: V) -> (V, V) {
+pub fn sin_cos<V: ElementaryNumber>(x: V) -> (V, V) {
     let rounded = x * FRAC_2_PI + ROUND;
-    let [odd, sin_negative, cos_negative] = rounded.quadrant();
+    let [odd, sin_negative, cos_negative] = rounded.quadrant_masks();
     let k = rounded - ROUND;
     let r = (x - k * FRAC_PI_2_HIGH) - k * FRAC_PI_2_LOW;
     let square = r * r;
@@ -249,36 +249,36 @@ pub fn sin_cos<V: Vector>(x: V) -> (V, V) {
 
 /// sin x alone, to 1.5 units in the last place of 1, for |x| below 1e5: half the work of [`sin_cos`].
 #[inline(always)]
-pub fn sin<V: Vector>(x: V) -> V {
+pub fn sin<V: ElementaryNumber>(x: V) -> V {
     let rounded = x * FRAC_1_PI + ROUND;
     let k = rounded - ROUND;
-    swing(x, k * 2.0, rounded)
+    quarter_turn_sine(x, k * 2.0, rounded)
 }
 
 /// cos x alone, to 1.5 units in the last place of 1, for |x| below 1e5: cos x = −sin(x − (2k + 1) π/2) for even k.
 #[inline(always)]
-pub fn cos<V: Vector>(x: V) -> V {
+pub fn cos<V: ElementaryNumber>(x: V) -> V {
     let rounded = x * FRAC_1_PI - 0.5 + ROUND;
     let k = rounded - ROUND;
-    -swing(x, k * 2.0 + 1.0, rounded)
+    -quarter_turn_sine(x, k * 2.0 + 1.0, rounded)
 }
 
 /// Sine of what is left of x after `quarters` quarter turns, with the sign of half a turn if the count is odd.
 #[inline(always)]
-fn swing<V: Vector>(x: V, quarters: V, count: V) -> V {
-    let [odd, ..] = count.quadrant();
+fn quarter_turn_sine<V: ElementaryNumber>(x: V, quarters: V, count: V) -> V {
+    let [odd, ..] = count.quadrant_masks();
     let r = (x - quarters * FRAC_PI_2_HIGH) - quarters * FRAC_PI_2_LOW;
     let square = r * r;
-    let sin = (r * square).times_plus(polynomial(&WIDE_SIN, square), r);
+    let sin = (r * square).multiply_add(polynomial(&WIDE_SIN, square), r);
     V::select(odd, -sin, sin)
 }
 
 /// exp x, to 2 units in the last place.
 #[inline(always)]
-pub fn exp<V: Vector>(x: V) -> V {
+pub fn exp<V: ElementaryNumber>(x: V) -> V {
     // Beyond these the result is 0 or infinite.
-    let x = V::select(x.above(710.0), x.constant(710.0), x);
-    let x = V::select((-x).above(746.0), x.constant(-746.0), x);
+    let x = V::select(x.is_above(710.0), x.constant(710.0), x);
+    let x = V::select((-x).is_above(746.0), x.constant(-746.0), x);
     let k = (x * LOG2_E + ROUND) - ROUND;
     let r = (x - k * LN_2_HIGH) - k * LN_2_LOW;
     let value = r + r * r * polynomial(&EXP, r) + 1.0;
@@ -289,21 +289,21 @@ pub fn exp<V: Vector>(x: V) -> V {
 
 /// ln x of normal x > 0, to 2 units in the last place; NaN for infinity and NaN.
 #[inline(always)]
-pub fn ln<V: Vector>(x: V) -> V {
-    logarithm(x, x.constant(0.0)) + x * 0.0
+pub fn ln<V: ElementaryNumber>(x: V) -> V {
+    ln_plus(x, x.constant(0.0)) + x * 0.0
 }
 
 /// ln(1 + x) of finite x ≥ 0, to 2 units in the last place.
 #[inline(always)]
-pub fn ln_1p<V: Vector>(x: V) -> V {
+pub fn ln_1p<V: ElementaryNumber>(x: V) -> V {
     let u = x + 1.0;
-    logarithm(u, (x - (u - 1.0)) / u)
+    ln_plus(u, (x - (u - 1.0)) / u)
 }
 
 /// ln u + low, for a small `low`.
 #[inline(always)]
-fn logarithm<V: Vector>(u: V, low: V) -> V {
-    let (k, reduced) = u.split();
+fn ln_plus<V: ElementaryNumber>(u: V, low: V) -> V {
+    let (k, reduced) = u.split_exponent();
     let excess = reduced - 1.0;
     let f = excess / (excess + 2.0);
     let square = f * f;

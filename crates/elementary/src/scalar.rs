@@ -8,15 +8,15 @@ use std::ops::{Add, Mul, Neg, Sub};
 use num_dual::{DualNum, DualSVec64};
 
 /// The value of a function of `N` numbers, and its derivatives with respect to each.
-pub type Graded<const N: usize> = (f64, [f64; N]);
+pub type ValueAndDerivatives<const N: usize> = (f64, [f64; N]);
 
 /// `M` smooth functions of `N` numbers. A type and not a closure: those are not always inlined into the code for wide vectors.
-pub trait Function<const N: usize, const M: usize> {
+pub trait SmoothFunction<const N: usize, const M: usize> {
     /// Their values alone.
     fn values(x: [f64; N]) -> [f64; M];
 
     /// Their values and derivatives.
-    fn at(x: [f64; N]) -> [Graded<N>; M];
+    fn values_and_derivatives(x: [f64; N]) -> [ValueAndDerivatives<N>; M];
 }
 
 /// A scalar to calculate with.
@@ -33,19 +33,19 @@ pub trait Scalar:
     fn constant(self, value: f64) -> Self;
 
     /// `above` where this number is above a limit, elsewhere `other`; a branch would be the same for several numbers at once.
-    fn where_above(self, limit: f64, above: Self, other: Self) -> Self;
+    fn select_above(self, limit: f64, above: Self, other: Self) -> Self;
 
     /// self + a b, where each of the sums is rounded together with its product.
-    fn plus(self, a: Self, b: Self) -> Self;
+    fn add_product(self, a: Self, b: Self) -> Self;
 
     /// self − a b, in the same way.
-    fn minus(self, a: Self, b: Self) -> Self;
+    fn subtract_product(self, a: Self, b: Self) -> Self;
 
     /// self + a b with a factor b that has no derivatives.
-    fn plus_scaled(self, a: Self, b: f64) -> Self;
+    fn add_scaled(self, a: Self, b: f64) -> Self;
 
     /// Functions of several numbers, by the chain rule.
-    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M];
+    fn apply_function<F: SmoothFunction<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M];
 
     /// 1 / x.
     fn recip(self) -> Self;
@@ -64,27 +64,27 @@ impl Scalar for f64 {
     }
 
     #[inline(always)]
-    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+    fn select_above(self, limit: f64, above: Self, other: Self) -> Self {
         if self > limit { above } else { other }
     }
 
     #[inline(always)]
-    fn plus(self, a: Self, b: Self) -> Self {
+    fn add_product(self, a: Self, b: Self) -> Self {
         a.mul_add(b, self)
     }
 
     #[inline(always)]
-    fn minus(self, a: Self, b: Self) -> Self {
+    fn subtract_product(self, a: Self, b: Self) -> Self {
         (-a).mul_add(b, self)
     }
 
     #[inline(always)]
-    fn plus_scaled(self, a: Self, b: f64) -> Self {
+    fn add_scaled(self, a: Self, b: f64) -> Self {
         a.mul_add(b, self)
     }
 
     #[inline(always)]
-    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+    fn apply_function<F: SmoothFunction<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
         let mut x = [0.0; N];
         for k in 0..N {
             x[k] = *of[k];
@@ -114,27 +114,26 @@ impl<const D: usize> Scalar for DualSVec64<D> {
         Self::from(value)
     }
 
-    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+    fn select_above(self, limit: f64, above: Self, other: Self) -> Self {
         if self.re > limit { above } else { other }
     }
 
-    fn plus(self, a: Self, b: Self) -> Self {
+    fn add_product(self, a: Self, b: Self) -> Self {
         self + a * b
     }
 
-    fn minus(self, a: Self, b: Self) -> Self {
+    fn subtract_product(self, a: Self, b: Self) -> Self {
         self - a * b
     }
 
-    fn plus_scaled(self, a: Self, b: f64) -> Self {
+    fn add_scaled(self, a: Self, b: f64) -> Self {
         self + a * b
     }
 
-    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+    fn apply_function<F: SmoothFunction<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
         let x = of.map(|it| it.re);
-        F::at(x).map(|(value, by)| {
-            (0..N).fold(Self::from(value), |sum, k| sum + (*of[k] - x[k]) * by[k])
-        })
+        F::values_and_derivatives(x)
+            .map(|(value, by)| (0..N).fold(Self::from(value), |sum, k| sum + (*of[k] - x[k]) * by[k]))
     }
 
     fn recip(self) -> Self {

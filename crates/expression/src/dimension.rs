@@ -37,7 +37,7 @@ pub(crate) enum UnitRule {
 
 /// What is known about the unit of a part.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Dimension {
+pub(crate) enum InferredUnit {
     /// A plain number takes the unit of what it is compared with or added to.
     Number,
     /// The signal that lacks a unit.
@@ -62,15 +62,15 @@ const FREQUENCY: Unit = Unit::from_base([0, 0, -1, 0, 0, 0, 0, 0], 1.0, 0.0);
 pub(crate) const KILOGRAM: Unit = Unit::from_base([1, 0, 0, 0, 0, 0, 0, 0], 1.0, 0.0);
 
 impl NamedUnit {
-    pub(crate) fn named(unit: Unit, name: &str) -> Self {
+    pub(crate) fn with_name(unit: Unit, name: &str) -> Self {
         NamedUnit { unit, name: Some(name.to_owned()), difference: false }
     }
 
-    pub(crate) fn text(&self) -> String {
-        self.name.clone().unwrap_or_else(|| self.unit.dimension())
+    pub(crate) fn unit_text(&self) -> String {
+        self.name.clone().unwrap_or_else(|| self.unit.dimension_text())
     }
 
-    pub(crate) fn is_shifted(&self) -> bool {
+    pub(crate) fn has_zero_offset(&self) -> bool {
         self.unit.offset != 0.0
     }
 
@@ -85,7 +85,7 @@ impl NamedUnit {
     }
 
     /// Whether one is a frequency and the other an angular rate, which differ by 2 pi. Only declared units can be told apart.
-    pub(crate) fn confuses_turns(&self, other: &Self) -> bool {
+    pub(crate) fn mixes_frequency_and_rate(&self, other: &Self) -> bool {
         let rate = |known: &Self| known.unit.without_angle().same_dimension(&FREQUENCY);
         let declared = self.name.is_some() && other.name.is_some();
         declared && rate(self) && rate(other) && !self.unit.same_dimension(&other.unit)
@@ -93,68 +93,67 @@ impl NamedUnit {
 
     /// Whether one is a difference and the other a point on a scale with a shifted zero.
     pub(crate) fn confuses_zeros(&self, other: &Self) -> bool {
-        self.difference && other.is_shifted() || self.is_shifted() && other.difference
+        self.difference && other.has_zero_offset() || self.has_zero_offset() && other.difference
     }
 
     /// Factor and offset to another unit; an angle counts as a plain number.
-    pub(crate) fn conversion(&self, to: &Self) -> Option<(f64, f64)> {
-        match self.confuses_turns(to) || self.confuses_zeros(to) {
+    pub(crate) fn conversion_to(&self, to: &Self) -> Option<(f64, f64)> {
+        match self.mixes_frequency_and_rate(to) || self.confuses_zeros(to) {
             true => None,
             false => Unit::conversion(&self.unit.without_angle(), &to.unit.without_angle()),
         }
     }
 }
 
-impl Dimension {
+impl InferredUnit {
     /// That of a number without any dimension.
-    pub(crate) fn plain() -> Self {
-        Dimension::Known(NamedUnit::named(Unit::ONE, "1"))
+    pub(crate) fn dimensionless() -> Self {
+        InferredUnit::Known(NamedUnit::with_name(Unit::ONE, "1"))
     }
 
-    pub(crate) fn radian() -> Self {
-        Dimension::Known(NamedUnit::named(RADIAN, "rad"))
+    pub(crate) fn radians() -> Self {
+        InferredUnit::Known(NamedUnit::with_name(RADIAN, "rad"))
     }
 
     /// That of the time.
     pub(crate) fn seconds() -> Self {
-        Dimension::Known(NamedUnit::named(SECOND, "s"))
+        InferredUnit::Known(NamedUnit::with_name(SECOND, "s"))
     }
 
-    pub(crate) fn of(name: &str, unit: SignalUnit) -> Self {
+    pub(crate) fn from_signal_unit(name: &str, unit: SignalUnit) -> Self {
         match unit {
-            SignalUnit::Plain => Dimension::Number,
-            SignalUnit::Missing => Dimension::Missing(name.to_owned()),
-            SignalUnit::Known(unit, name) => Dimension::Known(NamedUnit::named(unit, &name)),
+            SignalUnit::Plain => InferredUnit::Number,
+            SignalUnit::Missing => InferredUnit::Missing(name.to_owned()),
+            SignalUnit::Known(unit, name) => InferredUnit::Known(NamedUnit::with_name(unit, &name)),
             SignalUnit::Difference(unit, name) => {
-                Dimension::Known(NamedUnit { difference: true, ..NamedUnit::named(unit, &name) })
+                InferredUnit::Known(NamedUnit { difference: true, ..NamedUnit::with_name(unit, &name) })
             }
         }
     }
 
-    pub(crate) fn unit(&self) -> Option<&NamedUnit> {
+    pub(crate) fn known_unit(&self) -> Option<&NamedUnit> {
         match self {
-            Dimension::Known(known) => Some(known),
+            InferredUnit::Known(known) => Some(known),
             _ => None,
         }
     }
 
     /// The unit for people: plain numbers and products of odd size have none.
-    pub(crate) fn shown(&self) -> Option<String> {
-        let known = self.unit().filter(|known| !known.is_one())?;
-        (known.name.is_some() || known.unit.factor == 1.0).then(|| known.text())
+    pub(crate) fn unit_label(&self) -> Option<String> {
+        let known = self.known_unit().filter(|known| !known.is_one())?;
+        (known.name.is_some() || known.unit.factor == 1.0).then(|| known.unit_text())
     }
 
     /// The unit with the name that it was declared by.
-    pub(crate) fn known(&self) -> Option<(Unit, Option<String>)> {
-        self.unit().map(|known| (known.unit, known.name.clone()))
+    pub(crate) fn unit_and_name(&self) -> Option<(Unit, Option<String>)> {
+        self.known_unit().map(|known| (known.unit, known.name.clone()))
     }
 }
 
 /// The unit in radians of an angle or of the rate of one; a frequency is none.
-pub(crate) fn turns(known: &NamedUnit) -> Option<Unit> {
+pub(crate) fn unit_in_radians(known: &NamedUnit) -> Option<Unit> {
     let mut exponents = known.unit.exponents;
-    let angular =
-        exponents[RAD] == 1 || (exponents[RAD] == 0 && known.name.is_none()) || known.is_angle();
+    let angular = exponents[RAD] == 1 || (exponents[RAD] == 0 && known.name.is_none()) || known.is_angle();
     exponents[RAD] = 0;
     let seconds = std::mem::take(&mut exponents[2]);
     (angular && exponents == Unit::ONE.exponents).then(|| {
@@ -165,7 +164,7 @@ pub(crate) fn turns(known: &NamedUnit) -> Option<Unit> {
 }
 
 /// A unit of radians with degrees in their place.
-pub(crate) fn degrees(radians: Unit) -> NamedUnit {
+pub(crate) fn unit_in_degrees(radians: Unit) -> NamedUnit {
     let unit = Unit::from_base(radians.exponents, PI / 180.0, 0.0);
     let name = match radians.exponents[2] {
         0 => Some("deg".to_owned()),
@@ -177,12 +176,12 @@ pub(crate) fn degrees(radians: Unit) -> NamedUnit {
 }
 
 /// The unit of a difference: K for degC.
-pub(crate) fn without_zero(dimension: Dimension) -> Dimension {
+pub(crate) fn without_zero(dimension: InferredUnit) -> InferredUnit {
     match dimension {
-        Dimension::Known(known) if known.is_shifted() => {
+        InferredUnit::Known(known) if known.has_zero_offset() => {
             let unit = Unit::from_base(known.unit.exponents, known.unit.factor, 0.0);
-            let name = (unit.factor == 1.0).then(|| unit.dimension());
-            Dimension::Known(NamedUnit { unit, name, difference: true })
+            let name = (unit.factor == 1.0).then(|| unit.dimension_text());
+            InferredUnit::Known(NamedUnit { unit, name, difference: true })
         }
         other => other,
     }

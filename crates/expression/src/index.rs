@@ -5,15 +5,15 @@ use std::ops::Range;
 
 /// Marks indices among the numbers of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct Number;
+pub struct NumberKind;
 
 /// Marks indices among the texts of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct Text;
+pub struct TextKind;
 
 /// Marks indices among the integers of a row that are kept exactly beside its numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct Integer;
+pub struct IntegerKind;
 
 /// The index of a column of kind `K` in rows of space `S`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -23,17 +23,17 @@ pub struct TypedIndex<K, S> {
 }
 
 /// The index of a number in rows of space `S`.
-pub type NumberIndex<S> = TypedIndex<Number, S>;
+pub type NumberIndex<S> = TypedIndex<NumberKind, S>;
 /// The index of a text in rows of space `S`.
-pub type TextIndex<S> = TypedIndex<Text, S>;
+pub type TextIndex<S> = TypedIndex<TextKind, S>;
 /// The index of an exact integer in rows of space `S`.
-pub type IntegerIndex<S> = TypedIndex<Integer, S>;
+pub type IntegerIndex<S> = TypedIndex<IntegerKind, S>;
 /// Neighbouring numbers in rows of space `S`.
-pub type NumberRange<S> = TypedRange<Number, S>;
+pub type NumberRange<S> = TypedRange<NumberKind, S>;
 /// Neighbouring texts in rows of space `S`.
-pub type TextRange<S> = TypedRange<Text, S>;
+pub type TextRange<S> = TypedRange<TextKind, S>;
 /// Neighbouring exact integers in rows of space `S`.
-pub type IntegerRange<S> = TypedRange<Integer, S>;
+pub type IntegerRange<S> = TypedRange<IntegerKind, S>;
 
 impl<K, S> TypedIndex<K, S> {
     /// The column with so many others of its kind before it.
@@ -78,7 +78,7 @@ impl<K, S> TypedRange<K, S> {
 
     /// The index of the column with so many others of these before it; nothing when there are not so many.
     #[must_use]
-    pub fn index(&self, place: usize) -> Option<TypedIndex<K, S>> {
+    pub fn nth_index(&self, place: usize) -> Option<TypedIndex<K, S>> {
         self.positions().nth(place).map(TypedIndex::new)
     }
 
@@ -98,10 +98,10 @@ pub enum ColumnIndex<S> {
 }
 
 /// The values of a row of space `S`, as expressions over that space read them.
-pub trait Values<S> {
+pub trait ReadableRow<S> {
     /// The number at this index; nothing when the row is shorter.
-    fn number(&self, index: NumberIndex<S>) -> Option<f64>;
+    fn number_at(&self, index: NumberIndex<S>) -> Option<f64>;
 
     /// The text at this index; nothing when the row is shorter.
-    fn text(&self, index: TextIndex<S>) -> Option<&str>;
+    fn text_at(&self, index: TextIndex<S>) -> Option<&str>;
 }

@@ -5,106 +5,117 @@ use std::ops::Range;
 use units::Unit;
 
 use crate::dimension::{
-    Dimension, KILOGRAM, NamedUnit, RADIAN, UnitRule, degrees, turns, without_zero,
+    InferredUnit, KILOGRAM, NamedUnit, RADIAN, UnitRule, unit_in_degrees, unit_in_radians, without_zero,
 };
-use crate::{Node, Operator, ParseError, Unitless};
+use crate::{ArithmeticOperator, ExpressionNode, ParseError, UnitlessSignal};
 
 /// A part of the text with its unit.
 #[derive(Debug)]
-pub(crate) struct Part {
-    pub node: Node,
-    pub dimension: Dimension,
+pub(crate) struct SubExpression {
+    pub node: ExpressionNode,
+    pub dimension: InferredUnit,
     /// Its bytes in the text.
     pub span: Range<usize>,
 }
 
-impl Part {
+impl SubExpression {
     /// A number with the unit behind it, if there is one.
-    pub(crate) fn number(number: f64, unit: Option<(Unit, &str)>, span: Range<usize>) -> Self {
-        let known = unit.map(|(unit, name)| Dimension::Known(NamedUnit::named(unit, name)));
-        Part { node: Node::Number(number), dimension: known.unwrap_or(Dimension::Number), span }
+    pub(crate) fn from_number(number: f64, unit: Option<(Unit, &str)>, span: Range<usize>) -> Self {
+        let known = unit.map(|(unit, name)| InferredUnit::Known(NamedUnit::with_name(unit, name)));
+        SubExpression {
+            node: ExpressionNode::Number(number),
+            dimension: known.unwrap_or(InferredUnit::Number),
+            span,
+        }
     }
 
     /// A truth, or a text, whose value has no unit.
-    pub(crate) fn plain(node: Node, span: Range<usize>) -> Self {
-        Part { node, dimension: Dimension::plain(), span }
+    pub(crate) fn without_unit(node: ExpressionNode, span: Range<usize>) -> Self {
+        SubExpression { node, dimension: InferredUnit::dimensionless(), span }
     }
 
-    fn converted(self, (factor, offset): (f64, f64)) -> Node {
+    fn into_converted_node(self, (factor, offset): (f64, f64)) -> ExpressionNode {
         match self.node {
             node if (factor, offset) == (1.0, 0.0) => node,
-            Node::Number(number) => Node::Number(number * factor + offset),
-            node => Node::Convert(Box::new(node), factor, offset),
+            ExpressionNode::Number(number) => ExpressionNode::Number(number * factor + offset),
+            node => ExpressionNode::Convert(Box::new(node), factor, offset),
         }
     }
 }
 
 /// The rules for the parts of one text.
 #[derive(Clone, Copy)]
-pub(crate) struct Rules<'a> {
+pub(crate) struct UnitInference<'a> {
     pub text: &'a str,
 }
 
-type Typed<T> = Result<T, ParseError>;
+type ParseResult<T> = Result<T, ParseError>;
 
-impl<'a> Rules<'a> {
-    fn quoted(self, part: &Part) -> &'a str {
+impl<'a> UnitInference<'a> {
+    fn part_text(self, part: &SubExpression) -> &'a str {
         &self.text[part.span.clone()]
     }
 
     /// The values in the unit of the first one that has one. `done` says what is done to them: "compared".
-    pub(crate) fn alike(self, parts: Vec<Part>, done: &str) -> Typed<(Vec<Node>, Dimension)> {
-        let missing = parts.iter().find(|part| matches!(part.dimension, Dimension::Missing(_)));
-        let known = parts.iter().find_map(|part| Some((part, part.dimension.unit()?)));
+    pub(crate) fn convert_to_common_unit(
+        self,
+        parts: Vec<SubExpression>,
+        done: &str,
+    ) -> ParseResult<(Vec<ExpressionNode>, InferredUnit)> {
+        let missing = parts.iter().find(|part| matches!(part.dimension, InferredUnit::Missing(_)));
+        let known = parts.iter().find_map(|part| Some((part, part.dimension.known_unit()?)));
         let Some((to, target)) = known else {
-            let dimension = missing.map_or(Dimension::Number, |part| part.dimension.clone());
+            let dimension = missing.map_or(InferredUnit::Number, |part| part.dimension.clone());
             return Ok((parts.into_iter().map(|part| part.node).collect(), dimension));
         };
         if let Some(missing) = missing.filter(|_| !target.is_one()) {
-            return Err(self.unitless((to, target), missing, done));
+            return Err(self.missing_unit_error((to, target), missing, done));
         }
-        let conversion = |part: &Part| match part.dimension.unit() {
-            Some(from) => {
-                from.conversion(target).ok_or_else(|| self.differ((to, target), (part, from), done))
-            }
+        let conversion = |part: &SubExpression| match part.dimension.known_unit() {
+            Some(from) => from
+                .conversion_to(target)
+                .ok_or_else(|| self.unit_mismatch_error((to, target), (part, from), done)),
             None => Ok((1.0, 0.0)),
         };
-        let conversions = parts.iter().map(conversion).collect::<Typed<Vec<_>>>()?;
+        let conversions = parts.iter().map(conversion).collect::<ParseResult<Vec<_>>>()?;
         let dimension = to.dimension.clone();
-        let nodes = parts.into_iter().zip(conversions).map(|(part, to)| part.converted(to));
+        let nodes = parts.into_iter().zip(conversions).map(|(part, to)| part.into_converted_node(to));
         Ok((nodes.collect(), dimension))
     }
 
-    fn unitless(self, (to, target): (&Part, &NamedUnit), missing: &Part, done: &str) -> ParseError {
+    fn missing_unit_error(
+        self,
+        (to, target): (&SubExpression, &NamedUnit),
+        missing: &SubExpression,
+        done: &str,
+    ) -> ParseError {
         let signal = match &missing.dimension {
-            Dimension::Missing(signal) => signal,
-            _ => self.quoted(missing),
+            InferredUnit::Missing(signal) => signal,
+            _ => self.part_text(missing),
         };
-        let (known, other) = (self.quoted(to), target.text());
-        let message =
-            format!("`{known}` is in [{other}], and `{signal}` has no unit: they cannot be {done}");
+        let (known, other) = (self.part_text(to), target.unit_text());
+        let message = format!("`{known}` is in [{other}], and `{signal}` has no unit: they cannot be {done}");
         let span = to.span.start.min(missing.span.start)..to.span.end.max(missing.span.end);
-        let mut error =
-            ParseError::new(span, message).help(format!("say in which unit `{signal}` is"));
-        error.unitless = Some(Box::new(Unitless { signal: signal.to_owned(), other }));
+        let mut error = ParseError::new(span, message).with_help(format!("say in which unit `{signal}` is"));
+        error.unitless = Some(Box::new(UnitlessSignal { signal: signal.to_owned(), other }));
         error
     }
 
-    fn differ(
+    fn unit_mismatch_error(
         self,
-        (a, to): (&Part, &NamedUnit),
-        (b, from): (&Part, &NamedUnit),
+        (a, to): (&SubExpression, &NamedUnit),
+        (b, from): (&SubExpression, &NamedUnit),
         done: &str,
     ) -> ParseError {
         let message = format!(
             "`{}` is in [{}], `{}` in [{}]: they cannot be {done}",
-            self.quoted(a),
-            to.text(),
-            self.quoted(b),
-            from.text()
+            self.part_text(a),
+            to.unit_text(),
+            self.part_text(b),
+            from.unit_text()
         );
         let grams = |known: &NamedUnit| known.name.as_deref() == Some("g");
-        let help = if to.confuses_turns(from) {
+        let help = if to.mixes_frequency_and_rate(from) {
             "a frequency times `1 rev` is an angular rate".to_owned()
         } else if to.confuses_zeros(from) {
             "one is a difference, the other a point on a scale with a shifted zero: a difference is a number of K, such as `5 K`"
@@ -114,119 +125,143 @@ impl<'a> Rules<'a> {
         } else {
             let computed = to.name.is_none() || from.name.is_none();
             let cure = if computed { "; numbers may have units too: `3 m`" } else { "" };
-            format!("{} is not {}{cure}", from.unit.dimension(), to.unit.dimension())
+            format!("{} is not {}{cure}", from.unit.dimension_text(), to.unit.dimension_text())
         };
-        ParseError::new(a.span.start..b.span.end, message).help(help)
+        ParseError::new(a.span.start..b.span.end, message).with_help(help)
     }
 
     /// Refuses a scale with a shifted zero.
-    fn unshifted(self, part: &Part) -> Typed<()> {
-        let Some(known) = part.dimension.unit().filter(|known| known.is_shifted()) else {
+    fn refuse_offset_unit(self, part: &SubExpression) -> ParseResult<()> {
+        let Some(known) = part.dimension.known_unit().filter(|known| known.has_zero_offset()) else {
             return Ok(());
         };
-        let (quoted, unit) = (self.quoted(part), known.text());
-        let message =
-            format!("`{quoted}` is in [{unit}], whose zero is shifted: it is no factor or summand");
+        let (quoted, unit) = (self.part_text(part), known.unit_text());
+        let message = format!("`{quoted}` is in [{unit}], whose zero is shifted: it is no factor or summand");
         let help = format!("`({quoted} - 0 {unit})` is a difference in K, which is one");
-        Err(ParseError::new(part.span.clone(), message).help(help))
+        Err(ParseError::new(part.span.clone(), message).with_help(help))
     }
 
-    pub(crate) fn arithmetic(self, operator: Operator, left: Part, right: Part) -> Typed<Part> {
+    pub(crate) fn infer_arithmetic(
+        self,
+        operator: ArithmeticOperator,
+        left: SubExpression,
+        right: SubExpression,
+    ) -> ParseResult<SubExpression> {
         let span = left.span.start..right.span.end;
         let (sides, dimension) = match operator {
-            Operator::Add | Operator::Subtract => self.sum(operator, left, right)?,
-            Operator::Multiply | Operator::Divide => {
-                let dimension = self.product(operator, &left, &right)?;
+            ArithmeticOperator::Add | ArithmeticOperator::Subtract => {
+                self.infer_sum(operator, left, right)?
+            }
+            ArithmeticOperator::Multiply | ArithmeticOperator::Divide => {
+                let dimension = self.infer_product_unit(operator, &left, &right)?;
                 ([left.node, right.node], dimension)
             }
-            Operator::Power => {
-                let dimension = self.power(&left, &right)?;
+            ArithmeticOperator::Power => {
+                let dimension = self.infer_power_unit(&left, &right)?;
                 ([left.node, right.node], dimension)
             }
         };
-        Ok(Part { node: Node::Arithmetic(operator, Box::new(sides)), dimension, span })
+        Ok(SubExpression { node: ExpressionNode::Arithmetic(operator, Box::new(sides)), dimension, span })
     }
 
-    fn sum(self, operator: Operator, left: Part, right: Part) -> Typed<([Node; 2], Dimension)> {
-        let done = if operator == Operator::Add { "added" } else { "subtracted" };
-        let shifted = |part: &Part| part.dimension.unit().map(NamedUnit::is_shifted);
+    fn infer_sum(
+        self,
+        operator: ArithmeticOperator,
+        left: SubExpression,
+        right: SubExpression,
+    ) -> ParseResult<([ExpressionNode; 2], InferredUnit)> {
+        let done = if operator == ArithmeticOperator::Add { "added" } else { "subtracted" };
+        let shifted = |part: &SubExpression| part.dimension.known_unit().map(NamedUnit::has_zero_offset);
         match (shifted(&left), shifted(&right)) {
             // Two points on scales have a distance and no sum.
-            (Some(true), Some(true)) if operator == Operator::Subtract => {
-                let (nodes, dimension) = self.both(left, right, done)?;
+            (Some(true), Some(true)) if operator == ArithmeticOperator::Subtract => {
+                let (nodes, dimension) = self.convert_to_left_unit(left, right, done)?;
                 return Ok((nodes, without_zero(dimension)));
             }
             (Some(_), Some(_)) => {
-                self.unshifted(&left)?;
-                self.unshifted(&right)?;
+                self.refuse_offset_unit(&left)?;
+                self.refuse_offset_unit(&right)?;
             }
             _ => {}
         }
-        self.both(left, right, done)
+        self.convert_to_left_unit(left, right, done)
     }
 
     /// Two parts in the unit of the left one.
-    pub(crate) fn both(self, left: Part, right: Part, done: &str) -> Typed<([Node; 2], Dimension)> {
-        let (nodes, dimension) = self.alike(vec![left, right], done)?;
+    pub(crate) fn convert_to_left_unit(
+        self,
+        left: SubExpression,
+        right: SubExpression,
+        done: &str,
+    ) -> ParseResult<([ExpressionNode; 2], InferredUnit)> {
+        let (nodes, dimension) = self.convert_to_common_unit(vec![left, right], done)?;
         let nodes = <[_; 2]>::try_from(nodes).unwrap_or_else(|_| unreachable!("two parts"));
         Ok((nodes, dimension))
     }
 
-    fn product(self, operator: Operator, left: &Part, right: &Part) -> Typed<Dimension> {
-        self.unshifted(left)?;
-        self.unshifted(right)?;
-        let divides = operator == Operator::Divide;
+    fn infer_product_unit(
+        self,
+        operator: ArithmeticOperator,
+        left: &SubExpression,
+        right: &SubExpression,
+    ) -> ParseResult<InferredUnit> {
+        self.refuse_offset_unit(left)?;
+        self.refuse_offset_unit(right)?;
+        let divides = operator == ArithmeticOperator::Divide;
         let exponent = if divides { -1 } else { 1 };
-        let is_one = |part: &Part| part.dimension.unit().is_none_or(NamedUnit::is_one);
+        let is_one = |part: &SubExpression| part.dimension.known_unit().is_none_or(NamedUnit::is_one);
         let product = match (&left.dimension, &right.dimension) {
-            (missing @ Dimension::Missing(_), _) | (_, missing @ Dimension::Missing(_)) => {
+            (missing @ InferredUnit::Missing(_), _) | (_, missing @ InferredUnit::Missing(_)) => {
                 return Ok(missing.clone());
             }
-            (_, Dimension::Number) => return Ok(left.dimension.clone()),
-            (Dimension::Known(_), _) if is_one(right) => return Ok(left.dimension.clone()),
+            (_, InferredUnit::Number) => return Ok(left.dimension.clone()),
+            (InferredUnit::Known(_), _) if is_one(right) => return Ok(left.dimension.clone()),
             _ if is_one(left) && !divides => return Ok(right.dimension.clone()),
-            (Dimension::Known(a), Dimension::Known(b)) => a.unit.times(b.unit, exponent),
-            (Dimension::Number, Dimension::Known(b)) => Unit::ONE.times(b.unit, exponent),
+            (InferredUnit::Known(a), InferredUnit::Known(b)) => a.unit.times_power(b.unit, exponent),
+            (InferredUnit::Number, InferredUnit::Known(b)) => Unit::ONE.times_power(b.unit, exponent),
         };
-        self.made(product, left.span.start..right.span.end)
+        self.require_computed_unit(product, left.span.start..right.span.end)
     }
 
     /// The dimension of what was computed, if it has a unit.
-    fn made(self, unit: Option<Unit>, span: Range<usize>) -> Typed<Dimension> {
+    fn require_computed_unit(self, unit: Option<Unit>, span: Range<usize>) -> ParseResult<InferredUnit> {
         let quoted = &self.text[span.clone()];
-        unit.map(|unit| Dimension::Known(NamedUnit { unit, name: None, difference: false }))
-            .ok_or_else(|| {
+        unit.map(|unit| InferredUnit::Known(NamedUnit { unit, name: None, difference: false })).ok_or_else(
+            || {
                 ParseError::new(
                     span,
                     format!("`{quoted}` has no unit with whole exponents and a usual factor"),
                 )
-                .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
-            })
+                .with_help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
+            },
+        )
     }
 
-    fn power(self, base: &Part, exponent: &Part) -> Typed<Dimension> {
-        self.unshifted(base)?;
-        if exponent.dimension.unit().is_some_and(|known| !known.is_one()) {
-            let message = format!("the exponent `{}` has a unit", self.quoted(exponent));
+    fn infer_power_unit(self, base: &SubExpression, exponent: &SubExpression) -> ParseResult<InferredUnit> {
+        self.refuse_offset_unit(base)?;
+        if exponent.dimension.known_unit().is_some_and(|known| !known.is_one()) {
+            let message = format!("the exponent `{}` has a unit", self.part_text(exponent));
             return Err(ParseError::new(exponent.span.clone(), message));
         }
-        let Some(known) = base.dimension.unit() else { return Ok(base.dimension.clone()) };
+        let Some(known) = base.dimension.known_unit() else { return Ok(base.dimension.clone()) };
         let constant = match &exponent.node {
-            Node::Number(number) => Some(*number),
-            Node::Negate(inner) => match &**inner {
-                Node::Number(number) => Some(-number),
+            ExpressionNode::Number(number) => Some(*number),
+            ExpressionNode::Negate(inner) => match &**inner {
+                ExpressionNode::Number(number) => Some(-number),
                 _ => None,
             },
             _ => None,
         };
         match constant {
             _ if known.is_one() => Ok(base.dimension.clone()),
-            Some(number) => self.made(known.unit.powf(number), base.span.start..exponent.span.end),
+            Some(number) => {
+                self.require_computed_unit(known.unit.powf(number), base.span.start..exponent.span.end)
+            }
             None => {
-                let (quoted, unit) = (self.quoted(base), known.text());
+                let (quoted, unit) = (self.part_text(base), known.unit_text());
                 let message = format!(
                     "`{quoted}` is in [{unit}], which takes a number as its exponent, found `{}`",
-                    self.quoted(exponent)
+                    self.part_text(exponent)
                 );
                 Err(ParseError::new(exponent.span.clone(), message))
             }
@@ -234,105 +269,116 @@ impl<'a> Rules<'a> {
     }
 
     /// The negative of a part.
-    pub(crate) fn negative(self, part: Part, span: Range<usize>) -> Typed<Part> {
+    pub(crate) fn infer_negation(
+        self,
+        part: SubExpression,
+        span: Range<usize>,
+    ) -> ParseResult<SubExpression> {
         // -5 degC is a temperature; the negative of another one is not.
-        if !matches!(part.node, Node::Number(_)) {
-            self.unshifted(&part)?;
+        if !matches!(part.node, ExpressionNode::Number(_)) {
+            self.refuse_offset_unit(&part)?;
         }
-        Ok(Part { node: Node::Negate(Box::new(part.node)), dimension: part.dimension, span })
+        Ok(SubExpression {
+            node: ExpressionNode::Negate(Box::new(part.node)),
+            dimension: part.dimension,
+            span,
+        })
     }
 
     /// The arguments of a function or a reduction, converted, and the dimension of its result.
-    pub(crate) fn call(
+    pub(crate) fn infer_call(
         self,
         name: &str,
         rule: UnitRule,
-        mut arguments: Vec<Part>,
-    ) -> Typed<(Vec<Node>, Dimension)> {
+        mut arguments: Vec<SubExpression>,
+    ) -> ParseResult<(Vec<ExpressionNode>, InferredUnit)> {
         let done = format!("arguments of one `{name}`");
         match rule {
-            UnitRule::Kept => self.alike(arguments, &done),
+            UnitRule::Kept => self.convert_to_common_unit(arguments, &done),
             UnitRule::Sum => {
-                arguments.iter().try_for_each(|part| self.unshifted(part))?;
-                self.alike(arguments, &done)
+                arguments.iter().try_for_each(|part| self.refuse_offset_unit(part))?;
+                self.convert_to_common_unit(arguments, &done)
             }
             UnitRule::Spread => {
-                let (nodes, dimension) = self.alike(arguments, &done)?;
+                let (nodes, dimension) = self.convert_to_common_unit(arguments, &done)?;
                 Ok((nodes, without_zero(dimension)))
             }
             UnitRule::AngleOfTwo => {
-                arguments.iter().try_for_each(|part| self.unshifted(part))?;
-                Ok((self.alike(arguments, &done)?.0, Dimension::radian()))
+                arguments.iter().try_for_each(|part| self.refuse_offset_unit(part))?;
+                Ok((self.convert_to_common_unit(arguments, &done)?.0, InferredUnit::radians()))
             }
             UnitRule::OneUnit => {
-                arguments.iter().try_for_each(|part| self.unshifted(part))?;
-                Ok((self.alike(arguments, &done)?.0, Dimension::plain()))
+                arguments.iter().try_for_each(|part| self.refuse_offset_unit(part))?;
+                Ok((self.convert_to_common_unit(arguments, &done)?.0, InferredUnit::dimensionless()))
             }
-            UnitRule::Curves => Ok((self.curves(arguments)?, Dimension::plain())),
+            UnitRule::Curves => Ok((self.convert_curve_arguments(arguments)?, InferredUnit::dimensionless())),
             UnitRule::Plain => {
-                Ok((arguments.into_iter().map(|part| part.node).collect(), Dimension::plain()))
+                Ok((arguments.into_iter().map(|part| part.node).collect(), InferredUnit::dimensionless()))
             }
             _ => {
                 let part = arguments.swap_remove(0);
-                let (node, dimension) = self.one(name, rule, part)?;
+                let (node, dimension) = self.infer_single_argument(name, rule, part)?;
                 Ok((vec![node], dimension))
             }
         }
     }
 
     /// Values of x in turn with values of y, all x in one unit, and all y.
-    fn curves(self, arguments: Vec<Part>) -> Typed<Vec<Node>> {
-        arguments.iter().try_for_each(|part| self.unshifted(part))?;
+    fn convert_curve_arguments(self, arguments: Vec<SubExpression>) -> ParseResult<Vec<ExpressionNode>> {
+        arguments.iter().try_for_each(|part| self.refuse_offset_unit(part))?;
         let places = arguments.into_iter().enumerate();
         let (x, y): (Vec<_>, Vec<_>) = places.partition(|(place, _)| place % 2 == 0);
-        let of = |axis: Vec<(usize, Part)>, done| {
-            self.alike(axis.into_iter().map(|(_, part)| part).collect(), done)
+        let of = |axis: Vec<(usize, SubExpression)>, done| {
+            self.convert_to_common_unit(axis.into_iter().map(|(_, part)| part).collect(), done)
         };
         let ((x, _), (y, _)) = (of(x, "x of one curve")?, of(y, "y of one curve")?);
         Ok(x.into_iter().zip(y).flat_map(|(x, y)| [x, y]).collect())
     }
 
     /// The same of one argument.
-    fn one(self, name: &str, rule: UnitRule, part: Part) -> Typed<(Node, Dimension)> {
-        let Some(known) = part.dimension.unit().cloned() else {
+    fn infer_single_argument(
+        self,
+        name: &str,
+        rule: UnitRule,
+        part: SubExpression,
+    ) -> ParseResult<(ExpressionNode, InferredUnit)> {
+        let Some(known) = part.dimension.known_unit().cloned() else {
             let dimension = match rule {
                 UnitRule::Root => part.dimension,
-                UnitRule::Degrees => Dimension::Known(degrees(RADIAN)),
-                UnitRule::Radians | UnitRule::ToAngle => Dimension::radian(),
-                _ if part.dimension == Dimension::Number => Dimension::Number,
-                _ => Dimension::plain(),
+                UnitRule::Degrees => InferredUnit::Known(unit_in_degrees(RADIAN)),
+                UnitRule::Radians | UnitRule::ToAngle => InferredUnit::radians(),
+                _ if part.dimension == InferredUnit::Number => InferredUnit::Number,
+                _ => InferredUnit::dimensionless(),
             };
             return Ok((part.node, dimension));
         };
         let factor = (known.unit.factor, 0.0);
         match rule {
             UnitRule::Root => {
-                self.unshifted(&part)?;
-                let dimension = self.made(known.unit.powf(0.5), part.span.clone())?;
+                self.refuse_offset_unit(&part)?;
+                let dimension = self.require_computed_unit(known.unit.powf(0.5), part.span.clone())?;
                 Ok((part.node, dimension))
             }
             UnitRule::OfAngle | UnitRule::ToAngle if known.is_angle() => {
                 let angle = rule == UnitRule::ToAngle;
-                let dimension = if angle { Dimension::radian() } else { Dimension::plain() };
-                Ok((part.converted(factor), dimension))
+                let dimension = if angle { InferredUnit::radians() } else { InferredUnit::dimensionless() };
+                Ok((part.into_converted_node(factor), dimension))
             }
-            UnitRule::Degrees | UnitRule::Radians if turns(&known).is_some() => {
-                let radians = turns(&known).unwrap_or(RADIAN);
-                let in_degrees = degrees(radians);
+            UnitRule::Degrees | UnitRule::Radians if unit_in_radians(&known).is_some() => {
+                let radians = unit_in_radians(&known).unwrap_or(RADIAN);
+                let in_degrees = unit_in_degrees(radians);
                 if rule == UnitRule::Degrees {
-                    return Ok((part.converted(factor), Dimension::Known(in_degrees)));
+                    return Ok((part.into_converted_node(factor), InferredUnit::Known(in_degrees)));
                 }
-                let conversion = known.conversion(&NamedUnit { name: None, ..in_degrees });
+                let conversion = known.conversion_to(&NamedUnit { name: None, ..in_degrees });
                 let name = if radians == RADIAN { Some("rad".to_owned()) } else { None };
-                let dimension =
-                    Dimension::Known(NamedUnit { unit: radians, name, difference: false });
-                Ok((part.converted(conversion.unwrap_or((1.0, 0.0))), dimension))
+                let dimension = InferredUnit::Known(NamedUnit { unit: radians, name, difference: false });
+                Ok((part.into_converted_node(conversion.unwrap_or((1.0, 0.0))), dimension))
             }
             _ => {
-                let (quoted, unit) = (self.quoted(&part), known.text());
-                let message = format!(
-                    "`{name}` takes an angle or a plain number, and `{quoted}` is in [{unit}]"
-                );
+                let (quoted, unit) = (self.part_text(&part), known.unit_text());
+                let message =
+                    format!("`{name}` takes an angle or a plain number, and `{quoted}` is in [{unit}]");
                 Err(ParseError::new(part.span.clone(), message))
             }
         }

@@ -40,33 +40,33 @@ mod trace;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use dimension::Dimension;
-use function::Function;
-use reducer::Reducer;
+use dimension::InferredUnit;
+use function::ScalarFunction;
+use reducer::WindowReducer;
 use units::Unit;
 
-pub use bound::Bound;
+pub use bound::SignalBound;
 pub use index::{
-    ColumnIndex, Integer, IntegerIndex, IntegerRange, Number, NumberIndex, NumberRange, Text,
-    TextIndex, TextRange, TypedIndex, TypedRange, Values,
+    ColumnIndex, IntegerIndex, IntegerKind, IntegerRange, NumberIndex, NumberKind, NumberRange, ReadableRow,
+    TextIndex, TextKind, TextRange, TypedIndex, TypedRange,
 };
-pub use monitor::{Monitor, Outcome};
-pub use trace::{Trace, TracePoint, Traced};
+pub use monitor::{ConditionMonitor, ConditionOutcome};
+pub use trace::{ComparisonTrace, TraceContent, TracePoint};
 
 /// One parsed condition, with its signals resolved to values of rows of space `S`; it is evaluated over such rows only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression<S> {
-    root: Node,
-    dimension: Box<Dimension>,
+    root: ExpressionNode,
+    dimension: Box<InferredUnit>,
     /// The unit of the sides of the comparison at the root.
     compared: Option<Box<str>>,
-    reductions: Vec<Reduction>,
+    reductions: Vec<ReductionCall>,
     space: PhantomData<S>,
 }
 
 /// The index of a signal in rows of space `S`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Operand<S> {
+pub enum SignalOperand<S> {
     /// A number.
     Number(NumberIndex<S>),
     /// A text.
@@ -77,9 +77,9 @@ pub enum Operand<S> {
 
 /// A signal as an expression sees it. One that is made of its operand alone is a plain number.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Signal<S> {
+pub struct ResolvedSignal<S> {
     /// Where its values are.
-    pub operand: Operand<S>,
+    pub operand: SignalOperand<S>,
     /// Its unit.
     pub unit: SignalUnit,
 }
@@ -97,17 +97,17 @@ pub enum SignalUnit {
     Difference(Unit, String),
 }
 
-impl<S, O: Into<Operand<S>>> From<O> for Signal<S> {
+impl<S, O: Into<SignalOperand<S>>> From<O> for ResolvedSignal<S> {
     fn from(operand: O) -> Self {
-        Signal { operand: operand.into(), unit: SignalUnit::Plain }
+        ResolvedSignal { operand: operand.into(), unit: SignalUnit::Plain }
     }
 }
 
-impl<S> From<ColumnIndex<S>> for Operand<S> {
+impl<S> From<ColumnIndex<S>> for SignalOperand<S> {
     fn from(index: ColumnIndex<S>) -> Self {
         match index {
-            ColumnIndex::Number(index) => Operand::Number(index),
-            ColumnIndex::Text(index) => Operand::Text(index),
+            ColumnIndex::Number(index) => SignalOperand::Number(index),
+            ColumnIndex::Text(index) => SignalOperand::Text(index),
         }
     }
 }
@@ -125,12 +125,12 @@ pub struct ParseError {
     /// The signal name that could not be resolved, if that is what is wrong, to suggest another.
     pub unknown: Option<String>,
     /// The signal that lacks a unit, if that is what is wrong, to say where it is declared.
-    pub unitless: Option<Box<Unitless>>,
+    pub unitless: Option<Box<UnitlessSignal>>,
 }
 
 /// A signal whose unit is needed and not known.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unitless {
+pub struct UnitlessSignal {
     /// The name of the signal.
     pub signal: String,
     /// The unit on the other side.
@@ -142,14 +142,14 @@ impl ParseError {
         Self { message: message.into(), span, help: None, unknown: None, unitless: None }
     }
 
-    fn help(mut self, help: impl Into<String>) -> Self {
+    fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Node {
+enum ExpressionNode {
     Number(f64),
     Time,
     Signal(usize),
@@ -157,28 +157,28 @@ enum Node {
     Either(usize, usize),
     /// An index into [`Expression::reductions`].
     Reduced(usize),
-    Negate(Box<Node>),
+    Negate(Box<ExpressionNode>),
     /// Value, factor and offset to the unit on the other side.
-    Convert(Box<Node>, f64, f64),
-    Not(Box<Node>),
-    Arithmetic(Operator, Box<[Node; 2]>),
-    Compare(Relation, Box<[Node; 2]>),
-    Join(Junction, Box<[Node; 2]>),
+    Convert(Box<ExpressionNode>, f64, f64),
+    Not(Box<ExpressionNode>),
+    Arithmetic(ArithmeticOperator, Box<[ExpressionNode; 2]>),
+    Compare(ComparisonOperator, Box<[ExpressionNode; 2]>),
+    Join(LogicalOperator, Box<[ExpressionNode; 2]>),
     /// A side of [`Node::Same`]; the parser leaves none elsewhere.
-    Text(TextSide),
+    Text(TextOperand),
     /// Whether two texts are equal, or, when `false`, whether they are not.
-    Same(bool, [TextSide; 2]),
-    Call(&'static Function, Vec<Node>),
+    Same(bool, [TextOperand; 2]),
+    Call(&'static ScalarFunction, Vec<ExpressionNode>),
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum TextSide {
+enum TextOperand {
     Literal(String),
     Signal(usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Operator {
+enum ArithmeticOperator {
     Add,
     Subtract,
     Multiply,
@@ -187,7 +187,7 @@ enum Operator {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Relation {
+enum ComparisonOperator {
     Less,
     LessOrEqual,
     Greater,
@@ -197,18 +197,18 @@ enum Relation {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Junction {
+enum LogicalOperator {
     And,
     Or,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Reduction {
-    reducer: &'static Reducer,
+struct ReductionCall {
+    reducer: &'static WindowReducer,
     /// Its constant argument, when it has one.
     parameter: f64,
     /// Its quantities, at least one.
-    arguments: Vec<Node>,
+    arguments: Vec<ExpressionNode>,
 }
 
 impl<S> Expression<S> {
@@ -223,18 +223,18 @@ impl<S> Expression<S> {
     pub fn is_condition(&self) -> bool {
         matches!(
             self.root,
-            Node::Compare(..)
-                | Node::Same(..)
-                | Node::Join(..)
-                | Node::Not(_)
-                | Node::Call(Function { is_condition: true, .. }, _)
+            ExpressionNode::Compare(..)
+                | ExpressionNode::Same(..)
+                | ExpressionNode::Join(..)
+                | ExpressionNode::Not(_)
+                | ExpressionNode::Call(ScalarFunction { is_condition: true, .. }, _)
         )
     }
 
     /// Its unit, if it has one, with the name that it was declared by. What products make has no name.
     #[must_use]
     pub fn unit(&self) -> Option<(Unit, Option<String>)> {
-        self.dimension.known()
+        self.dimension.unit_and_name()
     }
 
     /// The unit that both sides are compared in, if it is one comparison of values with a unit.
@@ -245,17 +245,20 @@ impl<S> Expression<S> {
 
     /// The numbers of a row that it depends on, some of them repeatedly.
     #[must_use]
-    pub fn numbers(&self) -> Vec<NumberIndex<S>> {
-        self.indices(Node::numbers).map(NumberIndex::new).collect()
+    pub fn number_indices(&self) -> Vec<NumberIndex<S>> {
+        self.collect_indices(ExpressionNode::collect_number_indices).map(NumberIndex::new).collect()
     }
 
     /// The texts of a row that it depends on, some of them repeatedly.
     #[must_use]
-    pub fn texts(&self) -> Vec<TextIndex<S>> {
-        self.indices(Node::texts).map(TextIndex::new).collect()
+    pub fn text_indices(&self) -> Vec<TextIndex<S>> {
+        self.collect_indices(ExpressionNode::collect_text_indices).map(TextIndex::new).collect()
     }
 
-    fn indices(&self, collect: fn(&Node, &mut Vec<usize>)) -> impl Iterator<Item = usize> + use<S> {
+    fn collect_indices(
+        &self,
+        collect: fn(&ExpressionNode, &mut Vec<usize>),
+    ) -> impl Iterator<Item = usize> + use<S> {
         let mut indices = Vec::new();
         collect(&self.root, &mut indices);
         let arguments = self.reductions.iter().flat_map(|it| &it.arguments);
@@ -264,35 +267,47 @@ impl<S> Expression<S> {
     }
 }
 
-impl Node {
-    fn texts(&self, indices: &mut Vec<usize>) {
+impl ExpressionNode {
+    fn collect_text_indices(&self, indices: &mut Vec<usize>) {
         match self {
-            Node::Same(_, sides) => indices.extend(sides.iter().filter_map(|side| match side {
-                TextSide::Signal(index) => Some(*index),
-                TextSide::Literal(_) => None,
+            ExpressionNode::Same(_, sides) => indices.extend(sides.iter().filter_map(|side| match side {
+                TextOperand::Signal(index) => Some(*index),
+                TextOperand::Literal(_) => None,
             })),
-            Node::Negate(inner) | Node::Not(inner) | Node::Convert(inner, ..) => {
-                inner.texts(indices)
+            ExpressionNode::Negate(inner)
+            | ExpressionNode::Not(inner)
+            | ExpressionNode::Convert(inner, ..) => inner.collect_text_indices(indices),
+            ExpressionNode::Arithmetic(_, sides)
+            | ExpressionNode::Compare(_, sides)
+            | ExpressionNode::Join(_, sides) => {
+                sides.iter().for_each(|side| side.collect_text_indices(indices));
             }
-            Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
-                sides.iter().for_each(|side| side.texts(indices));
+            ExpressionNode::Call(_, arguments) => {
+                arguments.iter().for_each(|it| it.collect_text_indices(indices))
             }
-            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.texts(indices)),
             _ => {}
         }
     }
 
-    fn numbers(&self, indices: &mut Vec<usize>) {
+    fn collect_number_indices(&self, indices: &mut Vec<usize>) {
         match self {
-            Node::Signal(index) | Node::Either(index, _) => indices.push(*index),
-            Node::Negate(inner) | Node::Not(inner) | Node::Convert(inner, ..) => {
-                inner.numbers(indices)
+            ExpressionNode::Signal(index) | ExpressionNode::Either(index, _) => indices.push(*index),
+            ExpressionNode::Negate(inner)
+            | ExpressionNode::Not(inner)
+            | ExpressionNode::Convert(inner, ..) => inner.collect_number_indices(indices),
+            ExpressionNode::Arithmetic(_, sides)
+            | ExpressionNode::Compare(_, sides)
+            | ExpressionNode::Join(_, sides) => {
+                sides.iter().for_each(|side| side.collect_number_indices(indices));
             }
-            Node::Arithmetic(_, sides) | Node::Compare(_, sides) | Node::Join(_, sides) => {
-                sides.iter().for_each(|side| side.numbers(indices));
+            ExpressionNode::Call(_, arguments) => {
+                arguments.iter().for_each(|it| it.collect_number_indices(indices))
             }
-            Node::Call(_, arguments) => arguments.iter().for_each(|it| it.numbers(indices)),
-            Node::Number(_) | Node::Time | Node::Reduced(_) | Node::Text(_) | Node::Same(..) => {}
+            ExpressionNode::Number(_)
+            | ExpressionNode::Time
+            | ExpressionNode::Reduced(_)
+            | ExpressionNode::Text(_)
+            | ExpressionNode::Same(..) => {}
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Makes nodes of binary operators, whose sides have units that fit.
 
-use crate::inference::{Part, Rules};
-use crate::{Junction, Node, Operator, ParseError, Relation};
+use crate::inference::{SubExpression, UnitInference};
+use crate::{ArithmeticOperator, ComparisonOperator, ExpressionNode, LogicalOperator, ParseError};
 
 /// Binding strength of a binary operator.
-pub(crate) fn strength(symbol: &str) -> Option<u8> {
+pub(crate) fn operator_precedence(symbol: &str) -> Option<u8> {
     Some(match symbol {
         "or" => 1,
         "and" => 2,
@@ -20,39 +20,44 @@ pub(crate) const COMPARISON: u8 = 3;
 pub(crate) const POWER: u8 = 6;
 
 /// The binary operator of a symbol; comparisons of texts are made elsewhere.
-pub(crate) fn combine(
-    rules: Rules,
+pub(crate) fn build_binary_operation(
+    rules: UnitInference,
     symbol: &str,
-    left: Part,
-    right: Part,
-) -> Result<Part, ParseError> {
+    left: SubExpression,
+    right: SubExpression,
+) -> Result<SubExpression, ParseError> {
     let operator = match symbol {
-        "+" => Operator::Add,
-        "-" => Operator::Subtract,
-        "*" => Operator::Multiply,
-        "/" => Operator::Divide,
-        "^" => Operator::Power,
-        _ => return decide(rules, symbol, left, right),
+        "+" => ArithmeticOperator::Add,
+        "-" => ArithmeticOperator::Subtract,
+        "*" => ArithmeticOperator::Multiply,
+        "/" => ArithmeticOperator::Divide,
+        "^" => ArithmeticOperator::Power,
+        _ => return build_comparison_or_junction(rules, symbol, left, right),
     };
-    rules.arithmetic(operator, left, right)
+    rules.infer_arithmetic(operator, left, right)
 }
 
 /// The comparison or the junction of a symbol.
-fn decide(rules: Rules, symbol: &str, left: Part, right: Part) -> Result<Part, ParseError> {
+fn build_comparison_or_junction(
+    rules: UnitInference,
+    symbol: &str,
+    left: SubExpression,
+    right: SubExpression,
+) -> Result<SubExpression, ParseError> {
     let span = left.span.start..right.span.end;
     let relation = match symbol {
-        "<" => Relation::Less,
-        "<=" => Relation::LessOrEqual,
-        ">" => Relation::Greater,
-        ">=" => Relation::GreaterOrEqual,
-        "==" => Relation::Equal,
-        "!=" => Relation::NotEqual,
+        "<" => ComparisonOperator::Less,
+        "<=" => ComparisonOperator::LessOrEqual,
+        ">" => ComparisonOperator::Greater,
+        ">=" => ComparisonOperator::GreaterOrEqual,
+        "==" => ComparisonOperator::Equal,
+        "!=" => ComparisonOperator::NotEqual,
         _ => {
-            let junction = if symbol == "or" { Junction::Or } else { Junction::And };
+            let junction = if symbol == "or" { LogicalOperator::Or } else { LogicalOperator::And };
             let sides = Box::new([left.node, right.node]);
-            return Ok(Part::plain(Node::Join(junction, sides), span));
+            return Ok(SubExpression::without_unit(ExpressionNode::Join(junction, sides), span));
         }
     };
-    let (sides, _) = rules.both(left, right, "compared")?;
-    Ok(Part::plain(Node::Compare(relation, Box::new(sides)), span))
+    let (sides, _) = rules.convert_to_left_unit(left, right, "compared")?;
+    Ok(SubExpression::without_unit(ExpressionNode::Compare(relation, Box::new(sides)), span))
 }

@@ -9,16 +9,8 @@ mod dimensions;
 mod memory;
 mod traces;
 
-const COLUMNS: [&str; 8] = [
-    "a.x",
-    "a.y",
-    "b.x",
-    "plant.tyre.f[1,2]",
-    "plant.der(v)",
-    "plant.der(c.v[3])",
-    "my node.a-b",
-    "a.on",
-];
+const COLUMNS: [&str; 8] =
+    ["a.x", "a.y", "b.x", "plant.tyre.f[1,2]", "plant.der(v)", "plant.der(c.v[3])", "my node.a-b", "a.on"];
 
 /// Marks the rows of these tests.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,12 +18,12 @@ struct Tested;
 
 struct TestedRow<'a>(&'a [f64], &'a [String]);
 
-impl Values<Tested> for TestedRow<'_> {
-    fn number(&self, index: NumberIndex<Tested>) -> Option<f64> {
+impl ReadableRow<Tested> for TestedRow<'_> {
+    fn number_at(&self, index: NumberIndex<Tested>) -> Option<f64> {
         self.0.get(index.position()).copied()
     }
 
-    fn text(&self, index: TextIndex<Tested>) -> Option<&str> {
+    fn text_at(&self, index: TextIndex<Tested>) -> Option<&str> {
         self.1.get(index.position()).map(String::as_str)
     }
 }
@@ -47,39 +39,35 @@ fn parse_in(text: &str, units: &[(&str, &str)]) -> Result<Expression<Tested>, Pa
         let unit = match units.iter().find(|(signal, _)| *signal == name) {
             None => SignalUnit::Plain,
             Some((_, "")) => SignalUnit::Missing,
-            Some((_, unit)) => {
-                SignalUnit::Known(Unit::parse(unit).expect("a unit"), (*unit).to_owned())
-            }
+            Some((_, unit)) => SignalUnit::Known(Unit::parse(unit).expect("a unit"), (*unit).to_owned()),
         };
-        Some(Signal { operand, unit })
+        Some(ResolvedSignal { operand, unit })
     })
 }
 
-fn operand(name: &str) -> Option<Operand<Tested>> {
+fn operand(name: &str) -> Option<SignalOperand<Tested>> {
     match name {
-        "r.number" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
-        "r.text" => Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0))),
-        "a.state" => Some(Operand::Text(TextIndex::new(0))),
-        "b.state" => Some(Operand::Text(TextIndex::new(1))),
-        _ => COLUMNS
-            .iter()
-            .position(|column| *column == name)
-            .map(NumberIndex::new)
-            .map(Operand::Number),
+        "r.number" => Some(SignalOperand::Either(NumberIndex::new(0), TextIndex::new(0))),
+        "r.text" => Some(SignalOperand::Either(NumberIndex::new(0), TextIndex::new(0))),
+        "a.state" => Some(SignalOperand::Text(TextIndex::new(0))),
+        "b.state" => Some(SignalOperand::Text(TextIndex::new(1))),
+        _ => {
+            COLUMNS.iter().position(|column| *column == name).map(NumberIndex::new).map(SignalOperand::Number)
+        }
     }
 }
 
 /// The outcome over samples of `a.x` at 0, 1, 2 ... s; `a.y` is its negative, `b.x` is 2, `a.state`
 /// and `b.state` say what `a.x` and `b.x` are.
-fn run(text: &str, tolerance: f64, samples: &[f64]) -> Outcome {
+fn run(text: &str, tolerance: f64, samples: &[f64]) -> ConditionOutcome {
     let expression = parse(text).unwrap_or_else(|error| panic!("{text}: {error:?}"));
-    let mut monitor = Monitor::new(expression, tolerance);
+    let mut monitor = ConditionMonitor::new(expression, tolerance);
     for (time, x) in samples.iter().enumerate() {
         let texts = [format!("it's {x}"), "it's 2".to_owned()];
         let numbers = [*x, -x, 2.0, 30.0, 40.0, 50.0, 60.0, 1.0];
-        monitor.sample(time as f64, &TestedRow(&numbers, &texts));
+        monitor.push_sample(time as f64, &TestedRow(&numbers, &texts));
     }
-    monitor.verdict()
+    monitor.outcome()
 }
 
 #[test]
@@ -374,8 +362,8 @@ fn a_result_is_a_text_where_it_is_compared_with_one() {
         ("abs(r.number) < r.number", 0, 2),
     ] {
         let expression = parse(text).expect(text);
-        assert_eq!(expression.texts().len(), texts, "{text}");
-        assert_eq!(expression.numbers().len(), numbers, "{text}");
+        assert_eq!(expression.text_indices().len(), texts, "{text}");
+        assert_eq!(expression.number_indices().len(), numbers, "{text}");
     }
     for text in ["r.text < 'on'", "r.text + 'on' == 1", "'on' <= r.text"] {
         assert!(parse(text).is_err(), "{text}");

@@ -45,7 +45,7 @@ const SYMBOLS: &[(&str, &str)] = &[
 /// Operators that are words.
 const KEYWORDS: [&str; 3] = ["and", "or", "not"];
 
-pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
+pub(crate) fn tokenize(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, ParseError> {
     let mut tokens = Vec::new();
     let mut at = 0;
     loop {
@@ -56,23 +56,23 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, Parse
             return Ok(tokens);
         };
         let after_number = matches!(tokens.last(), Some((Token::Number(_), _)));
-        let unit = if after_number { unit(rest, at)? } else { 0 };
+        let unit = if after_number { unit_length(rest, at)? } else { 0 };
         let (token, length) = if unit > 0 {
             (Token::Unit(&rest[..unit]), unit)
         } else if first.is_ascii_digit() || first == '.' {
-            number(rest, at)?
+            parse_number(rest, at)?
         } else if first.is_alphabetic() || first == '_' {
             let length = name_length(rest);
             let keyword = KEYWORDS.into_iter().find(|word| *word == &rest[..length]);
             (keyword.map_or(Token::Name(&rest[..length]), Token::Symbol), length)
         } else if first == '`' {
-            let name = quoted(rest, at, "expected a closing backtick after the signal name")?;
+            let name = quoted_text(rest, at, "expected a closing backtick after the signal name")?;
             (Token::Quoted(name), name.len() + 2)
         } else if first == '\'' || first == '"' {
-            let text = quoted(rest, at, "expected a closing quote after the text")?;
+            let text = quoted_text(rest, at, "expected a closing quote after the text")?;
             (Token::Text(text), text.len() + 2)
         } else {
-            symbol(rest, first, at)?
+            parse_symbol(rest, first, at)?
         };
         tokens.push((token, at..at + length));
         at += length;
@@ -80,13 +80,13 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<(Token<'_>, Range<usize>)>, Parse
 }
 
 /// The text between the quote at the beginning of `rest` and the next one like it.
-fn quoted<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
+fn quoted_text<'a>(rest: &'a str, at: usize, missing: &str) -> Result<&'a str, ParseError> {
     let (quote, inside) = rest.split_at(1);
     let end = inside.find(quote).ok_or_else(|| ParseError::new(at..at + rest.len(), missing))?;
     Ok(&inside[..end])
 }
 
-fn symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), ParseError> {
+fn parse_symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), ParseError> {
     let found = SYMBOLS.iter().find(|(spelling, _)| rest.starts_with(spelling));
     if let Some((spelling, symbol)) = found {
         return Ok((Token::Symbol(symbol), spelling.len()));
@@ -94,14 +94,14 @@ fn symbol(rest: &str, first: char, at: usize) -> Result<(Token<'_>, usize), Pars
     let message = format!("expected a number, a name or an operator, found `{first}`");
     let error = ParseError::new(at..at + first.len_utf8(), message);
     Err(match first {
-        '=' => error.help("`==` compares for equality"),
-        '&' => error.help("write `and` or `&&`"),
-        '|' => error.help("write `or` or `||`"),
-        _ => error.help("write a signal name with other characters between backticks"),
+        '=' => error.with_help("`==` compares for equality"),
+        '&' => error.with_help("write `and` or `&&`"),
+        '|' => error.with_help("write `or` or `||`"),
+        _ => error.with_help("write a signal name with other characters between backticks"),
     })
 }
 
-fn number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
+fn parse_number(rest: &str, at: usize) -> Result<(Token<'_>, usize), ParseError> {
     let digits = |from: usize| {
         let tail = &rest[from..];
         from + tail.len() - tail.trim_start_matches(|c: char| c.is_ascii_digit()).len()
@@ -139,7 +139,7 @@ fn is_rounded(text: &str, value: f64) -> bool {
 }
 
 /// The bytes of the unit after a number, 0 without one: `deg`, `km/h`, `N/(m/s)`, `1/s`.
-fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
+fn unit_length(rest: &str, at: usize) -> Result<usize, ParseError> {
     let name = &rest[..name_length(rest)];
     let length = units::leading_unit_length(rest);
     let joint = usize::from(length > 0 && rest[length..].starts_with(['.', '*', '/']));
@@ -148,14 +148,14 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
     let word = &next[..next.find(|c| !is_letter(c)).unwrap_or(next.len())];
     // `km/hr` is no quotient of 1 km and a signal, but `km/plant.x` is.
     let misspelt = match length {
-        0 => !word.is_empty() && !is_other_word(name, &rest[name.len()..]),
-        _ => joint == 1 && units::unit_of_spelling(word).is_some(),
+        0 => !word.is_empty() && !is_non_unit_word(name, &rest[name.len()..]),
+        _ => joint == 1 && units::unit_for_spelling(word).is_some(),
     };
     let written = &rest[..length + joint + word.len()];
     match Unit::parse(written) {
         Err(error) if misspelt => {
-            let known = |word| suggest::closest_question(word, units::known());
-            let help = error.unknown().and_then(known);
+            let known = |word| suggest::did_you_mean(word, units::known_unit_names());
+            let help = error.unknown_word().and_then(known);
             Err(ParseError { help, ..ParseError::new(at..at + written.len(), error.to_string()) })
         }
         _ => Ok(length),
@@ -163,7 +163,7 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
 }
 
 /// Whether a name means something else than a unit: an operator, a constant, a signal or a function.
-fn is_other_word(name: &str, after: &str) -> bool {
+fn is_non_unit_word(name: &str, after: &str) -> bool {
     let known = KEYWORDS.contains(&name) || ["pi", "time"].contains(&name);
     known || name.contains('.') || after.starts_with('(')
 }

@@ -16,7 +16,7 @@ pub struct TracePoint {
 }
 
 impl TracePoint {
-    fn with(self, later: Self) -> Self {
+    fn merged_with(self, later: Self) -> Self {
         // These leave out what is no number.
         let both = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         let (value, limit) = (both(self.value, later.value), both(self.limit, later.limit));
@@ -26,7 +26,7 @@ impl TracePoint {
 
 /// What a trace is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Traced {
+pub enum TraceContent {
     /// The sides of the only comparison.
     #[default]
     Sides,
@@ -38,29 +38,29 @@ pub enum Traced {
 
 /// What is compared over time, merged as it grows.
 #[derive(Debug, Clone)]
-pub struct Trace {
-    of: Traced,
+pub struct ComparisonTrace {
+    of: TraceContent,
     points: Vec<TracePoint>,
     /// Samples of a point, and how many the last one has.
     samples: [u32; 2],
 }
 
-impl Default for Trace {
+impl Default for ComparisonTrace {
     fn default() -> Self {
-        Self::new(Traced::default())
+        Self::new(TraceContent::default())
     }
 }
 
-impl Trace {
+impl ComparisonTrace {
     /// An empty trace.
     #[must_use]
-    pub fn new(of: Traced) -> Self {
+    pub fn new(of: TraceContent) -> Self {
         Self { of, points: Vec::new(), samples: [1, 1] }
     }
 
     /// What it is of.
     #[must_use]
-    pub fn of(&self) -> Traced {
+    pub fn content(&self) -> TraceContent {
         self.of
     }
 
@@ -71,17 +71,15 @@ impl Trace {
     }
 
     /// What it remembers.
-    pub(crate) fn memory(&self) -> Vec<f64> {
+    pub(crate) fn save_state(&self) -> Vec<f64> {
         let [of_each, of_last] = self.samples.map(f64::from);
-        let points = self
-            .points
-            .iter()
-            .flat_map(|it| [it.time, it.value[0], it.value[1], it.limit[0], it.limit[1]]);
+        let points =
+            self.points.iter().flat_map(|it| [it.time, it.value[0], it.value[1], it.limit[0], it.limit[1]]);
         [of_each, of_last].into_iter().chain(points).collect()
     }
 
     /// Goes on with what one of its kind remembered; whether these numbers are such a memory. If not, it is as it was.
-    pub(crate) fn recall(&mut self, memory: &[f64]) -> bool {
+    pub(crate) fn restore_state(&mut self, memory: &[f64]) -> bool {
         let [of_each, of_last, points @ ..] = memory else { return false };
         let counts = [*of_each, *of_last];
         let is_count = |it: f64| it >= 1.0 && it <= f64::from(u32::MAX / 2) && it.fract() == 0.0;
@@ -90,24 +88,23 @@ impl Trace {
             return false;
         }
         self.samples = counts.map(|count| count as u32);
-        let point =
-            |it: &[f64]| TracePoint { time: it[0], value: [it[1], it[2]], limit: [it[3], it[4]] };
+        let point = |it: &[f64]| TracePoint { time: it[0], value: [it[1], it[2]], limit: [it[3], it[4]] };
         self.points = points.chunks_exact(5).map(point).collect();
         true
     }
 
-    pub(crate) fn push(&mut self, time: f64, value: f64, limit: f64) {
+    pub(crate) fn push_sample(&mut self, time: f64, value: f64, limit: f64) {
         let point = TracePoint { time, value: [value; 2], limit: [limit; 2] };
         let [of_each, of_last] = &mut self.samples;
         match self.points.last_mut() {
             Some(last) if of_last < of_each => {
-                *last = last.with(point);
+                *last = last.merged_with(point);
                 *of_last += 1;
             }
             _ => {
                 if self.points.len() == MOST {
                     for pair in 0..MOST / 2 {
-                        self.points[pair] = self.points[2 * pair].with(self.points[2 * pair + 1]);
+                        self.points[pair] = self.points[2 * pair].merged_with(self.points[2 * pair + 1]);
                     }
                     self.points.truncate(MOST / 2);
                     *of_each *= 2;
@@ -125,10 +122,10 @@ mod tests {
 
     #[test]
     fn a_trace_is_bounded_and_loses_no_peak() {
-        let mut trace = Trace::default();
+        let mut trace = ComparisonTrace::default();
         for sample in 0..100_000_u32 {
             let peak = if sample == 77_777 { 50.0 } else { 0.0 };
-            trace.push(f64::from(sample), peak - f64::from(sample % 2), 3.0);
+            trace.push_sample(f64::from(sample), peak - f64::from(sample % 2), 3.0);
         }
         let points = trace.points();
         assert!((MOST / 2..=MOST).contains(&points.len()), "{} points", points.len());

@@ -2,23 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use fmu_import::{CallError, Instance, Storage, Value};
+use fmu_import::{CallError, Instance, StorageType, Value};
 use roxmltree::{Document, Node};
 
-use super::Rank::BreaksStandard;
+use super::RuleSeverity::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
-use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable};
+use super::{ConformanceRule, RuleCheck, RuleError, RuleResult, THREE, not_applicable};
 
-pub(super) const RULES: &[Rule] = &[Rule {
+pub(super) const RULES: &[ConformanceRule] = &[ConformanceRule {
     name: "configuration",
     rank: BreaksStandard,
     sentence: "structural parameters give arrays their size",
     versions: THREE,
-    check: Check::Runs(configuration),
+    check: RuleCheck::Runs(check_configuration_mode),
 }];
 
 /// A structural parameter that can be changed by one.
-struct Size {
+struct StructuralParameter {
     name: String,
     reference: u32,
     tunable: bool,
@@ -27,16 +27,16 @@ struct Size {
 }
 
 /// An array by the sizes that it has: numbers, or the references of structural parameters.
-struct Array {
+struct ResizableArray {
     name: String,
     reference: u32,
-    storage: Storage,
+    storage: StorageType,
     dimensions: Vec<Result<u64, u32>>,
 }
 
-impl Array {
+impl ResizableArray {
     /// The number of its elements under these values of structural parameters.
-    fn elements(&self, sizes: &BTreeMap<u32, u64>) -> u64 {
+    fn element_count(&self, sizes: &BTreeMap<u32, u64>) -> u64 {
         let size = |dimension: &Result<u64, u32>| match dimension {
             Ok(size) => *size,
             Err(reference) => sizes.get(reference).copied().unwrap_or(0),
@@ -45,22 +45,22 @@ impl Array {
     }
 }
 
-fn configuration(driver: &TestDriver) -> RuleResult {
+fn check_configuration_mode(driver: &TestDriver) -> RuleResult {
     let Ok(document) = Document::parse(&driver.xml) else {
         return not_applicable("the description is no XML");
     };
-    let (parameters, arrays) = declared(driver, &document);
+    let (parameters, arrays) = declared_sizes_and_arrays(driver, &document);
     let starts: BTreeMap<_, _> = parameters.iter().map(|it| (it.reference, it.before)).collect();
     let mut done = Vec::new();
     for parameter in &parameters {
         let mut sizes = starts.clone();
         sizes.insert(parameter.reference, parameter.after);
         let resized: Vec<_> =
-            arrays.iter().filter(|it| it.elements(&starts) != it.elements(&sizes)).collect();
+            arrays.iter().filter(|it| it.element_count(&starts) != it.element_count(&sizes)).collect();
         if resized.is_empty() {
             continue;
         }
-        resize(driver, parameter, &resized, &starts, &sizes)?;
+        check_resize(driver, parameter, &resized, &starts, &sizes)?;
         done.push(format!("`{}` from {} to {}", parameter.name, parameter.before, parameter.after));
     }
     match done.is_empty() {
@@ -69,30 +69,30 @@ fn configuration(driver: &TestDriver) -> RuleResult {
     }
 }
 
-type Sizes = BTreeMap<u32, u64>;
+type SizesByReference = BTreeMap<u32, u64>;
 
 /// Sets the parameter before the initialization, and if it is tunable between two steps, and insists on the new sizes.
-fn resize(
+fn check_resize(
     driver: &TestDriver,
-    parameter: &Size,
-    arrays: &[&Array],
-    before: &Sizes,
-    after: &Sizes,
+    parameter: &StructuralParameter,
+    arrays: &[&ResizableArray],
+    before: &SizesByReference,
+    after: &SizesByReference,
 ) -> Result<(), RuleError> {
     let set = |instance: &mut Instance, value: u64| {
-        driver.note(&format!("configuration mode with `{}` = {value}", parameter.name));
-        instance.configure(|instance| {
-            instance.write(Storage::UInt64, parameter.reference, &[Value::Integer(value.into())])
+        driver.note_progress(&format!("configuration mode with `{}` = {value}", parameter.name));
+        instance.set_in_configuration_mode(|instance| {
+            instance.write_variable(StorageType::UInt64, parameter.reference, &[Value::Integer(value.into())])
         })
     };
-    let mut instance = driver.instance()?;
+    let mut instance = driver.new_instance()?;
     set(&mut instance, parameter.after)?;
-    driver.enter(&mut instance)?;
-    expect_sizes(driver, &mut instance, arrays, after, before, "in initialization mode")?;
+    driver.enter_initialization(&mut instance)?;
+    require_array_sizes(driver, &mut instance, arrays, after, before, "in initialization mode")?;
     instance.exit_initialization()?;
     let steps = |instance: &mut Instance, ticks: std::ops::Range<u32>| {
         let mut all =
-            ticks.map(|tick| driver.do_step(instance, driver.time(tick.into()), driver.step()));
+            ticks.map(|tick| driver.do_step(instance, driver.tick_time(tick.into()), driver.step_size()));
         all.try_for_each(|step| match step {
             // The FMU may end the simulation.
             Err(CallError { terminated: Some(_), .. }) => Ok(()),
@@ -100,29 +100,29 @@ fn resize(
         })
     };
     steps(&mut instance, 0..STEPS / 4)?;
-    expect_sizes(driver, &mut instance, arrays, after, before, "after some steps")?;
+    require_array_sizes(driver, &mut instance, arrays, after, before, "after some steps")?;
     if parameter.tunable {
         set(&mut instance, parameter.before)?;
-        expect_sizes(driver, &mut instance, arrays, before, after, "after a reconfiguration")?;
+        require_array_sizes(driver, &mut instance, arrays, before, after, "after a reconfiguration")?;
         steps(&mut instance, STEPS / 4..STEPS / 2)?;
     }
     Ok(())
 }
 
 /// Insists that arrays have these sizes, and not those.
-fn expect_sizes(
+fn require_array_sizes(
     driver: &TestDriver,
     instance: &mut Instance,
-    arrays: &[&Array],
-    sizes: &Sizes,
-    others: &Sizes,
+    arrays: &[&ResizableArray],
+    sizes: &SizesByReference,
+    others: &SizesByReference,
     when: &str,
 ) -> Result<(), RuleError> {
     for array in arrays {
-        let (right, wrong) = (array.elements(sizes), array.elements(others));
-        driver.note(&format!("reading {right} values of `{}` {when}", array.name));
+        let (right, wrong) = (array.element_count(sizes), array.element_count(others));
+        driver.note_progress(&format!("reading {right} values of `{}` {when}", array.name));
         let count = usize::try_from(right).unwrap_or(usize::MAX);
-        let found = instance.read(array.storage, array.reference, count);
+        let found = instance.read_variable(array.storage, array.reference, count);
         found.map_err(|CallError { call, what, .. }| {
             let name = &array.name;
             RuleError::Violated(format!(
@@ -130,10 +130,13 @@ fn expect_sizes(
             ))
         })?;
     }
-    if instance.is_lost() { driver.fatal() } else { Ok(()) }
+    if instance.has_failed_fatally() { driver.fatal_status_violation() } else { Ok(()) }
 }
 
-fn declared(driver: &TestDriver, document: &Document) -> (Vec<Size>, Vec<Array>) {
+fn declared_sizes_and_arrays(
+    driver: &TestDriver,
+    document: &Document,
+) -> (Vec<StructuralParameter>, Vec<ResizableArray>) {
     let root = document.root_element();
     let list = root.children().find(|node| node.has_tag_name("ModelVariables"));
     let nodes: Vec<Node> =
@@ -146,7 +149,7 @@ fn declared(driver: &TestDriver, document: &Document) -> (Vec<Size>, Vec<Array>)
         let least = number("min").unwrap_or(1).max(1);
         let after = if start < most { start + 1 } else { start.checked_sub(1)? };
         (structural && node.has_tag_name("UInt64") && after >= least && after <= most).then(|| {
-            Size {
+            StructuralParameter {
                 name: node.attribute("name").unwrap_or_default().to_owned(),
                 reference: reference as u32,
                 tunable: node.attribute("variability") == Some("tunable"),
@@ -163,9 +166,9 @@ fn declared(driver: &TestDriver, document: &Document) -> (Vec<Size>, Vec<Array>)
         };
         let dimensions: Vec<_> = dimensions.map(size).collect();
         let reference = node.attribute("valueReference")?.trim().parse().ok()?;
-        let variables = &driver.about().variables;
+        let variables = &driver.description().variables;
         let variable = variables.iter().find(|it| it.reference == reference)?;
-        (!dimensions.is_empty()).then(|| Array {
+        (!dimensions.is_empty()).then(|| ResizableArray {
             name: node.attribute("name").unwrap_or_default().to_owned(),
             reference,
             storage: variable.storage,

@@ -5,25 +5,25 @@ use std::sync::Arc;
 use fmu_import::{CallError, Instance};
 use roxmltree::Document;
 
-use super::Rank::{BreaksStandard, NotRobust};
-use super::behaviour::all_finite;
+use super::RuleSeverity::{BreaksStandard, NotRobust};
+use super::behaviour::require_finite_values;
 use super::test_driver::{FAR, STEPS, TestDriver};
-use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable, violated};
+use super::{ConformanceRule, RuleCheck, RuleError, RuleResult, THREE, not_applicable, violated_rule};
 
-pub(super) const RULES: &[Rule] = &[
-    Rule {
+pub(super) const RULES: &[ConformanceRule] = &[
+    ConformanceRule {
         name: "event-mode",
         rank: BreaksStandard,
         sentence: "a simulation with event mode comes to its end",
         versions: THREE,
-        check: Check::RunsOne(event_mode),
+        check: RuleCheck::RunsOne(event_mode),
     },
-    Rule {
+    ConformanceRule {
         name: "event-mode-refused",
         rank: NotRobust,
         sentence: "event mode is refused by an FMU that has none",
         versions: THREE,
-        check: Check::RunsOne(refused),
+        check: RuleCheck::RunsOne(check_event_mode_refused),
     },
 ];
 
@@ -42,65 +42,63 @@ fn event_mode(driver: &TestDriver) -> RuleResult {
     if !has_event_mode(&driver.xml) {
         return not_applicable("hasEventMode is not set");
     }
-    driver.note("fmi3InstantiateCoSimulation with eventModeUsed");
+    driver.note_progress("fmi3InstantiateCoSimulation with eventModeUsed");
     let mut instance = Instance::with_event_mode(Arc::clone(&driver.library), "conform")?;
     driver.set_up(&mut instance, FAR)?;
     instance.enter_initialization()?;
-    driver.note("fmi3ExitInitializationMode with eventModeUsed");
+    driver.note_progress("fmi3ExitInitializationMode with eventModeUsed");
     instance.exit_initialization()?;
-    let (mut events, mut ended) = (1, update(driver, &mut instance, 0.0)?);
+    let (mut events, mut ended) = (1, update_until_stable(driver, &mut instance, 0.0)?);
     let mut rows = Vec::new();
     for tick in 0..STEPS {
         if ended {
             break;
         }
         driver.set_inputs(&mut instance, 0, 0)?;
-        driver.note(&format!("fmi3DoStep at t = {} s", driver.time(tick.into())));
-        let advance = match instance.advance(driver.time(tick.into()), driver.step()) {
+        driver.note_progress(&format!("fmi3DoStep at t = {} s", driver.tick_time(tick.into())));
+        let advance = match instance.advance(driver.tick_time(tick.into()), driver.step_size()) {
             Err(CallError { terminated: Some(_), .. }) => break,
             advance => advance?,
         };
-        rows.push(driver.row(&mut instance, driver.time((tick + 1).into()))?);
+        rows.push(driver.read_outputs(&mut instance, driver.tick_time((tick + 1).into()))?);
         if advance.event {
-            driver.note("fmi3EnterEventMode");
+            driver.note_progress("fmi3EnterEventMode");
             instance.enter_event_mode()?;
-            ended = update(driver, &mut instance, f64::from(tick) + 1.0)?;
+            ended = update_until_stable(driver, &mut instance, f64::from(tick) + 1.0)?;
             events += 1;
         }
     }
-    all_finite(driver, &rows)?;
-    driver.note("fmi3Terminate");
+    require_finite_values(driver, &rows)?;
+    driver.note_progress("fmi3Terminate");
     instance.terminate()?;
     Ok(format!("{} steps, {events} times in event mode", rows.len()))
 }
 
 /// Updates discrete states until they rest, leaves event mode, and says whether the FMU asks for the end.
-fn update(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, RuleError> {
-    let time = driver.time(tick);
+fn update_until_stable(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, RuleError> {
+    let time = driver.tick_time(tick);
     for _ in 0..UPDATES {
-        driver.note("fmi3UpdateDiscreteStates");
+        driver.note_progress("fmi3UpdateDiscreteStates");
         let update = match instance.update_discrete_states(time) {
             Err(CallError { terminated: Some(_), .. }) => return Ok(true),
             update => update?,
         };
         if !update.discrete_states_need_update {
-            driver.note("fmi3EnterStepMode");
+            driver.note_progress("fmi3EnterStepMode");
             instance.enter_step_mode()?;
             return Ok(false);
         }
     }
-    violated(format!(
-        "fmi3UpdateDiscreteStates asks for more than {UPDATES} updates at t = {time} s"
-    ))
+    violated_rule(format!("fmi3UpdateDiscreteStates asks for more than {UPDATES} updates at t = {time} s"))
 }
 
-fn refused(driver: &TestDriver) -> RuleResult {
+fn check_event_mode_refused(driver: &TestDriver) -> RuleResult {
     if has_event_mode(&driver.xml) {
         return not_applicable("hasEventMode is set");
     }
-    driver.note("fmi3InstantiateCoSimulation with eventModeUsed");
+    driver.note_progress("fmi3InstantiateCoSimulation with eventModeUsed");
     match Instance::with_event_mode(Arc::clone(&driver.library), "conform") {
-        Ok(_) => violated(
+        Ok(_) => violated_rule(
             "expected no instance with eventModeUsed, found one, although hasEventMode is not set",
         ),
         Err(_) => Ok(String::new()),

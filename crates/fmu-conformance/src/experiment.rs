@@ -1,51 +1,51 @@
 //! Checks that an FMU accepts the experiment, and its stop time.
 
-use super::Rank::{BreaksRuns, BreaksStandard, NotRobust};
+use super::RuleSeverity::{BreaksRuns, BreaksStandard, NotRobust};
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, Check, Rule, RuleResult, TWO, violated};
+use super::{BOTH, ConformanceRule, RuleCheck, RuleResult, TWO, violated_rule};
 
-pub(super) const RULES: &[Rule] = &[
-    Rule {
+pub(super) const RULES: &[ConformanceRule] = &[
+    ConformanceRule {
         name: "experiment",
         rank: BreaksStandard,
         sentence: "initialization needs an experiment",
         versions: TWO,
-        check: Check::RunsOne(experiment),
+        check: RuleCheck::RunsOne(check_experiment_setup),
     },
-    Rule {
+    ConformanceRule {
         name: "whole-experiment",
         rank: BreaksRuns,
         sentence: "steps reach the announced stop time, and the simulation ends there",
         versions: BOTH,
-        check: Check::RunsOne(whole),
+        check: RuleCheck::RunsOne(check_run_to_stop_time),
     },
-    Rule {
+    ConformanceRule {
         name: "stop-time",
         rank: NotRobust,
         sentence: "a step past the stop time is refused",
         versions: BOTH,
-        check: Check::RunsOne(stop_time),
+        check: RuleCheck::RunsOne(stop_time),
     },
 ];
 
 /// FMI 2.0 asks masters to set up the experiment first, and FMUs for nothing.
-fn experiment(driver: &TestDriver) -> RuleResult {
-    let mut instance = driver.instance()?;
-    driver.note("fmi2EnterInitializationMode without fmi2SetupExperiment");
+fn check_experiment_setup(driver: &TestDriver) -> RuleResult {
+    let mut instance = driver.new_instance()?;
+    driver.note_progress("fmi2EnterInitializationMode without fmi2SetupExperiment");
     match instance.enter_initialization() {
         Ok(()) => Ok("warning: fmi2EnterInitializationMode was accepted without one".to_owned()),
-        Err(_) if instance.is_lost() => driver.fatal(),
+        Err(_) if instance.has_failed_fatally() => driver.fatal_status_violation(),
         Err(_) => Ok(String::new()),
     }
 }
 
 /// The last step ends at the very stop time that was announced.
-fn whole(driver: &TestDriver) -> RuleResult {
-    let mut instance = driver.instance()?;
+fn check_run_to_stop_time(driver: &TestDriver) -> RuleResult {
+    let mut instance = driver.new_instance()?;
     driver.set_up(&mut instance, STEPS.into())?;
     instance.enter_initialization()?;
     instance.exit_initialization()?;
-    let rows = driver.run(&mut instance, 0..STEPS, 0)?;
+    let rows = driver.run_ticks(&mut instance, 0..STEPS, 0)?;
     driver.note_call("Terminate");
     instance.terminate()?;
     Ok(format!("{} steps", rows.len()))
@@ -53,24 +53,24 @@ fn whole(driver: &TestDriver) -> RuleResult {
 
 /// A step past the stop time that was set up must be refused (FMI 2.0, section 2.1.6; FMI 3.0, section 2.3.3).
 fn stop_time(driver: &TestDriver) -> RuleResult {
-    let mut instance = driver.instance()?;
+    let mut instance = driver.new_instance()?;
     // Half a step apart, so that no rounding matters.
     let stop = f64::from(STEPS) + 0.5;
-    driver.note("announcing the stop time");
+    driver.note_progress("announcing the stop time");
     driver.set_up(&mut instance, stop)?;
-    let stop = driver.time(stop);
+    let stop = driver.tick_time(stop);
     instance.enter_initialization()?;
     instance.exit_initialization()?;
-    driver.run_all(&mut instance)?;
-    let last = driver.time(STEPS.into());
-    match driver.do_step(&mut instance, last, driver.step()) {
-        Ok(()) => violated(format!(
+    driver.run_to_end(&mut instance)?;
+    let last = driver.tick_time(STEPS.into());
+    match driver.do_step(&mut instance, last, driver.step_size()) {
+        Ok(()) => violated_rule(format!(
             "{}: {} of {} s from t = {last} s, with {stop:.6} s as the stop time",
-            driver.instead("success"),
-            driver.fmi("DoStep"),
-            driver.step()
+            driver.unexpected_status("success"),
+            driver.fmi_name("DoStep"),
+            driver.step_size()
         )),
-        Err(_) if instance.is_lost() => driver.fatal(),
+        Err(_) if instance.has_failed_fatally() => driver.fatal_status_violation(),
         Err(_) => Ok(String::new()),
     }
 }

@@ -33,11 +33,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use fmu_import::{CallError, Fmu, OpenError, Version};
+use fmu_import::{CallError, FmiVersion, Fmu, OpenError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use report::{exit_code, lines};
+pub use report::{exit_code, report_lines};
 use test_driver::TestDriver;
 
 /// How long a rule may take, unless the user says otherwise; ten thousand instances take a while.
@@ -65,7 +65,7 @@ pub enum ConformanceError {
 /// How an FMU stands to a rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
+pub enum RuleOutcome {
     /// It keeps the rule.
     Pass,
     /// It breaks the rule.
@@ -79,7 +79,7 @@ pub enum Outcome {
 /// What it means that an FMU breaks a rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Rank {
+pub enum RuleSeverity {
     /// A plain run does not come to its end, or its results mean nothing.
     BreaksRuns,
     /// The standard says otherwise, and some caller that keeps to it will notice.
@@ -90,13 +90,13 @@ pub enum Rank {
 
 /// What was found about one rule.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Finding {
+pub struct RuleFinding {
     /// The rule's name.
     pub rule: String,
     /// What it means to break it.
-    pub rank: Rank,
+    pub rank: RuleSeverity,
     /// How the FMU stands to it.
-    pub outcome: Outcome,
+    pub outcome: RuleOutcome,
     /// What was measured, what is wrong, or why the rule is not applicable or not judged.
     pub detail: String,
 }
@@ -119,7 +119,7 @@ impl From<CallError> for RuleError {
 /// A pass with what was measured, if anything.
 type RuleResult = Result<String, RuleError>;
 
-fn violated<T>(what: impl Into<String>) -> Result<T, RuleError> {
+fn violated_rule<T>(what: impl Into<String>) -> Result<T, RuleError> {
     Err(RuleError::Violated(what.into()))
 }
 
@@ -129,24 +129,24 @@ fn not_applicable<T>(why: impl Into<String>) -> Result<T, RuleError> {
 
 /// A rule of FMI.
 #[derive(Debug)]
-pub struct Rule {
+pub struct ConformanceRule {
     /// Its name, which stays the same from version to version.
     pub name: &'static str,
     /// What it means to break it.
-    pub rank: Rank,
+    pub rank: RuleSeverity,
     /// What it asks for.
     pub sentence: &'static str,
     /// The versions of FMI that have it.
-    versions: &'static [Version],
-    check: Check,
+    versions: &'static [FmiVersion],
+    check: RuleCheck,
 }
 
-const BOTH: &[Version] = &[Version::Two, Version::Three];
-const TWO: &[Version] = &[Version::Two];
-const THREE: &[Version] = &[Version::Three];
+const BOTH: &[FmiVersion] = &[FmiVersion::Two, FmiVersion::Three];
+const TWO: &[FmiVersion] = &[FmiVersion::Two];
+const THREE: &[FmiVersion] = &[FmiVersion::Three];
 
 #[derive(Debug, Clone, Copy)]
-enum Check {
+enum RuleCheck {
     /// Looks at the files of the archive.
     Files(fn(&Fmu) -> RuleResult),
     /// Looks at the text of the description, which may be one that cannot be read otherwise.
@@ -162,7 +162,7 @@ enum Check {
 }
 
 /// The rules by subject, in the order of the report.
-const RULE_GROUPS: [&[Rule]; 15] = [
+const RULE_GROUPS: [&[ConformanceRule]; 15] = [
     schema::RULES,
     static_checks::RULES,
     consistency::RULES,
@@ -181,7 +181,7 @@ const RULE_GROUPS: [&[Rule]; 15] = [
 ];
 
 /// All rules, in the order of the report.
-pub fn rules() -> impl Iterator<Item = &'static Rule> {
+pub fn conformance_rules() -> impl Iterator<Item = &'static ConformanceRule> {
     RULE_GROUPS.into_iter().flatten().chain(reference::RULES)
 }
 
@@ -192,46 +192,49 @@ const LOADING: [&str; 2] = ["platform", "symbols"];
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConformanceReport {
     /// The version of FMI whose rules they are.
-    pub version: Version,
+    pub version: FmiVersion,
     /// A finding for each of them.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<RuleFinding>,
 }
 
 /// Judges the archive at `path` by all rules of its version; `program` is this program, which runs the rules.
 ///
 /// # Errors
 /// When the archive is no co-simulation FMU of FMI 2.0 or 3.0 at all.
-pub fn run(
+pub fn check_conformance(
     program: &Path,
     path: &Path,
     limit: Duration,
 ) -> Result<ConformanceReport, ConformanceError> {
     let fmu = match Fmu::open(path) {
-        Err(OpenError::Description { what, .. }) => return unreadable(path, &what),
+        Err(OpenError::Description { what, .. }) => {
+            return report_unreadable_description(path, &what);
+        }
         fmu => fmu?,
     };
     let version = fmu.description.version;
     // A copy of the archive's files for each rule would take longer than most rules.
-    let judge = |(rule, which): (&Rule, Option<usize>)| match rule.check {
-        Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),
-        Check::Text(check) => rule.finding_about(&fmu, check(&text(&fmu))),
-        _ => process::judge(program, path, rule, which, limit),
+    let judge = |(rule, which): (&ConformanceRule, Option<usize>)| match rule.check {
+        RuleCheck::Files(check) => rule.finding_about(&fmu, check(&fmu)),
+        RuleCheck::Text(check) => rule.finding_about(&fmu, check(&description_xml(&fmu))),
+        _ => process::judge_in_process(program, path, rule, which, limit),
     };
-    let needs_no_instance =
-        |rule: &&Rule| matches!(rule.check, Check::Files(_) | Check::Text(_) | Check::Loads(_));
-    let all = rules().filter(|rule| rule.versions.contains(&version));
+    let needs_no_instance = |rule: &&ConformanceRule| {
+        matches!(rule.check, RuleCheck::Files(_) | RuleCheck::Text(_) | RuleCheck::Loads(_))
+    };
+    let all = conformance_rules().filter(|rule| rule.versions.contains(&version));
     let (statics, behaviour): (Vec<_>, Vec<_>) = all.partition(needs_no_instance);
     let mut findings: Vec<_> = statics.into_iter().map(|rule| judge((rule, None))).collect();
-    let hinders = |finding: &&Finding| {
-        finding.outcome != Outcome::Pass && LOADING.contains(&finding.rule.as_str())
+    let hinders = |finding: &&RuleFinding| {
+        finding.outcome != RuleOutcome::Pass && LOADING.contains(&finding.rule.as_str())
     };
     if let Some(cause) = findings.iter().find(hinders) {
         let why = format!("the library cannot be loaded, see the rule `{}`", cause.rule);
-        findings.extend(behaviour.iter().map(|rule| rule.finding(not_applicable(why.clone()))));
+        findings.extend(behaviour.iter().map(|rule| rule.finding_from_result(not_applicable(why.clone()))));
     } else {
-        let each = |rule: &'static Rule| match rule.check {
-            Check::References(_) => {
-                (0..reference::count(&fmu).max(1)).map(|which| (rule, Some(which))).collect()
+        let each = |rule: &'static ConformanceRule| match rule.check {
+            RuleCheck::References(_) => {
+                (0..reference::experiment_count(&fmu).max(1)).map(|which| (rule, Some(which))).collect()
             }
             _ => vec![(rule, None)],
         };
@@ -241,22 +244,22 @@ pub fn run(
     Ok(ConformanceReport { version, findings })
 }
 
-fn text(fmu: &Fmu) -> String {
+fn description_xml(fmu: &Fmu) -> String {
     fmu.description_text().unwrap_or_default()
 }
 
 /// The findings about a description that cannot be read: what is wrong with its text, and nothing about the rest.
-fn unreadable(path: &Path, what: &str) -> Result<ConformanceReport, ConformanceError> {
+fn report_unreadable_description(path: &Path, what: &str) -> Result<ConformanceReport, ConformanceError> {
     let xml = fmu_import::description_text(path)?;
-    let version = if schema::is_three(&xml) { Version::Three } else { Version::Two };
-    let judge = |rule: &Rule| match rule.check {
-        Check::Text(check) => rule.finding(check(&xml)),
-        _ if rule.name == "description" => rule.finding(violated(what)),
-        _ => rule.finding(not_applicable(
+    let version = if schema::is_fmi3_description(&xml) { FmiVersion::Three } else { FmiVersion::Two };
+    let judge = |rule: &ConformanceRule| match rule.check {
+        RuleCheck::Text(check) => rule.finding_from_result(check(&xml)),
+        _ if rule.name == "description" => rule.finding_from_result(violated_rule(what)),
+        _ => rule.finding_from_result(not_applicable(
             "the description cannot be read, see the rules `schema` and `description`",
         )),
     };
-    let findings = rules().filter(|rule| rule.versions.contains(&version)).map(judge).collect();
+    let findings = conformance_rules().filter(|rule| rule.versions.contains(&version)).map(judge).collect();
     Ok(ConformanceReport { version, findings })
 }
 
@@ -265,64 +268,59 @@ fn unreadable(path: &Path, what: &str) -> Result<ConformanceReport, ConformanceE
 ///
 /// # Errors
 /// When there is no such rule, or the archive or the file cannot be opened.
-pub fn run_one(
-    path: &Path,
-    rule: &str,
-    log: &Path,
-    limit: Duration,
-) -> Result<(), ConformanceError> {
+pub fn check_one_rule(path: &Path, rule: &str, log: &Path, limit: Duration) -> Result<(), ConformanceError> {
     let (name, which) = rule.split_once('#').unwrap_or((rule, "0"));
-    let known = rules().find(|known| known.name == name).zip(which.parse::<usize>().ok());
+    let known = conformance_rules().find(|known| known.name == name).zip(which.parse::<usize>().ok());
     let Some((rule, which)) = known else {
         return Err(ConformanceError::Rule(rule.to_owned()));
     };
     let log = process::ProgressLog::open(log)?;
     let fmu = Arc::new(Fmu::open(path)?);
-    log.note("loading the library");
-    let driver = || match fmu.load() {
-        Ok(library) => Ok(TestDriver::new(library, text(&fmu), &log, limit)),
-        Err(error) => violated(error.to_string()),
+    log.note_progress("loading the library");
+    let driver = || match fmu.load_library() {
+        Ok(library) => Ok(TestDriver::new(library, description_xml(&fmu), &log, limit)),
+        Err(error) => violated_rule(error.to_string()),
     };
     let verdict = match rule.check {
-        Check::Files(check) | Check::Loads(check) => check(&fmu),
-        Check::Text(check) => check(&text(&fmu)),
-        Check::Runs(_) if fmu.description.only_once => {
+        RuleCheck::Files(check) | RuleCheck::Loads(check) => check(&fmu),
+        RuleCheck::Text(check) => check(&description_xml(&fmu)),
+        RuleCheck::Runs(_) if fmu.description.only_once => {
             not_applicable("canBeInstantiatedOnlyOncePerProcess is set")
         }
-        Check::Runs(check) | Check::RunsOne(check) => driver().and_then(|driver| check(&driver)),
-        Check::References(check) => driver().and_then(|driver| check(&driver, which)),
+        RuleCheck::Runs(check) | RuleCheck::RunsOne(check) => driver().and_then(|driver| check(&driver)),
+        RuleCheck::References(check) => driver().and_then(|driver| check(&driver, which)),
     };
-    log.end(&rule.finding_about(&fmu, verdict));
+    log.write_finding(&rule.finding_about(&fmu, verdict));
     Ok(())
 }
 
-impl Rule {
-    fn finding(&self, verdict: RuleResult) -> Finding {
+impl ConformanceRule {
+    fn finding_from_result(&self, verdict: RuleResult) -> RuleFinding {
         let (outcome, detail) = match verdict {
-            Ok(detail) => (Outcome::Pass, detail),
-            Err(RuleError::Violated(detail)) => (Outcome::Fail, detail),
-            Err(RuleError::NotApplicable(detail)) => (Outcome::NotApplicable, detail),
+            Ok(detail) => (RuleOutcome::Pass, detail),
+            Err(RuleError::Violated(detail)) => (RuleOutcome::Fail, detail),
+            Err(RuleError::NotApplicable(detail)) => (RuleOutcome::NotApplicable, detail),
         };
-        Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail }
+        RuleFinding { rule: self.name.to_owned(), rank: self.rank, outcome, detail }
     }
 
     /// An FMU whose unpacked files are gone is not to blame for anything.
-    fn finding_about(&self, fmu: &Fmu, verdict: RuleResult) -> Finding {
+    fn finding_about(&self, fmu: &Fmu, verdict: RuleResult) -> RuleFinding {
         match verdict {
-            Err(RuleError::Violated(what)) if !fmu.is_intact() => {
+            Err(RuleError::Violated(what)) if !fmu.are_files_intact() => {
                 self.not_judged(format!("the unpacked files were removed meanwhile; then: {what}"))
             }
-            verdict => self.finding(verdict),
+            verdict => self.finding_from_result(verdict),
         }
     }
 
     /// Whether it steps instances.
-    fn runs(&self) -> bool {
-        matches!(self.check, Check::Runs(_) | Check::RunsOne(_) | Check::References(_))
+    fn steps_instances(&self) -> bool {
+        matches!(self.check, RuleCheck::Runs(_) | RuleCheck::RunsOne(_) | RuleCheck::References(_))
     }
 
-    fn not_judged(&self, why: String) -> Finding {
-        let outcome = Outcome::NotJudged;
-        Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail: why }
+    fn not_judged(&self, why: String) -> RuleFinding {
+        let outcome = RuleOutcome::NotJudged;
+        RuleFinding { rule: self.name.to_owned(), rank: self.rank, outcome, detail: why }
     }
 }

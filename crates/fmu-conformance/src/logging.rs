@@ -2,26 +2,26 @@
 
 use std::sync::Arc;
 
-use fmu_import::{FOREIGN_ENVIRONMENT, Instance, Message, MessageLevel, SUMMARY};
+use fmu_import::{FOREIGN_ENVIRONMENT, FmuMessage, Instance, MessageLevel, SUMMARY};
 
-use super::Rank::BreaksStandard;
+use super::RuleSeverity::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
+use super::{BOTH, ConformanceRule, RuleCheck, RuleError, RuleResult, not_applicable, violated_rule};
 
-pub(super) const RULES: &[Rule] = &[
-    Rule {
+pub(super) const RULES: &[ConformanceRule] = &[
+    ConformanceRule {
         name: "logger",
         rank: BreaksStandard,
         sentence: "messages are formatted, wanted, and of declared categories",
         versions: BOTH,
-        check: Check::Runs(logger),
+        check: RuleCheck::Runs(check_logged_messages),
     },
-    Rule {
+    ConformanceRule {
         name: "log-categories",
         rank: BreaksStandard,
         sentence: "declared categories can be switched",
         versions: BOTH,
-        check: Check::RunsOne(categories),
+        check: RuleCheck::RunsOne(check_log_categories),
     },
 ];
 
@@ -30,28 +30,28 @@ const PERCENT: &str = "with-percent-signs-%s%d%s%d%s";
 /// What is left of it then; no folder and no file has such a name.
 const MARK: &str = "with-percent-signs-";
 
-fn logger(driver: &TestDriver) -> RuleResult {
-    let mut messages = simulate(driver, true)?;
-    messages.extend(refused(driver));
-    let declared = &driver.about().log_categories;
-    for Message { text, .. } in &messages {
+fn check_logged_messages(driver: &TestDriver) -> RuleResult {
+    let mut messages = messages_of_run(driver, true)?;
+    messages.extend(messages_about_wrong_guid(driver));
+    let declared = &driver.description().log_categories;
+    for FmuMessage { text, .. } in &messages {
         if text.contains(MARK) && !text.contains(PERCENT) {
-            return violated(format!("a text was taken for a format: {text}"));
+            return violated_rule(format!("a text was taken for a format: {text}"));
         }
         if text == FOREIGN_ENVIRONMENT {
-            return violated(text);
+            return violated_rule(text);
         }
     }
-    if let Some(Message { text, .. }) = simulate(driver, false)?
+    if let Some(FmuMessage { text, .. }) = messages_of_run(driver, false)?
         .iter()
         .find(|m| m.level() == MessageLevel::Info && m.category != SUMMARY)
     {
-        return violated(format!("loggingOn is false, and it logs {text:?}"));
+        return violated_rule(format!("loggingOn is false, and it logs {text:?}"));
     }
     // FMI 3.0 and FMI 2.0 until 2.0.3 do not ask for declared categories, and no description says which 2.0 it is of.
     let undeclared = messages.iter().find(|it| !declared.contains(&it.category));
     match undeclared.filter(|_| !declared.is_empty()) {
-        Some(Message { category, text, .. }) => Ok(format!(
+        Some(FmuMessage { category, text, .. }) => Ok(format!(
             "warning: expected a category of {}, found {category:?} with {text:?}",
             declared.join(", ")
         )),
@@ -60,41 +60,41 @@ fn logger(driver: &TestDriver) -> RuleResult {
 }
 
 /// What an instance logs in a run, and about a call that it refuses.
-fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, RuleError> {
-    driver.note("an instance with percent signs in the name, to be logged");
+fn messages_of_run(driver: &TestDriver, logging: bool) -> Result<Vec<FmuMessage>, RuleError> {
+    driver.note_progress("an instance with percent signs in the name, to be logged");
     let mut instance = Instance::new(Arc::clone(&driver.library), PERCENT, logging)?;
     driver.initialise(&mut instance)?;
-    driver.run(&mut instance, 0..STEPS, 0)?;
-    let mut messages = instance.messages();
+    driver.run_ticks(&mut instance, 0..STEPS, 0)?;
+    let mut messages = instance.take_messages();
     // Whether the call is refused is another rule's matter; what is said about it is this one's.
-    driver.note("an illegal call at a communication point, to be logged");
+    driver.note_progress("an illegal call at a communication point, to be logged");
     let _ = instance.exit_initialization();
-    messages.extend(instance.messages());
+    messages.extend(instance.take_messages());
     Ok(messages)
 }
 
 /// What the library logs about a GUID that is not its own.
-fn refused(driver: &TestDriver) -> Vec<Message> {
-    driver.note("an instance with percent signs in the GUID or token, to be logged");
+fn messages_about_wrong_guid(driver: &TestDriver) -> Vec<FmuMessage> {
+    driver.note_progress("an instance with percent signs in the GUID or token, to be logged");
     match Instance::with_guid(Arc::clone(&driver.library), "conform", PERCENT, true) {
-        Ok(instance) => instance.messages(),
+        Ok(instance) => instance.take_messages(),
         Err((_, messages)) => messages,
     }
 }
 
-fn categories(driver: &TestDriver) -> RuleResult {
-    let declared = &driver.about().log_categories;
+fn check_log_categories(driver: &TestDriver) -> RuleResult {
+    let declared = &driver.description().log_categories;
     if declared.is_empty() {
         return not_applicable("no LogCategories are declared");
     }
-    let mut instance = driver.instance()?;
+    let mut instance = driver.new_instance()?;
     for on in [true, false] {
         for category in declared {
-            let call = driver.fmi("SetDebugLogging");
-            driver.note(&format!("{call} of {category}"));
-            instance.set_debug_logging(on, &[category]).map_err(|error| {
-                RuleError::Violated(format!("{call} of {category:?} {}", error.what))
-            })?;
+            let call = driver.fmi_name("SetDebugLogging");
+            driver.note_progress(&format!("{call} of {category}"));
+            instance
+                .set_debug_logging(on, &[category])
+                .map_err(|error| RuleError::Violated(format!("{call} of {category:?} {}", error.what)))?;
         }
         let all: Vec<_> = declared.iter().map(String::as_str).collect();
         instance.set_debug_logging(on, &all)?;

@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use super::Rank::BreaksStandard;
+use super::RuleSeverity::BreaksStandard;
 use super::test_driver::{FAR, TestDriver};
-use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
+use super::{BOTH, ConformanceRule, RuleCheck, RuleError, RuleResult, not_applicable, violated_rule};
 
-pub(super) const RULES: &[Rule] = &[Rule {
+pub(super) const RULES: &[ConformanceRule] = &[ConformanceRule {
     name: "memory",
     rank: BreaksStandard,
     sentence: "instances leave no memory behind",
     versions: BOTH,
-    check: Check::Runs(no_leak),
+    check: RuleCheck::Runs(check_memory_leak),
 }];
 
 /// How many instances are made and freed.
@@ -24,43 +24,43 @@ const BOUND: f64 = 26.0;
 /// The size of a page on the platforms that FMI has names for [bytes].
 const PAGE: f64 = 4096.0;
 
-fn no_leak(driver: &TestDriver) -> RuleResult {
+fn check_memory_leak(driver: &TestDriver) -> RuleResult {
     let end = Instant::now() + driver.limit.mul_f64(0.8);
-    let warm = cycles(driver, WARM_UP, end)?;
-    let before = resident()?;
+    let warm = run_instance_cycles(driver, WARM_UP, end)?;
+    let before = resident_memory()?;
     // A slow FMU gets fewer cycles rather than no verdict.
-    let count = cycles(driver, CYCLES, end)?;
+    let count = run_instance_cycles(driver, CYCLES, end)?;
     if count < WARM_UP {
         return not_applicable(format!(
             "{} instances within the time limit are too few to tell",
             warm + count
         ));
     }
-    let growth = (resident()? - before) / f64::from(count);
+    let growth = (resident_memory()? - before) / f64::from(count);
     let measured = format!("{growth:.1} bytes per instance over {count} instances");
-    if growth > BOUND { violated(measured) } else { Ok(measured) }
+    if growth > BOUND { violated_rule(measured) } else { Ok(measured) }
 }
 
 /// Makes and frees so many instances, or fewer when the time is up, and says how many; each lives through a whole, short
 /// simulation.
-fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, RuleError> {
-    driver.note(&format!("{count} short simulations"));
+fn run_instance_cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, RuleError> {
+    driver.note_progress(&format!("{count} short simulations"));
     for done in 0..count {
         if Instant::now() >= end {
             return Ok(done);
         }
-        let mut instance = driver.quiet_instance()?;
+        let mut instance = driver.new_instance_without_note()?;
         driver.set_up(&mut instance, FAR)?;
         instance.enter_initialization()?;
         instance.exit_initialization()?;
-        instance.step(driver.time(0.0), driver.step())?;
+        instance.step(driver.tick_time(0.0), driver.step_size())?;
         instance.terminate()?;
     }
     Ok(count)
 }
 
 /// The memory of this process that is in use [bytes].
-fn resident() -> Result<f64, RuleError> {
+fn resident_memory() -> Result<f64, RuleError> {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<f64>().ok());
     match pages {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{ConformanceError, Finding, Outcome, Rule, violated};
+use super::{ConformanceError, ConformanceRule, RuleFinding, RuleOutcome, violated_rule};
 
 /// How often a process is asked whether it has ended.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -26,27 +26,27 @@ impl ProgressLog {
     }
 
     /// Notes what comes next. Without the note a crash would still be reported, only not where.
-    pub(super) fn note(&self, what: &str) {
+    pub(super) fn note_progress(&self, what: &str) {
         let _ = writeln!(self.0.borrow_mut(), "{what}");
     }
 
     /// Ends the log with what was found.
-    pub(super) fn end(&self, finding: &Finding) {
-        self.note(&serde_json::to_string(finding).unwrap_or_default());
+    pub(super) fn write_finding(&self, finding: &RuleFinding) {
+        self.note_progress(&serde_json::to_string(finding).unwrap_or_default());
     }
 }
 
 /// Judges the archive by one rule.
-pub(super) fn judge(
+pub(super) fn judge_in_process(
     program: &Path,
     path: &Path,
-    rule: &Rule,
+    rule: &ConformanceRule,
     which: Option<usize>,
     limit: Duration,
-) -> Finding {
+) -> RuleFinding {
     let name = which.map_or(rule.name.to_owned(), |which| format!("{}#{which}", rule.name));
-    let ended = run(program, path, &name, limit);
-    ended.map_or_else(|why| rule.not_judged(why), |ended| ended.finding(rule, limit))
+    let ended = run_rule_process(program, path, &name, limit);
+    ended.map_or_else(|why| rule.not_judged(why), |ended| ended.to_finding(rule, limit))
 }
 
 /// How a process ended that ran a rule.
@@ -62,13 +62,18 @@ struct ProcessOutcome {
 }
 
 /// Runs the rule, or says why it could not run.
-fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<ProcessOutcome, String> {
+fn run_rule_process(
+    program: &Path,
+    path: &Path,
+    rule: &str,
+    limit: Duration,
+) -> Result<ProcessOutcome, String> {
     let cannot = |error: std::io::Error| format!("the rule could not be run: {error}");
-    let folder = archive::Folder::new().map_err(cannot)?;
-    let path_of_log = folder.path().join("progress");
+    let folder = archive::TemporaryFolder::new().map_err(cannot)?;
+    let path_of_log = folder.folder_path().join("progress");
     let create = |path: &Path| File::options().read(true).append(true).create(true).open(path);
     let mut log = create(&path_of_log).map_err(cannot)?;
-    let mut output = create(&folder.path().join("printed")).map_err(cannot)?;
+    let mut output = create(&folder.folder_path().join("printed")).map_err(cannot)?;
     let mut command = Command::new(program);
     command.arg("conform").arg(path).args(["--rule", rule]);
     command.arg("--progress-log").arg(&path_of_log);
@@ -77,14 +82,14 @@ fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Proce
     command.stdout(output.try_clone().map_err(cannot)?);
     command.stderr(output.try_clone().map_err(cannot)?);
     // What a process that crashes leaves unpacked goes away with this folder.
-    let mut child = command.env("TMPDIR", folder.path()).spawn().map_err(cannot)?;
-    let status = wait(&mut child, limit).map_err(cannot)?;
-    let [log, printed] = [&mut log, &mut output].map(read);
+    let mut child = command.env("TMPDIR", folder.folder_path()).spawn().map_err(cannot)?;
+    let status = wait_or_kill(&mut child, limit).map_err(cannot)?;
+    let [log, printed] = [&mut log, &mut output].map(read_file_text);
     let printed = printed.lines().rfind(|line| !line.trim().is_empty()).map(str::to_owned);
     Ok(ProcessOutcome { status, log, printed, intact: path_of_log.exists() })
 }
 
-fn read(file: &mut File) -> String {
+fn read_file_text(file: &mut File) -> String {
     let mut bytes = Vec::new();
     let _ = file.rewind().and_then(|()| file.read_to_end(&mut bytes));
     String::from_utf8_lossy(&bytes).into_owned()
@@ -93,25 +98,24 @@ fn read(file: &mut File) -> String {
 impl ProcessOutcome {
     /// What the process found, or else what its end says about the FMU: nothing unless it came to the FMU, and its files
     /// were there all the time.
-    fn finding(&self, rule: &Rule, limit: Duration) -> Finding {
+    fn to_finding(&self, rule: &ConformanceRule, limit: Duration) -> RuleFinding {
         let last = self.log.lines().last();
-        let found = last.and_then(|last| serde_json::from_str::<Finding>(last).ok());
+        let found = last.and_then(|last| serde_json::from_str::<RuleFinding>(last).ok());
         let finding = found.unwrap_or_else(|| match last {
-            Some(last) => rule.finding(violated(self.ending(&format!(" during {last}"), limit))),
+            Some(last) => rule
+                .finding_from_result(violated_rule(self.describe_ending(&format!(" during {last}"), limit))),
             None => {
-                rule.not_judged(format!("the process {}", self.ending(" before it began", limit)))
+                rule.not_judged(format!("the process {}", self.describe_ending(" before it began", limit)))
             }
         });
         match finding.outcome {
-            Outcome::Fail if !self.intact => rule.not_judged(format!(
-                "the temporary folder was removed meanwhile; then: {}",
-                finding.detail
-            )),
+            RuleOutcome::Fail if !self.intact => rule
+                .not_judged(format!("the temporary folder was removed meanwhile; then: {}", finding.detail)),
             _ => finding,
         }
     }
 
-    fn ending(&self, when: &str, limit: Duration) -> String {
+    fn describe_ending(&self, when: &str, limit: Duration) -> String {
         let Some(status) = self.status else {
             return format!("did not end within {} s{when}", limit.as_secs_f64());
         };
@@ -125,7 +129,7 @@ impl ProcessOutcome {
 }
 
 /// Waits for the process to end; after the limit it is killed, and there is no status.
-fn wait(child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
+fn wait_or_kill(child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
     let begin = Instant::now();
     loop {
         if let Some(status) = child.try_wait()? {
@@ -147,13 +151,13 @@ mod tests {
     use super::*;
 
     /// What is found when a shell script stands for the program that runs the rule; `$6` is the progress log.
-    fn judged(script: &str) -> Finding {
+    fn judged(script: &str) -> RuleFinding {
         let folder = tempfile::tempdir().expect("a folder");
         let program = folder.path().join("program");
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("a script");
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("a file");
-        let rule = crate::rules().last().expect("a rule");
-        judge(&program, Path::new("x.fmu"), rule, None, Duration::from_secs(600))
+        let rule = crate::conformance_rules().last().expect("a rule");
+        judge_in_process(&program, Path::new("x.fmu"), rule, None, Duration::from_secs(600))
     }
 
     #[test]
@@ -164,7 +168,7 @@ mod tests {
             ("echo reading >> $6; kill -9 $$", "ended by signal 9 during reading"),
         ] {
             let finding = judged(script);
-            assert_eq!(finding.outcome, Outcome::Fail, "{finding:?}");
+            assert_eq!(finding.outcome, RuleOutcome::Fail, "{finding:?}");
             assert!(finding.detail.contains(what), "{finding:?}");
         }
     }
@@ -178,13 +182,13 @@ mod tests {
             ("rm -r \"$TMPDIR\"; exit 2", "ended with exit code 2 before it began"),
         ] {
             let finding = judged(script);
-            assert_eq!(finding.outcome, Outcome::NotJudged, "{finding:?}");
+            assert_eq!(finding.outcome, RuleOutcome::NotJudged, "{finding:?}");
             assert!(finding.detail.contains(what), "{finding:?}");
         }
-        let rule = crate::rules().next().expect("a rule");
+        let rule = crate::conformance_rules().next().expect("a rule");
         let absent = Path::new("/nonexistent/program");
-        let finding = judge(absent, Path::new("x.fmu"), rule, None, Duration::from_secs(600));
-        assert_eq!(finding.outcome, Outcome::NotJudged);
+        let finding = judge_in_process(absent, Path::new("x.fmu"), rule, None, Duration::from_secs(600));
+        assert_eq!(finding.outcome, RuleOutcome::NotJudged);
         assert!(finding.detail.contains("could not be run"), "{finding:?}");
     }
 
@@ -192,21 +196,18 @@ mod tests {
     fn a_finding_counts_though_the_folder_is_gone() {
         let pass = r#"{"rule":"memory","rank":"breaks_standard","outcome":"pass","detail":""}"#;
         let finding = judged(&format!("exec 9>>$6; rm -r \"$TMPDIR\"; echo '{pass}' >&9"));
-        assert_eq!(finding.outcome, Outcome::Pass, "{finding:?}");
+        assert_eq!(finding.outcome, RuleOutcome::Pass, "{finding:?}");
     }
 
     #[test]
     fn a_rule_that_could_not_be_judged_has_an_exit_code_of_its_own() {
-        let rule = crate::rules().next().expect("a rule");
-        let failed = rule.finding(violated("it is wrong"));
+        let rule = crate::conformance_rules().next().expect("a rule");
+        let failed = rule.finding_from_result(violated_rule("it is wrong"));
         let unknown = rule.not_judged("nobody knows".to_owned());
         assert_eq!(crate::exit_code(std::slice::from_ref(&failed)), 1);
         assert_eq!(crate::exit_code(&[failed, unknown.clone()]), 3);
-        let text = crate::lines(&[unknown], fmu_import::Version::Two);
+        let text = crate::report_lines(&[unknown], fmu_import::FmiVersion::Two);
         assert!(text.starts_with("ERR   schema ") && text.contains("could not be judged: nobody"));
-        assert!(
-            text.ends_with("1 could not be judged, which says nothing about the FMU\n"),
-            "{text}"
-        );
+        assert!(text.ends_with("1 could not be judged, which says nothing about the FMU\n"), "{text}");
     }
 }

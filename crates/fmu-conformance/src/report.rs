@@ -2,24 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use fmu_import::Version;
+use fmu_import::FmiVersion;
 
-use super::{Finding, Outcome, Rank, rules};
+use super::{RuleFinding, RuleOutcome, RuleSeverity, conformance_rules};
 
 /// The exit code that tells the findings: 0, 1 when the FMU breaks runs or the standard, 3 when a rule could not be judged.
 #[must_use]
-pub fn exit_code(findings: &[Finding]) -> u8 {
-    let unknown = findings.iter().any(|finding| finding.outcome == Outcome::NotJudged);
-    let broken = |rank| !failed(findings, rank).is_empty();
+pub fn exit_code(findings: &[RuleFinding]) -> u8 {
+    let unknown = findings.iter().any(|finding| finding.outcome == RuleOutcome::NotJudged);
+    let broken = |rank| !failed_rule_names(findings, rank).is_empty();
     match unknown {
         true => 3,
-        false => u8::from(broken(Rank::BreaksRuns) || broken(Rank::BreaksStandard)),
+        false => u8::from(broken(RuleSeverity::BreaksRuns) || broken(RuleSeverity::BreaksStandard)),
     }
 }
 
 /// The names of the failed rules of a rank.
-fn failed(findings: &[Finding], rank: Rank) -> Vec<&str> {
-    let failed = findings.iter().filter(|it| it.outcome == Outcome::Fail && it.rank == rank);
+fn failed_rule_names(findings: &[RuleFinding], rank: RuleSeverity) -> Vec<&str> {
+    let failed = findings.iter().filter(|it| it.outcome == RuleOutcome::Fail && it.rank == rank);
     let mut names: Vec<_> = failed.map(|finding| finding.rule.as_str()).collect();
     // A rule that is asked of several references is one rule.
     names.dedup();
@@ -30,9 +30,9 @@ fn failed(findings: &[Finding], rank: Rank) -> Vec<&str> {
 const ONE_CAUSE: usize = 3;
 
 /// What several rules fail for alike, if anything: it stands in the conclusion, so that nobody reads it a dozen times.
-fn cause(findings: &[Finding]) -> String {
+fn common_cause(findings: &[RuleFinding]) -> String {
     let mut rules = BTreeMap::<&str, usize>::new();
-    for finding in findings.iter().filter(|it| it.outcome == Outcome::Fail) {
+    for finding in findings.iter().filter(|it| it.outcome == RuleOutcome::Fail) {
         *rules.entry(&finding.detail).or_default() += 1;
     }
     let most = rules.into_iter().max_by_key(|(_, count)| *count);
@@ -42,22 +42,26 @@ fn cause(findings: &[Finding]) -> String {
 }
 
 /// What the findings come to, in one sentence.
-fn conclusion(findings: &[Finding], version: Version) -> String {
-    let runs = |finding: &&Finding| rules().any(|it| it.name == finding.rule && it.runs());
-    let passed = |finding: &&Finding| finding.outcome == Outcome::Pass;
+fn describe_conclusion(findings: &[RuleFinding], version: FmiVersion) -> String {
+    let runs = |finding: &&RuleFinding| {
+        conformance_rules().any(|it| it.name == finding.rule && it.steps_instances())
+    };
+    let passed = |finding: &&RuleFinding| finding.outcome == RuleOutcome::Pass;
     if !findings.iter().filter(passed).any(|it| runs(&it)) {
-        let ranks = [Rank::BreaksRuns, Rank::BreaksStandard].map(|rank| failed(findings, rank));
-        let cause = cause(findings);
+        let ranks = [RuleSeverity::BreaksRuns, RuleSeverity::BreaksStandard]
+            .map(|rank| failed_rule_names(findings, rank));
+        let cause = common_cause(findings);
         return format!("Nothing of the FMU ran ({}).{cause}", ranks.concat().join(", "));
     }
 
-    let [runs, standard, robust] = [Rank::BreaksRuns, Rank::BreaksStandard, Rank::NotRobust]
-        .map(|rank| failed(findings, rank).join(", "));
+    let [runs, standard, robust] =
+        [RuleSeverity::BreaksRuns, RuleSeverity::BreaksStandard, RuleSeverity::NotRobust]
+            .map(|rank| failed_rule_names(findings, rank).join(", "));
     let weak = match robust.as_str() {
         "" => String::new(),
         rules => format!("; it does not defend itself against wrong callers ({rules})"),
     };
-    let cause = cause(findings);
+    let cause = common_cause(findings);
     let told = match (runs.as_str(), standard.as_str()) {
         ("", "") => format!("The FMU keeps FMI {version} for callers that do{weak}."),
         ("", rules) => format!("The FMU runs, but breaks FMI {version} ({rules}){weak}."),
@@ -69,34 +73,32 @@ fn conclusion(findings: &[Finding], version: Version) -> String {
 
 /// The findings as lines for a terminal, with a summary at the end.
 #[must_use]
-pub fn lines(findings: &[Finding], version: Version) -> String {
+pub fn report_lines(findings: &[RuleFinding], version: FmiVersion) -> String {
     let mut text = String::new();
     for finding in findings {
-        let rule = rules().find(|rule| rule.name == finding.rule);
+        let rule = conformance_rules().find(|rule| rule.name == finding.rule);
         let sentence = rule.map(|rule| rule.sentence).unwrap_or_default();
         let (word, what) = match (finding.outcome, finding.detail.as_str()) {
-            (Outcome::Pass, "") => ("pass", sentence.to_owned()),
-            (Outcome::Pass, detail) => ("pass", format!("{sentence}: {detail}")),
-            (Outcome::Fail, detail) if finding.rank == Rank::NotRobust => {
+            (RuleOutcome::Pass, "") => ("pass", sentence.to_owned()),
+            (RuleOutcome::Pass, detail) => ("pass", format!("{sentence}: {detail}")),
+            (RuleOutcome::Fail, detail) if finding.rank == RuleSeverity::NotRobust => {
                 ("weak", detail.to_owned())
             }
-            (Outcome::Fail, detail) => ("FAIL", detail.to_owned()),
-            (Outcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
-            (Outcome::NotJudged, why) => ("ERR", format!("could not be judged: {why}")),
+            (RuleOutcome::Fail, detail) => ("FAIL", detail.to_owned()),
+            (RuleOutcome::NotApplicable, detail) => ("n/a", detail.to_owned()),
+            (RuleOutcome::NotJudged, why) => ("ERR", format!("could not be judged: {why}")),
         };
         text += &format!("{word:<4}  {:<22}  {what}\n", finding.rule);
     }
     let count = |wanted| findings.iter().filter(|finding| finding.outcome == wanted).count();
     text += &format!(
         "{} passed, {} failed, {} not applicable",
-        count(Outcome::Pass),
-        count(Outcome::Fail),
-        count(Outcome::NotApplicable),
+        count(RuleOutcome::Pass),
+        count(RuleOutcome::Fail),
+        count(RuleOutcome::NotApplicable),
     );
-    match count(Outcome::NotJudged) {
-        0 => text + "\n" + &conclusion(findings, version) + "\n",
-        unknown => {
-            text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n")
-        }
+    match count(RuleOutcome::NotJudged) {
+        0 => text + "\n" + &describe_conclusion(findings, version) + "\n",
+        unknown => text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n"),
     }
 }

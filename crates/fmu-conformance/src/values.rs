@@ -1,39 +1,38 @@
 //! Checks that values travel by the functions of their type only, and in the number that their variable has (FMI 3.0).
 
-use fmu_import::description::{Type, Variable};
-use fmu_import::{CallError, Causality, Instance, Storage};
+use fmu_import::description::{FmiType, Variable};
+use fmu_import::{CallError, Causality, Instance, StorageType};
 
-use super::Rank::NotRobust;
-use super::access::{access_variable, forms};
-use super::call_order::{StepComplete, bring_to};
-use super::test_driver::{TestDriver, firsts, nothing};
-use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable, violated};
+use super::RuleSeverity::NotRobust;
+use super::access::{access_variable, storage_function_names};
+use super::call_order::{StepComplete, instance_in_state};
+use super::test_driver::{TestDriver, default_value, first_elements};
+use super::{ConformanceRule, RuleCheck, RuleError, RuleResult, THREE, not_applicable, violated_rule};
 
-pub(super) const RULES: &[Rule] = &[
-    Rule {
+pub(super) const RULES: &[ConformanceRule] = &[
+    ConformanceRule {
         name: "wrong-type",
         rank: NotRobust,
         sentence: "a variable is refused by the functions of other types",
         versions: THREE,
-        check: Check::Runs(wrong_type),
+        check: RuleCheck::Runs(wrong_type),
     },
-    Rule {
+    ConformanceRule {
         name: "wrong-count",
         rank: NotRobust,
         sentence: "another number of values than a variable has is refused",
         versions: THREE,
-        check: Check::Runs(wrong_count),
+        check: RuleCheck::Runs(wrong_count),
     },
 ];
 
 /// One variable of each form and of each number of elements.
-fn each_form<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
+fn variables_of_each_storage<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
     let mut found: Vec<&Variable> = Vec::new();
-    let readable = driver.about().variables.iter().filter(|it| it.kind != Type::Clock);
-    for variable in firsts(readable) {
-        let same = |other: &&Variable| {
-            (other.storage, other.element.1) == (variable.storage, variable.element.1)
-        };
+    let readable = driver.description().variables.iter().filter(|it| it.kind != FmiType::Clock);
+    for variable in first_elements(readable) {
+        let same =
+            |other: &&Variable| (other.storage, other.element.1) == (variable.storage, variable.element.1);
         if !found.iter().any(same) {
             found.push(variable);
         }
@@ -42,18 +41,18 @@ fn each_form<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
 }
 
 /// Makes a call that the FMU should refuse, and notes it when the FMU does not.
-fn refused(
+fn note_if_accepted(
     driver: &TestDriver,
     what: String,
     accepted: &mut Vec<String>,
     call: impl FnOnce(&mut Instance) -> Result<(), CallError>,
 ) -> Result<(), RuleError> {
-    let mut instance = bring_to(driver, StepComplete)?;
-    driver.note(&what);
+    let mut instance = instance_in_state(driver, StepComplete)?;
+    driver.note_progress(&what);
     match call(&mut instance) {
         Ok(()) => accepted.push(what),
-        Err(_) if instance.is_lost() => {
-            return violated(format!("{what} returned {}", driver.fmi("Fatal")));
+        Err(_) if instance.has_failed_fatally() => {
+            return violated_rule(format!("{what} returned {}", driver.fmi_name("Fatal")));
         }
         Err(_) => {}
     }
@@ -63,28 +62,28 @@ fn refused(
 fn all_refused(driver: &TestDriver, count: usize, accepted: &[String]) -> RuleResult {
     match accepted {
         [] => Ok(format!("{count} calls")),
-        calls => violated(format!("{}: {}", driver.instead("success"), calls.join(", "))),
+        calls => violated_rule(format!("{}: {}", driver.unexpected_status("success"), calls.join(", "))),
     }
 }
 
 /// Value references are unique over all types (FMI 3.0, section 2.4.7.4), so that a function of another type knows no such variable.
 fn wrong_type(driver: &TestDriver) -> RuleResult {
     let (mut count, mut accepted) = (0, Vec::new());
-    let mut seen: Vec<Storage> = Vec::new();
-    for variable in each_form(driver) {
+    let mut seen: Vec<StorageType> = Vec::new();
+    for variable in variables_of_each_storage(driver) {
         if seen.contains(&variable.storage) {
             continue;
         }
         seen.push(variable.storage);
-        for (storage, form) in forms(driver.version()) {
+        for (storage, form) in storage_function_names(driver.fmi_version()) {
             for set in [false, true] {
                 if *storage == variable.storage {
                     continue;
                 }
-                let name = driver.fmi(&format!("{}{form}", if set { "Set" } else { "Get" }));
+                let name = driver.fmi_name(&format!("{}{form}", if set { "Set" } else { "Get" }));
                 let what = format!("{name} of `{}`, a {:?}", variable.name, variable.storage);
                 count += 1;
-                refused(driver, what, &mut accepted, |instance| {
+                note_if_accepted(driver, what, &mut accepted, |instance| {
                     access_variable(instance, set, *storage, variable.reference)
                 })?;
             }
@@ -99,25 +98,23 @@ fn wrong_type(driver: &TestDriver) -> RuleResult {
 /// `nValues` is the number of elements of all variables together (FMI 3.0, section 2.2.6.2).
 fn wrong_count(driver: &TestDriver) -> RuleResult {
     let (mut count, mut accepted) = (0, Vec::new());
-    for variable in each_form(driver) {
+    for variable in variables_of_each_storage(driver) {
         let elements = variable.element.1;
         let settable = variable.causality == Causality::Input;
         for stated in [elements + 1, elements.saturating_sub(1)] {
             count += 1;
-            let what =
-                format!("reading {stated} values of `{}`, which has {elements}", variable.name);
-            refused(driver, what, &mut accepted, |instance| {
+            let what = format!("reading {stated} values of `{}`, which has {elements}", variable.name);
+            note_if_accepted(driver, what, &mut accepted, |instance| {
                 instance.read_n_values(variable.storage, variable.reference, stated)
             })?;
         }
         if settable {
             count += 1;
             let stated = elements + 1;
-            let what =
-                format!("setting {stated} values of `{}`, which has {elements}", variable.name);
-            let values = vec![nothing(variable); stated];
-            refused(driver, what, &mut accepted, |instance| {
-                instance.write(variable.storage, variable.reference, &values)
+            let what = format!("setting {stated} values of `{}`, which has {elements}", variable.name);
+            let values = vec![default_value(variable); stated];
+            note_if_accepted(driver, what, &mut accepted, |instance| {
+                instance.write_variable(variable.storage, variable.reference, &values)
             })?;
         }
     }

@@ -20,17 +20,16 @@ impl Default for MassChain {
     }
 }
 
-const fn position(name: &'static str, description: &'static str) -> Row {
+const fn position(name: &'static str, description: &'static str) -> VariableRow {
     output(name, "m", description).exact().depends_on(&[])
 }
 
-const fn speed(name: &'static str, description: &'static str) -> Row {
+const fn speed(name: &'static str, description: &'static str) -> VariableRow {
     output(name, "m/s", description).exact().depends_on(&[])
 }
 
 impl Model for MassChain {
-    const INFO: Info =
-        Info::new("mass_chain", "Three masses with springs between them", 0.01).stop(10.0);
+    const INFO: Info = Info::new("mass_chain", "Three masses with springs between them", 0.01).stop(10.0);
     const VARIABLES: &'static [Variable<Self>] = &[
         parameter("k", "N/m", "Stiffness of each spring").min(0.0).at(|s| &mut s.k),
         parameter("d", "N.s/m", "Damping of each spring").min(0.0).at(|s| &mut s.d),

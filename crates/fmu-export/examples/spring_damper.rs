@@ -30,8 +30,7 @@ impl Equations<1, 1> for SpringDamper {
 }
 
 impl Model for SpringDamper {
-    const INFO: Info =
-        Info::new("spring_damper", "A mass on a spring and a damper", 0.01).stop(10.0);
+    const INFO: Info = Info::new("spring_damper", "A mass on a spring and a damper", 0.01).stop(10.0);
     const VARIABLES: &'static [Variable<Self>] = &[
         parameter("m", "kg", "Mass").min(1e-3).at(|s| &mut s.m),
         parameter("k", "N/m", "Stiffness of the spring").min(0.0).at(|s| &mut s.k),
@@ -41,7 +40,7 @@ impl Model for SpringDamper {
         output("v", "m/s", "Speed").exact().depends_on(&[]).at(|s| &mut s.v),
         output("a", "m/s2", "Acceleration").at(|s| &mut s.a),
     ];
-    const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
+    const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
         // Semi-implicit Euler: the oscillation neither grows nor decays by the method alone. Sub-steps
@@ -55,7 +54,7 @@ impl Model for SpringDamper {
         Ok(())
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         [self.a] = self.equations([self.F]);
     }
 }

@@ -52,10 +52,9 @@ impl SprungMass {
 }
 
 impl Model for SprungMass {
-    const INFO: Info =
-        Info::new("sprung_mass", "A mass on a spring that stands on something", 0.01)
-            .stop(10.0)
-            .substep(1e-3);
+    const INFO: Info = Info::new("sprung_mass", "A mass on a spring that stands on something", 0.01)
+        .stop(10.0)
+        .substep(1e-3);
     const VARIABLES: &'static [Variable<Self>] = &[
         parameter("m", "kg", "Mass").min(1e-3).at(|s| &mut s.m),
         parameter("k", "N/m", "Stiffness of the spring").min(0.0).at(|s| &mut s.k),
@@ -70,7 +69,7 @@ impl Model for SprungMass {
             .depends_on(&["x_below", "v_below"])
             .at(|s| &mut s.F_below),
     ];
-    const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
+    const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
         // Runge and Kutta, with steps so short that what is left of the error is the coupling's.
@@ -89,7 +88,7 @@ impl Model for SprungMass {
         Ok(())
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         [self.a, self.F_below] = self.equations([self.x_below, self.v_below, self.F]);
     }
 }

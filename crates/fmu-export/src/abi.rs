@@ -29,19 +29,12 @@ pub enum Status {
 
 /// `fmi2CallbackLogger`: a variadic function with a `printf` format.
 #[cfg(not(miri))]
-pub type Logger =
-    unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, ...);
+pub type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, ...);
 
 /// The logger as it is called. Rust cannot define a variadic function, which Miri would need.
 #[cfg(miri)]
-pub type Logger = unsafe extern "C" fn(
-    *mut c_void,
-    *const c_char,
-    Status,
-    *const c_char,
-    *const c_char,
-    *const c_char,
-);
+pub type Logger =
+    unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, *const c_char);
 
 /// `fmi3LogMessageCallback`.
 pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *const c_char);

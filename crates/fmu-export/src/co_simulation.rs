@@ -2,10 +2,10 @@
 
 use crate::error::FmiResult;
 use crate::lifecycle::Lifecycle;
-use crate::value::Value;
+use crate::value::FmiValue;
 
 /// Log categories, each with a description.
-pub type Categories = &'static [(&'static str, &'static str)];
+pub type LogCategories = &'static [(&'static str, &'static str)];
 
 /// An instance as the C functions of FMI 2.0 and 3.0 drive it. They check pointers, catch panics and refuse calls that the
 /// [`Lifecycle`] does not allow; everything else is its own. [`Model`](crate::Model) is the simple way to one.
@@ -17,7 +17,7 @@ pub trait CoSimulation: Sized + Send + 'static {
     type State: 'static;
 
     /// Its own log categories.
-    fn log_categories() -> Categories {
+    fn log_categories() -> LogCategories {
         &[]
     }
 
@@ -33,7 +33,7 @@ pub trait CoSimulation: Sized + Send + 'static {
 
     /// The number of elements of the array that begins at a value reference: 1 for a scalar, 0 for another element of an array, which
     /// FMI 3.0 does not see.
-    fn elements(&self, _reference: u32) -> usize {
+    fn element_count(&self, _reference: u32) -> usize {
         1
     }
 
@@ -65,7 +65,7 @@ pub trait CoSimulation: Sized + Send + 'static {
     ///
     /// # Errors
     /// When they describe nothing that can run.
-    fn refresh(&mut self) -> FmiResult;
+    fn refresh_outputs(&mut self) -> FmiResult;
 
     /// Goes from `time` to `time + step` [s].
     ///
@@ -83,24 +83,19 @@ pub trait CoSimulation: Sized + Send + 'static {
     ///
     /// # Errors
     /// When there is none of this type.
-    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T>;
+    fn get<T: FmiValue>(&mut self, reference: u32) -> FmiResult<T>;
 
     /// Writes variables: all of them, or none when one cannot be written.
     ///
     /// # Errors
     /// When one cannot be written.
-    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult;
+    fn set<T: FmiValue>(&mut self, references: &[u32], values: &[T]) -> FmiResult;
 
     /// Takes derivatives of inputs [1/s, 1/s2, ...] for the next step: all of them, or none.
     ///
     /// # Errors
     /// When one cannot be taken.
-    fn set_input_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &[f64],
-    ) -> FmiResult;
+    fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> FmiResult;
 
     /// How `unknowns` change when `knowns` change by `changes`.
     ///

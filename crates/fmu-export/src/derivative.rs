@@ -3,7 +3,7 @@
 pub use elementary::Number;
 use num_dual::Dual64;
 
-use crate::variable::{Causality, Dependencies, Row};
+use crate::variable::{Causality, OutputDependencies, VariableRow};
 
 /// Output equations that are written once, for numbers with and without derivatives.
 ///
@@ -39,20 +39,20 @@ pub trait Equations<const N: usize, const K: usize> {
 
 /// The derivatives of a model's [`Equations`].
 #[derive(Debug)]
-pub struct Derivatives<M: 'static> {
+pub struct EquationDerivatives<M: 'static> {
     pub(crate) known: &'static [&'static str],
     pub(crate) unknown: &'static [&'static str],
     evaluate: fn(&M, &[Dual64]) -> Vec<Dual64>,
 }
 
-impl<M: 'static> Derivatives<M> {
+impl<M: 'static> EquationDerivatives<M> {
     /// Differentiates the equations of the model.
     #[must_use]
     pub const fn of<const N: usize, const K: usize>() -> Self
     where
         M: Equations<N, K>,
     {
-        Derivatives {
+        EquationDerivatives {
             known: const { &M::KNOWN },
             unknown: const { &M::UNKNOWN },
             evaluate: |model, known| model.equations(std::array::from_fn(|i| known[i])).to_vec(),
@@ -65,9 +65,8 @@ impl<M: 'static> Derivatives<M> {
     /// # Panics
     /// When there are fewer values than knowns.
     #[must_use]
-    pub fn directional(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let known: Vec<_> =
-            known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
+    pub fn directional_derivative(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let known: Vec<_> = known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
         (self.evaluate)(model, &known).iter().map(|unknown| (unknown.re, unknown.eps)).collect()
     }
 }
@@ -83,19 +82,17 @@ pub(crate) enum PartialDerivative {
 }
 
 /// How to find the derivative of `unknown` with respect to `known`.
-pub(crate) fn partial<M>(
-    derivatives: &Derivatives<M>,
-    unknown: &Row,
-    known: &Row,
+pub(crate) fn partial_derivative<M>(
+    derivatives: &EquationDerivatives<M>,
+    unknown: &VariableRow,
+    known: &VariableRow,
 ) -> PartialDerivative {
     let index = derivatives.unknown.iter().position(|name| *name == unknown.name);
     match index {
-        Some(index) if derivatives.known.contains(&known.name) => {
-            PartialDerivative::Equation(index)
-        }
+        Some(index) if derivatives.known.contains(&known.name) => PartialDerivative::Equation(index),
         // What a table declares of inputs holds in every mode: a state does not jump with an input.
         _ if known.causality == Causality::Input
-            && matches!(unknown.depends, Dependencies::On(inputs) if !inputs.contains(&known.name)) =>
+            && matches!(unknown.depends, OutputDependencies::On(inputs) if !inputs.contains(&known.name)) =>
         {
             PartialDerivative::Zero
         }

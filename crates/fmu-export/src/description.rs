@@ -10,24 +10,26 @@ use std::fmt::{self, Display, Write};
 use crate::info::Info;
 use crate::log::LOG_CATEGORIES;
 use crate::model::Model;
-pub use crate::table::problems;
-use crate::variable::{Access, Causality, Dependencies, Initial, Kind, Row, Variability, Variable};
+pub use crate::table::model_problems;
+use crate::variable::{
+    Causality, Initial, OutputDependencies, Variability, Variable, VariableAccess, VariableKind, VariableRow,
+};
 use units::{display_unit, has_unit, write_units};
 
 /// A variable as a description has it; its place in the list is its value reference.
 #[derive(Debug, Clone)]
 pub struct DescribedVariable {
     /// Its attributes.
-    pub row: Row,
+    pub row: VariableRow,
     /// Its type.
-    pub kind: Kind,
+    pub kind: VariableKind,
     /// Its start value, if it has one.
     pub start: Option<String>,
 }
 
 /// What an FMU can do besides steps.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Capabilities {
+pub struct FmuCapabilities {
     /// Steps of any size.
     pub variable_step: bool,
     /// Derivatives of inputs.
@@ -46,39 +48,34 @@ pub struct Capabilities {
 
 /// The source of a description.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct DescriptionTable {
     /// The FMU as a whole.
     pub info: Info,
     /// Its variables.
     pub variables: Vec<DescribedVariable>,
     /// Its capabilities.
-    pub capabilities: Capabilities,
+    pub capabilities: FmuCapabilities,
     /// Whether rows `x[1]`, `x[2]`, ... are an array of FMI 3.0.
     pub arrays: bool,
 }
 
-impl Table {
+impl DescriptionTable {
     fn of_model<M: Model>() -> Self {
         Self::of_variables(M::INFO, M::VARIABLES, &mut M::default(), M::DERIVATIVES.is_some())
     }
 
-    fn of_variables<M>(
-        info: Info,
-        variables: &[Variable<M>],
-        start: &mut M,
-        differentiable: bool,
-    ) -> Self {
+    fn of_variables<M>(info: Info, variables: &[Variable<M>], start: &mut M, differentiable: bool) -> Self {
         let variables = variables.iter().map(|Variable { row, access }| DescribedVariable {
             row: *row,
             kind: access.kind(),
             start: row.has_start().then(|| match access {
-                Access::Real(at) => at(start).to_string(),
-                Access::Integer(at) => at(start).to_string(),
-                Access::Boolean(at) => at(start).to_string(),
-                Access::String(at) => at(start).clone(),
+                VariableAccess::Real(at) => at(start).to_string(),
+                VariableAccess::Integer(at) => at(start).to_string(),
+                VariableAccess::Boolean(at) => at(start).to_string(),
+                VariableAccess::String(at) => at(start).clone(),
             }),
         });
-        let capabilities = Capabilities {
+        let capabilities = FmuCapabilities {
             variable_step: true,
             interpolates: true,
             state: true,
@@ -87,34 +84,34 @@ impl Table {
             only_once: false,
             needs_tool: false,
         };
-        Table { info, variables: variables.collect(), capabilities, arrays: true }
+        DescriptionTable { info, variables: variables.collect(), capabilities, arrays: true }
     }
 
     /// The text of the `modelDescription.xml` of FMI 2.0 with an identity.
     #[must_use]
-    pub fn xml(&self, guid: &str) -> String {
+    pub fn fmi2_description_xml(&self, guid: &str) -> String {
         let mut text = String::new();
         // Writing into a string cannot fail.
-        let _ = write(&mut text, guid, self);
+        let _ = write_fmi2_description(&mut text, guid, self);
         text
     }
 
     /// The same of FMI 3.0. Both may have one identity if they are one library.
     #[must_use]
-    pub fn xml3(&self, token: &str) -> String {
+    pub fn fmi3_description_xml(&self, token: &str) -> String {
         let mut text = String::new();
         // Writing into a string cannot fail.
-        let _ = fmi3::write(&mut text, token, self);
+        let _ = fmi3::write_fmi3_description(&mut text, token, self);
         text
     }
 
     /// The text of `terminalsAndIcons.xml` of FMI 3.0; nothing without terminals.
     #[must_use]
-    pub fn terminals(&self) -> String {
+    pub fn terminals_xml(&self) -> String {
         let mut text = String::new();
         if !self.info.terminals.is_empty() {
             // Writing into a string cannot fail.
-            let _ = terminals::write(&mut text, self.info.terminals);
+            let _ = terminals::write_terminals(&mut text, self.info.terminals);
         }
         text
     }
@@ -122,49 +119,49 @@ impl Table {
     /// An identity: a hash of the whole description, so that a library and a description of different builds do not fit together.
     #[must_use]
     pub fn guid(&self) -> String {
-        let mut hash = Fnv::default();
+        let mut hash = FnvHash128::default();
         // Hashing cannot fail, and so neither can writing into the hash.
-        let _ = write(&mut hash, "", self);
+        let _ = write_fmi2_description(&mut hash, "", self);
         format!("{{{:016x}{:016x}}}", hash.0[0], hash.0[1])
     }
 }
 
 /// The identity of a model.
 #[must_use]
-pub fn guid<M: Model>() -> String {
-    Table::of_model::<M>().guid()
+pub fn model_guid<M: Model>() -> String {
+    DescriptionTable::of_model::<M>().guid()
 }
 
 /// The text of `modelDescription.xml`.
 #[must_use]
-pub fn xml<M: Model>() -> String {
-    let table = Table::of_model::<M>();
-    table.xml(&table.guid())
+pub fn fmi2_model_xml<M: Model>() -> String {
+    let table = DescriptionTable::of_model::<M>();
+    table.fmi2_description_xml(&table.guid())
 }
 
 /// The text of the `modelDescription.xml` of FMI 3.0. Its token is the GUID of that of FMI 2.0: both are one library.
 #[must_use]
-pub fn xml3<M: Model>() -> String {
-    let table = Table::of_model::<M>();
-    table.xml3(&table.guid())
+pub fn fmi3_model_xml<M: Model>() -> String {
+    let table = DescriptionTable::of_model::<M>();
+    table.fmi3_description_xml(&table.guid())
 }
 
 /// The text of `terminalsAndIcons.xml` of FMI 3.0; nothing without terminals.
 #[must_use]
-pub fn terminals<M: Model>() -> String {
-    Table::of_model::<M>().terminals()
+pub fn model_terminals_xml<M: Model>() -> String {
+    DescriptionTable::of_model::<M>().terminals_xml()
 }
 
 /// Two FNV-1a hashes with different offset bases, 128 bits in all.
-struct Fnv([u64; 2]);
+struct FnvHash128([u64; 2]);
 
-impl Default for Fnv {
+impl Default for FnvHash128 {
     fn default() -> Self {
-        Fnv([0xcbf2_9ce4_8422_2325, 0x6c62_272e_07bb_0142])
+        FnvHash128([0xcbf2_9ce4_8422_2325, 0x6c62_272e_07bb_0142])
     }
 }
 
-impl Write for Fnv {
+impl Write for FnvHash128 {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for byte in text.bytes() {
             for half in &mut self.0 {
@@ -175,8 +172,8 @@ impl Write for Fnv {
     }
 }
 
-fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
-    let Table { info, variables, capabilities, .. } = table;
+fn write_fmi2_description(out: &mut dyn Write, guid: &str, table: &DescriptionTable) -> fmt::Result {
+    let DescriptionTable { info, variables, capabilities, .. } = table;
     let Info { name, description, version, author, log_categories, .. } = *info;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
@@ -208,7 +205,7 @@ fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
 
 /// The capabilities of the library. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
 /// when it is absent.
-fn write_capabilities(out: &mut dyn Write, name: &str, can: Capabilities) -> fmt::Result {
+fn write_capabilities(out: &mut dyn Write, name: &str, can: FmuCapabilities) -> fmt::Result {
     write!(out, r#"  <CoSimulation modelIdentifier="{}""#, XmlEscaped(name))?;
     for (flag, set) in [
         ("needsExecutionTool", can.needs_tool),
@@ -247,24 +244,24 @@ fn write_categories(out: &mut dyn Write, own: &[(&str, &str)]) -> fmt::Result {
 }
 
 /// The beginning of the element of a variable, with the attributes that all types have.
-fn write_head(
+fn write_variable_start_tag(
     out: &mut dyn Write,
     element: &str,
     reference: usize,
     name: &str,
     about: &str,
-    row: &Row,
+    row: &VariableRow,
 ) -> fmt::Result {
     write!(
         out,
         r#"    <{element} name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
         XmlEscaped(name),
         XmlEscaped(about),
-        causality(row.causality),
-        variability(row.variability),
+        causality_word(row.causality),
+        variability_word(row.variability),
     )?;
     match row.initial {
-        Some(initial) => write!(out, r#" initial="{}""#, self::initial(initial)),
+        Some(initial) => write!(out, r#" initial="{}""#, self::initial_word(initial)),
         None => Ok(()),
     }
 }
@@ -289,13 +286,9 @@ fn write_quantity(out: &mut dyn Write, variable: &DescribedVariable) -> fmt::Res
     Ok(())
 }
 
-fn write_variable(
-    out: &mut dyn Write,
-    reference: usize,
-    variable: &DescribedVariable,
-) -> fmt::Result {
+fn write_variable(out: &mut dyn Write, reference: usize, variable: &DescribedVariable) -> fmt::Result {
     let row = &variable.row;
-    write_head(out, "ScalarVariable", reference, row.name, row.description, row)?;
+    write_variable_start_tag(out, "ScalarVariable", reference, row.name, row.description, row)?;
     write!(out, "><{:?}", variable.kind)?;
     write_quantity(out, variable)?;
     if let Some(start) = &variable.start {
@@ -310,7 +303,7 @@ fn write_variable(
 }
 
 fn write_structure(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Result {
-    let indices = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
+    let indices = |selected: &dyn Fn(&VariableRow) -> bool| -> Vec<usize> {
         (0..rows.len()).filter(|&i| selected(&rows[i].row)).map(|i| i + 1).collect()
     };
     writeln!(out, "  <ModelStructure>")?;
@@ -319,7 +312,7 @@ fn write_structure(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Resu
         writeln!(out, "    <Outputs>")?;
         for i in outputs {
             write!(out, r#"      <Unknown index="{i}""#)?;
-            if let Dependencies::On(names) = rows[i - 1].row.depends {
+            if let OutputDependencies::On(names) = rows[i - 1].row.depends {
                 let inputs = indices(&|row| names.contains(&row.name));
                 write!(out, r#" dependencies="{}""#, SpaceSeparated(&inputs))?;
             }
@@ -327,7 +320,7 @@ fn write_structure(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Resu
         }
         writeln!(out, "    </Outputs>")?;
     }
-    let unknowns = indices(&Row::is_initial_unknown);
+    let unknowns = indices(&VariableRow::is_initial_unknown);
     if !unknowns.is_empty() {
         writeln!(out, "    <InitialUnknowns>")?;
         for i in unknowns {
@@ -338,7 +331,7 @@ fn write_structure(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Resu
     writeln!(out, "  </ModelStructure>")
 }
 
-fn causality(causality: Causality) -> &'static str {
+fn causality_word(causality: Causality) -> &'static str {
     match causality {
         Causality::Parameter => "parameter",
         Causality::CalculatedParameter => "calculatedParameter",
@@ -349,7 +342,7 @@ fn causality(causality: Causality) -> &'static str {
     }
 }
 
-fn variability(variability: Variability) -> &'static str {
+fn variability_word(variability: Variability) -> &'static str {
     match variability {
         Variability::Constant => "constant",
         Variability::Fixed => "fixed",
@@ -359,7 +352,7 @@ fn variability(variability: Variability) -> &'static str {
     }
 }
 
-fn initial(initial: Initial) -> &'static str {
+fn initial_word(initial: Initial) -> &'static str {
     match initial {
         Initial::Exact => "exact",
         Initial::Approx => "approx",

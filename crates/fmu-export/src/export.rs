@@ -13,10 +13,10 @@ use crate::abi::{Boolean, CallbackFunctions, Component, Status};
 use crate::co_simulation::CoSimulation;
 use crate::description;
 use crate::error::{FmiError, FmiResult, reject};
-use crate::lifecycle::State;
+use crate::lifecycle::LifecycleState;
 pub use crate::lifecycle::{Call, Lifecycle};
 use crate::log::{self, take_messages};
-use crate::memory::{read, text, write};
+use crate::memory::{copy_c_text, read_array, write_result};
 use crate::model::Model;
 pub use crate::value::FmiBoolean;
 
@@ -27,10 +27,8 @@ mod logger;
 mod state;
 mod values;
 
-use logger::{ALWAYS, Callback, Importer, Log};
-pub use state::{
-    deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state,
-};
+use logger::{ALWAYS, ImporterLogger, Log, LoggerCallback};
+pub use state::{deserialize, free_fmu_state, get_fmu_state, serialize, serialized_size, set_fmu_state};
 pub use values::{directional_derivative, get, get_string, set, set_input_derivatives, set_string};
 
 const CO_SIMULATION: c_int = 1;
@@ -62,7 +60,7 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 ///
 /// # Safety
 /// `component` is null or comes from [`instantiate`] and has not been freed; no other call uses it.
-unsafe fn with<S: CoSimulation>(
+unsafe fn with_component<S: CoSimulation>(
     component: Component,
     call: Call,
     body: impl FnOnce(&mut ExportedComponent<S>) -> FmiResult,
@@ -74,9 +72,8 @@ unsafe fn with<S: CoSimulation>(
         };
         // What a model logged outside of a call, in `Drop` or `Default`, belongs to none.
         take_messages();
-        let run = AssertUnwindSafe(|| {
-            exported.instance.lifecycle().check(call).and_then(|()| body(exported))
-        });
+        let run =
+            AssertUnwindSafe(|| exported.instance.lifecycle().check_call(call).and_then(|()| body(exported)));
         let result = catch_unwind(run);
         let error = match result {
             Ok(Ok(())) => None,
@@ -84,11 +81,11 @@ unsafe fn with<S: CoSimulation>(
             // model that failed is lost, and its state is set already.
             Ok(Err(error)) => Some(error),
             Err(panic) => {
-                exported.instance.lifecycle().fail(Status::Fatal);
+                exported.instance.lifecycle().record_failure(Status::Fatal);
                 Some(FmiError { status: Status::Fatal, message: panic_message(panic) })
             }
         };
-        exported.log.collect(error)
+        exported.log.collect_messages(error)
     };
     delivery.deliver();
     status
@@ -110,30 +107,28 @@ pub unsafe fn instantiate<S: CoSimulation>(
         return ptr::null_mut();
     }
     // SAFETY: as the caller promises. The other members are not read: importers may leave them unset.
-    let (logger, environment) = unsafe {
-        ((&raw const (*functions).logger).read(), (&raw const (*functions).environment).read())
-    };
+    let (logger, environment) =
+        unsafe { ((&raw const (*functions).logger).read(), (&raw const (*functions).environment).read()) };
     let Some(logger) = logger else { return ptr::null_mut() };
     // SAFETY: as the caller promises.
-    let (name, found, resources) = unsafe { (text(name), text(found), text(resources)) };
+    let (name, found, resources) = unsafe { (copy_c_text(name), copy_c_text(found), copy_c_text(resources)) };
     let wrong = (kind != CO_SIMULATION).then_some("only co-simulation is supported");
-    let logger = Callback::Two(logger);
-    make::<S>(name, found, resources, wrong, logger, environment, logging_on != 0)
+    let logger = LoggerCallback::Two(logger);
+    make_component::<S>(name, found, resources, wrong, logger, environment, logging_on != 0)
 }
 
 /// Makes an instance, unless something is wrong, for an importer with its logger and environment.
-fn make<S: CoSimulation>(
+fn make_component<S: CoSimulation>(
     name: FmiResult<String>,
     found: FmiResult<String>,
     resources: FmiResult<String>,
     wrong: Option<&str>,
-    logger: Callback,
+    logger: LoggerCallback,
     environment: *mut c_void,
     logging_on: bool,
 ) -> Component {
     let own_name = name.as_deref().unwrap_or_default();
-    let importer =
-        Importer { name: CString::new(own_name).unwrap_or_default(), logger, environment };
+    let importer = ImporterLogger { name: CString::new(own_name).unwrap_or_default(), logger, environment };
     let log = Log {
         importer: Arc::new(importer),
         own: S::log_categories(),
@@ -151,15 +146,13 @@ fn make<S: CoSimulation>(
     let (instance, error) = match instance {
         Ok(Ok(instance)) => (Some(instance), None),
         Ok(Err(error)) => (None, Some(error)),
-        Err(panic) => {
-            (None, Some(FmiError { status: Status::Fatal, message: panic_message(panic) }))
-        }
+        Err(panic) => (None, Some(FmiError { status: Status::Fatal, message: panic_message(panic) })),
     };
     take_messages();
     if instance.is_some() {
-        log::event("instantiated");
+        log::log_event("instantiated");
     }
-    log.collect(error).1.deliver();
+    log.collect_messages(error).1.deliver();
     instance.map_or(ptr::null_mut(), |instance| {
         Box::into_raw(Box::new(ExportedComponent { instance, log, texts: Vec::new() })).cast()
     })
@@ -194,10 +187,10 @@ pub unsafe fn set_debug_logging<S: CoSimulation>(
     let body = |ExportedComponent { log, .. }: &mut ExportedComponent<S>| {
         let mut chosen = 0;
         // SAFETY: as the caller promises.
-        for category in unsafe { read(categories, length) }? {
+        for category in unsafe { read_array(categories, length) }? {
             // SAFETY: as the caller promises.
-            let category = unsafe { text(*category) }?;
-            let Some(bit) = log.bit(&category) else {
+            let category = unsafe { copy_c_text(*category) }?;
+            let Some(bit) = log.category_bit(&category) else {
                 return reject(format!("there is no log category {category:?}"));
             };
             chosen |= bit;
@@ -207,7 +200,7 @@ pub unsafe fn set_debug_logging<S: CoSimulation>(
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::SetDebugLogging, body) }
+    unsafe { with_component::<S>(component, Call::SetDebugLogging, body) }
 }
 
 /// `fmi2SetupExperiment`, with the tolerance and the stop time if they are defined.
@@ -222,7 +215,7 @@ pub unsafe fn setup_experiment<S: CoSimulation>(
 ) -> Status {
     // SAFETY: as the caller promises.
     unsafe {
-        with::<S>(component, Call::SetupExperiment, |exported| {
+        with_component::<S>(component, Call::SetupExperiment, |exported| {
             exported.instance.lifecycle().setup_experiment(start, stop, tolerance)
         })
     }
@@ -238,18 +231,18 @@ pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) ->
         match call {
             Call::EnterInitializationMode => {
                 instance.enter_initialization()?;
-                instance.lifecycle().state = State::Initialization;
+                instance.lifecycle().state = LifecycleState::Initialization;
             }
             Call::ExitInitializationMode => {
                 if let Err(error) = instance.exit_initialization() {
-                    instance.lifecycle().fail(error.status);
+                    instance.lifecycle().record_failure(error.status);
                     return Err(error);
                 }
-                instance.lifecycle().state = State::StepComplete;
+                instance.lifecycle().state = LifecycleState::StepComplete;
             }
             Call::Terminate => {
                 instance.terminate()?;
-                instance.lifecycle().state = State::Terminated;
+                instance.lifecycle().state = LifecycleState::Terminated;
             }
             Call::Reset => {
                 instance.reset()?;
@@ -257,11 +250,11 @@ pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) ->
             }
             _ => return reject(format!("{call:?} is not supported")),
         }
-        log::event(format!("{call:?}"));
+        log::log_event(format!("{call:?}"));
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, call, body) }
+    unsafe { with_component::<S>(component, call, body) }
 }
 
 /// `fmi2DoStep`.
@@ -270,7 +263,7 @@ pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) ->
 /// As `with` demands of `component`.
 pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f64) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::DoStep, |exported| exported.instance.do_step(time, step)) }
+    unsafe { with_component::<S>(component, Call::DoStep, |exported| exported.instance.do_step(time, step)) }
 }
 
 /// Rejects the functions whose capability flags are not set.
@@ -280,7 +273,7 @@ pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f6
 pub unsafe fn unsupported<S: CoSimulation>(component: Component, call: Call, name: &str) -> Status {
     let body = |_: &mut ExportedComponent<S>| reject(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, call, body) }
+    unsafe { with_component::<S>(component, call, body) }
 }
 
 /// `fmi2GetStatus`, `fmi2GetRealStatus` and `fmi2GetBooleanStatus`: `answer` gives the
@@ -302,10 +295,10 @@ pub unsafe fn get_status<S: CoSimulation, T>(
             });
         };
         // SAFETY: as the caller promises.
-        unsafe { write(value, found) }
+        unsafe { write_result(value, found) }
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::GetStatus, body) }
+    unsafe { with_component::<S>(component, Call::GetStatus, body) }
 }
 
 /// Gives the model's name, its `modelDescription.xml` of FMI 2.0, the mistakes in its table, its description of FMI 3.0 and its
@@ -313,14 +306,14 @@ pub unsafe fn get_status<S: CoSimulation, T>(
 ///
 /// # Safety
 /// `take` takes `context`, a number and a text, valid during the call.
-pub unsafe fn describe<M: Model>(
+pub unsafe fn pass_model_texts<M: Model>(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
 ) {
     let texts = catch_unwind(|| {
-        let problems = description::problems::<M>().join("; ");
-        let (xml, xml3) = (description::xml::<M>(), description::xml3::<M>());
-        [M::INFO.name.to_owned(), xml, problems, xml3, description::terminals::<M>()]
+        let problems = description::model_problems::<M>().join("; ");
+        let (xml, xml3) = (description::fmi2_model_xml::<M>(), description::fmi3_model_xml::<M>());
+        [M::INFO.name.to_owned(), xml, problems, xml3, description::model_terminals_xml::<M>()]
     });
     // A packer reads why there is no description where it reads what is wrong with one.
     let texts = texts.unwrap_or_else(|panic| {

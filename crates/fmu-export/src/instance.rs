@@ -6,15 +6,15 @@ mod slope;
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
-use crate::array::spans;
-use crate::co_simulation::{Categories, CoSimulation};
-use crate::description::guid;
+use crate::array::group_array_rows;
+use crate::co_simulation::{CoSimulation, LogCategories};
+use crate::description::model_guid;
 use crate::error::{FmiError, FmiResult, reject};
-use crate::lifecycle::{Lifecycle, State};
+use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::model::{Model, ModelError};
-use crate::value::Value;
-use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
-use slope::InputSlope;
+use crate::value::FmiValue;
+use crate::variable::{Causality, Initial, Variability, Variable, VariableAccess, VariableKind, VariableRow};
+use slope::InputDerivative;
 
 /// Steps that differ by less than this share are the same step: masters that compute it as the
 /// difference of two times are off by rounding, and a car at its limit would turn that into another lap.
@@ -23,17 +23,17 @@ const STEP_TOLERANCE: f64 = 1e-9;
 /// Everything that an FMU state restores.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Snapshot<M: Model> {
+pub struct InstanceSnapshot<M: Model> {
     model: M,
     lifecycle: Lifecycle,
     /// Inputs or parameters were written after the outputs were computed.
     stale: bool,
     /// The size of the last step, or the model's preferred one [s].
     step: f64,
-    slopes: Vec<InputSlope>,
+    slopes: Vec<InputDerivative>,
 }
 
-impl<M: Model> Snapshot<M> {
+impl<M: Model> InstanceSnapshot<M> {
     /// The variable that shows the time.
     const TIME: Option<&'static Variable<M>> = {
         let (rows, mut i) = (M::VARIABLES, 0);
@@ -44,29 +44,29 @@ impl<M: Model> Snapshot<M> {
     };
 
     /// Rejects a state that no instance can have been in: bytes may come from anywhere.
-    pub fn check(&self) -> FmiResult {
-        self.slopes.iter().try_for_each(InputSlope::check::<M>)
+    pub fn check_consistency(&self) -> FmiResult {
+        self.slopes.iter().try_for_each(InputDerivative::check_supported::<M>)
     }
 
     fn compute_outputs(&mut self) {
-        if let Some(Variable { access: Access::Real(at), .. }) = Self::TIME {
+        if let Some(Variable { access: VariableAccess::Real(at), .. }) = Self::TIME {
             *at(&mut self.model) = self.lifecycle.now;
         }
-        self.model.outputs();
+        self.model.compute_outputs();
         self.stale = false;
     }
 }
 
 /// An instance: the model with its state of the FMI state machine.
 pub struct Instance<M: Model> {
-    current: Snapshot<M>,
+    current: InstanceSnapshot<M>,
     /// For each row of a table with arrays, the elements of the variable that begins there.
     elements: Vec<usize>,
 }
 
 impl<M: Model> Instance<M> {
     fn new() -> Self {
-        let current = Snapshot {
+        let current = InstanceSnapshot {
             model: M::default(),
             lifecycle: Lifecycle::default(),
             stale: true,
@@ -77,17 +77,17 @@ impl<M: Model> Instance<M> {
         if Self::HAS_ARRAYS {
             elements = vec![0; M::VARIABLES.len()];
             let rows = M::VARIABLES.iter().map(|it| (&it.row, it.access.kind()));
-            spans(rows).iter().for_each(|span| elements[span.first] = span.elements);
+            group_array_rows(rows).iter().for_each(|span| elements[span.first] = span.elements);
         }
         Instance { current, elements }
     }
 
-    fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> FmiResult {
+    fn check_set<T: FmiValue>(&self, variable: &Variable<M>, value: &T) -> FmiResult {
         let (Variable { row, access }, state) = (variable, self.current.lifecycle.state);
         if access.kind() != T::KIND {
-            return other_type(variable, T::KIND);
+            return reject_wrong_type(variable, T::KIND);
         }
-        if !writable(row, state) {
+        if !is_writable(row, state) {
             return reject(format!(
                 "{} is {:?} {:?} and cannot be set in the state {state:?}",
                 row.name, row.variability, row.causality
@@ -95,10 +95,9 @@ impl<M: Model> Instance<M> {
         }
         // Inputs come from other models, whose transients may leave the limits.
         if row.causality == Causality::Parameter
-            && let Some(number) = value.number()
+            && let Some(number) = value.numeric_value()
         {
-            let (min, max) =
-                (row.min.unwrap_or(f64::NEG_INFINITY), row.max.unwrap_or(f64::INFINITY));
+            let (min, max) = (row.min.unwrap_or(f64::NEG_INFINITY), row.max.unwrap_or(f64::INFINITY));
             if !(min..=max).contains(&number) {
                 return reject(format!("{} = {number} is outside of {min} .. {max}", row.name));
             }
@@ -108,7 +107,7 @@ impl<M: Model> Instance<M> {
 }
 
 impl<M: Model> CoSimulation for Instance<M> {
-    type State = Snapshot<M>;
+    type State = InstanceSnapshot<M>;
 
     const HAS_ARRAYS: bool = {
         let (rows, mut i) = (M::VARIABLES, 0);
@@ -118,17 +117,17 @@ impl<M: Model> CoSimulation for Instance<M> {
         i < rows.len()
     };
 
-    fn elements(&self, reference: u32) -> usize {
+    fn element_count(&self, reference: u32) -> usize {
         // Nothing has a reference beyond the table, which is told when it is read.
         self.elements.get(reference as usize).copied().unwrap_or(1)
     }
 
-    fn log_categories() -> Categories {
+    fn log_categories() -> LogCategories {
         M::INFO.log_categories
     }
 
     fn instantiate(identifier: &str, _resources: Option<&str>) -> FmiResult<Self> {
-        let expected = guid::<M>();
+        let expected = model_guid::<M>();
         match identifier == expected {
             true => Ok(Self::new()),
             false => reject(format!("expected GUID {expected}, found {identifier}")),
@@ -140,7 +139,7 @@ impl<M: Model> CoSimulation for Instance<M> {
     }
 
     fn time_reference(&self) -> Option<u32> {
-        Snapshot::<M>::TIME.is_none().then_some(M::VARIABLES.len() as u32)
+        InstanceSnapshot::<M>::TIME.is_none().then_some(M::VARIABLES.len() as u32)
     }
 
     fn reset(&mut self) -> FmiResult {
@@ -154,13 +153,14 @@ impl<M: Model> CoSimulation for Instance<M> {
     }
 
     fn exit_initialization(&mut self) -> FmiResult {
-        self.refresh()
+        self.refresh_outputs()
     }
 
-    fn refresh(&mut self) -> FmiResult {
-        let Snapshot { model, lifecycle, stale, .. } = &mut self.current;
-        if *stale && matches!(lifecycle.state, State::Initialization | State::StepComplete) {
-            if lifecycle.state == State::Initialization {
+    fn refresh_outputs(&mut self) -> FmiResult {
+        let InstanceSnapshot { model, lifecycle, stale, .. } = &mut self.current;
+        if *stale && matches!(lifecycle.state, LifecycleState::Initialization | LifecycleState::StepComplete)
+        {
+            if lifecycle.state == LifecycleState::Initialization {
                 model.initialise().map_err(|error| FmiError {
                     status: Status::Error,
                     message: format!("initialisation failed: {error}"),
@@ -187,11 +187,11 @@ impl<M: Model> CoSimulation for Instance<M> {
                 current.compute_outputs();
                 return Ok(());
             }
-            Err(ModelError::Error(message)) => (State::Error, Status::Error, message),
-            Err(ModelError::Discard(message)) => (State::StepFailed, Status::Discard, message),
+            Err(ModelError::Error(message)) => (LifecycleState::Error, Status::Error, message),
+            Err(ModelError::Discard(message)) => (LifecycleState::StepFailed, Status::Discard, message),
             Err(ModelError::Terminated(message)) => {
                 current.lifecycle.terminated = true;
-                (State::StepFailed, Status::Discard, message)
+                (LifecycleState::StepFailed, Status::Discard, message)
             }
         };
         current.model = before;
@@ -203,33 +203,28 @@ impl<M: Model> CoSimulation for Instance<M> {
         Ok(())
     }
 
-    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        let variable = variable::<M>(reference)?;
-        match T::read(&variable.access, &mut self.current.model) {
+    fn get<T: FmiValue>(&mut self, reference: u32) -> FmiResult<T> {
+        let variable = find_variable::<M>(reference)?;
+        match T::read_from_model(&variable.access, &mut self.current.model) {
             Some(value) => Ok(value),
-            None => other_type(variable, T::KIND),
+            None => reject_wrong_type(variable, T::KIND),
         }
     }
 
-    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
+    fn set<T: FmiValue>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
         for (reference, value) in references.iter().zip(values) {
-            self.check_set(variable::<M>(*reference)?, value)?;
+            self.check_set(find_variable::<M>(*reference)?, value)?;
         }
         for (reference, value) in references.iter().zip(values) {
-            value.write(&variable::<M>(*reference)?.access, &mut self.current.model);
+            value.write_to_model(&find_variable::<M>(*reference)?.access, &mut self.current.model);
             self.current.stale = true;
             self.current.slopes.retain(|slope| slope.reference != *reference);
         }
         Ok(())
     }
 
-    fn set_input_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &[f64],
-    ) -> FmiResult {
-        self.set_slopes(references, orders, values)
+    fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> FmiResult {
+        self.store_input_derivatives(references, orders, values)
     }
 
     fn directional_derivative(
@@ -238,35 +233,33 @@ impl<M: Model> CoSimulation for Instance<M> {
         knowns: &[u32],
         changes: &[f64],
     ) -> FmiResult<Vec<f64>> {
-        self.directional(unknowns, knowns, changes)
+        self.compute_directional_derivative(unknowns, knowns, changes)
     }
 
-    fn save(&mut self) -> FmiResult<Snapshot<M>> {
+    fn save(&mut self) -> FmiResult<InstanceSnapshot<M>> {
         Ok(self.current.clone())
     }
 
-    fn restore(&mut self, state: &Snapshot<M>) -> FmiResult {
+    fn restore(&mut self, state: &InstanceSnapshot<M>) -> FmiResult {
         self.current = state.clone();
         Ok(())
     }
 
-    fn serialize(&mut self, state: &Snapshot<M>) -> FmiResult<Vec<u8>> {
-        postcard::to_stdvec(&(guid::<M>(), state)).or_else(|cause| reject(cause.to_string()))
+    fn serialize(&mut self, state: &InstanceSnapshot<M>) -> FmiResult<Vec<u8>> {
+        postcard::to_stdvec(&(model_guid::<M>(), state)).or_else(|cause| reject(cause.to_string()))
     }
 
-    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<Snapshot<M>> {
-        let expected = guid::<M>();
-        match postcard::from_bytes::<(String, Snapshot<M>)>(bytes) {
-            Ok((found, snapshot)) if found == expected => snapshot.check().map(|()| snapshot),
-            Ok((found, _)) => {
-                reject(format!("expected a state of {expected}, found one of {found}"))
-            }
+    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<InstanceSnapshot<M>> {
+        let expected = model_guid::<M>();
+        match postcard::from_bytes::<(String, InstanceSnapshot<M>)>(bytes) {
+            Ok((found, snapshot)) if found == expected => snapshot.check_consistency().map(|()| snapshot),
+            Ok((found, _)) => reject(format!("expected a state of {expected}, found one of {found}")),
             Err(cause) => reject(format!("these bytes are no FMU state: {cause}")),
         }
     }
 }
 
-fn variable<M: Model>(reference: u32) -> FmiResult<&'static Variable<M>> {
+fn find_variable<M: Model>(reference: u32) -> FmiResult<&'static Variable<M>> {
     M::VARIABLES.get(reference as usize).ok_or_else(|| FmiError {
         status: Status::Error,
         message: format!("no variable has the value reference {reference}"),
@@ -274,29 +267,29 @@ fn variable<M: Model>(reference: u32) -> FmiResult<&'static Variable<M>> {
 }
 
 /// The accessor of a real variable.
-fn real<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
+fn real_accessor<M: Model>(reference: u32) -> Option<fn(&mut M) -> &mut f64> {
     match M::VARIABLES.get(reference as usize)?.access {
-        Access::Real(at) => Some(at),
+        VariableAccess::Real(at) => Some(at),
         _ => None,
     }
 }
 
-fn other_type<M, T>(Variable { row, access }: &Variable<M>, expected: Kind) -> FmiResult<T> {
+fn reject_wrong_type<M, T>(Variable { row, access }: &Variable<M>, expected: VariableKind) -> FmiResult<T> {
     reject(format!("{} is of type {:?}, not {expected:?}", row.name, access.kind()))
 }
 
 /// Whether a variable may be written in a state: the notes below table 4.2.4 of FMI 2.0.
-fn writable(row: &Row, state: State) -> bool {
+fn is_writable(row: &VariableRow, state: LifecycleState) -> bool {
     let input = row.causality == Causality::Input;
     let constant = row.variability == Variability::Constant;
     match state {
-        State::Instantiated => row.has_start() && !constant,
-        State::Initialization => input || row.initial == Some(Initial::Exact) && !constant,
-        State::StepComplete => input || is_tunable(row),
+        LifecycleState::Instantiated => row.has_start() && !constant,
+        LifecycleState::Initialization => input || row.initial == Some(Initial::Exact) && !constant,
+        LifecycleState::StepComplete => input || is_tunable(row),
         _ => false,
     }
 }
 
-fn is_tunable(row: &Row) -> bool {
+fn is_tunable(row: &VariableRow) -> bool {
     row.causality == Causality::Parameter && row.variability == Variability::Tunable
 }

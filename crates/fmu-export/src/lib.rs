@@ -160,20 +160,20 @@ mod value;
 mod variable;
 mod variable_value;
 
-pub use co_simulation::{Categories, CoSimulation};
-pub use derivative::{Derivatives, Equations, Number};
+pub use co_simulation::{CoSimulation, LogCategories};
+pub use derivative::{EquationDerivatives, Equations, Number};
 pub use error::{FmiError, FmiResult, reject};
 pub use info::Info;
-pub use instance::{Instance, Snapshot};
-pub use lifecycle::{Lifecycle, State};
+pub use instance::{Instance, InstanceSnapshot};
+pub use lifecycle::{Lifecycle, LifecycleState};
 pub use log::{LOG_CATEGORIES, SUMMARY, log, warn};
 pub use model::{Model, ModelError};
 pub use terminal::{Member, MemberKind, Terminal};
-pub use text::Text;
+pub use text::SharedText;
 pub use units as unit;
-pub use value::Value;
+pub use value::FmiValue;
 pub use variable::{
-    Access, Causality, Dependencies, Initial, Kind, Row, Variability, Variable,
+    Causality, Initial, OutputDependencies, Variability, Variable, VariableAccess, VariableKind, VariableRow,
     calculated_parameter, constant, independent, input, local, output, parameter,
 };
 pub use variable_value::VariableValue;

@@ -7,7 +7,7 @@ use crate::error::{FmiResult, reject};
 ///
 /// An FMU that does not step asynchronously never is in the states `stepInProgress` and `stepCanceled`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum State {
+pub enum LifecycleState {
     /// After `fmi2Instantiate` or `fmi2Reset`.
     Instantiated = 1,
     /// Between entering and leaving initialisation.
@@ -24,7 +24,7 @@ pub enum State {
     Fatal = 64,
 }
 
-use State::{Error, Initialization, Instantiated, StepComplete, StepFailed, Terminated};
+use LifecycleState::{Error, Initialization, Instantiated, StepComplete, StepFailed, Terminated};
 
 /// A group of C functions that the same states allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub enum Call {
     GetStatus,
 }
 
-const fn mask(states: &[State]) -> u8 {
+const fn state_mask(states: &[LifecycleState]) -> u8 {
     let (mut mask, mut i) = (0, 0);
     while i < states.len() {
         mask |= states[i] as u8;
@@ -70,30 +70,27 @@ const fn mask(states: &[State]) -> u8 {
     mask
 }
 
-const ALIVE: &[State] =
-    &[Instantiated, Initialization, StepComplete, StepFailed, Terminated, Error];
-const STEPPED: &[State] = &[StepComplete, StepFailed, Terminated, Error];
+const ALIVE: &[LifecycleState] = &[Instantiated, Initialization, StepComplete, StepFailed, Terminated, Error];
+const STEPPED: &[LifecycleState] = &[StepComplete, StepFailed, Terminated, Error];
 
 impl Call {
     /// Whether the call is legal in `state`.
-    pub(crate) fn allowed(self, state: State) -> bool {
+    pub(crate) fn is_allowed_in(self, state: LifecycleState) -> bool {
         let states = match self {
-            Call::SetDebugLogging | Call::Reset | Call::FmuState => const { mask(ALIVE) },
-            Call::SetupExperiment | Call::EnterInitializationMode => {
-                const { mask(&[Instantiated]) }
-            }
-            Call::ExitInitializationMode => const { mask(&[Initialization]) },
-            Call::Terminate => const { mask(&[StepComplete, StepFailed]) },
+            Call::SetDebugLogging | Call::Reset | Call::FmuState => const { state_mask(ALIVE) },
+            Call::SetupExperiment | Call::EnterInitializationMode => const { state_mask(&[Instantiated]) },
+            Call::ExitInitializationMode => const { state_mask(&[Initialization]) },
+            Call::Terminate => const { state_mask(&[StepComplete, StepFailed]) },
             Call::Get | Call::GetDirectionalDerivative => {
-                const { mask(STEPPED) | Initialization as u8 }
+                const { state_mask(STEPPED) | Initialization as u8 }
             }
             Call::Set | Call::SetRealInputDerivatives => {
-                const { mask(&[Instantiated, Initialization, StepComplete]) }
+                const { state_mask(&[Instantiated, Initialization, StepComplete]) }
             }
-            Call::GetRealOutputDerivatives => const { mask(STEPPED) },
-            Call::DoStep => const { mask(&[StepComplete]) },
+            Call::GetRealOutputDerivatives => const { state_mask(STEPPED) },
+            Call::DoStep => const { state_mask(&[StepComplete]) },
             Call::CancelStep => 0,
-            Call::GetStatus => const { mask(&[StepComplete, StepFailed, Terminated]) },
+            Call::GetStatus => const { state_mask(&[StepComplete, StepFailed, Terminated]) },
         };
         states & state as u8 != 0
     }
@@ -107,7 +104,7 @@ const TIME_TOLERANCE: f64 = 1e-6;
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct Lifecycle {
     /// Its state.
-    pub state: State,
+    pub state: LifecycleState,
     /// `fmi2SetupExperiment` was called.
     set_up: bool,
     /// The end of the last step, or the start time [s].
@@ -135,9 +132,9 @@ impl Default for Lifecycle {
 
 impl Lifecycle {
     /// Rejects a call that the state of the instance does not allow.
-    pub(crate) fn check(&self, call: Call) -> FmiResult {
+    pub(crate) fn check_call(&self, call: Call) -> FmiResult {
         let state = self.state;
-        if !call.allowed(state) {
+        if !call.is_allowed_in(state) {
             return reject(format!("{call:?} is not allowed in the state {state:?}"));
         }
         if call == Call::EnterInitializationMode && !self.set_up {
@@ -147,10 +144,10 @@ impl Lifecycle {
     }
 
     /// Notes a failure that ends the life of the instance.
-    pub fn fail(&mut self, status: Status) {
+    pub fn record_failure(&mut self, status: Status) {
         self.state = match status {
             Status::Error => Error,
-            Status::Fatal => State::Fatal,
+            Status::Fatal => LifecycleState::Fatal,
             _ => self.state,
         };
     }
@@ -163,16 +160,14 @@ impl Lifecycle {
         tolerance: Option<f64>,
     ) -> FmiResult {
         if !start.is_finite() || stop.is_some_and(|stop| stop <= start || stop.is_nan()) {
-            return reject(format!(
-                "start time {start} and stop time {stop:?} do not make an interval"
-            ));
+            return reject(format!("start time {start} and stop time {stop:?} do not make an interval"));
         }
         *self = Lifecycle { now: start, stop, tolerance, set_up: true, ..self.clone() };
         Ok(())
     }
 
     /// Takes the stop time of another one that has an experiment.
-    pub(crate) fn stop_as(&mut self, other: &Lifecycle) {
+    pub(crate) fn copy_stop_time(&mut self, other: &Lifecycle) {
         if other.set_up {
             self.stop = other.stop;
         }

@@ -20,7 +20,7 @@ pub const LOG_CATEGORIES: [(&str, &str); 5] = [
 pub const SUMMARY: &str = "summary";
 
 /// A message of a call.
-pub(crate) struct Message {
+pub(crate) struct PendingLogMessage {
     pub status: Status,
     pub category: &'static str,
     pub text: String,
@@ -30,7 +30,7 @@ thread_local! {
     /// A model runs on the thread of the call, so messages of several instances do not mix. It is empty
     /// between calls, so nothing leaks without a destructor; one would keep the model's library loaded
     /// for as long as the thread lives.
-    static MESSAGES: ManuallyDrop<RefCell<Vec<Message>>> =
+    static MESSAGES: ManuallyDrop<RefCell<Vec<PendingLogMessage>>> =
         const { ManuallyDrop::new(RefCell::new(Vec::new())) };
 }
 
@@ -39,30 +39,30 @@ thread_local! {
 /// The importer gets the messages of a call, in their order, when the call ends, if it turned the category on; [`SUMMARY`] is on by
 /// itself. Messages from other threads, and from outside of a call, are lost.
 pub fn log(category: &'static str, text: impl Into<String>) {
-    push(Message { status: Status::Ok, category, text: text.into() });
+    push_message(PendingLogMessage { status: Status::Ok, category, text: text.into() });
 }
 
 /// Warns the importer: the call goes on, and returns `fmi2Warning` unless something worse happens. Warnings are on by themselves, as
 /// errors are.
 pub fn warn(text: impl Into<String>) {
     let category = LOG_CATEGORIES[Status::Warning as usize].0;
-    push(Message { status: Status::Warning, category, text: text.into() });
+    push_message(PendingLogMessage { status: Status::Warning, category, text: text.into() });
 }
 
 /// Logs a change of the instance's state.
-pub(crate) fn event(text: impl Into<String>) {
-    push(Message {
+pub(crate) fn log_event(text: impl Into<String>) {
+    push_message(PendingLogMessage {
         status: Status::Ok,
         category: LOG_CATEGORIES[Status::Ok as usize].0,
         text: text.into(),
     });
 }
 
-fn push(message: Message) {
+fn push_message(message: PendingLogMessage) {
     MESSAGES.with(|messages| messages.borrow_mut().push(message));
 }
 
 /// The messages of this thread since they were last taken.
-pub(crate) fn take_messages() -> Vec<Message> {
+pub(crate) fn take_messages() -> Vec<PendingLogMessage> {
     MESSAGES.with(|messages| take(&mut *messages.borrow_mut()))
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::derivative::Derivatives;
+use crate::derivative::EquationDerivatives;
 use crate::info::Info;
 use crate::variable::Variable;
 
@@ -59,7 +59,7 @@ pub trait Model: Default + Clone + Send + Serialize + DeserializeOwned + 'static
     const VARIABLES: &'static [Variable<Self>];
     /// The derivatives of the output equations, for a model with
     /// [`Equations`](crate::Equations).
-    const DERIVATIVES: Option<Derivatives<Self>> = None;
+    const DERIVATIVES: Option<EquationDerivatives<Self>> = None;
 
     /// Computes the initial state from parameters and start values. It may be called repeatedly and
     /// depends on nothing that an earlier call computed.
@@ -78,5 +78,5 @@ pub trait Model: Default + Clone + Send + Serialize + DeserializeOwned + 'static
 
     /// Computes the outputs from state and inputs. It is called after initialisation, after each
     /// step, and when an output is read after an input was written.
-    fn outputs(&mut self) {}
+    fn compute_outputs(&mut self) {}
 }

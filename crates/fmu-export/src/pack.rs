@@ -17,49 +17,48 @@ const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 
 /// Hands over a model's name (`what` 0), its `modelDescription.xml` of FMI 2.0 (1), its mistakes (2), its description of FMI 3.0
 /// (3), and its terminals, if it has any (4).
-pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TextCallback);
+pub type DescribeFn = unsafe extern "C" fn(context: *mut c_void, take: TextCallback);
 /// Takes a text of a library, UTF-8, valid during the call.
-pub type TextCallback =
-    unsafe extern "C" fn(context: *mut c_void, what: u32, text: *const u8, length: usize);
+pub type TextCallback = unsafe extern "C" fn(context: *mut c_void, what: u32, text: *const u8, length: usize);
 
 /// The version of FMI of an archive. The library in it has the functions of both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub enum FmiVersion {
     /// 2.0.
     Two,
     /// 3.0.
     Three,
 }
 
-impl Version {
+impl FmiVersion {
     /// The folder of this platform's library inside an archive.
-    const fn platform(self) -> &'static str {
+    const fn platform_folder(self) -> &'static str {
         let linux = cfg!(target_os = "linux");
         let windows = cfg!(target_os = "windows");
         let wide = cfg!(target_pointer_width = "64");
         let arm = cfg!(target_arch = "aarch64");
         match self {
-            Version::Two if linux && wide => "linux64",
-            Version::Two if linux => "linux32",
-            Version::Two if windows && wide => "win64",
-            Version::Two if windows => "win32",
-            Version::Two => "darwin64",
-            Version::Three if linux && arm => "aarch64-linux",
-            Version::Three if linux && wide => "x86_64-linux",
-            Version::Three if linux => "x86-linux",
-            Version::Three if windows && wide => "x86_64-windows",
-            Version::Three if windows => "x86-windows",
-            Version::Three if arm => "aarch64-darwin",
-            Version::Three => "x86_64-darwin",
+            FmiVersion::Two if linux && wide => "linux64",
+            FmiVersion::Two if linux => "linux32",
+            FmiVersion::Two if windows && wide => "win64",
+            FmiVersion::Two if windows => "win32",
+            FmiVersion::Two => "darwin64",
+            FmiVersion::Three if linux && arm => "aarch64-linux",
+            FmiVersion::Three if linux && wide => "x86_64-linux",
+            FmiVersion::Three if linux => "x86-linux",
+            FmiVersion::Three if windows && wide => "x86_64-windows",
+            FmiVersion::Three if windows => "x86-windows",
+            FmiVersion::Three if arm => "aarch64-darwin",
+            FmiVersion::Three => "x86_64-darwin",
         }
     }
 
     /// The end of the name of an archive.
     #[must_use]
-    pub const fn suffix(self) -> &'static str {
+    pub const fn archive_suffix(self) -> &'static str {
         match self {
-            Version::Two => ".fmu",
-            Version::Three => "_fmi3.fmu",
+            FmiVersion::Two => ".fmu",
+            FmiVersion::Three => "_fmi3.fmu",
         }
     }
 }
@@ -103,7 +102,7 @@ pub enum PackError {
 }
 
 #[derive(Default)]
-struct Description {
+struct LibraryTexts {
     name: String,
     xml: String,
     xml3: String,
@@ -116,7 +115,7 @@ struct Description {
 unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, length: usize) {
     // SAFETY: `describe` hands over a description, and the library a text, as this function demands.
     let (description, text) =
-        unsafe { (context.cast::<Description>().as_mut(), memory::read(text, length)) };
+        unsafe { (context.cast::<LibraryTexts>().as_mut(), memory::read_array(text, length)) };
     let (Some(description), Ok(text)) = (description, text) else { return };
     let text = String::from_utf8_lossy(text).into_owned();
     match what {
@@ -130,13 +129,13 @@ unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, leng
     }
 }
 
-fn describe(library: &Path) -> Result<Description, PackError> {
+fn read_library_texts(library: &Path) -> Result<LibraryTexts, PackError> {
     let error = |source| PackError::Library { path: library.to_owned(), source };
-    let mut description = Description::default();
+    let mut description = LibraryTexts::default();
     // SAFETY: the function is made by `export!`, with the type that is given here.
     unsafe {
         let loaded = libloading::Library::new(library).map_err(error)?;
-        let describe = loaded.get::<Describe>(DESCRIBE).map_err(error)?;
+        let describe = loaded.get::<DescribeFn>(DESCRIBE).map_err(error)?;
         describe((&raw mut description).cast(), take);
         // The model has run: threads that it started may still be in the code of the library.
         std::mem::forget(loaded);
@@ -159,15 +158,15 @@ fn describe(library: &Path) -> Result<Description, PackError> {
 ///
 /// # Errors
 /// When the library is not made with this crate, or a file cannot be read or written.
-pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, PackError> {
-    let Description { name, xml, xml3, terminals, .. } = describe(library)?;
+pub fn pack_fmu(library: &Path, into: &Path, version: FmiVersion) -> Result<PathBuf, PackError> {
+    let LibraryTexts { name, xml, xml3, terminals, .. } = read_library_texts(library)?;
     let (xml, files) = match version {
-        Version::Two => (xml, Vec::new()),
-        Version::Three if terminals.is_empty() => (xml3, Vec::new()),
-        Version::Three => (xml3, vec![(TERMINALS.to_owned(), terminals.into_bytes())]),
+        FmiVersion::Two => (xml, Vec::new()),
+        FmiVersion::Three if terminals.is_empty() => (xml3, Vec::new()),
+        FmiVersion::Three => (xml3, vec![(TERMINALS.to_owned(), terminals.into_bytes())]),
     };
-    let path = into.join(format!("{name}{}", version.suffix()));
-    archive(&path, &name, version, &xml, library, &files)?;
+    let path = into.join(format!("{name}{}", version.archive_suffix()));
+    write_fmu_archive(&path, &name, version, &xml, library, &files)?;
     Ok(path)
 }
 
@@ -178,10 +177,10 @@ pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, Pa
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn archive(
+pub fn write_fmu_archive(
     path: &Path,
     name: &str,
-    version: Version,
+    version: FmiVersion,
     xml: &str,
     library: &Path,
     files: &[(String, Vec<u8>)],
@@ -196,7 +195,7 @@ pub fn archive(
     archive.start_file("modelDescription.xml", options)?;
     archive.write_all(xml.as_bytes()).map_err(file(path))?;
     let extension = std::env::consts::DLL_EXTENSION;
-    let entry = format!("binaries/{}/{name}.{extension}", version.platform());
+    let entry = format!("binaries/{}/{name}.{extension}", version.platform_folder());
     archive.start_file(entry, options.unix_permissions(0o755))?;
     archive.write_all(&binary).map_err(file(path))?;
     for (name, bytes) in files {
@@ -227,7 +226,7 @@ mod tests {
 
     #[test]
     fn texts_of_a_library_may_be_null_empty_or_broken() {
-        let mut found = Description::default();
+        let mut found = LibraryTexts::default();
         let context = (&raw mut found).cast();
         unsafe {
             take(context, 0, ptr::null(), 0);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// The folder of the resources behind the place that an importer gives: a path, or a URI (RFC 8089). None of what is neither.
 #[must_use]
-pub fn folder(place: &str) -> Option<PathBuf> {
+pub fn resources_folder(place: &str) -> Option<PathBuf> {
     let Some(rest) = place.strip_prefix("file:") else {
         return (!place.is_empty()).then(|| PathBuf::from(place));
     };
@@ -43,10 +43,10 @@ mod tests {
             ("file:/tmp/x", "/tmp/x"),
             ("file:///C:/tmp", "C:/tmp"),
         ] {
-            assert_eq!(folder(place), Some(PathBuf::from(found)), "{place}");
+            assert_eq!(resources_folder(place), Some(PathBuf::from(found)), "{place}");
         }
         for wrong in ["", "file://", "file:///tmp/%zz", "file:///tmp/%4"] {
-            assert_eq!(folder(wrong), None, "{wrong}");
+            assert_eq!(resources_folder(wrong), None, "{wrong}");
         }
     }
 }

@@ -3,14 +3,16 @@
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::array::{base, spans};
-use crate::derivative::Derivatives;
+use crate::array::{array_base_name, group_array_rows};
+use crate::derivative::EquationDerivatives;
 use crate::info::Info;
 use crate::log::{LOG_CATEGORIES, take_messages};
 use crate::model::Model;
 use crate::terminal::{Member, Terminal};
 use crate::unit::Unit;
-use crate::variable::{Access, Causality, Dependencies, Kind, Row, Variability, Variable};
+use crate::variable::{
+    Causality, OutputDependencies, Variability, Variable, VariableAccess, VariableKind, VariableRow,
+};
 
 /// A log category is a bit of 64.
 const MOST_CATEGORIES: usize = 64;
@@ -18,7 +20,7 @@ const MOST_CATEGORIES: usize = 64;
 /// Mistakes in a model's table of variables, its [`Info`] and its [`Derivatives`]. The list is empty when
 /// `modelDescription.xml` follows FMI 2.0 and agrees with the model's behaviour, as far as can be tried.
 #[must_use]
-pub fn problems<M: Model>() -> Vec<String> {
+pub fn model_problems<M: Model>() -> Vec<String> {
     let mut problems = info_problems(&M::INFO);
     problems.extend(terminal_problems(M::INFO.terminals, M::VARIABLES));
     problems.extend(table_problems(M::VARIABLES, &mut M::default()));
@@ -46,12 +48,12 @@ pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec
         let found = row_problems(&variable.row, variable.access.kind())
             .chain(unit_problem(&variable.row))
             .chain(start_problem(variable, start))
-            .chain(dependency_problems(&inputs(variables.iter().map(|it| &it.row)), &variable.row));
+            .chain(dependency_problems(&input_names(variables.iter().map(|it| &it.row)), &variable.row));
         problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
     }
     let rows = || variables.iter().map(|it| (&it.row, it.access.kind()));
-    for span in spans(rows()) {
-        let array = span.name(variables[span.first].row.name);
+    for span in group_array_rows(rows()) {
+        let array = span.array_name(variables[span.first].row.name);
         if span.elements > 1 && names.contains(array) {
             problems.push(format!("`{array}` is a variable and an array of FMI 3.0"));
         }
@@ -110,8 +112,9 @@ fn terminal_problems<M>(terminals: &[Terminal], variables: &[Variable<M>]) -> Ve
             if !names.insert(name) {
                 add(format!("there are two members called `{name}`"));
             }
-            let is_it =
-                |row: &&Row| [row.name, base(row.name, 1).unwrap_or_default()].contains(variable);
+            let is_it = |row: &&VariableRow| {
+                [row.name, array_base_name(row.name, 1).unwrap_or_default()].contains(variable)
+            };
             let mut rows = variables.iter().map(|it| &it.row).filter(is_it);
             match rows.next().map(|row| row.causality) {
                 Some(Causality::Input | Causality::Output) => {}
@@ -123,19 +126,19 @@ fn terminal_problems<M>(terminals: &[Terminal], variables: &[Variable<M>]) -> Ve
     problems
 }
 
-pub(crate) fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String> + use<> {
-    let Row { min, max, nominal, .. } = *row;
+pub(crate) fn row_problems(row: &VariableRow, kind: VariableKind) -> impl Iterator<Item = String> + use<> {
+    let VariableRow { min, max, nominal, .. } = *row;
     let limits = [min, max, nominal];
     let mut problems = Vec::new();
     if !is_structured(row.name) {
         problems.push("the name is no structured name of FMI 2.0".to_owned());
     }
-    if !row.is_legal() || kind != Kind::Real && row.variability == Variability::Continuous {
-        let Row { causality, variability, initial, .. } = row;
+    if !row.is_legal() || kind != VariableKind::Real && row.variability == Variability::Continuous {
+        let VariableRow { causality, variability, initial, .. } = row;
         let initial = initial.map_or("no initial".to_owned(), |initial| format!("{initial:?}"));
         problems.push(format!("a {kind:?} cannot be {causality:?}, {variability:?} and {initial}"));
     }
-    if kind != Kind::Real && (!row.unit.is_empty() || row.display_unit.is_some()) {
+    if kind != VariableKind::Real && (!row.unit.is_empty() || row.display_unit.is_some()) {
         problems.push(format!("a {kind:?} has no unit"));
     }
     if limits.iter().flatten().any(|limit| !limit.is_finite()) {
@@ -149,10 +152,10 @@ pub(crate) fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String
     }
     let whole = |limit: f64| limit == f64::from(limit as i32);
     match kind {
-        Kind::Real => {}
-        Kind::Integer if nominal.is_some() => problems.push("an Integer has no nominal".to_owned()),
-        Kind::Integer if limits.into_iter().flatten().all(whole) => {}
-        Kind::Integer => problems.push("a limit is no 32-bit integer".to_owned()),
+        VariableKind::Real => {}
+        VariableKind::Integer if nominal.is_some() => problems.push("an Integer has no nominal".to_owned()),
+        VariableKind::Integer if limits.into_iter().flatten().all(whole) => {}
+        VariableKind::Integer => problems.push("a limit is no 32-bit integer".to_owned()),
         _ if limits.iter().all(Option::is_none) => {}
         _ => problems.push(format!("a {kind:?} has no limits")),
     }
@@ -162,7 +165,7 @@ pub(crate) fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String
     problems.into_iter()
 }
 
-pub(crate) fn unit_problem(row: &Row) -> Option<String> {
+pub(crate) fn unit_problem(row: &VariableRow) -> Option<String> {
     let parse = |text| Unit::parse(text).map_err(|error| error.to_string());
     let unit = match parse(row.unit) {
         _ if row.unit.is_empty() && row.display_unit.is_none() => return None,
@@ -178,32 +181,32 @@ pub(crate) fn unit_problem(row: &Row) -> Option<String> {
 
 fn start_problem<M>(Variable { row, access }: &Variable<M>, start: &mut M) -> Option<String> {
     let value = match access {
-        Access::Real(at) => *at(start),
-        Access::Integer(at) => f64::from(*at(start)),
-        Access::Boolean(_) | Access::String(_) => return None,
+        VariableAccess::Real(at) => *at(start),
+        VariableAccess::Integer(at) => f64::from(*at(start)),
+        VariableAccess::Boolean(_) | VariableAccess::String(_) => return None,
     };
-    row.has_start().then(|| outside(row, value)).flatten()
+    row.has_start().then(|| start_outside_limits(row, value)).flatten()
 }
 
 /// Says that a start value is none that the variable may have.
-pub(crate) fn outside(row: &Row, value: f64) -> Option<String> {
+pub(crate) fn start_outside_limits(row: &VariableRow, value: f64) -> Option<String> {
     let outside = value < row.min.unwrap_or(value) || value > row.max.unwrap_or(value);
     (outside || !value.is_finite()).then(|| format!("it starts at {value}, outside of its limits"))
 }
 
 /// The names of the inputs of a table.
-pub(crate) fn inputs<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'static str> {
+pub(crate) fn input_names<'a>(rows: impl Iterator<Item = &'a VariableRow>) -> Vec<&'static str> {
     rows.filter(|row| row.causality == Causality::Input).map(|row| row.name).collect()
 }
 
 /// Names that an output cannot depend on.
 pub(crate) fn dependency_problems(
     inputs: &[&str],
-    row: &Row,
+    row: &VariableRow,
 ) -> impl Iterator<Item = String> + use<> {
     let names = match row.depends {
-        Dependencies::On(names) => names,
-        Dependencies::All => &[],
+        OutputDependencies::On(names) => names,
+        OutputDependencies::All => &[],
     };
     let wrong: Vec<_> = names.iter().filter(|name| !inputs.contains(name)).collect();
     wrong.into_iter().map(|name| format!("depends on `{name}`, which is no input"))
@@ -235,8 +238,7 @@ fn is_path(mut rest: &str) -> bool {
         rest = &rest[end..];
         if let Some(indices) = rest.strip_prefix('[') {
             let Some((numbers, after)) = indices.split_once(']') else { return false };
-            let is_number =
-                |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+            let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
             if !numbers.split(',').all(is_number) {
                 return false;
             }
@@ -261,10 +263,7 @@ fn name_end(text: &str) -> Option<usize> {
         match c {
             '\'' if !escaped => return (index > 0).then_some(index + 2),
             _ if escaped && !"'\"?\\abfnrtv".contains(c) => return None,
-            _ if !escaped
-                && !c.is_ascii_alphanumeric()
-                && !"_!#$%&()*+,-./:;<>=?@[]^{}|~ \\".contains(c) =>
-            {
+            _ if !escaped && !c.is_ascii_alphanumeric() && !"_!#$%&()*+,-./:;<>=?@[]^{}|~ \\".contains(c) => {
                 return None;
             }
             _ => escaped = !escaped && c == '\\',
@@ -279,11 +278,11 @@ fn behaviour_problems<M: Model>() -> Vec<String> {
     if model.initialise().is_err() {
         return Vec::new();
     }
-    model.outputs();
+    model.compute_outputs();
     let mut problems = Vec::new();
     for input in M::VARIABLES {
         if input.row.causality == Causality::Input {
-            problems.extend(undeclared::<M>(&model, input));
+            problems.extend(undeclared_dependencies::<M>(&model, input));
         }
     }
     if let Some(derivatives) = M::DERIVATIVES {
@@ -293,26 +292,26 @@ fn behaviour_problems<M: Model>() -> Vec<String> {
 }
 
 /// Outputs that an input changes without a step although they do not declare the dependency.
-fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
+fn undeclared_dependencies<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
     let (mut before, mut after) = (model.clone(), model.clone());
     match input.access {
         // Not round: models treat round numbers as special cases.
-        Access::Real(at) => *at(&mut after) += 0.012_345,
-        Access::Integer(at) => *at(&mut after) ^= 1,
-        Access::Boolean(at) => *at(&mut after) ^= true,
-        Access::String(at) => at(&mut after).push('~'),
+        VariableAccess::Real(at) => *at(&mut after) += 0.012_345,
+        VariableAccess::Integer(at) => *at(&mut after) ^= 1,
+        VariableAccess::Boolean(at) => *at(&mut after) ^= true,
+        VariableAccess::String(at) => at(&mut after).push('~'),
     }
-    after.outputs();
+    after.compute_outputs();
     let mut changed = |variable: &Variable<M>| match variable.access {
-        Access::Real(at) => at(&mut before).to_bits() != at(&mut after).to_bits(),
-        Access::Integer(at) => at(&mut before) != at(&mut after),
-        Access::Boolean(at) => at(&mut before) != at(&mut after),
-        Access::String(at) => at(&mut before) != at(&mut after),
+        VariableAccess::Real(at) => at(&mut before).to_bits() != at(&mut after).to_bits(),
+        VariableAccess::Integer(at) => at(&mut before) != at(&mut after),
+        VariableAccess::Boolean(at) => at(&mut before) != at(&mut after),
+        VariableAccess::String(at) => at(&mut before) != at(&mut after),
     };
     let name = input.row.name;
     let outputs = M::VARIABLES.iter().filter(|row| row.row.causality == Causality::Output);
     let undeclared = outputs.filter(|output| {
-        matches!(output.row.depends, Dependencies::On(inputs) if !inputs.contains(&name))
+        matches!(output.row.depends, OutputDependencies::On(inputs) if !inputs.contains(&name))
             && changed(output)
     });
     undeclared
@@ -321,11 +320,11 @@ fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
 }
 
 /// Equations whose variables are not in the table, or whose values differ from the outputs.
-fn equation_problems<M: Model>(derivatives: &Derivatives<M>, model: &mut M) -> Vec<String> {
+fn equation_problems<M: Model>(derivatives: &EquationDerivatives<M>, model: &mut M) -> Vec<String> {
     let mut value = |name: &str| {
         let variable = M::VARIABLES.iter().find(|variable| variable.row.name == name);
         match variable.map(|variable| &variable.access) {
-            Some(Access::Real(at)) => Ok(*at(model)),
+            Some(VariableAccess::Real(at)) => Ok(*at(model)),
             _ => Err(vec![format!("the equations use `{name}`, which is no real variable")]),
         }
     };
@@ -337,11 +336,10 @@ fn equation_problems<M: Model>(derivatives: &Derivatives<M>, model: &mut M) -> V
         (Err(problem), _) | (_, Err(problem)) => return problem,
     };
     let known: Vec<_> = known.into_iter().map(|value| (value, 0.0)).collect();
-    let found = derivatives.directional(model, &known);
+    let found = derivatives.directional_derivative(model, &known);
     let pairs = derivatives.unknown.iter().zip(found).zip(unknown);
     // Rounding may differ between the two kinds of numbers.
-    let differing =
-        pairs.filter(|((_, (found, _)), have)| (found - have).abs() > 1e-9 * (1.0 + have.abs()));
+    let differing = pairs.filter(|((_, (found, _)), have)| (found - have).abs() > 1e-9 * (1.0 + have.abs()));
     differing
         .map(|((name, (found, _)), have)| {
             format!("the equations give `{name}` = {found}, the outputs {have}")

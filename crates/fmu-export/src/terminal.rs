@@ -68,21 +68,13 @@ pub struct Terminal {
 impl Terminal {
     /// A terminal of which another one may have some members: the rule `bus`.
     #[must_use]
-    pub const fn bus(
-        name: &'static str,
-        description: &'static str,
-        members: &'static [Member],
-    ) -> Self {
+    pub const fn bus(name: &'static str, description: &'static str, members: &'static [Member]) -> Self {
         Terminal { name, description, partly: true, members }
     }
 
     /// A terminal of which another one has to have all members: the rule `plug`.
     #[must_use]
-    pub const fn plug(
-        name: &'static str,
-        description: &'static str,
-        members: &'static [Member],
-    ) -> Self {
+    pub const fn plug(name: &'static str, description: &'static str, members: &'static [Member]) -> Self {
         Terminal { name, description, partly: false, members }
     }
 }

@@ -10,9 +10,9 @@ const LARGEST: u64 = 16 << 20;
 /// A text that its clones share.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
-pub struct Text(Arc<String>);
+pub struct SharedText(Arc<String>);
 
-impl Text {
+impl SharedText {
     /// The text.
     #[must_use]
     pub fn get(&self) -> &str {
@@ -28,34 +28,32 @@ impl Text {
     ///
     /// # Errors
     /// When the file cannot be read or is too large; `name` is that of the parameter.
-    pub fn loaded(&self, name: &str) -> Result<Text, String> {
+    pub fn load_if_path(&self, name: &str) -> Result<SharedText, String> {
         if self.get().trim().is_empty() || self.get().contains('\n') {
             return Ok(self.clone());
         }
         let path = self.get().trim();
-        let wrong = |what: String| {
-            format!("{name} has one line, so it is the path of a file: `{path}` {what}")
-        };
+        let wrong =
+            |what: String| format!("{name} has one line, so it is the path of a file: `{path}` {what}");
         let read = || -> std::io::Result<Result<Vec<u8>, u64>> {
             let size = std::fs::metadata(path)?.len();
             if size > LARGEST { Ok(Err(size)) } else { std::fs::read(path).map(Ok) }
         };
         let bytes = read().map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        let bytes =
-            bytes.map_err(|size| wrong(format!("has {size} B, expected at most {LARGEST} B")))?;
+        let bytes = bytes.map_err(|size| wrong(format!("has {size} B, expected at most {LARGEST} B")))?;
         // In UTF-8 or else in Latin-1, as instruments write.
-        Ok(Text::from(text_encoding::utf8_or_latin1(&bytes).into_owned()))
+        Ok(SharedText::from(text_encoding::utf8_or_latin1(&bytes).into_owned()))
     }
 }
 
-impl From<String> for Text {
+impl From<String> for SharedText {
     fn from(text: String) -> Self {
-        Text(Arc::new(text))
+        SharedText(Arc::new(text))
     }
 }
 
-impl From<Text> for String {
-    fn from(text: Text) -> Self {
+impl From<SharedText> for String {
+    fn from(text: SharedText) -> Self {
         Arc::unwrap_or_clone(text.0)
     }
 }

@@ -2,18 +2,18 @@
 
 use std::ffi::c_int;
 
-use crate::variable::{Access, Kind};
+use crate::variable::{VariableAccess, VariableKind};
 
 /// A value that crosses the C interface.
-pub trait Value: Sized {
+pub trait FmiValue: Sized {
     /// The type of the variables that hold it.
-    const KIND: Kind;
+    const KIND: VariableKind;
     /// Its value in the model, when the variable is of this type.
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self>;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self>;
     /// Writes it into the model; a variable of another type is left alone.
-    fn write<M>(&self, access: &Access<M>, model: &mut M);
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M);
     /// The number that limits apply to.
-    fn number(&self) -> Option<f64>;
+    fn numeric_value(&self) -> Option<f64>;
 }
 
 /// `fmi2Boolean`: every value but 0 is true.
@@ -21,62 +21,62 @@ pub trait Value: Sized {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FmiBoolean(pub c_int);
 
-impl Value for f64 {
-    const KIND: Kind = Kind::Real;
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::Real(at) = access { Some(*at(model)) } else { None }
+impl FmiValue for f64 {
+    const KIND: VariableKind = VariableKind::Real;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self> {
+        if let VariableAccess::Real(at) = access { Some(*at(model)) } else { None }
     }
-    fn write<M>(&self, access: &Access<M>, model: &mut M) {
-        if let Access::Real(at) = access {
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M) {
+        if let VariableAccess::Real(at) = access {
             *at(model) = *self;
         }
     }
-    fn number(&self) -> Option<f64> {
+    fn numeric_value(&self) -> Option<f64> {
         Some(*self)
     }
 }
 
-impl Value for c_int {
-    const KIND: Kind = Kind::Integer;
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::Integer(at) = access { Some(*at(model)) } else { None }
+impl FmiValue for c_int {
+    const KIND: VariableKind = VariableKind::Integer;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self> {
+        if let VariableAccess::Integer(at) = access { Some(*at(model)) } else { None }
     }
-    fn write<M>(&self, access: &Access<M>, model: &mut M) {
-        if let Access::Integer(at) = access {
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M) {
+        if let VariableAccess::Integer(at) = access {
             *at(model) = *self;
         }
     }
-    fn number(&self) -> Option<f64> {
+    fn numeric_value(&self) -> Option<f64> {
         Some(f64::from(*self))
     }
 }
 
-impl Value for FmiBoolean {
-    const KIND: Kind = Kind::Boolean;
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::Boolean(at) = access { Some(FmiBoolean((*at(model)).into())) } else { None }
+impl FmiValue for FmiBoolean {
+    const KIND: VariableKind = VariableKind::Boolean;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self> {
+        if let VariableAccess::Boolean(at) = access { Some(FmiBoolean((*at(model)).into())) } else { None }
     }
-    fn write<M>(&self, access: &Access<M>, model: &mut M) {
-        if let Access::Boolean(at) = access {
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M) {
+        if let VariableAccess::Boolean(at) = access {
             *at(model) = self.0 != 0;
         }
     }
-    fn number(&self) -> Option<f64> {
+    fn numeric_value(&self) -> Option<f64> {
         None
     }
 }
 
-impl Value for String {
-    const KIND: Kind = Kind::String;
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::String(at) = access { Some(at(model).clone()) } else { None }
+impl FmiValue for String {
+    const KIND: VariableKind = VariableKind::String;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self> {
+        if let VariableAccess::String(at) = access { Some(at(model).clone()) } else { None }
     }
-    fn write<M>(&self, access: &Access<M>, model: &mut M) {
-        if let Access::String(at) = access {
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M) {
+        if let VariableAccess::String(at) = access {
             at(model).clone_from(self);
         }
     }
-    fn number(&self) -> Option<f64> {
+    fn numeric_value(&self) -> Option<f64> {
         None
     }
 }
@@ -86,17 +86,17 @@ impl Value for String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ByteBoolean(pub u8);
 
-impl Value for ByteBoolean {
-    const KIND: Kind = Kind::Boolean;
-    fn read<M>(access: &Access<M>, model: &mut M) -> Option<Self> {
-        if let Access::Boolean(at) = access { Some(ByteBoolean((*at(model)).into())) } else { None }
+impl FmiValue for ByteBoolean {
+    const KIND: VariableKind = VariableKind::Boolean;
+    fn read_from_model<M>(access: &VariableAccess<M>, model: &mut M) -> Option<Self> {
+        if let VariableAccess::Boolean(at) = access { Some(ByteBoolean((*at(model)).into())) } else { None }
     }
-    fn write<M>(&self, access: &Access<M>, model: &mut M) {
-        if let Access::Boolean(at) = access {
+    fn write_to_model<M>(&self, access: &VariableAccess<M>, model: &mut M) {
+        if let VariableAccess::Boolean(at) = access {
             *at(model) = self.0 != 0;
         }
     }
-    fn number(&self) -> Option<f64> {
+    fn numeric_value(&self) -> Option<f64> {
         None
     }
 }

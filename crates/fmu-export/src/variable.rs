@@ -2,7 +2,7 @@
 
 /// The types of FMI 2.0 that a variable may have; an enumeration is an integer with limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum VariableKind {
     /// `fmi2Real`.
     Real,
     /// `fmi2Integer`.
@@ -15,7 +15,7 @@ pub enum Kind {
 
 /// Accessor of a variable inside the model; it determines the type.
 #[derive(Debug)]
-pub enum Access<M> {
+pub enum VariableAccess<M> {
     /// An `fmi2Real`.
     Real(fn(&mut M) -> &mut f64),
     /// An `fmi2Integer`.
@@ -26,15 +26,15 @@ pub enum Access<M> {
     String(fn(&mut M) -> &mut String),
 }
 
-impl<M> Access<M> {
+impl<M> VariableAccess<M> {
     /// The type of the variable.
     #[must_use]
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> VariableKind {
         match self {
-            Access::Real(_) => Kind::Real,
-            Access::Integer(_) => Kind::Integer,
-            Access::Boolean(_) => Kind::Boolean,
-            Access::String(_) => Kind::String,
+            VariableAccess::Real(_) => VariableKind::Real,
+            VariableAccess::Integer(_) => VariableKind::Integer,
+            VariableAccess::Boolean(_) => VariableKind::Boolean,
+            VariableAccess::String(_) => VariableKind::String,
         }
     }
 }
@@ -84,7 +84,7 @@ pub enum Initial {
 
 /// The inputs that an output depends on without a step in between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dependencies {
+pub enum OutputDependencies {
     /// On every input.
     All,
     /// On the named inputs only.
@@ -93,7 +93,7 @@ pub enum Dependencies {
 
 /// Attributes of a variable, independent of the model; [`Row::at`] makes it a [`Variable`] of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct VariableRow {
     /// Structured name, unique in the table: `tire_f.B`.
     pub name: &'static str,
     /// Unit of a real variable, such as `N.m/rad`; empty for the other types.
@@ -115,7 +115,7 @@ pub struct Row {
     /// Typical size.
     pub nominal: Option<f64>,
     /// For outputs: the inputs that they depend on directly.
-    pub depends: Dependencies,
+    pub depends: OutputDependencies,
     /// For inputs: whether the start value means that nothing is connected.
     pub optional: bool,
     /// Whether it is a difference: the offset of its unit does not count.
@@ -126,21 +126,21 @@ pub struct Row {
 #[derive(Debug)]
 pub struct Variable<M> {
     /// Its attributes.
-    pub row: Row,
+    pub row: VariableRow,
     /// Its accessor.
-    pub access: Access<M>,
+    pub access: VariableAccess<M>,
 }
 
 /// An input in `unit`.
 #[must_use]
-pub const fn input(name: &'static str, unit: &'static str, description: &'static str) -> Row {
-    Row { causality: Causality::Input, initial: None, ..output(name, unit, description) }
+pub const fn input(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
+    VariableRow { causality: Causality::Input, initial: None, ..output(name, unit, description) }
 }
 
 /// An output in `unit`. It depends on every input directly, unless [`Row::depends_on`] lists fewer.
 #[must_use]
-pub const fn output(name: &'static str, unit: &'static str, description: &'static str) -> Row {
-    Row {
+pub const fn output(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
+    VariableRow {
         name,
         unit,
         display_unit: None,
@@ -151,7 +151,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
         min: None,
         max: None,
         nominal: None,
-        depends: Dependencies::All,
+        depends: OutputDependencies::All,
         optional: false,
         relative: false,
     }
@@ -159,8 +159,8 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
 
 /// A parameter in `unit`, fixed after initialisation unless it is made [`Row::tunable`].
 #[must_use]
-pub const fn parameter(name: &'static str, unit: &'static str, description: &'static str) -> Row {
-    Row {
+pub const fn parameter(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
+    VariableRow {
         causality: Causality::Parameter,
         variability: Variability::Fixed,
         initial: Some(Initial::Exact),
@@ -175,8 +175,8 @@ pub const fn calculated_parameter(
     name: &'static str,
     unit: &'static str,
     description: &'static str,
-) -> Row {
-    Row {
+) -> VariableRow {
+    VariableRow {
         causality: Causality::CalculatedParameter,
         variability: Variability::Fixed,
         ..output(name, unit, description)
@@ -185,128 +185,128 @@ pub const fn calculated_parameter(
 
 /// A variable in `unit` for observation; it cannot be connected.
 #[must_use]
-pub const fn local(name: &'static str, unit: &'static str, description: &'static str) -> Row {
-    Row { causality: Causality::Local, ..output(name, unit, description) }
+pub const fn local(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
+    VariableRow { causality: Causality::Local, ..output(name, unit, description) }
 }
 
 /// A number or text that never changes: a local variable, or with `output(..).constant()` an output.
 #[must_use]
-pub const fn constant(name: &'static str, unit: &'static str, description: &'static str) -> Row {
+pub const fn constant(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
     local(name, unit, description).constant()
 }
 
 /// The time in `unit`, at most once in a table. It is real, and written before the outputs are computed.
 #[must_use]
-pub const fn independent(name: &'static str, unit: &'static str, description: &'static str) -> Row {
-    Row { causality: Causality::Independent, initial: None, ..output(name, unit, description) }
+pub const fn independent(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
+    VariableRow { causality: Causality::Independent, initial: None, ..output(name, unit, description) }
 }
 
 /// `description::problems` reports combinations that FMI 2.0 does not allow.
-impl Row {
+impl VariableRow {
     /// Shows it in another unit of the same dimension; angles in deg, speeds in km/h and temperatures in
     /// degC need no mention.
     #[must_use]
     pub const fn display(self, unit: &'static str) -> Self {
-        Row { display_unit: Some(unit), ..self }
+        VariableRow { display_unit: Some(unit), ..self }
     }
 
     /// Sets the smallest legal value.
     #[must_use]
     pub const fn min(self, min: f64) -> Self {
-        Row { min: Some(min), ..self }
+        VariableRow { min: Some(min), ..self }
     }
 
     /// Sets the largest legal value.
     #[must_use]
     pub const fn max(self, max: f64) -> Self {
-        Row { max: Some(max), ..self }
+        VariableRow { max: Some(max), ..self }
     }
 
     /// Sets the typical size.
     #[must_use]
     pub const fn nominal(self, nominal: f64) -> Self {
-        Row { nominal: Some(nominal), ..self }
+        VariableRow { nominal: Some(nominal), ..self }
     }
 
     /// Lets a parameter be changed between steps, or a variable follow such a parameter.
     #[must_use]
     pub const fn tunable(self) -> Self {
-        Row { variability: Variability::Tunable, ..self }
+        VariableRow { variability: Variability::Tunable, ..self }
     }
 
     /// Keeps a local variable as it is after initialisation.
     #[must_use]
     pub const fn fixed(self) -> Self {
-        Row { variability: Variability::Fixed, ..self }
+        VariableRow { variability: Variability::Fixed, ..self }
     }
 
     /// Makes a real input, output or local variable discrete; the other types always are.
     #[must_use]
     pub const fn discrete(self) -> Self {
-        Row { variability: Variability::Discrete, ..self }
+        VariableRow { variability: Variability::Discrete, ..self }
     }
 
     /// Keeps an output or local variable at its start value for ever.
     #[must_use]
     pub const fn constant(self) -> Self {
-        Row { variability: Variability::Constant, ..self }.exact().depends_on(&[])
+        VariableRow { variability: Variability::Constant, ..self }.exact().depends_on(&[])
     }
 
     /// Takes the initial value of an output or local variable from its start value, which the
     /// environment may set; `Model::initialise` leaves it alone.
     #[must_use]
     pub const fn exact(self) -> Self {
-        Row { initial: Some(Initial::Exact), ..self }
+        VariableRow { initial: Some(Initial::Exact), ..self }
     }
 
     /// Takes the start value as a guess, from which `Model::initialise` computes the initial
     /// value.
     #[must_use]
     pub const fn approx(self) -> Self {
-        Row { initial: Some(Initial::Approx), ..self }
+        VariableRow { initial: Some(Initial::Approx), ..self }
     }
 
     /// Computes the initial value without a start value, as is usual for outputs and local variables.
     #[must_use]
     pub const fn calculated(self) -> Self {
-        Row { initial: Some(Initial::Calculated), ..self }
+        VariableRow { initial: Some(Initial::Calculated), ..self }
     }
 
     /// Lets an input stay without a connection: its start value means none, such as a grade of 0. The description
     /// says so in an annotation of ours, which other tools pass over.
     #[must_use]
     pub const fn optional(self) -> Self {
-        Row { optional: true, ..self }
+        VariableRow { optional: true, ..self }
     }
 
     /// Lists the inputs that an output depends on directly; an empty list for a state.
     #[must_use]
     pub const fn depends_on(self, inputs: &'static [&'static str]) -> Self {
-        Row { depends: Dependencies::On(inputs), ..self }
+        VariableRow { depends: OutputDependencies::On(inputs), ..self }
     }
 
     /// A real variable with this accessor.
     pub const fn at<M>(self, at: fn(&mut M) -> &mut f64) -> Variable<M> {
-        Variable { row: self, access: Access::Real(at) }
+        Variable { row: self, access: VariableAccess::Real(at) }
     }
 
     /// An integer variable with this accessor.
     pub const fn at_integer<M>(self, at: fn(&mut M) -> &mut i32) -> Variable<M> {
-        Variable { row: self.discrete_at_least(), access: Access::Integer(at) }
+        Variable { row: self.discrete_if_continuous(), access: VariableAccess::Integer(at) }
     }
 
     /// A boolean variable with this accessor.
     pub const fn at_boolean<M>(self, at: fn(&mut M) -> &mut bool) -> Variable<M> {
-        Variable { row: self.discrete_at_least(), access: Access::Boolean(at) }
+        Variable { row: self.discrete_if_continuous(), access: VariableAccess::Boolean(at) }
     }
 
     /// A text variable with this accessor.
     pub const fn at_string<M>(self, at: fn(&mut M) -> &mut String) -> Variable<M> {
-        Variable { row: self.discrete_at_least(), access: Access::String(at) }
+        Variable { row: self.discrete_if_continuous(), access: VariableAccess::String(at) }
     }
 
     /// Only real variables are continuous in FMI 2.0.
-    const fn discrete_at_least(self) -> Self {
+    const fn discrete_if_continuous(self) -> Self {
         match self.variability {
             Variability::Continuous => self.discrete(),
             _ => self,

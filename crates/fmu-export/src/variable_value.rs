@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::value::Value;
-use crate::variable::{Access, Kind};
+use crate::value::FmiValue;
+use crate::variable::{VariableAccess, VariableKind};
 
 /// A value of one of the types that both versions of FMI have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,14 +20,14 @@ pub enum VariableValue {
 }
 
 /// The accessor of a value that is a model of its own.
-fn itself<T>(value: &mut T) -> &mut T {
+fn identity_accessor<T>(value: &mut T) -> &mut T {
     value
 }
 
 impl VariableValue {
     /// As the command line of a run takes it.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn to_argument_text(&self) -> String {
         match self {
             VariableValue::Real(value) => format!("{value:?}").to_lowercase(),
             VariableValue::Integer(value) => value.to_string(),
@@ -38,16 +38,16 @@ impl VariableValue {
 
     /// As descriptions have it.
     #[must_use]
-    pub fn start(&self) -> String {
+    pub fn to_start_attribute(&self) -> String {
         match self {
             VariableValue::Real(value) => value.to_string(),
-            other => other.text(),
+            other => other.to_argument_text(),
         }
     }
 
     /// The value as a number of a run; none of a text.
     #[must_use]
-    pub fn number(&self) -> Option<f64> {
+    pub fn to_f64(&self) -> Option<f64> {
         match self {
             VariableValue::Real(value) => Some(*value),
             VariableValue::Integer(value) => Some(f64::from(*value)),
@@ -57,7 +57,7 @@ impl VariableValue {
     }
 
     /// Takes a number of a run, which is of the same type.
-    pub fn set_number(&mut self, number: f64) {
+    pub fn set_from_f64(&mut self, number: f64) {
         match self {
             VariableValue::Real(value) => *value = number,
             VariableValue::Integer(value) => *value = number as i32,
@@ -68,32 +68,44 @@ impl VariableValue {
 
     /// Its type.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> VariableKind {
         match self {
-            VariableValue::Real(_) => Kind::Real,
-            VariableValue::Integer(_) => Kind::Integer,
-            VariableValue::Boolean(_) => Kind::Boolean,
-            VariableValue::String(_) => Kind::String,
+            VariableValue::Real(_) => VariableKind::Real,
+            VariableValue::Integer(_) => VariableKind::Integer,
+            VariableValue::Boolean(_) => VariableKind::Boolean,
+            VariableValue::String(_) => VariableKind::String,
         }
     }
 
     /// The value, if it is of this type.
-    pub fn read<T: Value>(&mut self) -> Option<T> {
+    pub fn get_typed<T: FmiValue>(&mut self) -> Option<T> {
         match self {
-            VariableValue::Real(value) => T::read(&Access::Real(itself), value),
-            VariableValue::Integer(value) => T::read(&Access::Integer(itself), value),
-            VariableValue::Boolean(value) => T::read(&Access::Boolean(itself), value),
-            VariableValue::String(value) => T::read(&Access::String(itself), value),
+            VariableValue::Real(value) => T::read_from_model(&VariableAccess::Real(identity_accessor), value),
+            VariableValue::Integer(value) => {
+                T::read_from_model(&VariableAccess::Integer(identity_accessor), value)
+            }
+            VariableValue::Boolean(value) => {
+                T::read_from_model(&VariableAccess::Boolean(identity_accessor), value)
+            }
+            VariableValue::String(value) => {
+                T::read_from_model(&VariableAccess::String(identity_accessor), value)
+            }
         }
     }
 
     /// Takes a value of the same type.
-    pub fn write<T: Value>(&mut self, new: &T) {
+    pub fn set_typed<T: FmiValue>(&mut self, new: &T) {
         match self {
-            VariableValue::Real(value) => new.write(&Access::Real(itself), value),
-            VariableValue::Integer(value) => new.write(&Access::Integer(itself), value),
-            VariableValue::Boolean(value) => new.write(&Access::Boolean(itself), value),
-            VariableValue::String(value) => new.write(&Access::String(itself), value),
+            VariableValue::Real(value) => new.write_to_model(&VariableAccess::Real(identity_accessor), value),
+            VariableValue::Integer(value) => {
+                new.write_to_model(&VariableAccess::Integer(identity_accessor), value)
+            }
+            VariableValue::Boolean(value) => {
+                new.write_to_model(&VariableAccess::Boolean(identity_accessor), value)
+            }
+            VariableValue::String(value) => {
+                new.write_to_model(&VariableAccess::String(identity_accessor), value)
+            }
         }
     }
 }

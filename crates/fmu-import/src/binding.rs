@@ -33,43 +33,43 @@ use std::ffi::{CString, c_int, c_void};
 
 use crate::CallError;
 pub use batch::CallBatch;
-pub use call_monitor::{active_calls, call_plugin, skip_crash_handlers, start_watchdog};
+pub use call_monitor::{active_calls, call_plugin, disable_crash_handlers, start_watchdog};
 pub use fmi3_calls::ArrayVariable;
 pub use instance::Instance;
-pub use library::Library;
+pub use library::FmuLibrary;
 pub(crate) use library::is_loaded;
 pub use mailbox::FOREIGN_ENVIRONMENT;
 pub use messages_while_freed::messages_while_freed;
 pub use process_end::{
-    CrashNote, catch_termination_signals, exit_now, final_exit_code, guard_exit,
+    CrashNote, catch_termination_signals, exit_without_destructors, final_exit_code, guard_exit,
     ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
 };
-pub use process_state::process_state_changes;
+pub use process_state::take_process_change_reports;
 pub use saved_states::FmuState;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {
     ($library:expr, $two:literal, $three:literal) => {
         match $library.description().version {
-            $crate::Version::Two => $two,
-            $crate::Version::Three => $three,
+            $crate::FmiVersion::Two => $two,
+            $crate::FmiVersion::Three => $three,
         }
     };
 }
 use named;
 
-type Component = *mut c_void;
-type Status = c_int;
-type Call = unsafe extern "C" fn(Component) -> Status;
-const OK: Status = 0;
-const WARNING: Status = 1;
-const DISCARD: Status = 2;
-const ERROR: Status = 3;
-const FATAL: Status = 4;
-const PENDING: Status = 5;
+type InstancePointer = *mut c_void;
+type FmiStatus = c_int;
+type ComponentFn = unsafe extern "C" fn(InstancePointer) -> FmiStatus;
+const OK: FmiStatus = 0;
+const WARNING: FmiStatus = 1;
+const DISCARD: FmiStatus = 2;
+const ERROR: FmiStatus = 3;
+const FATAL: FmiStatus = 4;
+const PENDING: FmiStatus = 5;
 
 /// The text for C, which ends at the first NUL: a text with one in it would arrive cut.
-fn c_text(call: &'static str, text: &str) -> Result<CString, CallError> {
+fn to_c_string(call: &'static str, text: &str) -> Result<CString, CallError> {
     CString::new(text).map_err(|_| {
         CallError::new(call, format!("is not called: the text {text:?} contains the character NUL"))
     })

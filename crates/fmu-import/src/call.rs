@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Version;
+use crate::FmiVersion;
 
 /// What a call to an FMU did instead of succeeding.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
@@ -29,17 +29,17 @@ impl CallError {
 
     /// The error of an output that is NaN.
     #[must_use]
-    pub fn not_a_number(version: Version, output: &str) -> Self {
+    pub fn nan_output(version: FmiVersion, output: &str) -> Self {
         let call = match version {
-            Version::Two => "fmi2GetReal",
-            Version::Three => "fmi3GetFloat64",
+            FmiVersion::Two => "fmi2GetReal",
+            FmiVersion::Three => "fmi3GetFloat64",
         };
         CallError::new(call, format!("the output `{output}` is NaN"))
     }
 
     /// Whether the call reads values, and so belongs to the end of a step; all others belong to its start.
     #[must_use]
-    pub fn at_end_of_step(&self) -> bool {
+    pub fn is_at_step_end(&self) -> bool {
         ["fmi2Get", "fmi3Get"].iter().any(|get| self.call.starts_with(get))
     }
 }
@@ -97,10 +97,10 @@ pub struct DiscreteStatesUpdate {
 
 impl StepStatus {
     /// Makes an early end an error.
-    pub(crate) fn into_result(self, version: Version) -> Result<(), CallError> {
+    pub(crate) fn into_result(self, version: FmiVersion) -> Result<(), CallError> {
         let call = match version {
-            Version::Two => "fmi2DoStep",
-            Version::Three => "fmi3DoStep",
+            FmiVersion::Two => "fmi2DoStep",
+            FmiVersion::Three => "fmi3DoStep",
         };
         let error = |what| CallError::new(call, what);
         match self {

@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
-use crate::Version;
-use crate::definitions::children;
-use crate::problem_list::{ProblemList, at, name};
+use crate::FmiVersion;
+use crate::definitions::list_elements;
+use crate::problem_list::{ProblemList, describe_place, enclosing_name};
 
 const VARIABILITIES: &[&str] = &["constant", "fixed", "tunable", "discrete", "continuous"];
 const INITIALS: &[&str] = &["exact", "approx", "calculated"];
@@ -24,7 +24,7 @@ const OLDER: [(&str, &str, &str); 3] = [
 
 /// A description after its corrections, and what to tell of them.
 #[derive(Debug)]
-pub(crate) struct CorrectedText {
+pub(crate) struct CorrectedDescription {
     pub text: String,
     pub told: Vec<String>,
 }
@@ -33,34 +33,36 @@ pub(crate) struct CorrectedText {
 ///
 /// # Errors
 /// When a word of it can mean anything.
-pub(crate) fn correct(document: &Document, version: Version) -> Result<CorrectedText, String> {
+pub(crate) fn correct_description(
+    document: &Document,
+    version: FmiVersion,
+) -> Result<CorrectedDescription, String> {
     let (text, root) = (document.input_text(), document.root_element());
     let findings = ProblemList::new(text);
-    let mut corrector = Corrector { text, version, edits: BTreeMap::new(), findings };
+    let mut corrector = DescriptionCorrector { text, version, edits: BTreeMap::new(), findings };
     let list = root.children().filter(|node| node.has_tag_name("ModelVariables"));
-    let variables: Vec<_> =
-        list.flat_map(|list| list.children().filter(Node::is_element)).collect();
-    variables.iter().try_for_each(|variable| corrector.variable(*variable))?;
-    if version == Version::Two {
-        for kind in children(root, "TypeDefinitions", "SimpleType") {
+    let variables: Vec<_> = list.flat_map(|list| list.children().filter(Node::is_element)).collect();
+    variables.iter().try_for_each(|variable| corrector.correct_variable(*variable))?;
+    if version == FmiVersion::Two {
+        for kind in list_elements(root, "TypeDefinitions", "SimpleType") {
             let integers = kind.children().filter(|node| node.has_tag_name("Integer"));
-            integers.for_each(|node| corrector.limits(node));
+            integers.for_each(|node| corrector.drop_unreachable_limits(node));
         }
     }
-    corrector.structure(root, &variables);
-    Ok(corrector.corrected())
+    corrector.correct_model_structure(root, &variables);
+    Ok(corrector.into_corrected_description())
 }
 
-struct Corrector<'a> {
+struct DescriptionCorrector<'a> {
     text: &'a str,
-    version: Version,
+    version: FmiVersion,
     /// What takes the place of a part of the text, by the beginning of the part [B].
     edits: BTreeMap<usize, (Range<usize>, String)>,
     findings: ProblemList<'a>,
 }
 
-impl Corrector<'_> {
-    fn corrected(self) -> CorrectedText {
+impl DescriptionCorrector<'_> {
+    fn into_corrected_description(self) -> CorrectedDescription {
         let (mut text, mut done) = (String::with_capacity(self.text.len()), 0);
         for (range, new) in self.edits.into_values() {
             // A part of what was left out as a whole.
@@ -72,32 +74,32 @@ impl Corrector<'_> {
             done = range.end;
         }
         text += &self.text[done..];
-        CorrectedText { text, told: self.findings.sentences() }
+        CorrectedDescription { text, told: self.findings.into_sentences() }
     }
 
-    fn replace(&mut self, range: Range<usize>, new: String) {
+    fn replace_text(&mut self, range: Range<usize>, new: String) {
         self.edits.insert(range.start, (range, new));
     }
 
     /// Gives an attribute another value, or leaves it out.
-    fn set(&mut self, node: Node, name: &str, value: Option<&str>) {
+    fn set_attribute(&mut self, node: Node, name: &str, value: Option<&str>) {
         let new = value.map(|value| format!("{name}=\"{value}\"")).unwrap_or_default();
         if let Some(attribute) = node.attribute_node(name) {
-            return self.replace(attribute.range(), new);
+            return self.replace_text(attribute.range(), new);
         }
         let start = node.range().start + 1;
         let ends = |it: char| it.is_whitespace() || matches!(it, '/' | '>');
         let length = self.text[start..].find(ends).unwrap_or_default();
-        self.replace(start + length..start + length, format!(" {new}"));
+        self.replace_text(start + length..start + length, format!(" {new}"));
     }
 
-    fn tell(&mut self, node: Node, what: String) {
-        self.findings.push(name(node), node.range().start, what);
+    fn report_correction(&mut self, node: Node, what: String) {
+        self.findings.push(enclosing_name(node), node.range().start, what);
     }
 
     /// The word of an attribute, which has to be one of `words`. One that differs in letter case or is of FMI 1.0 is corrected; another
     /// one is left out.
-    fn word(
+    fn correct_attribute_word(
         &mut self,
         node: Node,
         attribute: &str,
@@ -115,30 +117,34 @@ impl Corrector<'_> {
             None => format!("left out; write one of {}", words.join(", ")),
         };
         let version = self.version;
-        self.tell(node, format!("{attribute}=\"{found}\" is no word of FMI {version}: {as_what}"));
-        self.set(node, attribute, word);
+        self.report_correction(
+            node,
+            format!("{attribute}=\"{found}\" is no word of FMI {version}: {as_what}"),
+        );
+        self.set_attribute(node, attribute, word);
         word
     }
 
     /// Corrects who determines a variable and when it may change (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7.4).
-    fn variable(&mut self, node: Node) -> Result<(), String> {
-        let causalities = causalities(self.version);
-        let causality = self.word(node, "causality", causalities);
+    fn correct_variable(&mut self, node: Node) -> Result<(), String> {
+        let causalities = causality_words(self.version);
+        let causality = self.correct_attribute_word(node, "causality", causalities);
         let written = node.attribute("causality").map_or("", str::trim);
         if causality.is_none() && !written.is_empty() {
-            let (place, version) = (at(self.text, name(node), node.range().start), self.version);
+            let (place, version) =
+                (describe_place(self.text, enclosing_name(node), node.range().start), self.version);
             return Err(format!(
                 "{place}: causality=\"{written}\" is no word of FMI {version}: expected one of {}; correct it where the FMU is exported",
                 causalities.join(", ")
             ));
         }
-        self.word(node, "initial", INITIALS);
+        self.correct_attribute_word(node, "initial", INITIALS);
         let causality = causality.unwrap_or("local");
-        let written = self.word(node, "variability", VARIABILITIES);
+        let written = self.correct_attribute_word(node, "variability", VARIABILITIES);
         // The default of FMI 3.0 depends on type and causality, and is always legal.
-        let default = (self.version == Version::Two).then_some("continuous");
+        let default = (self.version == FmiVersion::Two).then_some("continuous");
         let Some(variability) = written.or(default) else { return Ok(()) };
-        let legal = legal(causality);
+        let legal = allowed_variabilities(causality);
         if legal.contains(&variability) {
             return Ok(());
         }
@@ -154,13 +160,13 @@ impl Corrector<'_> {
             false if is_real || causality == "independent" => "continuous",
             false => "discrete",
         };
-        self.set(node, "variability", Some(meant));
+        self.set_attribute(node, "variability", Some(meant));
         if written.is_none() && node.has_attribute("variability") {
             // It has been told as no word.
             return Ok(());
         }
         let words: Vec<_> = legal.iter().map(|word| format!("\"{word}\"")).collect();
-        self.tell(
+        self.report_correction(
             node,
             format!(
                 "causality=\"{causality}\" excludes variability=\"{variability}\"{reason}: read as \"{meant}\"; the exporter has to write {}",
@@ -171,35 +177,33 @@ impl Corrector<'_> {
     }
 
     /// Leaves out limits that no integer of 32 bits reaches.
-    fn limits(&mut self, node: Node) {
+    fn drop_unreachable_limits(&mut self, node: Node) {
         for (attribute, side) in [("min", -1.0), ("max", 1.0)] {
             let Some(text) = node.attribute(attribute) else { continue };
             let limit = text.trim().parse().unwrap_or(f64::NAN);
             if text.parse::<i32>().is_err() && side * limit >= f64::from(i32::MAX) {
-                let what = format!(
-                    "{attribute}=\"{text}\" is beyond all integers of FMI 2.0: read as no limit"
-                );
-                self.tell(node, what);
-                self.set(node, attribute, None);
+                let what =
+                    format!("{attribute}=\"{text}\" is beyond all integers of FMI 2.0: read as no limit");
+                self.report_correction(node, what);
+                self.set_attribute(node, attribute, None);
             }
         }
     }
 
     /// Corrects what outputs follow, and leaves out what refers to no variable.
-    fn structure(&mut self, root: Node, variables: &[Node]) {
-        let Some(structure) = root.children().find(|node| node.has_tag_name("ModelStructure"))
-        else {
+    fn correct_model_structure(&mut self, root: Node, variables: &[Node]) {
+        let Some(structure) = root.children().find(|node| node.has_tag_name("ModelStructure")) else {
             let what = "it lacks <ModelStructure>: each output is taken to follow all inputs";
             self.findings.push(None, root.range().start, what.to_owned());
             let end = self.text[root.range()].rfind("</").map(|end| root.range().start + end);
             if let Some(end) = end {
-                self.replace(end..end, "<ModelStructure/>".to_owned());
+                self.replace_text(end..end, "<ModelStructure/>".to_owned());
             }
             return;
         };
         let (id, by_reference) = match self.version {
-            Version::Two => ("index", false),
-            Version::Three => ("valueReference", true),
+            FmiVersion::Two => ("index", false),
+            FmiVersion::Three => ("valueReference", true),
         };
         let id_of = |(place, node): (usize, &Node)| match by_reference {
             true => node.attribute("valueReference")?.trim().parse().ok(),
@@ -219,19 +223,18 @@ impl Corrector<'_> {
                 .collect(),
         };
         for node in unknowns {
-            self.unknown(node, id, &known);
+            self.correct_unknown(node, id, &known);
         }
     }
 
-    fn unknown(&mut self, node: Node, id: &str, known: &HashMap<u32, Option<&str>>) {
+    fn correct_unknown(&mut self, node: Node, id: &str, known: &HashMap<u32, Option<&str>>) {
         let variable = |text: &str| known.get(&text.trim().parse::<u32>().ok()?);
         let (place, count) = (node.range().start, known.len());
         let written = node.attribute(id).unwrap_or_default();
         let Some(name) = variable(written).copied() else {
-            let what =
-                format!("{id}=\"{written}\" is none of the {count} variables: it is left out");
+            let what = format!("{id}=\"{written}\" is none of the {count} variables: it is left out");
             self.findings.push(None, place, what);
-            return self.replace(node.range(), String::new());
+            return self.replace_text(node.range(), String::new());
         };
         let words = |attribute| node.attribute(attribute).map(str::split_whitespace);
         let wrong = words("dependencies").and_then(|mut ids| ids.find(|it| variable(it).is_none()));
@@ -240,12 +243,11 @@ impl Corrector<'_> {
                 "the dependency \"{wrong}\" is none of the {count} variables: it is taken to follow all inputs"
             );
             self.findings.push(name, place, what);
-            self.set(node, "dependencies", None);
-            return self.set_kinds(node);
+            self.set_attribute(node, "dependencies", None);
+            return self.drop_dependency_kinds(node);
         }
         let Some(kinds) = words("dependenciesKind") else { return };
-        let [has, needs] =
-            [kinds.clone().count(), words("dependencies").map_or(0, Iterator::count)];
+        let [has, needs] = [kinds.clone().count(), words("dependencies").map_or(0, Iterator::count)];
         let what = match kinds.clone().find(|kind| !KINDS.contains(kind)) {
             Some(kind) => {
                 format!("dependenciesKind: \"{kind}\" is no word of FMI {}", self.version)
@@ -256,19 +258,19 @@ impl Corrector<'_> {
             None => return,
         };
         self.findings.push(name, place, what + ": the kinds are left out");
-        self.set_kinds(node);
+        self.drop_dependency_kinds(node);
     }
 
     /// Leaves out the kinds of dependencies, which nobody asks for.
-    fn set_kinds(&mut self, node: Node) {
+    fn drop_dependency_kinds(&mut self, node: Node) {
         if node.has_attribute("dependenciesKind") {
-            self.set(node, "dependenciesKind", None);
+            self.set_attribute(node, "dependenciesKind", None);
         }
     }
 }
 
 /// The words of a version for those who determine a variable.
-fn causalities(version: Version) -> &'static [&'static str] {
+fn causality_words(version: FmiVersion) -> &'static [&'static str] {
     const ALL: &[&str] = &[
         "parameter",
         "calculatedParameter",
@@ -280,13 +282,13 @@ fn causalities(version: Version) -> &'static [&'static str] {
         "dependent",
     ];
     match version {
-        Version::Two => &ALL[..6],
-        Version::Three => ALL,
+        FmiVersion::Two => &ALL[..6],
+        FmiVersion::Three => ALL,
     }
 }
 
 /// The variabilities that a causality allows.
-fn legal(causality: &str) -> &'static [&'static str] {
+fn allowed_variabilities(causality: &str) -> &'static [&'static str] {
     match causality {
         "parameter" | "calculatedParameter" | "structuralParameter" => &["fixed", "tunable"],
         "input" => &["discrete", "continuous"],

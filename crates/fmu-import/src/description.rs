@@ -11,27 +11,27 @@ use crate::value::{Value, from_hex};
 
 /// The version of FMI that an FMU is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub enum FmiVersion {
     /// 2.0.
     Two,
     /// 3.0.
     Three,
 }
 
-impl std::fmt::Display for Version {
+impl std::fmt::Display for FmiVersion {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(match self {
-            Version::Two => "2.0",
-            Version::Three => "3.0",
+            FmiVersion::Two => "2.0",
+            FmiVersion::Three => "3.0",
         })
     }
 }
 
 /// What an FMU says about itself.
 #[derive(Debug)]
-pub struct Description {
+pub struct FmuDescription {
     /// The version of FMI that it is made for.
-    pub version: Version,
+    pub version: FmiVersion,
     /// Name of the model.
     pub name: String,
     /// Identity that the library is asked to confirm: the `guid`, or the `instantiationToken` of FMI 3.0.
@@ -78,16 +78,16 @@ pub struct Description {
     pub corrections: Vec<String>,
     /// What else breaks the rules of FMI, and makes no difference to a run.
     pub problems: Vec<String>,
-    pub(crate) names: Names,
+    pub(crate) names: VariableNameIndex,
 }
 
 /// The variables by their names, once somebody has asked for one.
 #[derive(Debug, Default)]
-pub(crate) struct Names(OnceLock<HashMap<String, usize>>);
+pub(crate) struct VariableNameIndex(OnceLock<HashMap<String, usize>>);
 
 /// The type of a variable, whatever the size of its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Type {
+pub enum FmiType {
     /// `Real`, `Float32` or `Float64`.
     Real,
     /// `Integer`, or an integer of any size.
@@ -107,7 +107,7 @@ pub enum Type {
 /// The form in which values of a variable are handed over, in the order in which they travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "they are the types of FMI 3.0")]
-pub enum Storage {
+pub enum StorageType {
     /// Also `Real` of FMI 2.0.
     Float64,
     Float32,
@@ -130,19 +130,19 @@ pub enum Storage {
 /// The whole numbers that `f64` holds exactly with all their neighbours.
 const EXACT: i128 = 1 << 53;
 
-impl Storage {
+impl StorageType {
     /// The smallest and the largest integer of the type; none for what is no integer.
     #[must_use]
-    pub fn integers(self) -> Option<[i128; 2]> {
+    pub fn integer_range(self) -> Option<[i128; 2]> {
         Some(match self {
-            Storage::Int8 => [i8::MIN.into(), i8::MAX.into()],
-            Storage::UInt8 => [0, u8::MAX.into()],
-            Storage::Int16 => [i16::MIN.into(), i16::MAX.into()],
-            Storage::UInt16 => [0, u16::MAX.into()],
-            Storage::Int32 => [i32::MIN.into(), i32::MAX.into()],
-            Storage::UInt32 => [0, u32::MAX.into()],
-            Storage::Int64 => [i64::MIN.into(), i64::MAX.into()],
-            Storage::UInt64 => [0, u64::MAX.into()],
+            StorageType::Int8 => [i8::MIN.into(), i8::MAX.into()],
+            StorageType::UInt8 => [0, u8::MAX.into()],
+            StorageType::Int16 => [i16::MIN.into(), i16::MAX.into()],
+            StorageType::UInt16 => [0, u16::MAX.into()],
+            StorageType::Int32 => [i32::MIN.into(), i32::MAX.into()],
+            StorageType::UInt32 => [0, u32::MAX.into()],
+            StorageType::Int64 => [i64::MIN.into(), i64::MAX.into()],
+            StorageType::UInt64 => [0, u64::MAX.into()],
             _ => return None,
         })
     }
@@ -150,7 +150,7 @@ impl Storage {
     /// Those of them that a number of a run holds exactly.
     #[must_use]
     pub fn exact_integers(self) -> Option<[i128; 2]> {
-        self.integers().map(|[low, high]| [low.max(-EXACT), high.min(EXACT)])
+        self.integer_range().map(|[low, high]| [low.max(-EXACT), high.min(EXACT)])
     }
 }
 
@@ -210,9 +210,9 @@ pub struct Variable {
     /// Its value reference.
     pub reference: u32,
     /// Its type.
-    pub kind: Type,
+    pub kind: FmiType,
     /// The form of its values.
-    pub storage: Storage,
+    pub storage: StorageType,
     /// Its place in an array, and the number of elements there; 0 of 1 for a variable of its own.
     pub element: (usize, usize),
     /// What an enumeration may be, in the order of the values.
@@ -252,28 +252,28 @@ pub struct Variable {
 impl Variable {
     /// The name of the array that it is an element of, or its own.
     #[must_use]
-    pub fn array(&self) -> &str {
+    pub fn array_name(&self) -> &str {
         let of_array = self.element.1 > 1;
         self.name.rsplit_once('[').filter(|_| of_array).map_or(&self.name, |(array, _)| array)
     }
 
     /// Gives it a unit, whose offset does not count if it is a difference.
-    pub fn measure_in(&mut self, unit: Unit) {
+    pub fn set_unit(&mut self, unit: Unit) {
         self.relative = self.relative.map(|_| unit.offset);
-        self.dimension = Some(self.scale(unit));
+        self.dimension = Some(self.offset_free_unit(unit));
     }
 
     /// A unit as it measures this variable: without an offset if that is a difference.
     #[must_use]
-    pub fn scale(&self, unit: Unit) -> Unit {
+    pub fn offset_free_unit(&self, unit: Unit) -> Unit {
         if self.relative.is_some() { unit.difference_unit() } else { unit }
     }
 
     /// The name of its unit for those who do not know that it is a difference: K in place of degC.
     #[must_use]
-    pub fn plain_unit(&self) -> Option<String> {
+    pub fn offset_free_unit_name(&self) -> Option<String> {
         let shifted = self.relative.is_some_and(|offset| offset != 0.0);
-        let plain = self.dimension.filter(|_| shifted).and_then(|unit| unit.plain_name());
+        let plain = self.dimension.filter(|_| shifted).and_then(|unit| unit.offset_free_name());
         plain.map(str::to_owned).or_else(|| self.unit.clone())
     }
 
@@ -282,22 +282,22 @@ impl Variable {
     pub fn start_value(&self) -> Option<Value> {
         let start = self.start.as_deref()?;
         Some(match (self.kind, start.trim()) {
-            (Type::Real, start) => Value::Real(start.parse().ok()?),
-            (Type::Integer | Type::Enumeration, start) => {
-                let [low, high] = self.storage.integers()?;
+            (FmiType::Real, start) => Value::Real(start.parse().ok()?),
+            (FmiType::Integer | FmiType::Enumeration, start) => {
+                let [low, high] = self.storage.integer_range()?;
                 let value = start.parse().ok()?;
                 Value::Integer((low..=high).contains(&value).then_some(value)?)
             }
-            (Type::Boolean, "true" | "1") => Value::Boolean(true),
-            (Type::Boolean, "false" | "0") => Value::Boolean(false),
-            (Type::String, _) => Value::String(start.to_owned()),
-            (Type::Binary, start) => Value::Binary(from_hex(start)?),
-            (Type::Boolean | Type::Clock, _) => return None,
+            (FmiType::Boolean, "true" | "1") => Value::Boolean(true),
+            (FmiType::Boolean, "false" | "0") => Value::Boolean(false),
+            (FmiType::String, _) => Value::String(start.to_owned()),
+            (FmiType::Binary, start) => Value::Binary(from_hex(start)?),
+            (FmiType::Boolean | FmiType::Clock, _) => return None,
         })
     }
 }
 
-impl Description {
+impl FmuDescription {
     /// Whether steps may end early: at events, or for other reasons.
     #[must_use]
     pub fn may_return_early(&self) -> bool {
@@ -306,13 +306,13 @@ impl Description {
 
     /// The communication step that it is made for, if its description tells one [s].
     #[must_use]
-    pub fn proposed_step(&self) -> Option<f64> {
+    pub fn default_step_size(&self) -> Option<f64> {
         self.default_step.or(self.internal_step).filter(|step| *step > 0.0)
     }
 
     /// The index of the variable called `name`, or of the first element of the array.
     #[must_use]
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub fn find_variable(&self, name: &str) -> Option<usize> {
         let names = self.names.0.get_or_init(|| {
             let mut names = HashMap::new();
             for (place, variable) in self.variables.iter().enumerate() {
@@ -320,7 +320,7 @@ impl Description {
             }
             for (place, variable) in self.variables.iter().enumerate() {
                 if variable.element.1 > 1 && variable.element.0 == 0 {
-                    names.entry(variable.array().to_owned()).or_insert(place);
+                    names.entry(variable.array_name().to_owned()).or_insert(place);
                 }
             }
             names
@@ -329,7 +329,7 @@ impl Description {
     }
 
     /// The indices of the variables with a causality.
-    pub fn with(&self, causality: Causality) -> impl Iterator<Item = usize> {
+    pub fn indices_with_causality(&self, causality: Causality) -> impl Iterator<Item = usize> {
         (0..self.variables.len()).filter(move |&index| self.variables[index].causality == causality)
     }
 }

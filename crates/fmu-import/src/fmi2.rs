@@ -10,22 +10,24 @@ use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions::{self, TypeLimits, UnparsedAttributes};
-use crate::description::{Description, EnumerationItem, Names, Storage, Type, Variable, Version};
-use crate::problem_list::at;
-use crate::validation::{self, StructureVariable, located};
+use crate::description::{
+    EnumerationItem, FmiType, FmiVersion, FmuDescription, StorageType, Variable, VariableNameIndex,
+};
+use crate::problem_list::describe_place;
+use crate::validation::{self, StructureVariable, locate_validation_error};
 
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
 /// When the text is no description of an FMI 2.0 co-simulation FMU.
-pub(crate) fn parse(xml: &str) -> Result<Description, String> {
+pub(crate) fn parse(xml: &str) -> Result<FmuDescription, String> {
     let refused = |xml: &str| ModelDescription::from_string(xml).err().map(|it| it.to_string());
     let mut found = ModelDescription::from_string(xml).map_err(|error| {
         let document = Document::parse(xml).map_err(|error| error.to_string());
-        document.map_or_else(|error| error, |it| located(&it, &error.to_string(), refused))
+        document.map_or_else(|error| error, |it| locate_validation_error(&it, &error.to_string(), refused))
     })?;
-    let rest = definitions::complete(&mut found, xml)?;
-    let problems = problems(&found, xml);
+    let rest = definitions::add_units_and_types(&mut found, xml)?;
+    let problems = description_problems(&found, xml);
     let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
         return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
@@ -35,10 +37,10 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         experiment.and_then(of)?.parse().ok().filter(|it: &f64| it.is_finite())
     };
     let named = found.modelVariables.iter().map(|it| (it.name.as_str(), it.range.start));
-    definitions::unique(named, xml)?;
+    definitions::check_unique_names(named, xml)?;
     let known = SymbolTable::new(&found, &rest, xml)?;
-    Ok(Description {
-        version: Version::Two,
+    Ok(FmuDescription {
+        version: FmiVersion::Two,
         name: found.modelName.clone(),
         guid: found.guid.clone(),
         identifier: cs.modelIdentifier.clone(),
@@ -59,15 +61,15 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         default_stop: default(|it| it.stopTime.as_ref()),
         default_tolerance: default(|it| it.tolerance.as_ref()),
         log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
-        variables: (0..found.modelVariables.len()).map(|it| variable(&found, &known, it)).collect(),
+        variables: (0..found.modelVariables.len()).map(|it| build_variable(&found, &known, it)).collect(),
         corrections: Vec::new(),
         problems,
-        names: Names::default(),
+        names: VariableNameIndex::default(),
     })
 }
 
 /// What breaks the rules, by variable and line.
-fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
+fn description_problems(found: &ModelDescription, xml: &str) -> Vec<String> {
     // Variables count from 1.
     let variables = (1..).zip(&found.modelVariables).map(|(id, it): (u32, _)| StructureVariable {
         id,
@@ -78,7 +80,7 @@ fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
     let variables: Vec<_> = variables.collect();
     let unknowns = found.outputs.iter().chain(&found.derivatives).chain(&found.initialUnknowns);
     let unknowns = unknowns.map(|it| (it.range.start, it.index));
-    validation::problems(xml, found.validate(), &variables, unknowns)
+    validation::validation_problems(xml, found.validate(), &variables, unknowns)
 }
 
 /// What variables refer to, by names and indices: a description may have a hundred thousand of each.
@@ -92,17 +94,13 @@ struct SymbolTable<'a> {
 
 impl<'a> SymbolTable<'a> {
     /// Of two of one name the first one counts.
-    fn new(
-        found: &'a ModelDescription,
-        rest: &'a UnparsedAttributes,
-        xml: &str,
-    ) -> Result<Self, String> {
+    fn new(found: &'a ModelDescription, rest: &'a UnparsedAttributes, xml: &str) -> Result<Self, String> {
         let mut units = HashMap::new();
         for unit in found.unitDefintions.iter().rev() {
             let Some(base) = &unit.baseUnit else { continue };
             let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
             let defined = definitions::base_unit(exponents, [base.factor, base.offset]);
-            let place = || at(xml, Some(&unit.name), base.range.start);
+            let place = || describe_place(xml, Some(&unit.name), base.range.start);
             let wrong = |what| format!("the unit {}: {what}", place());
             units.insert(unit.name.as_str(), defined.map_err(wrong)?);
         }
@@ -112,10 +110,11 @@ impl<'a> SymbolTable<'a> {
     }
 
     /// The declared type that a variable names.
-    fn declared(&self, kind: &VariableType) -> Option<&'a SimpleType> {
+    fn declared_type(&self, kind: &VariableType) -> Option<&'a SimpleType> {
         let name = match kind {
-            VariableType::Real { declaredType, .. }
-            | VariableType::Integer { declaredType, .. } => declaredType.as_ref()?,
+            VariableType::Real { declaredType, .. } | VariableType::Integer { declaredType, .. } => {
+                declaredType.as_ref()?
+            }
             VariableType::Enumeration { declaredType, .. } => declaredType,
             _ => return None,
         };
@@ -123,31 +122,30 @@ impl<'a> SymbolTable<'a> {
     }
 }
 
-fn variable(found: &ModelDescription, known: &SymbolTable, index: usize) -> Variable {
+fn build_variable(found: &ModelDescription, known: &SymbolTable, index: usize) -> Variable {
     let scalar = &found.modelVariables[index];
-    let declared = known.declared(&scalar.variableType);
+    let declared = known.declared_type(&scalar.variableType);
     let unit = unit_name(declared, &scalar.variableType)
         .filter(|name| known.units.contains_key(name.as_str()) || definitions::is_unit(name));
     let limits = declared.and_then(|it| known.rest.types.get(it.name())).copied();
     let limits = limits.unwrap_or_default();
-    let [min, max, nominal] = range(limits, &scalar.variableType);
+    let [min, max, nominal] = min_max_nominal(limits, &scalar.variableType);
     let marks = known.rest.variables.get(&scalar.name).copied().unwrap_or_default();
     let is_real = matches!(scalar.variableType, VariableType::Real { .. });
     let relative = is_real && marks.relative.unwrap_or(limits.relative);
     // The file's own definition of a unit, or else what its name says.
-    let measure = unit
-        .as_deref()
-        .and_then(|name| known.units.get(name).copied().or_else(|| Unit::parse(name).ok()));
+    let measure =
+        unit.as_deref().and_then(|name| known.units.get(name).copied().or_else(|| Unit::parse(name).ok()));
     let unknown = u32::try_from(index + 1).ok().and_then(|index| known.outputs.get(&index));
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
         indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect::<Arc<[_]>>()
     });
     let (kind, storage) = match scalar.variableType {
-        VariableType::Real { .. } => (Type::Real, Storage::Float64),
-        VariableType::Integer { .. } => (Type::Integer, Storage::Int32),
-        VariableType::Boolean { .. } => (Type::Boolean, Storage::Boolean),
-        VariableType::String { .. } => (Type::String, Storage::String),
-        VariableType::Enumeration { .. } => (Type::Enumeration, Storage::Int32),
+        VariableType::Real { .. } => (FmiType::Real, StorageType::Float64),
+        VariableType::Integer { .. } => (FmiType::Integer, StorageType::Int32),
+        VariableType::Boolean { .. } => (FmiType::Boolean, StorageType::Boolean),
+        VariableType::String { .. } => (FmiType::String, StorageType::String),
+        VariableType::Enumeration { .. } => (FmiType::Enumeration, StorageType::Int32),
     };
     Variable {
         name: scalar.name.clone(),
@@ -155,7 +153,7 @@ fn variable(found: &ModelDescription, known: &SymbolTable, index: usize) -> Vari
         kind,
         storage,
         element: (0, 1),
-        items: items(declared, &scalar.variableType),
+        items: enumeration_items(declared, &scalar.variableType),
         causality: scalar.causality.into(),
         variability: scalar.variability.into(),
         initial: scalar.initial.map(Into::into),
@@ -175,14 +173,12 @@ fn variable(found: &ModelDescription, known: &SymbolTable, index: usize) -> Vari
 }
 
 /// The items of an enumeration's declared type.
-fn items(declared: Option<&SimpleType>, kind: &VariableType) -> Vec<EnumerationItem> {
-    let (VariableType::Enumeration { .. }, Some(SimpleType::Enumeration { items, .. })) =
-        (kind, declared)
+fn enumeration_items(declared: Option<&SimpleType>, kind: &VariableType) -> Vec<EnumerationItem> {
+    let (VariableType::Enumeration { .. }, Some(SimpleType::Enumeration { items, .. })) = (kind, declared)
     else {
         return Vec::new();
     };
-    let item =
-        |item: &fmi2::Item| EnumerationItem { name: item.name.clone(), value: item.value.into() };
+    let item = |item: &fmi2::Item| EnumerationItem { name: item.name.clone(), value: item.value.into() };
     let mut items: Vec<_> = items.iter().map(item).collect();
     items.sort_by_key(|item| item.value);
     items
@@ -198,7 +194,7 @@ fn unit_name(declared: Option<&SimpleType>, kind: &VariableType) -> Option<Strin
 }
 
 /// Minimum, maximum and nominal value of the variable or its declared type.
-fn range(declared: TypeLimits, kind: &VariableType) -> [Option<f64>; 3] {
+fn min_max_nominal(declared: TypeLimits, kind: &VariableType) -> [Option<f64>; 3] {
     let own = |text: &Option<String>| text.as_ref().and_then(|text| text.parse().ok());
     let own = match kind {
         VariableType::Real { min, max, nominal, .. } => [own(min), own(max), own(nominal)],

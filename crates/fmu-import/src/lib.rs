@@ -82,29 +82,29 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-use linkage::Linkage;
-use location::uri;
+use linkage::LibraryLinkage;
+use location::file_uri;
 use sha2::{Digest as _, Sha256};
 use unpacked_archive::UnpackedArchive;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    ArrayVariable, CallBatch, CrashNote, FOREIGN_ENVIRONMENT, FmuState, Instance, Library,
-    active_calls, call_plugin, catch_termination_signals, exit_now, final_exit_code, guard_exit,
-    ignore_termination_signals, messages_while_freed, process_state_changes, set_final_exit_code,
-    share_call_notes, skip_crash_handlers, start_watchdog, termination_signal,
+    ArrayVariable, CallBatch, CrashNote, FOREIGN_ENVIRONMENT, FmuLibrary, FmuState, Instance, active_calls,
+    call_plugin, catch_termination_signals, disable_crash_handlers, exit_without_destructors,
+    final_exit_code, guard_exit, ignore_termination_signals, messages_while_freed, set_final_exit_code,
+    share_call_notes, start_watchdog, take_process_change_reports, termination_signal,
 };
 pub use call::{CallError, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
 pub use description::{
-    ClockAttributes, Description, EnumerationItem, IntervalVariability, Storage, Type, Variable,
-    Version,
+    ClockAttributes, EnumerationItem, FmiType, FmiVersion, FmuDescription, IntervalVariability, StorageType,
+    Variable,
 };
 pub use error::OpenError;
 pub use location::FmuLocation;
 pub use message::{
-    MOST_KINDS, Message, MessageKind, MessageKinds, MessageLevel, SUMMARY, other_kinds_text,
+    FmuMessage, MOST_KINDS, MessageKind, MessageKinds, MessageLevel, SUMMARY, further_kinds_message,
 };
-pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
+pub use terminals::{MatchingRule, MemberKind, Terminal, TerminalMember, TerminalStream};
 pub use value::{Value, from_hex, to_hex};
 
 /// The file of the description.
@@ -121,7 +121,7 @@ pub struct Fmu {
     /// SHA-256 of the archive, in hexadecimal digits.
     pub sha256: String,
     /// What it says about itself.
-    pub description: Description,
+    pub description: FmuDescription,
     /// What is unusual about its archive.
     pub notes: Vec<String>,
     /// The unpacked archive, which lives as long as any instance.
@@ -131,14 +131,14 @@ pub struct Fmu {
     /// Set by the status fatal, which ends the life of all instances.
     lost: AtomicBool,
     /// The library, as long as somebody has it.
-    loaded: Mutex<Weak<Library>>,
+    loaded: Mutex<Weak<FmuLibrary>>,
     /// What the library is loaded with.
-    linkage: OnceLock<Arc<Linkage>>,
+    linkage: OnceLock<Arc<LibraryLinkage>>,
 }
 
 /// SHA-256 in hexadecimal digits.
 #[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
+pub fn sha256_hex(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -148,11 +148,11 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let (folder, sha256, notes) = UnpackedArchive::of(path)?;
-        let description = read(folder.path(), &fmi3::StructuralSizes::new(), path)?;
-        let (path, root) = (path.to_owned(), folder.path().to_owned());
+        let (folder, sha256, notes) = UnpackedArchive::unpack(path)?;
+        let description = read_description(folder.description_folder(), &fmi3::StructuralSizes::new(), path)?;
+        let (path, root) = (path.to_owned(), folder.description_folder().to_owned());
         let there = FmuLocation { path, sha256, folder: root, sizes: BTreeMap::new() };
-        Ok(Self::of(there, description, folder, notes))
+        Ok(Self::from_unpacked(there, description, folder, notes))
     }
 
     /// Opens what another process unpacked, which it is at least until this one ends.
@@ -160,14 +160,14 @@ impl Fmu {
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(location: &FmuLocation) -> Result<Self, OpenError> {
-        let description = read(&location.folder, &location.sizes, &location.path)?;
-        let folder = UnpackedArchive::borrowed(location.folder.clone());
-        Ok(Self::of(location.clone(), description, folder, Vec::new()))
+        let description = read_description(&location.folder, &location.sizes, &location.path)?;
+        let folder = UnpackedArchive::from_unpacked_folder(location.folder.clone());
+        Ok(Self::from_unpacked(location.clone(), description, folder, Vec::new()))
     }
 
-    fn of(
+    fn from_unpacked(
         location: FmuLocation,
-        mut description: Description,
+        mut description: FmuDescription,
         folder: UnpackedArchive,
         notes: Vec<String>,
     ) -> Self {
@@ -183,7 +183,7 @@ impl Fmu {
         FmuLocation {
             path: self.path.clone(),
             sha256: self.sha256.clone(),
-            folder: self.folder.path().to_owned(),
+            folder: self.folder.description_folder().to_owned(),
             sizes: self.sizes.clone(),
         }
     }
@@ -192,8 +192,8 @@ impl Fmu {
     ///
     /// # Errors
     /// When there are too many elements, or the archive has been removed.
-    pub fn resize(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
-        self.description = read(self.folder.path(), sizes, &self.path)?;
+    pub fn resize_arrays(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
+        self.description = read_description(self.folder.description_folder(), sizes, &self.path)?;
         self.description.problems.extend(self.notes.iter().cloned());
         self.sizes.clone_from(sizes);
         Ok(())
@@ -204,15 +204,15 @@ impl Fmu {
     /// # Errors
     /// When somebody has removed the unpacked files.
     pub fn description_text(&self) -> Result<String, OpenError> {
-        let found = description_text::description(self.folder.path());
-        found.map(|it| it.text).map_err(|what| ParseError::Broken(what).of(&self.path))
+        let found = description_text::load_description_text(self.folder.description_folder());
+        found.map(|it| it.text).map_err(|what| ParseError::Broken(what).into_open_error(&self.path))
     }
 
     /// The contents of a file of the archive, by its path there; nothing when there is none, or the path leads out of the archive.
     #[must_use]
-    pub fn entry(&self, name: &str) -> Option<Vec<u8>> {
+    pub fn read_archive_entry(&self, name: &str) -> Option<Vec<u8>> {
         let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
-        inside.then(|| std::fs::read(self.folder.path().join(name)).ok()).flatten()
+        inside.then(|| std::fs::read(self.folder.description_folder().join(name)).ok()).flatten()
     }
 
     /// The terminals, and what is wrong with others; none without the file for them.
@@ -220,7 +220,7 @@ impl Fmu {
     /// # Errors
     /// When the file cannot be read. An FMU without it runs as well.
     pub fn terminals(&self) -> Result<(Vec<Terminal>, Vec<String>), String> {
-        let path = self.folder.path().join(terminals::FILE);
+        let path = self.folder.description_folder().join(terminals::FILE);
         match std::fs::metadata(&path) {
             Err(_) => return Ok((Vec::new(), Vec::new())),
             Ok(file) if file.len() > LONGEST => {
@@ -230,10 +230,10 @@ impl Fmu {
             Ok(_) => {}
         }
         let xml = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
-        let (terminals, mut problems) = terminals::read(&xml)?;
-        let names = self.description.variables.iter().flat_map(|it| [it.name.as_str(), it.array()]);
+        let (terminals, mut problems) = terminals::parse_terminals(&xml)?;
+        let names = self.description.variables.iter().flat_map(|it| [it.name.as_str(), it.array_name()]);
         let names: BTreeSet<_> = names.collect();
-        let used = terminals.iter().flat_map(Terminal::variables);
+        let used = terminals.iter().flat_map(Terminal::variable_names);
         let absent = used.filter(|name| !names.contains(name));
         problems.extend(absent.map(|name| format!("there is no variable `{name}`")));
         Ok((terminals, problems))
@@ -241,31 +241,32 @@ impl Fmu {
 
     /// Whether the unpacked files are still there: somebody may clean up temporary folders.
     #[must_use]
-    pub fn is_intact(&self) -> bool {
-        self.folder.path().join(DESCRIPTION).is_file()
+    pub fn are_files_intact(&self) -> bool {
+        self.folder.description_folder().join(DESCRIPTION).is_file()
     }
 
     /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
     /// without such a folder.
-    fn resources(&self) -> String {
-        let folder = self.folder.path().join("resources");
+    fn resources_location(&self) -> String {
+        let folder = self.folder.description_folder().join("resources");
         match self.description.version {
-            Version::Two => uri(&folder),
-            Version::Three if folder.is_dir() => format!("{}/", folder.display()),
-            Version::Three => String::new(),
+            FmiVersion::Two => file_uri(&folder),
+            FmiVersion::Three if folder.is_dir() => format!("{}/", folder.display()),
+            FmiVersion::Three => String::new(),
         }
     }
 }
 
 /// The description in the folder of the unpacked archive at `path`.
-fn read(
+fn read_description(
     folder: &Path,
     sizes: &fmi3::StructuralSizes,
     path: &Path,
-) -> Result<Description, OpenError> {
-    let found =
-        description_text::description(folder).map_err(|what| ParseError::Broken(what).of(path))?;
-    let mut description = parse(&found.text, sizes).map_err(|refusal| refusal.of(path))?;
+) -> Result<FmuDescription, OpenError> {
+    let found = description_text::load_description_text(folder)
+        .map_err(|what| ParseError::Broken(what).into_open_error(path))?;
+    let mut description =
+        parse_description(&found.text, sizes).map_err(|refusal| refusal.into_open_error(path))?;
     description.corrections.splice(0..0, found.correction);
     description.problems.splice(0..0, found.problem);
     description.corrections.extend(platform::misnamed_library_note(folder, &description));
@@ -277,9 +278,9 @@ fn read(
 /// # Errors
 /// When there is no archive, or no such text in it.
 pub fn description_text(path: &Path) -> Result<String, OpenError> {
-    let (folder, ..) = UnpackedArchive::of(path)?;
-    let found = description_text::description(folder.path());
-    found.map(|it| it.text).map_err(|what| ParseError::Broken(what).of(path))
+    let (folder, ..) = UnpackedArchive::unpack(path)?;
+    let found = description_text::load_description_text(folder.description_folder());
+    found.map(|it| it.text).map_err(|what| ParseError::Broken(what).into_open_error(path))
 }
 
 /// Why a text is no description of an FMU that this program steps.
@@ -292,7 +293,7 @@ enum ParseError {
 }
 
 impl ParseError {
-    fn of(self, path: &Path) -> OpenError {
+    fn into_open_error(self, path: &Path) -> OpenError {
         let path = path.to_owned();
         match self {
             ParseError::Broken(what) => OpenError::Description { path, what },
@@ -305,17 +306,17 @@ impl ParseError {
 ///
 /// # Errors
 /// When it is none of FMI 2.0 or 3.0 co-simulation.
-fn parse(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<Description, ParseError> {
+fn parse_description(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<FmuDescription, ParseError> {
     // The XML library compares all attributes of an element with each other.
-    if let Some(place) = archive::find_excess_attributes(xml) {
+    if let Some(place) = archive::find_element_over_limit(xml) {
         let line = 1 + xml[..place].matches('\n').count();
         let most = archive::ATTRIBUTES;
         return Err(ParseError::Broken(format!(
             "line {line}: expected at most {most} attributes of an element and namespaces, found more"
         )));
     }
-    let document =
-        roxmltree::Document::parse(xml).map_err(|error| ParseError::Broken(no_xml(xml, &error)))?;
+    let document = roxmltree::Document::parse(xml)
+        .map_err(|error| ParseError::Broken(describe_xml_error(xml, &error)))?;
     let root = document.root_element();
     let version = root.attribute("fmiVersion").unwrap_or("none");
     let three = version == "3.0" || version.starts_with("3.0.");
@@ -330,22 +331,22 @@ fn parse(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<Description, ParseE
             ["ModelExchange", "ScheduledExecution"].into_iter().filter(has),
         )));
     }
-    let version = if three { Version::Three } else { Version::Two };
-    let corrected = corrections::correct(&document, version).map_err(ParseError::Broken)?;
+    let version = if three { FmiVersion::Three } else { FmiVersion::Two };
+    let corrected = corrections::correct_description(&document, version).map_err(ParseError::Broken)?;
     let found = match version {
-        Version::Two => fmi2::parse(&corrected.text),
-        Version::Three => fmi3::parse(&corrected.text, sizes),
+        FmiVersion::Two => fmi2::parse(&corrected.text),
+        FmiVersion::Three => fmi3::parse(&corrected.text, sizes),
     };
     let found = found.map_err(ParseError::Broken)?;
-    Ok(Description { corrections: corrected.told, ..found })
+    Ok(FmuDescription { corrections: corrected.told, ..found })
 }
 
 /// Says why a text is not read as XML. No description needs a document type, and its entities can make a short text very long.
-fn no_xml(xml: &str, error: &roxmltree::Error) -> String {
+fn describe_xml_error(xml: &str, error: &roxmltree::Error) -> String {
     match error {
         roxmltree::Error::DtdDetected => {
             let place = xml.rfind("<!DOCTYPE").unwrap_or_default();
-            let line = problem_list::at(xml, None, place);
+            let line = problem_list::describe_place(xml, None, place);
             format!(
                 "{line}: expected no document type declaration, found <!DOCTYPE: remove it, and write what its entities stand for"
             )
@@ -358,9 +359,7 @@ fn no_xml(xml: &str, error: &roxmltree::Error) -> String {
 fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
     let others: Vec<_> = others.collect();
     let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
-    format!(
-        "expected the interface CoSimulation, found {found}: export the model for co-simulation"
-    )
+    format!("expected the interface CoSimulation, found {found}: export the model for co-simulation")
 }
 
 #[cfg(test)]

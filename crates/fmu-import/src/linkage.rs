@@ -12,14 +12,14 @@ mod system;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use elf::Object;
+use elf::ElfLinkInfo;
 
 /// An FMU may be loaded with this many libraries; a damaged one could name more.
 const MOST: usize = 2_000;
 
 /// How a library and those that it needs are loaded.
 #[derive(Debug, Default)]
-pub(crate) struct Linkage {
+pub(crate) struct LibraryLinkage {
     /// The names of the libraries from the archive that are loaded.
     pub bundled: BTreeSet<String>,
     /// The names of all libraries that are needed, but for those that the program itself has.
@@ -34,7 +34,7 @@ pub(crate) struct Linkage {
 
 /// What two FMUs of one process would share.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Clash {
+pub(crate) enum LibraryClash {
     /// A library of this name.
     Library(String),
     /// A symbol of this name.
@@ -44,23 +44,23 @@ pub(crate) enum Clash {
 /// Libraries that start threads which outlive those that need them: OpenMP of GCC, LLVM and Intel, and oneTBB.
 const POOLS: [&str; 4] = ["libgomp.", "libomp.", "libiomp5.", "libtbb."];
 
-impl Linkage {
+impl LibraryLinkage {
     /// Reads the library `path` of an archive that is unpacked to `root`, and all that it needs.
     pub fn read(root: &Path, path: &Path) -> Self {
-        let mut linkage = Linkage::default();
+        let mut linkage = LibraryLinkage::default();
         let walk = LibrarySearch { root, beside: path.parent().unwrap_or(root) };
-        linkage.add(&walk, path, &[], true);
+        linkage.add_library(&walk, path, &[], true);
         linkage
     }
 
     /// Adds a library of the archive, or one of the system, and then those that it needs. `searched` are the folders of those that need it.
-    fn add(&mut self, walk: &LibrarySearch, path: &Path, searched: &[PathBuf], is_own: bool) {
-        let Some(object) = Object::read(path) else { return };
+    fn add_library(&mut self, walk: &LibrarySearch, path: &Path, searched: &[PathBuf], is_own: bool) {
+        let Some(object) = ElfLinkInfo::read(path) else { return };
         if is_own {
             self.bundled.extend(object.soname.clone());
             self.unique.extend(object.unique.clone());
         }
-        let (before, after) = walk.folders(path, &object, searched);
+        let (before, after) = walk.search_folders(path, &object, searched);
         for name in &object.needed {
             if system::PROGRAM.contains(name)
                 || self.needed.len() >= MOST
@@ -68,11 +68,11 @@ impl Linkage {
             {
                 continue;
             }
-            let Some(found) = walk.find(name, &before, &after) else { continue };
+            let Some(found) = walk.find_library(name, &before, &after) else { continue };
             if found.is_own {
                 self.bundled.insert(name.clone());
             }
-            self.add(walk, &found.path, &before, found.is_own);
+            self.add_library(walk, &found.path, &before, found.is_own);
             match found.mode {
                 LoadMode::ByLoader => {}
                 LoadMode::Preload => self.first.push(found.path),
@@ -82,17 +82,17 @@ impl Linkage {
     }
 
     /// What a process with both would have only once, to the harm of one of them.
-    pub fn clash(&self, other: &Linkage) -> Option<Clash> {
+    pub fn clash_with(&self, other: &LibraryLinkage) -> Option<LibraryClash> {
         let mut libraries = self.bundled.intersection(&other.needed);
         let library = libraries.next().or_else(|| other.bundled.intersection(&self.needed).next());
         if let Some(name) = library {
-            return Some(Clash::Library(name.clone()));
+            return Some(LibraryClash::Library(name.clone()));
         }
         let differs = |(name, bytes): &(&String, &Option<Vec<u8>>)| {
             let there = other.unique.get(*name);
             there.is_some_and(|there| there.is_none() || there != *bytes)
         };
-        self.unique.iter().find(differs).map(|(name, _)| Clash::Symbol(name.clone()))
+        self.unique.iter().find(differs).map(|(name, _)| LibraryClash::Symbol(name.clone()))
     }
 
     /// Whether it starts threads that go on when it has been freed.
@@ -125,10 +125,10 @@ struct LibrarySearch<'a> {
 
 impl LibrarySearch<'_> {
     /// The folders that are searched before and after those of the environment for what a library needs.
-    fn folders(
+    fn search_folders(
         &self,
         path: &Path,
-        object: &Object,
+        object: &ElfLinkInfo,
         searched: &[PathBuf],
     ) -> (Vec<PathBuf>, Vec<PathBuf>) {
         let origin = path.parent().unwrap_or(self.root).display().to_string();
@@ -148,31 +148,25 @@ impl LibrarySearch<'_> {
         }
     }
 
-    fn find(&self, name: &str, before: &[PathBuf], after: &[PathBuf]) -> Option<LibraryFile> {
-        let is_own = |path: &Path| path.starts_with(self.root) || self.is_inside(path);
+    fn find_library(&self, name: &str, before: &[PathBuf], after: &[PathBuf]) -> Option<LibraryFile> {
+        let is_own = |path: &Path| path.starts_with(self.root) || self.is_in_archive(path);
         if name.contains('/') {
             let path = PathBuf::from(name);
-            let found = Object::read(&path).map(|_| path);
-            let way = found.map(|path| LibraryFile {
-                is_own: is_own(&path),
-                path,
-                mode: LoadMode::ByLoader,
-            });
+            let found = ElfLinkInfo::read(&path).map(|_| path);
+            let way = found.map(|path| LibraryFile { is_own: is_own(&path), path, mode: LoadMode::ByLoader });
             return way.or_else(|| self.find_in_archive(name.rsplit('/').next()?, name));
         }
-        let folders = before.iter().cloned().chain(system::environment()).chain(after.to_vec());
+        let folders = before.iter().cloned().chain(system::library_path_folders()).chain(after.to_vec());
         let mut paths = folders.map(|folder| folder.join(name));
-        let found = paths.find(|path| Object::read(path).is_some());
-        match found.or_else(|| system::listed(name)) {
-            Some(path) => {
-                Some(LibraryFile { is_own: is_own(&path), path, mode: LoadMode::ByLoader })
-            }
+        let found = paths.find(|path| ElfLinkInfo::read(path).is_some());
+        match found.or_else(|| system::find_system_library(name)) {
+            Some(path) => Some(LibraryFile { is_own: is_own(&path), path, mode: LoadMode::ByLoader }),
             None => self.find_in_archive(name, name),
         }
     }
 
     /// Whether the path leads into the archive by another way.
-    fn is_inside(&self, path: &Path) -> bool {
+    fn is_in_archive(&self, path: &Path) -> bool {
         let real = |path: &Path| std::fs::canonicalize(path).ok();
         real(path).zip(real(self.root)).is_some_and(|(path, root)| path.starts_with(root))
     }
@@ -183,7 +177,7 @@ impl LibrarySearch<'_> {
         let folders = [self.beside.to_owned(), resources.join("lib"), resources];
         let candidates = folders.iter().map(|folder| folder.join(file));
         let (path, object) =
-            candidates.filter_map(|path| Object::read(&path).map(|it| (path, it))).next()?;
+            candidates.filter_map(|path| ElfLinkInfo::read(&path).map(|it| (path, it))).next()?;
         let mode = match object.soname.is_some_and(|soname| soname == name) {
             true => LoadMode::Preload,
             false => LoadMode::SonameMismatch,

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::binding::is_loaded;
-use crate::linkage::{Clash, Linkage};
-use crate::{Fmu, Library, OpenError};
+use crate::linkage::{LibraryClash, LibraryLinkage};
+use crate::{Fmu, FmuLibrary, OpenError};
 
 /// An FMU whose library is loaded.
 struct LoadedFmu {
@@ -13,7 +13,7 @@ struct LoadedFmu {
     sha256: String,
     /// Its unpacked archive.
     root: PathBuf,
-    linkage: Arc<Linkage>,
+    linkage: Arc<LibraryLinkage>,
 }
 
 static LOADED_FMUS: Mutex<Vec<LoadedFmu>> = Mutex::new(Vec::new());
@@ -24,29 +24,29 @@ fn loaded_fmus() -> MutexGuard<'static, Vec<LoadedFmu>> {
 
 impl Fmu {
     /// Notes that its library is going to be loaded.
-    pub(crate) fn enter(&self) {
+    pub(crate) fn register_loaded(&self) {
         let (archive, sha256) = (self.path.clone(), self.sha256.clone());
-        let (root, linkage) = (self.folder.path().to_owned(), self.linkage());
+        let (root, linkage) = (self.folder.description_folder().to_owned(), self.library_linkage());
         let mut all = loaded_fmus();
         all.retain(|resident| resident.root != root);
         all.push(LoadedFmu { archive, sha256, root, linkage });
     }
 
     /// Notes that nothing of it is loaded any more.
-    pub(crate) fn leave(&self) {
-        loaded_fmus().retain(|resident| resident.root != self.folder.path());
+    pub(crate) fn unregister_loaded(&self) {
+        loaded_fmus().retain(|resident| resident.root != self.folder.description_folder());
     }
 
     /// Loads the library, unless it is loaded: all instances have the same.
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load, or lacks a function.
-    pub fn load(self: &Arc<Self>) -> Result<Arc<Library>, OpenError> {
+    pub fn load_library(self: &Arc<Self>) -> Result<Arc<FmuLibrary>, OpenError> {
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(library) = loaded.upgrade() {
             return Ok(library);
         }
-        let library = Library::load(Arc::clone(self), &self.library()?).map(Arc::new)?;
+        let library = FmuLibrary::load(Arc::clone(self), &self.library_path()?).map(Arc::new)?;
         *loaded = Arc::downgrade(&library);
         Ok(library)
     }
@@ -57,14 +57,14 @@ impl Fmu {
     /// # Errors
     /// When there is no library for this machine, or it does not load.
     pub fn missing_symbols(&self) -> Result<[Vec<&'static str>; 2], OpenError> {
-        Library::missing(self, &self.library()?)
+        FmuLibrary::missing_functions(self, &self.library_path()?)
     }
 
     /// What its library is loaded with; nothing without a library for this machine.
-    pub(crate) fn linkage(&self) -> Arc<Linkage> {
-        let read = || match self.library() {
-            Ok(library) => Linkage::read(self.folder.path(), &library),
-            Err(_) => Linkage::default(),
+    pub(crate) fn library_linkage(&self) -> Arc<LibraryLinkage> {
+        let read = || match self.library_path() {
+            Ok(library) => LibraryLinkage::read(self.folder.description_folder(), &library),
+            Err(_) => LibraryLinkage::default(),
         };
         Arc::clone(self.linkage.get_or_init(|| Arc::new(read())))
     }
@@ -72,18 +72,18 @@ impl Fmu {
     /// Why this FMU and another one cannot be in one process: they would share what each has for itself elsewhere. Nothing for two of
     /// one unpacked archive, which share all they have.
     #[must_use]
-    pub fn clash(&self, other: &Fmu) -> Option<String> {
-        if self.folder.path() == other.folder.path() {
+    pub fn clash_reason(&self, other: &Fmu) -> Option<String> {
+        if self.folder.description_folder() == other.folder.description_folder() {
             return None;
         }
-        let clash = self.linkage().clash(&other.linkage())?;
-        Some(sentence(&clash, [&self.path, &other.path]))
+        let clash = self.library_linkage().clash_with(&other.library_linkage())?;
+        Some(describe_clash(&clash, [&self.path, &other.path]))
     }
 
     /// Why it cannot be loaded into this process, beside what other FMUs have loaded there or left. Nothing once it is loaded.
     #[must_use]
     pub fn clash_in_process(&self) -> Option<String> {
-        let beside = self.clash_with(|resident| resident.root != self.folder.path());
+        let beside = self.clash_with(|resident| resident.root != self.folder.description_folder());
         beside.or_else(|| self.shadowed_library())
     }
 
@@ -92,45 +92,43 @@ impl Fmu {
         if loaded_fmus().iter().any(|resident| resident.sha256 == self.sha256) {
             return None;
         }
-        let linkage = self.linkage();
+        let linkage = self.library_linkage();
         let name = linkage.bundled.iter().find(|name| is_loaded(Path::new(name)))?;
         let archive = self.path.display();
-        Some(format!(
-            "this process has another library called `{name}` than {archive} brings along"
-        ))
+        Some(format!("this process has another library called `{name}` than {archive} brings along"))
     }
 
     /// The same, but beside other archives only: copies of one archive share what two instances of it share as well.
-    pub(crate) fn clash_with_other_archives(&self) -> Option<String> {
+    pub(crate) fn clash_reason_with_archives(&self) -> Option<String> {
         self.clash_with(|resident| resident.sha256 != self.sha256)
     }
 
     fn clash_with(&self, counts: impl Fn(&LoadedFmu) -> bool) -> Option<String> {
-        let is_loaded = |all: &[LoadedFmu]| all.iter().any(|it| it.root == self.folder.path());
+        let is_loaded = |all: &[LoadedFmu]| all.iter().any(|it| it.root == self.folder.description_folder());
         let all = loaded_fmus();
         if all.is_empty() || is_loaded(&all) {
             return None;
         }
-        let linkage = self.linkage();
+        let linkage = self.library_linkage();
         let mut others = all.iter().filter(|resident| counts(resident));
         others.find_map(|resident| {
-            let clash = linkage.clash(&resident.linkage)?;
-            Some(sentence(&clash, [&self.path, &resident.archive]))
+            let clash = linkage.clash_with(&resident.linkage)?;
+            Some(describe_clash(&clash, [&self.path, &resident.archive]))
         })
     }
 }
 
-fn sentence(clash: &Clash, [one, other]: [&PathBuf; 2]) -> String {
+fn describe_clash(clash: &LibraryClash, [one, other]: [&PathBuf; 2]) -> String {
     let other = match one == other {
         true => "another copy of it".to_owned(),
         false => other.display().to_string(),
     };
     let one = one.display();
     match clash {
-        Clash::Library(name) => format!(
+        LibraryClash::Library(name) => format!(
             "{one} and {other} need a library called `{name}` that at least one of them brings along, and a process has only one of a name"
         ),
-        Clash::Symbol(name) => format!(
+        LibraryClash::Symbol(name) => format!(
             "{one} and {other} both define the symbol `{name}`, of which a process has only one (STB_GNU_UNIQUE: a static or inline variable of C++)"
         ),
     }

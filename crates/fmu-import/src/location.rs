@@ -16,7 +16,7 @@ pub struct FmuLocation {
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.
-pub(crate) fn uri(path: &Path) -> String {
+pub(crate) fn file_uri(path: &Path) -> String {
     let escaped = path.as_os_str().as_encoded_bytes().iter().map(|&byte| match byte {
         b'/' | b'-' | b'.' | b'_' | b'~' => char::from(byte).to_string(),
         _ if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),

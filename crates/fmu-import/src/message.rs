@@ -21,7 +21,7 @@ pub const SUMMARY: &str = "summary";
 
 /// A message that an FMU logged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Message {
+pub struct FmuMessage {
     level: MessageLevel,
     /// The category that it came with.
     pub category: String,
@@ -31,11 +31,11 @@ pub struct Message {
     pub again: u64,
 }
 
-impl Message {
+impl FmuMessage {
     /// A message.
     #[must_use]
     pub fn new(level: MessageLevel, category: &str, text: &str) -> Self {
-        Message { level, category: category.to_owned(), text: text.to_owned(), again: 0 }
+        FmuMessage { level, category: category.to_owned(), text: text.to_owned(), again: 0 }
     }
 
     /// How grave it is.
@@ -59,7 +59,7 @@ impl MessageKind {
         let mut rest = text.as_bytes();
         let mut before = b' ';
         while let Some((&byte, behind)) = rest.split_first() {
-            let number = if is_name(before) { 0 } else { number(rest) };
+            let number = if is_name(before) { 0 } else { number_length(rest) };
             if number > 0 {
                 // No text has this byte.
                 hasher.write_u8(0);
@@ -79,7 +79,7 @@ fn is_name(byte: u8) -> bool {
 
 /// The length of the number that a text begins with, with its sign and what stands behind it without a blank, as the unit in `5ms`;
 /// 0 without one.
-fn number(text: &[u8]) -> usize {
+fn number_length(text: &[u8]) -> usize {
     let at = |place: usize| text.get(place).copied().unwrap_or_default();
     let sign = usize::from(matches!(at(0), b'-' | b'+'));
     let word = text[sign..].iter().take_while(|byte| byte.is_ascii_alphanumeric()).count();
@@ -119,11 +119,7 @@ impl<T> Default for MessageKinds<T> {
 impl<T> MessageKinds<T> {
     /// The place of the entry of a kind, and whether it is new. `make` makes the entry of a new kind; true stands for the entry of all
     /// kinds beyond [`MOST_KINDS`].
-    pub fn entry_index(
-        &mut self,
-        kind: MessageKind,
-        make: impl FnOnce(bool) -> T,
-    ) -> (usize, bool) {
+    pub fn entry_index(&mut self, kind: MessageKind, make: impl FnOnce(bool) -> T) -> (usize, bool) {
         let next = self.entries.len();
         match self.places.get(&kind) {
             Some(place) => (*place, false),
@@ -152,7 +148,7 @@ impl<T> MessageKinds<T> {
 
 /// The text of the entry for all kinds beyond [`MOST_KINDS`], whose first message is this one.
 #[must_use]
-pub fn other_kinds_text(text: &str) -> String {
+pub fn further_kinds_message(text: &str) -> String {
     format!(
         "messages of more kinds than the {MOST_KINDS} that are told apart, the first of which says: {text}"
     )

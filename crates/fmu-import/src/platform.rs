@@ -2,51 +2,51 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Description, Fmu, OpenError, Version};
+use crate::{FmiVersion, Fmu, FmuDescription, OpenError};
 
 /// So many files of a kind are listed.
 const LISTED: usize = 5;
 
 /// The folder of this platform's library, by the names of a version.
-pub(crate) const fn platform(version: Version) -> &'static str {
+pub(crate) const fn platform_folder(version: FmiVersion) -> &'static str {
     let windows = cfg!(target_os = "windows");
     let linux = cfg!(target_os = "linux");
     let arm = cfg!(target_arch = "aarch64");
     let wide = cfg!(target_pointer_width = "64");
     match (version, linux, windows) {
-        (Version::Two, true, _) if wide => "linux64",
-        (Version::Two, true, _) => "linux32",
-        (Version::Two, _, true) if wide => "win64",
-        (Version::Two, _, true) => "win32",
-        (Version::Two, ..) => "darwin64",
-        (Version::Three, true, _) if arm => "aarch64-linux",
-        (Version::Three, true, _) if wide => "x86_64-linux",
-        (Version::Three, true, _) => "x86-linux",
-        (Version::Three, _, true) if wide => "x86_64-windows",
-        (Version::Three, _, true) => "x86-windows",
-        (Version::Three, ..) if arm => "aarch64-darwin",
-        (Version::Three, ..) => "x86_64-darwin",
+        (FmiVersion::Two, true, _) if wide => "linux64",
+        (FmiVersion::Two, true, _) => "linux32",
+        (FmiVersion::Two, _, true) if wide => "win64",
+        (FmiVersion::Two, _, true) => "win32",
+        (FmiVersion::Two, ..) => "darwin64",
+        (FmiVersion::Three, true, _) if arm => "aarch64-linux",
+        (FmiVersion::Three, true, _) if wide => "x86_64-linux",
+        (FmiVersion::Three, true, _) => "x86-linux",
+        (FmiVersion::Three, _, true) if wide => "x86_64-windows",
+        (FmiVersion::Three, _, true) => "x86-windows",
+        (FmiVersion::Three, ..) if arm => "aarch64-darwin",
+        (FmiVersion::Three, ..) => "x86_64-darwin",
     }
 }
 
 /// Where the library for this machine has to be in the archive.
-fn entry(about: &Description) -> String {
-    let (folder, extension) = (platform(about.version), std::env::consts::DLL_EXTENSION);
+fn library_archive_path(about: &FmuDescription) -> String {
+    let (folder, extension) = (platform_folder(about.version), std::env::consts::DLL_EXTENSION);
     format!("binaries/{folder}/{}.{extension}", about.identifier)
 }
 
 /// The only library for this machine, under another name than that of the model: some tools give it the name of the archive.
-fn only_library(folder: &Path, about: &Description) -> Option<String> {
-    let own = format!("binaries/{}", platform(about.version));
-    match files(folder, &own, &[std::env::consts::DLL_EXTENSION]).as_slice() {
+fn only_library(folder: &Path, about: &FmuDescription) -> Option<String> {
+    let own = format!("binaries/{}", platform_folder(about.version));
+    match list_files(folder, &own, &[std::env::consts::DLL_EXTENSION]).as_slice() {
         [only] => Some(only.clone()),
         _ => None,
     }
 }
 
 /// What to tell of a library that has another name than that of the model.
-pub(crate) fn misnamed_library_note(folder: &Path, about: &Description) -> Option<String> {
-    let expected = entry(about);
+pub(crate) fn misnamed_library_note(folder: &Path, about: &FmuDescription) -> Option<String> {
+    let expected = library_archive_path(about);
     let only = only_library(folder, about).filter(|only| *only != expected)?;
     Some(format!(
         "modelIdentifier=\"{}\" asks for {expected}: {only} is taken, the only library there",
@@ -57,8 +57,8 @@ pub(crate) fn misnamed_library_note(folder: &Path, about: &Description) -> Optio
 impl Fmu {
     /// The platforms that the archive has libraries for.
     #[must_use]
-    pub fn platforms(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.folder.path().join("binaries"));
+    pub fn supported_platforms(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.description_folder().join("binaries"));
         let mut names: Vec<_> = entries
             .into_iter()
             .flatten()
@@ -73,24 +73,24 @@ impl Fmu {
     ///
     /// # Errors
     /// When there is none.
-    pub fn library(&self) -> Result<PathBuf, OpenError> {
-        let expected = entry(&self.description);
-        let path = self.folder.path().join(&expected);
+    pub fn library_path(&self) -> Result<PathBuf, OpenError> {
+        let expected = library_archive_path(&self.description);
+        let path = self.folder.description_folder().join(&expected);
         if path.is_file() {
             return Ok(path);
         }
-        if let Some(only) = only_library(self.folder.path(), &self.description) {
-            return Ok(self.folder.path().join(only));
+        if let Some(only) = only_library(self.folder.description_folder(), &self.description) {
+            return Ok(self.folder.description_folder().join(only));
         }
-        let (path, found) = (self.path.clone(), self.instead());
-        let platform = platform(self.description.version);
+        let (path, found) = (self.path.clone(), self.describe_available_libraries());
+        let platform = platform_folder(self.description.version);
         Err(OpenError::Platform { path, platform, expected, found })
     }
 
     /// The libraries and sources that the archive has, and what to do with them.
-    fn instead(&self) -> String {
-        let root = self.folder.path();
-        let libraries = files(root, "binaries", &["so", "dll", "dylib"]);
+    fn describe_available_libraries(&self) -> String {
+        let root = self.folder.description_folder();
+        let libraries = list_files(root, "binaries", &["so", "dll", "dylib"]);
         // Beside a library may lie others that it needs.
         let is_own = |path: &&String| {
             Path::new(path).file_stem().is_some_and(|it| it == self.description.identifier.as_str())
@@ -98,23 +98,23 @@ impl Fmu {
         let own: Vec<_> = libraries.iter().filter(is_own).cloned().collect();
         let found = match (libraries.as_slice(), own.as_slice()) {
             ([], _) => "none".to_owned(),
-            (others, []) => listed(others),
-            (_, own) => listed(own),
+            (others, []) => format_names(others),
+            (_, own) => format_names(own),
         };
-        let sources = files(root, "sources", &["c", "cc", "cpp", "cxx"]);
+        let sources = list_files(root, "sources", &["c", "cc", "cpp", "cxx"]);
         if sources.is_empty() {
             return format!("{found}; export the FMU for this platform");
         }
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         format!(
             "{found}, and sources ({}): `fmpy compile {name}` builds a library of them with CMake",
-            listed(&sources)
+            format_names(&sources)
         )
     }
 }
 
 /// The paths of the files of a folder of an archive with these extensions, sorted.
-fn files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
+fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
     let (mut found, mut left) = (Vec::new(), vec![root.join(folder)]);
     while let Some(folder) = left.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -131,7 +131,7 @@ fn files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
     found
 }
 
-fn listed(names: &[String]) -> String {
+fn format_names(names: &[String]) -> String {
     let more = names.len().saturating_sub(LISTED);
     let listed = names[..names.len().min(LISTED)].join(", ");
     if more > 0 { format!("{listed} and {more} more") } else { listed }

@@ -13,13 +13,13 @@ const KINDS: usize = 30;
 #[derive(Debug)]
 pub(crate) struct ProblemList<'a> {
     text: &'a str,
-    kinds: Vec<Kind>,
+    kinds: Vec<ProblemKind>,
     places: HashMap<String, usize>,
     untold: usize,
 }
 
 #[derive(Debug)]
-struct Kind {
+struct ProblemKind {
     what: String,
     listed: Vec<String>,
     more: usize,
@@ -40,21 +40,21 @@ impl<'a> ProblemList<'a> {
             }
             None => {
                 self.places.insert(what.clone(), self.kinds.len());
-                self.kinds.push(Kind { what, listed: Vec::new(), more: 0 });
+                self.kinds.push(ProblemKind { what, listed: Vec::new(), more: 0 });
                 let last = self.kinds.len() - 1;
                 &mut self.kinds[last]
             }
         };
         // Lines are counted for those alone that are listed: a text may have a hundred thousand mistakes.
         match kind.listed.len() < LISTED {
-            true => kind.listed.push(at(self.text, name, place)),
+            true => kind.listed.push(describe_place(self.text, name, place)),
             false => kind.more += 1,
         }
     }
 
     /// A sentence for each kind, in the order in which they were found.
-    pub fn sentences(self) -> Vec<String> {
-        let sentence = |Kind { what, listed, more }: Kind| match more {
+    pub fn into_sentences(self) -> Vec<String> {
+        let sentence = |ProblemKind { what, listed, more }: ProblemKind| match more {
             0 => format!("{}: {what}", listed.join(", ")),
             more => format!("{} and {more} more: {what}", listed.join(", ")),
         };
@@ -64,12 +64,12 @@ impl<'a> ProblemList<'a> {
 }
 
 /// A place of a text [B] in words.
-pub(crate) fn at(text: &str, name: Option<&str>, place: usize) -> String {
+pub(crate) fn describe_place(text: &str, name: Option<&str>, place: usize) -> String {
     let line = 1 + text.as_bytes()[..place].iter().filter(|byte| **byte == b'\n').count();
     name.map_or_else(|| format!("line {line}"), |name| format!("`{name}` in line {line}"))
 }
 
 /// The name of the variable or type that an element is a part of.
-pub(crate) fn name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
+pub(crate) fn enclosing_name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
     node.ancestors().find_map(|node| node.attribute("name"))
 }

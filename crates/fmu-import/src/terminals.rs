@@ -59,7 +59,7 @@ impl std::fmt::Display for MemberKind {
 
 /// A variable of a terminal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Member {
+pub struct TerminalMember {
     /// Its name in the terminal; a sequence needs none.
     pub name: Option<String>,
     /// The variable.
@@ -70,7 +70,7 @@ pub struct Member {
 
 /// What a flow carries with it: one variable for each direction. What leaves one FMU enters the other one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stream {
+pub struct TerminalStream {
     /// The names of both in the terminal, first that of what enters.
     pub names: [String; 2],
     /// The variables, first that of what enters.
@@ -89,9 +89,9 @@ pub struct Terminal {
     /// One line about it.
     pub description: Option<String>,
     /// Its variables.
-    pub members: Vec<Member>,
+    pub members: Vec<TerminalMember>,
     /// What flows carry with them.
-    pub streams: Vec<Stream>,
+    pub streams: Vec<TerminalStream>,
     /// Terminals inside it.
     pub terminals: Vec<Terminal>,
 }
@@ -99,28 +99,28 @@ pub struct Terminal {
 impl Terminal {
     /// The terminal at a path of names with `.` between them.
     #[must_use]
-    pub fn find<'a>(terminals: &'a [Terminal], path: &str) -> Option<&'a Terminal> {
+    pub fn find_by_path<'a>(terminals: &'a [Terminal], path: &str) -> Option<&'a Terminal> {
         terminals.iter().find_map(|terminal| match path.strip_prefix(&terminal.name)? {
             "" => Some(terminal),
-            rest => Terminal::find(&terminal.terminals, rest.strip_prefix('.')?),
+            rest => Terminal::find_by_path(&terminal.terminals, rest.strip_prefix('.')?),
         })
     }
 
     /// All its variables, with those of terminals inside it.
-    pub fn variables(&self) -> Vec<&str> {
+    pub fn variable_names(&self) -> Vec<&str> {
         let members = self.members.iter().map(|member| &member.variable);
         let streams = self.streams.iter().flat_map(|stream| &stream.variables);
         let own = members.chain(streams).map(String::as_str);
-        own.chain(self.terminals.iter().flat_map(Terminal::variables)).collect()
+        own.chain(self.terminals.iter().flat_map(Terminal::variable_names)).collect()
     }
 
     /// The paths of the terminals, outer ones first.
     #[must_use]
-    pub fn paths(terminals: &[Terminal]) -> Vec<String> {
+    pub fn terminal_paths(terminals: &[Terminal]) -> Vec<String> {
         let mut paths = Vec::new();
         for terminal in terminals {
             paths.push(terminal.name.clone());
-            let inner = Terminal::paths(&terminal.terminals);
+            let inner = Terminal::terminal_paths(&terminal.terminals);
             paths.extend(inner.into_iter().map(|path| format!("{}.{path}", terminal.name)));
         }
         paths
@@ -131,12 +131,10 @@ impl Terminal {
 ///
 /// # Errors
 /// When the text is no such file.
-pub(crate) fn read(xml: &str) -> Result<(Vec<Terminal>, Vec<String>), String> {
-    if let Some(place) = archive::find_excess_attributes(xml) {
+pub(crate) fn parse_terminals(xml: &str) -> Result<(Vec<Terminal>, Vec<String>), String> {
+    if let Some(place) = archive::find_element_over_limit(xml) {
         let (line, most) = (1 + xml[..place].matches('\n').count(), archive::ATTRIBUTES);
-        return Err(format!(
-            "line {line}: expected at most {most} attributes of an element, found more"
-        ));
+        return Err(format!("line {line}: expected at most {most} attributes of an element, found more"));
     }
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
@@ -146,19 +144,19 @@ pub(crate) fn read(xml: &str) -> Result<(Vec<Terminal>, Vec<String>), String> {
     }
     let mut problems = Vec::new();
     let lists = root.children().filter(|node| node.has_tag_name("Terminals"));
-    let terminals = lists.flat_map(|list| siblings(list, 1, &mut problems)).collect();
+    let terminals = lists.flat_map(|list| parse_child_terminals(list, 1, &mut problems)).collect();
     Ok((terminals, problems))
 }
 
-fn siblings(parent: Node, depth: usize, problems: &mut Vec<String>) -> Vec<Terminal> {
+fn parse_child_terminals(parent: Node, depth: usize, problems: &mut Vec<String>) -> Vec<Terminal> {
     let mut names = BTreeSet::new();
     let mut terminals = Vec::new();
     for node in parent.children().filter(|node| node.has_tag_name("Terminal")) {
-        match terminal(node, depth, problems) {
+        match parse_terminal(node, depth, problems) {
             Ok(terminal) if names.insert(terminal.name.clone()) => terminals.push(terminal),
             Ok(terminal) => {
                 let twice = format!("there are two terminals `{}` side by side", terminal.name);
-                problems.push(at(node, &twice));
+                problems.push(describe_at_node(node, &twice));
             }
             Err(problem) => problems.push(problem),
         }
@@ -166,11 +164,11 @@ fn siblings(parent: Node, depth: usize, problems: &mut Vec<String>) -> Vec<Termi
     terminals
 }
 
-fn terminal(node: Node, depth: usize, problems: &mut Vec<String>) -> Result<Terminal, String> {
+fn parse_terminal(node: Node, depth: usize, problems: &mut Vec<String>) -> Result<Terminal, String> {
     if depth > DEEPEST {
-        return Err(at(node, &format!("more than {DEEPEST} terminals are inside each other")));
+        return Err(describe_at_node(node, &format!("more than {DEEPEST} terminals are inside each other")));
     }
-    let rule = match attribute(node, "matchingRule")?.as_str() {
+    let rule = match required_attribute(node, "matchingRule")?.as_str() {
         "plug" => MatchingRule::Plug,
         "bus" => MatchingRule::Bus,
         "sequence" => MatchingRule::Sequence,
@@ -178,18 +176,17 @@ fn terminal(node: Node, depth: usize, problems: &mut Vec<String>) -> Result<Term
     };
     let mut members = Vec::new();
     for child in node.children().filter(|child| child.has_tag_name("TerminalMemberVariable")) {
-        members.push(member(child)?);
+        members.push(parse_member(child)?);
     }
     let mut streams = Vec::new();
-    for child in node.children().filter(|child| child.has_tag_name("TerminalStreamMemberVariable"))
-    {
+    for child in node.children().filter(|child| child.has_tag_name("TerminalStreamMemberVariable")) {
         let side = |side: &str| -> Result<(String, String), String> {
-            let name = attribute(child, &format!("{side}MemberName"))?;
-            Ok((name, attribute(child, &format!("{side}VariableName"))?))
+            let name = required_attribute(child, &format!("{side}MemberName"))?;
+            Ok((name, required_attribute(child, &format!("{side}VariableName"))?))
         };
         let (entering, leaving) = (side("inStream")?, side("outStream")?);
         let (names, variables) = ([entering.0, leaving.0], [entering.1, leaving.1]);
-        streams.push(Stream { names, variables });
+        streams.push(TerminalStream { names, variables });
     }
     let needs_names = matches!(rule, MatchingRule::Plug | MatchingRule::Bus);
     let mut names = BTreeSet::new();
@@ -197,47 +194,47 @@ fn terminal(node: Node, depth: usize, problems: &mut Vec<String>) -> Result<Term
         match &member.name {
             None if needs_names => {
                 let what = format!("`{}` has no memberName, which {rule} needs", member.variable);
-                return Err(at(node, &what));
+                return Err(describe_at_node(node, &what));
             }
             Some(name) if needs_names && !names.insert(name) => {
-                return Err(at(node, &format!("two members are called `{name}`")));
+                return Err(describe_at_node(node, &format!("two members are called `{name}`")));
             }
             _ => {}
         }
     }
     Ok(Terminal {
-        name: attribute(node, "name")?,
+        name: required_attribute(node, "name")?,
         rule,
-        kind: node.attribute("terminalKind").map(normal),
-        description: node.attribute("description").map(normal),
+        kind: node.attribute("terminalKind").map(normalize_string),
+        description: node.attribute("description").map(normalize_string),
         members,
         streams,
-        terminals: siblings(node, depth + 1, problems),
+        terminals: parse_child_terminals(node, depth + 1, problems),
     })
 }
 
-fn member(node: Node) -> Result<Member, String> {
-    let kind = match attribute(node, "variableKind")?.as_str() {
+fn parse_member(node: Node) -> Result<TerminalMember, String> {
+    let kind = match required_attribute(node, "variableKind")?.as_str() {
         "signal" => MemberKind::Signal,
         "inflow" => MemberKind::Inflow,
         "outflow" => MemberKind::Outflow,
         other => MemberKind::Other(other.to_owned()),
     };
-    let name = node.attribute("memberName").map(normal);
-    Ok(Member { name, variable: attribute(node, "variableName")?, kind })
+    let name = node.attribute("memberName").map(normalize_string);
+    Ok(TerminalMember { name, variable: required_attribute(node, "variableName")?, kind })
 }
 
-fn attribute(node: Node, name: &str) -> Result<String, String> {
-    let found = node.attribute(name).map(normal).filter(|value| !value.is_empty());
-    found.ok_or_else(|| at(node, &format!("`{}` has no `{name}`", node.tag_name().name())))
+fn required_attribute(node: Node, name: &str) -> Result<String, String> {
+    let found = node.attribute(name).map(normalize_string).filter(|value| !value.is_empty());
+    found.ok_or_else(|| describe_at_node(node, &format!("`{}` has no `{name}`", node.tag_name().name())))
 }
 
 /// A normalised string: a line end or a tabulator in it is a blank.
-fn normal(text: &str) -> String {
+fn normalize_string(text: &str) -> String {
     text.replace(['\n', '\r', '\t'], " ")
 }
 
-fn at(node: Node, what: &str) -> String {
+fn describe_at_node(node: Node, what: &str) -> String {
     let line = node.document().text_pos_at(node.range().start).row;
     format!("line {line}: {what}")
 }
@@ -257,17 +254,17 @@ mod tests {
         let text = file(
             "<Terminal name=\"axle.f\" matchingRule=\"plug\"><TerminalMemberVariable variableName=\"T\" memberName=\"torque\" variableKind=\"inflow\"/><Terminal name=\"hub\" matchingRule=\"sequence\"><TerminalMemberVariable variableName=\"w\" variableKind=\"signal\"/></Terminal></Terminal>",
         );
-        let (terminals, problems) = read(&text).expect("it is there");
+        let (terminals, problems) = parse_terminals(&text).expect("it is there");
         assert_eq!(problems, [""; 0]);
-        assert_eq!(Terminal::paths(&terminals), ["axle.f", "axle.f.hub"]);
-        let hub = Terminal::find(&terminals, "axle.f.hub").expect("it is there");
-        assert_eq!((hub.rule.clone(), hub.variables()), (MatchingRule::Sequence, vec!["w"]));
+        assert_eq!(Terminal::terminal_paths(&terminals), ["axle.f", "axle.f.hub"]);
+        let hub = Terminal::find_by_path(&terminals, "axle.f.hub").expect("it is there");
+        assert_eq!((hub.rule.clone(), hub.variable_names()), (MatchingRule::Sequence, vec!["w"]));
         assert_eq!(
-            Terminal::find(&terminals, "axle.f").expect("it is there").variables(),
+            Terminal::find_by_path(&terminals, "axle.f").expect("it is there").variable_names(),
             ["T", "w"]
         );
         for absent in ["axle", "axle.f.", "axle.f.hub.x", "axle.fhub", ""] {
-            assert_eq!(Terminal::find(&terminals, absent), None, "{absent}");
+            assert_eq!(Terminal::find_by_path(&terminals, absent), None, "{absent}");
         }
     }
 
@@ -276,9 +273,9 @@ mod tests {
         let text = file(
             "<Terminal name=\"port\" matchingRule=\"bus\"><TerminalStreamMemberVariable inStreamMemberName=\"h_in\" outStreamMemberName=\"h\" inStreamVariableName=\"a\" outStreamVariableName=\"b\"/></Terminal>",
         );
-        let (terminals, _) = read(&text).expect("it is there");
+        let (terminals, _) = parse_terminals(&text).expect("it is there");
         assert_eq!(terminals[0].streams[0].names, ["h_in", "h"]);
-        assert_eq!(terminals[0].variables(), ["a", "b"]);
+        assert_eq!(terminals[0].variable_names(), ["a", "b"]);
     }
 
     #[test]
@@ -302,16 +299,18 @@ mod tests {
         ];
         for (wrong, expected) in cases {
             let (terminals, problems) =
-                read(&file(&format!("{wrong}{good}"))).expect("it is there");
-            assert_eq!(Terminal::paths(&terminals), ["good"], "{wrong}");
+                parse_terminals(&file(&format!("{wrong}{good}"))).expect("it is there");
+            assert_eq!(Terminal::terminal_paths(&terminals), ["good"], "{wrong}");
             assert!(problems[0].contains(expected), "{problems:?}");
         }
         let deep = "<Terminal name=\"x\" matchingRule=\"bus\">".repeat(100);
         let (_, problems) =
-            read(&file(&format!("{deep}{}", "</Terminal>".repeat(100)))).expect("it is there");
+            parse_terminals(&file(&format!("{deep}{}", "</Terminal>".repeat(100)))).expect("it is there");
         assert!(problems[0].contains("inside each other"), "{problems:?}");
         assert!(
-            read("<fmiModelDescription/>").expect_err("a refusal").contains("fmiTerminalsAndIcons")
+            parse_terminals("<fmiModelDescription/>")
+                .expect_err("a refusal")
+                .contains("fmiTerminalsAndIcons")
         );
     }
 }

@@ -54,19 +54,17 @@ const XML_3: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 
 #[test]
 fn arrays_become_elements_of_the_size_that_is_asked_for() {
-    let names = |description: &Description| -> Vec<String> {
+    let names = |description: &FmuDescription| -> Vec<String> {
         description.variables.iter().map(|variable| variable.name.clone()).collect()
     };
     let found = fmi3::parse(XML_3, &fmi3::StructuralSizes::new()).expect("a description");
     assert_eq!(found.problems, [""; 0]);
     assert!(found.state && !found.serialised_state);
     let scalars = ["mode", "s", "b", "u", "c", "speed"];
-    let first = [
-        "time", "n", "A[1,1]", "A[1,2]", "A[1,3]", "A[2,1]", "A[2,2]", "A[2,3]", "v", "y[1]",
-        "y[2]",
-    ];
+    let first =
+        ["time", "n", "A[1,1]", "A[1,2]", "A[1,3]", "A[2,1]", "A[2,2]", "A[2,3]", "v", "y[1]", "y[2]"];
     assert_eq!(names(&found), [first.as_slice(), &scalars].concat());
-    let of = |name: &str| &found.variables[found.find(name).expect("a variable")];
+    let of = |name: &str| &found.variables[found.find_variable(name).expect("a variable")];
     assert_eq!((of("A[2,1]").element, of("A[2,1]").start.as_deref()), ((3, 6), Some("4")));
     // Of both: the matrix as a whole, and the speed.
     assert_eq!(of("y[2]").dependencies.as_deref(), Some([2, 3, 4, 5, 6, 7, 8].as_slice()));
@@ -78,7 +76,7 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     assert_eq!(of("s").start_value(), Some(Value::String("a < b".to_owned())));
     assert_eq!(of("b").start_value(), Some(Value::Binary(vec![0xc0, 0xff, 0xee])));
     assert_eq!(of("u").start_value(), Some(Value::Integer(u64::MAX.into())));
-    assert_eq!((of("u").variability, of("c").kind), (Variability::Fixed, Type::Clock));
+    assert_eq!((of("u").variability, of("c").kind), (Variability::Fixed, FmiType::Clock));
 
     let small = fmi3::parse(XML_3, &[(1, 1)].into()).expect("a description");
     // The list of six start values belongs to another size.
@@ -126,9 +124,7 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
                  </TypeDefinitions>\n  <ModelVariables>";
     let read = |real: &str| {
         let real = format!("<Real {real} start=\"0\"/>");
-        let xml = XML
-            .replace("<ModelVariables>", types)
-            .replace("<Real unit=\"m/s\" start=\"1\"/>", &real);
+        let xml = XML.replace("<ModelVariables>", types).replace("<Real unit=\"m/s\" start=\"1\"/>", &real);
         fmi2::parse(&xml).expect("a description").variables.swap_remove(0)
     };
     let share = read("declaredType='Share'");
@@ -144,7 +140,7 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     ] {
         let found = read(real);
         assert_eq!(
-            (found.relative, found.plain_unit().as_deref()),
+            (found.relative, found.offset_free_unit_name().as_deref()),
             (relative, Some(plain)),
             "{real}"
         );
@@ -153,7 +149,7 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {
         let xml = XML_3.replace("unit=\"kph\" min", &format!("unit=\"degC\" {own} min"));
         let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new()).expect("a description");
-        assert_eq!(found.variables[found.find("v").expect("a variable")].relative, relative);
+        assert_eq!(found.variables[found.find_variable("v").expect("a variable")].relative, relative);
     }
 }
 
@@ -170,14 +166,11 @@ fn an_annotation_calls_an_input_optional() {
     let of_another_tool = xml.replace("Trackside", "Other");
     assert!(!fmi2::parse(&of_another_tool).expect("a description").variables[0].optional);
 
-    let of_3 = "start=\"2\"><Annotations><Annotation type=\"trackside.optional\"/></Annotations></Enumeration>";
-    let xml_3 = XML_3.replacen(
-        "causality=\"input\" start=\"2\"/>",
-        &format!("causality=\"input\" {of_3}"),
-        1,
-    );
-    let found =
-        fmi3::parse(&xml_3, &fmi3::StructuralSizes::new()).expect("a description").variables;
+    let of_3 =
+        "start=\"2\"><Annotations><Annotation type=\"trackside.optional\"/></Annotations></Enumeration>";
+    let xml_3 =
+        XML_3.replacen("causality=\"input\" start=\"2\"/>", &format!("causality=\"input\" {of_3}"), 1);
+    let found = fmi3::parse(&xml_3, &fmi3::StructuralSizes::new()).expect("a description").variables;
     let optional: Vec<_> = found.iter().filter(|it| it.optional).map(|it| &it.name).collect();
     assert_eq!(optional, ["mode"]);
 }
@@ -223,11 +216,7 @@ fn harm_is_refused_with_a_reason() {
     let entries: [(&str, &[u8]); 2] = [("modelDescription.xml", xml), ("resources/aa/aa", b"1")];
     let twice: [(&str, &[u8]); 3] = [("modelDescription.xml", xml), ("aa", b"1"), ("ab", b"2")];
     for (what, bytes, reason) in [
-        (
-            "leaves the folder",
-            renamed(&entries, "resources/aa/aa", "../../../../aaa"),
-            "leaves the folder",
-        ),
+        ("leaves the folder", renamed(&entries, "resources/aa/aa", "../../../../aaa"), "leaves the folder"),
         ("absolute path", renamed(&entries, "resources/aa/aa", "/tmp/trackside/"), ""),
         ("a name twice", renamed(&twice, "ab", "aa"), "different names"),
         ("cut off", good[..good.len() / 2].to_vec(), "not an .fmu archive"),
@@ -236,17 +225,9 @@ fn harm_is_refused_with_a_reason() {
         ("entities", described(&bomb), "document type"),
         ("very long", described(&long), "expected at most"),
         ("very deep", described(&deep), "modelDescription.xml"),
-        (
-            "value reference",
-            described(&XML.replace("\"1\" causality", "\"99999999999\" causality")),
-            "",
-        ),
+        ("value reference", described(&XML.replace("\"1\" causality", "\"99999999999\" causality")), ""),
         ("index", described(&XML.replace("index=\"2\"", "index=\"-2\"")), ""),
-        (
-            "a path as name",
-            described(&XML.replace("Identifier=\"m", "Identifier=\"../../m")),
-            "not a name",
-        ),
+        ("a path as name", described(&XML.replace("Identifier=\"m", "Identifier=\"../../m")), "not a name"),
         ("FMI 1.0", described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"1")), "2.0 or 3.0"),
         (
             "another version than it says",
@@ -268,16 +249,10 @@ fn harm_in_a_description_of_fmi_3_is_refused_with_a_reason() {
     for (what, bytes, reason) in [
         ("no co-simulation", described(&XML_3.replace("CoSim", "Scheduled")), "CoSimulation"),
         ("too large", described(&XML_3.replace("start=\"2\"", "start=\"9999999\"")), "at most"),
-        (
-            "immense",
-            described(&XML_3.replace("start=\"2\"", "start=\"18446744073709551615\"")),
-            "at most",
-        ),
+        ("immense", described(&XML_3.replace("start=\"2\"", "start=\"18446744073709551615\"")), "at most"),
         (
             "no such size",
-            described(
-                &XML_3.replace("Dimension valueReference=\"1\"", "Dimension valueReference=\"9\""),
-            ),
+            described(&XML_3.replace("Dimension valueReference=\"1\"", "Dimension valueReference=\"9\"")),
             "UInt64",
         ),
         (
@@ -286,11 +261,7 @@ fn harm_in_a_description_of_fmi_3_is_refused_with_a_reason() {
             "Complex",
         ),
         ("unknown word", described(&XML_3.replace("\"structuralP", "\"p")), ""),
-        (
-            "unknown causality",
-            described(&XML_3.replace("\"structuralP", "\"structuredP")),
-            "causality",
-        ),
+        ("unknown causality", described(&XML_3.replace("\"structuralP", "\"structuredP")), "causality"),
     ] {
         match open(&bytes) {
             Err(error) => assert!(error.contains(reason), "{what}: {error}"),
@@ -320,14 +291,13 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
 
 #[test]
 fn a_path_is_a_uri_whatever_is_in_it() {
-    assert_eq!(uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")), "file:///tmp/a%20b%25%C3%A9/x-1_y.z~");
+    assert_eq!(file_uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")), "file:///tmp/a%20b%25%C3%A9/x-1_y.z~");
 }
 
 /// Opens so many descriptions and archives with random damage; none may panic or hang.
 fn damage(cases: usize) {
     let mut random = Pcg64::seed_from_u64(7);
-    let archive =
-        archive(&[("modelDescription.xml", XML.as_bytes()), ("binaries/linux64/m.so", b"ELF")]);
+    let archive = archive(&[("modelDescription.xml", XML.as_bytes()), ("binaries/linux64/m.so", b"ELF")]);
     for case in 0..cases {
         // Archives cost files, so they get a tenth of the cases.
         let whole = case % 10 == 0;
@@ -345,7 +315,7 @@ fn damage(cases: usize) {
         if whole {
             let _ = open(&bytes);
         } else {
-            let _ = parse(&String::from_utf8_lossy(&bytes), &fmi3::StructuralSizes::new());
+            let _ = parse_description(&String::from_utf8_lossy(&bytes), &fmi3::StructuralSizes::new());
         }
     }
 }

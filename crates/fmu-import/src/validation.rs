@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use fmi_rs::model_description::ValidationError;
 use roxmltree::{Document, Node};
 
-use crate::problem_list::{ProblemList, at, name};
+use crate::problem_list::{ProblemList, describe_place, enclosing_name};
 
 /// A variable as the lists of a model structure name it.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +21,7 @@ pub(crate) struct StructureVariable<'a> {
 
 /// One sentence for each kind of mistake in `text`. `unknowns` are the places of entries of the model structure [B], with the ids of
 /// their variables.
-pub(crate) fn problems(
+pub(crate) fn validation_problems(
     text: &str,
     found: Vec<ValidationError>,
     variables: &[StructureVariable],
@@ -30,13 +30,12 @@ pub(crate) fn problems(
     if found.is_empty() {
         return Vec::new();
     }
-    let by_id: HashMap<u32, &StructureVariable> =
-        variables.iter().rev().map(|it| (it.id, it)).collect();
+    let by_id: HashMap<u32, &StructureVariable> = variables.iter().rev().map(|it| (it.id, it)).collect();
     let mut names: HashMap<usize, &str> = variables.iter().map(|it| (it.place, it.name)).collect();
     names.extend(unknowns.filter_map(|(place, id)| Some((place, by_id.get(&id)?.name))));
     let mut findings = ProblemList::new(text);
     for ValidationError { range, message } in found {
-        if let Some(ListMismatch { list, expected, actual }) = ListMismatch::of(&message) {
+        if let Some(ListMismatch { list, expected, actual }) = ListMismatch::from_message(&message) {
             let lacks = format!("it is missing in <{list}> of <ModelStructure>");
             let extra = format!("it does not belong into <{list}> of <ModelStructure>");
             for it in variables {
@@ -52,9 +51,9 @@ pub(crate) fn problems(
         }
         let place = range.last().map_or(0, |range| range.start);
         let name = names.get(&place).copied();
-        findings.push(name, place, general(&message, name));
+        findings.push(name, place, message_without_name(&message, name));
     }
-    findings.sentences()
+    findings.into_sentences()
 }
 
 /// Sentences of fmi-rs without the name of their variable, and what there is to do.
@@ -71,7 +70,7 @@ const CURES: [(&str, &str); 3] = [
 ];
 
 /// The message without the name of its variable, so that those of one kind are equal.
-fn general(message: &str, name: Option<&str>) -> String {
+fn message_without_name(message: &str, name: Option<&str>) -> String {
     let mut text = message.trim_end_matches('.').to_owned();
     if let Some(name) = name {
         text = text.replace(&format!(" for variable '{name}'"), "");
@@ -101,23 +100,21 @@ struct ListMismatch {
 }
 
 impl ListMismatch {
-    fn of(message: &str) -> Option<Self> {
-        let (what, sets) =
-            message.split_once(" do not match the expected set of variables. Expected: {")?;
+    fn from_message(message: &str) -> Option<Self> {
+        let (what, sets) = message.split_once(" do not match the expected set of variables. Expected: {")?;
         let (expected, actual) = sets.split_once("}, Actual: {")?;
         let list = match what.contains("initial unknowns") {
             true => "InitialUnknowns",
             false => "Outputs",
         };
-        let ids =
-            |text: &str| text.split([',', ' ', '}']).filter_map(|id| id.parse().ok()).collect();
+        let ids = |text: &str| text.split([',', ' ', '}']).filter_map(|id| id.parse().ok()).collect();
         Some(ListMismatch { list, expected: ids(expected), actual: ids(actual) })
     }
 }
 
 /// Says where in a description the mistake is for which fmi-rs refuses it with `message`: `read` gives the message for another text,
 /// and here it is asked about each variable and each other element alone.
-pub(crate) fn located(
+pub(crate) fn locate_validation_error(
     document: &Document,
     message: &str,
     read: impl Fn(&str) -> Option<String>,
@@ -132,17 +129,17 @@ pub(crate) fn located(
     };
     let refused = |text: String| read(&text).is_some_and(|found| found == message);
     let elements = |node: Node<'_, '_>| node.is_element();
-    let (lists, others): (Vec<_>, Vec<_>) = root
-        .children()
-        .filter(|node| elements(*node))
-        .partition(|node| node.has_tag_name("ModelVariables"));
+    let (lists, others): (Vec<_>, Vec<_>) =
+        root.children().filter(|node| elements(*node)).partition(|node| node.has_tag_name("ModelVariables"));
     let mut variables = lists.iter().flat_map(|list| list.children()).filter(|it| elements(*it));
     let wrong = variables
         .find(|node| refused(alone(&text[node.range()], "")))
         .or_else(|| others.into_iter().find(|node| refused(alone("", &text[node.range()]))));
-    let what = general(message, wrong.and_then(name));
+    let what = message_without_name(message, wrong.and_then(enclosing_name));
     match wrong {
-        Some(node) => format!("{}: {what}", at(text, name(node), node.range().start)),
+        Some(node) => {
+            format!("{}: {what}", describe_place(text, enclosing_name(node), node.range().start))
+        }
         None => what,
     }
 }

@@ -12,9 +12,7 @@ use vehicle::MagicFormula;
 /// The curves nearest to some logs.
 fn curves(logs: &[&Log]) -> [MagicFormula; 2] {
     let all: Vec<_> = logs.iter().map(|log| axles(log)).collect();
-    [0, 1].map(|axle| {
-        fit::curve(&all.iter().flat_map(|both| both[axle].iter().copied()).collect::<Vec<_>>())
-    })
+    [0, 1].map(|axle| fit::curve(&all.iter().flat_map(|both| both[axle].iter().copied()).collect::<Vec<_>>()))
 }
 
 /// The one factor of similarity with the least error of a_y over a whole log.
@@ -31,7 +29,12 @@ fn similarity(log: &Log, curves: &[MagicFormula; 2]) -> f64 {
 /// Prints what the estimator tells at a time [s].
 fn print_row(fmu: &mut Fmu, curves: &[MagicFormula; 2], time: f64, mark: &str) {
     let means = fmu.relative(curves);
-    let nominal = [curves[0].D, curves[1].D, curves[0].stiffness(), curves[1].stiffness()];
+    let nominal = [
+        curves[0].D,
+        curves[1].D,
+        curves[0].cornering_stiffness_per_load(),
+        curves[1].cornering_stiffness_per_load(),
+    ];
     print!("  {time:6.1} s {mark:3}");
     for ((name, mean), over) in ["D_f", "D_r", "K_f", "K_r"].iter().zip(means).zip(nominal) {
         print!(" {name} {mean:.2} +-{:.2}", fmu.get(&format!("std.{name}")) / over);
@@ -89,9 +92,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let settings: Vec<(&str, f64)> = words
         .iter()
-        .filter_map(|word| {
-            word.split_once('=').map(|(name, value)| (name, value.parse().expect("a number")))
-        })
+        .filter_map(|word| word.split_once('=').map(|(name, value)| (name, value.parse().expect("a number"))))
         .collect();
     let rubber = [
         "circles_rubber_left",
@@ -104,12 +105,8 @@ fn main() {
     let logs: Option<Vec<Log>> = rubber.iter().map(|name| dart(name)).collect();
     if let Some(logs) = logs {
         // As the baseline: the moderate free drive is left out.
-        let fitted: Vec<&Log> = logs
-            .iter()
-            .zip(rubber)
-            .filter(|(_, name)| *name != "free_moderate")
-            .map(|it| it.0)
-            .collect();
+        let fitted: Vec<&Log> =
+            logs.iter().zip(rubber).filter(|(_, name)| *name != "free_moderate").map(|it| it.0).collect();
         let curves = curves(&fitted);
         println!("{curves:?}");
         let with = |defaults: &[(&'static str, f64)]| {

@@ -17,14 +17,14 @@ const LENGTH: usize = ((RANGE[1] - RANGE[0]) / SPACING * FINE as f64) as usize;
 /// With the peak D and the stiffness K = B C D as its parameters a change of D alone is the similarity
 /// F = λ F₀(α / λ): less friction, the same slope at the origin.
 #[derive(Debug, Clone)]
-pub struct Curve {
+pub struct TabulatedCurve {
     /// The curve that the parameters describe.
     pub nominal: MagicFormula,
     /// f at z = exp(RANGE[0] + k SPACING / FINE).
     shape: Vec<f64>,
 }
 
-impl Curve {
+impl TabulatedCurve {
     /// The table of a curve.
     ///
     /// # Errors
@@ -44,25 +44,26 @@ impl Curve {
             }
         }
         let unit = MagicFormula { B: 1.0 / C, C, D: 1.0, E, S_h: 0.0, S_v: 0.0 };
-        let at = |k| unit.coefficient((RANGE[0] + k as f64 * SPACING / FINE as f64).exp());
-        Ok(Curve { nominal, shape: (0..LENGTH).map(at).collect() })
+        let at = |k| unit.friction_coefficient((RANGE[0] + k as f64 * SPACING / FINE as f64).exp());
+        Ok(TabulatedCurve { nominal, shape: (0..LENGTH).map(at).collect() })
     }
 
     /// Force over load without S_v at a slip angle [rad], and its derivatives with respect to the slip angle, ln D and ln K,
     /// for a peak and a stiffness.
-    pub fn evaluate(&self, alpha: f64, D: f64, K: f64) -> Force {
+    pub fn evaluate(&self, alpha: f64, D: f64, K: f64) -> ForceAndDerivatives {
         let MagicFormula { C, E, S_h, .. } = self.nominal;
         let z = K * (alpha + S_h) / D;
         let unit = MagicFormula { B: 1.0 / C, C, D: 1.0, E, S_h: 0.0, S_v: 0.0 };
         let width = 1e-4 * (1.0 + z.abs());
-        let slope = (unit.coefficient(z + width) - unit.coefficient(z - width)) / (2.0 * width);
-        let value = D * unit.coefficient(z);
+        let slope =
+            (unit.friction_coefficient(z + width) - unit.friction_coefficient(z - width)) / (2.0 * width);
+        let value = D * unit.friction_coefficient(z);
         let by_K = D * z * slope;
-        Force { value, by_alpha: K * slope, by_D: value - by_K, by_K }
+        ForceAndDerivatives { value, by_alpha: K * slope, by_D: value - by_K, by_K }
     }
 
     /// f at |z| exp(k SPACING) for k = 0, 1, ...
-    pub fn shapes(&self, z: f64, shapes: &mut [f64]) {
+    pub fn interpolate_shape(&self, z: f64, shapes: &mut [f64]) {
         let place = (z.abs().ln() - RANGE[0]) * (FINE as f64 / SPACING);
         // Beyond the table the force is that at its end: below it is nothing, above it is that of a sliding tire.
         let last = (LENGTH - 2) as f64;
@@ -76,7 +77,7 @@ impl Curve {
 
 /// A lateral force over the load, and how it changes.
 #[derive(Debug, Clone, Copy)]
-pub struct Force {
+pub struct ForceAndDerivatives {
     /// Its value.
     pub value: f64,
     /// By the slip angle [1/rad].

@@ -2,14 +2,14 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use serde::{Deserialize, Serialize};
-use vehicle::{Body, G};
+use vehicle::{G, VehicleBody};
 
-use crate::sample::{Noise, Sample};
-use crate::sideslip::Sideslip;
+use crate::sample::{SensorNoise, SensorSample};
+use crate::sideslip::LateralSpeedEstimate;
 
 /// An axle as it was seen: force over load at a slip angle.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
+pub struct AxleObservation {
     /// Slip angle [rad].
     pub alpha: f64,
     /// Lateral force over the load at rest.
@@ -23,12 +23,12 @@ pub struct Seen {
 /// The first-order low-pass that all channels share. Equal delays leave slips and forces together, and the yaw acceleration
 /// is the change of the filtered yaw rate.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Filter {
+pub struct LowPassFilter {
     /// Slip angles of front and rear axle [rad], a_y [m/s²], r [rad/s], cosine of the steering angle; none before the first sample.
     values: Option<[f64; 5]>,
 }
 
-impl Filter {
+impl LowPassFilter {
     /// Forgets what came before a gap.
     pub fn reset(&mut self) {
         self.values = None;
@@ -36,16 +36,16 @@ impl Filter {
 
     /// Takes a sample that is `h` [s] younger than the one before, with its v_y. The first sample after a [`reset`](Self::reset)
     /// gives nothing.
-    pub fn take(
+    pub fn filter_sample(
         &mut self,
-        sample: &Sample,
-        v_y: &Sideslip,
-        body: &Body,
-        noise: &Noise,
+        sample: &SensorSample,
+        v_y: &LateralSpeedEstimate,
+        body: &VehicleBody,
+        noise: &SensorNoise,
         [time, h]: [f64; 2],
-    ) -> Option<[Seen; 2]> {
-        let Sample { v_x, r, a_y, delta, .. } = *sample;
-        let Body { m, I_zz, l_f, l_r, .. } = *body;
+    ) -> Option<[AxleObservation; 2]> {
+        let SensorSample { v_x, r, a_y, delta, .. } = *sample;
+        let VehicleBody { m, I_zz, l_f, l_r, .. } = *body;
         let front = delta - (v_y.mean + l_f * r).atan2(v_x);
         let rear = -(v_y.mean - l_r * r).atan2(v_x);
         let now = [front, rear, a_y, r, delta.cos()];
@@ -70,14 +70,11 @@ impl Filter {
             let by_a_y = m * other * over * noise.a_y;
             let by_rate = I_zz * over * r_rate_std;
             let by_r = arm * noise.r / v_x;
-            Seen {
+            AxleObservation {
                 alpha: values[k],
                 force: (other * m * a_y + sign * I_zz * r_rate) * over,
                 force_variance: noise.force.powi(2) + passed * by_a_y.powi(2) + by_rate.powi(2),
-                alpha_variances: [
-                    noise.alpha[k].powi(2) + lasting,
-                    passed * by_r.powi(2) + passing,
-                ],
+                alpha_variances: [noise.alpha[k].powi(2) + lasting, passed * by_r.powi(2) + passing],
             }
         };
         Some([axle(0, l_f, l_r, 1.0, cosine), axle(1, l_r, l_f, -1.0, 1.0)])

@@ -16,46 +16,46 @@ use std::sync::Arc;
 
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
 use serde::{Deserialize, Serialize};
-use vehicle::{Body, MagicFormula};
+use vehicle::{MagicFormula, VehicleBody};
 
-use curve::Curve;
-use grid::Drift;
-use observer::{Observer, Output, Settings};
-use sample::{Noise, Sample};
+use curve::TabulatedCurve;
+use grid::SurfaceDrift;
+use observer::{FrictionObserver, ObserverOutput, ObserverSettings};
+use sample::{SensorNoise, SensorSample};
 
 /// The estimator between its inputs and its outputs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Friction {
-    settings: Settings,
+pub struct FrictionNode {
+    settings: ObserverSettings,
     tires: [MagicFormula; 2],
     /// What the parameters make; made anew after a state was read.
     #[serde(skip)]
-    curves: Option<Arc<[Curve; 2]>>,
-    sample: Sample,
+    curves: Option<Arc<[TabulatedCurve; 2]>>,
+    sample: SensorSample,
     valid: bool,
-    observer: Observer,
-    output: Output,
-    axles: [Axle; 2],
+    observer: FrictionObserver,
+    output: ObserverOutput,
+    axles: [AxleFrictionOutput; 2],
     /// Samples that were no measurements of a car.
     missing: i32,
 }
 
 /// D and K of an axle as they are shown, with standard deviations [-, 1/rad].
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct Axle {
+struct AxleFrictionOutput {
     D: f64,
     K: f64,
     std_D: f64,
     std_K: f64,
 }
 
-impl Default for Friction {
+impl Default for FrictionNode {
     fn default() -> Self {
-        let noise = Noise { v_y: 0.05, r: 0.01, a_y: 0.2, alpha: [0.005, 0.003], force: 0.05 };
-        let drift = Drift { walk: [1e-4, 1e-4], changes: 0.02, spread: 0.5 };
-        Friction {
-            settings: Settings {
-                body: Body::default(),
+        let noise = SensorNoise { v_y: 0.05, r: 0.01, a_y: 0.2, alpha: [0.005, 0.003], force: 0.05 };
+        let drift = SurfaceDrift { walk: [1e-4, 1e-4], changes: 0.02, spread: 0.5 };
+        FrictionNode {
+            settings: ObserverSettings {
+                body: VehicleBody::default(),
                 noise,
                 noise_times: [0.25, 5.0],
                 filter_time: 0.05,
@@ -70,11 +70,11 @@ impl Default for Friction {
             },
             tires: [MagicFormula::default(); 2],
             curves: None,
-            sample: Sample { v_x: 0.0, v_y: 0.0, r: 0.0, a_y: 0.0, delta: 0.0 },
+            sample: SensorSample { v_x: 0.0, v_y: 0.0, r: 0.0, a_y: 0.0, delta: 0.0 },
             valid: true,
-            observer: Observer::default(),
-            output: Output::default(),
-            axles: [Axle::default(); 2],
+            observer: FrictionObserver::default(),
+            output: ObserverOutput::default(),
+            axles: [AxleFrictionOutput::default(); 2],
             missing: 0,
         }
     }
@@ -89,15 +89,15 @@ const SENSORS: &[Member] = &[
 
 const ACTUATORS: &[Member] = &[Member::signal("delta", "delta")];
 
-impl Friction {
+impl FrictionNode {
     /// Both curves.
-    fn curves(&mut self) -> Result<Arc<[Curve; 2]>, ModelError> {
+    fn tabulated_curves(&mut self) -> Result<Arc<[TabulatedCurve; 2]>, ModelError> {
         if let Some(curves) = &self.curves {
             return Ok(Arc::clone(curves));
         }
         let curve = |axle: usize| {
             let name = ["tire_f", "tire_r"][axle];
-            Curve::new(self.tires[axle])
+            TabulatedCurve::new(self.tires[axle])
                 .map_err(|wrong| ModelError::Error(format!("{name}.{wrong}")))
         };
         let curves = Arc::new([curve(0)?, curve(1)?]);
@@ -105,14 +105,12 @@ impl Friction {
         Ok(curves)
     }
 
-    fn show(&mut self, output: Output) {
+    fn write_output(&mut self, output: ObserverOutput) {
         self.output = output;
-        for (axle, (moments, tire)) in
-            self.axles.iter_mut().zip(output.axles.iter().zip(&self.tires))
-        {
+        for (axle, (moments, tire)) in self.axles.iter_mut().zip(output.axles.iter().zip(&self.tires)) {
             let ([D, K], [std_D, std_K]) = (moments.mean, moments.std);
-            let stiffness = tire.stiffness();
-            *axle = Axle {
+            let stiffness = tire.cornering_stiffness_per_load();
+            *axle = AxleFrictionOutput {
                 D: tire.D * D,
                 K: stiffness * K,
                 std_D: tire.D * std_D,
@@ -122,7 +120,7 @@ impl Friction {
     }
 }
 
-impl Model for Friction {
+impl Model for FrictionNode {
     const INFO: Info = Info::new(
         "friction",
         "Online estimator of friction and stiffness of both axles, which tells when the surface changes",
@@ -137,20 +135,20 @@ impl Model for Friction {
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.curves = None;
-        let curves = self.curves()?;
+        let curves = self.tabulated_curves()?;
         if let Some(wrong) = table::wrong_parameter(self) {
             return Err(ModelError::Error(wrong));
         }
         self.missing = 0;
-        let (observer, output) = Observer::new(&self.settings, &curves, 0.0);
+        let (observer, output) = FrictionObserver::new(&self.settings, &curves, 0.0);
         self.observer = observer;
-        self.show(output);
+        self.write_output(output);
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let curves = self.curves()?;
-        let missing = self.sample.missing();
+        let curves = self.tabulated_curves()?;
+        let missing = self.sample.missing_channel();
         if let (true, Some((name, value))) = (self.valid, missing) {
             // The first one is told; `missing` counts the others.
             if self.missing == 0 {
@@ -163,9 +161,9 @@ impl Model for Friction {
         }
         let sample = (self.valid && missing.is_none()).then_some(&self.sample);
         let output = self.observer.step(&self.settings, &curves, sample, [time + step, step]);
-        self.show(output);
+        self.write_output(output);
         Ok(())
     }
 }
 
-fmu_export::export!(Friction);
+fmu_export::export!(FrictionNode);

@@ -2,13 +2,13 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use serde::{Deserialize, Serialize};
-use vehicle::Body;
+use vehicle::VehicleBody;
 
-use crate::curve::Curve;
-use crate::filter::{Filter, Seen};
-use crate::grid::{Axles, Drift, Moments};
-use crate::sample::{Noise, Sample};
-use crate::sideslip::{Excess, Sideslip};
+use crate::curve::TabulatedCurve;
+use crate::filter::{AxleObservation, LowPassFilter};
+use crate::grid::{AxleGrids, FrictionMoments, SurfaceDrift};
+use crate::sample::{SensorNoise, SensorSample};
+use crate::sideslip::{ForceExcess, LateralSpeedEstimate};
 
 /// Change of a force over load by ln D, in its standard deviations, from which on a slip says something about friction.
 const INFORMATIVE: f64 = 2.0;
@@ -22,11 +22,11 @@ const FITTING: f64 = 9.0;
 
 /// What does not change during a run.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Settings {
+pub struct ObserverSettings {
     /// The car.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Standard deviations.
-    pub noise: Noise,
+    pub noise: SensorNoise,
     /// Correlation times of the errors of forces and of slip angles [s].
     pub noise_times: [f64; 2],
     /// Time constant of the low-pass [s].
@@ -36,7 +36,7 @@ pub struct Settings {
     /// Standard deviations of ln D and ln K in the beginning.
     pub start_std: [f64; 2],
     /// How the axles change.
-    pub drift: Drift,
+    pub drift: SurfaceDrift,
     /// Standard deviation of ln D_f − ln D_r, both over the nominal ones.
     pub difference: f64,
     /// Growth of the variance of v_y [m²/s³].
@@ -51,9 +51,9 @@ pub struct Settings {
 
 /// What the estimator tells.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Output {
+pub struct ObserverOutput {
     /// Means of D and K of both axles over the nominal ones, and standard deviations.
-    pub axles: [Moments; 2],
+    pub axles: [FrictionMoments; 2],
     /// Largest lateral acceleration over the nominal one, and its standard deviation.
     pub factor: [f64; 2],
     /// v_y [m/s] and its standard deviation.
@@ -67,12 +67,12 @@ pub struct Output {
     /// Whether the sample was used.
     pub used: bool,
     /// How the surface stands.
-    pub alarm: Alarm,
+    pub alarm: SurfaceAlarm,
 }
 
 /// A change of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Alarm {
+pub struct SurfaceAlarm {
     /// Whether friction is not the nominal one.
     pub raised: bool,
     /// When that was told [s]; −1 before the first time.
@@ -83,21 +83,21 @@ pub struct Alarm {
     inside: f64,
 }
 
-impl Default for Alarm {
+impl Default for SurfaceAlarm {
     fn default() -> Self {
-        Alarm { raised: false, time: -1.0, since: -1.0, inside: 0.0 }
+        SurfaceAlarm { raised: false, time: -1.0, since: -1.0, inside: 0.0 }
     }
 }
 
-impl Alarm {
+impl SurfaceAlarm {
     /// Judges the friction factor at a time [s].
-    fn judge(&mut self, [factor, std]: [f64; 2], settings: &Settings, time: f64) {
+    fn update_alarm(&mut self, [factor, std]: [f64; 2], settings: &ObserverSettings, time: f64) {
         let beyond = (factor - 1.0).abs() - settings.change;
         if beyond <= 0.0 {
             self.inside = time;
         }
         if !self.raised && beyond > settings.deviations * std {
-            *self = Alarm { raised: true, time, since: self.inside, ..*self };
+            *self = SurfaceAlarm { raised: true, time, since: self.inside, ..*self };
         } else if beyond <= 0.0 {
             self.raised = false;
         }
@@ -106,72 +106,82 @@ impl Alarm {
 
 /// The estimator.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Observer {
-    axles: Axles,
-    filter: Filter,
-    sideslip: Sideslip,
+pub struct FrictionObserver {
+    axles: AxleGrids,
+    filter: LowPassFilter,
+    sideslip: LateralSpeedEstimate,
     /// Time since the last sample [s].
     pause: f64,
-    output: Output,
+    output: ObserverOutput,
 }
 
-impl Observer {
+impl FrictionObserver {
     /// The estimator at a time [s] before the first sample, and what it tells then.
-    pub fn new(settings: &Settings, curves: &[Curve; 2], time: f64) -> (Self, Output) {
+    pub fn new(
+        settings: &ObserverSettings,
+        curves: &[TabulatedCurve; 2],
+        time: f64,
+    ) -> (Self, ObserverOutput) {
         let mut observer =
-            Observer { axles: Axles::new(settings.start_std), ..Observer::default() };
+            FrictionObserver { axles: AxleGrids::new(settings.start_std), ..FrictionObserver::default() };
         observer.output.alarm.inside = time;
-        observer.show(settings, curves, time);
+        observer.output_estimates(settings, curves, time);
         (observer.clone(), observer.output)
     }
 
     /// A step of `h` [s] that ends at `time` [s] with a sample; without one time passes.
     pub fn step(
         &mut self,
-        settings: &Settings,
-        curves: &[Curve; 2],
-        sample: Option<&Sample>,
+        settings: &ObserverSettings,
+        curves: &[TabulatedCurve; 2],
+        sample: Option<&SensorSample>,
         [time, h]: [f64; 2],
-    ) -> Output {
+    ) -> ObserverOutput {
         self.output.informative = [false; 2];
         self.output.used = false;
-        self.axles.drift(&settings.drift, h);
+        self.axles.apply_drift(&settings.drift, h);
         self.pause += h;
         match sample {
             Some(sample) => {
                 let h = std::mem::take(&mut self.pause);
-                self.take(settings, curves, sample, h);
-                self.show_motion(sample);
+                self.process_sample(settings, curves, sample, h);
+                self.output_motion(sample);
             }
-            None => self.sideslip.wait(h),
+            None => self.sideslip.predict_without_sample(h),
         }
-        self.show(settings, curves, time);
+        self.output_estimates(settings, curves, time);
         self.output
     }
 
     /// Takes a sample `h` [s] after the one before. A slow car has no slips.
-    fn take(&mut self, settings: &Settings, curves: &[Curve; 2], sample: &Sample, h: f64) {
-        let Settings { body, noise, filter_time, .. } = settings;
+    fn process_sample(
+        &mut self,
+        settings: &ObserverSettings,
+        curves: &[TabulatedCurve; 2],
+        sample: &SensorSample,
+        h: f64,
+    ) {
+        let ObserverSettings { body, noise, filter_time, .. } = settings;
         if sample.v_x < settings.v_x_min {
             self.filter.reset();
-            self.sideslip.rolling(sample, body.l_r);
-            self.measure(settings, sample);
+            self.sideslip.reset_to_rolling(sample, body.l_r);
+            self.correct_v_y_by_sensor(settings, sample);
             return;
         }
         if h > BRIDGED * filter_time {
             self.filter.reset();
         }
         self.sideslip.predict(sample, noise, [settings.process_v_y, body.l_r], h);
-        self.measure(settings, sample);
+        self.correct_v_y_by_sensor(settings, sample);
         let measured = self.sideslip.measured;
-        let seen = self.filter.take(sample, &self.sideslip, body, noise, [*filter_time, h]);
+        let seen = self.filter.filter_sample(sample, &self.sideslip, body, noise, [*filter_time, h]);
         let Some(seen) = seen else { return };
         self.output.used = true;
         for axle in 0..2 {
-            let excess = self.learn(axle, settings, &curves[axle], &seen[axle], h);
+            let excess = self.learn_from_axle(axle, settings, &curves[axle], &seen[axle], h);
             if let (false, Some(excess)) = (measured, excess) {
                 let by_v_y = -excess.by_v_y / sample.v_x;
-                self.sideslip.correct(&Excess { by_v_y, ..excess });
+                self.sideslip.correct_by_force(&ForceExcess { by_v_y, ..excess });
             }
         }
         if self.output.informative != [false; 2] {
@@ -180,47 +190,48 @@ impl Observer {
     }
 
     /// Takes a measured v_y, if there is one.
-    fn measure(&mut self, settings: &Settings, sample: &Sample) {
+    fn correct_v_y_by_sensor(&mut self, settings: &ObserverSettings, sample: &SensorSample) {
         // A comparison with NaN is false.
         if settings.measured_v_y && sample.v_y.abs() <= MOST_V_Y {
-            self.sideslip.measure(sample.v_y, settings.noise.v_y);
+            self.sideslip.correct_by_sensor(sample.v_y, settings.noise.v_y);
         }
     }
 
     /// Compares the force of an axle with its curve `h` [s] after the last time, and gives what it has too much, by slip angle,
     /// where it can be that of a wrong v_y. Behind the peak more force would be less slip, and a wrong curve would drive v_y away.
-    fn learn(
+    fn learn_from_axle(
         &mut self,
         axle: usize,
-        settings: &Settings,
-        curve: &Curve,
-        seen: &Seen,
+        settings: &ObserverSettings,
+        curve: &TabulatedCurve,
+        seen: &AxleObservation,
         h: f64,
-    ) -> Option<Excess> {
+    ) -> Option<ForceExcess> {
         // n samples of a noise with correlation time τ tell as much as n tanh(h / 2τ) independent ones.
         let [weight, lasting] = settings.noise_times.map(|time| (h / (2.0 * time)).tanh());
-        let Moments { mean: [D, K], std } = self.output.axles[axle];
+        let FrictionMoments { mean: [D, K], std } = self.output.axles[axle];
         let nominal = curve.nominal;
-        let expected = curve.evaluate(seen.alpha, nominal.D * D, nominal.stiffness() * K);
+        let expected = curve.evaluate(seen.alpha, nominal.D * D, nominal.cornering_stiffness_per_load() * K);
         let force = seen.force - nominal.S_v;
         // On a surface that is thought too slippery the slope is small, and the slip angle would seem to say much.
-        let steepest = curve.evaluate(seen.alpha, nominal.D * D.max(1.0), nominal.stiffness() * K);
+        let steepest =
+            curve.evaluate(seen.alpha, nominal.D * D.max(1.0), nominal.cornering_stiffness_per_load() * K);
         let by_alpha = expected.by_alpha.abs().max(steepest.by_alpha.abs()).powi(2);
         let trim = by_alpha * seen.alpha_variances[0] * weight / lasting;
         let variance = seen.force_variance + by_alpha * seen.alpha_variances[1];
         self.output.informative[axle] = expected.by_D.abs() > INFORMATIVE * variance.sqrt();
-        self.axles.grids[axle].learn(curve, seen.alpha, force, variance + trim, weight);
+        self.axles.grids[axle].update_with_force(curve, seen.alpha, force, variance + trim, weight);
         let unsure = (expected.by_D * std[0] / D).powi(2) + (expected.by_K * std[1] / K).powi(2);
         let trim = (expected.by_alpha * settings.noise.alpha[axle]).powi(2);
         let (residual, by_v_y) = (force - expected.value, expected.by_alpha);
         let variance = seen.force_variance + unsure + trim;
         let lasting = by_v_y.powi(2) * seen.alpha_variances[0];
         let fits = by_v_y > 0.0 && residual.powi(2) < FITTING * (variance + lasting);
-        fits.then_some(Excess { residual, by_v_y, variance: variance / weight })
+        fits.then_some(ForceExcess { residual, by_v_y, variance: variance / weight })
     }
 
-    fn show_motion(&mut self, sample: &Sample) {
-        let Sideslip { mean, variance, .. } = self.sideslip;
+    fn output_motion(&mut self, sample: &SensorSample) {
+        let LateralSpeedEstimate { mean, variance, .. } = self.sideslip;
         let std = variance.sqrt();
         self.output.v_y = [mean, std];
         let v = sample.v_x.hypot(mean);
@@ -228,8 +239,8 @@ impl Observer {
         self.output.beta = if v > 1e-3 { [mean.atan2(sample.v_x), std / v] } else { [0.0; 2] };
     }
 
-    fn show(&mut self, settings: &Settings, curves: &[Curve; 2], time: f64) {
-        self.output.axles = self.axles.moments(settings.difference);
+    fn output_estimates(&mut self, settings: &ObserverSettings, curves: &[TabulatedCurve; 2], time: f64) {
+        self.output.axles = self.axles.combined_moments(settings.difference);
         let loads = settings.body.static_loads();
         let forces = [0, 1].map(|axle| loads[axle] * curves[axle].nominal.D);
         let shares = forces.map(|force| force / (forces[0] + forces[1]));
@@ -238,6 +249,6 @@ impl Observer {
         // What one axle knows is in the other one, too: their errors agree.
         let std = shares[0] * front.std[0] + shares[1] * rear.std[0];
         self.output.factor = [factor, std];
-        self.output.alarm.judge(self.output.factor, settings, time);
+        self.output.alarm.update_alarm(self.output.factor, settings, time);
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the sensors say at one time.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Sample {
+pub struct SensorSample {
     /// Forward speed [m/s].
     pub v_x: f64,
     /// Speed to the left [m/s]; NaN where nobody measured it.
@@ -21,9 +21,9 @@ pub struct Sample {
 /// Largest values that a sensor of a car can show [m/s, rad/s, m/s², rad]: more is a fault of the sensor.
 const MOST: [(&str, f64); 4] = [("v_x", 200.0), ("r", 50.0), ("a_y", 200.0), ("delta", 1.5)];
 
-impl Sample {
+impl SensorSample {
     /// Names the first channel that is no measurement of a car; a number that is not finite says that it is missing.
-    pub fn missing(&self) -> Option<(&'static str, f64)> {
+    pub fn missing_channel(&self) -> Option<(&'static str, f64)> {
         let values = [self.v_x, self.r, self.a_y, self.delta];
         let mut named = MOST.into_iter().zip(values);
         named
@@ -34,7 +34,7 @@ impl Sample {
 
 /// Standard deviations of the noises.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Noise {
+pub struct SensorNoise {
     /// v_y of a sensor, white as the next two [m/s].
     pub v_y: f64,
     /// Yaw rate [rad/s].

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sample::{Noise, Sample};
+use crate::sample::{SensorNoise, SensorSample};
 
 /// Largest acceleration of a car of which nothing is known [m/s²].
 const UNKNOWN: f64 = 5.0;
@@ -14,7 +14,7 @@ const SLOW: f64 = 0.05;
 
 /// v_y [m/s] and its variance.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Sideslip {
+pub struct LateralSpeedEstimate {
     /// Mean [m/s].
     pub mean: f64,
     /// Variance [m²/s²].
@@ -25,7 +25,7 @@ pub struct Sideslip {
 
 /// A force over load that an axle has too much, and how the curve's force changes with v_y.
 #[derive(Debug, Clone, Copy)]
-pub struct Excess {
+pub struct ForceExcess {
     /// Seen less expected.
     pub residual: f64,
     /// Derivative by v_y [s/m].
@@ -34,16 +34,16 @@ pub struct Excess {
     pub variance: f64,
 }
 
-impl Sideslip {
+impl LateralSpeedEstimate {
     /// A car that rolls, with its rear axle `l_r` [m] behind.
-    pub fn rolling(&mut self, sample: &Sample, l_r: f64) {
+    pub fn reset_to_rolling(&mut self, sample: &SensorSample, l_r: f64) {
         let std = SLOW * sample.v_x.abs() + 0.02;
-        *self = Sideslip { mean: l_r * sample.r, variance: std * std, measured: false };
+        *self = LateralSpeedEstimate { mean: l_r * sample.r, variance: std * std, measured: false };
     }
 
     /// The next `h` [s]: v_y' = a_y − v_x r. `growth` is that of the variance [m²/s³], for offsets of the accelerometer and banks.
     /// A car that seems to go sideways begins anew, as one that rolls and of which little is known.
-    pub fn predict(&mut self, sample: &Sample, noise: &Noise, [growth, l_r]: [f64; 2], h: f64) {
+    pub fn predict(&mut self, sample: &SensorSample, noise: &SensorNoise, [growth, l_r]: [f64; 2], h: f64) {
         self.mean += h * (sample.a_y - sample.v_x * sample.r);
         let white = noise.a_y.powi(2) + (sample.v_x * noise.r).powi(2);
         self.variance += h * h * white + h * growth;
@@ -52,24 +52,24 @@ impl Sideslip {
         self.variance = self.variance.min(most * most);
         // Sums of accelerations that say so are worth nothing.
         if self.mean.abs() > most {
-            *self = Sideslip { mean: l_r * sample.r, variance: most * most, measured: false };
+            *self = LateralSpeedEstimate { mean: l_r * sample.r, variance: most * most, measured: false };
         }
     }
 
     /// `h` [s] without a sample.
-    pub fn wait(&mut self, h: f64) {
+    pub fn predict_without_sample(&mut self, h: f64) {
         self.variance = (self.variance + (UNKNOWN * h).powi(2)).min(1e4);
     }
 
     /// A measured v_y [m/s].
-    pub fn measure(&mut self, v_y: f64, std: f64) {
-        self.correct(&Excess { residual: v_y - self.mean, by_v_y: 1.0, variance: std * std });
+    pub fn correct_by_sensor(&mut self, v_y: f64, std: f64) {
+        self.correct_by_force(&ForceExcess { residual: v_y - self.mean, by_v_y: 1.0, variance: std * std });
         self.measured = true;
     }
 
     /// A measurement, or an axle.
-    pub fn correct(&mut self, excess: &Excess) {
-        let Excess { residual, by_v_y, variance } = *excess;
+    pub fn correct_by_force(&mut self, excess: &ForceExcess) {
+        let ForceExcess { residual, by_v_y, variance } = *excess;
         let gain = self.variance * by_v_y / (by_v_y * by_v_y * self.variance + variance);
         self.mean += gain * residual;
         self.variance *= 1.0 - gain * by_v_y;

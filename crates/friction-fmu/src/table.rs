@@ -1,11 +1,11 @@
 //! Lists the variables of the estimator, and checks its parameters.
 
-use fmu_export::{Access, Causality, Variable, input, output, parameter};
+use fmu_export::{Causality, Variable, VariableAccess, input, output, parameter};
 
-use crate::Friction;
+use crate::FrictionNode;
 
 /// Everything but what is known before: a sample acts at the end of the step.
-pub const VARIABLES: &[Variable<Friction>] = &[
+pub const VARIABLES: &[Variable<FrictionNode>] = &[
     input("v_x_meas", "m/s", "Measured forward speed").at(|f| &mut f.sample.v_x),
     input("v_y_meas", "m/s", "Measured speed to the left, with measured.v_y")
         .optional()
@@ -35,23 +35,17 @@ pub const VARIABLES: &[Variable<Friction>] = &[
         .at_boolean(|f| &mut f.output.informative[0]),
     output("informative_r", "", "Whether the slip of the rear axle says something about D_r")
         .at_boolean(|f| &mut f.output.informative[1]),
-    output("informative_time", "s", "For how long one of them did")
-        .at(|f| &mut f.output.informative_time),
+    output("informative_time", "s", "For how long one of them did").at(|f| &mut f.output.informative_time),
     output("used", "", "Whether the sample was used").at_boolean(|f| &mut f.output.used),
     output("missing", "", "Samples that were no measurements of a car")
         .discrete()
         .at_integer(|f| &mut f.missing),
-    output("alarm", "", "Whether friction is not the nominal one")
-        .at_boolean(|f| &mut f.output.alarm.raised),
-    output("alarm_time", "s", "When that was told the last time; -1 before")
-        .at(|f| &mut f.output.alarm.time),
+    output("alarm", "", "Whether friction is not the nominal one").at_boolean(|f| &mut f.output.alarm.raised),
+    output("alarm_time", "s", "When that was told the last time; -1 before").at(|f| &mut f.output.alarm.time),
     output("alarm_since", "s", "When the estimate had left the band for it; -1 before")
         .at(|f| &mut f.output.alarm.since),
     parameter("body.m", "kg", "Mass").min(0.01).max(1e6).at(|f| &mut f.settings.body.m),
-    parameter("body.I_zz", "kg.m2", "Yaw inertia")
-        .min(1e-6)
-        .max(1e8)
-        .at(|f| &mut f.settings.body.I_zz),
+    parameter("body.I_zz", "kg.m2", "Yaw inertia").min(1e-6).max(1e8).at(|f| &mut f.settings.body.I_zz),
     parameter("body.l_f", "m", "Centre of gravity to front axle")
         .min(0.01)
         .max(100.0)
@@ -146,14 +140,10 @@ pub const VARIABLES: &[Variable<Friction>] = &[
         .min(0.0)
         .max(2.0)
         .at(|f| &mut f.settings.drift.spread),
-    parameter(
-        "surface.axles",
-        "1",
-        "Standard deviation of ln D_f - ln D_r, both over the nominal ones",
-    )
-    .min(0.0)
-    .max(10.0)
-    .at(|f| &mut f.settings.difference),
+    parameter("surface.axles", "1", "Standard deviation of ln D_f - ln D_r, both over the nominal ones")
+        .min(0.0)
+        .max(10.0)
+        .at(|f| &mut f.settings.difference),
     parameter("alarm.change", "1", "Change of friction that counts, as a share")
         .min(0.01)
         .max(1.0)
@@ -165,13 +155,12 @@ pub const VARIABLES: &[Variable<Friction>] = &[
 ];
 
 /// Says which parameter is outside of its limits: not every importer looks at them.
-pub fn wrong_parameter(friction: &mut Friction) -> Option<String> {
+pub fn wrong_parameter(friction: &mut FrictionNode) -> Option<String> {
     VARIABLES.iter().filter(|it| it.row.causality == Causality::Parameter).find_map(|it| {
-        let Access::Real(at) = it.access else { return None };
+        let VariableAccess::Real(at) = it.access else { return None };
         let (value, row) = (*at(friction), &it.row);
         let limits = row.min.unwrap_or(f64::MIN)..=row.max.unwrap_or(f64::MAX);
-        (!limits.contains(&value)).then(|| {
-            format!("{}: expected {} to {}, found {value}", row.name, limits.start(), limits.end())
-        })
+        (!limits.contains(&value))
+            .then(|| format!("{}: expected {} to {}, found {value}", row.name, limits.start(), limits.end()))
     })
 }

@@ -6,41 +6,37 @@ use super::*;
 
 #[test]
 fn the_table_agrees_with_the_model() {
-    assert_eq!(description::problems::<Friction>(), Vec::<String>::new());
+    assert_eq!(description::model_problems::<FrictionNode>(), Vec::<String>::new());
 }
 
 /// An estimator that was initialised.
-fn started() -> Friction {
-    let mut friction = Friction::default();
+fn started() -> FrictionNode {
+    let mut friction = FrictionNode::default();
     friction.settings.measured_v_y = true;
     friction.initialise().expect("start values");
     friction
 }
 
 /// A turn at 20 m/s, more or less near the limit.
-fn turn(friction: &mut Friction, k: i32) {
+fn turn(friction: &mut FrictionNode, k: i32) {
     let t = f64::from(k) * 0.01;
     let delta = 0.05 * t.sin();
     friction.sample =
-        Sample { v_x: 20.0, v_y: -0.5 * t.sin(), r: 6.0 * delta, a_y: 120.0 * delta, delta };
+        SensorSample { v_x: 20.0, v_y: -0.5 * t.sin(), r: 6.0 * delta, a_y: 120.0 * delta, delta };
     friction.step(t, 0.01).expect("a step");
 }
 
 /// Whether all that is told are numbers, and the standard deviations positive.
-fn is_sound(friction: &mut Friction) -> bool {
+fn is_sound(friction: &mut FrictionNode) -> bool {
     let outputs =
-        Friction::VARIABLES.iter().filter(|it| it.row.causality == fmu_export::Causality::Output);
+        FrictionNode::VARIABLES.iter().filter(|it| it.row.causality == fmu_export::Causality::Output);
     let mut sound = true;
     for output in outputs {
-        if let fmu_export::Access::Real(at) = output.access {
+        if let fmu_export::VariableAccess::Real(at) = output.access {
             sound &= at(friction).is_finite();
         }
     }
-    sound
-        && friction
-            .axles
-            .iter()
-            .all(|it| it.D > 0.0 && it.K > 0.0 && it.std_D > 0.0 && it.std_K > 0.0)
+    sound && friction.axles.iter().all(|it| it.D > 0.0 && it.K > 0.0 && it.std_D > 0.0 && it.std_K > 0.0)
 }
 
 #[test]
@@ -85,7 +81,7 @@ fn a_car_that_stands_or_goes_backwards_tells_nothing() {
         (0..50).for_each(|k| turn(&mut friction, k));
         let before = friction.output.axles;
         for k in 50..100 {
-            friction.sample = Sample { v_x, v_y: 3.0, r: 1.0, a_y: 8.0, delta: 0.3 };
+            friction.sample = SensorSample { v_x, v_y: 3.0, r: 1.0, a_y: 8.0, delta: 0.3 };
             friction.step(f64::from(k) * 0.01, 0.01).expect("a step");
             assert!(is_sound(&mut friction) && !friction.output.used);
         }
@@ -112,7 +108,7 @@ fn samples_at_random_and_steps_of_all_lengths_leave_numbers() {
                 2 => most,
                 _ => most * random.random_range(-1.0..1.0_f64),
             };
-            friction.sample = Sample {
+            friction.sample = SensorSample {
                 v_x: any(200.0),
                 v_y: any(300.0),
                 r: any(50.0),
@@ -129,7 +125,7 @@ fn samples_at_random_and_steps_of_all_lengths_leave_numbers() {
 
 #[test]
 fn parameters_that_no_car_has_are_refused_by_name() {
-    type Spoil = fn(&mut Friction);
+    type Spoil = fn(&mut FrictionNode);
     let cases: [(Spoil, &str); 9] = [
         (|f| f.settings.body.m = 0.0, "body.m: expected 0.01 to"),
         (|f| f.settings.body.I_zz = f64::NAN, "body.I_zz: expected"),
@@ -142,7 +138,7 @@ fn parameters_that_no_car_has_are_refused_by_name() {
         (|f| f.settings.drift.changes = -1.0, "surface.rate: expected"),
     ];
     for (spoil, wanted) in cases {
-        let mut friction = Friction::default();
+        let mut friction = FrictionNode::default();
         spoil(&mut friction);
         match friction.initialise() {
             Err(ModelError::Error(found)) => assert!(found.contains(wanted), "{found}"),
@@ -153,23 +149,18 @@ fn parameters_that_no_car_has_are_refused_by_name() {
 
 #[test]
 fn limits_of_all_parameters_leave_numbers() {
-    let parameters: Vec<_> = Friction::VARIABLES
+    let parameters: Vec<_> = FrictionNode::VARIABLES
         .iter()
         .filter(|it| it.row.causality == fmu_export::Causality::Parameter)
         .collect();
     for parameter in parameters {
-        let fmu_export::Access::Real(at) = parameter.access else { continue };
+        let fmu_export::VariableAccess::Real(at) = parameter.access else { continue };
         for limit in [parameter.row.min, parameter.row.max].into_iter().flatten() {
             let mut friction = started();
             *at(&mut friction) = limit;
             friction.initialise().expect("a limit");
             (0..300).for_each(|k| turn(&mut friction, k));
-            assert!(
-                is_sound(&mut friction),
-                "{} = {limit}: {:?}",
-                parameter.row.name,
-                friction.output
-            );
+            assert!(is_sound(&mut friction), "{} = {limit}: {:?}", parameter.row.name, friction.output);
         }
     }
 }
@@ -179,7 +170,7 @@ fn a_restored_state_goes_on_bit_for_bit() {
     let mut friction = started();
     (0..100).for_each(|k| turn(&mut friction, k));
     // Curves are no part of the bytes of a state.
-    let mut restored = Friction { curves: None, ..friction.clone() };
+    let mut restored = FrictionNode { curves: None, ..friction.clone() };
     for k in 100..300 {
         turn(&mut friction, k);
         turn(&mut restored, k);

@@ -26,9 +26,7 @@ const ENOUGH: f64 = 5.0;
 /// The curves nearest to some logs.
 fn curves(logs: &[Log]) -> [MagicFormula; 2] {
     let all: Vec<_> = logs.iter().map(axles).collect();
-    [0, 1].map(|axle| {
-        fit::curve(&all.iter().flat_map(|both| both[axle].iter().copied()).collect::<Vec<_>>())
-    })
+    [0, 1].map(|axle| fit::curve(&all.iter().flat_map(|both| both[axle].iter().copied()).collect::<Vec<_>>()))
 }
 
 /// The logs on rubber, and curves of all but the last one.
@@ -112,8 +110,7 @@ fn tape_is_told_as_less_friction_and_not_as_less_stiffness() {
     for side in ["left", "right"] {
         let log = dart(&format!("circles_tape_{side}")).expect("a log of TRACKSIDE_DATA");
         let (offline, least) = similarity(&log, &curves);
-        let Replay { after: [factor, K_f, K_r], error, alarms, .. } =
-            replay(&log, &curves, &SMALL_CAR);
+        let Replay { after: [factor, K_f, K_r], error, alarms, .. } = replay(&log, &curves, &SMALL_CAR);
         println!(
             "tape {side}: {factor:.3} for {offline:.2}, K {K_f:.2} {K_r:.2}, a_y {error:.3} for {least:.3}"
         );

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use support::fit::scaled;
 use support::replay::Fmu;
-use vehicle::{Body, MagicFormula};
+use vehicle::{MagicFormula, VehicleBody};
 
 /// Step [s].
 const H: f64 = 0.01;
@@ -20,7 +20,7 @@ const ALPHA: ([f64; 2], f64) = ([0.005, 0.003], 5.0);
 
 /// A car that drives at constant speed on axles with errors that last, and noisy sensors.
 struct Car {
-    body: Body,
+    body: VehicleBody,
     nominal: [MagicFormula; 2],
     /// The axles as they are.
     axles: [MagicFormula; 2],
@@ -39,7 +39,7 @@ impl Car {
             MagicFormula { B: 14.0, C: 1.4, D: 1.4, E: -0.2, S_h: 0.0, S_v: 0.0 },
         ];
         let mut car = Car {
-            body: Body::default(),
+            body: VehicleBody::default(),
             nominal,
             axles: nominal,
             v_x: 20.0,
@@ -58,8 +58,7 @@ impl Car {
 
     /// Sets friction and stiffness of both axles over the nominal ones.
     fn stand_on(&mut self, friction: [f64; 2], stiffness: [f64; 2]) {
-        self.axles =
-            [0, 1].map(|axle| scaled(&self.nominal[axle], friction[axle], stiffness[axle]));
+        self.axles = [0, 1].map(|axle| scaled(&self.nominal[axle], friction[axle], stiffness[axle]));
     }
 
     fn estimator(&self, settings: &[(&str, f64)]) -> Fmu {
@@ -80,7 +79,7 @@ impl Car {
                 self.errors[kind][axle] = kept * self.errors[kind][axle] + news;
             }
         }
-        let Body { m, I_zz, l_f, l_r, .. } = self.body;
+        let VehicleBody { m, I_zz, l_f, l_r, .. } = self.body;
         let loads = self.body.static_loads();
         let mut a_y = 0.0;
         const PARTS: usize = 4;
@@ -90,7 +89,7 @@ impl Car {
                 -(self.v_y - l_r * self.r).atan2(self.v_x),
             ];
             let [front, rear] = [0, 1].map(|k| {
-                let friction = self.axles[k].coefficient(slips[k] + self.errors[1][k]);
+                let friction = self.axles[k].friction_coefficient(slips[k] + self.errors[1][k]);
                 loads[k] * (friction + self.errors[0][k])
             });
             let front = front * delta.cos();
@@ -135,7 +134,10 @@ fn told(car: &Car, fmu: &mut Fmu) -> [[f64; 2]; 4] {
     let nominal = car.nominal;
     [("D_f", nominal[0].D), ("D_r", nominal[1].D)]
         .into_iter()
-        .chain([("K_f", nominal[0].stiffness()), ("K_r", nominal[1].stiffness())])
+        .chain([
+            ("K_f", nominal[0].cornering_stiffness_per_load()),
+            ("K_r", nominal[1].cornering_stiffness_per_load()),
+        ])
         .map(|(name, over)| [fmu.get(name) / over, fmu.get(&format!("std.{name}")) / over])
         .collect::<Vec<_>>()
         .try_into()
@@ -201,9 +203,7 @@ fn friction_is_unknown_in_gentle_driving_and_known_at_the_limit() {
     assert_eq!(fmu.get("informative_time"), 0.0);
     drive(&mut car, &mut fmu, Steering::Turns(0.15), [60.0, 120.0]);
     let [[D_f, limit_f], [_, limit_r], ..] = told(&car, &mut fmu);
-    println!(
-        "D_f +-{gentle_f:.3}, then {D_f:.3} +-{limit_f:.3}; D_r +-{gentle_r:.3}, +-{limit_r:.3}"
-    );
+    println!("D_f +-{gentle_f:.3}, then {D_f:.3} +-{limit_f:.3}; D_r +-{gentle_r:.3}, +-{limit_r:.3}");
     assert!(limit_f < 0.06 && limit_r < 0.12, "{limit_f} {limit_r}");
     assert_eq!(fmu.get("alarm"), 0.0);
 }
@@ -219,16 +219,10 @@ fn a_slippery_surface_is_told_with_the_time_and_the_stiffness_kept() {
         car.stand_on([0.5; 2], [1.0; 2]);
         drive(&mut car, &mut fmu, Steering::Turns(0.15), [20.0, 40.0]);
         let [[D_f, _], [D_r, _], [K_f, _], [K_r, _]] = told(&car, &mut fmu);
-        let [raised, told, since] =
-            ["alarm", "alarm_time", "alarm_since"].map(|name| fmu.get(name));
-        println!(
-            "v_y {v_y}: D {D_f:.3} {D_r:.3} K {K_f:.3} {K_r:.3} told {told:.2} since {since:.2}"
-        );
+        let [raised, told, since] = ["alarm", "alarm_time", "alarm_since"].map(|name| fmu.get(name));
+        println!("v_y {v_y}: D {D_f:.3} {D_r:.3} K {K_f:.3} {K_r:.3} told {told:.2} since {since:.2}");
         assert_eq!(raised, 1.0);
-        assert!(
-            told > 20.0 && told < 20.0 + patience && since > 19.0 && since <= told,
-            "{told} {since}"
-        );
+        assert!(told > 20.0 && told < 20.0 + patience && since > 19.0 && since <= told, "{told} {since}");
         assert!((D_f / 0.5 - 1.0).abs() < 0.1 && (D_r / 0.5 - 1.0).abs() < 0.12, "{D_f} {D_r}");
         assert!((K_f - 1.0).abs() < 0.15 && (K_r - 1.0).abs() < 0.15, "{K_f} {K_r}");
         car.stand_on([1.0; 2], [1.0; 2]);

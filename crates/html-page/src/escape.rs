@@ -6,17 +6,17 @@ use askama::filters::Escaper;
 
 /// How templates escape what stands in braces, see [`escape`].
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Xml;
+pub struct XmlEscaper;
 
-impl Escaper for Xml {
+impl Escaper for XmlEscaper {
     fn write_escaped_str<W: Write>(&self, mut page: W, text: &str) -> Result {
-        page.write_str(&escape(text))
+        page.write_str(&escape_xml(text))
     }
 }
 
 /// Text that may stand in XML, in an attribute too. Characters that XML does not allow are replaced, and those that nobody would
 /// see are shown as their numbers, such as `\u{202e}`.
-pub fn escape(text: &str) -> String {
+pub fn escape_xml(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -28,11 +28,7 @@ pub fn escape(text: &str) -> String {
             '\t' | '\n' | '\r' => escaped.push(' '),
             '\u{0}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
             // Also what turns the order of other letters around: nothing would show it.
-            '\u{61c}'
-            | '\u{200e}'
-            | '\u{200f}'
-            | '\u{2028}'..='\u{202e}'
-            | '\u{2066}'..='\u{2069}' => {
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
                 escaped.extend(character.escape_unicode());
             }
             other if other.is_control() => escaped.extend(other.escape_unicode()),
@@ -48,7 +44,7 @@ mod tests {
 
     #[test]
     fn text_cannot_break_out_of_its_element() {
-        assert_eq!(escape("\u{1b}[0m\u{9b}\u{202e}"), "\\u{1b}[0m\\u{9b}\\u{202e}");
-        assert_eq!(escape("<a b=\"c\">&'\u{0}é"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\u{fffd}é");
+        assert_eq!(escape_xml("\u{1b}[0m\u{9b}\u{202e}"), "\\u{1b}[0m\\u{9b}\\u{202e}");
+        assert_eq!(escape_xml("<a b=\"c\">&'\u{0}é"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\u{fffd}é");
     }
 }

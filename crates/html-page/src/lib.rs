@@ -11,11 +11,11 @@ mod svg;
 
 use askama::Template;
 pub use askama::filters::Safe;
-pub use axis::Axis;
+pub use axis::PlotAxis;
 
-pub use escape::{Xml, escape};
-pub use plot::{Class, Layer, Plot, Shape};
-pub use svg::svg;
+pub use escape::{XmlEscaper, escape_xml};
+pub use plot::{CssClass, Plot, PlotLayer, PlotLayerShape};
+pub use svg::plots_to_svg_file;
 
 /// The style of all pages: texts, tables and plots.
 const STYLE: &str = include_str!("../templates/style.css");
@@ -25,6 +25,6 @@ pub type Markup = Safe<String>;
 
 /// The text of a page.
 #[must_use]
-pub fn render(page: &impl Template) -> String {
+pub fn render_page(page: &impl Template) -> String {
     page.render().expect("writing into a string does not fail")
 }

@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::Instant;
 
-use isolation::{Guest, Packet, become_guest, has_host};
+use isolation::{ChannelPacket, IsolatedGuest, connect_to_host_process, is_host_alive};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -17,20 +17,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = |_| {
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("guest");
-        Guest::start(command, numbers)
+        IsolatedGuest::start(command, numbers)
     };
     let mut guests = (0..number(2, 1)?).map(start).collect::<Result<Vec<_>, _>>()?;
-    let (mut row, mut packet) = (vec![0.0; numbers], Packet::default());
+    let (mut row, mut packet) = (vec![0.0; numbers], ChannelPacket::default());
     let mut times = Vec::with_capacity(questions);
     for place in (0..guests.len()).cycle().take(questions) {
         let begin = Instant::now();
-        guests[place].ask(&row, &[1, 2, 3], &mut packet, |_| false)?;
+        guests[place].request_answer(&row, &[1, 2, 3], &mut packet, |_| false)?;
         times.push(begin.elapsed());
         row.clone_from(&packet.numbers);
     }
     times.sort();
-    let quantile =
-        |share: f64| times[(share * (times.len() - 1) as f64) as usize].as_secs_f64() * 1e6;
+    let quantile = |share: f64| times[(share * (times.len() - 1) as f64) as usize].as_secs_f64() * 1e6;
     let mean = times.iter().map(|time| time.as_secs_f64()).sum::<f64>() / times.len() as f64 * 1e6;
     println!(
         "{questions} questions of {numbers} numbers: mean {mean:.2} us, median {:.2} us, 99 % {:.2} us, longest {:.0} us",
@@ -46,9 +45,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn answer(host: u32) -> Result<(), Box<dyn std::error::Error>> {
-    let (channel, _) = become_guest(host)?;
-    let look = || if has_host(host) { Ok(()) } else { Err("the host is gone") };
-    let mut packet = Packet::default();
+    let (channel, _) = connect_to_host_process(host)?;
+    let look = || if is_host_alive(host) { Ok(()) } else { Err("the host is gone") };
+    let mut packet = ChannelPacket::default();
     loop {
         channel.receive(&mut packet, look)?;
         if packet.bytes.is_empty() {

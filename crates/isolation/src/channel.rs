@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::thread::futex::{self, Flags, Timespec};
 
-use crate::memory::Memory;
+use crate::memory::SharedMemory;
 
 /// Who waits longer than this sleeps: being woken takes some ten microseconds.
 const AWAKE: Duration = Duration::from_micros(100);
@@ -19,7 +19,7 @@ const LONGEST: usize = 1 << 30;
 
 /// A message: what travels at once.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct Packet {
+pub struct ChannelPacket {
     /// Numbers, at most as many as the channel was made for.
     pub numbers: Vec<f64>,
     /// Bytes, as many as there are.
@@ -28,19 +28,19 @@ pub struct Packet {
 
 /// One end of a channel; the host begins.
 #[derive(Debug)]
-pub struct Channel {
-    memory: Memory,
+pub struct ProcessChannel {
+    memory: SharedMemory,
     /// 0 for the host, 1 for the guest.
     side: usize,
 }
 
-impl Channel {
-    pub(crate) fn new(memory: Memory, side: usize) -> Self {
-        Channel { memory, side }
+impl ProcessChannel {
+    pub(crate) fn new(memory: SharedMemory, side: usize) -> Self {
+        ProcessChannel { memory, side }
     }
 
     /// The part of the memory that stays as it is while the two exchange messages, for what the guest is doing.
-    pub(crate) fn memory(&self) -> &Memory {
+    pub(crate) fn shared_memory(&self) -> &SharedMemory {
         &self.memory
     }
 
@@ -58,12 +58,12 @@ impl Channel {
         mut look: impl FnMut() -> Result<(), E>,
     ) -> Result<(), E> {
         assert!(numbers.len() <= self.memory.numbers, "the line is made for fewer numbers");
-        let mut rest = self.memory.write(numbers, bytes);
-        self.ring();
+        let mut rest = self.memory.write_message(numbers, bytes);
+        self.pass_turn();
         while !rest.is_empty() {
-            self.wait(&mut look)?;
-            rest = self.memory.write(numbers, rest);
-            self.ring();
+            self.wait_for_turn(&mut look)?;
+            rest = self.memory.write_message(numbers, rest);
+            self.pass_turn();
         }
         Ok(())
     }
@@ -74,33 +74,33 @@ impl Channel {
     /// With that of `look`, which is called now and then. The channel is of no use then.
     pub fn receive<E>(
         &self,
-        packet: &mut Packet,
+        packet: &mut ChannelPacket,
         mut look: impl FnMut() -> Result<(), E>,
     ) -> Result<bool, E> {
         packet.bytes.clear();
         loop {
-            self.wait(&mut look)?;
-            match self.memory.read(&mut packet.numbers, &mut packet.bytes) {
+            self.wait_for_turn(&mut look)?;
+            match self.memory.read_message(&mut packet.numbers, &mut packet.bytes) {
                 None => return Ok(false),
                 Some(true) if packet.bytes.len() > LONGEST => return Ok(false),
                 Some(false) => return Ok(true),
-                Some(true) => self.ring(),
+                Some(true) => self.pass_turn(),
             }
         }
     }
 
     /// Gives the turn to the other side.
-    fn ring(&self) {
-        let turn = self.memory.turn();
+    fn pass_turn(&self) {
+        let turn = self.memory.turn_counter();
         turn.store(turn.load(SeqCst).wrapping_add(1), SeqCst);
-        if self.memory.asleep(1 - self.side).load(SeqCst) != 0 {
+        if self.memory.sleep_flag(1 - self.side).load(SeqCst) != 0 {
             // Whoever sleeps looks by itself, too.
             let _ = futex::wake(turn, Flags::empty(), 1);
         }
     }
 
-    fn wait<E>(&self, look: &mut impl FnMut() -> Result<(), E>) -> Result<(), E> {
-        let mine = || self.memory.turn().load(SeqCst) as usize % 2 == self.side;
+    fn wait_for_turn<E>(&self, look: &mut impl FnMut() -> Result<(), E>) -> Result<(), E> {
+        let mine = || self.memory.turn_counter().load(SeqCst) as usize % 2 == self.side;
         let begin = Instant::now();
         loop {
             for _ in 0..SPINS {
@@ -115,7 +115,7 @@ impl Channel {
                 break;
             }
         }
-        let (turn, asleep) = (self.memory.turn(), self.memory.asleep(self.side));
+        let (turn, asleep) = (self.memory.turn_counter(), self.memory.sleep_flag(self.side));
         loop {
             asleep.store(1, SeqCst);
             let seen = turn.load(SeqCst);

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
 
-use crate::channel::{Channel, Packet};
-use crate::memory::{Memory, NOTE};
+use crate::channel::{ChannelPacket, ProcessChannel};
+use crate::memory::{NOTE, SharedMemory};
 
 /// A guest that is asked to end gets this time.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -18,7 +18,7 @@ const NAP: Duration = Duration::from_millis(1);
 
 /// Why a guest does not answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum GuestEnd {
+pub enum NoAnswerReason {
     /// Its process ended.
     #[error("its process ended with {0}")]
     Ended(ExitStatus),
@@ -32,13 +32,13 @@ pub enum GuestEnd {
 
 /// A process that answers.
 #[derive(Debug)]
-pub struct Guest {
+pub struct IsolatedGuest {
     child: Child,
-    channel: Channel,
-    end: Option<GuestEnd>,
+    channel: ProcessChannel,
+    end: Option<NoAnswerReason>,
 }
 
-impl Guest {
+impl IsolatedGuest {
     /// Starts a guest with the memory as its standard input. It calls [`become_guest`] first, with the number of this process,
     /// which is its last argument. `numbers` may travel at once. The thread that calls this has to outlive the guest.
     ///
@@ -48,10 +48,10 @@ impl Guest {
         if cfg!(not(target_os = "linux")) {
             return Err(io::Error::new(io::ErrorKind::Unsupported, "isolation needs Linux"));
         }
-        let (memory, file) = Memory::new(numbers)?;
+        let (memory, file) = SharedMemory::new(numbers)?;
         command.arg(getpid().to_string()).stdin(Stdio::from(file));
         let child = command.spawn()?;
-        Ok(Guest { child, channel: Channel::new(memory, 0), end: None })
+        Ok(IsolatedGuest { child, channel: ProcessChannel::new(memory, 0), end: None })
     }
 
     /// Asks, and waits for the answer. `should_cancel` is asked every 10 ms, with the note of the guest; when it says true, the guest is
@@ -59,30 +59,30 @@ impl Guest {
     ///
     /// # Errors
     /// When the guest has ended, or is ended.
-    pub fn ask(
+    pub fn request_answer(
         &mut self,
         numbers: &[f64],
         bytes: &[u8],
-        answer: &mut Packet,
+        answer: &mut ChannelPacket,
         mut should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
-    ) -> Result<(), GuestEnd> {
+    ) -> Result<(), NoAnswerReason> {
         if let Some(end) = self.end {
             return Err(end);
         }
-        let Guest { child, channel, .. } = self;
+        let IsolatedGuest { child, channel, .. } = self;
         let mut look = || match child.try_wait() {
-            Ok(Some(status)) => Err(GuestEnd::Ended(status)),
-            _ if should_cancel(&|| note_of(channel)) => Err(GuestEnd::Cancelled),
+            Ok(Some(status)) => Err(NoAnswerReason::Ended(status)),
+            _ if should_cancel(&|| read_guest_note(channel)) => Err(NoAnswerReason::Cancelled),
             _ => Ok(()),
         };
         let answered = channel
             .send(numbers, bytes, &mut look)
             .and_then(|()| channel.receive(answer, &mut look))
-            .and_then(|meant| if meant { Ok(()) } else { Err(GuestEnd::InvalidAnswer) });
-        answered.inspect_err(|end| self.end(*end))
+            .and_then(|meant| if meant { Ok(()) } else { Err(NoAnswerReason::InvalidAnswer) });
+        answered.inspect_err(|end| self.end_process(*end))
     }
 
-    fn end(&mut self, end: GuestEnd) {
+    fn end_process(&mut self, end: NoAnswerReason) {
         self.end = Some(end);
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -90,8 +90,8 @@ impl Guest {
 
     /// What the guest was doing when it wrote that last: bytes of its note.
     #[must_use]
-    pub fn note(&self) -> [u8; NOTE] {
-        note_of(&self.channel)
+    pub fn last_note(&self) -> [u8; NOTE] {
+        read_guest_note(&self.channel)
     }
 
     /// Sends a last question, and waits some seconds until the guest has ended by itself. True when it did, with success.
@@ -110,23 +110,23 @@ impl Guest {
             std::thread::sleep(NAP);
         }
         let ended = self.child.try_wait();
-        self.end(GuestEnd::Cancelled);
+        self.end_process(NoAnswerReason::Cancelled);
         ended.is_ok_and(|status| status.is_some_and(|status| status.success()))
     }
 }
 
 /// The note at the other end of a channel.
-fn note_of(channel: &Channel) -> [u8; NOTE] {
+fn read_guest_note(channel: &ProcessChannel) -> [u8; NOTE] {
     let mut note = [0; NOTE];
-    let cells = channel.memory().note();
+    let cells = channel.shared_memory().note_bytes();
     note.iter_mut().zip(cells).for_each(|(byte, cell)| *byte = cell.load(Relaxed));
     note
 }
 
-impl Drop for Guest {
+impl Drop for IsolatedGuest {
     fn drop(&mut self) {
         if self.end.is_none() {
-            self.end(GuestEnd::Cancelled);
+            self.end_process(NoAnswerReason::Cancelled);
         }
     }
 }
@@ -136,22 +136,23 @@ impl Drop for Guest {
 ///
 /// # Errors
 /// When standard input is no memory of a host.
-pub fn become_guest(host: u32) -> io::Result<(Channel, &'static [AtomicU8; NOTE])> {
+pub fn connect_to_host_process(host: u32) -> io::Result<(ProcessChannel, &'static [AtomicU8; NOTE])> {
     // A host that is gone already cannot send its signal any more.
     set_parent_process_death_signal(Some(Signal::KILL))?;
-    if !has_host(host) {
+    if !is_host_alive(host) {
         return Err(io::Error::other("its host has ended"));
     }
-    let memory = Memory::of(rustix::stdio::stdin())?;
+    let memory = SharedMemory::map_existing(rustix::stdio::stdin())?;
     // The note is written until the process ends, by handlers of signals, too.
-    let note: &'static Memory = Box::leak(Box::new(Memory::of(rustix::stdio::stdin())?));
+    let note: &'static SharedMemory =
+        Box::leak(Box::new(SharedMemory::map_existing(rustix::stdio::stdin())?));
     rustix::stdio::dup2_stdin(&File::open("/dev/null")?)?;
-    Ok((Channel::new(memory, 1), note.note()))
+    Ok((ProcessChannel::new(memory, 1), note.note_bytes()))
 }
 
 /// Whether the process that started this one is still there.
 #[must_use]
-pub fn has_host(host: u32) -> bool {
+pub fn is_host_alive(host: u32) -> bool {
     let parent = getppid().map(Pid::as_raw_nonzero);
     parent.is_some_and(|parent| i64::from(parent.get()) == i64::from(host))
 }

@@ -15,7 +15,7 @@ mod guest;
 mod memory;
 mod sandbox;
 
-pub use channel::{Channel, Packet};
-pub use guest::{Guest, GuestEnd, become_guest, has_host};
+pub use channel::{ChannelPacket, ProcessChannel};
+pub use guest::{IsolatedGuest, NoAnswerReason, connect_to_host_process, is_host_alive};
 pub use memory::NOTE;
-pub use sandbox::{Sandbox, enter_sandbox};
+pub use sandbox::{SandboxFiles, enter_sandbox};

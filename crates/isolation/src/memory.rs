@@ -26,7 +26,7 @@ const MORE: usize = 200;
 
 /// Memory that another process has mapped, too. All access is atomic, since the other side may write at any time.
 #[derive(Debug)]
-pub(crate) struct Memory {
+pub(crate) struct SharedMemory {
     address: *mut u8,
     length: usize,
     /// Numbers that there is place for.
@@ -34,11 +34,11 @@ pub(crate) struct Memory {
 }
 
 // SAFETY: the mapping belongs to the process, and all access to it is atomic.
-unsafe impl Send for Memory {}
+unsafe impl Send for SharedMemory {}
 // SAFETY: as above.
-unsafe impl Sync for Memory {}
+unsafe impl Sync for SharedMemory {}
 
-impl Memory {
+impl SharedMemory {
     /// New memory with place for this many numbers, and the descriptor with which another process maps it.
     ///
     /// # Errors
@@ -46,7 +46,7 @@ impl Memory {
     pub fn new(numbers: usize) -> io::Result<(Self, OwnedFd)> {
         let file = memfd_create("trackside", MemfdFlags::CLOEXEC)?;
         ftruncate(&file, (HEAD + NOTE + 8 * numbers + BYTES) as u64)?;
-        let memory = Self::of(&file)?;
+        let memory = Self::map_existing(&file)?;
         Ok((memory, file))
     }
 
@@ -54,33 +54,33 @@ impl Memory {
     ///
     /// # Errors
     /// When the descriptor is that of something else.
-    pub fn of(file: impl AsFd) -> io::Result<Self> {
+    pub fn map_existing(file: impl AsFd) -> io::Result<Self> {
         let length = usize::try_from(fstat(&file)?.st_size).unwrap_or(0);
         let numbers = length.checked_sub(HEAD + NOTE + BYTES).filter(|rest| rest % 8 == 0);
         let numbers = numbers.ok_or_else(|| io::Error::other("it is no memory of a host"))? / 8;
         let access = ProtFlags::READ | ProtFlags::WRITE;
         // SAFETY: the system chooses the address, so nothing else is there.
         let address = unsafe { mmap(ptr::null_mut(), length, access, MapFlags::SHARED, file, 0) }?;
-        Ok(Memory { address: address.cast(), length, numbers })
+        Ok(SharedMemory { address: address.cast(), length, numbers })
     }
 
-    fn word(&self, place: usize) -> &AtomicU32 {
+    fn header_word(&self, place: usize) -> &AtomicU32 {
         // SAFETY: all places are multiples of four below HEAD, and the mapping begins at a page.
         unsafe { AtomicU32::from_ptr(self.address.add(place).cast()) }
     }
 
     /// Whose turn it is: a count, which is even for the host.
-    pub fn turn(&self) -> &AtomicU32 {
-        self.word(TURN)
+    pub fn turn_counter(&self) -> &AtomicU32 {
+        self.header_word(TURN)
     }
 
     /// Whether a side sleeps until the bell rings.
-    pub fn asleep(&self, side: usize) -> &AtomicU32 {
-        self.word(ASLEEP[side])
+    pub fn sleep_flag(&self, side: usize) -> &AtomicU32 {
+        self.header_word(ASLEEP[side])
     }
 
     /// The note, which the guest writes.
-    pub fn note(&self) -> &[AtomicU8; NOTE] {
+    pub fn note_bytes(&self) -> &[AtomicU8; NOTE] {
         // SAFETY: the note lies behind the head, inside the mapping, and atomic bytes may change at any time.
         unsafe { &*self.address.add(HEAD).cast() }
     }
@@ -97,21 +97,21 @@ impl Memory {
     }
 
     /// Writes numbers, of which there may be as many as there is place for, and as many bytes as fit; the bytes that are left.
-    pub fn write<'a>(&self, numbers: &[f64], bytes: &'a [u8]) -> &'a [u8] {
+    pub fn write_message<'a>(&self, numbers: &[f64], bytes: &'a [u8]) -> &'a [u8] {
         let cells = self.number_cells();
         cells.iter().zip(numbers).for_each(|(cell, number)| cell.store(number.to_bits(), Relaxed));
         let (now, later) = bytes.split_at(bytes.len().min(BYTES));
         self.byte_cells().iter().zip(now).for_each(|(cell, byte)| cell.store(*byte, Relaxed));
         // Both are small enough for the words: whoever sends has looked.
-        self.word(COUNT).store(numbers.len() as u32, Relaxed);
-        self.word(LENGTH).store(now.len() as u32, Relaxed);
-        self.word(MORE).store(u32::from(!later.is_empty()), SeqCst);
+        self.header_word(COUNT).store(numbers.len() as u32, Relaxed);
+        self.header_word(LENGTH).store(now.len() as u32, Relaxed);
+        self.header_word(MORE).store(u32::from(!later.is_empty()), SeqCst);
         later
     }
 
     /// Reads numbers, and appends bytes; whether more bytes are to come. None when the other side wrote nonsense.
-    pub fn read(&self, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) -> Option<bool> {
-        let length = |place| usize::try_from(self.word(place).load(SeqCst)).ok();
+    pub fn read_message(&self, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) -> Option<bool> {
+        let length = |place| usize::try_from(self.header_word(place).load(SeqCst)).ok();
         let cells = self.number_cells().get(..length(COUNT)?)?;
         numbers.clear();
         numbers.extend(cells.iter().map(|cell| f64::from_bits(cell.load(Relaxed))));
@@ -121,7 +121,7 @@ impl Memory {
     }
 }
 
-impl Drop for Memory {
+impl Drop for SharedMemory {
     fn drop(&mut self) {
         // SAFETY: the mapping is that of `of`, and nothing refers to it any more.
         let _ = unsafe { munmap(self.address.cast(), self.length) };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// Files that a process in a sandbox can use besides those of the system.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Sandbox {
+pub struct SandboxFiles {
     /// Folders and files that it may read, with all that is in them.
     pub read: Vec<PathBuf>,
     /// Folders that it may write to, too.
@@ -13,7 +13,7 @@ pub struct Sandbox {
 
 /// Shuts this process in, for good; what the kernel does not offer of that, in words.
 #[must_use]
-pub fn enter_sandbox(sandbox: &Sandbox) -> Vec<String> {
+pub fn enter_sandbox(sandbox: &SandboxFiles) -> Vec<String> {
     #[cfg(target_os = "linux")]
     return linux::enter_sandbox(sandbox);
     #[cfg(not(target_os = "linux"))]
@@ -30,29 +30,26 @@ mod linux {
     use std::path::PathBuf;
 
     use landlock::{
-        ABI, Access as _, AccessFs, AccessNet, CompatLevel, Compatible as _, Ruleset,
-        RulesetAttr as _, RulesetCreatedAttr as _, RulesetError, RulesetStatus, Scope,
-        path_beneath_rules,
+        ABI, Access as _, AccessFs, AccessNet, CompatLevel, Compatible as _, Ruleset, RulesetAttr as _,
+        RulesetCreatedAttr as _, RulesetError, RulesetStatus, Scope, path_beneath_rules,
     };
     use seccompiler::{
         BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter,
         SeccompRule,
     };
 
-    use super::Sandbox;
+    use super::SandboxFiles;
 
     /// What programs and libraries of the system need: code, settings, and what the kernel says about this process.
-    const SYSTEM: [&str; 9] =
-        ["/usr", "/lib", "/lib64", "/bin", "/sbin", "/opt", "/etc", "/proc", "/sys"];
-    const DEVICES: [&str; 5] =
-        ["/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"];
+    const SYSTEM: [&str; 9] = ["/usr", "/lib", "/lib64", "/bin", "/sbin", "/opt", "/etc", "/proc", "/sys"];
+    const DEVICES: [&str; 5] = ["/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"];
 
     /// The newest that this program knows; an older kernel does what it can.
     const NEWEST: ABI = ABI::V6;
 
-    pub(super) fn enter_sandbox(sandbox: &Sandbox) -> Vec<String> {
+    pub(super) fn enter_sandbox(sandbox: &SandboxFiles) -> Vec<String> {
         let mut absent = Vec::new();
-        match files(sandbox) {
+        match restrict_files(sandbox) {
             Ok(RulesetStatus::FullyEnforced) => {}
             Ok(RulesetStatus::PartiallyEnforced) => absent.push(
                 "the kernel shuts off a part of the files, of the network and of other processes only (landlock)"
@@ -63,13 +60,13 @@ mod linux {
             }
             Err(error) => absent.push(format!("files are not shut off: {error}")),
         }
-        if let Err(error) = calls() {
+        if let Err(error) = restrict_system_calls() {
             absent.push(format!("the network is not shut off: {error}"));
         }
         absent
     }
 
-    fn files(sandbox: &Sandbox) -> Result<RulesetStatus, RulesetError> {
+    fn restrict_files(sandbox: &SandboxFiles) -> Result<RulesetStatus, RulesetError> {
         // Libraries may be anywhere where the loader is told to look.
         let libraries = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
         let libraries = env::split_paths(&libraries).filter(|path| path.is_absolute());
@@ -109,7 +106,7 @@ mod linux {
     ];
 
     /// Refuses those calls, and sockets but those between processes of this machine.
-    fn calls() -> Result<(), Box<dyn std::error::Error>> {
+    fn restrict_system_calls() -> Result<(), Box<dyn std::error::Error>> {
         let unix = u64::try_from(libc::AF_UNIX)?;
         let (dword, differs) = (SeccompCmpArgLen::Dword, SeccompCmpOp::Ne);
         let foreign = SeccompRule::new(vec![SeccompCondition::new(0, dword, differs, unix)?])?;

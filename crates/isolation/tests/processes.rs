@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::process::{Command, ExitCode};
 
-use isolation::{Guest, GuestEnd, Packet, become_guest, has_host};
+use isolation::{ChannelPacket, IsolatedGuest, NoAnswerReason, connect_to_host_process, is_host_alive};
 use libtest_mimic::{Arguments, Trial};
 
 /// Numbers that may travel at once.
@@ -23,10 +23,7 @@ fn main() -> ExitCode {
         })
     };
     let tests = vec![
-        test(
-            "numbers_and_bytes_of_any_length_come_back",
-            numbers_and_bytes_of_any_length_come_back,
-        ),
+        test("numbers_and_bytes_of_any_length_come_back", numbers_and_bytes_of_any_length_come_back),
         test("an_end_is_told_and_stays", an_end_is_told_and_stays),
         test("a_guest_that_does_not_answer_is_ended", a_guest_that_does_not_answer_is_ended),
         test("the_note_of_a_guest_outlives_it", the_note_of_a_guest_outlives_it),
@@ -37,9 +34,9 @@ fn main() -> ExitCode {
 
 /// Adds 1 to each number, and gives the bytes back in reverse; some words mean something.
 fn serve(host: u32) {
-    let (channel, note) = become_guest(host).expect("a host");
-    let look = || if has_host(host) { Ok(()) } else { Err("the host is gone") };
-    let mut packet = Packet::default();
+    let (channel, note) = connect_to_host_process(host).expect("a host");
+    let look = || if is_host_alive(host) { Ok(()) } else { Err("the host is gone") };
+    let mut packet = ChannelPacket::default();
     loop {
         channel.receive(&mut packet, look).expect("a question");
         note[0].store(7, std::sync::atomic::Ordering::Relaxed);
@@ -55,19 +52,19 @@ fn serve(host: u32) {
     }
 }
 
-fn guest() -> Guest {
+fn guest() -> IsolatedGuest {
     let mut command = Command::new(std::env::current_exe().expect("this program"));
     command.arg("guest");
-    Guest::start(command, NUMBERS).expect("a process")
+    IsolatedGuest::start(command, NUMBERS).expect("a process")
 }
 
 fn numbers_and_bytes_of_any_length_come_back() {
-    let (mut guest, mut answer) = (guest(), Packet::default());
+    let (mut guest, mut answer) = (guest(), ChannelPacket::default());
     let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310];
     for length in [0, 1, 65_535, 65_536, 65_537, 1_000_000] {
         let bytes: Vec<u8> = (0..length).map(|place: u32| (place % 251) as u8).collect();
         for count in [0, NUMBERS] {
-            guest.ask(&numbers[..count], &bytes, &mut answer, |_| false).expect("an answer");
+            guest.request_answer(&numbers[..count], &bytes, &mut answer, |_| false).expect("an answer");
             let same = answer
                 .numbers
                 .iter()
@@ -80,9 +77,10 @@ fn numbers_and_bytes_of_any_length_come_back() {
 }
 
 fn an_end_is_told_and_stays() {
-    let (mut guest, mut answer) = (guest(), Packet::default());
+    let (mut guest, mut answer) = (guest(), ChannelPacket::default());
     for _ in 0..2 {
-        let Err(GuestEnd::Ended(status)) = guest.ask(&[], b"exit", &mut answer, |_| false) else {
+        let Err(NoAnswerReason::Ended(status)) = guest.request_answer(&[], b"exit", &mut answer, |_| false)
+        else {
             panic!("it answers");
         };
         assert_eq!(status.code(), Some(5));
@@ -90,18 +88,18 @@ fn an_end_is_told_and_stays() {
 }
 
 fn a_guest_that_does_not_answer_is_ended() {
-    let (mut guest, mut answer, asked) = (guest(), Packet::default(), Cell::new(0));
+    let (mut guest, mut answer, asked) = (guest(), ChannelPacket::default(), Cell::new(0));
     let patience = |_: &dyn Fn() -> _| asked.replace(asked.get() + 1) >= 3;
-    assert_eq!(guest.ask(&[], b"sleep", &mut answer, patience), Err(GuestEnd::Cancelled));
+    assert_eq!(guest.request_answer(&[], b"sleep", &mut answer, patience), Err(NoAnswerReason::Cancelled));
     assert_eq!(asked.get(), 4);
-    assert_eq!(guest.ask(&[], b"", &mut answer, |_| false), Err(GuestEnd::Cancelled));
+    assert_eq!(guest.request_answer(&[], b"", &mut answer, |_| false), Err(NoAnswerReason::Cancelled));
 }
 
 fn the_note_of_a_guest_outlives_it() {
-    let (mut guest, mut answer) = (guest(), Packet::default());
-    assert_eq!(guest.note()[0], 0);
-    guest.ask(&[], b"exit", &mut answer, |_| false).expect_err("it ends");
-    assert_eq!(guest.note()[0], 7);
+    let (mut guest, mut answer) = (guest(), ChannelPacket::default());
+    assert_eq!(guest.last_note()[0], 0);
+    guest.request_answer(&[], b"exit", &mut answer, |_| false).expect_err("it ends");
+    assert_eq!(guest.last_note()[0], 7);
 }
 
 fn a_guest_leaves_when_it_is_asked_to() {

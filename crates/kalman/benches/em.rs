@@ -5,7 +5,7 @@ mod problem;
 
 use std::time::Instant;
 
-use kalman::{Em, Estimate, forward, smooth};
+use kalman::{EmEstimate, EmSettings, filter_forward, smooth_recording};
 
 /// Median time of one of `rounds` calls [s].
 fn median(rounds: usize, mut call: impl FnMut()) -> f64 {
@@ -24,14 +24,14 @@ fn speed() {
     const STEPS: usize = 10_000;
     let (steps, parameters) = (problem::record(STEPS, 1), problem::truth());
     let per_step = |seconds: f64| 1e6 * seconds / STEPS as f64;
-    let filtered = forward(&steps, &parameters).expect("a recording");
+    let filtered = filter_forward(&steps, &parameters).expect("a recording");
     let mut full = parameters;
     full.R[(0, 1)] = 1e-12;
     full.R[(1, 0)] = 1e-12;
-    let filter = median(11, || drop(forward(&steps, &parameters)));
-    let joint = median(11, || drop(forward(&steps, &full)));
-    let smoother = median(11, || drop(smooth(&steps, &filtered)));
-    let em = Em { max_evaluations: 20, accelerate: false, tolerance: 0.0, ..Em::default() };
+    let filter = median(11, || drop(filter_forward(&steps, &parameters)));
+    let joint = median(11, || drop(filter_forward(&steps, &full)));
+    let smoother = median(11, || drop(smooth_recording(&steps, &filtered)));
+    let em = EmSettings { max_evaluations: 20, accelerate: false, tolerance: 0.0, ..EmSettings::default() };
     let iteration = median(5, || drop(em.fit(&steps, &problem::guess()))) / 20.0;
     println!("time per step [us], median, {STEPS} steps of 6 states and 4 measurements");
     println!("  forward, R diagonal         {:6.2}", per_step(filter));
@@ -43,12 +43,12 @@ fn speed() {
 fn evaluations() {
     let steps = problem::record(5_000, 1);
     let fit = |accelerate| {
-        let em = Em { accelerate, max_evaluations: 5000, ..Em::default() };
+        let em = EmSettings { accelerate, max_evaluations: 5000, ..EmSettings::default() };
         em.fit(&steps, &problem::guess()).expect("a recording")
     };
     println!("\nten variances, 5000 steps, Q 30 times too large, R 20 times too small");
     println!("              evaluations  taken back  violations  log-likelihood  status");
-    let line = |name: &str, found: &Estimate<6, 4>| {
+    let line = |name: &str, found: &EmEstimate<6, 4>| {
         println!(
             "  {name:<10} {:12} {:11} {:11} {:15.5}  {:?}",
             found.evaluations,

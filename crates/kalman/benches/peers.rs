@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use kalman::Em;
+use kalman::EmSettings;
 
 const STEPS: usize = 10_000;
 const ROUNDS: usize = 5;
 
 /// Rows of F, b, H (row by row) and y as numbers of the machine.
 fn write(steps: &problem::Recording, path: &Path) -> std::io::Result<()> {
-    let row = |step: &kalman::Step<6, 4>| {
+    let row = |step: &kalman::LinearStep<6, 4>| {
         let mut row: Vec<f64> = step.F.transpose().as_slice().to_vec();
         row.extend(step.b.as_slice());
         row.extend(step.H.transpose().as_slice());
@@ -40,7 +40,7 @@ fn ask(program: &str, arguments: &[&str]) -> Result<[f64; 2], Box<dyn Error>> {
 
 /// The same of this crate, the mean of ten iterations.
 fn ours(steps: &problem::Recording) -> Result<[f64; 2], Box<dyn Error>> {
-    let em = Em { accelerate: false, tolerance: 0.0, max_evaluations: 10, ..Em::default() };
+    let em = EmSettings { accelerate: false, tolerance: 0.0, max_evaluations: 10, ..EmSettings::default() };
     let begun = Instant::now();
     let found = em.fit(steps, &problem::guess())?;
     Ok([begun.elapsed().as_secs_f64() / found.evaluations as f64, found.log_likelihood[0]])

@@ -37,7 +37,7 @@ impl<T: Scalar, const N: usize> StateEstimate<T, N> {
             for j in 0..N {
                 FP[i][j] = F[i][0] * P[0][j];
                 for k in 1..S {
-                    FP[i][j] = FP[i][j].plus(F[i][k], P[k][j]);
+                    FP[i][j] = FP[i][j].add_product(F[i][k], P[k][j]);
                 }
             }
         }
@@ -45,7 +45,7 @@ impl<T: Scalar, const N: usize> StateEstimate<T, N> {
             for j in i..M {
                 let mut entry = FP[i][0] * F[j][0];
                 for k in 1..S {
-                    entry = entry.plus(FP[i][k], F[j][k]);
+                    entry = entry.add_product(FP[i][k], F[j][k]);
                 }
                 P[i][j] = entry;
                 P[j][i] = entry;
@@ -74,9 +74,9 @@ impl<T: Scalar, const N: usize> StateEstimate<T, N> {
         let inverse = variance.recip();
         for j in 0..N {
             let gain = cross_covariance[j] * inverse;
-            self.x[j] = self.x[j].plus(gain, residual);
+            self.x[j] = self.x[j].add_product(gain, residual);
             for l in j..N {
-                let less = self.P[j][l].minus(gain, cross_covariance[l]);
+                let less = self.P[j][l].subtract_product(gain, cross_covariance[l]);
                 self.P[j][l] = less;
                 self.P[l][j] = less;
             }
@@ -118,7 +118,7 @@ pub trait MeasurementModel<T, L, const S: usize> {
     const DIRECT: usize;
 
     /// What a channel is expected to show at a state with this linearisation, and the derivatives of that by the state.
-    fn expect(&self, channel: usize, x: &[T; S], linearised: &L) -> (T, [T; S]);
+    fn predict_measurement(&self, channel: usize, x: &[T; S], linearised: &L) -> (T, [T; S]);
 }
 
 /// Noise of a sensor of which a share of the variance lasts: n ← φ n + w from row to row, beside a white noise.
@@ -190,7 +190,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
             for i in 0..C {
                 let ColouredNoise { correlation, share } = self.coloured_noise[i];
                 let lasting = self.sensor_noise[i] * share;
-                let fresh = lasting.minus(lasting, correlation * correlation);
+                let fresh = lasting.subtract_product(lasting, correlation * correlation);
                 estimate.propagate_gauss_markov(S + i, correlation, fresh);
             }
         }
@@ -213,22 +213,22 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         x.copy_from_slice(&estimate.x[..S]);
         let start = self.process.linearise(&x, input);
         let first = *start.rates();
-        let second = multiply(start.jacobian(), &first);
-        let third = multiply(start.jacobian(), &second);
+        let second = multiply_leading_columns(start.jacobian(), &first);
+        let third = multiply_leading_columns(start.jacobian(), &second);
         let mut near = x;
         for i in 0..M {
-            let tail = (second[i] * (h * h / 2.0)).plus_scaled(third[i], h * h * h / 6.0);
-            near[i] = (x[i] + tail).plus_scaled(first[i], h);
+            let tail = (second[i] * (h * h / 2.0)).add_scaled(third[i], h * h * h / 6.0);
+            near[i] = (x[i] + tail).add_scaled(first[i], h);
         }
         let end = self.process.linearise(&near, input);
         let rates = end.rates();
-        let change = multiply(end.jacobian(), rates);
+        let change = multiply_leading_columns(end.jacobian(), rates);
         // What the Taylor series is off by in the trapezoidal rule.
         let mut residual = first;
         for i in 0..M {
             residual[i] = ((first[i] - rates[i]) * (0.5 * h))
-                .plus_scaled(change[i].plus_scaled(second[i], 5.0), h * h / 12.0)
-                .plus_scaled(third[i], h * h * h / 6.0);
+                .add_scaled(change[i].add_scaled(second[i], 5.0), h * h / 12.0)
+                .add_scaled(third[i], h * h * h / 6.0);
         }
         let mut F = half_step(start.jacobian(), 0.5 * h);
         let back = half_step(end.jacobian(), -0.5 * h);
@@ -238,7 +238,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
                 F[i][j] = F[i][j] - back[i][j];
             }
         }
-        solve(back, &mut F, &mut residual);
+        solve_leading_columns(back, &mut F, &mut residual);
         estimate.x[..S].copy_from_slice(&near);
         for i in 0..M {
             estimate.x[i] = near[i] - residual[i];
@@ -246,8 +246,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         estimate.propagate_covariance(&F);
         for k in 0..K {
             let state = P::NOISY[k];
-            estimate.P[state][state] =
-                estimate.P[state][state].plus_scaled(self.process_noise[k], h);
+            estimate.P[state][state] = estimate.P[state][state].add_scaled(self.process_noise[k], h);
         }
         (near, end)
     }
@@ -272,21 +271,21 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
             let (cross_covariance, expected, own) = if N == S && i < Z::DIRECT {
                 (P[i], x[i], P[i][i])
             } else {
-                let (mut expected, H) = self.measurement.expect(i, prior, linearised);
+                let (mut expected, H) = self.measurement.predict_measurement(i, prior, linearised);
                 let mut cross = [zero; N];
                 if N > S {
                     expected = expected + x[S + i];
                     cross = P[S + i];
                 }
                 for k in 0..S {
-                    expected = expected.plus(H[k], x[k] - prior[k]);
+                    expected = expected.add_product(H[k], x[k] - prior[k]);
                     for j in 0..N {
-                        cross[j] = cross[j].plus(H[k], P[k][j]);
+                        cross[j] = cross[j].add_product(H[k], P[k][j]);
                     }
                 }
                 let mut own = H[0] * cross[0];
                 for k in 1..S {
-                    own = own.plus(H[k], cross[k]);
+                    own = own.add_product(H[k], cross[k]);
                 }
                 (cross, expected, own)
             };
@@ -294,7 +293,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
             if N > S {
                 let lasting = self.coloured_noise[i].share;
                 variance =
-                    (variance + cross_covariance[S + i]).minus(self.sensor_noise[i], lasting);
+                    (variance + cross_covariance[S + i]).subtract_product(self.sensor_noise[i], lasting);
             }
             let residual = -expected + measured[i];
             estimate.update(&cross_covariance, residual, variance);
@@ -307,12 +306,15 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
 
 /// The first `M` columns of A times a vector: how rates change as the states move on.
 #[inline(always)]
-fn multiply<T: Scalar, const M: usize, const S: usize>(A: &[[T; S]; M], v: &[T; M]) -> [T; M] {
+fn multiply_leading_columns<T: Scalar, const M: usize, const S: usize>(
+    A: &[[T; S]; M],
+    v: &[T; M],
+) -> [T; M] {
     let mut product = *v;
     for i in 0..M {
         product[i] = A[i][0] * v[0];
         for j in 1..M {
-            product[i] = product[i].plus(A[i][j], v[j]);
+            product[i] = product[i].add_product(A[i][j], v[j]);
         }
     }
     product
@@ -326,9 +328,9 @@ fn half_step<T: Scalar, const M: usize, const S: usize>(A: &[[T; S]; M], s: f64)
         for j in 0..S {
             let mut square = A[i][0] * A[0][j];
             for k in 1..M {
-                square = square.plus(A[i][k], A[k][j]);
+                square = square.add_product(A[i][k], A[k][j]);
             }
-            sum[i][j] = (A[i][j] * s).plus_scaled(square, s * s / 3.0);
+            sum[i][j] = (A[i][j] * s).add_scaled(square, s * s / 3.0);
         }
         sum[i][i] = sum[i][i] + 1.0;
     }
@@ -338,14 +340,14 @@ fn half_step<T: Scalar, const M: usize, const S: usize>(A: &[[T; S]; M], s: f64)
 /// Solves L X = right and L y = vector with the first `M` columns of L, which is near the identity or larger on its diagonal: by Cramer's
 /// rule for three rows, else by elimination.
 #[inline(always)]
-fn solve<T: Scalar, const M: usize, const S: usize>(
+fn solve_leading_columns<T: Scalar, const M: usize, const S: usize>(
     mut L: [[T; S]; M],
     right: &mut [[T; S]; M],
     vector: &mut [T; M],
 ) {
     if M == 3 {
         // No closures: those are not always inlined into the code for wide vectors.
-        let inverse = inverse([
+        let inverse = inverse_3x3([
             [L[0][0], L[0][1], L[0][2]],
             [L[1][0], L[1][1], L[1][2]],
             [L[2][0], L[2][1], L[2][2]],
@@ -375,33 +377,33 @@ fn solve<T: Scalar, const M: usize, const S: usize>(
             }
             let factor = L[i][pivot];
             for j in pivot..M {
-                L[i][j] = L[i][j].minus(factor, L[pivot][j]);
+                L[i][j] = L[i][j].subtract_product(factor, L[pivot][j]);
             }
             for j in 0..S {
-                right[i][j] = right[i][j].minus(factor, right[pivot][j]);
+                right[i][j] = right[i][j].subtract_product(factor, right[pivot][j]);
             }
-            vector[i] = vector[i].minus(factor, vector[pivot]);
+            vector[i] = vector[i].subtract_product(factor, vector[pivot]);
         }
     }
 }
 
 #[inline(always)]
 fn dot<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> T {
-    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+    (a[0] * b[0]).add_product(a[1], b[1]).add_product(a[2], b[2])
 }
 
 #[inline(always)]
 fn cross<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [
-        (a[1] * b[2]).minus(a[2], b[1]),
-        (a[2] * b[0]).minus(a[0], b[2]),
-        (a[0] * b[1]).minus(a[1], b[0]),
+        (a[1] * b[2]).subtract_product(a[2], b[1]),
+        (a[2] * b[0]).subtract_product(a[0], b[2]),
+        (a[0] * b[1]).subtract_product(a[1], b[0]),
     ]
 }
 
 /// Inverse by Cramer's rule: columns of the adjugate are cross products of rows.
 #[inline(always)]
-fn inverse<T: Scalar>(L: [[T; 3]; 3]) -> [[T; 3]; 3] {
+fn inverse_3x3<T: Scalar>(L: [[T; 3]; 3]) -> [[T; 3]; 3] {
     let adjugate = [cross(&L[1], &L[2]), cross(&L[2], &L[0]), cross(&L[0], &L[1])];
     let scale = dot(&L[0], &adjugate[0]).recip();
     let mut inverse = [[scale; 3]; 3];
@@ -419,7 +421,7 @@ mod tests {
     use nalgebra::{SMatrix, SVector};
 
     use super::*;
-    use crate::{predict, transition, update};
+    use crate::{measurement_update, predict, transition_matrix};
 
     /// x' = A x of `M` states, driven by a last one that stands still.
     struct Linear<const M: usize, const S: usize>([[f64; S]; M]);
@@ -456,7 +458,7 @@ mod tests {
     impl<L, const S: usize> MeasurementModel<f64, L, S> for TwoStates {
         const DIRECT: usize = 1;
 
-        fn expect(&self, channel: usize, x: &[f64; S], _: &L) -> (f64, [f64; S]) {
+        fn predict_measurement(&self, channel: usize, x: &[f64; S], _: &L) -> (f64, [f64; S]) {
             let gain = [1.0, 1.3][channel];
             let mut H = [0.0; S];
             H[channel] = gain;
@@ -489,7 +491,7 @@ mod tests {
                 whole[(i, j)] = A[i][j];
             }
         }
-        let mut F = transition(&whole, h);
+        let mut F = transition_matrix(&whole, h);
         for i in 0..2 {
             Q[(i, i)] = process_noise[i] * h;
             if N > S {
@@ -509,10 +511,9 @@ mod tests {
             let innovations = filter.step(&mut estimate, &(), h, 1, &measured);
             let prior = predict(&reference, F * reference.mean, &F, &Q);
             let residual = SVector::from(measured) - H * prior.mean;
-            let (posterior, expected) = update(&prior, &residual, &H, &R).expect("a covariance");
+            let (posterior, expected) = measurement_update(&prior, &residual, &H, &R).expect("a covariance");
             reference = posterior;
-            let nis: f64 =
-                (0..2).map(|i| innovations.residual[i].powi(2) / innovations.variance[i]).sum();
+            let nis: f64 = (0..2).map(|i| innovations.residual[i].powi(2) / innovations.variance[i]).sum();
             assert_relative_eq!(nis, expected.nis, max_relative = 1e-6, epsilon = 1e-9);
             for i in 0..N {
                 assert_relative_eq!(estimate.x[i], reference.mean[i], epsilon = 1e-7);

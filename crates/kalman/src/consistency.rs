@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// times the mean follows χ² with n M degrees of freedom, nearly (Bar-Shalom, Li and Kirubarajan, Estimation with
 /// Applications to Tracking and Navigation, section 5.4.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Consistency<const M: usize> {
+pub struct NisConsistency<const M: usize> {
     sum: f64,
     weights: f64,
     squared_weights: f64,
@@ -34,28 +34,24 @@ impl MeanNis {
     }
 }
 
-impl<const M: usize> Consistency<M> {
+impl<const M: usize> NisConsistency<M> {
     /// Takes the NIS of one step, after all earlier ones have lost the share 1 − `kept` of their weight, and judges
     /// the mean by a band of ± `deviations` standard deviations of a normal variable of the same probability.
     ///
     /// `kept` is from 0 to 1; with e^(−h/τ) the mean remembers the time τ.
-    pub fn take(&mut self, nis: f64, kept: f64, deviations: f64) -> MeanNis {
+    pub fn update_mean_nis(&mut self, nis: f64, kept: f64, deviations: f64) -> MeanNis {
         self.sum = kept * self.sum + nis;
         self.weights = kept * self.weights + 1.0;
         self.squared_weights = kept * kept * self.squared_weights + 1.0;
         let freedom = M as f64 * self.weights * self.weights / self.squared_weights;
-        let quantile = |z: f64| M as f64 * chi_squared_over_freedom(freedom, z);
-        MeanNis {
-            mean: self.sum / self.weights,
-            low: quantile(-deviations),
-            high: quantile(deviations),
-        }
+        let quantile = |z: f64| M as f64 * reduced_chi_squared_quantile(freedom, z);
+        MeanNis { mean: self.sum / self.weights, low: quantile(-deviations), high: quantile(deviations) }
     }
 }
 
 /// Quantile of χ² over its degrees of freedom, at the probability of the standard normal quantile `z` (Wilson and
 /// Hilferty 1931).
-fn chi_squared_over_freedom(freedom: f64, z: f64) -> f64 {
+fn reduced_chi_squared_quantile(freedom: f64, z: f64) -> f64 {
     let spread = 2.0 / (9.0 * freedom);
     (1.0 - spread + z * spread.sqrt()).max(0.0).powi(3)
 }
@@ -74,11 +70,11 @@ mod tests {
     fn outside(factor: f64, deviations: f64) -> f64 {
         let mut random = Pcg64Mcg::seed_from_u64(3);
         let chi_squared = ChiSquared::new(4.0).expect("4 > 0");
-        let mut consistency = Consistency::<4>::default();
+        let mut consistency = NisConsistency::<4>::default();
         let steps = 400_000;
         let found = (0..steps).filter(|_| {
             let nis = factor * chi_squared.sample(&mut random);
-            !consistency.take(nis, 0.99, deviations).is_consistent()
+            !consistency.update_mean_nis(nis, 0.99, deviations).is_consistent()
         });
         found.count() as f64 / f64::from(steps)
     }
@@ -88,7 +84,7 @@ mod tests {
         for (freedom, z, expected) in
             [(4.0, 1.959_964, 11.143), (4.0, -1.959_964, 0.484), (100.0, 2.326_348, 135.807)]
         {
-            let found = freedom * chi_squared_over_freedom(freedom, z);
+            let found = freedom * reduced_chi_squared_quantile(freedom, z);
             assert_abs_diff_eq!(found, expected, epsilon = 0.05);
         }
     }
@@ -108,9 +104,9 @@ mod tests {
 
     #[test]
     fn the_first_value_is_judged_by_its_own_band() {
-        let judged = Consistency::<4>::default().take(4.0, 0.99, 2.0);
+        let judged = NisConsistency::<4>::default().update_mean_nis(4.0, 0.99, 2.0);
         assert_eq!(judged.mean, 4.0);
         assert!(judged.low < 1.0 && judged.high > 10.0, "{judged:?}");
-        assert!(!Consistency::<4>::default().take(f64::NAN, 0.99, 2.0).is_consistent());
+        assert!(!NisConsistency::<4>::default().update_mean_nis(f64::NAN, 0.99, 2.0).is_consistent());
     }
 }

@@ -7,21 +7,21 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::{Gaussian, Parameters, Step};
+use crate::{Gaussian, LinearStep, NoiseParameters};
 
 /// A system of three states and two measurements.
-pub(crate) type Case = (Vec<Step<3, 2>>, Parameters<3, 2>);
+pub(crate) type LinearSystemCase = (Vec<LinearStep<3, 2>>, NoiseParameters<3, 2>);
 
 /// A covariance with eigenvalues above `floor`.
-pub(crate) fn covariance<const D: usize>(entries: &[f64], floor: f64) -> SMatrix<f64, D, D> {
+pub(crate) fn covariance_from_entries<const D: usize>(entries: &[f64], floor: f64) -> SMatrix<f64, D, D> {
     let B = SMatrix::<f64, D, D>::from_row_slice(entries);
     B * B.transpose() + SMatrix::identity() * floor
 }
 
 /// A step from 20 numbers in −1 to 1 and two flags for what is absent.
-fn step(x: &[f64], absent: [bool; 2]) -> Step<3, 2> {
+fn step_from_numbers(x: &[f64], absent: [bool; 2]) -> LinearStep<3, 2> {
     let y = SVector::<f64, 2>::from_row_slice(&x[..2]) * 3.0;
-    Step {
+    LinearStep {
         y: y.zip_map(&SVector::from(absent), |y, absent| if absent { f64::NAN } else { y }),
         H: SMatrix::from_row_slice(&x[2..8]),
         F: SMatrix::from_row_slice(&x[8..17]),
@@ -30,79 +30,80 @@ fn step(x: &[f64], absent: [bool; 2]) -> Step<3, 2> {
 }
 
 /// Any system that changes from step to step, with gaps in what was measured.
-pub(crate) fn cases(steps: usize) -> impl Strategy<Value = Case> {
+pub(crate) fn arbitrary_cases(steps: usize) -> impl Strategy<Value = LinearSystemCase> {
     let numbers = move |n: usize| vec(-1.0..1.0f64, n);
     let absent = vec(proptest::bool::weighted(0.2), 2 * steps);
     (numbers(20 * steps), absent, numbers(3 + 9 + 9 + 4)).prop_map(|(all, absent, p)| {
         let flags = absent.chunks(2).map(|a| [a[0], a[1]]);
-        let steps = all.chunks(20).zip(flags).map(|(x, absent)| step(x, absent)).collect();
+        let steps = all.chunks(20).zip(flags).map(|(x, absent)| step_from_numbers(x, absent)).collect();
         let start = Gaussian {
             mean: SVector::from_row_slice(&p[..3]),
-            cov: covariance::<3>(&p[3..12], 0.2),
+            cov: covariance_from_entries::<3>(&p[3..12], 0.2),
         };
-        let (Q, R) = (covariance::<3>(&p[12..21], 0.1), covariance::<2>(&p[21..], 0.1));
-        (steps, Parameters { start, Q, R })
+        let (Q, R) =
+            (covariance_from_entries::<3>(&p[12..21], 0.1), covariance_from_entries::<2>(&p[21..], 0.1));
+        (steps, NoiseParameters { start, Q, R })
     })
 }
 
 /// The same with noises that share nothing.
-pub(crate) fn diagonal_cases(steps: usize) -> impl Strategy<Value = Case> {
-    cases(steps).prop_map(|(steps, p)| {
+pub(crate) fn diagonal_cases(steps: usize) -> impl Strategy<Value = LinearSystemCase> {
+    arbitrary_cases(steps).prop_map(|(steps, p)| {
         let Q = SMatrix::from_diagonal(&p.Q.diagonal());
         let R = SMatrix::from_diagonal(&p.R.diagonal());
-        (steps, Parameters { Q, R, ..p })
+        (steps, NoiseParameters { Q, R, ..p })
     })
 }
 
 /// Rows of a least-squares problem, each group with the inverse of its covariance.
-struct Rows {
+struct LeastSquaresRows {
     information: DMatrix<f64>,
     right: DVector<f64>,
 }
 
-impl Rows {
+impl LeastSquaresRows {
     /// Adds rows A x = c whose error has the covariance C.
-    fn add(&mut self, A: &DMatrix<f64>, c: &DVector<f64>, C: &DMatrix<f64>) {
+    fn add_rows(&mut self, A: &DMatrix<f64>, c: &DVector<f64>, C: &DMatrix<f64>) {
         let weight = C.clone().try_inverse().expect("a covariance");
         self.information += A.transpose() * &weight * A;
         self.right += A.transpose() * weight * c;
     }
 }
 
-fn dynamic<const A: usize, const B: usize>(x: &SMatrix<f64, A, B>) -> DMatrix<f64> {
+fn to_dynamic_matrix<const A: usize, const B: usize>(x: &SMatrix<f64, A, B>) -> DMatrix<f64> {
     DMatrix::from_column_slice(A, B, x.as_slice())
 }
 
 /// Components that were measured.
-fn present<const N: usize, const M: usize>(step: &Step<N, M>) -> Vec<usize> {
+fn measured_components<const N: usize, const M: usize>(step: &LinearStep<N, M>) -> Vec<usize> {
     (0..M).filter(|i| !step.y[*i].is_nan()).collect()
 }
 
 /// Mean and covariance of all states at once, from the normal equations of the trajectory.
-pub(crate) fn trajectory<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    p: &Parameters<N, M>,
+pub(crate) fn dense_trajectory<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    p: &NoiseParameters<N, M>,
 ) -> (DVector<f64>, DMatrix<f64>) {
     let n = N * steps.len();
-    let mut rows = Rows { information: DMatrix::zeros(n, n), right: DVector::zeros(n) };
+    let mut rows = LeastSquaresRows { information: DMatrix::zeros(n, n), right: DVector::zeros(n) };
     let vector = |x: &SVector<f64, N>| DVector::from_column_slice(x.as_slice());
     let mut A = DMatrix::zeros(N, n);
     A.view_mut((0, 0), (N, N)).fill_with_identity();
-    rows.add(&A, &vector(&p.start.mean), &dynamic(&p.start.cov));
+    rows.add_rows(&A, &vector(&p.start.mean), &to_dynamic_matrix(&p.start.cov));
     for (k, step) in steps.iter().enumerate() {
-        let measured = present(step);
+        let measured = measured_components(step);
         if !measured.is_empty() {
             let mut A = DMatrix::zeros(measured.len(), n);
-            A.columns_mut(N * k, N).copy_from(&dynamic(&step.H).select_rows(&measured));
+            A.columns_mut(N * k, N).copy_from(&to_dynamic_matrix(&step.H).select_rows(&measured));
             let y = DVector::from_iterator(measured.len(), measured.iter().map(|i| step.y[*i]));
-            let R = dynamic(&p.R).select_rows(&measured).select_columns(&measured);
-            rows.add(&A, &y, &R);
+            let R = to_dynamic_matrix(&p.R).select_rows(&measured).select_columns(&measured);
+            rows.add_rows(&A, &y, &R);
         }
         if k + 1 < steps.len() {
             let mut A = DMatrix::zeros(N, n);
-            A.columns_mut(N * k, N).copy_from(&dynamic(&-step.F));
+            A.columns_mut(N * k, N).copy_from(&to_dynamic_matrix(&-step.F));
             A.columns_mut(N * (k + 1), N).fill_with_identity();
-            rows.add(&A, &vector(&step.b), &dynamic(&p.Q));
+            rows.add_rows(&A, &vector(&step.b), &to_dynamic_matrix(&p.Q));
         }
     }
     let cov = rows.information.try_inverse().expect("a start with a covariance");
@@ -111,8 +112,8 @@ pub(crate) fn trajectory<const N: usize, const M: usize>(
 
 /// Logarithm of the density of all measurements as one Gaussian vector.
 pub(crate) fn log_density<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    p: &Parameters<N, M>,
+    steps: &[LinearStep<N, M>],
+    p: &NoiseParameters<N, M>,
 ) -> f64 {
     let T = steps.len();
     let mut mean = DVector::zeros(M * T);
@@ -131,8 +132,8 @@ pub(crate) fn log_density<const N: usize, const M: usize>(
         own += p.R;
         (m, P) = (steps[j].F * m + steps[j].b, steps[j].F * P * steps[j].F.transpose() + p.Q);
     }
-    let of = |(k, step): (usize, &Step<N, M>)| {
-        present(step).into_iter().map(|i| M * k + i).collect::<Vec<_>>()
+    let of = |(k, step): (usize, &LinearStep<N, M>)| {
+        measured_components(step).into_iter().map(|i| M * k + i).collect::<Vec<_>>()
     };
     let measured: Vec<usize> = steps.iter().enumerate().flat_map(of).collect();
     let y = DVector::from_iterator(M * T, steps.iter().flat_map(|s| s.y.iter().copied()));

@@ -3,7 +3,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::gaussian::symmetric;
+use crate::gaussian::symmetric_part;
 
 /// 1 / k! for k = 0 to 16.
 const INVERSE_FACTORIALS: [f64; 17] = {
@@ -32,7 +32,7 @@ fn norm_1<const N: usize>(A: &SMatrix<f64, N, N>) -> f64 {
 
 /// Number of halvings that bring a norm below a reach.
 #[inline]
-fn halvings(norm: f64, reach: f64) -> i32 {
+fn halving_count(norm: f64, reach: f64) -> i32 {
     if norm > reach && norm.is_finite() { (norm / reach).log2().ceil() as i32 } else { 0 }
 }
 
@@ -64,8 +64,8 @@ fn exponential_near_zero<const N: usize>(X: &SMatrix<f64, N, N>) -> SMatrix<f64,
 /// scaling, up to a 1-norm of A h of 0.7, this costs six matrix products; each doubling of the norm
 /// costs one more. Entries that are not finite stay so.
 #[inline]
-pub fn transition<const N: usize>(A: &SMatrix<f64, N, N>, h: f64) -> SMatrix<f64, N, N> {
-    let s = halvings(norm_1(A) * h.abs(), TAYLOR_REACH);
+pub fn transition_matrix<const N: usize>(A: &SMatrix<f64, N, N>, h: f64) -> SMatrix<f64, N, N> {
+    let s = halving_count(norm_1(A) * h.abs(), TAYLOR_REACH);
     let mut F = exponential_near_zero(&(A * (h * 0.5f64.powi(s))));
     for _ in 0..s {
         F *= F;
@@ -107,7 +107,7 @@ pub fn discretise<const N: usize>(
     Q_c: &SMatrix<f64, N, N>,
     h: f64,
 ) -> (SMatrix<f64, N, N>, SMatrix<f64, N, N>) {
-    let s = halvings(norm_1(A) * h.abs(), NOISE_REACH);
+    let s = halving_count(norm_1(A) * h.abs(), NOISE_REACH);
     let short = h * 0.5f64.powi(s);
     let mut F = exponential_near_zero(&(A * short));
     let mut Q_d = noise_series(A, Q_c, short);
@@ -115,7 +115,7 @@ pub fn discretise<const N: usize>(
         Q_d += F * Q_d * F.transpose();
         F *= F;
     }
-    (F, symmetric(&Q_d))
+    (F, symmetric_part(&Q_d))
 }
 
 #[cfg(test)]
@@ -135,7 +135,7 @@ mod tests {
             assert_relative_eq!(F, Matrix2::new(1.0, h, 0.0, 1.0), max_relative = 1e-15);
             let expected = Matrix2::new(h * h * h / 3.0, h * h / 2.0, h * h / 2.0, h) * 2.0;
             assert_relative_eq!(Q_d, expected, max_relative = 1e-14);
-            assert_eq!(transition(&A, h)[(0, 1)], F[(0, 1)]);
+            assert_eq!(transition_matrix(&A, h)[(0, 1)], F[(0, 1)]);
         }
     }
 
@@ -157,7 +157,7 @@ mod tests {
         for h in [0.3, 1.0, 30.0, -2.0] {
             let (sin, cos) = f64::sin_cos(h);
             let expected = Matrix2::new(cos, -sin, sin, cos);
-            assert_relative_eq!(transition(&A, h), expected, epsilon = 1e-13);
+            assert_relative_eq!(transition_matrix(&A, h), expected, epsilon = 1e-13);
         }
         // Isotropic noise does not see the rotation.
         let (_, Q_d) = discretise(&A, &Matrix2::identity(), 30.0);
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_stays_visible() {
         let A = Matrix2::new(f64::NAN, 1.0, 0.0, f64::INFINITY);
-        assert!(transition(&A, 0.01).iter().any(|f| !f.is_finite()));
+        assert!(transition_matrix(&A, 0.01).iter().any(|f| !f.is_finite()));
     }
 
     /// Van Loan 1978, theorem 1, with the exponential of nalgebra: (F, Q_d) from the block matrix
@@ -206,7 +206,7 @@ mod tests {
             prop_assert!((F - F_ref).norm() <= 1e-12 * F_ref.norm());
             // The reference multiplies e^(-A h) and e^(A h), and loses digits with the product of
             // norms.
-            let loss = transition(&A, -h).norm() * F.norm();
+            let loss = transition_matrix(&A, -h).norm() * F.norm();
             prop_assert!((Q_d - Q_ref).norm() <= 1e-13 * loss * Q_d.norm());
             prop_assert_eq!(Q_d, Q_d.transpose());
         }

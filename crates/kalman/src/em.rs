@@ -3,22 +3,22 @@
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::{Filtered, PassError, is_diagonal};
-use crate::step::{Parameters, Step};
+use crate::forward::{FilteredRecording, PassError, is_diagonal};
+use crate::step::{LinearStep, NoiseParameters};
 
 mod expectation;
 mod maximise;
 mod outcome;
 mod squarem;
 
-use expectation::{Expectation, expectation};
-pub use maximise::Freedom;
-pub use outcome::{EmError, Estimate, Status, Violation};
-use squarem::{Chart, Path};
+use expectation::{NoiseMoments, expected_noise_moments};
+pub use maximise::CovarianceStructure;
+pub use outcome::{EmError, EmEstimate, EmStatus, LikelihoodFall};
+use squarem::{EmPath, LogCovarianceChart};
 
 /// Whether the state before the first measurement is estimated as well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StartUpdate {
+pub enum InitialStateUpdate {
     /// It is known as well as given.
     Fixed,
     /// Its mean is estimated, its covariance is known.
@@ -34,13 +34,13 @@ pub enum StartUpdate {
 /// elsewhere in each iteration, and the likelihood would no longer be that of one model, nor rise.
 /// For a nonlinear model, fit, linearise again with what was found, and fit again.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Em<const N: usize, const M: usize> {
+pub struct EmSettings<const N: usize, const M: usize> {
     /// The free entries of Q.
-    pub Q: Freedom<N>,
+    pub Q: CovarianceStructure<N>,
     /// The free entries of R.
-    pub R: Freedom<M>,
+    pub R: CovarianceStructure<M>,
     /// The free parts of the start.
-    pub start: StartUpdate,
+    pub start: InitialStateUpdate,
     /// Lower bounds of Q: Q − diag(`floor_Q`) stays positive semidefinite. In its units, above 0.
     pub floor_Q: SVector<f64, N>,
     /// Lower bounds of R, likewise.
@@ -54,12 +54,12 @@ pub struct Em<const N: usize, const M: usize> {
     pub accelerate: bool,
 }
 
-impl<const N: usize, const M: usize> Default for Em<N, M> {
+impl<const N: usize, const M: usize> Default for EmSettings<N, M> {
     fn default() -> Self {
         Self {
-            Q: Freedom::DIAGONAL,
-            R: Freedom::DIAGONAL,
-            start: StartUpdate::Fixed,
+            Q: CovarianceStructure::DIAGONAL,
+            R: CovarianceStructure::DIAGONAL,
+            start: InitialStateUpdate::Fixed,
             floor_Q: SVector::repeat(1e-15),
             floor_R: SVector::repeat(1e-15),
             tolerance: 1e-5,
@@ -75,7 +75,7 @@ const ROUNDING: f64 = 1e-9;
 /// Growth of the longest step ahead with each one that was taken at that length.
 const LONGER: f64 = 4.0;
 
-impl<const N: usize, const M: usize> Em<N, M> {
+impl<const N: usize, const M: usize> EmSettings<N, M> {
     /// Estimates from a first guess. A guess is better too large than too small: the steps of EM are
     /// proportional to a variance, so that a tiny one seems to have converged.
     ///
@@ -85,9 +85,9 @@ impl<const N: usize, const M: usize> Em<N, M> {
     /// [`EmError::NotDiagonal`] and [`EmError::Floor`] if guess and options do not fit.
     pub fn fit(
         &self,
-        steps: &[Step<N, M>],
-        guess: &Parameters<N, M>,
-    ) -> Result<Estimate<N, M>, EmError> {
+        steps: &[LinearStep<N, M>],
+        guess: &NoiseParameters<N, M>,
+    ) -> Result<EmEstimate<N, M>, EmError> {
         self.fit_while(steps, guess, || true)
     }
 
@@ -98,38 +98,38 @@ impl<const N: usize, const M: usize> Em<N, M> {
     /// Those of [`Self::fit`].
     pub fn fit_while(
         &self,
-        steps: &[Step<N, M>],
-        guess: &Parameters<N, M>,
+        steps: &[LinearStep<N, M>],
+        guess: &NoiseParameters<N, M>,
         mut go_on: impl FnMut() -> bool,
-    ) -> Result<Estimate<N, M>, EmError> {
-        self.check(steps, guess)?;
-        let joint_R = self.R == Freedom::Full;
-        let mut run = Run { steps, joint_R, filtered: Filtered::default(), evaluations: 0 };
-        let mut at = run.evaluate(guess)?;
+    ) -> Result<EmEstimate<N, M>, EmError> {
+        self.check_inputs(steps, guess)?;
+        let joint_R = self.R == CovarianceStructure::Full;
+        let mut run = EmRun { steps, joint_R, filtered: FilteredRecording::default(), evaluations: 0 };
+        let mut at = run.evaluate_parameters(guess)?;
         let (mut log_likelihood, mut violations) = (vec![at.log_likelihood], Vec::new());
         let (mut rejected, mut longest) = (0, 1.0);
         let status = loop {
             if !go_on() {
-                break Status::Stopped;
+                break EmStatus::Stopped;
             }
             if run.evaluations >= self.max_evaluations {
-                break Status::EvaluationLimit;
+                break EmStatus::EvaluationLimit;
             }
-            let one = run.evaluate(&self.maximise(&at))?;
+            let one = run.evaluate_parameters(&self.maximise_parameters(&at))?;
             log_likelihood.push(one.log_likelihood);
             let gain = one.log_likelihood - at.log_likelihood;
             if gain < -ROUNDING * at.log_likelihood.abs() {
-                violations.push(Violation { evaluation: run.evaluations, fall: -gain });
+                violations.push(LikelihoodFall { evaluation: run.evaluations, fall: -gain });
             }
             let before = std::mem::replace(&mut at, one);
             if gain < self.tolerance {
-                break Status::Converged;
+                break EmStatus::Converged;
             }
             if !self.accelerate || run.evaluations >= self.max_evaluations {
                 continue;
             }
-            let (ahead, alpha) = self.ahead(&before.parameters, &at, longest);
-            match run.better(self, &ahead, at.log_likelihood) {
+            let (ahead, alpha) = self.extrapolate(&before.parameters, &at, longest);
+            match run.accept_extrapolation(self, &ahead, at.log_likelihood) {
                 Some(better) => {
                     at = better;
                     log_likelihood.push(at.log_likelihood);
@@ -141,23 +141,28 @@ impl<const N: usize, const M: usize> Em<N, M> {
                 }
             }
         };
-        Ok(Estimate {
+        Ok(EmEstimate {
             status,
             log_likelihood,
             evaluations: run.evaluations,
             rejected,
             violations,
-            slope_Q: slope(&self.Q, &at.parameters.Q, &at.moments.Q, &[at.moments.transitions; N]),
-            slope_R: slope(&self.R, &at.parameters.R, &at.moments.R, &at.moments.measured),
+            slope_Q: log_variance_slope(
+                &self.Q,
+                &at.parameters.Q,
+                &at.moments.Q,
+                &[at.moments.transitions; N],
+            ),
+            slope_R: log_variance_slope(&self.R, &at.parameters.R, &at.moments.R, &at.moments.measured),
             parameters: at.parameters,
         })
     }
 
-    fn check(&self, steps: &[Step<N, M>], guess: &Parameters<N, M>) -> Result<(), EmError> {
-        if matches!(self.Q, Freedom::Diagonal(_)) && !is_diagonal(&guess.Q) {
+    fn check_inputs(&self, steps: &[LinearStep<N, M>], guess: &NoiseParameters<N, M>) -> Result<(), EmError> {
+        if matches!(self.Q, CovarianceStructure::Diagonal(_)) && !is_diagonal(&guess.Q) {
             return Err(EmError::NotDiagonal("Q"));
         }
-        if matches!(self.R, Freedom::Diagonal(_)) && !is_diagonal(&guess.R) {
+        if matches!(self.R, CovarianceStructure::Diagonal(_)) && !is_diagonal(&guess.R) {
             return Err(EmError::NotDiagonal("R"));
         }
         let positive = |floor: &[f64]| floor.iter().all(|f| *f > 0.0 && f.is_finite());
@@ -174,93 +179,98 @@ impl<const N: usize, const M: usize> Em<N, M> {
     }
 
     /// The M-step.
-    fn maximise(&self, at: &Point<N, M>) -> Parameters<N, M> {
+    fn maximise_parameters(&self, at: &EmPoint<N, M>) -> NoiseParameters<N, M> {
         let (old, moments) = (&at.parameters, &at.moments);
         let mut start = old.start;
-        if self.start != StartUpdate::Fixed {
+        if self.start != InitialStateUpdate::Fixed {
             start.mean = moments.start.mean;
         }
-        if self.start == StartUpdate::MeanAndCovariance {
+        if self.start == InitialStateUpdate::MeanAndCovariance {
             start.cov = moments.start.cov;
         }
-        Parameters {
+        NoiseParameters {
             start,
-            Q: self.Q.maximise(&moments.Q, &old.Q, &self.floor_Q),
-            R: self.R.maximise(&moments.R, &old.R, &self.floor_R),
+            Q: self.Q.maximise_covariance(&moments.Q, &old.Q, &self.floor_Q),
+            R: self.R.maximise_covariance(&moments.R, &old.R, &self.floor_R),
         }
     }
 
     /// The extrapolation of two successive estimates by a step of at most `longest`, and its length.
-    fn ahead(
+    fn extrapolate(
         &self,
-        before: &Parameters<N, M>,
-        at: &Point<N, M>,
+        before: &NoiseParameters<N, M>,
+        at: &EmPoint<N, M>,
         longest: f64,
-    ) -> (Parameters<N, M>, f64) {
-        let (now, after) = (&at.parameters, self.maximise(at));
-        let (chart_Q, chart_R) = (Chart::near(&now.Q, self.Q), Chart::near(&now.R, self.R));
-        let Q = Path::through(&chart_Q, [&before.Q, &now.Q, &after.Q]);
-        let R = Path::through(&chart_R, [&before.R, &now.R, &after.R]);
-        let ([first_Q, second_Q], [first_R, second_R]) = (Q.lengths(), R.lengths());
+    ) -> (NoiseParameters<N, M>, f64) {
+        let (now, after) = (&at.parameters, self.maximise_parameters(at));
+        let (chart_Q, chart_R) =
+            (LogCovarianceChart::near(&now.Q, self.Q), LogCovarianceChart::near(&now.R, self.R));
+        let Q = EmPath::through(&chart_Q, [&before.Q, &now.Q, &after.Q]);
+        let R = EmPath::through(&chart_R, [&before.R, &now.R, &after.R]);
+        let ([first_Q, second_Q], [first_R, second_R]) =
+            (Q.squared_difference_lengths(), R.squared_difference_lengths());
         let alpha = ((first_Q + first_R) / (second_Q + second_R)).sqrt().max(1.0).min(longest);
-        let ahead = Parameters {
+        let ahead = NoiseParameters {
             start: after.start,
-            Q: chart_Q.covariance(&Q.at(alpha), &now.Q, &self.floor_Q),
-            R: chart_R.covariance(&R.at(alpha), &now.R, &self.floor_R),
+            Q: chart_Q.to_covariance(&Q.extrapolate(alpha), &now.Q, &self.floor_Q),
+            R: chart_R.to_covariance(&R.extrapolate(alpha), &now.R, &self.floor_R),
         };
         (ahead, alpha)
     }
 }
 
 /// Parameters, with likelihood and moments of the recording given them.
-struct Point<const N: usize, const M: usize> {
-    parameters: Parameters<N, M>,
+struct EmPoint<const N: usize, const M: usize> {
+    parameters: NoiseParameters<N, M>,
     log_likelihood: f64,
-    moments: Expectation<N, M>,
+    moments: NoiseMoments<N, M>,
 }
 
 /// Passes over one recording, in the same memory.
-struct Run<'a, const N: usize, const M: usize> {
-    steps: &'a [Step<N, M>],
+struct EmRun<'a, const N: usize, const M: usize> {
+    steps: &'a [LinearStep<N, M>],
     /// Whether the noises of the measurements are estimated as one matrix.
     joint_R: bool,
-    filtered: Filtered<N>,
+    filtered: FilteredRecording<N>,
     evaluations: usize,
 }
 
-impl<const N: usize, const M: usize> Run<'_, N, M> {
-    fn evaluate(&mut self, parameters: &Parameters<N, M>) -> Result<Point<N, M>, PassError> {
+impl<const N: usize, const M: usize> EmRun<'_, N, M> {
+    fn evaluate_parameters(
+        &mut self,
+        parameters: &NoiseParameters<N, M>,
+    ) -> Result<EmPoint<N, M>, PassError> {
         self.evaluations += 1;
-        self.filtered.run(self.steps, parameters)?;
-        let moments = expectation(self.steps, &self.filtered, parameters, self.joint_R)?;
+        self.filtered.filter_into(self.steps, parameters)?;
+        let moments = expected_noise_moments(self.steps, &self.filtered, parameters, self.joint_R)?;
         let log_likelihood = self.filtered.log_likelihood;
-        Ok(Point { parameters: *parameters, log_likelihood, moments })
+        Ok(EmPoint { parameters: *parameters, log_likelihood, moments })
     }
 
     /// The extrapolated point, or the one after another step of EM, unless the recording is less probable
     /// there. EM mostly corrects an extrapolation that went too far.
-    fn better(
+    fn accept_extrapolation(
         &mut self,
-        em: &Em<N, M>,
-        ahead: &Parameters<N, M>,
+        em: &EmSettings<N, M>,
+        ahead: &NoiseParameters<N, M>,
         than: f64,
-    ) -> Option<Point<N, M>> {
-        let jump = self.evaluate(ahead).ok()?;
+    ) -> Option<EmPoint<N, M>> {
+        let jump = self.evaluate_parameters(ahead).ok()?;
         if jump.log_likelihood >= than {
             return Some(jump);
         }
         if self.evaluations >= em.max_evaluations {
             return None;
         }
-        let mended = self.evaluate(&em.maximise(&jump)).ok()?;
+        let mended = self.evaluate_parameters(&em.maximise_parameters(&jump)).ok()?;
         (mended.log_likelihood >= than).then_some(mended)
     }
 }
 
 /// n / 2 ((C⁻¹ S)_ii − 1): derivative of the log-likelihood with respect to the logarithm of each
 /// variance in C, correlations held (Fisher's identity).
-fn slope<const D: usize>(
-    freedom: &Freedom<D>,
+fn log_variance_slope<const D: usize>(
+    freedom: &CovarianceStructure<D>,
     C: &SMatrix<f64, D, D>,
     S: &SMatrix<f64, D, D>,
     n: &[usize; D],

@@ -8,7 +8,7 @@ use std::fmt;
 use nalgebra::{Cholesky, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::gaussian::{Gaussian, symmetric};
+use crate::gaussian::{Gaussian, symmetric_part};
 
 /// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,7 +57,7 @@ pub fn predict<const N: usize>(
     F: &SMatrix<f64, N, N>,
     Q: &SMatrix<f64, N, N>,
 ) -> Gaussian<N> {
-    Gaussian { mean: mean_after, cov: symmetric(&(F * before.cov * F.transpose() + Q)) }
+    Gaussian { mean: mean_after, cov: symmetric_part(&(F * before.cov * F.transpose() + Q)) }
 }
 
 /// Correction by a measurement y = h(x) + noise, given its residual y − h(mean).
@@ -72,14 +72,14 @@ pub fn predict<const N: usize>(
 /// [`UpdateError::NotFinite`] for a residual or an S with an infinity or NaN,
 /// [`UpdateError::NotPositiveDefinite`] if S has no Cholesky factor.
 #[inline]
-pub fn update<const N: usize, const M: usize>(
+pub fn measurement_update<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
     residual: &SVector<f64, M>,
     H: &SMatrix<f64, M, N>,
     R: &SMatrix<f64, M, M>,
 ) -> Result<(Gaussian<N>, Innovation<M>), UpdateError> {
     let HP = H * prior.cov;
-    let S = symmetric(&(HP * H.transpose() + R));
+    let S = symmetric_part(&(HP * H.transpose() + R));
     if !residual.iter().chain(S.iter()).all(|x| x.is_finite()) {
         return Err(UpdateError::NotFinite);
     }
@@ -89,7 +89,7 @@ pub fn update<const N: usize, const M: usize>(
     let I_KH = SMatrix::identity() - K * H;
     let posterior = Gaussian {
         mean: prior.mean + K * residual,
-        cov: symmetric(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
+        cov: symmetric_part(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
     };
 
     let nis = residual.dot(&factor.solve(residual));

@@ -7,9 +7,9 @@ use std::fmt;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::filter::{UpdateError, predict, update};
+use crate::filter::{UpdateError, measurement_update, predict};
 use crate::gaussian::Gaussian;
-use crate::step::{Parameters, Step};
+use crate::step::{LinearStep, NoiseParameters};
 
 /// Failure of a pass over a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,7 @@ impl Error for PassError {
 
 /// Agreement of one step with its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Fit {
+pub struct StepFit {
     /// Normalised innovation squared (NIS): χ² with `observed` degrees of freedom if the model is right.
     pub nis: f64,
     /// Logarithm of the density of the measurement, given all measurements before it.
@@ -72,13 +72,13 @@ pub struct Fit {
 
 /// A filtered recording.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Filtered<const N: usize> {
+pub struct FilteredRecording<const N: usize> {
     /// State of each step, given the measurements before it.
     pub prior: Vec<Gaussian<N>>,
     /// State of each step, given the measurements up to it.
     pub posterior: Vec<Gaussian<N>>,
     /// Agreement of each step with its prediction.
-    pub fit: Vec<Fit>,
+    pub fit: Vec<StepFit>,
     /// Logarithm of the density of the whole recording.
     pub log_likelihood: f64,
 }
@@ -88,21 +88,21 @@ pub struct Filtered<const N: usize> {
 /// # Errors
 ///
 /// [`PassError::Update`] for a measurement that is infinite or a covariance that is lost.
-pub fn forward<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    parameters: &Parameters<N, M>,
-) -> Result<Filtered<N>, PassError> {
-    let mut filtered = Filtered::default();
-    filtered.run(steps, parameters)?;
+pub fn filter_forward<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    parameters: &NoiseParameters<N, M>,
+) -> Result<FilteredRecording<N>, PassError> {
+    let mut filtered = FilteredRecording::default();
+    filtered.filter_into(steps, parameters)?;
     Ok(filtered)
 }
 
-impl<const N: usize> Filtered<N> {
+impl<const N: usize> FilteredRecording<N> {
     /// Filters into the memory of an earlier pass.
-    pub(crate) fn run<const M: usize>(
+    pub(crate) fn filter_into<const M: usize>(
         &mut self,
-        steps: &[Step<N, M>],
-        parameters: &Parameters<N, M>,
+        steps: &[LinearStep<N, M>],
+        parameters: &NoiseParameters<N, M>,
     ) -> Result<(), PassError> {
         self.prior.clear();
         self.posterior.clear();
@@ -110,7 +110,7 @@ impl<const N: usize> Filtered<N> {
         self.log_likelihood = 0.0;
         let mut prior = parameters.start;
         for (k, step) in steps.iter().enumerate() {
-            let (posterior, fit) = correct(&prior, step, &parameters.R)
+            let (posterior, fit) = correct_prediction(&prior, step, &parameters.R)
                 .map_err(|source| PassError::Update { step: k, source })?;
             self.prior.push(prior);
             self.posterior.push(posterior);
@@ -128,11 +128,11 @@ const PLAIN_SUBTRACTION: f64 = 1e-10;
 
 /// Corrects a prediction by the measurement of a step.
 #[inline]
-pub(crate) fn correct<const N: usize, const M: usize>(
+pub(crate) fn correct_prediction<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
-    step: &Step<N, M>,
+    step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
-) -> Result<(Gaussian<N>, Fit), UpdateError> {
+) -> Result<(Gaussian<N>, StepFit), UpdateError> {
     match correct_one_by_one(prior, step, R) {
         Some(corrected) => Ok(corrected),
         None => correct_at_once(prior, step, R),
@@ -152,14 +152,14 @@ pub(crate) fn is_diagonal<const M: usize>(R: &SMatrix<f64, M, M>) -> bool {
 #[inline]
 fn correct_one_by_one<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
-    step: &Step<N, M>,
+    step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
-) -> Option<(Gaussian<N>, Fit)> {
+) -> Option<(Gaussian<N>, StepFit)> {
     if !is_diagonal(R) {
         return None;
     }
     let mut x = *prior;
-    let mut fit = Fit::default();
+    let mut fit = StepFit::default();
     for i in 0..M {
         if step.y[i].is_nan() {
             continue;
@@ -187,9 +187,9 @@ fn correct_one_by_one<const N: usize, const M: usize>(
 /// has no effect.
 fn correct_at_once<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
-    step: &Step<N, M>,
+    step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
-) -> Result<(Gaussian<N>, Fit), UpdateError> {
+) -> Result<(Gaussian<N>, StepFit), UpdateError> {
     let (mut H, mut R) = (step.H, *R);
     let mut residual = step.y - step.H * prior.mean;
     let absent = step.y.map(f64::is_nan);
@@ -200,16 +200,16 @@ fn correct_at_once<const N: usize, const M: usize>(
         R.column_mut(i).fill(0.0);
         R[(i, i)] = 1.0;
     }
-    let (posterior, innovation) = update(prior, &residual, &H, &R)?;
+    let (posterior, innovation) = measurement_update(prior, &residual, &H, &R)?;
     let missing = absent.iter().filter(|absent| **absent).count();
     let log_likelihood = innovation.log_likelihood + 0.5 * missing as f64 * TAU.ln();
-    Ok((posterior, Fit { nis: innovation.nis, log_likelihood, observed: M - missing }))
+    Ok((posterior, StepFit { nis: innovation.nis, log_likelihood, observed: M - missing }))
 }
 
 /// Measured less predicted, ν = y − H x; zero for absent components.
 #[inline]
-pub(crate) fn residual<const N: usize, const M: usize>(
-    step: &Step<N, M>,
+pub(crate) fn measurement_residual<const N: usize, const M: usize>(
+    step: &LinearStep<N, M>,
     x: &SVector<f64, N>,
 ) -> SVector<f64, M> {
     (step.y - step.H * x).zip_map(&step.y, |e, y| if y.is_nan() { 0.0 } else { e })

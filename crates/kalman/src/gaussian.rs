@@ -14,6 +14,6 @@ pub struct Gaussian<const N: usize> {
 
 /// Symmetric part of a matrix; rounding alone makes a computed covariance need it.
 #[inline]
-pub(crate) fn symmetric<const N: usize>(cov: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+pub(crate) fn symmetric_part<const N: usize>(cov: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     (cov + cov.transpose()) * 0.5
 }

@@ -69,10 +69,7 @@
 //! [`augmented`] is an extended filter over any kind of number, such as those with derivatives: rates and their derivatives go in, sensors
 //! may err, and each may have coloured noise, whose states are added to those of the model.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod augmented;
 mod consistency;
@@ -87,12 +84,14 @@ mod model;
 mod rts;
 mod step;
 
-pub use consistency::{Consistency, MeanNis};
-pub use discretise::{discretise, transition};
-pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
-pub use filter::{Innovation, UpdateError, predict, update};
-pub use forward::{Filtered, Fit, PassError, forward};
+pub use consistency::{MeanNis, NisConsistency};
+pub use discretise::{discretise, transition_matrix};
+pub use em::{
+    CovarianceStructure, EmError, EmEstimate, EmSettings, EmStatus, InitialStateUpdate, LikelihoodFall,
+};
+pub use filter::{Innovation, UpdateError, measurement_update, predict};
+pub use forward::{FilteredRecording, PassError, StepFit, filter_forward};
 pub use gaussian::Gaussian;
-pub use model::{Model, extended, linearise};
-pub use rts::{Smoothed, smooth, smooth_step};
-pub use step::{Parameters, Step};
+pub use model::{NonlinearModel, linearise_along_trajectory, linearise_by_extended_filter};
+pub use rts::{SmoothedRecording, smooth_recording, smooth_step};
+pub use step::{LinearStep, NoiseParameters};

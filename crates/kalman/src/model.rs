@@ -4,11 +4,11 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::filter::predict;
-use crate::forward::{PassError, correct};
-use crate::step::{Parameters, Step};
+use crate::forward::{PassError, correct_prediction};
+use crate::step::{LinearStep, NoiseParameters};
 
 /// A nonlinear model: x_{k+1} = f_k(x_k) + w_k, y_k = h_k(x_k) + v_k. The inputs are its own.
-pub trait Model<const N: usize, const M: usize> {
+pub trait NonlinearModel<const N: usize, const M: usize> {
     /// f_k(x), and its Jacobian there.
     fn transition(&self, k: usize, x: &SVector<f64, N>) -> (SVector<f64, N>, SMatrix<f64, N, N>);
 
@@ -16,22 +16,22 @@ pub trait Model<const N: usize, const M: usize> {
     fn measurement(&self, k: usize, x: &SVector<f64, N>) -> (SVector<f64, M>, SMatrix<f64, M, N>);
 }
 
-impl<const N: usize, const M: usize> Step<N, M> {
+impl<const N: usize, const M: usize> LinearStep<N, M> {
     /// A step that is measured as `y`, tangent to the model at x; it leads nowhere yet.
-    fn measured(
-        model: &impl Model<N, M>,
+    fn from_measurement(
+        model: &impl NonlinearModel<N, M>,
         k: usize,
         x: &SVector<f64, N>,
         y: &SVector<f64, M>,
     ) -> Self {
         let (predicted, H) = model.measurement(k, x);
-        Step { y: y - (predicted - H * x), H, F: SMatrix::identity(), b: SVector::zeros() }
+        LinearStep { y: y - (predicted - H * x), H, F: SMatrix::identity(), b: SVector::zeros() }
     }
 
     /// The same step, that leads to the next one along the tangent to the model at x.
-    fn leading(self, model: &impl Model<N, M>, k: usize, x: &SVector<f64, N>) -> Self {
+    fn with_transition(self, model: &impl NonlinearModel<N, M>, k: usize, x: &SVector<f64, N>) -> Self {
         let (after, F) = model.transition(k, x);
-        Step { F, b: after - F * x, ..self }
+        LinearStep { F, b: after - F * x, ..self }
     }
 }
 
@@ -39,15 +39,15 @@ impl<const N: usize, const M: usize> Step<N, M> {
 ///
 /// Along a smoothed trajectory, smoothing the result once more is one step of Gauss and Newton
 /// towards the most probable trajectory.
-pub fn linearise<const N: usize, const M: usize>(
-    model: &impl Model<N, M>,
+pub fn linearise_along_trajectory<const N: usize, const M: usize>(
+    model: &impl NonlinearModel<N, M>,
     measured: &[SVector<f64, M>],
     trajectory: &[SVector<f64, N>],
-) -> Vec<Step<N, M>> {
+) -> Vec<LinearStep<N, M>> {
     let last = measured.len().saturating_sub(1);
     let tangent = |(k, (y, x)): (usize, (&SVector<f64, M>, &SVector<f64, N>))| {
-        let step = Step::measured(model, k, x, y);
-        if k < last { step.leading(model, k, x) } else { step }
+        let step = LinearStep::from_measurement(model, k, x, y);
+        if k < last { step.with_transition(model, k, x) } else { step }
     };
     measured.iter().zip(trajectory).enumerate().map(tangent).collect()
 }
@@ -58,22 +58,22 @@ pub fn linearise<const N: usize, const M: usize>(
 /// # Errors
 ///
 /// [`PassError`] if a covariance is lost on the way, with the step.
-pub fn extended<const N: usize, const M: usize>(
-    model: &impl Model<N, M>,
+pub fn linearise_by_extended_filter<const N: usize, const M: usize>(
+    model: &impl NonlinearModel<N, M>,
     measured: &[SVector<f64, M>],
-    parameters: &Parameters<N, M>,
-) -> Result<Vec<Step<N, M>>, PassError> {
+    parameters: &NoiseParameters<N, M>,
+) -> Result<Vec<LinearStep<N, M>>, PassError> {
     let mut prior = parameters.start;
     let mut steps = Vec::with_capacity(measured.len());
     for (k, y) in measured.iter().enumerate() {
-        let step = Step::measured(model, k, &prior.mean, y);
-        let (posterior, _) = correct(&prior, &step, &parameters.R)
+        let step = LinearStep::from_measurement(model, k, &prior.mean, y);
+        let (posterior, _) = correct_prediction(&prior, &step, &parameters.R)
             .map_err(|source| PassError::Update { step: k, source })?;
         if k + 1 == measured.len() {
             steps.push(step);
             break;
         }
-        let step = step.leading(model, k, &posterior.mean);
+        let step = step.with_transition(model, k, &posterior.mean);
         prior = predict(&posterior, step.F * posterior.mean + step.b, &step.F, &parameters.Q);
         steps.push(step);
     }

@@ -3,13 +3,13 @@
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::{Filtered, PassError};
-use crate::gaussian::{Gaussian, symmetric};
-use crate::step::Step;
+use crate::forward::{FilteredRecording, PassError};
+use crate::gaussian::{Gaussian, symmetric_part};
+use crate::step::LinearStep;
 
 /// A smoothed recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed<const N: usize> {
+pub struct SmoothedRecording<const N: usize> {
     /// State of each step, given all measurements.
     pub states: Vec<Gaussian<N>>,
     /// Cov(x_{k+1}, x_k) given all measurements, of each step but the last.
@@ -17,7 +17,7 @@ pub struct Smoothed<const N: usize> {
 }
 
 /// Relation of a step to the next one, given all measurements.
-pub(crate) struct Link<'a, const N: usize> {
+pub(crate) struct SmootherLink<'a, const N: usize> {
     /// The next step's state, given all measurements.
     pub next: &'a Gaussian<N>,
     /// Smoother gain J = P_{k|k} Fᵀ P_{k+1|k}⁻¹.
@@ -43,19 +43,19 @@ pub(crate) struct Link<'a, const N: usize> {
 /// # Panics
 ///
 /// If `filtered` is not of these steps.
-pub fn smooth<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    filtered: &Filtered<N>,
-) -> Result<Smoothed<N>, PassError> {
+pub fn smooth_recording<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    filtered: &FilteredRecording<N>,
+) -> Result<SmoothedRecording<N>, PassError> {
     let mut states = Vec::with_capacity(steps.len());
     let mut lag_one = Vec::with_capacity(steps.len().saturating_sub(1));
-    sweep(steps, filtered, |_, state, link| {
+    backward_sweep(steps, filtered, |_, state, link| {
         states.push(*state);
         lag_one.extend(link.map(|link| link.next.cov * link.J.transpose()));
     })?;
     states.reverse();
     lag_one.reverse();
-    Ok(Smoothed { states, lag_one })
+    Ok(SmoothedRecording { states, lag_one })
 }
 
 /// The state of a step given all measurements, from its filtered state, the transition `F` to the next step, and that step's state as
@@ -66,38 +66,38 @@ pub fn smooth_step<const N: usize>(
     predicted: &Gaussian<N>,
     next: &Gaussian<N>,
 ) -> Option<Gaussian<N>> {
-    link(filtered, F, predicted, next).map(|(state, _)| state)
+    smoother_link(filtered, F, predicted, next).map(|(state, _)| state)
 }
 
 #[inline]
-fn link<'a, const N: usize>(
+fn smoother_link<'a, const N: usize>(
     filtered: &Gaussian<N>,
     F: &SMatrix<f64, N, N>,
     predicted: &Gaussian<N>,
     next: &'a Gaussian<N>,
-) -> Option<(Gaussian<N>, Link<'a, N>)> {
+) -> Option<(Gaussian<N>, SmootherLink<'a, N>)> {
     let inverse = Cholesky::new(predicted.cov)?.inverse();
     let J = filtered.cov * F.transpose() * inverse;
     let (shift, shrink) = (next.mean - predicted.mean, next.cov - predicted.cov);
     let state = Gaussian {
         mean: filtered.mean + J * shift,
-        cov: symmetric(&(filtered.cov + J * shrink * J.transpose())),
+        cov: symmetric_part(&(filtered.cov + J * shrink * J.transpose())),
     };
-    Some((state, Link { next, J, inverse, shift, shrink }))
+    Some((state, SmootherLink { next, J, inverse, shift, shrink }))
 }
 
 /// Goes from the last step to the first, and shows each smoothed state with its link to the next.
 #[inline]
-pub(crate) fn sweep<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    filtered: &Filtered<N>,
-    mut visit: impl FnMut(usize, &Gaussian<N>, Option<Link<'_, N>>),
+pub(crate) fn backward_sweep<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    filtered: &FilteredRecording<N>,
+    mut visit: impl FnMut(usize, &Gaussian<N>, Option<SmootherLink<'_, N>>),
 ) -> Result<(), PassError> {
     assert_eq!(steps.len(), filtered.posterior.len(), "steps of the filtered recording");
     let Some(mut next) = filtered.posterior.last().copied() else { return Ok(()) };
     visit(steps.len() - 1, &next, None);
     for k in (0..steps.len() - 1).rev() {
-        let linked = link(&filtered.posterior[k], &steps[k].F, &filtered.prior[k + 1], &next);
+        let linked = smoother_link(&filtered.posterior[k], &steps[k].F, &filtered.prior[k + 1], &next);
         let (state, link) = linked.ok_or(PassError::Prior { step: k + 1 })?;
         visit(k, &state, Some(link));
         next = state;

@@ -9,7 +9,7 @@ use crate::gaussian::Gaussian;
 ///
 /// With the state x_k the recording is y_k = H_k x_k + v_k and x_{k+1} = F_k x_k + b_k + w_k.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step<const N: usize, const M: usize> {
+pub struct LinearStep<const N: usize, const M: usize> {
     /// Measurement less its part that does not depend on the state, such as the feed-through of an input.
     /// NaN stands for an absent component.
     pub y: SVector<f64, M>,
@@ -24,7 +24,7 @@ pub struct Step<const N: usize, const M: usize> {
 /// The Gaussian quantities of a recording: the state at its first sample, before its measurement, and the
 /// noises.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters<const N: usize, const M: usize> {
+pub struct NoiseParameters<const N: usize, const M: usize> {
     /// State at the first step before its measurement.
     pub start: Gaussian<N>,
     /// Covariance of w, the noise of one transition.

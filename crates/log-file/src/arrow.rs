@@ -18,7 +18,7 @@ use arrow_schema::{Schema, SchemaRef};
 
 use crate::arrays::SchemaChannels;
 use crate::panic_guard::catch_panics;
-use crate::{Channel, ChunkCallback, Clock, Error, LogReader};
+use crate::{ChunkCallback, Error, LogChannel, LogClock, LogReader};
 
 /// What files begin with, those of version 1 of Feather, and streams.
 const FILE: &[u8] = b"ARROW1\0\0";
@@ -26,7 +26,7 @@ const FEATHER_1: &[u8] = b"FEA1";
 const STREAM: [u8; 4] = [0xff; 4];
 
 /// Whether a file begins like this.
-pub fn is(head: &[u8]) -> bool {
+pub fn is_arrow(head: &[u8]) -> bool {
     // The first message of a stream, the schema, is short.
     let short = head.get(4..8).is_some_and(|it| it[3] == 0 && it[..3] != [0; 3]);
     head.starts_with(FILE) || head.starts_with(FEATHER_1) || (head.starts_with(&STREAM) && short)
@@ -36,7 +36,7 @@ pub fn is(head: &[u8]) -> bool {
 const LARGEST: u64 = 1 << 31;
 
 /// An Arrow file or stream.
-pub struct Arrow {
+pub struct ArrowLog {
     file: BufReader<File>,
     length: u64,
     /// The first byte behind the schema of a stream.
@@ -51,20 +51,20 @@ pub struct Arrow {
 }
 
 /// A message: its metadata, and the body.
-struct Message {
+struct IpcMessage {
     metadata: Vec<u8>,
     body: Buffer,
 }
 
 /// Sorts places of fields without repetition, and gives where each is then: readers hand over columns in the order of the file.
-pub fn ordered(places: &mut Vec<usize>) -> Vec<usize> {
+pub fn sort_unique_with_ranks(places: &mut Vec<usize>) -> Vec<usize> {
     let wanted = places.clone();
     places.sort_unstable();
     places.dedup();
     wanted.iter().filter_map(|it| places.binary_search(it).ok()).collect()
 }
 
-impl Arrow {
+impl ArrowLog {
     /// Reads the schema.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut file = BufReader::new(File::open(path)?);
@@ -76,24 +76,15 @@ impl Arrow {
             return Err(Error::new(format!("{what}: write it again with a newer library")));
         }
         if head == FILE
-            && let Some((schema, places)) = footer(&mut file, length)?
+            && let Some((schema, places)) = read_footer(&mut file, length)?
         {
             let fields = SchemaChannels::new(&schema, None);
             let (schema, places) = (Arc::new(schema), Some(places));
-            return Ok(Arrow {
-                file,
-                length,
-                begin: 0,
-                places,
-                read: 0,
-                schema,
-                fields,
-                cut: false,
-            });
+            return Ok(ArrowLog { file, length, begin: 0, places, read: 0, schema, fields, cut: false });
         }
-        let begin = if head == FILE { behind_padding(&mut file)? } else { 0 };
+        let begin = if head == FILE { stream_start(&mut file)? } else { 0 };
         file.seek(SeekFrom::Start(begin))?;
-        let mut arrow = Arrow {
+        let mut arrow = ArrowLog {
             file,
             length,
             begin: 0,
@@ -103,9 +94,8 @@ impl Arrow {
             fields: SchemaChannels::new(&Schema::empty(), None),
             cut: false,
         };
-        let none =
-            || Error::new("expected a schema at the beginning of the Arrow file, found none");
-        let message = arrow.next()?.ok_or_else(none)?;
+        let none = || Error::new("expected a schema at the beginning of the Arrow file, found none");
+        let message = arrow.read_next_message()?.ok_or_else(none)?;
         let schema = catch_panics("Arrow", || {
             let message = root_as_message(&message.metadata).map_err(|it| it.to_string())?;
             let schema = message.header_as_schema().ok_or("no schema at its beginning")?;
@@ -118,28 +108,26 @@ impl Arrow {
     }
 
     /// The message of a turn, from 0 on: by the footer, or the one behind the one before.
-    fn message(&mut self, turn: usize) -> Result<Option<Message>, Error> {
-        let Some(places) = &self.places else { return self.next() };
+    fn read_message(&mut self, turn: usize) -> Result<Option<IpcMessage>, Error> {
+        let Some(places) = &self.places else { return self.read_next_message() };
         let Some(at) = places.get(turn).copied() else { return Ok(None) };
         self.file.seek(SeekFrom::Start(at))?;
         let none = || {
-            Error::new(format!(
-                "byte {at}: the footer of the Arrow file expects a message here, found none"
-            ))
+            Error::new(format!("byte {at}: the footer of the Arrow file expects a message here, found none"))
         };
-        self.next()?.map(Some).ok_or_else(none)
+        self.read_next_message()?.map(Some).ok_or_else(none)
     }
 
     /// The next message; nothing at the end, or where the file was cut off.
-    fn next(&mut self) -> Result<Option<Message>, Error> {
+    fn read_next_message(&mut self) -> Result<Option<IpcMessage>, Error> {
         let at = self.file.stream_position()?;
-        let Some(mut size) = self.word()? else {
+        let Some(mut size) = self.read_u32()? else {
             self.cut = true;
             return Ok(None);
         };
         // Streams before version 0.15 have no such word.
         if size == u32::from_le_bytes(STREAM) {
-            let Some(next) = self.word()? else { return Ok(None) };
+            let Some(next) = self.read_u32()? else { return Ok(None) };
             size = next;
         }
         let left = |file: &mut BufReader<File>, length: u64| {
@@ -172,10 +160,10 @@ impl Arrow {
         }
         let mut body = vec![0; length as usize];
         self.file.read_exact(&mut body)?;
-        Ok(Some(Message { metadata, body: body.into() }))
+        Ok(Some(IpcMessage { metadata, body: body.into() }))
     }
 
-    fn word(&mut self) -> Result<Option<u32>, Error> {
+    fn read_u32(&mut self) -> Result<Option<u32>, Error> {
         let mut bytes = Vec::new();
         (&mut self.file).take(4).read_to_end(&mut bytes)?;
         Ok(bytes.try_into().ok().map(u32::from_le_bytes))
@@ -183,7 +171,7 @@ impl Arrow {
 }
 
 /// The first byte of the stream in a file: writers fill up with zeros to 8 or 64 bytes.
-fn behind_padding(file: &mut BufReader<File>) -> Result<u64, Error> {
+fn stream_start(file: &mut BufReader<File>) -> Result<u64, Error> {
     let mut begin = FILE.len() as u64;
     file.seek(SeekFrom::Start(begin))?;
     let mut bytes = [0; 8];
@@ -194,7 +182,7 @@ fn behind_padding(file: &mut BufReader<File>) -> Result<u64, Error> {
 }
 
 /// The schema, and where the messages of dictionaries and batches are; nothing where a file has no sound footer.
-fn footer(file: &mut BufReader<File>, length: u64) -> Result<Option<(Schema, Vec<u64>)>, Error> {
+fn read_footer(file: &mut BufReader<File>, length: u64) -> Result<Option<(Schema, Vec<u64>)>, Error> {
     let mut end = [0; 10];
     if length < FILE.len() as u64 + end.len() as u64 {
         return Ok(None);
@@ -217,7 +205,7 @@ fn footer(file: &mut BufReader<File>, length: u64) -> Result<Option<(Schema, Vec
 }
 
 /// Refuses a batch whose packed parts claim to be larger than any of them may be: memory for them would be taken at once.
-fn small(batch: &Batch, body: &Buffer) -> Result<(), String> {
+fn check_batch_size(batch: &Batch, body: &Buffer) -> Result<(), String> {
     if batch.compression().is_none() {
         return Ok(());
     }
@@ -226,61 +214,54 @@ fn small(batch: &Batch, body: &Buffer) -> Result<(), String> {
         let Some(stated) = at.checked_add(8).and_then(|end| body.get(at..end)) else { continue };
         let stated = stated.iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
         if stated > LARGEST && stated != u64::MAX {
-            return Err(format!(
-                "a column of {stated} bytes in one batch, expected at most {LARGEST}"
-            ));
+            return Err(format!("a column of {stated} bytes in one batch, expected at most {LARGEST}"));
         }
     }
     Ok(())
 }
 
-impl LogReader for Arrow {
-    fn channels(&self) -> &[Channel] {
+impl LogReader for ArrowLog {
+    fn channels(&self) -> &[LogChannel] {
         &self.fields.channels
     }
 
-    fn clocks(&self) -> &[Clock] {
+    fn clocks(&self) -> &[LogClock] {
         &self.fields.clocks
     }
 
-    fn read_chunks(
-        &mut self,
-        _clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error> {
+    fn read_chunks(&mut self, _clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
         self.file.seek(SeekFrom::Start(self.begin))?;
         (self.cut, self.read) = (false, 0);
         let mut places: Vec<usize> = wanted.iter().map(|it| self.fields.places[*it]).collect();
-        let columns = ordered(&mut places);
+        let columns = sort_unique_with_ranks(&mut places);
         let mut known: HashMap<i64, ArrayRef> = HashMap::new();
         let schema = self.schema.clone();
         let mut turn = 0;
-        while let Some(Message { metadata, body }) = self.message(turn)? {
+        while let Some(IpcMessage { metadata, body }) = self.read_message(turn)? {
             turn += 1;
             let batch = catch_panics("Arrow", || {
                 let message = root_as_message(&metadata).map_err(|it| it.to_string())?;
                 let version = message.version();
                 if message.header_type() == MessageHeader::DictionaryBatch {
                     let batch = message.header_as_dictionary_batch().ok_or("no dictionary")?;
-                    small(&batch.data().ok_or("an empty dictionary")?, &body)?;
+                    check_batch_size(&batch.data().ok_or("an empty dictionary")?, &body)?;
                     let added = read_dictionary(&body, batch, &schema, &mut known, &version);
                     return added.map(|()| None).map_err(|it| it.to_string());
                 }
                 let Some(batch) = message.header_as_record_batch() else { return Ok(None) };
-                small(&batch, &body)?;
+                check_batch_size(&batch, &body)?;
                 let read = (schema.clone(), &known, Some(&places[..]));
                 let batch = read_record_batch(&body, batch, read.0, read.1, read.2, &version);
                 batch.map(Some).map_err(|it| it.to_string())
             })?;
-            if batch.is_some_and(|batch| !SchemaChannels::emit(&batch, &columns, take)) {
+            if batch.is_some_and(|batch| !SchemaChannels::emit_batch(&batch, &columns, take)) {
                 break;
             }
         }
         Ok(())
     }
 
-    fn left_out(&self) -> Vec<String> {
+    fn skipped_contents(&self) -> Vec<String> {
         self.fields.left_out.clone()
     }
 

@@ -14,13 +14,13 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use crate::{
-    CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time, Values, clock,
-    text, unit,
+    CHUNK_ROWS, ChannelKind, ChannelValues, ChunkCallback, ClockTime, Error, LogChannel, LogClock, LogReader,
+    decode_text, find_or_add_clock, parse_logger_unit,
 };
 pub use writer::{LdChannel, LdSession, LdWriter, ld_names};
 
 /// Whether a file begins like this.
-pub fn is(head: &[u8]) -> bool {
+pub fn is_ld(head: &[u8]) -> bool {
     head.starts_with(&[0x40, 0, 0, 0, 0, 0, 0, 0]) && head.len() >= HEADER
 }
 
@@ -31,10 +31,10 @@ const CHANNEL: usize = 84;
 const CHANNEL_BLOCK: usize = 124;
 
 /// A MoTeC file.
-pub struct Ld {
+pub struct LdLog {
     file: File,
-    channels: Vec<Channel>,
-    clocks: Vec<Clock>,
+    channels: Vec<LogChannel>,
+    clocks: Vec<LogClock>,
     blocks: Vec<SampleBlock>,
     left_out: Vec<String>,
     warnings: Vec<String>,
@@ -64,7 +64,7 @@ enum SampleFormat {
 
 impl SampleFormat {
     /// The storage of a class and a size: 0, 3, 5 and 6 are integers, 7 and 8 are floating point.
-    fn of(class: u16, size: u16) -> Option<Self> {
+    fn from_class_and_size(class: u16, size: u16) -> Option<Self> {
         match (class, size) {
             (0 | 3 | 5 | 6, 2) => Some(Self::I16),
             (0 | 3 | 5 | 6, 4) => Some(Self::I32),
@@ -75,7 +75,7 @@ impl SampleFormat {
         }
     }
 
-    fn size(self) -> usize {
+    fn size_in_bytes(self) -> usize {
         match self {
             Self::I16 | Self::F16 => 2,
             Self::I32 | Self::F32 => 4,
@@ -83,7 +83,7 @@ impl SampleFormat {
         }
     }
 
-    fn read(self, bytes: &[u8]) -> f64 {
+    fn decode_sample(self, bytes: &[u8]) -> f64 {
         let two = || [bytes[0], bytes[1]];
         let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
         match self {
@@ -96,14 +96,14 @@ impl SampleFormat {
     }
 }
 
-impl Ld {
+impl LdLog {
     /// Reads the list of channels.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut file = File::open(path)?;
         let length = file.metadata()?.len();
         let mut header = [0; HEADER];
         file.read_exact(&mut header)?;
-        let mut ld = Ld {
+        let mut ld = LdLog {
             file,
             channels: vec![],
             clocks: vec![],
@@ -112,7 +112,7 @@ impl Ld {
             warnings: vec![],
             unscaled: vec![],
         };
-        let (mut next, mut seen) = (word(&header, 8), HashSet::new());
+        let (mut next, mut seen) = (u32_at(&header, 8), HashSet::new());
         while next != 0 {
             if !seen.insert(next) {
                 ld.warnings.push(format!("the list of channels goes in a circle at byte {next}"));
@@ -127,8 +127,8 @@ impl Ld {
             let mut bytes = [0; CHANNEL];
             ld.file.seek(SeekFrom::Start(next.into()))?;
             ld.file.read_exact(&mut bytes)?;
-            ld.add(&bytes, length);
-            next = word(&bytes, 4);
+            ld.add_channel(&bytes, length);
+            next = u32_at(&bytes, 4);
         }
         match ld.channels.is_empty() {
             false => Ok(ld),
@@ -140,13 +140,12 @@ impl Ld {
     }
 
     /// Adds a channel, or says why it is left out.
-    fn add(&mut self, bytes: &[u8; CHANNEL], length: u64) {
-        let at = u64::from(word(bytes, 8));
-        let [class, size, rate] = [18, 20, 22].map(|at| half_word(bytes, at));
-        let [offset, factor, divisor, decimals] =
-            [24, 26, 28, 30].map(|at| half_word(bytes, at) as i16);
-        let name = text(&bytes[32..64]);
-        let Some(number) = SampleFormat::of(class, size) else {
+    fn add_channel(&mut self, bytes: &[u8; CHANNEL], length: u64) {
+        let at = u64::from(u32_at(bytes, 8));
+        let [class, size, rate] = [18, 20, 22].map(|at| u16_at(bytes, at));
+        let [offset, factor, divisor, decimals] = [24, 26, 28, 30].map(|at| u16_at(bytes, at) as i16);
+        let name = decode_text(&bytes[32..64]);
+        let Some(number) = SampleFormat::from_class_and_size(class, size) else {
             let what = format!("numbers of class {class} and {size} bytes, which is unknown here");
             return self.left_out.push(format!("`{name}` is left out: it has {what}"));
         };
@@ -158,44 +157,39 @@ impl Ld {
         }
         let or_one = |it: i16| if it == 0 { 1 } else { it };
         let [factor, divisor] = [factor, divisor].map(or_one);
-        let stated = u64::from(word(bytes, 12));
-        let rows = stated.min(length.saturating_sub(at) / number.size() as u64);
+        let stated = u64::from(u32_at(bytes, 12));
+        let rows = stated.min(length.saturating_sub(at) / number.size_in_bytes() as u64);
         if rows < stated {
             let what = format!("{rows} of {stated} values, the file ends behind them");
             self.warnings.push(format!("`{name}` has {what}"));
         }
-        let clock = clock(&mut self.clocks, Time::Rate(rate.into()), Some(rows));
-        let (group, unit) = (String::new(), unit(&text(&bytes[72..84])));
-        self.channels.push(Channel { name, group, unit, clock, kind: ChannelKind::Number });
+        let clock = find_or_add_clock(&mut self.clocks, ClockTime::Rate(rate.into()), Some(rows));
+        let (group, unit) = (String::new(), parse_logger_unit(&decode_text(&bytes[72..84])));
+        self.channels.push(LogChannel { name, group, unit, clock, kind: ChannelKind::Number });
         let divisor = f64::from(divisor) * 10f64.powi(decimals.into());
         let [offset, factor] = [offset, factor].map(f64::from);
         self.blocks.push(SampleBlock { at, number, divisor, offset, factor });
     }
 }
 
-fn word(bytes: &[u8], at: usize) -> u32 {
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }
 
-fn half_word(bytes: &[u8], at: usize) -> u16 {
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-impl LogReader for Ld {
-    fn channels(&self) -> &[Channel] {
+impl LogReader for LdLog {
+    fn channels(&self) -> &[LogChannel] {
         &self.channels
     }
 
-    fn clocks(&self) -> &[Clock] {
+    fn clocks(&self) -> &[LogClock] {
         &self.clocks
     }
 
-    fn read_chunks(
-        &mut self,
-        clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error> {
+    fn read_chunks(&mut self, clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
         let rows = self.clocks[clock].rows.unwrap_or(0);
         let mut bytes = Vec::new();
         for first in (0..rows).step_by(CHUNK_ROWS) {
@@ -203,12 +197,13 @@ impl LogReader for Ld {
             let mut stretch = Vec::with_capacity(wanted.len());
             for channel in wanted {
                 let SampleBlock { at, number, divisor, offset, factor } = self.blocks[*channel];
-                bytes.resize(count * number.size(), 0);
-                self.file.seek(SeekFrom::Start(at + first * number.size() as u64))?;
+                bytes.resize(count * number.size_in_bytes(), 0);
+                self.file.seek(SeekFrom::Start(at + first * number.size_in_bytes() as u64))?;
                 self.file.read_exact(&mut bytes)?;
-                let value = |it: &[u8]| (number.read(it) / divisor + offset) * factor;
-                stretch
-                    .push(Values::Numbers(bytes.chunks_exact(number.size()).map(value).collect()));
+                let value = |it: &[u8]| (number.decode_sample(it) / divisor + offset) * factor;
+                stretch.push(ChannelValues::Numbers(
+                    bytes.chunks_exact(number.size_in_bytes()).map(value).collect(),
+                ));
             }
             if !take(&stretch) {
                 break;
@@ -217,7 +212,7 @@ impl LogReader for Ld {
         Ok(())
     }
 
-    fn left_out(&self) -> Vec<String> {
+    fn skipped_contents(&self) -> Vec<String> {
         self.left_out.clone()
     }
 

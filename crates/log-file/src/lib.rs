@@ -30,11 +30,11 @@ use std::io::Read as _;
 use std::path::Path;
 
 pub use ld::{LdChannel, LdSession, LdWriter, ld_names};
-pub use mdf_file::Values;
+pub use mdf_file::ChannelValues;
 
 /// A channel of a log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct LogChannel {
     /// Its name, as in the file.
     pub name: String,
     /// The group that it stands in; empty where a format has none.
@@ -60,16 +60,16 @@ pub enum ChannelKind {
 
 /// What the rows of some channels have in common.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clock {
+pub struct LogClock {
     /// Where their times are.
-    pub time: Time,
+    pub time: ClockTime,
     /// The number of rows, where the file tells it before it is read.
     pub rows: Option<u64>,
 }
 
 /// The times of rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Time {
+pub enum ClockTime {
     /// The file does not tell: the user names the channel.
     Unknown,
     /// The values of this channel.
@@ -82,42 +82,37 @@ pub enum Time {
 pub const CHUNK_ROWS: usize = 1 << 14;
 
 /// Takes a stretch of rows, the wanted channels in their order, and says whether it wants more.
-pub type ChunkCallback<'t> = &'t mut dyn FnMut(&[Values]) -> bool;
+pub type ChunkCallback<'t> = &'t mut dyn FnMut(&[ChannelValues]) -> bool;
 
 /// The reader of one format.
 pub trait LogReader {
     /// The channels, in the order of the file.
-    fn channels(&self) -> &[Channel];
+    fn channels(&self) -> &[LogChannel];
 
     /// The clocks that the channels refer to.
-    fn clocks(&self) -> &[Clock];
+    fn clocks(&self) -> &[LogClock];
 
     /// Hands over the rows of some channels, all of one clock, in stretches of about [`CHUNK_ROWS`] rows.
     ///
     /// # Errors
     /// When the file cannot be read or is damaged where these channels are.
-    fn read_chunks(
-        &mut self,
-        clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error>;
+    fn read_chunks(&mut self, clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error>;
 
     /// What the file has that is no channel, each with the reason.
-    fn left_out(&self) -> Vec<String>;
+    fn skipped_contents(&self) -> Vec<String>;
 
     /// Damage that was found up to now, one sentence each.
     fn warnings(&self) -> Vec<String>;
 }
 
 /// A log that is open.
-pub struct Log {
+pub struct LogFile {
     /// The name of its format.
     pub format: &'static str,
     source: Box<dyn LogReader>,
 }
 
-impl Log {
+impl LogFile {
     /// Opens a file; nothing when it has none of these formats.
     ///
     /// # Errors
@@ -127,35 +122,35 @@ impl Log {
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
         let (format, source): (_, Box<dyn LogReader>) = match () {
             () if mdf_file::is_mdf(&head) => {
-                let file = mdf::Mdf::open(path)?;
-                (file.format(), Box::new(file))
+                let file = mdf::MdfLog::open(path)?;
+                (file.format_name(), Box::new(file))
             }
-            () if ld::is(&head) => ("MoTeC ld", Box::new(ld::Ld::open(path)?)),
-            () if parquet::is(&head) => ("Parquet", Box::new(parquet::Parquet::open(path)?)),
-            () if arrow::is(&head) => ("Arrow", Box::new(arrow::Arrow::open(path)?)),
-            () if mat_file::is_mat(&head) => ("MAT", Box::new(mat::Mat::open(path)?)),
-            () if vbo::is(&head) => ("VBOX", Box::new(vbo::Vbo::open(path)?)),
+            () if ld::is_ld(&head) => ("MoTeC ld", Box::new(ld::LdLog::open(path)?)),
+            () if parquet::is_parquet(&head) => ("Parquet", Box::new(parquet::ParquetLog::open(path)?)),
+            () if arrow::is_arrow(&head) => ("Arrow", Box::new(arrow::ArrowLog::open(path)?)),
+            () if mat_file::is_mat(&head) => ("MAT", Box::new(mat::MatLog::open(path)?)),
+            () if vbo::is_vbo(&head) => ("VBOX", Box::new(vbo::VboLog::open(path)?)),
             () => return Ok(None),
         };
-        Ok(Some(Log { format, source }))
+        Ok(Some(LogFile { format, source }))
     }
 
     /// The channels, in the order of the file.
     #[must_use]
-    pub fn channels(&self) -> &[Channel] {
+    pub fn channels(&self) -> &[LogChannel] {
         self.source.channels()
     }
 
     /// The clocks of the channels.
     #[must_use]
-    pub fn clocks(&self) -> &[Clock] {
+    pub fn clocks(&self) -> &[LogClock] {
         self.source.clocks()
     }
 
     /// What the file has that is no channel, each with the reason.
     #[must_use]
-    pub fn left_out(&self) -> Vec<String> {
-        self.source.left_out()
+    pub fn skipped_contents(&self) -> Vec<String> {
+        self.source.skipped_contents()
     }
 
     /// Damage that was found up to now.
@@ -168,12 +163,7 @@ impl Log {
     ///
     /// # Errors
     /// As there.
-    pub fn read_chunks(
-        &mut self,
-        clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error> {
+    pub fn read_chunks(&mut self, clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
         self.source.read_chunks(clock, wanted, take)
     }
 
@@ -181,8 +171,8 @@ impl Log {
     ///
     /// # Errors
     /// As [`LogReader::read_chunks`].
-    pub fn read(&mut self, wanted: &[usize]) -> Result<Vec<Values>, Error> {
-        let mut all: Vec<Values> = Vec::new();
+    pub fn read_all_rows(&mut self, wanted: &[usize]) -> Result<Vec<ChannelValues>, Error> {
+        let mut all: Vec<ChannelValues> = Vec::new();
         let Some(clock) = wanted.first().and_then(|it| self.channels().get(*it)) else {
             return Ok(all);
         };
@@ -194,7 +184,7 @@ impl Log {
             true
         })?;
         if all.is_empty() {
-            all = wanted.iter().map(|_| Values::Numbers(Vec::new())).collect();
+            all = wanted.iter().map(|_| ChannelValues::Numbers(Vec::new())).collect();
         }
         Ok(all)
     }
@@ -228,8 +218,8 @@ impl From<std::io::Error> for Error {
 }
 
 /// The index of a clock with these properties, which is added where there is none.
-fn clock(clocks: &mut Vec<Clock>, time: Time, rows: Option<u64>) -> usize {
-    let clock = Clock { time, rows };
+fn find_or_add_clock(clocks: &mut Vec<LogClock>, time: ClockTime, rows: Option<u64>) -> usize {
+    let clock = LogClock { time, rows };
     clocks.iter().position(|it| *it == clock).unwrap_or_else(|| {
         clocks.push(clock);
         clocks.len() - 1
@@ -237,13 +227,13 @@ fn clock(clocks: &mut Vec<Clock>, time: Time, rows: Option<u64>) -> usize {
 }
 
 /// The text of bytes up to the first zero; what is no UTF-8 is read as Latin-1.
-fn text(bytes: &[u8]) -> String {
+fn decode_text(bytes: &[u8]) -> String {
     let bytes = bytes.split(|byte| *byte == 0).next().unwrap_or_default();
     text_encoding::utf8_or_latin1(bytes).trim().to_owned()
 }
 
 /// The unit that loggers mean by a word: `G` is the acceleration of gravity, `C` a degree Celsius; none for `(null)`.
-fn unit(text: &str) -> Option<String> {
+fn parse_logger_unit(text: &str) -> Option<String> {
     match text.trim() {
         "" | "(null)" | "null" | "-" => None,
         "G" | "g" => Some("g0".to_owned()),

@@ -13,10 +13,7 @@ thread_local! {
 }
 
 /// The result of work on a file of a format.
-pub fn catch_panics<T, E: Display>(
-    format: &str,
-    work: impl FnOnce() -> Result<T, E>,
-) -> Result<T, Error> {
+pub fn catch_panics<T, E: Display>(format: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, Error> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let other = std::panic::take_hook();

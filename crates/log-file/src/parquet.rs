@@ -9,29 +9,28 @@ use ::parquet::arrow::arrow_reader::{
 };
 
 use crate::arrays::SchemaChannels;
-use crate::{CHUNK_ROWS, Channel, ChunkCallback, Clock, Error, LogReader};
+use crate::{CHUNK_ROWS, ChunkCallback, Error, LogChannel, LogClock, LogReader};
 
 /// Whether a file begins like this.
-pub fn is(head: &[u8]) -> bool {
+pub fn is_parquet(head: &[u8]) -> bool {
     head.starts_with(b"PAR1")
 }
 
 /// A Parquet file.
-pub struct Parquet {
+pub struct ParquetLog {
     file: File,
     metadata: ArrowReaderMetadata,
     fields: SchemaChannels,
 }
 
-impl Parquet {
+impl ParquetLog {
     /// Reads the schema.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = File::open(path)?;
-        let metadata =
-            catch_panics(|| ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()))?;
+        let metadata = catch_panics(|| ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()))?;
         let rows = metadata.metadata().file_metadata().num_rows();
         let fields = SchemaChannels::new(metadata.schema(), rows.try_into().ok());
-        Ok(Parquet { file, metadata, fields })
+        Ok(ParquetLog { file, metadata, fields })
     }
 }
 
@@ -39,40 +38,34 @@ fn catch_panics<T, E: std::fmt::Display>(work: impl FnOnce() -> Result<T, E>) ->
     crate::panic_guard::catch_panics("Parquet", work)
 }
 
-impl LogReader for Parquet {
-    fn channels(&self) -> &[Channel] {
+impl LogReader for ParquetLog {
+    fn channels(&self) -> &[LogChannel] {
         &self.fields.channels
     }
 
-    fn clocks(&self) -> &[Clock] {
+    fn clocks(&self) -> &[LogClock] {
         &self.fields.clocks
     }
 
-    fn read_chunks(
-        &mut self,
-        _clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error> {
-        let Parquet { file, metadata, fields } = self;
+    fn read_chunks(&mut self, _clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
+        let ParquetLog { file, metadata, fields } = self;
         let mut places: Vec<usize> = wanted.iter().map(|it| fields.places[*it]).collect();
-        let columns = crate::arrow::ordered(&mut places);
+        let columns = crate::arrow::sort_unique_with_ranks(&mut places);
         let file = file.try_clone()?;
         let mut reader = catch_panics(|| {
-            let builder =
-                ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata.clone());
+            let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata.clone());
             let mask = ProjectionMask::roots(builder.parquet_schema(), places.iter().copied());
             builder.with_projection(mask).with_batch_size(CHUNK_ROWS).build()
         })?;
         while let Some(batch) = catch_panics(|| reader.next().transpose())? {
-            if !SchemaChannels::emit(&batch, &columns, take) {
+            if !SchemaChannels::emit_batch(&batch, &columns, take) {
                 break;
             }
         }
         Ok(())
     }
 
-    fn left_out(&self) -> Vec<String> {
+    fn skipped_contents(&self) -> Vec<String> {
         self.fields.left_out.clone()
     }
 

@@ -8,15 +8,15 @@ use std::io::{BufRead, BufReader, Seek as _, SeekFrom};
 use std::path::Path;
 
 use crate::{
-    CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time, Values, text,
-    unit,
+    CHUNK_ROWS, ChannelKind, ChannelValues, ChunkCallback, ClockTime, Error, LogChannel, LogClock, LogReader,
+    decode_text, parse_logger_unit,
 };
 
 /// Whether a file begins like this: a section of titles within its first lines.
-pub fn is(head: &[u8]) -> bool {
+pub fn is_vbo(head: &[u8]) -> bool {
     let lines = head.split(|byte| matches!(byte, b'\n' | b'\r'));
     let sections = ["[header]", "[column names]", "[data]"];
-    let is = |line: &[u8]| sections.iter().any(|it| text(line).eq_ignore_ascii_case(it));
+    let is = |line: &[u8]| sections.iter().any(|it| decode_text(line).eq_ignore_ascii_case(it));
     !head.contains(&0) && lines.into_iter().any(is)
 }
 
@@ -34,13 +34,13 @@ enum ColumnMeaning {
 }
 
 /// A VBOX file.
-pub struct Vbo {
+pub struct VboLog {
     file: BufReader<File>,
     /// The first byte of the rows, and the number of their first line.
     begin: (u64, usize),
-    channels: Vec<Channel>,
+    channels: Vec<LogChannel>,
     meanings: Vec<ColumnMeaning>,
-    clocks: Vec<Clock>,
+    clocks: Vec<LogClock>,
     /// What is odd about the units.
     odd: Option<String>,
     damaged: DamageCount,
@@ -63,7 +63,7 @@ struct LineCount {
 }
 
 impl LineCount {
-    fn add(&mut self, line: usize) {
+    fn count_line(&mut self, line: usize) {
         if self.count == 0 || self.last != line {
             self.count += 1;
         }
@@ -72,7 +72,7 @@ impl LineCount {
     }
 
     /// What there is to tell of them, if there are any.
-    fn warning(self, what: &str) -> Option<String> {
+    fn line_warning(self, what: &str) -> Option<String> {
         let LineCount { count, first, .. } = self;
         let lines = if count == 1 { "line" } else { "lines" };
         (count > 0).then(|| format!("{count} {lines} {what}; the first one is line {first}"))
@@ -88,15 +88,15 @@ struct VboSections {
     names: Vec<String>,
 }
 
-impl Vbo {
+impl VboLog {
     /// Reads the sections above the rows.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut file = BufReader::new(File::open(path)?);
         let (mut head, mut section, mut line, mut count) =
             (VboSections::default(), String::new(), Vec::new(), 0);
-        while next(&mut file, &mut line)? {
+        while read_next_line(&mut file, &mut line)? {
             count += 1;
-            let text = text(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&line));
+            let text = decode_text(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&line));
             if let Some(name) = text.strip_prefix('[').and_then(|it| it.strip_suffix(']')) {
                 section = name.trim().to_ascii_lowercase();
             } else if section == "channel units" {
@@ -118,21 +118,21 @@ impl Vbo {
             return Err(Error::new("expected a section [data] in the VBOX file, found none"));
         }
         let begin = (file.stream_position()?, count + 1);
-        let (channels, meanings, odd) = head.channels();
+        let (channels, meanings, odd) = head.vbo_channels();
         if channels.is_empty() {
             let what = "expected the names of the columns in [column names] or [header]";
             return Err(Error::new(format!("{what} of the VBOX file, found none")));
         }
         let time = meanings.iter().position(|it| *it == ColumnMeaning::Time);
-        let time = time.map_or(Time::Unknown, Time::Channel);
-        let clocks = vec![Clock { time, rows: None }];
+        let time = time.map_or(ClockTime::Unknown, ClockTime::Channel);
+        let clocks = vec![LogClock { time, rows: None }];
         let damaged = DamageCount::default();
-        Ok(Vbo { file, begin, channels, meanings, clocks, odd, damaged })
+        Ok(VboLog { file, begin, channels, meanings, clocks, odd, damaged })
     }
 }
 
 /// The next line; false at the end of the file.
-fn next(file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Error> {
+fn read_next_line(file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Error> {
     line.clear();
     std::io::Read::take(&mut *file, LINE).read_until(b'\n', line)?;
     match line.len() as u64 {
@@ -143,26 +143,23 @@ fn next(file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Error> {
 
 impl VboSections {
     /// The channels, what their numbers are, and what is odd about the units.
-    fn channels(&self) -> (Vec<Channel>, Vec<ColumnMeaning>, Option<String>) {
+    fn vbo_channels(&self) -> (Vec<LogChannel>, Vec<ColumnMeaning>, Option<String>) {
         let paired = self.names.len() == self.titles.len();
         let names = if self.names.is_empty() { &self.titles } else { &self.names };
         let titles = if paired { &self.titles } else { names };
-        let known: Vec<_> =
-            names.iter().zip(titles).map(|(name, title)| vbox_column(name, title)).collect();
-        let (units, odd) = self.units_of(titles, &known);
+        let known: Vec<_> = names.iter().zip(titles).map(|(name, title)| vbox_column(name, title)).collect();
+        let (units, odd) = self.column_units(titles, &known);
         let channel = |(place, name): (usize, &String)| {
             let (meaning, own) = known[place];
             let own = own.flatten().map(str::to_owned);
-            let of_file = units[place].and_then(unit);
+            let of_file = units[place].and_then(parse_logger_unit);
             // What this reader converts has its own unit.
             let unit = match meaning {
-                ColumnMeaning::Plain => {
-                    title_unit(&titles[place]).map(str::to_owned).or(of_file).or(own)
-                }
+                ColumnMeaning::Plain => title_unit(&titles[place]).map(str::to_owned).or(of_file).or(own),
                 _ => own,
             };
             let (name, group) = (name.clone(), String::new());
-            (Channel { name, group, unit, clock: 0, kind: ChannelKind::Number }, meaning)
+            (LogChannel { name, group, unit, clock: 0, kind: ChannelKind::Number }, meaning)
         };
         let (channels, meanings) = names.iter().enumerate().map(channel).unzip();
         (channels, meanings, odd)
@@ -173,14 +170,14 @@ impl VboSections {
     /// There is one for each column that is none of VBOX's own, says Racelogic; but some devices list one for `avisynctime`, too, and
     /// others for all columns. Where the number of entries fits none of these, they are those of the last columns, since the columns of
     /// others follow those of VBOX.
-    fn units_of(
+    fn column_units(
         &self,
         titles: &[String],
-        known: &[(ColumnMeaning, OwnUnit)],
+        known: &[(ColumnMeaning, VboColumnUnit)],
     ) -> (Vec<Option<&str>>, Option<String>) {
         let all: Vec<usize> = (0..titles.len()).collect();
         let is_synchronous =
-            |it: &usize| ["avisynctime", "avitime"].contains(&word(&titles[*it]).as_str());
+            |it: &usize| ["avisynctime", "avitime"].contains(&normalized_name(&titles[*it]).as_str());
         let is_other = |it: &usize| known[*it].1.is_none() && title_unit(&titles[*it]).is_none();
         let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
         let with_videos = all.iter().copied().filter(|it| is_other(it) || is_synchronous(it));
@@ -189,8 +186,7 @@ impl VboSections {
         // Of the empty lines at the end, one ends the section.
         let most = self.units.len().saturating_sub(1).max(stated);
         let counts = std::iter::once(most).chain(stated..most);
-        let fits =
-            |count: usize| [&others, &with_videos, &all].into_iter().find(|it| it.len() == count);
+        let fits = |count: usize| [&others, &with_videos, &all].into_iter().find(|it| it.len() == count);
         let fitting = counts.filter_map(fits).next();
         let last = &all[titles.len().saturating_sub(stated)..];
         let columns = fitting.map_or(last, Vec::as_slice);
@@ -210,25 +206,23 @@ impl VboSections {
 }
 
 /// The letters of a name in small ones, with blanks between words.
-fn word(name: &str) -> String {
+fn normalized_name(name: &str) -> String {
     name.to_ascii_lowercase().replace(['_', '-'], " ")
 }
 
 /// The unit that VBOX itself gives to a column, if it has one; nothing for the columns of others.
-type OwnUnit = Option<Option<&'static str>>;
+type VboColumnUnit = Option<Option<&'static str>>;
 
 /// What VBOX itself means by a column, and its unit; no unit entry at all for the columns of others.
-fn vbox_column(name: &str, title: &str) -> (ColumnMeaning, OwnUnit) {
-    match (word(name).as_str(), word(title).as_str()) {
+fn vbox_column(name: &str, title: &str) -> (ColumnMeaning, VboColumnUnit) {
+    match (normalized_name(name).as_str(), normalized_name(title).as_str()) {
         ("time", _) => (ColumnMeaning::Time, Some(Some("s"))),
         ("lat" | "latitude", _) => (ColumnMeaning::Minutes(1.0), Some(Some("deg"))),
         ("long" | "longitude", _) => (ColumnMeaning::Minutes(-1.0), Some(Some("deg"))),
         ("velocity", _) => (ColumnMeaning::Plain, Some(Some("km/h"))),
         ("heading", _) => (ColumnMeaning::Plain, Some(Some("deg"))),
         ("height", _) => (ColumnMeaning::Plain, Some(Some("m"))),
-        ("sats" | "satellites" | "avifileindex" | "solution type", _) => {
-            (ColumnMeaning::Plain, Some(None))
-        }
+        ("sats" | "satellites" | "avifileindex" | "solution type", _) => (ColumnMeaning::Plain, Some(None)),
         ("tsample" | "sampleperiod", _) => (ColumnMeaning::Plain, Some(Some("s"))),
         // In ms or in s, which the file does not tell.
         ("avisynctime" | "avitime", _) => (ColumnMeaning::Plain, Some(None)),
@@ -259,7 +253,7 @@ fn title_unit(title: &str) -> Option<&'static str> {
 }
 
 /// The seconds since midnight of `hhmmss.ss`.
-fn seconds(number: f64) -> Option<f64> {
+fn seconds_since_midnight(number: f64) -> Option<f64> {
     let (hours, rest) = ((number / 1e4).floor(), number % 1e4);
     let (minutes, seconds) = ((rest / 100.0).floor(), rest % 100.0);
     let sound = (0.0..24.0).contains(&hours) && minutes < 60.0 && seconds < 61.0;
@@ -270,20 +264,14 @@ fn seconds(number: f64) -> Option<f64> {
 
 const DAY: f64 = 86_400.0;
 
-impl Vbo {
+impl VboLog {
     /// The numbers of a line, or nothing when it is no row.
-    fn row(
-        &mut self,
-        line: &str,
-        number_of_line: usize,
-        clock: &mut (f64, f64),
-    ) -> Option<Vec<f64>> {
+    fn parse_row(&mut self, line: &str, number_of_line: usize, clock: &mut (f64, f64)) -> Option<Vec<f64>> {
         let mut row = Vec::with_capacity(self.meanings.len());
         for cell in line.split_whitespace() {
-            let number: Result<f64, _> =
-                cell.parse().or_else(|_| cell.replacen(',', ".", 1).parse());
+            let number: Result<f64, _> = cell.parse().or_else(|_| cell.replacen(',', ".", 1).parse());
             if number.is_err() && !["null", "(null)", "-"].contains(&cell) {
-                self.damaged.cells.add(number_of_line);
+                self.damaged.cells.count_line(number_of_line);
             }
             row.push(number.unwrap_or(f64::NAN));
         }
@@ -296,7 +284,7 @@ impl Vbo {
                 ColumnMeaning::Minutes(sign) => *value *= sign / 60.0,
                 ColumnMeaning::Time => {
                     let (days, last) = clock;
-                    let seconds = seconds(*value)?;
+                    let seconds = seconds_since_midnight(*value)?;
                     if seconds + *days < *last - DAY / 2.0 {
                         *days += DAY;
                     }
@@ -309,21 +297,16 @@ impl Vbo {
     }
 }
 
-impl LogReader for Vbo {
-    fn channels(&self) -> &[Channel] {
+impl LogReader for VboLog {
+    fn channels(&self) -> &[LogChannel] {
         &self.channels
     }
 
-    fn clocks(&self) -> &[Clock] {
+    fn clocks(&self) -> &[LogClock] {
         &self.clocks
     }
 
-    fn read_chunks(
-        &mut self,
-        _clock: usize,
-        wanted: &[usize],
-        take: ChunkCallback,
-    ) -> Result<(), Error> {
+    fn read_chunks(&mut self, _clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
         let (begin, mut number) = self.begin;
         self.file.seek(SeekFrom::Start(begin))?;
         self.damaged = DamageCount::default();
@@ -331,28 +314,28 @@ impl LogReader for Vbo {
         let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
         let mut flush = |stretch: &mut Vec<Vec<f64>>| {
-            let values = stretch.iter_mut().map(|it| Values::Numbers(std::mem::take(it)));
+            let values = stretch.iter_mut().map(|it| ChannelValues::Numbers(std::mem::take(it)));
             take(&values.collect::<Vec<_>>())
         };
         let mut rows = 0;
-        while next(&mut self.file, &mut line)? {
-            let text = text(&line);
+        while read_next_line(&mut self.file, &mut line)? {
+            let text = decode_text(&line);
             if text.starts_with('[') {
                 break;
             }
             if text == previous && !text.is_empty() {
-                self.damaged.repeated.add(number);
+                self.damaged.repeated.count_line(number);
                 number += 1;
                 continue;
             }
-            match self.row(&text, number, &mut clock) {
+            match self.parse_row(&text, number, &mut clock) {
                 Some(row) => {
                     let columns = stretch.iter_mut().zip(wanted);
                     columns.for_each(|(column, place)| column.push(row[*place]));
                     rows += 1;
                 }
                 None if text.is_empty() => {}
-                None => self.damaged.lines.add(number),
+                None => self.damaged.lines.count_line(number),
             }
             previous = text;
             number += 1;
@@ -369,7 +352,7 @@ impl LogReader for Vbo {
         Ok(())
     }
 
-    fn left_out(&self) -> Vec<String> {
+    fn skipped_contents(&self) -> Vec<String> {
         Vec::new()
     }
 
@@ -378,8 +361,8 @@ impl LogReader for Vbo {
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";
         let DamageCount { lines: left_out, repeated, cells: gaps } = self.damaged;
-        let repeated = repeated.warning("left out: each is like the one before it");
-        let damage = [left_out.warning(&lines), gaps.warning(cells), repeated, self.odd.clone()];
+        let repeated = repeated.line_warning("left out: each is like the one before it");
+        let damage = [left_out.line_warning(&lines), gaps.line_warning(cells), repeated, self.odd.clone()];
         damage.into_iter().flatten().collect()
     }
 }

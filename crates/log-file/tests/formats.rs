@@ -5,28 +5,28 @@ use crate::mat;
 use crate::ld::{Ld, ld, ld_channels};
 use crate::writers::{VBO, arrow, by_footer, parquet};
 use arrow_ipc::CompressionType;
-use log_file::{Channel, ChannelKind, Log, Time, Values};
+use log_file::{ChannelKind, ChannelValues, ClockTime, LogChannel, LogFile};
 use mat::{Made, column};
 
 /// The log of these bytes, under a name that tells nothing.
-fn open(bytes: &[u8]) -> Result<Option<Log>, log_file::Error> {
+fn open(bytes: &[u8]) -> Result<Option<LogFile>, log_file::Error> {
     let file = tempfile::NamedTempFile::new().expect("a temporary file");
     std::fs::write(file.path(), bytes).expect("it can be written");
-    Log::open(file.path())
+    LogFile::open(file.path())
 }
 
-fn log(bytes: &[u8]) -> Log {
+fn log(bytes: &[u8]) -> LogFile {
     open(bytes).expect("it can be read").expect("it is a log")
 }
 
-fn place(log: &Log, name: &str) -> usize {
+fn place(log: &LogFile, name: &str) -> usize {
     log.channels().iter().position(|it| it.name == name).expect(name)
 }
 
-fn numbers(log: &mut Log, name: &str) -> Vec<f64> {
+fn numbers(log: &mut LogFile, name: &str) -> Vec<f64> {
     let place = place(log, name);
-    let values = log.read(&[place]).expect("it can be read").remove(0);
-    (0..values.len()).map(|row| values.number(row).expect("a number")).collect()
+    let values = log.read_all_rows(&[place]).expect("it can be read").remove(0);
+    (0..values.len()).map(|row| values.number_at(row).expect("a number")).collect()
 }
 
 /// As texts, in which NaN is equal to itself.
@@ -38,17 +38,13 @@ fn shown(values: &[f64]) -> Vec<String> {
 fn motec_numbers_have_their_scale_rate_and_unit() {
     let mut log = log(&ld(&ld_channels()));
     assert_eq!(log.format, "MoTeC ld");
-    let about = |it: &Channel| (it.name.clone(), it.unit.clone().unwrap_or_default(), it.clock);
+    let about = |it: &LogChannel| (it.name.clone(), it.unit.clone().unwrap_or_default(), it.clock);
     let about: Vec<_> = log.channels().iter().map(about).collect();
-    let expected = [
-        ("Ground Speed", "km/h", 0),
-        ("G Force Lat", "g0", 1),
-        ("Steer", "deg", 0),
-        ("Temp", "degC", 2),
-    ];
+    let expected =
+        [("Ground Speed", "km/h", 0), ("G Force Lat", "g0", 1), ("Steer", "deg", 0), ("Temp", "degC", 2)];
     assert_eq!(about, expected.map(|(name, unit, clock)| (name.into(), unit.into(), clock)));
     let clocks: Vec<_> = log.clocks().iter().map(|it| (it.time, it.rows)).collect();
-    let rate = |rate, rows| (Time::Rate(rate), Some(rows));
+    let rate = |rate, rows| (ClockTime::Rate(rate), Some(rows));
     assert_eq!(clocks, [rate(10.0, 3), rate(20.0, 4), rate(1.0, 1)]);
     assert_eq!(numbers(&mut log, "Ground Speed"), [100.0, 100.5, -2.0]);
     assert_eq!(numbers(&mut log, "G Force Lat"), [-1.5, 0.0, 0.25, 1.0]);
@@ -78,18 +74,15 @@ fn motec_doubles_are_read_and_a_factor_of_0_is_1() {
         channel("CAN ID", 6, 4, [0, 1, 0, 1], integers),
     ];
     let mut one = log(&ld(&channels[..1]));
-    let warning = |log: &Log| log.warnings().join("; ");
+    let warning = |log: &LogFile| log.warnings().join("; ");
     assert_eq!(warning(&one), "`GPS Latitude` has a factor or divisor of 0, which is read as 1");
     assert_eq!(numbers(&mut one, "GPS Latitude"), [43.8, -79.1]);
     let mut log = log(&ld(&channels));
-    assert_eq!(
-        warning(&log),
-        "`GPS Latitude` and 2 more have a factor or divisor of 0, which is read as 1"
-    );
+    assert_eq!(warning(&log), "`GPS Latitude` and 2 more have a factor or divisor of 0, which is read as 1");
     assert_eq!(numbers(&mut log, "Ground Speed"), [72.0, f64::from(82.8f32)]);
     assert_eq!(numbers(&mut log, "GPS Longitude"), [43.8, -79.1]);
     assert_eq!(numbers(&mut log, "CAN ID"), [102.4, -3.0 / 10.0]);
-    assert!(log.left_out().is_empty(), "{:?}", log.left_out());
+    assert!(log.skipped_contents().is_empty(), "{:?}", log.skipped_contents());
 }
 
 #[test]
@@ -101,7 +94,7 @@ fn motec_channels_that_cannot_be_read_are_named() {
     let mut bytes = ld(&channels);
     bytes.truncate(bytes.len() - 4);
     let mut log = log(&bytes);
-    let notes = [log.left_out(), log.warnings()].concat().join("\n");
+    let notes = [log.skipped_contents(), log.warnings()].concat().join("\n");
     for part in [
         "`Ground Speed` is left out: it has numbers of class 9 and 8 bytes",
         "`G Force Lat` is left out: its rate is 0",
@@ -133,7 +126,7 @@ fn long_channels_come_in_stretches() {
     log.read_chunks(0, &[0], &mut |stretch| {
         stretches += 1;
         for row in 0..stretch[0].len() {
-            assert_eq!(stretch[0].number(row), Some(next));
+            assert_eq!(stretch[0].number_at(row), Some(next));
             next += 1.0;
         }
         true
@@ -141,7 +134,7 @@ fn long_channels_come_in_stretches() {
     .expect("it can be read");
     assert_eq!((stretches, next), (4, f64::from(rows)));
     let mut stretches = 0;
-    let enough = &mut |_: &[Values]| {
+    let enough = &mut |_: &[ChannelValues]| {
         stretches += 1;
         false
     };
@@ -154,11 +147,12 @@ fn vbox_times_pass_midnight_and_positions_become_degrees() {
     for text in [VBO.to_owned(), VBO.replace("\r\n", "\n"), format!("\u{feff}{VBO}")] {
         let mut log = log(text.as_bytes());
         assert_eq!(log.format, "VBOX");
-        let about = |it: &Channel| format!("{} {}", it.name, it.unit.clone().unwrap_or_default());
+        let about = |it: &LogChannel| format!("{} {}", it.name, it.unit.clone().unwrap_or_default());
         let about: Vec<_> = log.channels().iter().map(about).collect();
-        let units = "sats ,time s,lat deg,long deg,velocity km/h,heading deg,height m,Yaw_Rate deg/s,Lat_Acc g0";
+        let units =
+            "sats ,time s,lat deg,long deg,velocity km/h,heading deg,height m,Yaw_Rate deg/s,Lat_Acc g0";
         assert_eq!(about.join(","), units);
-        assert_eq!(log.clocks()[0].time, Time::Channel(1));
+        assert_eq!(log.clocks()[0].time, ClockTime::Channel(1));
         assert_eq!(numbers(&mut log, "time"), [86_399.9, 86_400.0, 86_400.2]);
         let [lat, long] = ["lat", "long"].map(|name| numbers(&mut log, name));
         // North of Greenwich and to the west of it, then to the east.
@@ -220,12 +214,8 @@ fn vbox_units_belong_to_the_columns_that_they_stand_for() {
     }
     let (units, warnings) = steering("rpm\n(null)", &titles);
     assert_eq!(units.map(Option::unwrap_or_default), ["", "rpm", ""], "the last ones");
-    assert!(
-        warnings[0].contains("has 2 entries for 10 columns, of which 3 need one"),
-        "{warnings:?}"
-    );
-    let knots =
-        log(b"[header]\ntime\nvelocity knots\n[column names]\ntime velocity\n[data]\n000001 5\n");
+    assert!(warnings[0].contains("has 2 entries for 10 columns, of which 3 need one"), "{warnings:?}");
+    let knots = log(b"[header]\ntime\nvelocity knots\n[column names]\ntime velocity\n[data]\n000001 5\n");
     assert_eq!(knots.channels()[1].unit.as_deref(), Some("kn"));
 }
 
@@ -245,7 +235,7 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
         let mut log = log(&bytes);
         assert_eq!(log.format, format);
         assert_eq!(log.channels()[0].unit.as_deref(), Some("m/s"));
-        assert_eq!(log.left_out(), ["`list` is left out: it has values of type List(Int32)"]);
+        assert_eq!(log.skipped_contents(), ["`list` is left out: it has values of type List(Int32)"]);
         let twice = |it: [f64; 3]| shown(&[it, it].concat());
         let nan = f64::NAN;
         for (name, expected) in [
@@ -260,19 +250,19 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
         }
         // In any order, and one twice.
         let wanted = ["stamp", "count", "weather", "id", "count"].map(|name| place(&log, name));
-        let found = log.read(&wanted).expect("they can be read");
+        let found = log.read_all_rows(&wanted).expect("they can be read");
         let most = i128::from(i64::MAX);
-        let Values::Integers(count) = &found[1] else { panic!("expected integers") };
+        let ChannelValues::Integers(count) = &found[1] else { panic!("expected integers") };
         assert_eq!(count[..3], [Some(most), None, Some(-1)]);
         assert_eq!(found[1], found[4]);
-        let Values::Integers(id) = &found[3] else { panic!("expected integers") };
+        let ChannelValues::Integers(id) = &found[3] else { panic!("expected integers") };
         assert_eq!(id[0], Some(u64::MAX.into()));
-        let Values::Texts(weather) = &found[2] else { panic!("expected texts") };
+        let ChannelValues::Texts(weather) = &found[2] else { panic!("expected texts") };
         assert_eq!(weather[..3], [Some("dry".to_owned()), None, Some("rain".to_owned())]);
-        let Values::Integers(stamps) = &found[0] else { panic!("expected integers") };
+        let ChannelValues::Integers(stamps) = &found[0] else { panic!("expected integers") };
         assert_eq!(stamps[1], Some(1_700_000_000_010));
         assert_eq!(log.channels()[wanted[0]].kind, ChannelKind::Stamp(1000));
-        assert_eq!(log.clocks()[0].time, Time::Channel(wanted[0]));
+        assert_eq!(log.clocks()[0].time, ClockTime::Channel(wanted[0]));
     }
     let old = open(b"FEA1 and more").err().expect("it is old").to_string();
     assert!(old.contains("expected version 2 of Feather"), "{old}");
@@ -290,11 +280,7 @@ fn a_file_of_arrow_that_was_cut_off_is_read_up_to_there() {
     let bytes = arrow(true, None);
     let mut log = log(&bytes[..bytes.len() * 3 / 4]);
     assert_eq!(numbers(&mut log, "f"), [0.5, 1.0, 2.0]);
-    assert!(
-        log.warnings().last().is_some_and(|it| it.contains("was cut off")),
-        "{:?}",
-        log.warnings()
-    );
+    assert!(log.warnings().last().is_some_and(|it| it.contains("was cut off")), "{:?}", log.warnings());
 }
 
 #[test]
@@ -316,19 +302,16 @@ fn arrays_of_matlab_share_the_time_of_their_struct() {
                 ("time", column(&[0.0, 0.2])),
                 (
                     "signals",
-                    Made::Structs(
-                        fields,
-                        vec![signal("delta", &[0.25, 0.5]), signal("", &[-1.0, -2.0])],
-                    ),
+                    Made::Structs(fields, vec![signal("delta", &[0.25, 0.5]), signal("", &[-1.0, -2.0])]),
                 ),
             ]),
         ),
     ];
     let mut log = log(&mat::file(&made, true));
     assert_eq!(log.format, "MAT");
-    let about = |it: &Channel| {
+    let about = |it: &LogChannel| {
         let time = match log.clocks()[it.clock].time {
-            Time::Channel(time) => {
+            ClockTime::Channel(time) => {
                 format!("{}.{}", log.channels()[time].group, log.channels()[time].name)
             }
             _ => "-".to_owned(),
@@ -361,6 +344,6 @@ fn other_files_are_none_of_these_logs() {
     for bytes in [&b"t,v\n0,1\n"[..], b"", b"@", b"\x89MCAP0\r\n", b"PK\x03\x04", &[0xff; 9]] {
         assert!(open(bytes).expect("it can be read").is_none(), "{bytes:?}");
     }
-    let missing = Log::open(std::path::Path::new("no/such/file")).err().expect("it is not there");
+    let missing = LogFile::open(std::path::Path::new("no/such/file")).err().expect("it is not there");
     assert!(missing.to_string().starts_with("cannot be read"), "{missing}");
 }

@@ -4,7 +4,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use log_file::{LdChannel, LdSession, LdWriter, Log, Time, ld_names};
+use log_file::{ClockTime, LdChannel, LdSession, LdWriter, LogFile, ld_names};
 use motec_i2::{LDReader, Sample};
 
 /// Rows that do not fill their last batch, and room for more.
@@ -25,19 +25,15 @@ fn written() -> Vec<u8> {
     let path = folder.path().join("run.ld");
     let session = LdSession {
         driver: "A. Driver".to_owned(),
-        venue: "a venue of a name that is far longer than its field of sixty-four letters"
-            .to_owned(),
+        venue: "a venue of a name that is far longer than its field of sixty-four letters".to_owned(),
         event: "step_steer".to_owned(),
         comment: "A step".to_owned(),
         ..LdSession::default()
     };
-    let channels = [
-        channel("car.a_x", "m/s2", false),
-        channel("car.gear", "", true),
-        channel("car.on", "1", true),
-    ];
+    let channels =
+        [channel("car.a_x", "m/s2", false), channel("car.gear", "", true), channel("car.on", "1", true)];
     let mut writer = LdWriter::create(&path, &session, &channels, 100, ROWS + 999).expect("a file");
-    (0..ROWS).for_each(|it| writer.row(row(it)).expect("it takes a row"));
+    (0..ROWS).for_each(|it| writer.write_row(row(it)).expect("it takes a row"));
     writer.finish().expect("it ends");
     std::fs::read(&path).expect("the file")
 }
@@ -46,19 +42,15 @@ fn written() -> Vec<u8> {
 fn our_reader_has_the_numbers_to_their_32_bits() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), written()).expect("it is written");
-    let mut log = Log::open(file.path()).expect("it is read").expect("a log");
-    let about: Vec<_> =
-        log.channels().iter().map(|it| (it.name.as_str(), it.unit.as_deref())).collect();
+    let mut log = LogFile::open(file.path()).expect("it is read").expect("a log");
+    let about: Vec<_> = log.channels().iter().map(|it| (it.name.as_str(), it.unit.as_deref())).collect();
     assert_eq!(about, [("car.a_x", Some("m/s/s")), ("car.gear", None), ("car.on", None)]);
-    assert_eq!(
-        (log.clocks()[0].time, log.clocks()[0].rows),
-        (Time::Rate(100.0), Some(ROWS.into()))
-    );
-    assert!(log.warnings().is_empty() && log.left_out().is_empty(), "{:?}", log.warnings());
-    let read = log.read(&[0, 1, 2]).expect("the numbers");
+    assert_eq!((log.clocks()[0].time, log.clocks()[0].rows), (ClockTime::Rate(100.0), Some(ROWS.into())));
+    assert!(log.warnings().is_empty() && log.skipped_contents().is_empty(), "{:?}", log.warnings());
+    let read = log.read_all_rows(&[0, 1, 2]).expect("the numbers");
     for at in 0..ROWS {
         let [speed, gear, on] = row(at);
-        let found = [0, 1, 2].map(|it: usize| read[it].number(at as usize).expect("a number"));
+        let found = [0, 1, 2].map(|it: usize| read[it].number_at(at as usize).expect("a number"));
         let same = found[0] == f64::from(speed as f32) || (found[0].is_nan() && speed.is_nan());
         assert!(same && found[1..] == [gear, on], "row {at}: {found:?}");
     }
@@ -79,8 +71,7 @@ fn motec_i2_reads_the_same() {
     assert!(reader.read_vehicle().expect("it is read").is_some());
     let channels = reader.read_channels().expect("channels");
     let names: Vec<_> = channels.iter().map(|it| (&*it.name, &*it.short_name, &*it.unit)).collect();
-    let expected =
-        [("car.a_x", "car.a_x", "m/s/s"), ("car.gear", "car.gea", ""), ("car.on", "car.on", "")];
+    let expected = [("car.a_x", "car.a_x", "m/s/s"), ("car.gear", "car.gea", ""), ("car.on", "car.on", "")];
     assert_eq!(names, expected);
     for (place, channel) in channels.iter().enumerate() {
         assert_eq!((channel.sample_rate, channel.data_count), (100, ROWS));
@@ -92,10 +83,7 @@ fn motec_i2_reads_the_same() {
                 Sample::F32(_) => (sample.decode_f64(channel), f64::from(expected as f32)),
                 _ => (sample.decode_f64(channel), expected),
             };
-            assert!(
-                found == expected || found.is_nan() && expected.is_nan(),
-                "{place}, {at}: {found}"
-            );
+            assert!(found == expected || found.is_nan() && expected.is_nan(), "{place}, {at}: {found}");
         }
     }
 }
@@ -108,18 +96,18 @@ fn we_and_motec_i2_read_a_log_of_others_alike() {
     let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
     let path = folder.join("corpus/ld/Sample1.ld");
     let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let mut log = Log::open(&path).expect("it is read").expect("a log");
+    let mut log = LogFile::open(&path).expect("it is read").expect("a log");
     let mut cursor = Cursor::new(&bytes);
     let mut reader = LDReader::new(&mut cursor);
     let channels = reader.read_channels().expect("channels");
     assert_eq!((channels.len(), log.channels().len()), (78, 78));
     for (place, channel) in channels.iter().enumerate() {
         assert_eq!(log.channels()[place].name, channel.name.trim());
-        let ours = log.read(&[place]).expect("numbers").remove(0);
+        let ours = log.read_all_rows(&[place]).expect("numbers").remove(0);
         let theirs = reader.channel_data(channel).expect("numbers");
         assert_eq!(ours.len(), theirs.len(), "{}", channel.name);
         for (row, sample) in theirs.iter().enumerate() {
-            let (found, expected) = (ours.number(row).expect("one"), sample.decode_f64(channel));
+            let (found, expected) = (ours.number_at(row).expect("one"), sample.decode_f64(channel));
             let near = (found - expected).abs() <= 1e-12 * expected.abs();
             assert!(near, "{}, row {row}: {found}, {expected}", channel.name);
         }
@@ -150,6 +138,6 @@ fn a_file_that_its_addresses_do_not_reach_is_refused() {
     let error = create(11_000_000).err().expect("it is too long").to_string();
     assert!(error.contains("at most 4 GiB") && !path.exists(), "{error}");
     let mut writer = create(1).expect("a file");
-    writer.row([0.0; 100]).expect("the row");
-    assert!(writer.row([0.0; 100]).is_err());
+    writer.write_row([0.0; 100]).expect("the row");
+    assert!(writer.write_row([0.0; 100]).is_err());
 }

@@ -50,34 +50,34 @@ pub enum DriveCommand {
 
 /// The commands of the driver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Action {
+pub struct DriverAction {
     /// With the steering wheel.
     pub steer: SteerCommand,
     /// With the pedals.
     pub drive: DriveCommand,
 }
 
-impl Action {
+impl DriverAction {
     /// Straight ahead and off the pedals.
-    pub const REST: Action =
-        Action { steer: SteerCommand::Angle(0.0), drive: DriveCommand::Force(0.0) };
+    pub const REST: DriverAction =
+        DriverAction { steer: SteerCommand::Angle(0.0), drive: DriveCommand::Force(0.0) };
 
     /// Steers by an angle [rad].
     #[must_use]
-    pub fn angle(steer: f64, drive: DriveCommand) -> Self {
-        Action { steer: SteerCommand::Angle(steer), drive }
+    pub fn steer_by_angle(steer: f64, drive: DriveCommand) -> Self {
+        DriverAction { steer: SteerCommand::Angle(steer), drive }
     }
 
     /// Follows the path.
     #[must_use]
-    pub fn path(drive: DriveCommand) -> Self {
-        Action { steer: SteerCommand::Path, drive }
+    pub fn follow_path(drive: DriveCommand) -> Self {
+        DriverAction { steer: SteerCommand::Path, drive }
     }
 }
 
 /// The stage of a test, and values that the kind keeps between communication points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Stage {
+pub struct TestStage {
     /// The stage that the test is in, from 1 on; 0 before the test, [`OVER`](Self::OVER) after it.
     pub number: i8,
     /// The time at which the stage began [s].
@@ -90,23 +90,23 @@ pub struct Stage {
     pub line: LineFit,
 }
 
-impl Stage {
+impl TestStage {
     /// The number after the test.
     pub const OVER: i8 = -1;
 
     /// Goes on to another stage.
-    pub fn enter(&mut self, number: i8, time: f64) {
+    pub fn enter_stage(&mut self, number: i8, time: f64) {
         (self.number, self.since, self.settled) = (number, time, None);
     }
 
     /// Ends the test.
-    pub fn end(&mut self, time: f64) -> Action {
-        self.enter(Stage::OVER, time);
-        Action::REST
+    pub fn end_test(&mut self, time: f64) -> DriverAction {
+        self.enter_stage(TestStage::OVER, time);
+        DriverAction::REST
     }
 
     /// Whether something has held for this long [s], given whether it holds now.
-    pub fn holds(&mut self, now: bool, time: f64, duration: f64) -> bool {
+    pub fn has_held_for(&mut self, now: bool, time: f64, duration: f64) -> bool {
         self.settled = now.then(|| self.settled.unwrap_or(time));
         self.settled.is_some_and(|since| time - since >= duration - EDGE)
     }
@@ -116,6 +116,6 @@ impl Stage {
 pub(crate) const EDGE: f64 = 1e-9;
 
 /// Whether so much time [s] of a stage is over.
-pub(crate) fn stage_lasted(stage: &Stage, now: &CarState, duration: f64) -> bool {
+pub(crate) fn stage_lasted(stage: &TestStage, now: &CarState, duration: f64) -> bool {
     now.time - stage.since >= duration - EDGE
 }

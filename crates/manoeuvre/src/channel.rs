@@ -36,7 +36,7 @@ impl Channel {
 
     /// The usual name of the variable.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn variable_name(self) -> &'static str {
         match self {
             Channel::ForwardSpeed => "v_x",
             Channel::SideSpeed => "v_y",
@@ -50,7 +50,7 @@ impl Channel {
 
     /// Its unit.
     #[must_use]
-    pub const fn unit(self) -> &'static str {
+    pub const fn unit_name(self) -> &'static str {
         match self {
             Channel::ForwardSpeed | Channel::SideSpeed => "m/s",
             Channel::YawRate => "rad/s",
@@ -62,7 +62,7 @@ impl Channel {
 
     /// What it is.
     #[must_use]
-    pub const fn about(self) -> &'static str {
+    pub const fn description(self) -> &'static str {
         match self {
             Channel::ForwardSpeed => "forward speed",
             Channel::SideSpeed => "speed to the left",
@@ -82,7 +82,7 @@ impl Channel {
 
     /// -1 when it changes its sign in a mirror that swaps left and right.
     #[must_use]
-    pub const fn mirror(self) -> f64 {
+    pub const fn mirror_sign(self) -> f64 {
         match self {
             Channel::ForwardSpeed | Channel::East => 1.0,
             _ => -1.0,

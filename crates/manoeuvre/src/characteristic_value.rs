@@ -2,7 +2,7 @@
 
 /// Name, unit and meaning of a characteristic value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ValueDescription {
+pub struct CharacteristicValueInfo {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
@@ -27,7 +27,7 @@ pub struct CharacteristicValues(pub Vec<(&'static str, CharacteristicValue)>);
 impl CharacteristicValues {
     /// Adds a number.
     #[must_use]
-    pub fn with(mut self, name: &'static str, value: impl Into<Option<f64>>) -> Self {
+    pub fn with_number(mut self, name: &'static str, value: impl Into<Option<f64>>) -> Self {
         self.0.push((name, CharacteristicValue::Number(value.into().filter(|it| it.is_finite()))));
         self
     }
@@ -41,7 +41,7 @@ impl CharacteristicValues {
 
     /// A number by its name.
     #[must_use]
-    pub fn get(&self, name: &str) -> Option<f64> {
+    pub fn get_number(&self, name: &str) -> Option<f64> {
         let (_, found) = self.0.iter().find(|(known, _)| *known == name)?;
         if let CharacteristicValue::Number(number) = found { *number } else { None }
     }
@@ -68,13 +68,13 @@ pub struct ParameterError {
 impl ParameterError {
     /// A mistake at a key of the kind.
     #[must_use]
-    pub fn at(key: &'static str, message: String) -> Self {
+    pub fn at_kind_key(key: &'static str, message: String) -> Self {
         ParameterError { key, of_kind: true, message }
     }
 
     /// A mistake at a key that all kinds share.
     #[must_use]
-    pub fn common(key: &'static str, message: String) -> Self {
+    pub fn at_common_key(key: &'static str, message: String) -> Self {
         ParameterError { key, of_kind: false, message }
     }
 
@@ -82,11 +82,11 @@ impl ParameterError {
     ///
     /// # Errors
     /// With the first one.
-    pub fn positive<const N: usize>(keys: [(&'static str, f64, &str); N]) -> Result<(), Self> {
+    pub fn check_positive<const N: usize>(keys: [(&'static str, f64, &str); N]) -> Result<(), Self> {
         let wrong = keys.into_iter().find(|(_, value, _)| !(value.is_finite() && *value > 0.0));
         wrong.map_or(Ok(()), |(key, value, unit)| {
             let message = format!("expected a number above 0 for `{key}` [{unit}], found {value}");
-            Err(ParameterError::at(key, message))
+            Err(ParameterError::at_kind_key(key, message))
         })
     }
 }

@@ -19,7 +19,7 @@ pub enum Direction {
 impl Direction {
     /// 1 to the left, -1 to the right.
     #[must_use]
-    pub fn sign(self) -> f64 {
+    pub fn left_positive_sign(self) -> f64 {
         match self {
             Direction::Left => 1.0,
             Direction::Right => -1.0,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::characteristic_value::ParameterError;
-use crate::path::Path;
+use crate::path::GroundPath;
 
 /// Gains of the speed controller: the driving force is proportional to the missing speed, and to its integral.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,20 +35,20 @@ impl SpeedController {
     ///
     /// # Errors
     /// With the first one.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    pub fn check_gains(&self) -> Result<(), ParameterError> {
         let keys = [
             ("gain", self.gain, "N.s/m"),
             ("integral_time", self.integral_time, "s"),
             ("max_drive", self.max_drive, "N"),
             ("max_brake", self.max_brake, "N"),
         ];
-        ParameterError::positive(keys)
-            .map_err(|it| ParameterError::common("speed_controller", it.message))
+        ParameterError::check_positive(keys)
+            .map_err(|it| ParameterError::at_common_key("speed_controller", it.message))
     }
 
     /// The driving force [N] for a missing speed [m/s], with the integral of it [m] over steps of `step` [s]. The integral waits while
     /// the force is at its limit.
-    pub fn force(&self, missing: f64, integral: &mut f64, step: f64) -> f64 {
+    pub fn driving_force(&self, missing: f64, integral: &mut f64, step: f64) -> f64 {
         let wanted = self.gain * (missing + *integral / self.integral_time);
         let force = wanted.clamp(-self.max_brake, self.max_drive);
         if force == wanted || (wanted > force) != (missing > 0.0) {
@@ -102,29 +102,28 @@ impl PathFollower {
     ///
     /// # Errors
     /// With the first one.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    pub fn check_gains(&self) -> Result<(), ParameterError> {
         let keys = [
             ("preview", self.preview, "s"),
             ("integral_time", self.integral_time, "s"),
             ("max_steer", self.max_steer, "rad"),
         ];
-        let wrong = |it: ParameterError| ParameterError::common("path_follower", it.message);
-        ParameterError::positive(keys).map_err(wrong)?;
+        let wrong = |it: ParameterError| ParameterError::at_common_key("path_follower", it.message);
+        ParameterError::check_positive(keys).map_err(wrong)?;
         if self.yaw_gain.is_finite() && self.yaw_gain >= 0.0 {
             return Ok(());
         }
-        let message =
-            format!("expected a number from 0 on for `yaw_gain` [s], found {}", self.yaw_gain);
-        Err(ParameterError::common("path_follower", message))
+        let message = format!("expected a number from 0 on for `yaw_gain` [s], found {}", self.yaw_gain);
+        Err(ParameterError::at_common_key("path_follower", message))
     }
 
     /// The road-wheel angle [rad], with the integral of the offset [m.s] over steps of `step` [s].
     ///
     /// The arc through the car, along its heading, and through a point at the distance L ahead and e to the side has the curvature
     /// 2 e / L². A car of the wheelbase l without slip angles has it at the road-wheel angle l times that.
-    pub(crate) fn steer(
+    pub(crate) fn road_wheel_angle(
         &self,
-        path: &Path,
+        path: &GroundPath,
         car: PlanarMotion,
         wheelbase: Option<f64>,
         integral: &mut f64,
@@ -133,11 +132,11 @@ impl PathFollower {
         let ahead = (car.v_x * self.preview).max(SHORTEST);
         let (sin, cos) = car.psi.sin_cos();
         let wheelbase = wheelbase.unwrap_or(USUAL_WHEELBASE);
-        if matches!(path, Path::Circle(_)) {
-            *integral += path.offset(car.x, car.y) * step;
+        if matches!(path, GroundPath::Circle(_)) {
+            *integral += path.lateral_offset(car.x, car.y) * step;
         }
         let offset =
-            path.offset(car.x + ahead * cos, car.y + ahead * sin) + *integral / self.integral_time;
+            path.lateral_offset(car.x + ahead * cos, car.y + ahead * sin) + *integral / self.integral_time;
         let curvature = 2.0 * offset / (ahead * ahead);
         let wanted = wheelbase * curvature + self.yaw_gain * (car.v_x * curvature - car.r);
         wanted.clamp(-self.max_steer, self.max_steer)

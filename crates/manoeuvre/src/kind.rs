@@ -15,31 +15,31 @@ mod tip_in;
 
 use std::fmt::Debug;
 
-pub use acceleration::Acceleration;
+pub use acceleration::AccelerationTest;
 pub use braking_in_a_turn::BrakingInATurn;
-pub use frequency_response::{Excitation, FrequencyResponse};
-pub use lane_change::{Course, LaneChange};
-pub use mu_split_braking::{MuSplitBraking, Steering};
+pub use frequency_response::{FrequencyResponse, SteerExcitation};
+pub use lane_change::{LaneChange, LaneChangeCourse};
+pub use mu_split_braking::{MuSplitBraking, SteeringDuringBraking};
 pub use sine_with_dwell::SineWithDwell;
 pub use slowly_increasing_steer::SlowlyIncreasingSteer;
-pub use steady_circle::{Constant, SteadyCircle};
+pub use steady_circle::{ConstantQuantity, SteadyCircle};
 pub use step_steer::StepSteer;
 pub use stop_and_go::StopAndGo;
 pub use tip_in::TipIn;
 
-use crate::action::{Action, CarState, Stage};
+use crate::action::{CarState, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::Log;
-use crate::path::Path;
+use crate::log::ManoeuvreLog;
+use crate::path::GroundPath;
 
 /// Hands the keys and the words of all kinds to a macro: a new kind is a file and a line here.
 #[macro_export]
 macro_rules! for_each_kind {
     ($callback:ident) => {
         $callback! {
-            acceleration: Acceleration,
+            acceleration: AccelerationTest,
             braking_in_a_turn: BrakingInATurn,
             frequency_response: FrequencyResponse,
             lane_change: LaneChange,
@@ -56,7 +56,7 @@ macro_rules! for_each_kind {
 
 /// A phase of a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Phase {
+pub struct ShortestPhase {
     /// The key that sets its duration.
     pub key: &'static str,
     /// [s]
@@ -66,29 +66,29 @@ pub struct Phase {
 /// A kind of manoeuvre. All of it is written for a test to the left.
 pub trait ManoeuvreKind: Debug + Send + Sync {
     /// What it is called, with its standard.
-    fn title(&self) -> &'static str;
+    fn kind_title(&self) -> &'static str;
 
     /// The variables of the car that it measures.
     fn required_channels(&self) -> Vec<Channel>;
 
     /// The stages of the test in words, from stage 1 on.
-    fn stages(&self) -> &'static [&'static str];
+    fn stage_names(&self) -> &'static [&'static str];
 
     /// Its characteristic values.
-    fn value_descriptions(&self) -> &'static [ValueDescription];
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo];
 
     /// The path that it follows, if it follows one.
-    fn path(&self) -> Option<Path> {
+    fn reference_path(&self) -> Option<GroundPath> {
         None
     }
 
     /// The speed at which the test begins [m/s].
-    fn run_up_speed(&self, common: &CommonParameters) -> f64 {
+    fn test_entry_speed(&self, common: &CommonParameters) -> f64 {
         common.entry_speed
     }
 
     /// Its shortest phase, which the communication step must resolve.
-    fn shortest_phase(&self) -> Option<Phase> {
+    fn shortest_phase(&self) -> Option<ShortestPhase> {
         None
     }
 
@@ -96,23 +96,27 @@ pub trait ManoeuvreKind: Debug + Send + Sync {
     ///
     /// # Errors
     /// With the first one that no test can be driven with.
-    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError>;
+    fn check_parameters(&self, common: &CommonParameters) -> Result<(), ParameterError>;
 
     /// The action of the driver at a moment of the test.
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action;
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction;
 
     /// The characteristic values of a completed test.
     ///
     /// # Errors
     /// In words, when what they are values of did not take place.
-    fn evaluate(
+    fn characteristic_values(
         &self,
         common: &CommonParameters,
-        log: &Log,
+        log: &ManoeuvreLog,
     ) -> Result<CharacteristicValues, String>;
 }
 
 /// An entry in the value table of a kind.
-const fn describe(name: &'static str, unit: &'static str, about: &'static str) -> ValueDescription {
-    ValueDescription { name, unit, about }
+const fn characteristic_value_info(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+) -> CharacteristicValueInfo {
+    CharacteristicValueInfo { name, unit, about }
 }

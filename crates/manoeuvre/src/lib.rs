@@ -21,15 +21,15 @@ mod log;
 mod manoeuvre;
 mod path;
 
-pub use action::{Action, CarState, DriveCommand, Stage, SteerCommand};
+pub use action::{CarState, DriveCommand, DriverAction, SteerCommand, TestStage};
 pub use channel::Channel;
 pub use characteristic_value::{
-    CharacteristicValue, CharacteristicValues, ParameterError, ValueDescription,
+    CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, ParameterError,
 };
 pub use common::{CommonParameters, Direction};
 pub use controllers::{PathFollower, SpeedController};
-pub use driver::{Driver, DriverState, OUTPUTS, OutputDescription};
+pub use driver::{DriverOutputInfo, DriverState, ManoeuvreDriver, OUTPUTS};
 pub use line_fit::LineFit;
-pub use log::Log;
+pub use log::ManoeuvreLog;
 pub use manoeuvre::Manoeuvre;
-pub use path::Path;
+pub use path::GroundPath;

@@ -13,14 +13,14 @@ pub struct LineFit {
 
 impl LineFit {
     /// The line through points.
-    pub fn through(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub fn through_points(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let mut line = LineFit::default();
-        points.into_iter().for_each(|(x, y)| line.add(x, y));
+        points.into_iter().for_each(|(x, y)| line.add_point(x, y));
         line
     }
 
     /// Takes one more point (Welford's update, which loses no digits to large means).
-    pub fn add(&mut self, x: f64, y: f64) {
+    pub fn add_point(&mut self, x: f64, y: f64) {
         self.count += 1.0;
         let before = x - self.mean[0];
         self.mean[0] += before / self.count;
@@ -31,7 +31,7 @@ impl LineFit {
 
     /// How many points there are.
     #[must_use]
-    pub fn count(&self) -> f64 {
+    pub fn point_count(&self) -> f64 {
         self.count
     }
 
@@ -43,7 +43,7 @@ impl LineFit {
 
     /// The value at x.
     #[must_use]
-    pub fn at(&self, x: f64) -> Option<f64> {
+    pub fn value_at(&self, x: f64) -> Option<f64> {
         self.slope().map(|slope| self.mean[1] + slope * (x - self.mean[0]))
     }
 }
@@ -54,8 +54,8 @@ mod tests {
 
     #[test]
     fn the_line_of_points_on_a_line_is_that_line() {
-        let line = LineFit::through((0..9).map(|k| (f64::from(k), 3.0 - 0.5 * f64::from(k))));
-        assert_eq!((line.slope(), line.at(10.0)), (Some(-0.5), Some(-2.0)));
-        assert_eq!(LineFit::through([(1.0, 2.0), (1.0, 3.0)]).slope(), None);
+        let line = LineFit::through_points((0..9).map(|k| (f64::from(k), 3.0 - 0.5 * f64::from(k))));
+        assert_eq!((line.slope(), line.value_at(10.0)), (Some(-0.5), Some(-2.0)));
+        assert_eq!(LineFit::through_points([(1.0, 2.0), (1.0, 3.0)]).slope(), None);
     }
 }

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::frame::to_rotated_frame;
+use crate::frame::rotate_into_frame;
 
 /// Commands and measurements from the beginning of a test on, mirrored for a test to the right. All lists have one length.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Log {
+pub struct ManoeuvreLog {
     /// Time since the beginning of the test [s].
     pub t: Vec<f64>,
     /// The stage of the test.
@@ -31,13 +31,13 @@ pub struct Log {
     pub psi: Vec<f64>,
 }
 
-impl Log {
+impl ManoeuvreLog {
     /// Takes positions and headings, in the frame of the first of them.
     pub(crate) fn set_positions(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
         let (x0, y0, psi0) = (east[0], north[0], heading[0]);
         let mut turns = 0.0;
         for (place, psi) in heading.iter().enumerate() {
-            let [x, y] = to_rotated_frame([east[place] - x0, north[place] - y0], psi0);
+            let [x, y] = rotate_into_frame([east[place] - x0, north[place] - y0], psi0);
             let jump = psi - heading[place.saturating_sub(1)];
             turns -= (jump / std::f64::consts::TAU).round();
             self.x.push(x);
@@ -50,7 +50,7 @@ impl Log {
     ///
     /// # Errors
     /// In words, when there was none.
-    pub fn stage(&self, number: i8) -> Result<Range<usize>, String> {
+    pub fn stage_index_range(&self, number: i8) -> Result<Range<usize>, String> {
         let of = |phase: &f64| *phase == f64::from(number);
         let begin = self.phase.iter().position(of);
         let end = self.phase.iter().rposition(of);
@@ -60,7 +60,7 @@ impl Log {
 
     /// The value at a time [s], on the line between two communication points; none outside of the test.
     #[must_use]
-    pub fn at(&self, values: &[f64], time: f64) -> Option<f64> {
+    pub fn interpolate_at(&self, values: &[f64], time: f64) -> Option<f64> {
         let edge = crate::action::EDGE;
         let after = self.t.iter().position(|t| *t >= time - edge)?;
         if after == 0 || (self.t[after] - time).abs() <= edge {
@@ -73,7 +73,7 @@ impl Log {
 
     /// The first time [s] from `from` on at which the values reach a level, upwards or downwards as `rising` says.
     #[must_use]
-    pub fn reaches(&self, values: &[f64], level: f64, rising: bool, from: usize) -> Option<f64> {
+    pub fn level_crossing_time(&self, values: &[f64], level: f64, rising: bool, from: usize) -> Option<f64> {
         let beyond = |value: f64| if rising { value >= level } else { value <= level };
         let place = (from..values.len()).find(|place| beyond(values[*place]))?;
         if place == from || values[place] == values[place - 1] {
@@ -86,13 +86,13 @@ impl Log {
 
     /// The sideslip angle at each moment [rad].
     #[must_use]
-    pub fn sideslip(&self) -> Vec<f64> {
+    pub fn sideslip_angles(&self) -> Vec<f64> {
         self.v_x.iter().zip(&self.v_y).map(|(v_x, v_y)| v_y.atan2(*v_x)).collect()
     }
 
     /// The covered distance at each moment [m], by the trapezoidal rule.
     #[must_use]
-    pub fn distance(&self) -> Vec<f64> {
+    pub fn travelled_distances(&self) -> Vec<f64> {
         let mut sum = 0.0;
         let speed = |k: usize| self.v_x[k].hypot(self.v_y[k]);
         let add = |k: usize| {
@@ -113,7 +113,7 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
 
 /// The largest size of values.
 #[must_use]
-pub(crate) fn largest(values: &[f64]) -> f64 {
+pub(crate) fn max_abs(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::action::Stage;
+use crate::action::TestStage;
 use crate::channel::Channel;
 use crate::characteristic_value::ParameterError;
 use crate::common::CommonParameters;
-use crate::kind::{ManoeuvreKind, Phase};
-use crate::log::Log;
+use crate::kind::{ManoeuvreKind, ShortestPhase};
+use crate::log::ManoeuvreLog;
 
 /// A kind of manoeuvre with the parameters that all kinds share.
 #[derive(Debug, Clone)]
@@ -26,30 +26,28 @@ impl Manoeuvre {
     ///
     /// # Errors
     /// With the first one that no test can be driven with.
-    pub fn check(&self) -> Result<(), ParameterError> {
-        let CommonParameters { entry_speed, speed_tolerance, settle, wheelbase, step, .. } =
-            self.common;
+    pub fn check_parameters(&self) -> Result<(), ParameterError> {
+        let CommonParameters { entry_speed, speed_tolerance, settle, wheelbase, step, .. } = self.common;
         let common = |it: ParameterError| ParameterError { of_kind: false, ..it };
-        let run_up = self.kind.run_up_speed(&self.common);
-        if !(entry_speed.is_finite() && entry_speed >= 0.0) || (run_up > 0.0 && entry_speed == 0.0)
-        {
+        let run_up = self.kind.test_entry_speed(&self.common);
+        if !(entry_speed.is_finite() && entry_speed >= 0.0) || (run_up > 0.0 && entry_speed == 0.0) {
             let message = format!("expected an entry speed above 0 m/s, found {entry_speed} m/s");
-            return Err(ParameterError::common("entry_speed", message));
+            return Err(ParameterError::at_common_key("entry_speed", message));
         }
         let keys = [("speed_tolerance", speed_tolerance, "m/s"), ("settle", settle, "s")];
-        ParameterError::positive(keys).map_err(common)?;
+        ParameterError::check_positive(keys).map_err(common)?;
         let wheelbase = wheelbase.unwrap_or(1.0);
-        ParameterError::positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
-        self.common.speed_controller.check()?;
-        self.common.path_follower.check()?;
-        self.kind.check(&self.common)?;
+        ParameterError::check_positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
+        self.common.speed_controller.check_gains()?;
+        self.common.path_follower.check_gains()?;
+        self.kind.check_parameters(&self.common)?;
         match self.kind.shortest_phase() {
-            Some(Phase { key, duration }) if step * STEPS > duration * (1.0 + 1e-9) => {
+            Some(ShortestPhase { key, duration }) if step * STEPS > duration * (1.0 + 1e-9) => {
                 let message = format!(
                     "its shortest part lasts {duration:.4} s, which needs a communication step of at most {:.4} s, found {step} s",
                     duration / STEPS
                 );
-                Err(ParameterError::at(key, message))
+                Err(ParameterError::at_kind_key(key, message))
             }
             _ => Ok(()),
         }
@@ -59,18 +57,18 @@ impl Manoeuvre {
     ///
     /// # Errors
     /// In words, when the test did not begin or did not end.
-    pub fn log(
+    pub fn test_log(
         &self,
         time: &[f64],
         [steer, drive, phase]: [&[f64]; 3],
         inputs: &[Vec<f64>],
-    ) -> Result<Log, String> {
+    ) -> Result<ManoeuvreLog, String> {
         let common = &self.common;
         let channels = self.kind.required_channels();
         let [first, last] = [time.first(), time.last()].map(|it| it.copied().unwrap_or(0.0));
         let begin = phase.iter().position(|phase| *phase != 0.0);
         let Some(begin) = begin else {
-            let wanted = self.kind.run_up_speed(common);
+            let wanted = self.kind.test_entry_speed(common);
             let speed = channels.iter().position(|it| *it == Channel::ForwardSpeed);
             let speeds = speed.map_or(&[][..], |place| &inputs[place]);
             let near = |a: &f64, b: &f64| (a - wanted).abs().total_cmp(&(b - wanted).abs());
@@ -86,26 +84,25 @@ impl Manoeuvre {
                 "the run begins at {first:.2} s, when the manoeuvre goes on already: its beginning was not measured"
             ));
         }
-        let over = phase.iter().position(|phase| *phase == f64::from(Stage::OVER));
+        let over = phase.iter().position(|phase| *phase == f64::from(TestStage::OVER));
         let Some(over) = over else {
             let (stage, began) = (phase[phase.len() - 1], time[begin]);
-            let what = self.kind.stages().get(stage as usize - 1).copied().unwrap_or("test");
+            let what = self.kind.stage_names().get(stage as usize - 1).copied().unwrap_or("test");
             return Err(format!(
                 "the run ended at {last:.2} s, before the manoeuvre that began at {began:.2} s did: it was still at \"{what}\""
             ));
         };
-        let sign = common.direction.sign();
-        let cut =
-            |values: &[f64], sign: f64| values[begin..=over].iter().map(|it| sign * it).collect();
+        let sign = common.direction.left_positive_sign();
+        let cut = |values: &[f64], sign: f64| values[begin..=over].iter().map(|it| sign * it).collect();
         let mut all: [Vec<f64>; Channel::ALL.len()] = Default::default();
         for channel in Channel::ALL {
             let place = channels.iter().position(|it| *it == channel);
-            let mirror = if sign < 0.0 { channel.mirror() } else { 1.0 };
+            let mirror = if sign < 0.0 { channel.mirror_sign() } else { 1.0 };
             all[channel.index()] =
                 place.map_or(vec![0.0; over + 1 - begin], |place| cut(&inputs[place], mirror));
         }
         let [v_x, v_y, r, a_y, east, north, heading] = all;
-        let mut log = Log {
+        let mut log = ManoeuvreLog {
             t: time[begin..=over].iter().map(|it| it - time[begin]).collect(),
             phase: cut(phase, 1.0),
             steer: cut(steer, sign),
@@ -114,7 +111,7 @@ impl Manoeuvre {
             v_y,
             r,
             a_y,
-            ..Log::default()
+            ..ManoeuvreLog::default()
         };
         log.set_positions(&east, &north, &heading);
         Ok(log)

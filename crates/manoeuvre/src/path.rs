@@ -2,7 +2,7 @@
 
 /// A path that begins at the origin and leads along x there [m].
 #[derive(Debug, Clone, PartialEq)]
-pub enum Path {
+pub enum GroundPath {
     /// The x axis.
     Straight,
     /// A circle to the left, with this radius [m].
@@ -11,14 +11,14 @@ pub enum Path {
     Gates(Vec<[f64; 2]>),
 }
 
-impl Path {
+impl GroundPath {
     /// How far the path is to the left of a point [m].
     #[must_use]
-    pub fn offset(&self, x: f64, y: f64) -> f64 {
+    pub fn lateral_offset(&self, x: f64, y: f64) -> f64 {
         match self {
-            Path::Straight => -y,
-            Path::Circle(radius) => x.hypot(y - radius) - radius,
-            Path::Gates(points) => {
+            GroundPath::Straight => -y,
+            GroundPath::Circle(radius) => x.hypot(y - radius) - radius,
+            GroundPath::Gates(points) => {
                 let line = center_line(points, x);
                 (line.y - y) / line.slope.hypot(1.0)
             }
@@ -51,17 +51,17 @@ fn center_line(points: &[[f64; 2]], x: f64) -> CenterLine {
 
 #[cfg(test)]
 mod tests {
-    use super::Path;
+    use super::GroundPath;
 
     #[test]
     fn the_path_is_to_the_left_of_points_on_its_right() {
-        assert_eq!(Path::Straight.offset(3.0, -2.0), 2.0);
-        assert_eq!(Path::Circle(10.0).offset(0.0, 0.0), 0.0);
-        assert_eq!(Path::Circle(10.0).offset(0.0, 2.0), -2.0);
-        let gates = Path::Gates(vec![[0.0, 0.0], [10.0, 4.0], [20.0, 4.0]]);
+        assert_eq!(GroundPath::Straight.lateral_offset(3.0, -2.0), 2.0);
+        assert_eq!(GroundPath::Circle(10.0).lateral_offset(0.0, 0.0), 0.0);
+        assert_eq!(GroundPath::Circle(10.0).lateral_offset(0.0, 2.0), -2.0);
+        let gates = GroundPath::Gates(vec![[0.0, 0.0], [10.0, 4.0], [20.0, 4.0]]);
         for (x, y) in [(-5.0, 0.0), (0.0, 0.0), (5.0, 2.0), (10.0, 4.0), (15.0, 4.0), (99.0, 4.0)] {
-            assert!(gates.offset(x, y).abs() < 1e-12, "{x}");
+            assert!(gates.lateral_offset(x, y).abs() < 1e-12, "{x}");
         }
-        assert!(gates.offset(5.0, 1.0) > 0.0 && gates.offset(5.0, 1.0) < 1.0);
+        assert!(gates.lateral_offset(5.0, 1.0) > 0.0 && gates.lateral_offset(5.0, 1.0) < 1.0);
     }
 }

@@ -35,45 +35,46 @@ pub const LIMIT: usize = 1 << 30;
 const SPARSE: &str = "a sparse matrix: write it with full()";
 
 /// Why an object is left out.
-const OBJECT: &str = "an object, such as a string, table or timetable: write plain arrays, cells of characters, structs";
+const OBJECT: &str =
+    "an object, such as a string, table or timetable: write plain arrays, cells of characters, structs";
 
 /// What a file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MatFile {
     /// Numbers and texts in the order of the file. Fields of structs have the path to them as name.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<MatVariable>,
     /// Names of what was left out, each with the reason.
     pub skipped: Vec<(String, String)>,
 }
 
 /// A variable, or a field of a struct.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
+pub struct MatVariable {
     /// Its name: `FX`, `data.FX`, `run(2).FX` (elements from 1 on), `names{2}` for a cell that does not hold texts alone.
     pub name: String,
     /// What it holds.
-    pub value: Value,
+    pub value: MatValue,
 }
 
 /// What a variable holds.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum MatValue {
     /// Real numbers of any class; logical ones are 0 and 1. Integers above 2^53 are rounded.
-    Numbers(Array),
+    Numbers(NumericArray),
     /// Rows of characters, without spaces at their ends; or the texts of a cell.
     Texts(Vec<String>),
 }
 
 /// An array of numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Array {
+pub struct NumericArray {
     /// Length along each dimension, at least two.
     pub shape: Vec<usize>,
     /// Column after column.
     pub values: Vec<f64>,
 }
 
-impl Array {
+impl NumericArray {
     /// Whether it is one row, one column, or one number.
     #[must_use]
     pub fn is_vector(&self) -> bool {
@@ -84,25 +85,25 @@ impl Array {
 impl MatFile {
     /// What a name stands for.
     #[must_use]
-    pub fn get(&self, name: &str) -> Option<&Value> {
+    pub fn get(&self, name: &str) -> Option<&MatValue> {
         self.variables.iter().find(|it| it.name == name).map(|it| &it.value)
     }
 
     /// The numbers of a name.
     #[must_use]
-    pub fn numbers(&self, name: &str) -> Option<&Array> {
+    pub fn numeric_array(&self, name: &str) -> Option<&NumericArray> {
         match self.get(name)? {
-            Value::Numbers(array) => Some(array),
-            Value::Texts(_) => None,
+            MatValue::Numbers(array) => Some(array),
+            MatValue::Texts(_) => None,
         }
     }
 
     /// The texts of a name.
     #[must_use]
-    pub fn texts(&self, name: &str) -> Option<&[String]> {
+    pub fn text_rows(&self, name: &str) -> Option<&[String]> {
         match self.get(name)? {
-            Value::Texts(texts) => Some(texts),
-            Value::Numbers(_) => None,
+            MatValue::Texts(texts) => Some(texts),
+            MatValue::Numbers(_) => None,
         }
     }
 }
@@ -121,7 +122,7 @@ impl Error {
         Self { at: Some(at), text: text.into() }
     }
 
-    fn of_file(text: impl Into<String>) -> Self {
+    fn without_offset(text: impl Into<String>) -> Self {
         Self { at: None, text: text.into() }
     }
 }
@@ -142,8 +143,8 @@ impl std::error::Error for Error {}
 pub fn is_mat(bytes: &[u8]) -> bool {
     is_hdf5(bytes)
         || bytes.starts_with(b"MATLAB ")
-        || version5::order(bytes).is_some()
-        || version4::is(bytes)
+        || version5::header_byte_order(bytes).is_some()
+        || version4::is_version4(bytes)
 }
 
 fn is_hdf5(bytes: &[u8]) -> bool {
@@ -156,19 +157,20 @@ fn is_hdf5(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// When it is no MAT file, ends early, states sizes that its bytes do not hold, or needs more than [`LIMIT`].
-pub fn read(bytes: &[u8]) -> Result<MatFile, Error> {
+pub fn read_mat_file(bytes: &[u8]) -> Result<MatFile, Error> {
     if is_hdf5(bytes) {
-        return version73::read(bytes);
+        return version73::read_version73(bytes);
     }
     if bytes.starts_with(b"MATLAB 7.3") {
-        let what = "expected HDF5 in a MAT file of version 7.3, found its head alone: was the file copied whole?";
+        let what =
+            "expected HDF5 in a MAT file of version 7.3, found its head alone: was the file copied whole?";
         return Err(Error::new(512, what));
     }
-    if let Some(order) = version5::order(bytes) {
-        return version5::read(bytes, order);
+    if let Some(order) = version5::header_byte_order(bytes) {
+        return version5::read_version5(bytes, order);
     }
-    if version4::is(bytes) {
-        return version4::read(bytes);
+    if version4::is_version4(bytes) {
+        return version4::read_version4(bytes);
     }
     Err(Error::new(
         0,

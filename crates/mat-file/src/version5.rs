@@ -4,10 +4,12 @@ use std::io::Read as _;
 
 use flate2::read::ZlibDecoder;
 
-use crate::bytes::{Budget, ByteOrder, NumberFormat, count, numbers, rows, word};
+use crate::bytes::{
+    ByteOrder, MemoryBudget, NumberFormat, character_rows, decode_numbers, element_count, u32_at,
+};
 use crate::cell::CellStart;
 use crate::{
-    Array, Error, MatFile, OBJECT as UNREAD_OBJECT, SPARSE as UNREAD_SPARSE, Value, Variable,
+    Error, MatFile, MatValue, MatVariable, NumericArray, OBJECT as UNREAD_OBJECT, SPARSE as UNREAD_SPARSE,
 };
 
 /// Bytes before the first element.
@@ -34,7 +36,7 @@ const OPAQUE: u32 = 17;
 const COMPLEX: u32 = 0x0800;
 
 /// The order of bytes that the head states; `None` when it is none.
-pub(crate) fn order(bytes: &[u8]) -> Option<ByteOrder> {
+pub(crate) fn header_byte_order(bytes: &[u8]) -> Option<ByteOrder> {
     match (bytes.get(124..126)?, bytes.get(126..HEAD)?) {
         ([0, 1], b"IM") => Some(ByteOrder::Little),
         ([1, 0], b"MI") => Some(ByteOrder::Big),
@@ -53,7 +55,7 @@ struct ElementReader<'a> {
 
 /// One element.
 #[derive(Clone, Copy)]
-struct Element<'a> {
+struct DataElement<'a> {
     kind: u32,
     data: &'a [u8],
     /// Where its data begin.
@@ -65,17 +67,16 @@ impl<'a> ElementReader<'a> {
         self.at >= self.bytes.len()
     }
 
-    fn next(&mut self) -> Result<Element<'a>, Error> {
-        let early =
-            |at| Error::new(at, "expected an element, found the end: was the file copied whole?");
+    fn next(&mut self) -> Result<DataElement<'a>, Error> {
+        let early = |at| Error::new(at, "expected an element, found the end: was the file copied whole?");
         let at = self.at;
-        let first = word(self.bytes, at, self.order).ok_or_else(|| early(at))?;
+        let first = u32_at(self.bytes, at, self.order).ok_or_else(|| early(at))?;
         // Up to four bytes of data stand in the tag, whose upper half is then their number.
         let short = first >> 16;
         let (kind, size, begin) = if short != 0 {
             (first & 0xffff, short as usize, at + 4)
         } else {
-            let size = word(self.bytes, at + 4, self.order).ok_or_else(|| early(at))?;
+            let size = u32_at(self.bytes, at + 4, self.order).ok_or_else(|| early(at))?;
             (first, size as usize, at + 8)
         };
         if short > 4 {
@@ -89,71 +90,62 @@ impl<'a> ElementReader<'a> {
             let left = self.bytes.len().saturating_sub(begin);
             Error::new(
                 at,
-                format!(
-                    "expected {size} bytes of an element, found {left}: was the file copied whole?"
-                ),
+                format!("expected {size} bytes of an element, found {left}: was the file copied whole?"),
             )
         })?;
         let padded = if kind == COMPRESSED { size } else { size.next_multiple_of(8) };
         self.at = if short != 0 { at + 8 } else { begin + padded };
-        Ok(Element { kind, data, at: begin })
+        Ok(DataElement { kind, data, at: begin })
     }
 }
 
-pub(crate) fn read(bytes: &[u8], order: ByteOrder) -> Result<MatFile, Error> {
-    let mut reader = Reader { found: MatFile::default(), budget: Budget::new(), order };
+pub(crate) fn read_version5(bytes: &[u8], order: ByteOrder) -> Result<MatFile, Error> {
+    let mut reader = Version5Reader { found: MatFile::default(), budget: MemoryBudget::new(), order };
     let mut elements = ElementReader { bytes, at: HEAD, order };
     while !elements.is_empty() {
         let element = elements.next()?;
         match element.kind {
             COMPRESSED => {
-                let unpacked = reader.unpacked(element)?;
+                let unpacked = reader.inflate_element(element)?;
                 let mut inner = ElementReader { bytes: &unpacked, at: 0, order };
                 let inner = inner.next()?;
-                reader.top(inner)?;
+                reader.read_variable(inner)?;
             }
-            _ => reader.top(element)?,
+            _ => reader.read_variable(element)?,
         }
     }
     Ok(reader.found)
 }
 
-struct Reader {
+struct Version5Reader {
     found: MatFile,
-    budget: Budget,
+    budget: MemoryBudget,
     order: ByteOrder,
 }
 
-impl Reader {
-    fn unpacked(&mut self, element: Element) -> Result<Vec<u8>, Error> {
-        let (mut unpacked, most) = (Vec::new(), self.budget.left() as u64 + 1);
+impl Version5Reader {
+    fn inflate_element(&mut self, element: DataElement) -> Result<Vec<u8>, Error> {
+        let (mut unpacked, most) = (Vec::new(), self.budget.remaining_bytes() as u64 + 1);
         let mut decoder = ZlibDecoder::new(element.data).take(most);
         decoder.read_to_end(&mut unpacked).map_err(|error| {
             Error::new(element.at, format!("a packed variable cannot be unpacked: {error}"))
         })?;
-        self.budget.take(unpacked.len(), Some(element.at))?;
+        self.budget.reserve(unpacked.len(), Some(element.at))?;
         Ok(unpacked)
     }
 
     /// A variable of the file.
-    fn top(&mut self, element: Element) -> Result<(), Error> {
+    fn read_variable(&mut self, element: DataElement) -> Result<(), Error> {
         if element.kind != MATRIX {
             // Data of newer programs, which readers may leave out.
-            self.found
-                .skipped
-                .push((String::new(), format!("an element of type {}", element.kind)));
+            self.found.skipped.push((String::new(), format!("an element of type {}", element.kind)));
             return Ok(());
         }
-        self.array(element, None, 0)
+        self.read_array(element, None, 0)
     }
 
     /// An array with what it holds. It has its own name, or that of its place in a struct or cell.
-    fn array(
-        &mut self,
-        element: Element,
-        place: Option<String>,
-        depth: usize,
-    ) -> Result<(), Error> {
+    fn read_array(&mut self, element: DataElement, place: Option<String>, depth: usize) -> Result<(), Error> {
         if depth > DEPTH {
             return Err(Error::new(
                 element.at,
@@ -163,28 +155,32 @@ impl Reader {
         let mut parts = ElementReader { bytes: element.data, at: 0, order: self.order };
         if parts.is_empty() {
             // MATLAB's way to write [] within a cell or struct.
-            let empty = Array { shape: vec![0, 0], values: Vec::new() };
-            return self.keep(place.unwrap_or_default(), Value::Numbers(empty), element.at);
+            let empty = NumericArray { shape: vec![0, 0], values: Vec::new() };
+            return self.add_variable(place.unwrap_or_default(), MatValue::Numbers(empty), element.at);
         }
-        let flags = word(parts.next()?.data, 0, self.order)
+        let flags = u32_at(parts.next()?.data, 0, self.order)
             .ok_or_else(|| Error::new(element.at, "expected the flags of an array, found none"))?;
         let (class, complex) = (flags & 0xff, flags & COMPLEX != 0);
-        let shape = if class == OPAQUE { Vec::new() } else { self.shape(parts.next()?)? };
+        let shape = if class == OPAQUE { Vec::new() } else { self.read_shape(parts.next()?)? };
         let own = parts.next()?.data;
         let name = place.unwrap_or_else(|| own.iter().map(|it| char::from(*it)).collect());
-        let elements = count(&shape).ok_or_else(|| {
+        let elements = element_count(&shape).ok_or_else(|| {
             Error::new(element.at, format!("`{name}` states more elements than can be counted"))
         })?;
         let unread = match class {
-            CELL => return self.cell(parts, name, elements, depth),
-            STRUCT => return self.fields(parts, name, elements, depth),
+            CELL => return self.read_cell_array(parts, name, elements, depth),
+            STRUCT => return self.read_struct_fields(parts, name, elements, depth),
             CHAR => {
-                let value = Value::Texts(self.text(parts.next()?, &shape, elements)?);
-                return self.keep(name, value, element.at);
+                let value = MatValue::Texts(self.read_text(parts.next()?, &shape, elements)?);
+                return self.add_variable(name, value, element.at);
             }
             6..=15 if !complex => {
-                let values = self.numbers(parts.next()?, &name, elements)?;
-                return self.keep(name, Value::Numbers(Array { shape, values }), element.at);
+                let values = self.read_numbers(parts.next()?, &name, elements)?;
+                return self.add_variable(
+                    name,
+                    MatValue::Numbers(NumericArray { shape, values }),
+                    element.at,
+                );
             }
             6..=15 => "complex numbers",
             SPARSE => UNREAD_SPARSE,
@@ -199,17 +195,17 @@ impl Reader {
         Ok(())
     }
 
-    fn keep(&mut self, name: String, value: Value, at: usize) -> Result<(), Error> {
-        self.budget.take(name.len() + 64, Some(at))?;
-        self.found.variables.push(Variable { name, value });
+    fn add_variable(&mut self, name: String, value: MatValue, at: usize) -> Result<(), Error> {
+        self.budget.reserve(name.len() + 64, Some(at))?;
+        self.found.variables.push(MatVariable { name, value });
         Ok(())
     }
 
-    fn shape(&self, element: Element) -> Result<Vec<usize>, Error> {
+    fn read_shape(&self, element: DataElement) -> Result<Vec<usize>, Error> {
         let lengths: Vec<_> = element
             .data
             .chunks_exact(4)
-            .filter_map(|it| word(it, 0, self.order).and_then(|it| i32::try_from(it).ok()))
+            .filter_map(|it| u32_at(it, 0, self.order).and_then(|it| i32::try_from(it).ok()))
             .map(|it| it as usize)
             .collect();
         let whole = element.kind == INT32 && lengths.len() * 4 == element.data.len();
@@ -222,12 +218,7 @@ impl Reader {
         Ok(lengths)
     }
 
-    fn numbers(
-        &mut self,
-        element: Element,
-        name: &str,
-        elements: usize,
-    ) -> Result<Vec<f64>, Error> {
+    fn read_numbers(&mut self, element: DataElement, name: &str, elements: usize) -> Result<Vec<f64>, Error> {
         let kind = match element.kind {
             1 => NumberFormat::I8,
             2 => NumberFormat::U8,
@@ -246,24 +237,24 @@ impl Reader {
                 ));
             }
         };
-        let there = element.data.len() / kind.size();
+        let there = element.data.len() / kind.size_in_bytes();
         if there != elements {
             return Err(Error::new(
                 element.at,
                 format!("`{name}`: expected {elements} numbers, found {there}"),
             ));
         }
-        self.budget.take(elements.saturating_mul(8), Some(element.at))?;
-        Ok(numbers(element.data, kind, self.order).collect())
+        self.budget.reserve(elements.saturating_mul(8), Some(element.at))?;
+        Ok(decode_numbers(element.data, kind, self.order).collect())
     }
 
-    fn text(
+    fn read_text(
         &mut self,
-        element: Element,
+        element: DataElement,
         shape: &[usize],
         elements: usize,
     ) -> Result<Vec<String>, Error> {
-        let codes = |kind| numbers(element.data, kind, self.order).map(|it| it as u32);
+        let codes = |kind| decode_numbers(element.data, kind, self.order).map(|it| it as u32);
         let characters: Vec<char> = match element.kind {
             1 | 2 => codes(NumberFormat::U8).filter_map(char::from_u32).collect(),
             4 | 17 => {
@@ -271,45 +262,40 @@ impl Reader {
                 text_encoding::utf16_units(units).chars().collect()
             }
             16 => String::from_utf8_lossy(element.data).chars().collect(),
-            18 => codes(NumberFormat::U32)
-                .map(|it| char::from_u32(it).unwrap_or('\u{fffd}'))
-                .collect(),
+            18 => codes(NumberFormat::U32).map(|it| char::from_u32(it).unwrap_or('\u{fffd}')).collect(),
             other => {
-                return Err(Error::new(
-                    element.at,
-                    format!("expected characters, found type {other}"),
-                ));
+                return Err(Error::new(element.at, format!("expected characters, found type {other}")));
             }
         };
-        self.budget.take(characters.len().saturating_mul(4), Some(element.at))?;
+        self.budget.reserve(characters.len().saturating_mul(4), Some(element.at))?;
         if characters.len() > elements {
             return Err(Error::new(
                 element.at,
                 format!("expected {elements} characters, found {}", characters.len()),
             ));
         }
-        Ok(rows(&characters, shape))
+        Ok(character_rows(&characters, shape))
     }
 
     /// A cell of texts is one value; other cells are made flat.
-    fn cell(
+    fn read_cell_array(
         &mut self,
         mut parts: ElementReader,
         name: String,
         elements: usize,
         depth: usize,
     ) -> Result<(), Error> {
-        let begin = CellStart::of(&self.found);
+        let begin = CellStart::at_end_of(&self.found);
         for k in 1..=elements {
             let part = parts.next()?;
-            self.array(part, Some(format!("{name}{{{k}}}")), depth + 1)?;
+            self.read_array(part, Some(format!("{name}{{{k}}}")), depth + 1)?;
         }
         begin.join_texts(&mut self.found, &name, elements);
         Ok(())
     }
 
     /// The fields of a struct, or of each element of an array of structs.
-    fn fields(
+    fn read_struct_fields(
         &mut self,
         mut parts: ElementReader,
         name: String,
@@ -317,7 +303,7 @@ impl Reader {
         depth: usize,
     ) -> Result<(), Error> {
         let length = parts.next()?;
-        let long = word(length.data, 0, self.order).unwrap_or(0) as usize;
+        let long = u32_at(length.data, 0, self.order).unwrap_or(0) as usize;
         let names = parts.next()?;
         if long == 0 || names.data.len() % long != 0 {
             return Err(Error::new(
@@ -343,7 +329,7 @@ impl Reader {
                         format!("`{of}.{field}`: expected an array, found type {}", part.kind),
                     ));
                 }
-                self.array(part, Some(format!("{of}.{field}")), depth + 1)?;
+                self.read_array(part, Some(format!("{of}.{field}")), depth + 1)?;
             }
         }
         Ok(())

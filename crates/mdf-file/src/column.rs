@@ -1,10 +1,10 @@
 //! Describes what is written: the file, its columns, and the cells of their rows.
 
-use crate::layout::Start;
+use crate::layout::StartTime;
 
 /// What a file says about itself.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct About {
+pub struct MdfDescription {
     /// What it is.
     pub comment: Option<String>,
     /// Names with values, such as the seed of a run.
@@ -14,12 +14,12 @@ pub struct About {
     /// The program that writes, with its version.
     pub tool: Option<(String, String)>,
     /// When the measurement began; without it the file says 1970.
-    pub start: Option<Start>,
+    pub start: Option<StartTime>,
 }
 
 /// A column of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct MdfColumn {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -27,12 +27,12 @@ pub struct Column {
     /// What it is.
     pub comment: Option<String>,
     /// What its values are.
-    pub kind: Type,
+    pub kind: MdfColumnType,
 }
 
 /// What the values of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Type {
+pub enum MdfColumnType {
     /// Doubles.
     Real,
     /// Integers of 64 bits with a sign.
@@ -45,16 +45,16 @@ pub enum Type {
     Text,
 }
 
-impl Type {
+impl MdfColumnType {
     /// Bytes in a record; of a text it is where it stands.
-    pub(crate) fn bytes(self) -> u32 {
-        if self == Type::Boolean { 1 } else { 8 }
+    pub(crate) fn record_bytes(self) -> u32 {
+        if self == MdfColumnType::Boolean { 1 } else { 8 }
     }
 }
 
 /// A value of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cell<'t> {
+pub enum MdfCell<'t> {
     /// For [`Type::Real`].
     Real(f64),
     /// For [`Type::Signed`].

@@ -5,11 +5,11 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::formula::Formula;
+use crate::formula::ConversionFormula;
 
 /// How raw values become physical ones.
 #[derive(Debug)]
-pub(crate) enum Conversion {
+pub(crate) enum ValueConversion {
     Identity,
     /// `offset + factor x`.
     Linear {
@@ -18,7 +18,7 @@ pub(crate) enum Conversion {
     },
     /// `(a x^2 + b x + c) / (d x^2 + e x + f)`.
     Rational([f64; 6]),
-    Formula(Formula),
+    Formula(ConversionFormula),
     /// Straight lines between points of rising raw values.
     Interpolated(Vec<[f64; 2]>),
     /// The value of the nearest point, of two the lower one.
@@ -26,45 +26,45 @@ pub(crate) enum Conversion {
     /// Lowest and highest raw value with the value, and the value of all others.
     Ranges(Vec<[f64; 3]>, f64),
     /// Rising raw values with what they mean, and what all others mean.
-    Keys(Vec<(f64, Target)>, Target),
+    Keys(Vec<(f64, ConversionTarget)>, ConversionTarget),
     /// Lowest and highest raw value with what they mean, and what all others mean.
-    Spans(Vec<([f64; 2], Target)>, Target),
+    Spans(Vec<([f64; 2], ConversionTarget)>, ConversionTarget),
     /// Texts with their numbers, and the number of all others.
     FromTexts(Vec<(String, f64)>, f64),
     /// Texts with other texts, and the text of all others.
     Translated(Vec<(String, Option<String>)>, Option<String>),
     /// Masks with a name and what the bits mean.
-    Bits(Vec<(u64, Option<String>, Target)>),
+    Bits(Vec<(u64, Option<String>, ConversionTarget)>),
 }
 
 /// What a raw value means in a table.
 #[derive(Clone, Debug)]
-pub(crate) enum Target {
+pub(crate) enum ConversionTarget {
     /// Itself.
     Itself,
     Text(String),
-    Scale(Arc<Conversion>),
+    Scale(Arc<ValueConversion>),
 }
 
 /// A converted number.
-pub(crate) enum Physical<'c> {
+pub(crate) enum PhysicalValue<'c> {
     Number(f64),
     Text(Cow<'c, str>),
 }
 
-impl Target {
-    fn apply(&self, raw: f64, whole: bool) -> Physical<'_> {
+impl ConversionTarget {
+    fn convert(&self, raw: f64, whole: bool) -> PhysicalValue<'_> {
         match self {
-            Target::Itself => Physical::Number(raw),
-            Target::Text(text) => Physical::Text(Cow::Borrowed(text)),
-            Target::Scale(conversion) => conversion.apply(raw, whole),
+            ConversionTarget::Itself => PhysicalValue::Number(raw),
+            ConversionTarget::Text(text) => PhysicalValue::Text(Cow::Borrowed(text)),
+            ConversionTarget::Scale(conversion) => conversion.convert(raw, whole),
         }
     }
 }
 
-impl Conversion {
+impl ValueConversion {
     /// A table of values of the block at a place, with straight lines between its points or not.
-    pub fn points(points: Vec<[f64; 2]>, lines: bool, at: u64) -> Result<Self, Error> {
+    pub fn from_points(points: Vec<[f64; 2]>, lines: bool, at: u64) -> Result<Self, Error> {
         if !points.is_sorted_by(|a, b| a[0] <= b[0]) {
             let text = "expected a table of conversion with rising raw values, found falling ones";
             return Err(Error::new(at, text));
@@ -73,7 +73,7 @@ impl Conversion {
     }
 
     /// A table of raw values with what they mean; of two equal ones the first counts.
-    pub fn keys(mut keys: Vec<(f64, Target)>, other: Target) -> Self {
+    pub fn from_keys(mut keys: Vec<(f64, ConversionTarget)>, other: ConversionTarget) -> Self {
         keys.retain(|it| !it.0.is_nan());
         keys.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
         Self::Keys(keys, other)
@@ -81,76 +81,76 @@ impl Conversion {
 
     /// Whether numbers become texts. Where some become numbers by a scale of their own, the texts tell why there is no number, such
     /// as "sensor failed": then they do not.
-    pub fn gives_texts(&self) -> bool {
-        let texts = |target: &Target| match target {
-            Target::Itself => None,
-            Target::Text(_) => Some(true),
-            Target::Scale(conversion) => Some(conversion.gives_texts()),
+    pub fn has_text_output(&self) -> bool {
+        let texts = |target: &ConversionTarget| match target {
+            ConversionTarget::Itself => None,
+            ConversionTarget::Text(_) => Some(true),
+            ConversionTarget::Scale(conversion) => Some(conversion.has_text_output()),
         };
-        let all = |targets: &mut dyn Iterator<Item = &Target>| {
+        let all = |targets: &mut dyn Iterator<Item = &ConversionTarget>| {
             let mut known = targets.filter_map(texts).peekable();
             known.peek().is_some() && known.all(|it| it)
         };
         match self {
-            Conversion::Keys(keys, other) => all(&mut keys.iter().map(|it| &it.1).chain([other])),
-            Conversion::Spans(spans, other) => {
-                all(&mut spans.iter().map(|it| &it.1).chain([other]))
-            }
-            Conversion::Bits(_) => true,
+            ValueConversion::Keys(keys, other) => all(&mut keys.iter().map(|it| &it.1).chain([other])),
+            ValueConversion::Spans(spans, other) => all(&mut spans.iter().map(|it| &it.1).chain([other])),
+            ValueConversion::Bits(_) => true,
             _ => false,
         }
     }
 
     /// Whether the raw values are texts.
-    pub fn takes_texts(&self) -> bool {
-        matches!(self, Conversion::FromTexts(..) | Conversion::Translated(..))
+    pub fn has_text_input(&self) -> bool {
+        matches!(self, ValueConversion::FromTexts(..) | ValueConversion::Translated(..))
     }
 
     /// The number of a raw number; NaN where it means a text.
-    pub fn number(&self, raw: f64, whole: bool) -> f64 {
-        match self.apply(raw, whole) {
-            Physical::Number(number) => number,
-            Physical::Text(_) => f64::NAN,
+    pub fn convert_to_number(&self, raw: f64, whole: bool) -> f64 {
+        match self.convert(raw, whole) {
+            PhysicalValue::Number(number) => number,
+            PhysicalValue::Text(_) => f64::NAN,
         }
     }
 
     /// What a raw number means. Ranges of `whole` numbers have their upper end, others are open there.
-    pub fn apply(&self, raw: f64, whole: bool) -> Physical<'_> {
-        Physical::Number(match self {
-            Conversion::Identity => raw,
-            Conversion::Linear { offset, factor } => linear(raw, *offset, *factor),
-            Conversion::Rational(all) => rational(raw, *all),
-            Conversion::Formula(formula) => {
+    pub fn convert(&self, raw: f64, whole: bool) -> PhysicalValue<'_> {
+        PhysicalValue::Number(match self {
+            ValueConversion::Identity => raw,
+            ValueConversion::Linear { offset, factor } => linear_value(raw, *offset, *factor),
+            ValueConversion::Rational(all) => rational_value(raw, *all),
+            ValueConversion::Formula(formula) => {
                 thread_local!(static STACK: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) });
-                STACK.with_borrow_mut(|stack| formula.value(raw, stack))
+                STACK.with_borrow_mut(|stack| formula.evaluate(raw, stack))
             }
-            Conversion::Interpolated(points) => interpolated(points, raw),
-            Conversion::Nearest(points) => nearest(points, raw),
-            Conversion::Ranges(ranges, other) => ranges
+            ValueConversion::Interpolated(points) => interpolate_points(points, raw),
+            ValueConversion::Nearest(points) => nearest_point_value(points, raw),
+            ValueConversion::Ranges(ranges, other) => ranges
                 .iter()
-                .find(|[low, high, _]| inside(raw, [*low, *high], whole))
+                .find(|[low, high, _]| is_in_range(raw, [*low, *high], whole))
                 .map_or(*other, |it| it[2]),
-            Conversion::Keys(keys, other) => {
+            ValueConversion::Keys(keys, other) => {
                 let at = keys.partition_point(|it| it.0 < raw);
                 let found = keys.get(at).filter(|it| it.0 == raw);
-                return found.map_or(other, |it| &it.1).apply(raw, whole);
+                return found.map_or(other, |it| &it.1).convert(raw, whole);
             }
-            Conversion::Spans(spans, other) => {
+            ValueConversion::Spans(spans, other) => {
                 return spans
                     .iter()
-                    .find(|it| inside(raw, it.0, whole))
+                    .find(|it| is_in_range(raw, it.0, whole))
                     .map_or(other, |it| &it.1)
-                    .apply(raw, whole);
+                    .convert(raw, whole);
             }
-            Conversion::Bits(parts) => return Physical::Text(Cow::Owned(bits(parts, raw))),
-            Conversion::FromTexts(..) | Conversion::Translated(..) => f64::NAN,
+            ValueConversion::Bits(parts) => {
+                return PhysicalValue::Text(Cow::Owned(bit_field_text(parts, raw)));
+            }
+            ValueConversion::FromTexts(..) | ValueConversion::Translated(..) => f64::NAN,
         })
     }
 
     /// The number of a raw text.
-    pub fn number_of(&self, raw: &str) -> f64 {
+    pub fn text_to_number(&self, raw: &str) -> f64 {
         match self {
-            Conversion::FromTexts(texts, other) => {
+            ValueConversion::FromTexts(texts, other) => {
                 texts.iter().find(|it| it.0 == raw).map_or(*other, |it| it.1)
             }
             _ => f64::NAN,
@@ -158,9 +158,9 @@ impl Conversion {
     }
 
     /// The text of a raw text.
-    pub fn text_of(&self, raw: String) -> String {
+    pub fn text_to_text(&self, raw: String) -> String {
         match self {
-            Conversion::Translated(texts, other) => {
+            ValueConversion::Translated(texts, other) => {
                 let found = texts.iter().find(|it| it.0 == raw).map_or(other, |it| &it.1);
                 found.clone().unwrap_or(raw)
             }
@@ -169,13 +169,13 @@ impl Conversion {
     }
 }
 
-fn linear(raw: f64, offset: f64, factor: f64) -> f64 {
+fn linear_value(raw: f64, offset: f64, factor: f64) -> f64 {
     let product = raw * factor;
     // Without an offset the zero keeps its sign.
     if offset == 0.0 { product } else { product + offset }
 }
 
-fn rational(x: f64, [a, b, c, d, e, f]: [f64; 6]) -> f64 {
+fn rational_value(x: f64, [a, b, c, d, e, f]: [f64; 6]) -> f64 {
     if [a, c, d, e] == [0.0; 4] {
         // A plain factor, most often one that is stored as its inverse.
         return if b == f { x } else { x * (b / f) };
@@ -187,11 +187,11 @@ fn rational(x: f64, [a, b, c, d, e, f]: [f64; 6]) -> f64 {
     (a * (x * x) + b * x + c) / (d * (x * x) + e * x + f)
 }
 
-fn inside(raw: f64, [low, high]: [f64; 2], whole: bool) -> bool {
+fn is_in_range(raw: f64, [low, high]: [f64; 2], whole: bool) -> bool {
     low <= raw && (raw < high || (whole && raw == high))
 }
 
-fn interpolated(points: &[[f64; 2]], x: f64) -> f64 {
+fn interpolate_points(points: &[[f64; 2]], x: f64) -> f64 {
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return f64::NAN };
     if x.is_nan() {
         return x;
@@ -205,7 +205,7 @@ fn interpolated(points: &[[f64; 2]], x: f64) -> f64 {
     }
 }
 
-fn nearest(points: &[[f64; 2]], x: f64) -> f64 {
+fn nearest_point_value(points: &[[f64; 2]], x: f64) -> f64 {
     if x.is_nan() {
         return x;
     }
@@ -224,12 +224,12 @@ fn nearest(points: &[[f64; 2]], x: f64) -> f64 {
 }
 
 /// The meanings of all bits that are set, with the names of their parts.
-fn bits(parts: &[(u64, Option<String>, Target)], raw: f64) -> String {
+fn bit_field_text(parts: &[(u64, Option<String>, ConversionTarget)], raw: f64) -> String {
     let mut all = Vec::new();
     for (mask, name, target) in parts {
-        let text = match target.apply((raw as u64 & mask) as f64, true) {
-            Physical::Text(text) => text.into_owned(),
-            Physical::Number(number) => number.to_string(),
+        let text = match target.convert((raw as u64 & mask) as f64, true) {
+            PhysicalValue::Text(text) => text.into_owned(),
+            PhysicalValue::Number(number) => number.to_string(),
         };
         match name {
             Some(name) => all.push(format!("{name}={text}")),
@@ -247,27 +247,30 @@ mod tests {
     #[test]
     fn tables_hold_at_their_ends_and_points() {
         let points = vec![[0.0, 10.0], [1.0, 20.0], [3.0, 0.0]];
-        let lines = Conversion::Interpolated(points.clone());
-        let found = [-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0].map(|it| lines.number(it, false));
+        let lines = ValueConversion::Interpolated(points.clone());
+        let found = [-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0].map(|it| lines.convert_to_number(it, false));
         assert_eq!(found, [10.0, 10.0, 15.0, 20.0, 10.0, 0.0, 0.0]);
-        let steps = Conversion::Nearest(points);
-        let found = [-1.0, 0.5, 0.6, 2.0, 2.1, 9.0].map(|it| steps.number(it, false));
+        let steps = ValueConversion::Nearest(points);
+        let found = [-1.0, 0.5, 0.6, 2.0, 2.1, 9.0].map(|it| steps.convert_to_number(it, false));
         assert_eq!(found, [10.0, 10.0, 20.0, 20.0, 0.0, 0.0]);
-        assert!(lines.number(f64::NAN, false).is_nan() && steps.number(f64::NAN, false).is_nan());
-        assert!(Conversion::Nearest(Vec::new()).number(1.0, false).is_nan());
+        assert!(
+            lines.convert_to_number(f64::NAN, false).is_nan()
+                && steps.convert_to_number(f64::NAN, false).is_nan()
+        );
+        assert!(ValueConversion::Nearest(Vec::new()).convert_to_number(1.0, false).is_nan());
     }
 
     #[test]
     fn ranges_of_whole_numbers_have_both_ends() {
-        let ranges = Conversion::Ranges(vec![[0.0, 2.0, 5.0], [2.0, 4.0, 6.0]], -1.0);
-        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.number(it, true)), [5.0, 5.0, 6.0]);
-        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.number(it, false)), [5.0, 6.0, -1.0]);
-        assert_eq!(ranges.number(f64::NAN, false), -1.0);
+        let ranges = ValueConversion::Ranges(vec![[0.0, 2.0, 5.0], [2.0, 4.0, 6.0]], -1.0);
+        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.convert_to_number(it, true)), [5.0, 5.0, 6.0]);
+        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.convert_to_number(it, false)), [5.0, 6.0, -1.0]);
+        assert_eq!(ranges.convert_to_number(f64::NAN, false), -1.0);
     }
 
     #[test]
     fn rational_conversions_are_quotients() {
-        let value = |all, x| Conversion::Rational(all).number(x, false);
+        let value = |all, x| ValueConversion::Rational(all).convert_to_number(x, false);
         assert_eq!(value([1.0, 2.0, 3.0, 0.0, 0.0, 2.0], 3.0), 9.0);
         assert_eq!(value([0.0, 1.0, 0.0, 0.0, 0.0, 4.0], 3.0), 0.75);
         assert_eq!(value([1.0, 0.0, 0.0, 0.0, 4.0, 0.0], 0.0), 0.0);
@@ -275,12 +278,12 @@ mod tests {
 
     #[test]
     fn a_table_with_a_scale_gives_numbers_and_no_text() {
-        let scale = Arc::new(Conversion::Linear { offset: -40.0, factor: 0.5 });
-        let failed = vec![(255.0, Target::Text("failed".to_owned()))];
-        let mixed = Conversion::Keys(failed.clone(), Target::Scale(scale));
-        assert!(!mixed.gives_texts());
-        assert_eq!(mixed.number(100.0, true), 10.0);
-        assert!(mixed.number(255.0, true).is_nan());
-        assert!(Conversion::Keys(failed, Target::Itself).gives_texts());
+        let scale = Arc::new(ValueConversion::Linear { offset: -40.0, factor: 0.5 });
+        let failed = vec![(255.0, ConversionTarget::Text("failed".to_owned()))];
+        let mixed = ValueConversion::Keys(failed.clone(), ConversionTarget::Scale(scale));
+        assert!(!mixed.has_text_output());
+        assert_eq!(mixed.convert_to_number(100.0, true), 10.0);
+        assert!(mixed.convert_to_number(255.0, true).is_nan());
+        assert!(ValueConversion::Keys(failed, ConversionTarget::Itself).has_text_output());
     }
 }

@@ -16,7 +16,7 @@ impl Error {
         Self { at: Some(at), text: text.into() }
     }
 
-    pub(crate) fn general(text: impl Into<String>) -> Self {
+    pub(crate) fn without_offset(text: impl Into<String>) -> Self {
         Self { at: None, text: text.into() }
     }
 }
@@ -34,6 +34,6 @@ impl std::error::Error for Error {}
 
 impl From<std::io::Error> for Error {
     fn from(error: std::io::Error) -> Self {
-        Self::general(format!("the file cannot be read or written: {error}"))
+        Self::without_offset(format!("the file cannot be read or written: {error}"))
     }
 }

@@ -7,22 +7,22 @@ const LONGEST: usize = 4096;
 
 /// A formula, as operations on a stack.
 #[derive(Clone, Debug)]
-pub(crate) struct Formula(Vec<Operation>);
+pub(crate) struct ConversionFormula(Vec<StackOperation>);
 
 #[derive(Clone, Copy, Debug)]
-enum Operation {
+enum StackOperation {
     Number(f64),
     X,
     Negative,
-    One(One),
-    Two(Two),
+    One(UnaryFunction),
+    Two(BinaryFunction),
 }
 
-type One = fn(f64) -> f64;
-type Two = fn(f64, f64) -> f64;
+type UnaryFunction = fn(f64) -> f64;
+type BinaryFunction = fn(f64, f64) -> f64;
 
 /// Functions of one number.
-const ONE: [(&str, One); 17] = [
+const ONE: [(&str, UnaryFunction); 17] = [
     ("sin", f64::sin),
     ("cos", f64::cos),
     ("tan", f64::tan),
@@ -43,7 +43,7 @@ const ONE: [(&str, One); 17] = [
 ];
 
 /// Functions of two numbers.
-const TWO: [(&str, Two); 2] = [("pow", power), ("atan2", f64::atan2)];
+const TWO: [(&str, BinaryFunction); 2] = [("pow", power), ("atan2", f64::atan2)];
 
 /// Small whole powers are products by repeated squaring, as `x * x` is more exact than a logarithm.
 fn power(base: f64, exponent: f64) -> f64 {
@@ -61,33 +61,30 @@ fn power(base: f64, exponent: f64) -> f64 {
     product.unwrap_or(1.0)
 }
 
-impl Formula {
+impl ConversionFormula {
     /// Reads a formula, or says what is wrong with it.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, String> {
         if text.len() > LONGEST {
-            return Err(format!(
-                "expected a formula of at most {LONGEST} bytes, found {}",
-                text.len()
-            ));
+            return Err(format!("expected a formula of at most {LONGEST} bytes, found {}", text.len()));
         }
-        let mut reader = Reader { text, at: 0, depth: 0, found: Vec::new() };
-        reader.sum()?;
+        let mut reader = FormulaParser { text, at: 0, depth: 0, found: Vec::new() };
+        reader.parse_sum()?;
         match reader.peek() {
             None => Ok(Self(reader.found)),
-            Some(_) => Err(reader.wrong("an operator or the end")),
+            Some(_) => Err(reader.unexpected_error("an operator or the end")),
         }
     }
 
     /// Its value at X.
-    pub fn value(&self, x: f64, stack: &mut Vec<f64>) -> f64 {
+    pub fn evaluate(&self, x: f64, stack: &mut Vec<f64>) -> f64 {
         stack.clear();
         for operation in &self.0 {
             let value = match operation {
-                Operation::Number(number) => *number,
-                Operation::X => x,
-                Operation::Negative => -stack.pop().unwrap_or(f64::NAN),
-                Operation::One(function) => function(stack.pop().unwrap_or(f64::NAN)),
-                Operation::Two(function) => {
+                StackOperation::Number(number) => *number,
+                StackOperation::X => x,
+                StackOperation::Negative => -stack.pop().unwrap_or(f64::NAN),
+                StackOperation::One(function) => function(stack.pop().unwrap_or(f64::NAN)),
+                StackOperation::Two(function) => {
                     let second = stack.pop().unwrap_or(f64::NAN);
                     function(stack.pop().unwrap_or(f64::NAN), second)
                 }
@@ -98,38 +95,38 @@ impl Formula {
     }
 }
 
-struct Reader<'t> {
+struct FormulaParser<'t> {
     text: &'t str,
     at: usize,
     depth: usize,
-    found: Vec<Operation>,
+    found: Vec<StackOperation>,
 }
 
-impl Reader<'_> {
-    fn rest(&self) -> &str {
+impl FormulaParser<'_> {
+    fn remaining_text(&self) -> &str {
         &self.text[self.at..]
     }
 
     fn peek(&mut self) -> Option<char> {
-        self.at = self.text.len() - self.rest().trim_start().len();
-        self.rest().chars().next()
+        self.at = self.text.len() - self.remaining_text().trim_start().len();
+        self.remaining_text().chars().next()
     }
 
-    fn take(&mut self, word: &str) -> bool {
-        let there = self.peek().is_some() && self.rest().starts_with(word);
+    fn accept_word(&mut self, word: &str) -> bool {
+        let there = self.peek().is_some() && self.remaining_text().starts_with(word);
         if there {
             self.at += word.len();
         }
         there
     }
 
-    fn wrong(&mut self, expected: &str) -> String {
+    fn unexpected_error(&mut self, expected: &str) -> String {
         let found = self.peek().map_or("the end".to_owned(), |it| format!("`{it}`"));
         format!("expected {expected} at character {} of the formula, found {found}", self.at + 1)
     }
 
     /// Goes deeper, but not too deep.
-    fn within(&mut self, read: fn(&mut Self) -> Result<(), String>) -> Result<(), String> {
+    fn parse_nested(&mut self, read: fn(&mut Self) -> Result<(), String>) -> Result<(), String> {
         self.depth += 1;
         if self.depth > DEEPEST {
             return Err(format!("expected at most {DEEPEST} levels of a formula, found more"));
@@ -139,108 +136,112 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn sum(&mut self) -> Result<(), String> {
-        self.product()?;
+    fn parse_sum(&mut self) -> Result<(), String> {
+        self.parse_product()?;
         loop {
-            let function: Two = match () {
-                () if self.take("+") => |a, b| a + b,
-                () if self.take("-") => |a, b| a - b,
+            let function: BinaryFunction = match () {
+                () if self.accept_word("+") => |a, b| a + b,
+                () if self.accept_word("-") => |a, b| a - b,
                 () => return Ok(()),
             };
-            self.product()?;
-            self.found.push(Operation::Two(function));
+            self.parse_product()?;
+            self.found.push(StackOperation::Two(function));
         }
     }
 
-    fn product(&mut self) -> Result<(), String> {
-        self.signed()?;
+    fn parse_product(&mut self) -> Result<(), String> {
+        self.parse_signed()?;
         loop {
-            let function: Two = match () {
-                () if !self.rest().trim_start().starts_with("**") && self.take("*") => |a, b| a * b,
-                () if self.take("/") => |a, b| a / b,
+            let function: BinaryFunction = match () {
+                () if !self.remaining_text().trim_start().starts_with("**") && self.accept_word("*") => {
+                    |a, b| a * b
+                }
+                () if self.accept_word("/") => |a, b| a / b,
                 () => return Ok(()),
             };
-            self.signed()?;
-            self.found.push(Operation::Two(function));
+            self.parse_signed()?;
+            self.found.push(StackOperation::Two(function));
         }
     }
 
     /// A sign binds less than a power: -X^2 is -(X^2).
-    fn signed(&mut self) -> Result<(), String> {
-        if self.take("-") {
-            self.within(Self::signed)?;
-            self.found.push(Operation::Negative);
+    fn parse_signed(&mut self) -> Result<(), String> {
+        if self.accept_word("-") {
+            self.parse_nested(Self::parse_signed)?;
+            self.found.push(StackOperation::Negative);
             return Ok(());
         }
-        if self.take("+") {
-            return self.within(Self::signed);
+        if self.accept_word("+") {
+            return self.parse_nested(Self::parse_signed);
         }
-        self.atom()?;
-        if self.take("**") || self.take("^") {
-            self.within(Self::signed)?;
-            self.found.push(Operation::Two(power));
+        self.parse_atom()?;
+        if self.accept_word("**") || self.accept_word("^") {
+            self.parse_nested(Self::parse_signed)?;
+            self.found.push(StackOperation::Two(power));
         }
         Ok(())
     }
 
-    fn atom(&mut self) -> Result<(), String> {
-        if self.take("(") {
-            self.within(Self::sum)?;
-            return if self.take(")") { Ok(()) } else { Err(self.wrong("`)`")) };
+    fn parse_atom(&mut self) -> Result<(), String> {
+        if self.accept_word("(") {
+            self.parse_nested(Self::parse_sum)?;
+            return if self.accept_word(")") { Ok(()) } else { Err(self.unexpected_error("`)`")) };
         }
         match self.peek() {
-            Some('0'..='9' | '.') => self.number(),
-            Some('a'..='z' | 'A'..='Z') => self.word(),
-            _ => Err(self.wrong("a number, X, a function or `(`")),
+            Some('0'..='9' | '.') => self.parse_number(),
+            Some('a'..='z' | 'A'..='Z') => self.parse_word(),
+            _ => Err(self.unexpected_error("a number, X, a function or `(`")),
         }
     }
 
-    fn number(&mut self) -> Result<(), String> {
+    fn parse_number(&mut self) -> Result<(), String> {
         let digits = |text: &str| {
             text.len() - text.trim_start_matches(|it: char| it.is_ascii_digit() || it == '.').len()
         };
-        let mut length = digits(self.rest());
-        if let Some(exponent) = self.rest()[length..].strip_prefix(['e', 'E']) {
+        let mut length = digits(self.remaining_text());
+        if let Some(exponent) = self.remaining_text()[length..].strip_prefix(['e', 'E']) {
             let sign = usize::from(exponent.starts_with(['+', '-']));
             let figures = digits(&exponent[sign..]);
             length += if figures > 0 { 1 + sign + figures } else { 0 };
         }
-        let number = self.rest()[..length].parse().map_err(|_| self.wrong("a number"))?;
+        let number =
+            self.remaining_text()[..length].parse().map_err(|_| self.unexpected_error("a number"))?;
         self.at += length;
-        self.found.push(Operation::Number(number));
+        self.found.push(StackOperation::Number(number));
         Ok(())
     }
 
-    fn word(&mut self) -> Result<(), String> {
-        let rest = self.rest();
-        let length =
-            rest.len() - rest.trim_start_matches(|it: char| it.is_ascii_alphanumeric()).len();
+    fn parse_word(&mut self) -> Result<(), String> {
+        let rest = self.remaining_text();
+        let length = rest.len() - rest.trim_start_matches(|it: char| it.is_ascii_alphanumeric()).len();
         let word = rest[..length].to_ascii_lowercase();
         let named = |name: &&str| **name == *word;
         let one = ONE.iter().find(|it| named(&it.0)).map(|it| it.1);
         let two = TWO.iter().find(|it| named(&it.0)).map(|it| it.1);
         let operation = match (word.as_str(), one, two) {
-            ("x" | "x1", ..) => Operation::X,
-            ("pi", ..) => Operation::Number(std::f64::consts::PI),
-            (_, Some(function), _) => Operation::One(function),
-            (_, _, Some(function)) => Operation::Two(function),
+            ("x" | "x1", ..) => StackOperation::X,
+            ("pi", ..) => StackOperation::Number(std::f64::consts::PI),
+            (_, Some(function), _) => StackOperation::One(function),
+            (_, _, Some(function)) => StackOperation::Two(function),
             // Of the logarithm some tools mean the natural one, others that of base 10.
-            _ => return Err(self.wrong("X or a function such as sin, exp, ln, log10, sqrt, pow")),
+            _ => {
+                return Err(self.unexpected_error("X or a function such as sin, exp, ln, log10, sqrt, pow"));
+            }
         };
         self.at += length;
-        if matches!(operation, Operation::One(_) | Operation::Two(_)) {
-            if !self.take("(") {
-                return Err(self.wrong("`(`"));
+        if matches!(operation, StackOperation::One(_) | StackOperation::Two(_)) {
+            if !self.accept_word("(") {
+                return Err(self.unexpected_error("`(`"));
             }
-            self.within(Self::sum)?;
-            if matches!(operation, Operation::Two(_)) {
-                if !self.take(",") {
-                    return Err(self.wrong("`,`"));
+            self.parse_nested(Self::parse_sum)?;
+            if matches!(operation, StackOperation::Two(_)) {
+                if !self.accept_word(",") {
+                    return Err(self.unexpected_error("`,`"));
                 }
-                self.within(Self::sum)?;
+                self.parse_nested(Self::parse_sum)?;
             }
-            if !self.take(")") {
-                return Err(self.wrong("`)`"));
+            if !self.accept_word(")") {
+                return Err(self.unexpected_error("`)`"));
             }
         }
         self.found.push(operation);
@@ -253,7 +254,7 @@ mod tests {
     use super::*;
 
     fn at(text: &str, x: f64) -> f64 {
-        Formula::read(text).expect("a formula").value(x, &mut Vec::new())
+        ConversionFormula::parse(text).expect("a formula").evaluate(x, &mut Vec::new())
     }
 
     #[test]
@@ -268,7 +269,7 @@ mod tests {
 
     #[test]
     fn what_is_no_formula_is_refused_with_the_place() {
-        let error = |text: &str| Formula::read(text).expect_err("no formula");
+        let error = |text: &str| ConversionFormula::parse(text).expect_err("no formula");
         assert!(error("X +").contains("character 4"), "{}", error("X +"));
         assert!(error("log(X)").contains("ln, log10"));
         assert!(error("X ? 1 : 2").contains("an operator"));

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::conversion::Conversion;
-use crate::field::Field;
+use crate::conversion::ValueConversion;
+use crate::field::RecordField;
 
 /// A channel of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct MdfChannel {
     /// Its name, as in the file. Elements of arrays have their place behind it: `pressure[1,2]`, from 0 on.
     pub name: String,
     /// What its group is called: the name of the acquisition, or that of its source; empty where the file has none.
@@ -22,14 +22,14 @@ pub struct Channel {
     /// The clock that its rows have, an index into [`crate::File::clocks`].
     pub clock: usize,
     /// What its values are, after their conversion.
-    pub kind: Kind,
+    pub kind: ChannelValueKind,
     /// Whether it is the time, angle or distance of its clock.
     pub is_master: bool,
 }
 
 /// What the values of a channel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ChannelValueKind {
     /// Numbers that a double holds, integers among them.
     Number,
     /// Integers of up to 64 bits, which a double may round.
@@ -40,18 +40,18 @@ pub enum Kind {
 
 /// What the rows of some channels have in common.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clock {
+pub struct MdfClock {
     /// The channel with the place of each row, an index into [`crate::File::channels`]; without one, rows have a number only.
     pub master: Option<usize>,
     /// What the master is.
-    pub axis: Axis,
+    pub axis: MasterAxis,
     /// The number of rows, where it is known without reading all data: only a file that was not finalised and mixes groups hides it.
     pub rows: Option<u64>,
 }
 
 /// What a master channel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum MasterAxis {
     /// Time [s].
     Time,
     /// Angle [rad].
@@ -64,7 +64,7 @@ pub enum Axis {
 
 /// When the measurement began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Start {
+pub struct StartTime {
     /// Since 1970 [ns].
     pub nanoseconds: u64,
     /// Whether that is local time of an unknown place; else it is UTC.
@@ -76,37 +76,37 @@ pub struct Start {
 pub(crate) struct ChannelStorage {
     /// The group, an index into [`Structure::groups`].
     pub group: usize,
-    pub store: Store,
-    pub conversion: Arc<Conversion>,
-    pub valid: Validity,
+    pub store: ValueLocation,
+    pub conversion: Arc<ValueConversion>,
+    pub valid: ValueValidity,
 }
 
 #[derive(Clone, Debug)]
-pub(crate) enum Store {
+pub(crate) enum ValueLocation {
     /// In the record.
-    Fixed(Field),
+    Fixed(RecordField),
     /// In the record, with as many bytes as another field tells.
-    Bounded(Field, Field),
+    Bounded(RecordField, RecordField),
     /// Anywhere else: the record has the offset there.
-    Variable(Variable),
+    Variable(VariableLengthValue),
     /// Nowhere: the number of the row.
     Row,
 }
 
 /// A channel of values of any length.
 #[derive(Clone, Debug)]
-pub(crate) struct Variable {
+pub(crate) struct VariableLengthValue {
     /// The field of the offset.
-    pub offset: Field,
+    pub offset: RecordField,
     /// How the value is stored.
-    pub value: Field,
+    pub value: RecordField,
     /// The block of the values: data, or a group of the same stream; 0 for none.
     pub link: u64,
 }
 
 /// Which values are valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Validity {
+pub(crate) enum ValueValidity {
     All,
     None,
     /// Those without this bit, counted from the byte behind the values.
@@ -115,7 +115,7 @@ pub(crate) enum Validity {
 
 /// A group of channels with common records.
 #[derive(Clone, Debug)]
-pub(crate) struct Group {
+pub(crate) struct ChannelGroup {
     /// The link to its data.
     pub data: u64,
     /// In MDF 2 and 3 the length of the data, which has no head of a block.
@@ -136,29 +136,29 @@ pub(crate) struct Group {
     pub rows: Option<u64>,
 }
 
-impl Group {
+impl ChannelGroup {
     /// The bytes of a record.
-    pub fn record(&self) -> usize {
+    pub fn record_bytes(&self) -> usize {
         self.values + self.invalid
     }
 
     /// Whether other records stand between its own.
-    pub fn is_mixed(&self) -> bool {
+    pub fn has_mixed_records(&self) -> bool {
         self.mixed.len() > 1
     }
 }
 
 /// All about a file but its data.
 #[derive(Debug, Default)]
-pub(crate) struct Structure {
+pub(crate) struct FileStructure {
     /// Hundred times the version of the format.
     pub version: u16,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<MdfChannel>,
     /// Where their values are, one for each.
     pub storages: Vec<ChannelStorage>,
-    pub clocks: Vec<Clock>,
-    pub groups: Vec<Group>,
-    pub start: Option<Start>,
+    pub clocks: Vec<MdfClock>,
+    pub groups: Vec<ChannelGroup>,
+    pub start: Option<StartTime>,
     pub comment: Option<String>,
     pub notes: Vec<String>,
     /// Whether the file was left as it was during the measurement.

@@ -48,10 +48,10 @@ mod text;
 mod values;
 mod writer;
 
-pub use column::{About, Cell, Column, Type};
+pub use column::{MdfCell, MdfColumn, MdfColumnType, MdfDescription};
 pub use error::Error;
-pub use file::{Columns, File, STRETCH};
+pub use file::{ClockColumns, MdfFile, STRETCH};
 pub use identification::is_mdf;
-pub use layout::{Axis, Channel, Clock, Kind, Start};
-pub use values::Values;
-pub use writer::Writer;
+pub use layout::{ChannelValueKind, MasterAxis, MdfChannel, MdfClock, StartTime};
+pub use values::ChannelValues;
+pub use writer::MdfWriter;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use flate2::read::ZlibDecoder;
 
-use crate::bytes::{Bytes, HEAD, shown};
+use crate::bytes::{FileByteReader, HEAD, block_id_text};
 use crate::error::Error;
 
 /// The most bytes of a plain block that are held at once.
@@ -18,23 +18,23 @@ const RATIO: u64 = 1032;
 
 /// The blocks of a stream, in their order.
 #[derive(Debug)]
-pub(crate) struct Parts {
-    all: Vec<Part>,
+pub(crate) struct StreamParts {
+    all: Vec<StreamPart>,
     /// Bytes of all parts.
     pub length: u64,
 }
 
 /// A part of a stream.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct StreamPart {
     /// Where it begins in the stream.
     begin: u64,
     length: u64,
-    source: Source,
+    source: PartSource,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Source {
+enum PartSource {
     /// Bytes of the file, from a place on.
     Plain(u64),
     /// So many packed bytes from a place on; with a length of rows they are transposed.
@@ -44,15 +44,15 @@ enum Source {
 }
 
 /// Reads the parts of a stream.
-pub(crate) struct Stream {
-    parts: Arc<Parts>,
+pub(crate) struct DataStream {
+    parts: Arc<StreamParts>,
     /// Where the bytes at hand begin in the stream.
     begin: u64,
     at_hand: Vec<u8>,
 }
 
 /// What a list of blocks is read for.
-pub(crate) struct Listing {
+pub(crate) struct BlockListOptions {
     /// Whether the length of a last plain block may be missing, as in a file that nobody finalised.
     pub open_end: bool,
     /// Bytes of a record and of its invalidation bits, where these have blocks of their own.
@@ -60,38 +60,38 @@ pub(crate) struct Listing {
 }
 
 /// The values of a group, and its invalidation bits where these have blocks of their own.
-pub(crate) struct Listed {
-    pub values: Parts,
-    pub invalid: Option<Parts>,
+pub(crate) struct GroupDataParts {
+    pub values: StreamParts,
+    pub invalid: Option<StreamParts>,
 }
 
-impl Parts {
+impl StreamParts {
     fn new() -> Self {
         Self { all: Vec::new(), length: 0 }
     }
 
     /// So many bytes of the file from a place on.
-    pub fn plain(at: u64, length: u64) -> Result<Self, Error> {
+    pub fn from_file_range(at: u64, length: u64) -> Result<Self, Error> {
         let mut parts = Self::new();
-        parts.add(at, length, Source::Plain(at))?;
+        parts.add_part(at, length, PartSource::Plain(at))?;
         Ok(parts)
     }
 
-    fn add(&mut self, at: u64, length: u64, source: Source) -> Result<(), Error> {
+    fn add_part(&mut self, at: u64, length: u64, source: PartSource) -> Result<(), Error> {
         let begin = self.length;
         self.length = begin
             .checked_add(length)
             .ok_or_else(|| Error::new(at, "expected data that can be counted, found more"))?;
         if length > 0 {
-            self.all.push(Part { begin, length, source });
+            self.all.push(StreamPart { begin, length, source });
         }
         Ok(())
     }
 
     /// Adds a data block.
-    fn block(
+    fn add_data_block(
         &mut self,
-        bytes: &mut Bytes,
+        bytes: &mut FileByteReader,
         at: u64,
         seen: &mut HashSet<u64>,
         open_end: bool,
@@ -100,12 +100,12 @@ impl Parts {
         if !seen.insert(at) {
             return Err(Error::new(at, "expected each data block once, found it twice"));
         }
-        let head = bytes.head(at)?;
+        let head = bytes.read_block_header(at)?;
         match &head.id {
-            b"##DZ" => return self.packed(bytes, at),
+            b"##DZ" => return self.add_packed_block(bytes, at),
             b"##DT" | b"##DV" | b"##DI" | b"##SD" | b"##RD" => {}
             _ => {
-                let text = format!("expected a data block, found {}", shown(head.id));
+                let text = format!("expected a data block, found {}", block_id_text(head.id));
                 return Err(Error::new(at, text));
             }
         }
@@ -119,14 +119,13 @@ impl Parts {
             );
             return Err(Error::new(at, text));
         }
-        self.add(at, length, Source::Plain(begin))
+        self.add_part(at, length, PartSource::Plain(begin))
     }
 
-    fn packed(&mut self, bytes: &mut Bytes, at: u64) -> Result<(), Error> {
+    fn add_packed_block(&mut self, bytes: &mut FileByteReader, at: u64) -> Result<(), Error> {
         let mut head = [0; 24];
-        bytes.read(at + HEAD, &mut head)?;
-        let number =
-            |at: usize| u64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|it: usize| head[at + it]));
+        bytes.read_at(at + HEAD, &mut head)?;
+        let number = |at: usize| u64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|it: usize| head[at + it]));
         let kind = head[2];
         let row = u64::from(u32::from_le_bytes([head[4], head[5], head[6], head[7]]));
         let (length, packed) = (number(8), number(16));
@@ -139,17 +138,15 @@ impl Parts {
             return Err(Error::new(at, text));
         }
         if packed > there || length > UNPACKED || length / RATIO > packed {
-            let text = format!(
-                "expected packed data that fits the file, found {packed} bytes for {length}"
-            );
+            let text = format!("expected packed data that fits the file, found {packed} bytes for {length}");
             return Err(Error::new(at, text));
         }
         let rows = (kind == 1 && row > 1).then_some(row);
-        self.add(at, length, Source::Packed { at: at + HEAD + 24, packed, rows })
+        self.add_part(at, length, PartSource::Packed { at: at + HEAD + 24, packed, rows })
     }
 
     /// The part that has this byte.
-    fn part(&self, at: u64) -> Option<Part> {
+    fn part_at(&self, at: u64) -> Option<StreamPart> {
         let behind = self.all.partition_point(|it| it.begin <= at);
         let part = self.all.get(behind.checked_sub(1)?)?;
         (at - part.begin < part.length).then_some(*part)
@@ -157,32 +154,36 @@ impl Parts {
 }
 
 /// Finds the data blocks that a link leads to.
-pub(crate) fn listed(bytes: &mut Bytes, at: u64, listing: &Listing) -> Result<Listed, Error> {
-    let mut found = Listed { values: Parts::new(), invalid: None };
+pub(crate) fn list_data_blocks(
+    bytes: &mut FileByteReader,
+    at: u64,
+    listing: &BlockListOptions,
+) -> Result<GroupDataParts, Error> {
+    let mut found = GroupDataParts { values: StreamParts::new(), invalid: None };
     if at == 0 {
         return Ok(found);
     }
     let (mut seen, mut at) = (HashSet::new(), at);
-    if &bytes.head(at)?.id == b"##HL" {
-        at = bytes.block(at, &[b"##HL"])?.link(0);
+    if &bytes.read_block_header(at)?.id == b"##HL" {
+        at = bytes.read_block(at, &[b"##HL"])?.link_at(0);
     }
     while at != 0 {
-        let head = bytes.head(at)?;
+        let head = bytes.read_block_header(at)?;
         match &head.id {
             b"##DL" => {
                 if !seen.insert(at) {
                     return Err(Error::new(at, "expected lists of data that end, found a circle"));
                 }
-                let list = bytes.block(at, &[b"##DL"])?;
+                let list = bytes.read_block(at, &[b"##DL"])?;
                 // A place for a block that was never written.
                 for link in list.links().iter().skip(1).filter(|it| **it != 0) {
-                    found.values.block(bytes, *link, &mut seen, listing.open_end)?;
+                    found.values.add_data_block(bytes, *link, &mut seen, listing.open_end)?;
                 }
-                at = list.link(0);
+                at = list.link_at(0);
             }
-            b"##LD" => at = apart(bytes, at, listing, &mut seen, &mut found)?,
+            b"##LD" => at = add_values_and_validity(bytes, at, listing, &mut seen, &mut found)?,
             _ => {
-                found.values.block(bytes, at, &mut seen, listing.open_end)?;
+                found.values.add_data_block(bytes, at, &mut seen, listing.open_end)?;
                 at = 0;
             }
         }
@@ -191,18 +192,18 @@ pub(crate) fn listed(bytes: &mut Bytes, at: u64, listing: &Listing) -> Result<Li
 }
 
 /// Adds a list of values with their invalidation bits beside them, and says where the next one is.
-fn apart(
-    bytes: &mut Bytes,
+fn add_values_and_validity(
+    bytes: &mut FileByteReader,
     at: u64,
-    listing: &Listing,
+    listing: &BlockListOptions,
     seen: &mut HashSet<u64>,
-    found: &mut Listed,
+    found: &mut GroupDataParts,
 ) -> Result<u64, Error> {
     if !seen.insert(at) {
         return Err(Error::new(at, "expected lists of data that end, found a circle"));
     }
-    let list = bytes.block(at, &[b"##LD"])?;
-    let (flags, count) = (list.u32(0)?, list.u32(4)? as usize);
+    let list = bytes.read_block(at, &[b"##LD"])?;
+    let (flags, count) = (list.u32_at(0)?, list.u32_at(4)? as usize);
     let with_bits = flags & 1 << 31 != 0;
     if count > list.links().len() {
         let text = format!("expected {count} links of a list, found {}", list.links().len());
@@ -210,41 +211,41 @@ fn apart(
     }
     for place in 0..count {
         let before = found.values.length;
-        let link = list.link(1 + place);
+        let link = list.link_at(1 + place);
         if link == 0 {
             continue;
         }
-        found.values.block(bytes, link, seen, listing.open_end)?;
+        found.values.add_data_block(bytes, link, seen, listing.open_end)?;
         let Some((record, bits)) = listing.apart.filter(|(record, _)| *record > 0) else {
             continue;
         };
-        let invalid = found.invalid.get_or_insert_with(Parts::new);
-        let link = if with_bits { list.link(1 + count + place) } else { 0 };
+        let invalid = found.invalid.get_or_insert_with(StreamParts::new);
+        let link = if with_bits { list.link_at(1 + count + place) } else { 0 };
         if link == 0 {
             let rows = (found.values.length - before) / record;
-            invalid.add(at, rows.saturating_mul(bits), Source::Zeros)?;
+            invalid.add_part(at, rows.saturating_mul(bits), PartSource::Zeros)?;
         } else {
-            invalid.block(bytes, link, seen, listing.open_end)?;
+            invalid.add_data_block(bytes, link, seen, listing.open_end)?;
         }
     }
-    Ok(list.link(0))
+    Ok(list.link_at(0))
 }
 
-impl Stream {
-    pub fn new(parts: Arc<Parts>) -> Self {
+impl DataStream {
+    pub fn new(parts: Arc<StreamParts>) -> Self {
         Self { parts, begin: 0, at_hand: Vec::new() }
     }
 
     /// The bytes of the stream [B].
-    pub fn length(&self) -> u64 {
+    pub fn stream_length(&self) -> u64 {
         self.parts.length
     }
 
     /// Fills a buffer with bytes of the stream from a place on.
-    pub fn read(&mut self, bytes: &mut Bytes, at: u64, buffer: &mut [u8]) -> Result<(), Error> {
+    pub fn read_at(&mut self, bytes: &mut FileByteReader, at: u64, buffer: &mut [u8]) -> Result<(), Error> {
         let (mut at, mut left) = (at, buffer);
         while !left.is_empty() {
-            let held = self.window(bytes, at)?;
+            let held = self.bytes_at(bytes, at)?;
             let count = held.len().min(left.len());
             let (now, later) = left.split_at_mut(count);
             now.copy_from_slice(&held[..count]);
@@ -254,41 +255,41 @@ impl Stream {
     }
 
     /// Some bytes of the stream from a place on, at least one.
-    fn window(&mut self, bytes: &mut Bytes, at: u64) -> Result<&[u8], Error> {
+    fn bytes_at(&mut self, bytes: &mut FileByteReader, at: u64) -> Result<&[u8], Error> {
         let there = at.checked_sub(self.begin).filter(|it| *it < self.at_hand.len() as u64);
         if there.is_none() {
-            self.load(bytes, at)?;
+            self.load_part_at(bytes, at)?;
         }
         let there = (at - self.begin) as usize;
         Ok(&self.at_hand[there..])
     }
 
-    fn load(&mut self, bytes: &mut Bytes, at: u64) -> Result<(), Error> {
-        let Some(part) = self.parts.part(at) else {
+    fn load_part_at(&mut self, bytes: &mut FileByteReader, at: u64) -> Result<(), Error> {
+        let Some(part) = self.parts.part_at(at) else {
             let text = format!(
                 "expected more data, found the end of the group's data after {} bytes",
                 self.parts.length
             );
-            return Err(Error::general(text));
+            return Err(Error::without_offset(text));
         };
         let inside = at - part.begin;
         match part.source {
-            Source::Plain(from) => {
+            PartSource::Plain(from) => {
                 let count = (part.length - inside).min(WINDOW);
                 self.at_hand.resize(count as usize, 0);
-                bytes.read(from + inside, &mut self.at_hand)?;
+                bytes.read_at(from + inside, &mut self.at_hand)?;
                 self.begin = at;
             }
-            Source::Zeros => {
+            PartSource::Zeros => {
                 let count = (part.length - inside).min(WINDOW);
                 self.at_hand.clear();
                 self.at_hand.resize(count as usize, 0);
                 self.begin = at;
             }
-            Source::Packed { at, packed, rows } => {
-                self.at_hand = unpacked(bytes, at, packed, part.length)?;
+            PartSource::Packed { at, packed, rows } => {
+                self.at_hand = inflate_file_bytes(bytes, at, packed, part.length)?;
                 if let Some(rows) = rows {
-                    self.at_hand = transposed(&self.at_hand, rows as usize);
+                    self.at_hand = undo_transposition(&self.at_hand, rows as usize);
                 }
                 self.begin = part.begin;
             }
@@ -298,9 +299,14 @@ impl Stream {
 }
 
 /// Unpacks bytes of the file.
-fn unpacked(bytes: &mut Bytes, at: u64, packed: u64, length: u64) -> Result<Vec<u8>, Error> {
+fn inflate_file_bytes(
+    bytes: &mut FileByteReader,
+    at: u64,
+    packed: u64,
+    length: u64,
+) -> Result<Vec<u8>, Error> {
     let mut from = vec![0; packed as usize];
-    bytes.read(at, &mut from)?;
+    bytes.read_at(at, &mut from)?;
     let mut all = Vec::new();
     let read = ZlibDecoder::new(&from[..]).take(length).read_to_end(&mut all);
     let wrong = |text: String| Error::new(at, format!("expected packed data, found {text}"));
@@ -312,7 +318,7 @@ fn unpacked(bytes: &mut Bytes, at: u64, packed: u64, length: u64) -> Result<Vec<
 }
 
 /// Undoes the transposition of whole rows; what is left over at the end stayed as it was.
-fn transposed(bytes: &[u8], row: usize) -> Vec<u8> {
+fn undo_transposition(bytes: &[u8], row: usize) -> Vec<u8> {
     let rows = bytes.len() / row;
     let mut all = bytes.to_vec();
     for (column, values) in bytes[..rows * row].chunks_exact(rows.max(1)).enumerate() {
@@ -329,7 +335,7 @@ mod tests {
 
     #[test]
     fn a_transposition_leaves_the_rest_behind_its_rows() {
-        assert_eq!(transposed(b"acebdfx", 2), b"abcdefx");
-        assert_eq!(transposed(b"ab", 3), b"ab");
+        assert_eq!(undo_transposition(b"acebdfx", 2), b"abcdefx");
+        assert_eq!(undo_transposition(b"ab", 3), b"ab");
     }
 }

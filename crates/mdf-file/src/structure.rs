@@ -3,52 +3,52 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use crate::bytes::{Block, Bytes};
-use crate::channels::{Channels, GroupText};
+use crate::bytes::{FileByteReader, MdfBlock};
+use crate::channels::{ChannelReader, GroupNameAndIndex};
 use crate::error::Error;
-use crate::identification::{EMPTY_ROWS, Identification};
-use crate::layout::{Axis, Clock, Group, Start, Structure};
+use crate::identification::{EMPTY_ROWS, FileIdentification};
+use crate::layout::{ChannelGroup, FileStructure, MasterAxis, MdfClock, StartTime};
 use crate::mdf3;
-use crate::stream::{Listing, listed};
-use crate::text::text;
+use crate::stream::{BlockListOptions, list_data_blocks};
+use crate::text::read_text_block;
 
 /// The longest record [B].
 const RECORD: usize = 64 << 20;
 
 /// What a file says of itself.
-pub(crate) fn read(bytes: &mut Bytes) -> Result<Structure, Error> {
-    let identification = Identification::read(bytes)?;
+pub(crate) fn read_file_structure(bytes: &mut FileByteReader) -> Result<FileStructure, Error> {
+    let identification = FileIdentification::read(bytes)?;
     if identification.version < 400 {
-        return mdf3::read(bytes, &identification);
+        return mdf3::read_mdf3_structure(bytes, &identification);
     }
-    let header = bytes.block(64, &[b"##HD"])?;
-    let mut structure = identification.structure();
-    structure.comment = text(bytes, header.link(5))?;
-    let nanoseconds = header.u64(0)?;
+    let header = bytes.read_block(64, &[b"##HD"])?;
+    let mut structure = identification.empty_structure();
+    structure.comment = read_text_block(bytes, header.link_at(5))?;
+    let nanoseconds = header.u64_at(0)?;
     if nanoseconds != 0 {
-        structure.start = Some(Start { nanoseconds, is_local: header.u8(12)? & 1 != 0 });
+        structure.start = Some(StartTime { nanoseconds, is_local: header.u8_at(12)? & 1 != 0 });
     }
-    let mut reader = Reader {
+    let mut reader = StructureReader {
         structure,
         seen: HashSet::new(),
-        channels: Channels::default(),
+        channels: ChannelReader::default(),
         at: HashMap::new(),
         remote: Vec::new(),
     };
-    let mut at = header.link(0);
+    let mut at = header.link_at(0);
     while at != 0 {
-        let block = reader.next(bytes, at, b"##DG", "groups of data")?;
-        reader.data(bytes, &block)?;
-        at = block.link(0);
+        let block = reader.read_chained_block(bytes, at, b"##DG", "groups of data")?;
+        reader.read_data_group(bytes, &block)?;
+        at = block.link_at(0);
     }
-    reader.finish(bytes)
+    reader.assign_clocks(bytes)
 }
 
-struct Reader {
-    structure: Structure,
+struct StructureReader {
+    structure: FileStructure,
     /// Blocks of chains that were read.
     seen: HashSet<u64>,
-    channels: Channels,
+    channels: ChannelReader,
     /// Groups by their block.
     at: HashMap<u64, usize>,
     /// For each group the block of the group that has its master.
@@ -57,45 +57,43 @@ struct Reader {
 
 /// A block CG.
 struct GroupBlock {
-    block: Block,
+    block: MdfBlock,
     number: u64,
     flags: u16,
     values: usize,
     invalid: usize,
 }
 
-impl Reader {
+impl StructureReader {
     /// The next block of a chain, which must not have been there before.
-    fn next(
+    fn read_chained_block(
         &mut self,
-        bytes: &mut Bytes,
+        bytes: &mut FileByteReader,
         at: u64,
         id: &[u8; 4],
         what: &str,
-    ) -> Result<Block, Error> {
+    ) -> Result<MdfBlock, Error> {
         if !self.seen.insert(at) {
             return Err(Error::new(at, format!("expected {what} that end, found a circle")));
         }
-        bytes.block(at, &[id])
+        bytes.read_block(at, &[id])
     }
 
     /// A block DG: groups of channels with common data.
-    fn data(&mut self, bytes: &mut Bytes, data: &Block) -> Result<(), Error> {
-        let number_bytes = data.u8(0)?;
+    fn read_data_group(&mut self, bytes: &mut FileByteReader, data: &MdfBlock) -> Result<(), Error> {
+        let number_bytes = data.u8_at(0)?;
         if !matches!(number_bytes, 0 | 1 | 2 | 4 | 8) {
-            let text =
-                format!("expected record numbers of 0, 1, 2, 4 or 8 bytes, found {number_bytes}");
+            let text = format!("expected record numbers of 0, 1, 2, 4 or 8 bytes, found {number_bytes}");
             return Err(Error::new(data.at, text));
         }
-        let (mut all, mut at) = (Vec::new(), data.link(1));
+        let (mut all, mut at) = (Vec::new(), data.link_at(1));
         while at != 0 {
-            let block = self.next(bytes, at, b"##CG", "groups of channels")?;
-            at = block.link(0);
+            let block = self.read_chained_block(bytes, at, b"##CG", "groups of channels")?;
+            at = block.link_at(0);
             all.push(group_block(block)?);
         }
         if number_bytes == 0 && all.len() > 1 {
-            let text =
-                format!("expected one group in data without record numbers, found {}", all.len());
+            let text = format!("expected one group in data without record numbers, found {}", all.len());
             return Err(Error::new(data.at, text));
         }
         let is_variable = |it: &&GroupBlock| it.flags & 1 != 0;
@@ -108,16 +106,13 @@ impl Reader {
         let variable = all.iter().filter(is_variable).map(|it| (it.block.at, it.number)).collect();
         let (mixed, variable) = (Arc::new(mixed), Arc::new(variable));
         for group_block in all.iter().filter(|it| !is_variable(it)) {
-            let rows = group_block.block.u64(8)?;
-            if group_block.values + group_block.invalid == 0
-                && number_bytes == 0
-                && rows > EMPTY_ROWS
-            {
+            let rows = group_block.block.u64_at(8)?;
+            if group_block.values + group_block.invalid == 0 && number_bytes == 0 && rows > EMPTY_ROWS {
                 let text = format!("expected at most {EMPTY_ROWS} rows without data, found {rows}");
                 return Err(Error::new(group_block.block.at, text));
             }
-            let group = Group {
-                data: data.link(2),
+            let group = ChannelGroup {
+                data: data.link_at(2),
                 raw: None,
                 number_bytes: number_bytes.into(),
                 number: group_block.number,
@@ -127,39 +122,39 @@ impl Reader {
                 invalid: group_block.invalid,
                 rows: Some(rows),
             };
-            self.group(bytes, group, group_block)?;
+            self.read_channel_group(bytes, group, group_block)?;
         }
         Ok(())
     }
 
     /// A group with its channels.
-    fn group(
+    fn read_channel_group(
         &mut self,
-        bytes: &mut Bytes,
-        group: Group,
+        bytes: &mut FileByteReader,
+        group: ChannelGroup,
         group_block: &GroupBlock,
     ) -> Result<(), Error> {
         let block = &group_block.block;
-        let name = match text(bytes, block.link(2))? {
+        let name = match read_text_block(bytes, block.link_at(2))? {
             Some(name) => Some(name),
-            None if block.link(3) != 0 => {
-                let source = bytes.block(block.link(3), &[b"##SI"])?;
-                text(bytes, source.link(0))?
+            None if block.link_at(3) != 0 => {
+                let source = bytes.read_block(block.link_at(3), &[b"##SI"])?;
+                read_text_block(bytes, source.link_at(0))?
             }
             None => None,
         };
         let index = self.structure.groups.len();
         self.at.insert(block.at, index);
-        self.remote.push(if group_block.flags & 8 != 0 { block.link(6) } else { 0 });
+        self.remote.push(if group_block.flags & 8 != 0 { block.link_at(6) } else { 0 });
         self.structure.groups.push(group);
-        let (first, text) = (block.link(1), GroupText { name: name.unwrap_or_default(), index });
-        self.channels.read(bytes, first, &text, &mut self.structure)
+        let (first, text) = (block.link_at(1), GroupNameAndIndex { name: name.unwrap_or_default(), index });
+        self.channels.read_channels(bytes, first, &text, &mut self.structure)
     }
 
     /// Gives each channel its clock.
-    fn finish(mut self, bytes: &mut Bytes) -> Result<Structure, Error> {
+    fn assign_clocks(mut self, bytes: &mut FileByteReader) -> Result<FileStructure, Error> {
         if self.structure.uncounted {
-            self.count(bytes)?;
+            self.count_rows(bytes)?;
         }
         let groups = &self.structure.groups;
         // A group with its master elsewhere has the clock of that group, if it has its rows.
@@ -173,14 +168,14 @@ impl Reader {
         let mut clocks = vec![usize::MAX; groups.len()];
         for (group, it) in groups.iter().enumerate().filter(|(group, _)| homes[*group] == *group) {
             clocks[group] = self.structure.clocks.len();
-            self.structure.clocks.push(Clock { master: None, axis: Axis::Index, rows: it.rows });
+            self.structure.clocks.push(MdfClock { master: None, axis: MasterAxis::Index, rows: it.rows });
         }
         for (place, channel) in self.structure.channels.iter_mut().enumerate() {
             channel.clock = clocks[homes[channel.group_index]];
             let Some(axis) = self.channels.masters.get(&place) else { continue };
             let clock = &mut self.structure.clocks[channel.clock];
             // Of several masters the time counts.
-            if clock.master.is_none() || (*axis == Axis::Time && clock.axis != Axis::Time) {
+            if clock.master.is_none() || (*axis == MasterAxis::Time && clock.axis != MasterAxis::Time) {
                 (clock.master, clock.axis) = (Some(place), *axis);
             }
         }
@@ -195,18 +190,18 @@ impl Reader {
     }
 
     /// Counts rows by the data, where the file does not tell them.
-    fn count(&mut self, bytes: &mut Bytes) -> Result<(), Error> {
+    fn count_rows(&mut self, bytes: &mut FileByteReader) -> Result<(), Error> {
         let open_end = self.structure.open_end;
         for group in &mut self.structure.groups {
-            if group.is_mixed() {
+            if group.has_mixed_records() {
                 group.rows = None;
                 continue;
             }
             let apart = Some((group.values as u64, group.invalid as u64));
-            let found = listed(bytes, group.data, &Listing { open_end, apart })?;
+            let found = list_data_blocks(bytes, group.data, &BlockListOptions { open_end, apart })?;
             let record = match found.invalid {
                 Some(_) => group.values,
-                None => group.number_bytes + group.record(),
+                None => group.number_bytes + group.record_bytes(),
             };
             group.rows = Some(found.values.length.checked_div(record as u64).unwrap_or(0));
         }
@@ -214,16 +209,15 @@ impl Reader {
     }
 }
 
-fn group_block(block: Block) -> Result<GroupBlock, Error> {
-    let flags = block.u16(16)?;
-    let (values, invalid) = (block.u32(24)? as usize, block.u32(28)? as usize);
+fn group_block(block: MdfBlock) -> Result<GroupBlock, Error> {
+    let flags = block.u16_at(16)?;
+    let (values, invalid) = (block.u32_at(24)? as usize, block.u32_at(28)? as usize);
     // In a group of values of any length these two are one count of bytes.
     let is_variable = flags & 1 != 0;
     if !is_variable && values.saturating_add(invalid) > RECORD {
-        let text =
-            format!("expected records of at most {RECORD} bytes, found {values} and {invalid}");
+        let text = format!("expected records of at most {RECORD} bytes, found {values} and {invalid}");
         return Err(Error::new(block.at, text));
     }
-    let number = block.u64(0)?;
+    let number = block.u64_at(0)?;
     Ok(GroupBlock { block, number, flags, values, invalid })
 }

@@ -1,6 +1,6 @@
 //! Reads the texts of a file: plain ones, and the text in a piece of XML.
 
-use crate::bytes::{Bytes, HEAD};
+use crate::bytes::{FileByteReader, HEAD};
 use crate::error::Error;
 
 /// The longest text that is kept [B]; many channels may refer to the same one.
@@ -9,14 +9,14 @@ const KEPT: usize = 4096;
 const SEARCHED: u64 = 1 << 16;
 
 /// The text that a link leads to; nothing where it leads nowhere or the text is empty. Of XML it is the content of the first `TX`.
-pub(crate) fn text(bytes: &mut Bytes, at: u64) -> Result<Option<String>, Error> {
+pub(crate) fn read_text_block(bytes: &mut FileByteReader, at: u64) -> Result<Option<String>, Error> {
     if at == 0 {
         return Ok(None);
     }
-    let head = bytes.head(at)?;
+    let head = bytes.read_block_header(at)?;
     if !matches!(&head.id, b"##TX" | b"##MD") {
         let text =
-            format!("expected a text, block ##TX or ##MD, found {}", crate::bytes::shown(head.id));
+            format!("expected a text, block ##TX or ##MD, found {}", crate::bytes::block_id_text(head.id));
         return Err(Error::new(at, text));
     }
     let length = head.length.saturating_sub(HEAD);
@@ -24,40 +24,41 @@ pub(crate) fn text(bytes: &mut Bytes, at: u64) -> Result<Option<String>, Error> 
         return Err(Error::new(at, format!("expected a text in the file, found {length} bytes")));
     }
     let mut all = vec![0; length.min(SEARCHED) as usize];
-    bytes.read(at + HEAD, &mut all)?;
-    let all = decoded(all.split(|it| *it == 0).next().unwrap_or_default());
-    let found = if &head.id == b"##MD" { content(&all) } else { all };
-    let found = cut(found.trim());
+    bytes.read_at(at + HEAD, &mut all)?;
+    let all = decode_utf8_or_latin1(all.split(|it| *it == 0).next().unwrap_or_default());
+    let found = if &head.id == b"##MD" { xml_text_content(&all) } else { all };
+    let found = truncate_text(found.trim());
     Ok((!found.is_empty()).then(|| found.to_owned()))
 }
 
 /// UTF-8 as the standard wants it, or Latin-1 as some tools write it.
-pub(crate) fn decoded(bytes: &[u8]) -> String {
+pub(crate) fn decode_utf8_or_latin1(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         // A text that was cut within a character is UTF-8 up to there.
         Err(error) if error.error_len().is_none() => {
             String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned()
         }
-        Err(_) => latin(bytes),
+        Err(_) => decode_latin1(bytes),
     }
 }
 
 /// Latin-1: each byte is the character of its number.
-pub(crate) fn latin(bytes: &[u8]) -> String {
+pub(crate) fn decode_latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|it| char::from(*it)).collect()
 }
 
 /// The text up to the longest length that is kept.
-pub(crate) fn cut(text: &str) -> &str {
+pub(crate) fn truncate_text(text: &str) -> &str {
     &text[..text.floor_char_boundary(KEPT)]
 }
 
 /// The content of the first element `TX`; all of it if it is no XML.
-fn content(xml: &str) -> String {
-    let Some(begin) = xml.match_indices("<TX").find(|(at, _)| {
-        xml[at + 3..].starts_with(|it: char| it == '>' || it == '/' || it.is_whitespace())
-    }) else {
+fn xml_text_content(xml: &str) -> String {
+    let Some(begin) = xml
+        .match_indices("<TX")
+        .find(|(at, _)| xml[at + 3..].starts_with(|it: char| it == '>' || it == '/' || it.is_whitespace()))
+    else {
         return if xml.trim_start().starts_with('<') { String::new() } else { xml.to_owned() };
     };
     let behind = &xml[begin.0..];
@@ -65,15 +66,15 @@ fn content(xml: &str) -> String {
         return String::new();
     };
     debug_assert!(opening.starts_with("<TX"));
-    unescaped(inside.split("</TX").next().unwrap_or_default())
+    xml_unescaped(inside.split("</TX").next().unwrap_or_default())
 }
 
 /// Replaces the entities that XML knows by itself.
-fn unescaped(text: &str) -> String {
+fn xml_unescaped(text: &str) -> String {
     let mut parts = text.split('&');
     let mut all = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let known = part.split_once(';').and_then(|(name, rest)| Some((entity(name)?, rest)));
+        let known = part.split_once(';').and_then(|(name, rest)| Some((xml_entity_char(name)?, rest)));
         match known {
             Some((character, rest)) => {
                 all.push(character);
@@ -88,7 +89,7 @@ fn unescaped(text: &str) -> String {
     all
 }
 
-fn entity(name: &str) -> Option<char> {
+fn xml_entity_char(name: &str) -> Option<char> {
     Some(match name {
         "amp" => '&',
         "lt" => '<',
@@ -112,17 +113,18 @@ mod tests {
 
     #[test]
     fn the_text_of_xml_is_that_of_its_first_tx() {
-        let comment = "<CNcomment><TX xml:space=\"preserve\">a &lt; b &amp; c &#xB0; &x</TX><names/></CNcomment>";
-        assert_eq!(content(comment), "a < b & c ° &x");
-        assert_eq!(content("<CNcomment><TXT>no</TXT><TX/></CNcomment>"), "");
-        assert_eq!(content("plain"), "plain");
-        assert_eq!(content("<CNunit><TX"), "");
+        let comment =
+            "<CNcomment><TX xml:space=\"preserve\">a &lt; b &amp; c &#xB0; &x</TX><names/></CNcomment>";
+        assert_eq!(xml_text_content(comment), "a < b & c ° &x");
+        assert_eq!(xml_text_content("<CNcomment><TXT>no</TXT><TX/></CNcomment>"), "");
+        assert_eq!(xml_text_content("plain"), "plain");
+        assert_eq!(xml_text_content("<CNunit><TX"), "");
     }
 
     #[test]
     fn bytes_that_are_no_utf_8_are_latin_1() {
-        assert_eq!(decoded(b"\xb0C"), "°C");
-        assert_eq!(decoded("°C".as_bytes()), "°C");
-        assert_eq!(decoded(b"ab\xc2"), "ab");
+        assert_eq!(decode_utf8_or_latin1(b"\xb0C"), "°C");
+        assert_eq!(decode_utf8_or_latin1("°C".as_bytes()), "°C");
+        assert_eq!(decode_utf8_or_latin1(b"ab\xc2"), "ab");
     }
 }

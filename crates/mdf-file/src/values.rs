@@ -2,7 +2,7 @@
 
 /// Values of a channel over some rows.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum ChannelValues {
     /// Numbers; NaN where there is none.
     Numbers(Vec<f64>),
     /// Integers of up to 64 bits, exactly.
@@ -11,14 +11,14 @@ pub enum Values {
     Texts(Vec<Option<String>>),
 }
 
-impl Values {
+impl ChannelValues {
     /// The number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
-            Values::Numbers(all) => all.len(),
-            Values::Integers(all) => all.len(),
-            Values::Texts(all) => all.len(),
+            ChannelValues::Numbers(all) => all.len(),
+            ChannelValues::Integers(all) => all.len(),
+            ChannelValues::Texts(all) => all.len(),
         }
     }
 
@@ -30,27 +30,27 @@ impl Values {
 
     /// The number of a row; NaN where there is none, nothing where it is a text.
     #[must_use]
-    pub fn number(&self, row: usize) -> Option<f64> {
+    pub fn number_at(&self, row: usize) -> Option<f64> {
         match self {
-            Values::Numbers(all) => all.get(row).copied(),
-            Values::Integers(all) => Some(all.get(row)?.map_or(f64::NAN, |it| it as f64)),
-            Values::Texts(_) => None,
+            ChannelValues::Numbers(all) => all.get(row).copied(),
+            ChannelValues::Integers(all) => Some(all.get(row)?.map_or(f64::NAN, |it| it as f64)),
+            ChannelValues::Texts(_) => None,
         }
     }
 
     /// Adds rows behind the others. A channel keeps its form, but one of numbers may follow one of integers.
-    pub fn append(&mut self, more: &Values) {
+    pub fn append(&mut self, more: &ChannelValues) {
         match (&mut *self, more) {
-            (Values::Numbers(all), Values::Numbers(more)) => all.extend(more),
-            (Values::Integers(all), Values::Integers(more)) => all.extend(more),
-            (Values::Texts(all), Values::Texts(more)) => all.extend(more.iter().cloned()),
-            (Values::Texts(all), more) => all.extend((0..more.len()).map(|_| None)),
+            (ChannelValues::Numbers(all), ChannelValues::Numbers(more)) => all.extend(more),
+            (ChannelValues::Integers(all), ChannelValues::Integers(more)) => all.extend(more),
+            (ChannelValues::Texts(all), ChannelValues::Texts(more)) => all.extend(more.iter().cloned()),
+            (ChannelValues::Texts(all), more) => all.extend((0..more.len()).map(|_| None)),
             (_, more) => {
-                let numbers = |it: &Values| -> Vec<f64> {
-                    (0..it.len()).map(|row| it.number(row).unwrap_or(f64::NAN)).collect()
+                let numbers = |it: &ChannelValues| -> Vec<f64> {
+                    (0..it.len()).map(|row| it.number_at(row).unwrap_or(f64::NAN)).collect()
                 };
                 let all = [numbers(self), numbers(more)].concat();
-                *self = Values::Numbers(all);
+                *self = ChannelValues::Numbers(all);
             }
         }
     }

@@ -8,7 +8,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mdf_file::{About, Cell, Column, File, Kind, Type, Values, Writer};
+use mdf_file::{
+    ChannelValueKind, ChannelValues, MdfCell, MdfColumn, MdfColumnType, MdfDescription, MdfFile, MdfWriter,
+};
 use serde_json::Value;
 
 /// The version whose verdict we know.
@@ -94,7 +96,7 @@ fn judged(path: &Path) -> Judged {
 }
 
 /// Our channels by group and name, those of one name in their order.
-fn ours(file: &File) -> HashMap<(usize, String), Vec<usize>> {
+fn ours(file: &MdfFile) -> HashMap<(usize, String), Vec<usize>> {
     let mut all: HashMap<_, Vec<_>> = HashMap::new();
     for (index, channel) in file.channels().iter().enumerate() {
         all.entry((channel.group_index, channel.name.clone())).or_default().push(index);
@@ -108,13 +110,13 @@ fn same(ours: f64, theirs: f64) -> bool {
 
 /// Compares a channel, and says how many values that were.
 fn compare(
-    file: &mut File,
+    file: &mut MdfFile,
     channel: usize,
     said: &Value,
     [times, numbers]: [&[f64]; 2],
     at: &str,
 ) -> usize {
-    let read = file.read(&[channel]).unwrap_or_else(|error| panic!("{at}: {error}")).remove(0);
+    let read = file.read_columns(&[channel]).unwrap_or_else(|error| panic!("{at}: {error}")).remove(0);
     assert_eq!(read.times.len(), times.len(), "{at}: rows");
     for (row, (ours, theirs)) in read.times.iter().zip(times).enumerate() {
         assert!(same(*ours, *theirs), "{at}: time of row {row}: {ours:?}, judged {theirs:?}");
@@ -124,7 +126,7 @@ fn compare(
     let is_valid = |row: usize| !invalid.contains(&(row as u64));
     let is_master = file.channels()[channel].is_master;
     match &read.values[0] {
-        Values::Numbers(ours) => {
+        ChannelValues::Numbers(ours) => {
             // The judge has times of their own type instead of a master.
             let theirs = if numbers.is_empty() && is_master { times } else { numbers };
             assert_eq!(ours.len(), theirs.len(), "{at}: values");
@@ -133,14 +135,10 @@ fn compare(
                 assert!(same(*ours, theirs), "{at}: row {row}: {ours:?}, judged {theirs:?}");
             }
         }
-        Values::Integers(ours) => {
+        ChannelValues::Integers(ours) => {
             assert_eq!(ours.len(), numbers.len(), "{at}: values");
             for (row, (ours, theirs)) in ours.iter().zip(numbers).enumerate() {
-                assert_eq!(
-                    ours.map(|it| it as f64),
-                    is_valid(row).then_some(*theirs),
-                    "{at}: row {row}"
-                );
+                assert_eq!(ours.map(|it| it as f64), is_valid(row).then_some(*theirs), "{at}: row {row}");
                 let Some(exact) = said["integers"].get(row).and_then(Value::as_str) else {
                     continue;
                 };
@@ -150,13 +148,10 @@ fn compare(
                 );
             }
         }
-        Values::Texts(ours) => {
-            let theirs =
-                said["texts"].as_array().unwrap_or_else(|| panic!("{at}: no texts, {said}"));
+        ChannelValues::Texts(ours) => {
+            let theirs = said["texts"].as_array().unwrap_or_else(|| panic!("{at}: no texts, {said}"));
             assert_eq!(ours.len(), theirs.len(), "{at}: values");
-            for (row, (ours, theirs)) in
-                ours.iter().zip(theirs).enumerate().filter(|it| is_valid(it.0))
-            {
+            for (row, (ours, theirs)) in ours.iter().zip(theirs).enumerate().filter(|it| is_valid(it.0)) {
                 assert_eq!(ours.as_deref(), theirs.as_str(), "{at}: row {row}");
             }
         }
@@ -166,9 +161,9 @@ fn compare(
 
 /// Compares all channels of a file with what the judge read of it. Says how many channels and values.
 fn compare_all(path: &Path) -> (usize, usize) {
-    let mut file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut file = MdfFile::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let judged = judged(path);
-    if let Some(start) = file.start() {
+    if let Some(start) = file.start_time() {
         let ours = start.nanoseconds as f64 * 1e-9;
         // A double of seconds since 1970 has steps of 0.2 us.
         assert!((ours - judged.start).abs() < 1e-6, "{}: {start:?}", path.display());
@@ -177,10 +172,8 @@ fn compare_all(path: &Path) -> (usize, usize) {
     let by_name = ours(&file);
     let mut taken: HashMap<(usize, String), usize> = HashMap::new();
     for said in &judged.channels {
-        let (group, name) = (
-            said["group"].as_u64().expect("a group") as usize,
-            said["name"].as_str().expect("a name"),
-        );
+        let (group, name) =
+            (said["group"].as_u64().expect("a group") as usize, said["name"].as_str().expect("a name"));
         let at = format!("{}, group {group}, {name}", path.display());
         let stem = path.file_stem().and_then(|it| it.to_str()).expect("a name");
         if NOT_JUDGED.iter().any(|it| stem.starts_with(it.0) && it.1 == name) {
@@ -201,16 +194,14 @@ fn compare_all(path: &Path) -> (usize, usize) {
             place += length;
         }
         let names: Vec<String> = match said["elements"].as_array() {
-            Some(elements) => elements
-                .iter()
-                .map(|it| format!("{name}{}", it.to_string().replace(' ', "")))
-                .collect(),
+            Some(elements) => {
+                elements.iter().map(|it| format!("{name}{}", it.to_string().replace(' ', ""))).collect()
+            }
             None => vec![name.to_owned()],
         };
         for (element, name) in names.iter().enumerate() {
             let indices = by_name.get(&(group, name.clone())).cloned();
-            let indices =
-                indices.unwrap_or_else(|| panic!("{at}: we have no {name}; {:?}", file.notes()));
+            let indices = indices.unwrap_or_else(|| panic!("{at}: we have no {name}; {:?}", file.warnings()));
             let nth = taken.entry((group, name.clone())).or_default();
             let channel = indices[*nth];
             *nth += 1;
@@ -231,37 +222,40 @@ fn compare_all(path: &Path) -> (usize, usize) {
 
 /// A file of all types by our writer, in several blocks.
 fn written(path: &Path) {
-    let column = |name: &str, kind, unit: Option<&str>| Column {
+    let column = |name: &str, kind, unit: Option<&str>| MdfColumn {
         name: name.to_owned(),
         unit: unit.map(str::to_owned),
         comment: Some(format!("the <{name}> & more")),
         kind,
     };
     let columns = [
-        column("real", Type::Real, Some("m/s²")),
-        column("word", Type::Text, None),
-        column("signed", Type::Signed, None),
-        column("flag", Type::Boolean, None),
-        column("unsigned", Type::Unsigned, Some("1")),
-        column("second word", Type::Text, None),
+        column("real", MdfColumnType::Real, Some("m/s²")),
+        column("word", MdfColumnType::Text, None),
+        column("signed", MdfColumnType::Signed, None),
+        column("flag", MdfColumnType::Boolean, None),
+        column("unsigned", MdfColumnType::Unsigned, Some("1")),
+        column("second word", MdfColumnType::Text, None),
     ];
-    let about =
-        About { comment: Some("a <run>".into()), group: Some("run".into()), ..About::default() };
-    let mut writer = Writer::create(path, &about, &columns).expect("a file");
+    let about = MdfDescription {
+        comment: Some("a <run>".into()),
+        group: Some("run".into()),
+        ..MdfDescription::default()
+    };
+    let mut writer = MdfWriter::create(path, &about, &columns).expect("a file");
     for row in 0..50_000u64 {
         let word = format!("row {row} {}", "ä".repeat(row as usize % 5));
         let number = (row as f64).sin() * 10f64.powi(row as i32 % 600 - 300);
         let cells = [
-            Cell::Real(if row == 7 { f64::NAN } else { number }),
-            Cell::Text(&word),
-            Cell::Signed(i64::MIN + row as i64),
-            Cell::Boolean(row % 3 == 0),
-            Cell::Unsigned(u64::MAX - row),
-            Cell::Text(if row % 2 == 0 { "" } else { "odd" }),
+            MdfCell::Real(if row == 7 { f64::NAN } else { number }),
+            MdfCell::Text(&word),
+            MdfCell::Signed(i64::MIN + row as i64),
+            MdfCell::Boolean(row % 3 == 0),
+            MdfCell::Unsigned(u64::MAX - row),
+            MdfCell::Text(if row % 2 == 0 { "" } else { "odd" }),
         ];
-        writer.row(row as f64 * 0.001, &cells).expect("it takes a row");
+        writer.write_row(row as f64 * 0.001, &cells).expect("it takes a row");
         if row % 20_001 == 20_000 {
-            writer.flush().expect("it is written");
+            writer.flush_rows().expect("it is written");
         }
     }
     // Nobody finishes the second file: it has the rows up to the last flush.
@@ -276,12 +270,8 @@ fn we_and_asammdf_read_the_same() {
     let folder = tempfile::tempdir().expect("a folder");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judge.py");
     let judge = |task: &str| {
-        let output = run(Command::new(python)
-            .env("TZ", "UTC")
-            .arg("-B")
-            .arg(&script)
-            .arg(task)
-            .arg(folder.path()));
+        let output =
+            run(Command::new(python).env("TZ", "UTC").arg("-B").arg(&script).arg(task).arg(folder.path()));
         output.unwrap_or_else(|error| panic!("judge.py {task}: {error}"));
     };
     judge("write");
@@ -310,11 +300,11 @@ fn we_and_asammdf_read_the_same() {
         values += found.1;
     }
     println!("{} files, {channels} channels, {values} values", paths.len());
-    let killed = File::open(&folder.path().join("killed.mf4")).expect("a file");
+    let killed = MdfFile::open(&folder.path().join("killed.mf4")).expect("a file");
     assert!(
         killed.clocks()[0].rows.is_some_and(|rows| (40_000..50_000).contains(&rows)),
         "{:?}",
         killed.clocks()
     );
-    assert!(killed.channels().iter().filter(|it| it.kind == Kind::Text).count() == 2);
+    assert!(killed.channels().iter().filter(|it| it.kind == ChannelValueKind::Text).count() == 2);
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// How an optimisation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum OptimisationStatus {
     /// The conditions of optimality hold to the tolerance.
     Converged,
     /// Steps became too small to change the numbers before the conditions held.
@@ -16,9 +16,9 @@ pub enum Status {
 
 /// How a method got to its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Convergence {
+pub struct ConvergenceReport {
     /// How it ended.
-    pub status: Status,
+    pub status: OptimisationStatus,
     /// Iterations of the best start.
     pub iterations: usize,
     /// Evaluations of the model over all samples, in all starts.

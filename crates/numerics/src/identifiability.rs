@@ -16,7 +16,7 @@ pub const NEGLIGIBLE_PRIOR_SHIFT: f64 = 0.01;
 /// Whether the data could tell a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum Identifiability {
     /// The data decide; the prior does not matter.
     Identified,
     /// The data say something, the prior the rest.
@@ -25,7 +25,7 @@ pub enum Verdict {
     NotIdentifiable,
 }
 
-impl Verdict {
+impl Identifiability {
     /// The verdict that follows from the ratio of posterior to prior width [-] alone; NaN is not identifiable.
     #[must_use]
     pub fn from_width(ratio: f64) -> Self {
@@ -50,7 +50,7 @@ impl Verdict {
 
     /// The verdict for people.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn to_display_text(self) -> &'static str {
         match self {
             Self::NotIdentifiable => "not identifiable",
             _ => self.key(),
@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn a_narrower_posterior_has_a_better_verdict() {
-        let ratios = [0.1, 0.3, 0.69, 0.7, 1.2, f64::NAN].map(Verdict::from_width);
-        use Verdict::{Identified, NotIdentifiable, Weak};
+        let ratios = [0.1, 0.3, 0.69, 0.7, 1.2, f64::NAN].map(Identifiability::from_width);
+        use Identifiability::{Identified, NotIdentifiable, Weak};
         let expected = [Identified, Weak, Weak, NotIdentifiable, NotIdentifiable, NotIdentifiable];
         assert_eq!(ratios, expected);
     }

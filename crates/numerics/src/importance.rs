@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
-use crate::psis::{self, Diagnosis};
+use crate::psis::{self, WeightDiagnosis};
 
 /// Draws of a round.
 const ROUND: usize = 192;
@@ -36,14 +36,14 @@ const RIDGE: f64 = 1e-6;
 
 /// A t distribution and its share of a mixture.
 #[derive(Clone)]
-struct Component {
+struct MixtureComponent {
     mean: DVector<f64>,
     factor: DMatrix<f64>,
     log_volume: f64,
     share: f64,
 }
 
-impl Component {
+impl MixtureComponent {
     /// `None` if the covariance is not positive definite.
     fn new(mean: DVector<f64>, covariance: DMatrix<f64>, share: f64) -> Option<Self> {
         let factor = covariance.cholesky()?.l();
@@ -69,19 +69,19 @@ impl Component {
 }
 
 /// Draws with the logarithms of the density that is sought, and what they were drawn from.
-struct Pool<'a, F> {
+struct DrawPool<'a, F> {
     log_density: &'a F,
     points: Vec<DVector<f64>>,
     logs: Vec<f64>,
-    mixtures: Vec<(Vec<Component>, f64)>,
+    mixtures: Vec<(Vec<MixtureComponent>, f64)>,
 }
 
-impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> Pool<'a, F> {
+impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> DrawPool<'a, F> {
     fn new(log_density: &'a F) -> Self {
         Self { log_density, points: Vec::new(), logs: Vec::new(), mixtures: Vec::new() }
     }
 
-    fn draw(&mut self, mixture: &[Component], count: usize, random: &mut Pcg64) {
+    fn draw_from_mixture(&mut self, mixture: &[MixtureComponent], count: usize, random: &mut Pcg64) {
         let from = self.points.len();
         for component in mixture {
             let own = (component.share * count as f64).round() as usize;
@@ -94,7 +94,7 @@ impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> Pool<'a, F> {
     }
 
     /// Weights of all draws, as those of the mixture of all that they came from.
-    fn weigh(&self) -> (Diagnosis, Vec<f64>) {
+    fn importance_weights(&self) -> (WeightDiagnosis, Vec<f64>) {
         let log_weight = |(z, log): (&DVector<f64>, &f64)| {
             let parts = self.mixtures.iter().flat_map(|(mixture, count)| {
                 mixture.iter().map(move |it| (it.share * count).ln() + it.log_density(z))
@@ -104,7 +104,7 @@ impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> Pool<'a, F> {
             log - most - parts.iter().map(|part| (part - most).exp()).sum::<f64>().ln()
         };
         let log_weights: Vec<f64> = self.points.iter().zip(&self.logs).map(log_weight).collect();
-        psis::smooth(&log_weights)
+        psis::pareto_smooth(&log_weights)
     }
 
     fn append(&mut self, other: Self) {
@@ -121,7 +121,7 @@ pub struct WeightedDraws {
     /// Their weights, of sum 1, the largest ones smoothed.
     pub weights: Vec<f64>,
     /// What the weights say.
-    pub diagnosis: Diagnosis,
+    pub diagnosis: WeightDiagnosis,
     /// How many rounds it took.
     pub rounds: usize,
     /// Evaluations of the density in all of them.
@@ -131,18 +131,18 @@ pub struct WeightedDraws {
 impl WeightedDraws {
     /// Whether the draws can stand for the density, but for modes that no start was near.
     pub fn is_exact(&self) -> bool {
-        self.diagnosis.is_close() && self.effective() >= FEWEST
+        self.diagnosis.is_close() && self.effective_sample_size() >= FEWEST
     }
 
     /// How many independent draws say as much.
-    pub fn effective(&self) -> f64 {
+    pub fn effective_sample_size(&self) -> f64 {
         self.diagnosis.effective_share * self.points.len() as f64
     }
 }
 
 /// Draws from the density of this logarithm, which is asked for many points at once; NaN and −∞ are no density. Starts are means and covariances, one for each mode that is
 /// known; `enough` is the number of effective draws that are wanted in the end. `go_on` is asked before each round. `None` if no start is usable or nobody wants to go on.
-pub fn sample(
+pub fn sample_by_importance(
     log_density: &impl Fn(&[DVector<f64>]) -> Vec<f64>,
     starts: &[(DVector<f64>, DMatrix<f64>)],
     enough: f64,
@@ -152,36 +152,30 @@ pub fn sample(
     let mut random = Pcg64::seed_from_u64(seed);
     let share = 1.0 / starts.len() as f64;
     let start = |(mean, covariance): &(DVector<f64>, DMatrix<f64>)| {
-        Component::new(mean.clone(), covariance.clone(), share)
+        MixtureComponent::new(mean.clone(), covariance.clone(), share)
     };
-    let mut mixture: Vec<Component> = starts.iter().filter_map(start).collect();
-    let mut all = Pool::new(log_density);
+    let mut mixture: Vec<MixtureComponent> = starts.iter().filter_map(start).collect();
+    let mut all = DrawPool::new(log_density);
     for round in 1..=ROUNDS {
         if mixture.is_empty() || !go_on() {
             return None;
         }
-        let mut own = Pool::new(log_density);
-        own.draw(&mixture, ROUND, &mut random);
-        let (diagnosis, _) = own.weigh();
+        let mut own = DrawPool::new(log_density);
+        own.draw_from_mixture(&mixture, ROUND, &mut random);
+        let (diagnosis, _) = own.importance_weights();
         if diagnosis.effective_share >= FITS && diagnosis.is_close() {
-            let mut fresh = Pool::new(log_density);
+            let mut fresh = DrawPool::new(log_density);
             let more = |share: f64, have: f64| ((enough - have) / share.max(FITS)).ceil() as usize;
-            fresh.draw(&mixture, more(diagnosis.effective_share, 0.0), &mut random);
-            let (first, _) = fresh.weigh();
+            fresh.draw_from_mixture(&mixture, more(diagnosis.effective_share, 0.0), &mut random);
+            let (first, _) = fresh.importance_weights();
             let have = first.effective_share * fresh.points.len() as f64;
             // The first share was that of few draws.
-            fresh.draw(&mixture, more(first.effective_share, have.min(enough)), &mut random);
-            let (diagnosis, weights) = fresh.weigh();
+            fresh.draw_from_mixture(&mixture, more(first.effective_share, have.min(enough)), &mut random);
+            let (diagnosis, weights) = fresh.importance_weights();
             let evaluations = all.points.len() + own.points.len() + fresh.points.len();
             if diagnosis.is_close() {
                 let points = fresh.points;
-                return Some(WeightedDraws {
-                    points,
-                    weights,
-                    diagnosis,
-                    rounds: round,
-                    evaluations,
-                });
+                return Some(WeightedDraws { points, weights, diagnosis, rounds: round, evaluations });
             }
             own.append(fresh);
         }
@@ -189,24 +183,24 @@ pub fn sample(
         if round == ROUNDS {
             break;
         }
-        let better = next(&all, &mixture);
+        let better = refit_mixture(&all, &mixture);
         if !better.is_empty() {
             mixture = better;
         }
     }
-    let (diagnosis, weights) = all.weigh();
+    let (diagnosis, weights) = all.importance_weights();
     let evaluations = all.points.len();
     Some(WeightedDraws { points: all.points, weights, diagnosis, rounds: ROUNDS, evaluations })
 }
 
 /// Masses, means and covariances of the weighted draws, each counted with the component that is densest there.
-fn next<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
-    pool: &Pool<F>,
-    mixture: &[Component],
-) -> Vec<Component> {
-    let (_, weights) = pool.weigh();
+fn refit_mixture<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
+    pool: &DrawPool<F>,
+    mixture: &[MixtureComponent],
+) -> Vec<MixtureComponent> {
+    let (_, weights) = pool.importance_weights();
     let nearest = |z: &DVector<f64>| {
-        let height = |component: &Component| component.share.ln() + component.log_density(z);
+        let height = |component: &MixtureComponent| component.share.ln() + component.log_density(z);
         let heights: Vec<f64> = mixture.iter().map(height).collect();
         (0..heights.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b]))
     };
@@ -217,16 +211,16 @@ fn next<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
         let weights: Vec<f64> = own.iter().map(|&i| weights[i]).collect();
         let points: Vec<_> = own.iter().map(|&i| &pool.points[i]).collect();
         let mass = weights.iter().sum::<f64>().max(LEAST_SHARE);
-        fitted(&points, weights, mass)
+        fit_component(&points, weights, mass)
     };
-    let mut better: Vec<Component> = (0..mixture.len()).filter_map(component).collect();
+    let mut better: Vec<MixtureComponent> = (0..mixture.len()).filter_map(component).collect();
     let whole: f64 = better.iter().map(|component| component.share).sum();
     better.iter_mut().for_each(|component| component.share /= whole);
     better
 }
 
 /// With mean and covariance of weighted draws.
-fn fitted(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) -> Option<Component> {
+fn fit_component(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) -> Option<MixtureComponent> {
     let dimension = points.first()?.len();
     // With more than that all that have a weight have the same.
     for _ in 0..MOST_FLATTENED {
@@ -251,7 +245,7 @@ fn fitted(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) -> Option
     for i in 0..dimension {
         covariance[(i, i)] *= 1.0 + RIDGE;
     }
-    Component::new(mean, covariance * WIDER, share)
+    MixtureComponent::new(mean, covariance * WIDER, share)
 }
 
 #[cfg(test)]
@@ -288,18 +282,18 @@ mod tests {
         let mut off = [[0.0; 2]; 3];
         let seeds = 12;
         for seed in 0..seeds {
-            let found = sample(&all(banana), std::slice::from_ref(&start), ENOUGH, seed, || true)
-                .expect("draws");
+            let found =
+                sample_by_importance(&all(banana), std::slice::from_ref(&start), ENOUGH, seed, || true)
+                    .expect("draws");
             assert!(
-                found.effective() > 0.6 * ENOUGH && found.diagnosis.is_close(),
+                found.effective_sample_size() > 0.6 * ENOUGH && found.diagnosis.is_close(),
                 "{seed} {} {:?} {}",
-                found.effective(),
+                found.effective_sample_size(),
                 found.diagnosis,
                 found.rounds
             );
             // Means and standard deviations of x, of 0.15 (x² − 1) with noise, and of a uniform distribution.
-            let exact =
-                [[0.0, 1.0], [0.0, (0.0225_f64 * 2.0 + 0.25).sqrt()], [0.5, 12_f64.sqrt().recip()]];
+            let exact = [[0.0, 1.0], [0.0, (0.0225_f64 * 2.0 + 0.25).sqrt()], [0.5, 12_f64.sqrt().recip()]];
             for (i, exact) in exact.into_iter().enumerate() {
                 let share = |z: f64| 1.0 / (1.0 + (-z).exp());
                 let [mean, std] = moments(&found, |z| if i == 2 { share(z[2]) } else { z[i] });
@@ -326,7 +320,7 @@ mod tests {
             (mean, DMatrix::identity(8, 8))
         };
         let found =
-            sample(&all(bimodal), &[at(0.0), at(apart)], ENOUGH, 3, || true).expect("draws");
+            sample_by_importance(&all(bimodal), &[at(0.0), at(apart)], ENOUGH, 3, || true).expect("draws");
         let there = found.points.iter().zip(&found.weights).filter(|(z, _)| z[0] > 6.0);
         // A quarter as high and half as wide.
         assert_relative_eq!(there.map(|(_, w)| w).sum::<f64>(), 1.0 / 9.0, max_relative = 0.15);
@@ -335,9 +329,9 @@ mod tests {
     #[test]
     fn nothing_comes_of_nothing() {
         let start = [(DVector::zeros(8), DMatrix::<f64>::identity(8, 8))];
-        assert!(sample(&all(banana), &[], ENOUGH, 0, || true).is_none());
-        assert!(sample(&all(banana), &start, ENOUGH, 0, || false).is_none());
-        let found = sample(&all(|_| f64::NAN), &start, ENOUGH, 0, || true);
+        assert!(sample_by_importance(&all(banana), &[], ENOUGH, 0, || true).is_none());
+        assert!(sample_by_importance(&all(banana), &start, ENOUGH, 0, || false).is_none());
+        let found = sample_by_importance(&all(|_| f64::NAN), &start, ENOUGH, 0, || true);
         assert!(found.is_none_or(|found| !found.diagnosis.is_close()));
     }
 }

@@ -30,7 +30,7 @@ const TRIES: usize = 8;
 const NEGLIGIBLE: f64 = 1e-7;
 
 /// The minimum near a start, after `iterations` accepted steps at most.
-pub fn minimise<const N: usize>(
+pub fn minimise_levenberg_marquardt<const N: usize>(
     problem: &impl SquaredCost<N>,
     start: SVector<f64, N>,
     iterations: usize,
@@ -89,13 +89,13 @@ mod tests {
 
     #[test]
     fn a_curved_valley_is_followed_to_its_end() {
-        let x = minimise(&Rosenbrock { most: 9.0 }, vector![-1.2, 1.0], 100);
+        let x = minimise_levenberg_marquardt(&Rosenbrock { most: 9.0 }, vector![-1.2, 1.0], 100);
         assert!((x - vector![1.0, 1.0]).norm() < 1e-6, "{x}");
     }
 
     #[test]
     fn a_bound_ends_the_way() {
-        let x = minimise(&Rosenbrock { most: 0.5 }, vector![-1.2, 1.0], 100);
+        let x = minimise_levenberg_marquardt(&Rosenbrock { most: 0.5 }, vector![-1.2, 1.0], 100);
         assert!(x[0] <= 0.5 && (x - vector![0.5, 0.25]).norm() < 1e-2, "{x}");
     }
 }

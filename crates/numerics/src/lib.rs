@@ -3,10 +3,7 @@
 //! importance sampling with Pareto-smoothed weights, variational fits of normal distributions, and numbers that carry derivatives
 //! or stand side by side in the vectors of the processor.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod convergence;
 pub mod identifiability;

@@ -26,7 +26,7 @@ pub enum Loss {
 impl Loss {
     /// Cost of a residual.
     #[inline(always)]
-    pub fn of(self, r: f64) -> f64 {
+    pub fn cost(self, r: f64) -> f64 {
         match self {
             Self::Square => 0.5 * r * r,
             Self::Huber { threshold } => {
@@ -66,7 +66,7 @@ impl Loss {
     /// What costs are divided by in −ln(likelihood), if the noise near 0 has a standard deviation: its variance, or for Student's
     /// distribution ν/(ν + 1) of the square of the scale. Huber's loss belongs to noise that is normal up to the threshold and
     /// exponential beyond.
-    pub fn variance(self, noise_std: f64) -> f64 {
+    pub fn cost_divisor(self, noise_std: f64) -> f64 {
         match self {
             Self::StudentT { freedom, scale } => freedom / (freedom + 1.0) * scale * scale,
             _ => noise_std * noise_std,
@@ -93,18 +93,14 @@ mod tests {
     #[test]
     fn weight_and_curvature_are_derivatives_of_the_cost() {
         let step = 1e-5;
-        let losses = [
-            Loss::Square,
-            Loss::Huber { threshold: 0.1 },
-            Loss::StudentT { freedom: 4.0, scale: 0.05 },
-        ];
+        let losses =
+            [Loss::Square, Loss::Huber { threshold: 0.1 }, Loss::StudentT { freedom: 4.0, scale: 0.05 }];
         for loss in losses {
             for r in [-0.5, -0.12, -0.03, 0.02, 0.09, 0.4] {
-                let slope = (loss.of(r + step) - loss.of(r - step)) / (2.0 * step);
+                let slope = (loss.cost(r + step) - loss.cost(r - step)) / (2.0 * step);
                 assert_relative_eq!(slope, loss.weight(r) * r, epsilon = 1e-9);
-                let bend = (loss.weight(r + step) * (r + step)
-                    - loss.weight(r - step) * (r - step))
-                    / (2.0 * step);
+                let bend =
+                    (loss.weight(r + step) * (r + step) - loss.weight(r - step) * (r - step)) / (2.0 * step);
                 assert_relative_eq!(bend, loss.curvature(r), epsilon = 1e-6);
             }
         }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::sobol::{Sobol, middle};
+use crate::sobol::{Sobol, cell_midpoint};
 
 /// The most dimensions of normal points.
 const DIMENSIONS: usize = 8;
@@ -29,9 +29,7 @@ impl<const N: usize> AdditiveRecurrence<N> {
 
     /// A point.
     pub fn point(&self, index: usize) -> [f64; N] {
-        std::array::from_fn(|i| {
-            (self.first + index as f64 * self.root.powi(-(i as i32 + 1))).fract()
-        })
+        std::array::from_fn(|i| (self.first + index as f64 * self.root.powi(-(i as i32 + 1))).fract())
     }
 }
 
@@ -41,12 +39,12 @@ pub fn normal_points(dimension: usize, count: usize, seed: u64) -> DMatrix<f64> 
     let half = count.div_ceil(2).max(dimension);
     let mut shift = Pcg64::seed_from_u64(seed);
     let shifts: [u32; DIMENSIONS] = std::array::from_fn(|_| shift.random());
-    let sequence = Sobol::of::<DIMENSIONS>();
+    let sequence = Sobol::with_const_dimensions::<DIMENSIONS>();
     let mut points = DMatrix::zeros(dimension, 2 * half);
     for k in 0..half {
         // Its bits turned over where those of the shifts are set.
         let uniform = std::array::from_fn::<f64, DIMENSIONS, _>(|d| {
-            middle(sequence.number(k as u32, d) ^ shifts[d])
+            cell_midpoint(sequence.coordinate_bits(k as u32, d) ^ shifts[d])
         });
         for (pair, u) in uniform.as_chunks::<2>().0.iter().enumerate() {
             // Box and Muller.

@@ -20,12 +20,11 @@ impl<const N: usize> Normal<N> {
     }
 
     /// Of the parameters at some places, with their covariance. `None` if that is not positive definite.
-    pub fn new(places: &[usize], mean: [f64; N], covariance: &DMatrix<f64>) -> Option<Self> {
+    pub fn from_covariance(places: &[usize], mean: [f64; N], covariance: &DMatrix<f64>) -> Option<Self> {
         // The scales of B and of a shift differ by four orders of magnitude.
         let scale: Vec<f64> = (0..places.len()).map(|k| covariance[(k, k)].sqrt()).collect();
-        let correlation = DMatrix::from_fn(places.len(), places.len(), |k, l| {
-            covariance[(k, l)] / (scale[k] * scale[l])
-        });
+        let correlation =
+            DMatrix::from_fn(places.len(), places.len(), |k, l| covariance[(k, l)] / (scale[k] * scale[l]));
         let inverse = correlation.cholesky()?.inverse();
         let mut precision = [[0.0; N]; N];
         for (k, &i) in places.iter().enumerate() {
@@ -38,7 +37,7 @@ impl<const N: usize> Normal<N> {
     }
 
     /// (θ − mean)ᵀ precision (θ − mean), and half its gradient.
-    pub fn distance(&self, theta: &[f64; N]) -> (f64, [f64; N]) {
+    pub fn squared_mahalanobis_distance(&self, theta: &[f64; N]) -> (f64, [f64; N]) {
         let away: [f64; N] = std::array::from_fn(|i| theta[i] - self.mean[i]);
         let gradient = self.precision.map(|row| row.iter().zip(&away).map(|(p, d)| p * d).sum());
         (gradient.iter().zip(&away).map(|(g, d)| g * d).sum(), gradient)

@@ -16,7 +16,7 @@ const TAIL: usize = 5;
 
 /// What weights say about the distribution that they correct.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Diagnosis {
+pub struct WeightDiagnosis {
     /// Shape of the tail of the weights: below 0.5 their variance is finite, above 0.7 their mean cannot be estimated.
     pub k_hat: f64,
     /// Effective number of draws over their number.
@@ -25,7 +25,7 @@ pub struct Diagnosis {
     pub largest_weight: f64,
 }
 
-impl Diagnosis {
+impl WeightDiagnosis {
     /// Whether the draws are close enough to what they stand for that weights can correct the rest. No number here sees a
     /// mode that no draw is in.
     pub fn is_close(&self) -> bool {
@@ -35,7 +35,7 @@ impl Diagnosis {
 }
 
 /// Diagnosis, and weights of sum 1 with their largest ones smoothed. −∞ is the logarithm of no weight; NaN counts as that.
-pub fn smooth(log_weights: &[f64]) -> (Diagnosis, Vec<f64>) {
+pub fn pareto_smooth(log_weights: &[f64]) -> (WeightDiagnosis, Vec<f64>) {
     let best = log_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let relative = |log: &f64| if (log - best).is_finite() { (log - best).exp() } else { 0.0 };
     let mut weights: Vec<f64> = log_weights.iter().map(relative).collect();
@@ -54,13 +54,13 @@ pub fn smooth(log_weights: &[f64]) -> (Diagnosis, Vec<f64>) {
         if shape.is_finite() {
             for (rank, &i) in order[first..].iter().enumerate() {
                 let share = (rank as f64 + 0.5) / tail as f64;
-                weights[i] = (threshold + quantile(share, shape, scale)).min(1.0);
+                weights[i] = (threshold + generalised_pareto_quantile(share, shape, scale)).min(1.0);
             }
         }
     }
     let sum = |of: &[f64]| of.iter().sum::<f64>();
     let squares = raw.iter().map(|weight| weight * weight).sum::<f64>();
-    let diagnosis = Diagnosis {
+    let diagnosis = WeightDiagnosis {
         k_hat,
         effective_share: sum(&raw).powi(2) / squares / count,
         largest_weight: 1.0 / sum(&raw),
@@ -82,9 +82,8 @@ fn generalised_pareto(ascending: &[f64]) -> (f64, f64) {
         return (f64::INFINITY, f64::NAN);
     }
     let nodes = 30 + n.sqrt() as usize;
-    let theta = |j: usize| {
-        1.0 / highest + (1.0 - (nodes as f64 / (j as f64 + 0.5)).sqrt()) / (3.0 * quartile)
-    };
+    let theta =
+        |j: usize| 1.0 / highest + (1.0 - (nodes as f64 / (j as f64 + 0.5)).sqrt()) / (3.0 * quartile);
     let shape = |theta: f64| ascending.iter().map(|x| (-theta * x).ln_1p()).sum::<f64>() / n;
     let likelihoods: Vec<f64> = (0..nodes)
         .map(|j| {
@@ -106,13 +105,9 @@ fn generalised_pareto(ascending: &[f64]) -> (f64, f64) {
 }
 
 /// The number that a share of a generalised Pareto distribution is below.
-fn quantile(share: f64, shape: f64, scale: f64) -> f64 {
+fn generalised_pareto_quantile(share: f64, shape: f64, scale: f64) -> f64 {
     let log_rest = (-share).ln_1p();
-    if shape.abs() < 1e-12 {
-        -scale * log_rest
-    } else {
-        scale * (-shape * log_rest).exp_m1() / shape
-    }
+    if shape.abs() < 1e-12 { -scale * log_rest } else { scale * (-shape * log_rest).exp_m1() / shape }
 }
 
 #[cfg(test)]
@@ -129,10 +124,9 @@ mod tests {
         for shape in [0.2, 0.5, 0.8, 1.2] {
             // Weights u^−shape have a Pareto tail of that shape, of numbers as even as can be.
             let count = 20_000;
-            let logs: Vec<f64> = (0..count)
-                .map(|i| -shape * ((f64::from(i) + 0.5) / f64::from(count)).ln())
-                .collect();
-            let (found, _) = smooth(&logs);
+            let logs: Vec<f64> =
+                (0..count).map(|i| -shape * ((f64::from(i) + 0.5) / f64::from(count)).ln()).collect();
+            let (found, _) = pareto_smooth(&logs);
             assert_abs_diff_eq!(found.k_hat, shape, epsilon = 0.06);
             assert_eq!(found.is_close(), shape < 0.7, "{shape}: {found:?}");
         }
@@ -147,7 +141,7 @@ mod tests {
                 let e: f64 = StandardNormal.sample(&mut random);
                 0.5 * e * e * (1.0 - variance)
             });
-            let (found, _) = smooth(&draws.collect::<Vec<f64>>());
+            let (found, _) = pareto_smooth(&draws.collect::<Vec<f64>>());
             // Logarithms in the tail make the finite-sample shape somewhat smaller.
             assert_abs_diff_eq!(found.k_hat, 1.0 - variance, epsilon = 0.12);
         }
@@ -167,9 +161,8 @@ mod tests {
                 .collect();
             let logs: Vec<f64> = draws.iter().map(|x| 0.5 * x * x).collect();
             let whole: f64 = logs.iter().map(|log| log.exp()).sum();
-            let plain: f64 =
-                draws.iter().zip(&logs).map(|(x, log)| x * x * log.exp()).sum::<f64>() / whole;
-            let (_, weights) = smooth(&logs);
+            let plain: f64 = draws.iter().zip(&logs).map(|(x, log)| x * x * log.exp()).sum::<f64>() / whole;
+            let (_, weights) = pareto_smooth(&logs);
             assert_relative_eq!(weights.iter().sum::<f64>(), 1.0, max_relative = 1e-12);
             let mean: f64 = draws.iter().zip(&weights).map(|(x, weight)| x * x * weight).sum();
             raw += (plain - 1.0).powi(2);
@@ -182,10 +175,10 @@ mod tests {
     fn even_weights_are_close_whatever_their_tail() {
         let mut random = Pcg64::seed_from_u64(2);
         let logs: Vec<f64> = (0..4000).map(|_| 1e-3 * random.random::<f64>()).collect();
-        let (found, weights) = smooth(&logs);
+        let (found, weights) = pareto_smooth(&logs);
         assert!(found.is_close() && found.effective_share > 0.999, "{found:?}");
         assert!(weights.iter().all(|weight| (4000.0 * weight - 1.0).abs() < 0.01));
-        let (same, _) = smooth(&[3.0; 400]);
+        let (same, _) = pareto_smooth(&[3.0; 400]);
         assert!(same.is_close() && same.effective_share > 0.999);
     }
 
@@ -193,10 +186,10 @@ mod tests {
     fn one_draw_that_has_it_all_is_not_close() {
         let mut logs = vec![-1000.0; 500];
         logs[7] = 0.0;
-        let (found, weights) = smooth(&logs);
+        let (found, weights) = pareto_smooth(&logs);
         assert!(!found.is_close(), "{found:?}");
         assert_relative_eq!(weights.iter().sum::<f64>(), 1.0, max_relative = 1e-12);
         logs[8] = f64::NAN;
-        assert!(smooth(&logs).1.iter().all(|weight| weight.is_finite()));
+        assert!(pareto_smooth(&logs).1.iter().all(|weight| weight.is_finite()));
     }
 }

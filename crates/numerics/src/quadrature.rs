@@ -7,14 +7,14 @@ use std::f64::consts::PI;
 /// Exact for polynomials up to degree 2 `count` − 1. Newton's method on the Legendre polynomial, from the asymptotic
 /// position of its roots.
 pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
-    (0..count).map(|i| node(count, (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos())).collect()
+    (0..count).map(|i| legendre_node(count, (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos())).collect()
 }
 
-fn node(count: usize, start: f64) -> (f64, f64) {
+fn legendre_node(count: usize, start: f64) -> (f64, f64) {
     let mut x = start;
     let mut slope = 1.0;
     for _ in 0..50 {
-        let (value, derivative) = legendre(count, x);
+        let (value, derivative) = legendre_polynomial(count, x);
         slope = derivative;
         let step = value / derivative;
         x -= step;
@@ -26,7 +26,7 @@ fn node(count: usize, start: f64) -> (f64, f64) {
 }
 
 /// Legendre polynomial of a degree and its derivative, by the recurrence of three terms.
-fn legendre(degree: usize, x: f64) -> (f64, f64) {
+fn legendre_polynomial(degree: usize, x: f64) -> (f64, f64) {
     let (mut before, mut value) = (1.0, x);
     for k in 2..=degree {
         let k = k as f64;

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 /// Systematic resampling: each index as often as its weight wants, to less than one.
-pub fn systematic(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
+pub fn systematic_resample(weights: &[f64], count: usize, seed: u64) -> Vec<usize> {
     let step = weights.iter().sum::<f64>() / count as f64;
     let mut threshold = step * Pcg64::seed_from_u64(seed).random::<f64>();
     let mut reached = 0.0;

@@ -3,7 +3,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::scalar::{Function, Scalar};
+use crate::scalar::{Scalar, SmoothFunction};
 
 /// How many there are.
 pub const WIDTH: usize = 4;
@@ -91,27 +91,27 @@ impl Scalar for SimdBatch {
     }
 
     #[inline(always)]
-    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+    fn select_above(self, limit: f64, above: Self, other: Self) -> Self {
         each!(i => if self.0[i] > limit { above.0[i] } else { other.0[i] })
     }
 
     #[inline(always)]
-    fn plus(self, a: Self, b: Self) -> Self {
+    fn add_product(self, a: Self, b: Self) -> Self {
         each!(i => a.0[i].mul_add(b.0[i], self.0[i]))
     }
 
     #[inline(always)]
-    fn minus(self, a: Self, b: Self) -> Self {
+    fn subtract_product(self, a: Self, b: Self) -> Self {
         each!(i => (-a.0[i]).mul_add(b.0[i], self.0[i]))
     }
 
     #[inline(always)]
-    fn plus_scaled(self, a: Self, b: f64) -> Self {
+    fn add_scaled(self, a: Self, b: f64) -> Self {
         each!(i => a.0[i].mul_add(b, self.0[i]))
     }
 
     #[inline(always)]
-    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+    fn apply_function<F: SmoothFunction<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
         let mut values = [Self([0.0; WIDTH]); M];
         for index in 0..WIDTH {
             let mut x = [0.0; N];

@@ -18,10 +18,9 @@ const TABLE: &str = include_str!("joe_kuo.txt");
 static DIRECTIONS: LazyLock<Vec<[u32; BITS]>> = LazyLock::new(|| {
     let first = std::array::from_fn(|bit| 1 << (BITS - 1 - bit));
     let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
-    let numbers = lines.map(|line| {
-        line.split(' ').map(|word| word.parse().unwrap_or_default()).collect::<Vec<u32>>()
-    });
-    std::iter::once(first).chain(numbers.map(|row| directions(row[2], &row[3..]))).collect()
+    let numbers =
+        lines.map(|line| line.split(' ').map(|word| word.parse().unwrap_or_default()).collect::<Vec<u32>>());
+    std::iter::once(first).chain(numbers.map(|row| direction_numbers(row[2], &row[3..]))).collect()
 });
 
 /// Sobol's sequence in some dimensions.
@@ -44,14 +43,14 @@ impl Sobol {
     }
 
     /// The sequence in a number of dimensions that is known when this is compiled.
-    pub const fn of<const N: usize>() -> Self {
+    pub const fn with_const_dimensions<const N: usize>() -> Self {
         const { assert!(N <= DIMENSIONS) };
         Self { dimensions: N }
     }
 
     /// A coordinate of a point as a number of 32 bits. There are as many dimensions as the sequence was asked for.
     #[inline]
-    pub fn number(&self, index: u32, dimension: usize) -> u32 {
+    pub fn coordinate_bits(&self, index: u32, dimension: usize) -> u32 {
         debug_assert!(dimension < self.dimensions);
         let numbers = &DIRECTIONS[dimension];
         let (mut left, mut sum) = (index, 0);
@@ -72,24 +71,24 @@ impl ScrambledSobol {
     }
 
     /// A point of the open unit cube, one coordinate for each place of `point`, which has as many as there are dimensions.
-    pub fn point(&self, index: u32, point: &mut [f64]) {
+    pub fn write_point(&self, index: u32, point: &mut [f64]) {
         let sequence = Sobol { dimensions: self.seeds.len() };
         for (dimension, (place, &seed)) in point.iter_mut().zip(&self.seeds).enumerate() {
-            *place = middle(scrambled(sequence.number(index, dimension), seed));
+            *place = cell_midpoint(owen_scramble(sequence.coordinate_bits(index, dimension), seed));
         }
     }
 }
 
 /// The middle of the cell that a number of 32 bits stands for, in the open unit interval.
 #[inline]
-pub fn middle(number: u32) -> f64 {
+pub fn cell_midpoint(number: u32) -> f64 {
     (f64::from(number) + 0.5) / POINTS as f64
 }
 
 /// Turns each bit over by a hash of those above it: Burley, "Practical hash-based Owen scrambling", JCGT 9 (2020), with the
 /// hash of Vegdahl (2021), whose bits depend on each other more evenly.
 #[inline]
-fn scrambled(number: u32, seed: u32) -> u32 {
+fn owen_scramble(number: u32, seed: u32) -> u32 {
     let mut bits = number.reverse_bits();
     bits ^= bits.wrapping_mul(0x3d20_adea);
     bits = bits.wrapping_add(seed);
@@ -100,7 +99,7 @@ fn scrambled(number: u32, seed: u32) -> u32 {
 }
 
 /// Direction numbers by the recurrence of Bratley and Fox (1988).
-fn directions(polynomial: u32, first: &[u32]) -> [u32; BITS] {
+fn direction_numbers(polynomial: u32, first: &[u32]) -> [u32; BITS] {
     let degree = first.len();
     let mut numbers = [0; BITS];
     for bit in 0..BITS {
@@ -126,7 +125,7 @@ mod tests {
         // Points 1 to 3 in their natural order, as in Joe and Kuo's notes.
         for (index, first) in [(1, [0.5; 3]), (2, [0.25, 0.75, 0.75]), (3, [0.75, 0.25, 0.25])] {
             for (dimension, expected) in first.into_iter().enumerate() {
-                let own = f64::from(sequence.number(index, dimension)) / POINTS as f64;
+                let own = f64::from(sequence.coordinate_bits(index, dimension)) / POINTS as f64;
                 assert_eq!(own, expected);
             }
         }
@@ -138,7 +137,7 @@ mod tests {
     fn each_power_of_two_of_points_fills_each_axis_evenly() {
         let sequence = ScrambledSobol::new(DIMENSIONS, 5).expect("the most dimensions");
         let mut points = vec![vec![0.0; DIMENSIONS]; 1024];
-        (0..1024).for_each(|k| sequence.point(k, &mut points[k as usize]));
+        (0..1024).for_each(|k| sequence.write_point(k, &mut points[k as usize]));
         for dimension in 0..DIMENSIONS {
             let mut cells: Vec<usize> =
                 points.iter().map(|point| (1024.0 * point[dimension]) as usize).collect();
@@ -157,7 +156,7 @@ mod tests {
         let mut cells = [0; 16];
         for seed in 0..1600 {
             let mut point = [0.0; 1];
-            ScrambledSobol::new(1, seed).expect("one dimension").point(3, &mut point);
+            ScrambledSobol::new(1, seed).expect("one dimension").write_point(3, &mut point);
             cells[(16.0 * point[0]) as usize] += 1;
         }
         // 100 in each, with a standard deviation of 10.

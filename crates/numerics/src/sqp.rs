@@ -11,12 +11,12 @@ mod secant;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::convergence::Status;
-use search::Minimisation;
+use crate::convergence::OptimisationStatus;
+use search::SqpMinimisation;
 
 /// A cost to second order.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct QuadraticModel {
     /// Value.
     pub cost: f64,
     /// Exact first derivatives, length n.
@@ -29,7 +29,7 @@ pub struct Model {
 
 /// An inequality, value ≥ 0, to first order.
 #[derive(Clone, Debug)]
-pub struct Inequality {
+pub struct LinearisedInequality {
     /// Value, of order 1 over the box.
     pub value: f64,
     /// Its derivatives, length n.
@@ -39,7 +39,7 @@ pub struct Inequality {
 /// What can be minimised.
 pub trait Objective: Sync {
     /// The cost at a point inside the box. A cost that is not finite makes the step shorter.
-    fn model(&self, x: &DVector<f64>) -> Model;
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel;
 
     /// The cost alone.
     fn cost(&self, x: &DVector<f64>) -> f64 {
@@ -52,14 +52,14 @@ pub trait Objective: Sync {
     }
 
     /// The inequalities, always the same number of them.
-    fn inequalities(&self, _x: &DVector<f64>) -> Vec<Inequality> {
+    fn inequalities(&self, _x: &DVector<f64>) -> Vec<LinearisedInequality> {
         Vec::new()
     }
 }
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct SqpLimits {
     /// Most steps, accepted or not.
     pub iterations: usize,
     /// KKT residual at which iterations end.
@@ -71,7 +71,7 @@ pub struct Limits {
     pub damping: f64,
 }
 
-impl Default for Limits {
+impl Default for SqpLimits {
     fn default() -> Self {
         Self { iterations: 500, target: 1e-12, tolerance: 1e-8, damping: 1e-2 }
     }
@@ -79,11 +79,11 @@ impl Default for Limits {
 
 /// Where a minimisation ended.
 #[derive(Clone, Debug)]
-pub struct Minimum {
+pub struct SqpMinimum {
     /// The point, exactly on a bound where it is active.
     pub x: DVector<f64>,
     /// The cost there.
-    pub model: Model,
+    pub model: QuadraticModel,
     /// Gradients of the inequalities that hold with equality, one per row.
     pub active_rows: DMatrix<f64>,
     /// Which variables stand on a bound.
@@ -94,7 +94,7 @@ pub struct Minimum {
     /// variables, the violation of inequalities, and multiplier · slack / scale².
     pub kkt_residual: f64,
     /// How it ended.
-    pub status: Status,
+    pub status: OptimisationStatus,
     /// Steps tried.
     pub iterations: usize,
     /// Evaluations of the objective.
@@ -111,42 +111,42 @@ const ROUNDING: f64 = 1e-13;
 const DROWNED: usize = 20;
 
 /// Minimises from a start, which is first moved into the box. Bounds may be infinite.
-pub fn minimise(
+pub fn minimise_sqp(
     objective: &dyn Objective,
     lower: &DVector<f64>,
     upper: &DVector<f64>,
     start: &DVector<f64>,
-    limits: Limits,
-) -> Minimum {
-    let mut search = Minimisation::new(objective, lower, upper);
+    limits: SqpLimits,
+) -> SqpMinimum {
+    let mut search = SqpMinimisation::new(objective, lower, upper);
     let start = DVector::from_fn(start.len(), |i, _| start[i].clamp(lower[i], upper[i]));
-    let mut point = search.at(start);
+    let mut point = search.evaluate(start);
     let mut trace = vec![point.model.cost];
     let mut multipliers = DVector::zeros(point.values.len());
     let mut residual = search.kkt_residual(&point, &mut multipliers);
     let mut damping = limits.damping;
     let mut iterations = 0;
     let mut drowned_steps = 0;
-    let mut status = Status::IterationLimit;
+    let mut status = OptimisationStatus::IterationLimit;
     while iterations < limits.iterations {
         if residual <= limits.target || drowned_steps > DROWNED {
-            status = Status::Converged;
+            status = OptimisationStatus::Converged;
             break;
         }
         iterations += 1;
-        let (hessian, damped) = search.curvature(&point, damping);
-        let Some(step) = search.step(&point, damped) else {
+        let (hessian, damped) = search.hessian_and_damped_hessian(&point, damping);
+        let Some(step) = search.solve_step(&point, damped) else {
             damping *= 10.0;
             if damping > MOST_DAMPING {
-                status = Status::Stalled;
+                status = OptimisationStatus::Stalled;
                 break;
             }
             continue;
         };
-        let next = search.at(search.moved(&point, &step));
+        let next = search.evaluate(search.point_after_step(&point, &step));
         let change = &next.x - &point.x;
-        let predicted = search.predicted(&point, &hessian, &change);
-        let actual = search.merit(&point) - search.merit(&next);
+        let predicted = search.predicted_decrease(&point, &hessian, &change);
+        let actual = search.merit_function(&point) - search.merit_function(&next);
         let mut next_multipliers = step.multipliers.clone();
         let next_residual = search.kkt_residual(&next, &mut next_multipliers);
         let drowned = predicted.abs() <= ROUNDING * point.model.scale.powi(2);
@@ -159,16 +159,13 @@ pub fn minimise(
             -1.0
         };
         if next_residual.is_finite() {
-            search.learn(&point, &next, &next_multipliers);
+            search.update_secant(&point, &next, &next_multipliers);
         }
         if gain > 1e-4 && next_residual.is_finite() {
             (point, multipliers, residual) = (next, next_multipliers, next_residual);
             trace.push(point.model.cost);
-        } else if drowned && damping <= LEAST_DAMPING
-            || damping > MOST_DAMPING
-            || change.amax() == 0.0
-        {
-            status = Status::Stalled;
+        } else if drowned && damping <= LEAST_DAMPING || damping > MOST_DAMPING || change.amax() == 0.0 {
+            status = OptimisationStatus::Stalled;
             break;
         } else if drowned {
             // The undamped step is the last chance to improve what rounding lets improve.
@@ -178,9 +175,9 @@ pub fn minimise(
         damping = next_damping(damping, gain);
     }
     if residual <= limits.tolerance {
-        status = Status::Converged;
+        status = OptimisationStatus::Converged;
     }
-    Minimum { trace, ..search.minimum(point, &multipliers, residual, status, iterations) }
+    SqpMinimum { trace, ..search.into_minimum(point, &multipliers, residual, status, iterations) }
 }
 
 fn next_damping(damping: f64, gain: f64) -> f64 {

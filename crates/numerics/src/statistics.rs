@@ -11,12 +11,11 @@ pub fn mean(values: &[f64]) -> f64 {
 /// Standard deviation of numbers; NaN of fewer than two.
 pub fn std(values: &[f64]) -> f64 {
     let mean = mean(values);
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0))
-        .sqrt()
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
 }
 
 /// The middle 95 % of numbers; NaN of none.
-pub fn interval(mut values: Vec<f64>) -> [f64; 2] {
+pub fn central_95_percent_interval(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     [0.025, 0.975].map(|share| quantile(&values, share))
 }

@@ -41,9 +41,9 @@ fn log_tail(z: f64) -> f64 {
 /// A draw from the standard normal distribution between two numbers, by rejection.
 ///
 /// Where 0 is outside, from an exponential distribution, whose best rate is that of Robert (1995).
-pub fn draw_between(low: f64, high: f64, random: &mut impl Rng) -> f64 {
+pub fn draw_truncated_normal(low: f64, high: f64, random: &mut impl Rng) -> f64 {
     if high <= 0.0 {
-        return -draw_between(-high, -low, random);
+        return -draw_truncated_normal(-high, -low, random);
     }
     loop {
         let (z, log_accept) = if low > 0.0 {
@@ -72,7 +72,7 @@ pub fn student_deviate(t: f64, freedom: f64) -> f64 {
 
 /// Student's t distribution about a centre, between two numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Student {
+pub struct TruncatedStudent {
     /// Degrees of freedom.
     pub freedom: f64,
     /// Centre.
@@ -83,23 +83,23 @@ pub struct Student {
     pub between: [f64; 2],
 }
 
-impl Student {
+impl TruncatedStudent {
     /// The ends as deviates of the normal distribution.
-    fn deviates(&self) -> [f64; 2] {
+    fn normal_deviates(&self) -> [f64; 2] {
         self.between.map(|end| student_deviate((end - self.centre) / self.scale, self.freedom))
     }
 
     /// Logarithm of the mass between the ends.
     pub fn log_mass(&self) -> f64 {
-        let [low, high] = self.deviates();
+        let [low, high] = self.normal_deviates();
         log_mass(low, high)
     }
 
     /// A draw between the ends.
     pub fn draw(&self, random: &mut impl Rng) -> f64 {
-        let [low, high] = self.deviates();
+        let [low, high] = self.normal_deviates();
         let stretch = (8.0 * self.freedom + 1.0) / (8.0 * self.freedom + 3.0);
-        let z = draw_between(low, high, random) / stretch;
+        let z = draw_truncated_normal(low, high, random) / stretch;
         let t = (self.freedom * (z * z / self.freedom).exp_m1()).sqrt().copysign(z);
         (self.centre + t * self.scale).clamp(self.between[0], self.between[1])
     }
@@ -136,11 +136,9 @@ mod tests {
     #[test]
     fn draws_stay_between_the_ends_and_have_the_mean_of_the_distribution() {
         let mut random = Pcg64::seed_from_u64(1);
-        for (low, high) in
-            [(-3.0, 0.5), (-0.2, 0.3), (0.1, 4.0), (2.0, 2.1), (6.0, 50.0), (-9.0, -2.0)]
-        {
+        for (low, high) in [(-3.0, 0.5), (-0.2, 0.3), (0.1, 4.0), (2.0, 2.1), (6.0, 50.0), (-9.0, -2.0)] {
             let draws: Vec<f64> =
-                (0..20_000).map(|_| draw_between(low, high, &mut random)).collect();
+                (0..20_000).map(|_| draw_truncated_normal(low, high, &mut random)).collect();
             assert!(draws.iter().all(|z| (low..=high).contains(z)));
             let density = |z: f64| (-0.5 * z * z - 0.5 * (2.0 * PI).ln()).exp();
             let expected = (density(low) - density(high)) / log_mass(low, high).exp();
@@ -154,7 +152,7 @@ mod tests {
     fn masses_of_student_are_those_of_tables() {
         // Between −2 and 1 with 10 and 200 degrees of freedom.
         for (freedom, mass) in [(10.0, 0.792_858_1), (200.0, 0.817_268_1)] {
-            let t = Student { freedom, centre: 3.0, scale: 0.5, between: [2.0, 3.5] };
+            let t = TruncatedStudent { freedom, centre: 3.0, scale: 0.5, between: [2.0, 3.5] };
             assert_abs_diff_eq!(t.log_mass().exp(), mass, epsilon = 1e-4);
         }
     }

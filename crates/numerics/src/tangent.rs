@@ -6,7 +6,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 use pulp::Simd;
 use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 
-use crate::scalar::{Function, Graded, Scalar};
+use crate::scalar::{Scalar, SmoothFunction, ValueAndDerivatives};
 
 /// Derivatives that a number carries.
 pub const DIRECTIONS: usize = 8;
@@ -31,7 +31,7 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
 
     /// The vectors of derivatives.
     #[inline(always)]
-    pub fn along(&self) -> &[S::f64s; N] {
+    pub fn derivative_vectors(&self) -> &[S::f64s; N] {
         &self.along
     }
 
@@ -48,9 +48,9 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
 
     /// A function of this number, given its value and slope there.
     #[inline(always)]
-    pub fn chain(self, value: f64, slope: f64) -> Self {
+    pub fn apply_chain_rule(self, value: f64, slope: f64) -> Self {
         let slope = self.simd.splat_f64s(slope);
-        self.zip(
+        self.map_vectors(
             self.simd.splat_f64s(value),
             #[inline(always)]
             |simd, n| simd.mul_f64s(self.along[n], slope),
@@ -58,7 +58,7 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn zip(self, all: S::f64s, vector: impl Fn(S, usize) -> S::f64s) -> Self {
+    fn map_vectors(self, all: S::f64s, vector: impl Fn(S, usize) -> S::f64s) -> Self {
         const { assert!(N == 1 || N == 2) };
         let mut along = self.along;
         // Not a loop: to unroll thousands of them takes the compiler minutes.
@@ -71,13 +71,16 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
 
     /// A function of several numbers, given its value and derivatives there.
     #[inline(always)]
-    fn graded<const K: usize>(of: [&Self; K], (value, by): Graded<K>) -> Self {
+    fn from_value_and_derivatives<const K: usize>(
+        of: [&Self; K],
+        (value, by): ValueAndDerivatives<K>,
+    ) -> Self {
         let simd = of[0].simd;
         let mut slopes = [simd.splat_f64s(0.0); K];
         for k in 0..K {
             slopes[k] = simd.splat_f64s(by[k]);
         }
-        of[0].zip(
+        of[0].map_vectors(
             simd.splat_f64s(value),
             #[inline(always)]
             |simd, n| {
@@ -93,12 +96,12 @@ impl<S: Simd, const N: usize> Tangent<S, N> {
 
 /// Σ z zᵀ over vectors z that lie side by side as those of a [`Tangent`], on and above the diagonal.
 #[derive(Clone, Copy)]
-pub struct Products<S: Simd, const N: usize> {
+pub struct OuterProductSums<S: Simd, const N: usize> {
     sums: [[S::f64s; N]; DIRECTIONS],
     simd: S,
 }
 
-impl<S: Simd, const N: usize> Products<S, N> {
+impl<S: Simd, const N: usize> OuterProductSums<S, N> {
     /// Nothing yet.
     pub fn new(simd: S) -> Self {
         Self { sums: [[S::f64s::zeroed(); N]; DIRECTIONS], simd }
@@ -106,7 +109,7 @@ impl<S: Simd, const N: usize> Products<S, N> {
 
     /// Adds some at once.
     #[inline(always)]
-    pub fn add<const K: usize>(&mut self, z: &[[S::f64s; N]; K]) {
+    pub fn add_vectors<const K: usize>(&mut self, z: &[[S::f64s; N]; K]) {
         let simd = self.simd;
         for (a, sums) in self.sums.iter_mut().enumerate() {
             for (n, sum) in sums.iter_mut().enumerate().skip(a / S::F64_LANES) {
@@ -119,7 +122,7 @@ impl<S: Simd, const N: usize> Products<S, N> {
     }
 
     /// The whole of the symmetric matrix.
-    pub fn matrix(&self) -> [[f64; DIRECTIONS]; DIRECTIONS] {
+    pub fn to_matrix(&self) -> [[f64; DIRECTIONS]; DIRECTIONS] {
         let entry = |a: usize, b: usize| cast_slice::<_, f64>(&self.sums[a.min(b)])[a.max(b)];
         std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
     }
@@ -130,7 +133,7 @@ impl<S: Simd, const N: usize> Neg for Tangent<S, N> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.zip(
+        self.map_vectors(
             self.simd.neg_f64s(self.all),
             #[inline(always)]
             |simd, n| simd.neg_f64s(self.along[n]),
@@ -143,7 +146,7 @@ impl<S: Simd, const N: usize> Add for Tangent<S, N> {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(
+        self.map_vectors(
             self.simd.add_f64s(self.all, other.all),
             #[inline(always)]
             |simd, n| simd.add_f64s(self.along[n], other.along[n]),
@@ -156,7 +159,7 @@ impl<S: Simd, const N: usize> Sub for Tangent<S, N> {
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(
+        self.map_vectors(
             self.simd.sub_f64s(self.all, other.all),
             #[inline(always)]
             |simd, n| simd.sub_f64s(self.along[n], other.along[n]),
@@ -169,7 +172,7 @@ impl<S: Simd, const N: usize> Mul for Tangent<S, N> {
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(
+        self.map_vectors(
             self.simd.mul_f64s(self.all, other.all),
             #[inline(always)]
             |simd, n| {
@@ -195,7 +198,7 @@ impl<S: Simd, const N: usize> Mul<f64> for Tangent<S, N> {
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
         let other = self.simd.splat_f64s(other);
-        self.zip(
+        self.map_vectors(
             self.simd.mul_f64s(self.all, other),
             #[inline(always)]
             |simd, n| simd.mul_f64s(self.along[n], other),
@@ -211,31 +214,31 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+    fn select_above(self, limit: f64, above: Self, other: Self) -> Self {
         if self.value() > limit { above } else { other }
     }
 
     #[inline(always)]
     fn recip(self) -> Self {
         let inverse = 1.0 / self.value();
-        self.chain(inverse, -inverse * inverse)
+        self.apply_chain_rule(inverse, -inverse * inverse)
     }
 
     #[inline(always)]
     fn atan(self) -> Self {
         let x = self.value();
-        self.chain(elementary::atan(x), 1.0 / (1.0 + x * x))
+        self.apply_chain_rule(elementary::atan(x), 1.0 / (1.0 + x * x))
     }
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = elementary::sin_cos(self.value());
-        (self.chain(sin, cos), self.chain(cos, -sin))
+        (self.apply_chain_rule(sin, cos), self.apply_chain_rule(cos, -sin))
     }
 
     #[inline(always)]
-    fn plus(self, a: Self, b: Self) -> Self {
-        self.zip(
+    fn add_product(self, a: Self, b: Self) -> Self {
+        self.map_vectors(
             self.simd.mul_add_f64s(a.all, b.all, self.all),
             #[inline(always)]
             |simd, n| {
@@ -246,8 +249,8 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn minus(self, a: Self, b: Self) -> Self {
-        self.zip(
+    fn subtract_product(self, a: Self, b: Self) -> Self {
+        self.map_vectors(
             self.simd.negate_mul_add_f64s(a.all, b.all, self.all),
             #[inline(always)]
             |simd, n| {
@@ -258,9 +261,9 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn plus_scaled(self, a: Self, b: f64) -> Self {
+    fn add_scaled(self, a: Self, b: f64) -> Self {
         let b = self.simd.splat_f64s(b);
-        self.zip(
+        self.map_vectors(
             self.simd.mul_add_f64s(a.all, b, self.all),
             #[inline(always)]
             |simd, n| simd.mul_add_f64s(a.along[n], b, self.along[n]),
@@ -268,15 +271,15 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
-    fn apply<F: Function<K, M>, const K: usize, const M: usize>(of: [&Self; K]) -> [Self; M] {
+    fn apply_function<F: SmoothFunction<K, M>, const K: usize, const M: usize>(of: [&Self; K]) -> [Self; M] {
         let mut values = [0.0; K];
         for k in 0..K {
             values[k] = of[k].value();
         }
-        let at = F::at(values);
+        let at = F::values_and_derivatives(values);
         let mut results = [*of[0]; M];
         for m in 0..M {
-            results[m] = Self::graded(of, at[m]);
+            results[m] = Self::from_value_and_derivatives(of, at[m]);
         }
         results
     }

@@ -3,7 +3,7 @@
 /// A number with some significant digits, plain where that is short, otherwise with an exponent; `–` if it is none.
 ///
 /// Digits before the point are never rounded away: 1234.6 to two digits is 1235.
-pub fn significant(value: f64, digits: usize) -> String {
+pub fn format_significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".into();
     }
@@ -13,8 +13,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     // Rounding may carry into a further digit: the exponent is that of the rounded number.
     let scientific = format!("{value:.*e}", digits - 1);
-    let exponent: i32 =
-        scientific.split('e').nth(1).and_then(|text| text.parse().ok()).unwrap_or(0);
+    let exponent: i32 = scientific.split('e').nth(1).and_then(|text| text.parse().ok()).unwrap_or(0);
     if !(-4..6).contains(&exponent) {
         return scientific;
     }
@@ -23,7 +22,7 @@ pub fn significant(value: f64, digits: usize) -> String {
 }
 
 /// Decimals of a value of which two digits of the uncertainty are written; four digits of the value where that is unknown.
-pub fn decimals(value: f64, std: f64) -> usize {
+pub fn decimals_for_std(value: f64, std: f64) -> usize {
     let (digits, size) = if std.is_finite() && std > 0.0 { (1.0, std) } else { (3.0, value.abs()) };
     if size > 0.0 { (digits - size.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 }
 }
@@ -34,9 +33,9 @@ pub fn with_std(value: f64, std: f64) -> String {
         return "–".into();
     }
     if !std.is_finite() || std <= 0.0 {
-        return significant(value, 4);
+        return format_significant(value, 4);
     }
-    let decimals = decimals(value, std);
+    let decimals = decimals_for_std(value, std);
     format!("{value:.decimals$} ± {std:.decimals$}")
 }
 
@@ -58,7 +57,7 @@ mod tests {
             (f64::NAN, "–"),
             (f64::INFINITY, "–"),
         ] {
-            assert_eq!(significant(value, 3), text);
+            assert_eq!(format_significant(value, 3), text);
         }
         assert_eq!(with_std(15.4567, 0.2345), "15.46 ± 0.23");
         assert_eq!(with_std(1523.4, 123.0), "1523 ± 123");

@@ -13,15 +13,15 @@ pub trait LogDensity {
     fn dimension(&self) -> usize;
 
     /// Logarithm and gradient at a point.
-    fn at(&self, x: &DVector<f64>) -> (f64, DVector<f64>);
+    fn log_density_and_gradient(&self, x: &DVector<f64>) -> (f64, DVector<f64>);
 
     /// The logarithm alone at several points.
-    fn logs(&self, points: &[DVector<f64>]) -> Vec<f64> {
-        points.iter().map(|x| self.at(x).0).collect()
+    fn log_densities(&self, points: &[DVector<f64>]) -> Vec<f64> {
+        points.iter().map(|x| self.log_density_and_gradient(x).0).collect()
     }
 
     /// Logarithms and gradients at several points.
-    fn all_at(&self, points: &[DVector<f64>]) -> Vec<(f64, DVector<f64>)> {
-        points.iter().map(|x| self.at(x)).collect()
+    fn log_densities_and_gradients(&self, points: &[DVector<f64>]) -> Vec<(f64, DVector<f64>)> {
+        points.iter().map(|x| self.log_density_and_gradient(x)).collect()
     }
 }

@@ -8,12 +8,13 @@ mod table;
 use std::sync::Arc;
 
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, log, warn};
-use maps::Maps;
+use maps::CarTables;
 use serde::{Deserialize, Serialize};
-use tire::{MfSet, Slip, Tire, TireSet};
-use tire_file::TireChoice;
+use tire::{MfSet, Tire, TireOperatingPoint, TireSet};
+use tire_file::TireSpecification;
 use vehicle::dual_track::{
-    DualTrack, Input, Parameters, QUANTITIES, State, TableExcess, WheelMotion,
+    DualTrack, DualTrackInput, DualTrackParameters, DualTrackState, QUANTITIES, TableExcess,
+    WheelForcesAndSlips,
 };
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
@@ -23,25 +24,25 @@ const SUBSTEP: f64 = 0.001;
 const WHEELS: [&str; 4] = ["front left", "front right", "rear left", "rear right"];
 
 /// The motion at the start: position, heading and velocities.
-type Start = vehicle::State;
+type StartMotion = vehicle::PlanarState;
 
 /// The car, where it starts, and where it is.
 #[derive(Clone, Serialize, Deserialize)]
-struct Plant {
+struct DualTrackPlant {
     /// The parameters without tables.
-    parameters: Parameters,
-    maps: Maps,
+    parameters: DualTrackParameters,
+    maps: CarTables,
     /// The tables as they were read: a state goes on without their files.
-    read: Option<Maps>,
-    tires: [TireChoice; 2],
+    read: Option<CarTables>,
+    tires: [TireSpecification; 2],
     /// The car that the parameters describe; built again after a state was read.
     #[serde(skip)]
     car: Option<Arc<DualTrack<MfSet>>>,
     substep: f64,
-    start: Start,
-    state: State,
-    input: Input,
-    outputs: Outputs,
+    start: StartMotion,
+    state: DualTrackState,
+    input: DualTrackInput,
+    outputs: PlantOutputs,
     /// Wheels whose tire was told to be outside of its limits.
     tire_warned: [bool; 4],
     /// Quantities that were told to leave their table.
@@ -50,7 +51,7 @@ struct Plant {
 
 /// Outputs that are no states.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-struct Outputs {
+struct PlantOutputs {
     a_x: f64,
     a_y: f64,
     wheels: [WheelOutputs; 4],
@@ -78,48 +79,48 @@ struct WheelOutputs {
     delta: f64,
 }
 
-impl From<&WheelMotion> for WheelOutputs {
-    fn from(it: &WheelMotion) -> Self {
-        let WheelMotion { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, .. } = *it;
+impl From<&WheelForcesAndSlips> for WheelOutputs {
+    fn from(it: &WheelForcesAndSlips) -> Self {
+        let WheelForcesAndSlips { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, .. } = *it;
         Self { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, ..Self::default() }
     }
 }
 
-impl Default for Plant {
+impl Default for DualTrackPlant {
     fn default() -> Self {
-        Plant {
-            parameters: table::parameters(),
-            maps: Maps::default(),
+        DualTrackPlant {
+            parameters: table::default_car_parameters(),
+            maps: CarTables::default(),
             read: None,
-            tires: <[TireChoice; 2]>::default(),
+            tires: <[TireSpecification; 2]>::default(),
             car: None,
             substep: SUBSTEP,
-            start: Start { v_x: 15.0, ..Start::default() },
-            state: State::default(),
-            input: Input::default(),
-            outputs: Outputs::default(),
+            start: StartMotion { v_x: 15.0, ..StartMotion::default() },
+            state: DualTrackState::default(),
+            input: DualTrackInput::default(),
+            outputs: PlantOutputs::default(),
             tire_warned: [false; 4],
             table_warned: [false; QUANTITIES],
         }
     }
 }
 
-impl Plant {
+impl DualTrackPlant {
     /// The car that the parameters describe.
-    fn car(&mut self) -> Result<Arc<DualTrack<MfSet>>, ModelError> {
+    fn prepared_car(&mut self) -> Result<Arc<DualTrack<MfSet>>, ModelError> {
         if let Some(car) = &self.car {
             return Ok(Arc::clone(car));
         }
         let [front, rear] = &self.tires;
-        let tire = |choice: &TireChoice, name: &str| {
-            let (tire, messages) = choice.tire(name).map_err(ModelError::Error)?;
+        let tire = |choice: &TireSpecification, name: &str| {
+            let (tire, messages) = choice.load_tire(name).map_err(ModelError::Error)?;
             messages.into_iter().for_each(|message| message.send_to_log(log, warn));
             Ok::<_, ModelError>(tire)
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
         let mut parameters = self.parameters.clone();
         let maps = self.read.as_ref().unwrap_or(&self.maps);
-        maps.put_into(&mut parameters).map_err(ModelError::Error)?;
+        maps.apply_to_car(&mut parameters).map_err(ModelError::Error)?;
         let car = DualTrack::new(parameters, MfSet::from(tires));
         let car = Arc::new(car.map_err(|bad| ModelError::Error(bad.to_string()))?);
         self.car = Some(Arc::clone(&car));
@@ -131,14 +132,14 @@ impl Plant {
         let mut outside = 0;
         for (i, wheel) in self.outputs.wheels.iter().enumerate() {
             let WheelOutputs { kappa, alpha, gamma, F_z, .. } = *wheel;
-            let slip = Slip { kappa, alpha, gamma, F_z, ..Slip::default() };
-            let validity = car.tires().axles()[i / 2].validity(&slip);
+            let slip = TireOperatingPoint { kappa, alpha, gamma, F_z, ..TireOperatingPoint::default() };
+            let validity = car.tires().axle_tires()[i / 2].validity_excess(&slip);
             if F_z <= 0.0 || validity.is_valid() {
                 continue;
             }
             outside += 1;
             if !std::mem::replace(&mut self.tire_warned[i], true) {
-                let what = validity.excesses().into_iter().find(|(_, excess)| *excess != 0.0);
+                let what = validity.input_excesses().into_iter().find(|(_, excess)| *excess != 0.0);
                 let (name, excess) = what.unwrap_or_default();
                 warn(format!(
                     "at {time:.4} s the {} tire is outside of its limits of validity: {name} by {excess:.3}; its forces are those at the limit",
@@ -151,7 +152,7 @@ impl Plant {
 
     /// Says once for each quantity that it is outside of its table.
     fn warn_table_limits(&mut self, car: &DualTrack<MfSet>, time: f64) {
-        let excesses = car.excesses(&self.state, &self.input);
+        let excesses = car.table_range_excesses(&self.state, &self.input);
         for (told, excess) in self.table_warned.iter_mut().zip(&excesses) {
             let Some(excess) = excess else { continue };
             if !std::mem::replace(told, true) {
@@ -161,8 +162,7 @@ impl Plant {
                 ));
             }
         }
-        self.outputs.outside_tables =
-            excesses.iter().map(|excess| i32::from(excess.is_some())).sum();
+        self.outputs.outside_tables = excesses.iter().map(|excess| i32::from(excess.is_some())).sum();
     }
 }
 
@@ -188,7 +188,7 @@ const ROAD: &[Member] = &[
     Member::signal("bank", "bank"),
 ];
 
-impl Model for Plant {
+impl Model for DualTrackPlant {
     const INFO: Info = Info::new(
         "plant_dual",
         "Dual-track car: four wheels with Magic Formula tires, roll, pitch, brakes and driveline",
@@ -205,20 +205,20 @@ impl Model for Plant {
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.car = None;
-        self.read = Some(self.maps.loaded().map_err(ModelError::Error)?);
-        let car = self.car()?;
+        self.read = Some(self.maps.load_files().map_err(ModelError::Error)?);
+        let car = self.prepared_car()?;
         (self.tire_warned, self.table_warned) = ([false; 4], [false; QUANTITIES]);
-        self.state = State { planar: self.start, ..car.rolling(self.start.v_x) };
+        self.state = DualTrackState { planar: self.start, ..car.straight_rolling_state(self.start.v_x) };
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let car = self.car()?;
+        let car = self.prepared_car()?;
         self.state = car.advance(&self.state, &self.input, step, self.substep);
-        let Start { X, Y, psi, v_x, v_y, r } = self.state.planar;
+        let StartMotion { X, Y, psi, v_x, v_y, r } = self.state.planar;
         let rolls = self.state.wheels.iter().all(|wheel| wheel.omega.is_finite());
         if !rolls || ![X, Y, psi, v_x, v_y, r].iter().all(|value| value.is_finite()) {
-            let (Input { F_x, delta, .. }, end) = (self.input, time + step);
+            let (DualTrackInput { F_x, delta, .. }, end) = (self.input, time + step);
             return Err(ModelError::Error(format!(
                 "the state is not finite at {end} s, with F_x = {F_x} N and delta = {delta} rad"
             )));
@@ -229,21 +229,21 @@ impl Model for Plant {
         Ok(())
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         // Parameters that make no car are an error of the initialisation.
-        if let Ok(car) = self.car() {
+        if let Ok(car) = self.prepared_car() {
             self.update_outputs(&car);
         }
     }
 }
 
-impl Plant {
+impl DualTrackPlant {
     fn update_outputs(&mut self, car: &DualTrack<MfSet>) {
         let motion = car.evaluate(&self.state, &self.input);
         (self.outputs.a_x, self.outputs.a_y) = (motion.a_x, motion.a_y);
         (self.outputs.drag, self.outputs.downforce) = (motion.drag, motion.downforce);
         self.outputs.ride_height = car.ride_heights(&self.state);
-        let travel = car.travel(&self.state);
+        let travel = car.wheel_travel(&self.state);
         let delta = car.wheel_angles(&self.state, &self.input);
         self.outputs.wheels = std::array::from_fn(|i| {
             let wheel = WheelOutputs::from(&motion.wheels[i]);
@@ -252,7 +252,7 @@ impl Plant {
     }
 }
 
-fmu_export::export!(Plant);
+fmu_export::export!(DualTrackPlant);
 
 #[cfg(test)]
 mod tests;

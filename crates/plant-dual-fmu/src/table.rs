@@ -1,25 +1,25 @@
 //! Lists the variables of the FMU, and the parameters that they start with.
 
 use fmu_export::{Variable, input, output, parameter};
-use vehicle::dual_track::{AeroMap, Brakes, Drive, Parameters, Suspension};
-use vehicle::{Aero, Body};
+use vehicle::dual_track::{AeroMap, Brakes, Drivetrain, DualTrackParameters, Suspension};
+use vehicle::{Aerodynamics, VehicleBody};
 
-use super::Plant;
+use super::DualTrackPlant;
 
 /// A sports car with rear-wheel drive.
-pub(crate) fn parameters() -> Parameters {
-    let body = Body { m: 1400.0, I_zz: 2200.0, l_f: 1.3, l_r: 1.25, h: 0.48 };
-    let constant = Aero { area: 2.0, C_d: 0.33, ..Aero::default() };
+pub(crate) fn default_car_parameters() -> DualTrackParameters {
+    let body = VehicleBody { m: 1400.0, I_zz: 2200.0, l_f: 1.3, l_r: 1.25, h: 0.48 };
+    let constant = Aerodynamics { area: 2.0, C_d: 0.33, ..Aerodynamics::default() };
     let suspension = Suspension { I_xx: 450.0, I_yy: 1900.0, ..Suspension::default() };
     let brakes = Brakes { front_share: 0.62, ..Brakes::default() };
-    let drive = Drive { torque_max: 3500.0, power_max: 220e3, ..Drive::default() };
-    Parameters {
+    let drive = Drivetrain { torque_max: 3500.0, power_max: 220e3, ..Drivetrain::default() };
+    DualTrackParameters {
         body,
         suspension,
         aero: AeroMap { constant, ride_height: [0.12, 0.14], map: None },
         drive,
         brakes,
-        ..Parameters::default()
+        ..DualTrackParameters::default()
     }
 }
 
@@ -28,7 +28,7 @@ const ALL: &[&str] = &["F_x", "delta", "mu_fl", "mu_fr", "mu_rl", "mu_rr", "grad
 
 // One line for each variable.
 #[rustfmt::skip]
-pub(crate) const VARIABLES: &[Variable<Plant>] = &[
+pub(crate) const VARIABLES: &[Variable<DualTrackPlant>] = &[
     input("F_x", "N", "Demanded sum of driving forces; braking when negative").at(|p| &mut p.input.F_x),
     input("delta", "rad", "Mean road-wheel angle of the front wheels").at(|p| &mut p.input.delta),
     input("mu_fl", "1", "Friction of the road under the front left wheel, relative to that of the tire file").optional().at(|p| &mut p.input.mu[0]),

@@ -4,13 +4,13 @@ use super::*;
 
 #[test]
 fn the_table_follows_fmi() {
-    assert_eq!(fmu_export::description::problems::<Plant>(), [""; 0]);
+    assert_eq!(fmu_export::description::model_problems::<DualTrackPlant>(), [""; 0]);
 }
 
 #[test]
 fn parameters_that_make_no_car_are_told_with_name_and_bound() {
-    let wrong = |change: fn(&mut Plant)| {
-        let mut plant = Plant::default();
+    let wrong = |change: fn(&mut DualTrackPlant)| {
+        let mut plant = DualTrackPlant::default();
         change(&mut plant);
         match plant.initialise() {
             Err(ModelError::Error(text)) => text,
@@ -19,19 +19,18 @@ fn parameters_that_make_no_car_are_told_with_name_and_bound() {
     };
     assert_eq!(wrong(|p| p.parameters.body.m = -5.0), "body.m is -5, expected a number above 0");
     assert!(
-        wrong(|p| p.tires[1].tir = "[MODEL]\nFITTYP = 7\n".to_owned())
-            .starts_with("tire_r.tir:2: FITTYP")
+        wrong(|p| p.tires[1].tir = "[MODEL]\nFITTYP = 7\n".to_owned()).starts_with("tire_r.tir:2: FITTYP")
     );
     assert!(wrong(|p| p.parameters.body.h = 30.0).contains("tips the body"));
 }
 
 #[test]
 fn a_state_that_was_read_drives_on_as_the_first_one() {
-    let mut plant = Plant::default();
+    let mut plant = DualTrackPlant::default();
     plant.initialise().expect("a car");
     plant.input.delta = 0.05;
     plant.step(0.0, 0.1).expect("a step");
-    let mut other = Plant { car: None, ..plant.clone() };
+    let mut other = DualTrackPlant { car: None, ..plant.clone() };
     plant.step(0.1, 0.1).expect("a step");
     other.step(0.1, 0.1).expect("a step");
     assert_eq!((plant.state, plant.outputs.a_y), (other.state, other.outputs.a_y));
@@ -40,8 +39,10 @@ fn a_state_that_was_read_drives_on_as_the_first_one() {
 
 #[test]
 fn a_tire_beyond_its_limits_is_told_once() {
-    let mut plant =
-        Plant { start: Start { v_x: 0.5, v_y: 20.0, ..Start::default() }, ..Plant::default() };
+    let mut plant = DualTrackPlant {
+        start: StartMotion { v_x: 0.5, v_y: 20.0, ..StartMotion::default() },
+        ..DualTrackPlant::default()
+    };
     plant.initialise().expect("a car");
     for k in 0..30 {
         plant.step(f64::from(k) * 0.01, 0.01).expect("a step");
@@ -49,21 +50,19 @@ fn a_tire_beyond_its_limits_is_told_once() {
     assert!(plant.tire_warned.iter().all(|told| *told), "{:?}", plant.outputs.wheels);
 }
 
-const KINEMATICS: &str =
-    "travel [mm], toe [deg], camber [deg]\n-80, 0.2, 1.0\n0, 0, 0\n80, -0.3, -2.4\n";
+const KINEMATICS: &str = "travel [mm], toe [deg], camber [deg]\n-80, 0.2, 1.0\n0, 0, 0\n80, -0.3, -2.4\n";
 const AERO: &str = "ride_height_f [mm], ride_height_r [mm], C_d, C_lf, C_lr\n\
     20, 20, 0.5, 0.6, 0.8\n20, 200, 0.52, 0.8, 0.7\n200, 20, 0.48, 0.2, 0.6\n200, 200, 0.5, 0.3, 0.5\n";
-const BRAKE: &str =
-    "pedal [%], torque_f [N.m], torque_r [N.m]\n0, 0, 0\n50, 2200, 1300\n100, 4400, 2000\n";
+const BRAKE: &str = "pedal [%], torque_f [N.m], torque_r [N.m]\n0, 0, 0\n50, 2200, 1300\n100, 4400, 2000\n";
 const ENGINE: &str = "speed [rpm], pedal [%], torque [N.m]\n0, 0, -10\n0, 100, 300\n4000, 0, -40\n\
     4000, 100, 420\n9000, 0, -80\n9000, 100, 300\n";
 
-fn text(text: &str) -> fmu_export::Text {
+fn text(text: &str) -> fmu_export::SharedText {
     text.to_owned().into()
 }
 
-fn mapped() -> Plant {
-    let maps = Maps {
+fn mapped() -> DualTrackPlant {
+    let maps = CarTables {
         kinematics: [text(KINEMATICS), text(KINEMATICS)],
         toe: [0.001, 0.002],
         camber: [-0.02, -0.03],
@@ -71,7 +70,7 @@ fn mapped() -> Plant {
         brake: text(BRAKE),
         drive: text(ENGINE),
     };
-    let mut plant = Plant { maps, ..Plant::default() };
+    let mut plant = DualTrackPlant { maps, ..DualTrackPlant::default() };
     plant.parameters.drive.ratio = 8.0;
     plant
 }
@@ -81,7 +80,7 @@ fn tables_reach_the_car() {
     let mut plant = mapped();
     plant.start.v_x = 30.0;
     plant.initialise().expect("a car");
-    plant.outputs();
+    plant.compute_outputs();
     let wheels = plant.outputs.wheels;
     assert!((wheels[0].delta + 0.001).abs() < 1e-12 && (wheels[3].delta - 0.002).abs() < 1e-12);
     assert!((wheels[0].gamma - 0.02).abs() < 1e-12 && (wheels[3].gamma + 0.03).abs() < 1e-12);
@@ -102,20 +101,20 @@ fn a_state_with_tables_drives_on_without_their_files() {
     plant.maps.aero = file.to_string_lossy().into_owned().into();
     plant.initialise().expect("a car");
     std::fs::remove_file(&file).expect("its end");
-    plant.input = Input { F_x: 2000.0, delta: 0.02, ..Input::default() };
+    plant.input = DualTrackInput { F_x: 2000.0, delta: 0.02, ..DualTrackInput::default() };
     plant.step(0.0, 0.1).expect("a step");
-    let mut other = Plant { car: None, ..plant.clone() };
+    let mut other = DualTrackPlant { car: None, ..plant.clone() };
     plant.step(0.1, 0.1).expect("a step");
     other.step(0.1, 0.1).expect("a step");
     assert_eq!((plant.state, plant.outputs.drag), (other.state, other.outputs.drag));
-    let mut again = Plant { read: None, ..plant };
+    let mut again = DualTrackPlant { read: None, ..plant };
     let Err(ModelError::Error(error)) = again.initialise() else { panic!("no error") };
     assert!(error.starts_with("aero.map has one line, so it is the path of a file"), "{error}");
 }
 
 #[test]
 fn wrong_tables_are_told_with_parameter_line_and_column() {
-    let wrong = |change: fn(&mut Plant)| {
+    let wrong = |change: fn(&mut DualTrackPlant)| {
         let mut plant = mapped();
         change(&mut plant);
         match plant.initialise() {

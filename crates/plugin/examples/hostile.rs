@@ -6,11 +6,12 @@
 use std::ffi::c_void;
 use std::ptr::null;
 
-use plugin::abi::{Callbacks, Column, Diagram, InputSignal, Layer, Outcome, Text, VERSION, Vtable};
+use plugin::abi::{
+    CallOutcome, Diagram, DiagramLayer, HostCallbacks, InputSignal, SignalColumn, Text, VERSION, Vtable,
+};
 
 /// What columns point into.
-static NUMBERS: [f64; 8] =
-    [0.0, 0.5, 1.0, -1.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX];
+static NUMBERS: [f64; 8] = [0.0, 0.5, 1.0, -1.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX];
 
 /// The bytes that are still to be done.
 struct Bytes<'a>(&'a [u8]);
@@ -53,19 +54,19 @@ impl Bytes<'_> {
         }
     }
 
-    fn column(&mut self) -> Column {
+    fn column(&mut self) -> SignalColumn {
         let (name, unit, len) = (self.text(), self.text(), self.next() % 9);
         let (time, values) = (self.numbers(len), self.numbers(len));
         // A length that nothing has goes with no address only, or one that is none of a number.
         let huge = time.is_null() && !values.is_aligned();
-        Column { name, unit, time, values, len: if huge { usize::MAX } else { len } }
+        SignalColumn { name, unit, time, values, len: if huge { usize::MAX } else { len } }
     }
 
-    fn layer(&mut self) -> Layer {
+    fn layer(&mut self) -> DiagramLayer {
         let (name, len) = (self.text(), self.next() % 9);
         let (shape, role) = (self.next() as u32, self.next() as u32);
         let (x, y, upper) = (self.numbers(len), self.numbers(len), self.numbers(len));
-        Layer { name, shape, role, x, y, upper, len }
+        DiagramLayer { name, shape, role, x, y, upper, len }
     }
 
     fn many<T>(&mut self, one: fn(&mut Self) -> T) -> Vec<T> {
@@ -73,9 +74,9 @@ impl Bytes<'_> {
     }
 }
 
-unsafe extern "C" fn work(config: Text, _: *const Column, _: usize, callbacks: *const Callbacks) {
+unsafe extern "C" fn work(config: Text, _: *const SignalColumn, _: usize, callbacks: *const HostCallbacks) {
     // SAFETY: the program lends all that it passes for the duration of the call.
-    let (config, calls) = unsafe { (config.lossy(), &*callbacks) };
+    let (config, calls) = unsafe { (config.to_str_lossy(), &*callbacks) };
     let mut bytes = Bytes(config.as_bytes());
     while !bytes.0.is_empty() {
         let what = bytes.next() % 12;
@@ -107,7 +108,7 @@ unsafe extern "C" fn work(config: Text, _: *const Column, _: usize, callbacks: *
                         0 => (null(), usize::MAX),
                         _ => (path.as_ptr(), path.len()),
                     };
-                    let outcome = Outcome { status, path, depth, text: bytes.text() };
+                    let outcome = CallOutcome { status, path, depth, text: bytes.text() };
                     (calls.done)(context, &raw const outcome);
                 }
             }
@@ -123,13 +124,8 @@ unsafe extern "C" fn needs(
     unsafe { take(context, null(), 7) }
 }
 
-static TABLE: Vtable = Vtable {
-    version: VERSION,
-    check: Some(work),
-    run: Some(work),
-    needs: Some(needs),
-    schema: None,
-};
+static TABLE: Vtable =
+    Vtable { version: VERSION, check: Some(work), run: Some(work), needs: Some(needs), schema: None };
 
 /// The entry point for the program.
 #[unsafe(no_mangle)]

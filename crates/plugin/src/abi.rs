@@ -27,7 +27,7 @@ pub struct Text {
 /// A signal.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Column {
+pub struct SignalColumn {
     /// Its name.
     pub name: Text,
     /// Its unit.
@@ -57,7 +57,7 @@ pub struct InputSignal {
 /// A layer of a diagram.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Layer {
+pub struct DiagramLayer {
     /// Its name.
     pub name: Text,
     /// A [`Shape`](crate::Shape) by its index; unknown ones are lines.
@@ -85,7 +85,7 @@ pub struct Diagram {
     /// The ends of the axes.
     pub ranges: [[f64; 2]; 2],
     /// The layers, from back to front.
-    pub layers: *const Layer,
+    pub layers: *const DiagramLayer,
     /// Number of layers.
     pub count: usize,
 }
@@ -100,7 +100,7 @@ pub const FAILED: u32 = 2;
 /// How a call ended.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub struct CallOutcome {
     /// [`DONE`], [`BAD_CONFIG`] or [`FAILED`]; every other number is a failure.
     pub status: u32,
     /// The keys that lead to the wrong value, from the outermost on. Items of a list are numbers from 0 on.
@@ -114,42 +114,38 @@ pub struct Outcome {
 /// The program's functions. A plugin calls them during a call that lends it these, on the thread of that call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Callbacks {
+pub struct HostCallbacks {
     /// Handed back with each call.
     pub context: *mut c_void,
     /// Takes the share of the work that is done and the next task; 0 asks the plugin to give up.
     pub progress: unsafe extern "C" fn(context: *mut c_void, share: f64, task: Text) -> u8,
     /// Takes signals for the recording: a group and its columns.
-    pub record: unsafe extern "C" fn(
-        context: *mut c_void,
-        group: Text,
-        columns: *const Column,
-        count: usize,
-    ),
+    pub record:
+        unsafe extern "C" fn(context: *mut c_void, group: Text, columns: *const SignalColumn, count: usize),
     /// Takes a diagram and the group that it belongs to.
     pub diagram: unsafe extern "C" fn(context: *mut c_void, group: Text, diagram: *const Diagram),
     /// Takes a file: its name and its text.
     pub file: unsafe extern "C" fn(context: *mut c_void, name: Text, text: Text),
     /// Takes the outcome. The last call counts.
-    pub done: unsafe extern "C" fn(context: *mut c_void, outcome: *const Outcome),
+    pub done: unsafe extern "C" fn(context: *mut c_void, outcome: *const CallOutcome),
 }
 
 /// A function of a plugin: the configuration in TOML, its signals, and the program's functions.
-pub type Call = unsafe extern "C" fn(
+pub type AnalysisFn = unsafe extern "C" fn(
     config: Text,
-    columns: *const Column,
+    columns: *const SignalColumn,
     count: usize,
-    callbacks: *const Callbacks,
+    callbacks: *const HostCallbacks,
 );
 
 /// Describes the signals of a plugin: calls `take` with them.
-pub type Needs = unsafe extern "C" fn(
+pub type DescribeInputsFn = unsafe extern "C" fn(
     context: *mut c_void,
     take: unsafe extern "C" fn(*mut c_void, *const InputSignal, usize),
 );
 
 /// Describes the configuration of a plugin: calls `take` with its JSON schema, or does nothing.
-pub type Schema =
+pub type DescribeSchemaFn =
     unsafe extern "C" fn(context: *mut c_void, take: unsafe extern "C" fn(*mut c_void, Text));
 
 /// The table that a plugin exports. It lives as long as the process.
@@ -159,13 +155,13 @@ pub struct Vtable {
     /// [`VERSION`] of the plugin. Nothing else is read when it differs from the program's.
     pub version: u32,
     /// Judges the configuration and calls `done`. Its columns have no samples. Never null.
-    pub check: Option<Call>,
+    pub check: Option<AnalysisFn>,
     /// Analyses, and calls `done` with the result. Never null.
-    pub run: Option<Call>,
+    pub run: Option<AnalysisFn>,
     /// Lists the signals. Never null.
-    pub needs: Option<Needs>,
+    pub needs: Option<DescribeInputsFn>,
     /// Gives the JSON schema of the configuration; null without one.
-    pub schema: Option<Schema>,
+    pub schema: Option<DescribeSchemaFn>,
 }
 
 impl Text {
@@ -180,9 +176,9 @@ impl Text {
     /// # Safety
     /// `data` is null or points to `len` bytes that live for `'a`.
     #[must_use]
-    pub unsafe fn lossy<'a>(self) -> Cow<'a, str> {
+    pub unsafe fn to_str_lossy<'a>(self) -> Cow<'a, str> {
         // SAFETY: as the caller promises.
-        String::from_utf8_lossy(unsafe { array(self.data, self.len) })
+        String::from_utf8_lossy(unsafe { borrow_array(self.data, self.len) })
     }
 
     /// Borrows the text, unless it is not UTF-8.
@@ -190,9 +186,9 @@ impl Text {
     /// # Safety
     /// As [`Text::lossy`].
     #[must_use]
-    pub unsafe fn exact<'a>(self) -> Option<&'a str> {
+    pub unsafe fn to_utf8<'a>(self) -> Option<&'a str> {
         // SAFETY: as the caller promises.
-        std::str::from_utf8(unsafe { array(self.data, self.len) }).ok()
+        std::str::from_utf8(unsafe { borrow_array(self.data, self.len) }).ok()
     }
 }
 
@@ -200,7 +196,7 @@ impl Text {
 ///
 /// # Safety
 /// `data` is null or points to `len` initialised values that live for `'a`.
-pub(crate) unsafe fn array<'a, T>(data: *const T, len: usize) -> &'a [T] {
+pub(crate) unsafe fn borrow_array<'a, T>(data: *const T, len: usize) -> &'a [T] {
     let bytes = len.checked_mul(size_of::<T>()).and_then(|bytes| isize::try_from(bytes).ok());
     if data.is_null() || !data.is_aligned() || bytes.is_none() {
         return &[];
@@ -219,9 +215,9 @@ mod tests {
         let (start, null) = (values.as_ptr(), std::ptr::null());
         let odd = start.wrapping_byte_add(1);
         for (data, len) in [(null, 0), (null, 2), (odd, 1), (start, usize::MAX), (start, 1 << 60)] {
-            assert_eq!(unsafe { array::<f64>(data, len) }, &[] as &[f64]);
+            assert_eq!(unsafe { borrow_array::<f64>(data, len) }, &[] as &[f64]);
         }
-        assert_eq!(unsafe { array(start, 2) }, values);
+        assert_eq!(unsafe { borrow_array(start, 2) }, values);
     }
 
     #[test]
@@ -229,9 +225,9 @@ mod tests {
         let broken = b"w\xf6rd";
         let broken = Text { data: broken.as_ptr(), len: broken.len() };
         unsafe {
-            assert_eq!(Text::new("wörd").exact(), Some("wörd"));
-            assert_eq!((broken.exact(), &*broken.lossy()), (None, "w\u{fffd}rd"));
-            assert_eq!(Text { data: std::ptr::null(), len: 3 }.exact(), Some(""));
+            assert_eq!(Text::new("wörd").to_utf8(), Some("wörd"));
+            assert_eq!((broken.to_utf8(), &*broken.to_str_lossy()), (None, "w\u{fffd}rd"));
+            assert_eq!(Text { data: std::ptr::null(), len: 3 }.to_utf8(), Some(""));
         }
     }
 }

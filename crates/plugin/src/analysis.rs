@@ -9,17 +9,17 @@ use crate::signal::{InputSignal, Signal};
 
 /// The task of an analysis.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Request<'a> {
+pub struct AnalysisRequest<'a> {
     /// Its configuration, TOML.
     pub config: &'a str,
     /// Its signals.
     pub signals: Vec<Signal<'a>>,
 }
 
-impl<'a> Request<'a> {
+impl<'a> AnalysisRequest<'a> {
     /// The signal of this name.
     #[must_use]
-    pub fn signal(&self, name: &str) -> Option<Signal<'a>> {
+    pub fn find_signal(&self, name: &str) -> Option<Signal<'a>> {
         self.signals.iter().find(|signal| signal.name == name).copied()
     }
 
@@ -33,32 +33,32 @@ impl<'a> Request<'a> {
 }
 
 /// The program, as an analysis sees it.
-pub trait Host {
+pub trait AnalysisServices {
     /// Reports the share of the work that is done, 0 to 1, and the next task. `false` asks the analysis to give up.
-    fn progress(&mut self, share: f64, task: &str) -> bool;
+    fn report_progress(&mut self, share: f64, task: &str) -> bool;
 
     /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first. Recordings
     /// begin at 0 s: earlier rows are left out.
-    fn record(&mut self, group: &str, signals: &[Signal]);
+    fn record_signals(&mut self, group: &str, signals: &[Signal]);
 
     /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.
-    fn diagram(&mut self, group: &str, diagram: &Diagram);
+    fn add_diagram(&mut self, group: &str, diagram: &Diagram);
 
     /// Writes a text file into the folder of the report. The name has no folder in it.
-    fn file(&mut self, name: &str, text: &str);
+    fn write_file(&mut self, name: &str, text: &str);
 }
 
 /// A host that ignores everything, for tests.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NullHost;
+pub struct NullAnalysisServices;
 
-impl Host for NullHost {
-    fn progress(&mut self, _share: f64, _task: &str) -> bool {
+impl AnalysisServices for NullAnalysisServices {
+    fn report_progress(&mut self, _share: f64, _task: &str) -> bool {
         true
     }
-    fn record(&mut self, _group: &str, _signals: &[Signal]) {}
-    fn diagram(&mut self, _group: &str, _diagram: &Diagram) {}
-    fn file(&mut self, _name: &str, _text: &str) {}
+    fn record_signals(&mut self, _group: &str, _signals: &[Signal]) {}
+    fn add_diagram(&mut self, _group: &str, _diagram: &Diagram) {}
+    fn write_file(&mut self, _name: &str, _text: &str) {}
 }
 
 /// An analysis of signals.
@@ -74,7 +74,7 @@ pub trait Analysis {
     ///
     /// # Errors
     /// With what was expected, what was found and what to do.
-    fn check(_request: &Request) -> Result<(), ConfigError> {
+    fn check_request(_request: &AnalysisRequest) -> Result<(), ConfigError> {
         Ok(())
     }
 
@@ -82,7 +82,7 @@ pub trait Analysis {
     ///
     /// # Errors
     /// With the reason; the program then counts the analysis as failed.
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError>;
+    fn run(request: &AnalysisRequest, host: &mut dyn AnalysisServices) -> Result<String, AnalysisError>;
 
     /// The JSON schema of the configuration, if there is one. The program uses it for suggestions and references.
     #[must_use]

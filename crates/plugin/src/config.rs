@@ -17,11 +17,11 @@ pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, ConfigError> {
     let document = toml::Deserializer::parse(text);
     let document = document.map_err(|error| ConfigError::new(error.message()))?;
     serde_path_to_error::deserialize(document)
-        .map_err(|error| located(error.path(), error.inner().message()))
+        .map_err(|error| config_error_at_path(error.path(), error.inner().message()))
 }
 
 /// An error at a path of serde.
-fn located(path: &serde_path_to_error::Path, message: impl Into<String>) -> ConfigError {
+fn config_error_at_path(path: &serde_path_to_error::Path, message: impl Into<String>) -> ConfigError {
     let key = |segment: &Segment| match segment {
         Segment::Map { key } => Some(key.clone()),
         Segment::Seq { index } => Some(index.to_string()),
@@ -33,7 +33,7 @@ fn located(path: &serde_path_to_error::Path, message: impl Into<String>) -> Conf
 
 impl<E: Display> From<serde_path_to_error::Error<E>> for ConfigError {
     fn from(error: serde_path_to_error::Error<E>) -> Self {
-        located(error.path(), error.inner().to_string())
+        config_error_at_path(error.path(), error.inner().to_string())
     }
 }
 
@@ -73,7 +73,7 @@ mod tests {
             ("axle = ", "", "value"),
         ] {
             let error = from_toml::<Config>(text).expect_err(text);
-            assert_eq!(error.key(), path, "{text}: {error}");
+            assert_eq!(error.key_path(), path, "{text}: {error}");
             assert!(error.message.contains(message), "{text}: {error}");
             assert!(!error.message.contains('\n'), "{text}: {error}");
         }

@@ -10,18 +10,18 @@ pub struct Diagram<'a> {
     /// The ends of the axes, x and y. NaN stands for the end of the layers.
     pub ranges: [[f64; 2]; 2],
     /// The layers, from back to front.
-    pub layers: Vec<Layer<'a>>,
+    pub layers: Vec<DiagramLayer<'a>>,
 }
 
 /// A curve, points or a band of a diagram. Its columns have the same length.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer<'a> {
+pub struct DiagramLayer<'a> {
     /// Its name in the legend; layers without a name are not in it.
     pub name: &'a str,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: DiagramLayerShape,
     /// Its meaning, which decides its colour.
-    pub role: Role,
+    pub role: DiagramLayerRole,
     /// Abscissas of its points; NaN interrupts a line.
     pub x: &'a [f64],
     /// Ordinates of its points, or lower ends of a band.
@@ -33,7 +33,7 @@ pub struct Layer<'a> {
 /// Shape of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Shape {
+pub enum DiagramLayerShape {
     /// Connected points.
     Line,
     /// Points.
@@ -45,7 +45,7 @@ pub enum Shape {
 /// Meaning of a layer, as in a scenario's `[view]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Role {
+pub enum DiagramLayerRole {
     /// None of the others.
     Other,
     /// A set point.
@@ -61,13 +61,13 @@ pub enum Role {
 }
 
 #[cfg(feature = "load")]
-impl Shape {
+impl DiagramLayerShape {
     /// All shapes by their index.
     pub(crate) const ALL: [Self; 3] = [Self::Line, Self::Points, Self::Band];
 }
 
 #[cfg(feature = "load")]
-impl Role {
+impl DiagramLayerRole {
     /// All roles by their index.
     pub(crate) const ALL: [Self; 6] =
         [Self::Other, Self::Reference, Self::Plant, Self::Measurement, Self::Estimate, Self::Limit];

@@ -33,21 +33,21 @@ impl ConfigError {
 
     /// An error at a key. A dot leads into a table: `lateral.bounds.B`.
     #[must_use]
-    pub fn at(path: &str, message: impl Into<String>) -> Self {
+    pub fn at_key(path: &str, message: impl Into<String>) -> Self {
         let keys = path.split('.').filter(|key| !key.is_empty());
         Self { path: keys.map(str::to_owned).collect(), message: message.into() }
     }
 
     /// The same error, seen from a table in which the part with the error has this key.
     #[must_use]
-    pub fn within(mut self, key: impl Into<String>) -> Self {
+    pub fn with_parent_key(mut self, key: impl Into<String>) -> Self {
         self.path.insert(0, key.into());
         self
     }
 
     /// The keys with dots between them; empty when no single key is wrong.
     #[must_use]
-    pub fn key(&self) -> String {
+    pub fn key_path(&self) -> String {
         self.path.join(".")
     }
 }
@@ -57,7 +57,7 @@ impl Display for ConfigError {
         if self.path.is_empty() {
             return f.write_str(&self.message);
         }
-        write!(f, "{}: {}", self.key(), self.message)
+        write!(f, "{}: {}", self.key_path(), self.message)
     }
 }
 

@@ -6,10 +6,10 @@ use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::{
-    BAD_CONFIG, Callbacks, Column, DONE, FAILED, InputSignal, Outcome, Text, VERSION, Vtable,
+    BAD_CONFIG, CallOutcome, DONE, FAILED, HostCallbacks, InputSignal, SignalColumn, Text, VERSION, Vtable,
 };
-use crate::analysis::{Analysis, Host, Request};
-use crate::c_views::{column, with_lent_diagram, with_signals};
+use crate::analysis::{Analysis, AnalysisRequest, AnalysisServices};
+use crate::c_views::{to_c_column, with_c_diagram, with_signals};
 use crate::diagram::Diagram;
 use crate::error::AnalysisError;
 use crate::signal::Signal;
@@ -30,25 +30,25 @@ pub fn vtable<A: Analysis>() -> *const Vtable {
 
 unsafe extern "C" fn check<A: Analysis>(
     config: Text,
-    columns: *const Column,
+    columns: *const SignalColumn,
     count: usize,
-    callbacks: *const Callbacks,
+    callbacks: *const HostCallbacks,
 ) {
-    let work = |request: &Request, _: &mut dyn Host| {
-        A::check(request).map(|()| String::new()).map_err(AnalysisError::from)
+    let work = |request: &AnalysisRequest, _: &mut dyn AnalysisServices| {
+        A::check_request(request).map(|()| String::new()).map_err(AnalysisError::from)
     };
     // SAFETY: the program lends all that it passes for the duration of the call.
-    unsafe { answer(config, columns, count, callbacks, work) }
+    unsafe { run_and_report(config, columns, count, callbacks, work) }
 }
 
 unsafe extern "C" fn run<A: Analysis>(
     config: Text,
-    columns: *const Column,
+    columns: *const SignalColumn,
     count: usize,
-    callbacks: *const Callbacks,
+    callbacks: *const HostCallbacks,
 ) {
     // SAFETY: the program lends all that it passes for the duration of the call.
-    unsafe { answer(config, columns, count, callbacks, A::run) }
+    unsafe { run_and_report(config, columns, count, callbacks, A::run) }
 }
 
 unsafe extern "C" fn needs<A: Analysis>(
@@ -82,20 +82,20 @@ unsafe extern "C" fn schema<A: Analysis>(
 ///
 /// # Safety
 /// `callbacks` is null or points to callbacks. Everything that is pointed to lives as long as the call.
-unsafe fn answer(
+unsafe fn run_and_report(
     config: Text,
-    columns: *const Column,
+    columns: *const SignalColumn,
     count: usize,
-    callbacks: *const Callbacks,
-    work: impl FnOnce(&Request, &mut dyn Host) -> Result<String, AnalysisError>,
+    callbacks: *const HostCallbacks,
+    work: impl FnOnce(&AnalysisRequest, &mut dyn AnalysisServices) -> Result<String, AnalysisError>,
 ) {
     // SAFETY: as the caller promises.
-    let (config, callbacks) = unsafe { (config.lossy(), callbacks.as_ref()) };
+    let (config, callbacks) = unsafe { (config.to_str_lossy(), callbacks.as_ref()) };
     let Some(callbacks) = callbacks else { return };
     // SAFETY: the same.
     let outcome = catch_unwind(AssertUnwindSafe(|| unsafe {
         with_signals(columns, count, |signals| {
-            work(&Request { config: &config, signals }, &mut CallbackHost(callbacks))
+            work(&AnalysisRequest { config: &config, signals }, &mut CallbackServices(callbacks))
         })
     }));
     let outcome = outcome.unwrap_or_else(|panic| Err(AnalysisError::Failed(panic_message(panic))));
@@ -106,7 +106,7 @@ unsafe fn answer(
     };
     let path: Vec<_> = path.iter().map(|key| Text::new(key)).collect();
     let text = Text::new(text);
-    let outcome = Outcome { status, path: path.as_ptr(), depth: path.len(), text };
+    let outcome = CallOutcome { status, path: path.as_ptr(), depth: path.len(), text };
     // SAFETY: the context is the program's own, and the outcome lives until the call is over.
     unsafe { (callbacks.done)(callbacks.context, &raw const outcome) }
 }
@@ -123,30 +123,28 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 }
 
 /// The program, as the plugin sees it.
-struct CallbackHost<'a>(&'a Callbacks);
+struct CallbackServices<'a>(&'a HostCallbacks);
 
-impl Host for CallbackHost<'_> {
-    fn progress(&mut self, share: f64, task: &str) -> bool {
+impl AnalysisServices for CallbackServices<'_> {
+    fn report_progress(&mut self, share: f64, task: &str) -> bool {
         // SAFETY: the context is the program's own, and the loan lives until the call is over; so below.
         unsafe { (self.0.progress)(self.0.context, share, Text::new(task)) != 0 }
     }
 
-    fn record(&mut self, group: &str, signals: &[Signal]) {
-        let columns: Vec<_> = signals.iter().map(column).collect();
+    fn record_signals(&mut self, group: &str, signals: &[Signal]) {
+        let columns: Vec<_> = signals.iter().map(to_c_column).collect();
         // SAFETY: see above.
-        unsafe {
-            (self.0.record)(self.0.context, Text::new(group), columns.as_ptr(), columns.len())
-        }
+        unsafe { (self.0.record)(self.0.context, Text::new(group), columns.as_ptr(), columns.len()) }
     }
 
-    fn diagram(&mut self, group: &str, diagram: &Diagram) {
+    fn add_diagram(&mut self, group: &str, diagram: &Diagram) {
         // SAFETY: see above.
-        with_lent_diagram(diagram, |diagram| unsafe {
+        with_c_diagram(diagram, |diagram| unsafe {
             (self.0.diagram)(self.0.context, Text::new(group), diagram)
         });
     }
 
-    fn file(&mut self, name: &str, text: &str) {
+    fn write_file(&mut self, name: &str, text: &str) {
         // SAFETY: see above.
         unsafe { (self.0.file)(self.0.context, Text::new(name), Text::new(text)) }
     }

@@ -27,9 +27,9 @@ const KEY: &str = "base64";
 /// # Ok::<(), plugin::ConfigError>(())
 /// ```
 #[derive(Clone, Default, PartialEq, Eq)]
-pub struct File(Vec<u8>);
+pub struct ConfigFile(Vec<u8>);
 
-impl File {
+impl ConfigFile {
     /// The contents.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
@@ -38,7 +38,7 @@ impl File {
 
     /// How a configuration has these contents.
     #[must_use]
-    pub fn value(bytes: Vec<u8>) -> toml::Value {
+    pub fn config_value(bytes: Vec<u8>) -> toml::Value {
         match String::from_utf8(bytes) {
             Ok(text) => text.into(),
             Err(other) => {
@@ -49,19 +49,19 @@ impl File {
     }
 }
 
-impl From<&str> for File {
+impl From<&str> for ConfigFile {
     fn from(text: &str) -> Self {
         Self(text.as_bytes().to_vec())
     }
 }
 
-impl fmt::Debug for File {
+impl fmt::Debug for ConfigFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "File({} bytes)", self.0.len())
     }
 }
 
-impl<'de> Deserialize<'de> for File {
+impl<'de> Deserialize<'de> for ConfigFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(FileVisitor)
     }
@@ -70,21 +70,21 @@ impl<'de> Deserialize<'de> for File {
 struct FileVisitor;
 
 impl<'de> Visitor<'de> for FileVisitor {
-    type Value = File;
+    type Value = ConfigFile;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "a text, or a table with {KEY}")
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<File, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<ConfigFile, E> {
         Ok(text.into())
     }
 
-    fn visit_string<E: Error>(self, text: String) -> Result<File, E> {
-        Ok(File(text.into_bytes()))
+    fn visit_string<E: Error>(self, text: String) -> Result<ConfigFile, E> {
+        Ok(ConfigFile(text.into_bytes()))
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<File, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ConfigFile, A::Error> {
         let Some((key, packed)) = map.next_entry::<String, String>()? else {
             return Err(Error::missing_field(KEY));
         };
@@ -94,9 +94,8 @@ impl<'de> Visitor<'de> for FileVisitor {
         if let Some(key) = map.next_key::<String>()? {
             return Err(Error::unknown_field(&key, &[KEY]));
         }
-        let bytes =
-            STANDARD.decode(packed).map_err(|error| Error::custom(format!("{KEY}: {error}")))?;
-        Ok(File(bytes))
+        let bytes = STANDARD.decode(packed).map_err(|error| Error::custom(format!("{KEY}: {error}")))?;
+        Ok(ConfigFile(bytes))
     }
 }
 
@@ -110,9 +109,9 @@ mod tests {
     #[test]
     fn contents_go_through_a_configuration_unchanged() {
         for bytes in [b"".to_vec(), "a\n\"\u{e9}\"\0".into(), (0..=255).collect(), vec![0xff; 7]] {
-            let table = toml::Table::from_iter([("a".to_owned(), File::value(bytes.clone()))]);
+            let table = toml::Table::from_iter([("a".to_owned(), ConfigFile::config_value(bytes.clone()))]);
             let text = toml::to_string(&table).expect("TOML");
-            let found: BTreeMap<String, File> = from_toml(&text).expect("a file");
+            let found: BTreeMap<String, ConfigFile> = from_toml(&text).expect("a file");
             assert_eq!(found["a"].bytes(), bytes);
         }
     }
@@ -126,7 +125,7 @@ mod tests {
             ("a = { base64 = \"00==\", more = \"\" }", "unknown field `more`"),
             ("a = { base64 = \"?\" }", "base64: Invalid"),
         ] {
-            let error = from_toml::<BTreeMap<String, File>>(text).expect_err(text);
+            let error = from_toml::<BTreeMap<String, ConfigFile>>(text).expect_err(text);
             assert!(error.path.first().is_some_and(|it| it == "a"), "{text}: {error}");
             assert!(error.message.contains(message), "{text}: {error}");
         }

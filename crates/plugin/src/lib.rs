@@ -77,16 +77,16 @@ mod load;
 mod result_summary;
 mod signal;
 
-pub use analysis::{Analysis, Host, NullHost, Request};
+pub use analysis::{Analysis, AnalysisRequest, AnalysisServices, NullAnalysisServices};
 pub use config::from_toml;
-pub use diagram::{Diagram, Layer, Role, Shape};
+pub use diagram::{Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape};
 pub use error::{AnalysisError, ConfigError};
 #[doc(hidden)]
 pub use export::vtable;
-pub use file::File;
+pub use file::ConfigFile;
 #[cfg(feature = "load")]
 pub use load::{LoadError, OwnedInputSignal, Plugin};
-pub use result_summary::{ResultSummary, Row, Table};
+pub use result_summary::{ResultSummary, ResultTable, ResultTableRow};
 pub use signal::{InputSignal, Signal};
 
 /// Makes a library a plugin: exports the one symbol that the program looks for.

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
-use crate::abi::{Call, Callbacks, SYMBOL, Text, VERSION, Vtable};
-use crate::analysis::{Host, NullHost, Request};
-use crate::c_views::column;
+use crate::abi::{AnalysisFn, HostCallbacks, SYMBOL, Text, VERSION, Vtable};
+use crate::analysis::{AnalysisRequest, AnalysisServices, NullAnalysisServices};
+use crate::c_views::to_c_column;
 use crate::error::{AnalysisError, ConfigError};
 use crate::signal::InputSignal;
 
 mod callbacks;
 mod guard;
 
-use callbacks::{State, diagram, done, file, progress, record, take_needs, take_schema};
+use callbacks::{CallState, diagram, done, file, progress, record, take_needs, take_schema};
 use guard::CallGuard;
 
 /// A signal that a loaded plugin accepts.
@@ -66,8 +66,8 @@ impl std::error::Error for LoadError {}
 /// A loaded plugin.
 #[derive(Debug)]
 pub struct Plugin {
-    check: Call,
-    run: Call,
+    check: AnalysisFn,
+    run: AnalysisFn,
     needs: Vec<OwnedInputSignal>,
     schema: Option<String>,
 }
@@ -100,29 +100,29 @@ impl Plugin {
             return Err(LoadError::Version { path: path.to_owned(), found });
         }
         // SAFETY: the table is of this version.
-        Self::of(unsafe { *vtable }).map_err(|name| LoadError::Incomplete(path.to_owned(), name))
+        Self::from_vtable(unsafe { *vtable }).map_err(|name| LoadError::Incomplete(path.to_owned(), name))
     }
 
     /// Calls what the table lists; the name of a function that is missing.
-    fn of(vtable: Vtable) -> Result<Self, &'static str> {
+    fn from_vtable(vtable: Vtable) -> Result<Self, &'static str> {
         let check = vtable.check.ok_or("check")?;
         let run = vtable.run.ok_or("run")?;
         let list = vtable.needs.ok_or("needs")?;
         let needs = CallGuard::new(Vec::new());
         // SAFETY: the function hands the context back to `take_needs`, which expects this guard.
-        unsafe { list(needs.context(), take_needs) };
+        unsafe { list(needs.context_pointer(), take_needs) };
         let schema = CallGuard::new(None);
         if let Some(describe) = vtable.schema {
             // SAFETY: the same, of `take_schema`.
-            unsafe { describe(schema.context(), take_schema) };
+            unsafe { describe(schema.context_pointer(), take_schema) };
         }
-        let (needs, schema) = (needs.end().0, schema.end().0);
+        let (needs, schema) = (needs.finish().0, schema.finish().0);
         Ok(Self { check, run, needs, schema })
     }
 
     /// The signals that it accepts.
     #[must_use]
-    pub fn inputs(&self) -> &[OwnedInputSignal] {
+    pub fn input_signals(&self) -> &[OwnedInputSignal] {
         &self.needs
     }
 
@@ -136,8 +136,8 @@ impl Plugin {
     ///
     /// # Errors
     /// With the plugin's message, and the key that it blames.
-    pub fn check(&self, request: &Request) -> Result<(), ConfigError> {
-        match call(self.check, request, &mut NullHost) {
+    pub fn check_request(&self, request: &AnalysisRequest) -> Result<(), ConfigError> {
+        match call_plugin(self.check, request, &mut NullAnalysisServices) {
             Ok(_) => Ok(()),
             Err(AnalysisError::Config(error)) => Err(error),
             Err(AnalysisError::Failed(message)) => Err(ConfigError::new(message)),
@@ -151,21 +151,29 @@ impl Plugin {
     ///
     /// # Panics
     /// When the host panics: after the plugin has returned.
-    pub fn run(&self, request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
-        call(self.run, request, host)
+    pub fn run(
+        &self,
+        request: &AnalysisRequest,
+        host: &mut dyn AnalysisServices,
+    ) -> Result<String, AnalysisError> {
+        call_plugin(self.run, request, host)
     }
 }
 
 /// Calls a function of a plugin.
-fn call(function: Call, request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
-    let state = CallGuard::new(State { host, outcome: None, breach: None });
-    let context = state.context();
-    let callbacks = Callbacks { context, progress, record, diagram, file, done };
-    let columns: Vec<_> = request.signals.iter().map(column).collect();
+fn call_plugin(
+    function: AnalysisFn,
+    request: &AnalysisRequest,
+    host: &mut dyn AnalysisServices,
+) -> Result<String, AnalysisError> {
+    let state = CallGuard::new(CallState { host, outcome: None, breach: None });
+    let context = state.context_pointer();
+    let callbacks = HostCallbacks { context, progress, record, diagram, file, done };
+    let columns: Vec<_> = request.signals.iter().map(to_c_column).collect();
     let config = Text::new(request.config);
     // SAFETY: everything lives until the call is over, and the callbacks expect this context.
     unsafe { function(config, columns.as_ptr(), columns.len(), &raw const callbacks) };
-    let (State { outcome, breach, .. }, foreign_thread) = state.end();
+    let (CallState { outcome, breach, .. }, foreign_thread) = state.finish();
     let failed = |message: &str| Err(AnalysisError::Failed(message.to_owned()));
     match (breach, outcome) {
         _ if foreign_thread => failed("called the program back on a thread of its own"),

@@ -8,14 +8,14 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[serde(default)]
 pub struct ResultSummary {
     /// Sentences, of which the first has the verdict.
-    #[serde(deserialize_with = "fitting_items")]
+    #[serde(deserialize_with = "deserialize_valid_items")]
     pub summary: Vec<String>,
     /// False where the result is not to be trusted.
     #[serde(deserialize_with = "unless_false")]
     pub sound: bool,
     /// What is told in rows and columns.
-    #[serde(deserialize_with = "fitting_items")]
-    pub tables: Vec<Table>,
+    #[serde(deserialize_with = "deserialize_valid_items")]
+    pub tables: Vec<ResultTable>,
 }
 
 impl Default for ResultSummary {
@@ -28,27 +28,24 @@ impl Default for ResultSummary {
 /// A table of texts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Table {
+pub struct ResultTable {
     /// Titles of the columns.
-    #[serde(deserialize_with = "fitting_items")]
+    #[serde(deserialize_with = "deserialize_valid_items")]
     pub head: Vec<String>,
     /// Cells, row by row.
-    #[serde(deserialize_with = "fitting_items")]
-    pub rows: Vec<Row>,
+    #[serde(deserialize_with = "deserialize_valid_items")]
+    pub rows: Vec<ResultTableRow>,
 }
 
 /// A row of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Row(#[serde(deserialize_with = "fitting_items")] pub Vec<String>);
+pub struct ResultTableRow(#[serde(deserialize_with = "deserialize_valid_items")] pub Vec<String>);
 
-impl Table {
+impl ResultTable {
     /// A table from texts.
-    pub fn new<const N: usize>(
-        head: [&str; N],
-        rows: impl IntoIterator<Item = [String; N]>,
-    ) -> Self {
-        let rows = rows.into_iter().map(|row| Row(row.into())).collect();
+    pub fn new<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> Self {
+        let rows = rows.into_iter().map(|row| ResultTableRow(row.into())).collect();
         Self { head: head.map(str::to_owned).into(), rows }
     }
 }
@@ -56,13 +53,13 @@ impl Table {
 /// A value, or one of another shape.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Lenient<T> {
+enum LenientValue<T> {
     Fits(T),
     Other(IgnoredAny),
 }
 
-impl<T> Lenient<T> {
-    fn value(self) -> Option<T> {
+impl<T> LenientValue<T> {
+    fn valid_value(self) -> Option<T> {
         match self {
             Self::Fits(value) => Some(value),
             Self::Other(_) => None,
@@ -70,14 +67,14 @@ impl<T> Lenient<T> {
     }
 }
 
-fn fitting_items<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+fn deserialize_valid_items<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     from: D,
 ) -> Result<Vec<T>, D::Error> {
-    let found: Lenient<Vec<Lenient<T>>> = Lenient::deserialize(from)?;
-    Ok(found.value().into_iter().flatten().filter_map(Lenient::value).collect())
+    let found: LenientValue<Vec<LenientValue<T>>> = LenientValue::deserialize(from)?;
+    Ok(found.valid_value().into_iter().flatten().filter_map(LenientValue::valid_value).collect())
 }
 
 fn unless_false<'de, D: Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
-    let found: Lenient<bool> = Lenient::deserialize(from)?;
-    Ok(found.value().unwrap_or(true))
+    let found: LenientValue<bool> = LenientValue::deserialize(from)?;
+    Ok(found.valid_value().unwrap_or(true))
 }

@@ -29,21 +29,13 @@ pub struct InputSignal<T = &'static str> {
 impl InputSignal {
     /// A signal that the analysis cannot do without.
     #[must_use]
-    pub const fn required(
-        name: &'static str,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
+    pub const fn required(name: &'static str, unit: &'static str, description: &'static str) -> Self {
         Self { name, unit, description, required: true }
     }
 
     /// A signal that the analysis uses when it is there.
     #[must_use]
-    pub const fn optional(
-        name: &'static str,
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
+    pub const fn optional(name: &'static str, unit: &'static str, description: &'static str) -> Self {
         Self { name, unit, description, required: false }
     }
 }

@@ -3,18 +3,18 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vehicle::{Aero, AxleForces, Body, Differential, Wheel, slip_ratio};
+use vehicle::{Aerodynamics, AxleForces, LimitedSlipDifferential, VehicleBody, WheelRadiusModel, slip_ratio};
 
 use crate::error::Error;
-use crate::row::Row;
+use crate::row::MotionSample;
 
 /// The car. The default is the demo car.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Car {
     /// Mass, inertia and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Drag and downforce.
-    pub aero: Aero,
+    pub aero: Aerodynamics,
     /// Rolling resistance coefficient [-].
     pub c_roll: f64,
     /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
@@ -22,11 +22,11 @@ pub struct Car {
     /// Share of the braking force at the front axle [-], from 0 to 1, or `"by_load"`.
     pub brake_front_share: BrakeShare,
     /// Wheels of the front axle.
-    pub wheel_f: Wheel,
+    pub wheel_f: WheelRadiusModel,
     /// Wheels of the rear axle.
-    pub wheel_r: Wheel,
+    pub wheel_r: WheelRadiusModel,
     /// Limited-slip differential of the rear axle; without it both wheels drive alike.
-    pub differential: Option<Differential>,
+    pub differential: Option<LimitedSlipDifferential>,
 }
 
 /// Share of the braking force at the front axle.
@@ -56,7 +56,7 @@ impl Default for BrakeShare {
 
 /// What the axles do at one instant, front and rear.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxleRow {
+pub struct AxleSample {
     /// Loads [N].
     pub F_z: [f64; 2],
     /// Forces of the tires [N], in the frames of the wheels.
@@ -69,15 +69,15 @@ pub struct AxleRow {
 
 impl Car {
     /// Loads, forces and slips of the axles from what was measured.
-    pub fn axles(&self, row: &Row) -> AxleRow {
+    pub fn axle_sample(&self, row: &MotionSample) -> AxleSample {
         let body = &self.body;
-        let F_z = body.measured_loads(self.aero.downforce(row.v_x), row.a_x, row.a_z);
+        let F_z = body.axle_loads_from_accelerations(self.aero.downforce(row.v_x), row.a_x, row.a_z);
         let resistance = self.aero.drag(row.v_x) + self.c_roll * body.m * row.a_z;
         let F_long = body.m * row.a_x + resistance;
         let share = [self.drive_front_share, self.brake_share(F_z)];
         let forces = |M_z| {
             let lateral = body.lateral_forces(row.a_y, row.r_dot, M_z);
-            AxleForces::new(F_long, lateral, row.delta, share)
+            AxleForces::from_body_axes(F_long, lateral, row.delta, share)
         };
         let mut force = forces(0.0);
         if let (Some(differential), Some(omega)) = (self.differential, row.omega[1]) {
@@ -87,7 +87,7 @@ impl Car {
             force = forces(differential.yaw_moment(omega, force.F_x[1], radius));
         }
         let alpha = body.slip_angles(row.v_x, row.v_y, row.r, row.delta);
-        AxleRow { F_z, force, alpha, kappa: self.slip_ratios(row, F_z) }
+        AxleSample { F_z, force, alpha, kappa: self.slip_ratios(row, F_z) }
     }
 
     fn brake_share(&self, F_z: [f64; 2]) -> f64 {
@@ -98,7 +98,7 @@ impl Car {
     }
 
     /// The mean of both wheels' speeds against the velocity of the axle's middle along its wheels.
-    fn slip_ratios(&self, row: &Row, F_z: [f64; 2]) -> [Option<f64>; 2] {
+    fn slip_ratios(&self, row: &MotionSample, F_z: [f64; 2]) -> [Option<f64>; 2] {
         let (sin, cos) = row.delta.sin_cos();
         let along = [row.v_x * cos + (row.v_y + self.body.l_f * row.r) * sin, row.v_x];
         let wheels = [self.wheel_f, self.wheel_r];
@@ -111,7 +111,7 @@ impl Car {
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
+        let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
         let positive = "a positive number";
         for (name, found) in [
             ("car.body.m", m),
@@ -121,18 +121,18 @@ impl Car {
             ("car.wheel_f.radius", self.wheel_f.radius),
             ("car.wheel_r.radius", self.wheel_r.radius),
         ] {
-            Error::unless(found > 0.0 && found.is_finite(), name, found, positive)?;
+            Error::check_setting(found > 0.0 && found.is_finite(), name, found, positive)?;
         }
         for (name, wheel) in
             [("car.wheel_f.stiffness", self.wheel_f), ("car.wheel_r.stiffness", self.wheel_r)]
         {
             let found = wheel.stiffness.unwrap_or(f64::INFINITY);
-            Error::unless(found > 0.0, name, found, positive)?;
+            Error::check_setting(found > 0.0, name, found, positive)?;
         }
-        Error::unless(self.c_roll >= 0.0, "car.c_roll", self.c_roll, "zero or a positive number")?;
-        Error::unless(h >= 0.0 && h.is_finite(), "car.body.h", h, "zero or a positive number")?;
+        Error::check_setting(self.c_roll >= 0.0, "car.c_roll", self.c_roll, "zero or a positive number")?;
+        Error::check_setting(h >= 0.0 && h.is_finite(), "car.body.h", h, "zero or a positive number")?;
         let share =
-            |name, found: f64| Error::unless((0.0..=1.0).contains(&found), name, found, "0 to 1");
+            |name, found: f64| Error::check_setting((0.0..=1.0).contains(&found), name, found, "0 to 1");
         share("car.drive_front_share", self.drive_front_share)?;
         match self.brake_front_share {
             BrakeShare::Fixed(found) => share("car.brake_front_share", found),
@@ -147,13 +147,21 @@ mod tests {
 
     use super::*;
 
-    fn row() -> Row {
-        Row { v_x: 30.0, a_y: 8.0, r: 0.27, r_dot: 0.5, delta: 0.03, a_z: 9.81, ..Row::default() }
+    fn row() -> MotionSample {
+        MotionSample {
+            v_x: 30.0,
+            a_y: 8.0,
+            r: 0.27,
+            r_dot: 0.5,
+            delta: 0.03,
+            a_z: 9.81,
+            ..MotionSample::default()
+        }
     }
 
     #[test]
     fn differential_takes_its_moment_off_the_front_axle() {
-        let differential = Differential {
+        let differential = LimitedSlipDifferential {
             drive_lock: 0.2,
             coast_lock: 0.5,
             preload: 100.0,
@@ -163,8 +171,8 @@ mod tests {
         };
         let open = Car::default();
         let locking = Car { differential: Some(differential), ..open };
-        let driven = Row { a_x: 4.0, omega: [None, Some([110.0, 100.0])], ..row() };
-        let [before, after] = [open, locking].map(|car| car.axles(&driven).force);
+        let driven = MotionSample { a_x: 4.0, omega: [None, Some([110.0, 100.0])], ..row() };
+        let [before, after] = [open, locking].map(|car| car.axle_sample(&driven).force);
         // The left wheel is faster, and so the right one drives more and turns the car left: the front does less.
         let moment = differential.yaw_moment([110.0, 100.0], after.F_x[1], 0.3);
         assert!(moment > 300.0);
@@ -177,26 +185,26 @@ mod tests {
     #[test]
     fn braking_by_load_is_alike_at_both_axles() {
         let car = Car { brake_front_share: BrakeShare::Rule(ShareRule::ByLoad), ..Car::default() };
-        let axles = car.axles(&Row { a_x: -6.0, ..row() });
+        let axles = car.axle_sample(&MotionSample { a_x: -6.0, ..row() });
         assert_relative_eq!(
             axles.force.F_x[0] / axles.F_z[0],
             axles.force.F_x[1] / axles.F_z[1],
             max_relative = 1e-12
         );
-        let driven = car.axles(&Row { a_x: 3.0, ..row() });
+        let driven = car.axle_sample(&MotionSample { a_x: 3.0, ..row() });
         assert_eq!(driven.force.F_x[0], 0.0, "rear-wheel drive");
     }
 
     #[test]
     fn crest_and_rolling_resistance() {
         let car = Car { c_roll: 0.01, ..Car::default() };
-        let [level, crest] = [9.81, 6.0].map(|a_z| car.axles(&Row { a_z, ..row() }));
+        let [level, crest] = [9.81, 6.0].map(|a_z| car.axle_sample(&MotionSample { a_z, ..row() }));
         assert_relative_eq!(level.F_z[0] + level.F_z[1], 780.0 * 9.81, max_relative = 1e-12);
         assert_relative_eq!(crest.F_z[0] + crest.F_z[1], 780.0 * 6.0, max_relative = 1e-12);
-        let straight = Row { v_x: 30.0, a_z: 9.81, ..Row::default() };
+        let straight = MotionSample { v_x: 30.0, a_z: 9.81, ..MotionSample::default() };
         let drag = car.aero.drag(30.0);
         assert_relative_eq!(
-            car.axles(&straight).force.F_x[1],
+            car.axle_sample(&straight).force.F_x[1],
             drag + 0.01 * 780.0 * 9.81,
             max_relative = 1e-12
         );

@@ -88,7 +88,7 @@ impl Drive {
     }
 
     /// Names and columns.
-    pub fn columns(&self) -> [(&'static str, &[f64]); 7] {
+    pub fn named_columns(&self) -> [(&'static str, &[f64]); 7] {
         [
             ("t", &self.t),
             ("v_x", &self.v_x),
@@ -101,16 +101,16 @@ impl Drive {
     }
 
     /// The measurements of a row: v_x, v_y, r, a_y.
-    pub fn measured(&self, k: usize) -> [f64; 4] {
+    pub fn measurements_at(&self, k: usize) -> [f64; 4] {
         [self.v_x[k], self.v_y[k], self.r[k], self.a_y[k]]
     }
 
     /// Rows `range` as a drive of their own.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        self.map(|column| column.get(range.clone()).map_or(Vec::new(), <[f64]>::to_vec))
+        self.map_columns(|column| column.get(range.clone()).map_or(Vec::new(), <[f64]>::to_vec))
     }
 
-    fn map(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+    fn map_columns(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         Self {
             t: f(&self.t),
             v_x: f(&self.v_x),
@@ -123,7 +123,7 @@ impl Drive {
     }
 
     /// Appends a later recording.
-    pub fn append(&mut self, later: &Self) {
+    pub fn append_recording(&mut self, later: &Self) {
         self.t.extend(&later.t);
         self.v_x.extend(&later.v_x);
         self.v_y.extend(&later.v_y);
@@ -134,7 +134,7 @@ impl Drive {
     }
 
     /// Median time from one row to the next [s].
-    pub fn usual_step(&self) -> f64 {
+    pub fn median_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
@@ -142,17 +142,17 @@ impl Drive {
 
     /// The shortest usual step of some recordings [s].
     pub fn shortest_step(recordings: &[Self]) -> f64 {
-        recordings.iter().map(Self::usual_step).fold(f64::INFINITY, f64::min)
+        recordings.iter().map(Self::median_step).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether a time is within a window, ends included, for each row.
-    pub fn during(&self, [from, until]: [f64; 2]) -> Vec<bool> {
+    pub fn time_window_mask(&self, [from, until]: [f64; 2]) -> Vec<bool> {
         self.t.iter().map(|t| (from..=until).contains(t)).collect()
     }
 
     /// Some of the rows.
-    pub fn rows(&self, rows: &[usize]) -> Self {
-        self.map(|column| rows.iter().filter_map(|&row| column.get(row).copied()).collect())
+    pub fn select_rows(&self, rows: &[usize]) -> Self {
+        self.map_columns(|column| rows.iter().filter_map(|&row| column.get(row).copied()).collect())
     }
 
     /// Checks that the columns fit each other, hold numbers, and are long enough.
@@ -160,7 +160,7 @@ impl Drive {
     /// # Errors
     ///
     /// The first that is wrong, by column and row.
-    pub fn check(&self) -> Result<(), DriveError> {
+    pub fn check_columns(&self) -> Result<(), DriveError> {
         self.check_numbers()?;
         if self.len() < SHORTEST {
             return Err(DriveError::TooShort { expected: SHORTEST, found: self.len() });
@@ -178,7 +178,7 @@ impl Drive {
     /// [`DriveError::Length`] and [`DriveError::NotFinite`].
     pub fn check_numbers(&self) -> Result<(), DriveError> {
         let expected = self.len();
-        for (column, values) in self.columns() {
+        for (column, values) in self.named_columns() {
             if values.len() != expected {
                 return Err(DriveError::Length { column, expected, found: values.len() });
             }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::error::Error;
-use crate::span::Span;
+use crate::span::TimeInterval;
 
 /// Names of the signals, what they are, and what to do without them. The first six are needed.
 ///
@@ -56,7 +56,7 @@ impl<'a> Signal<'a> {
     }
 
     /// The samples of some rows, in their order.
-    pub fn pick(&self, rows: impl Iterator<Item = usize> + Clone) -> Signal<'static> {
+    pub fn select_rows(&self, rows: impl Iterator<Item = usize> + Clone) -> Signal<'static> {
         let of = |column: &[f64]| rows.clone().map(|row| column[row]).collect::<Vec<f64>>();
         Signal::new(of(&self.time), of(&self.value))
     }
@@ -102,15 +102,15 @@ impl<'a> DriveLog<'a> {
     }
 
     /// The rows within some stretches of time; of successive rows with one time stamp the first.
-    pub fn within(&self, stretches: &[Span]) -> DriveLog<'static> {
+    pub fn restricted_to_stretches(&self, stretches: &[TimeInterval]) -> DriveLog<'static> {
         let cut = |signal: &Signal| {
             let time = &signal.time;
             let inside = |row: &usize| {
                 let is_new = *row == 0 || time[*row] != time[row - 1];
-                is_new && stretches.iter().any(|it| it.holds(time[*row]))
+                is_new && stretches.iter().any(|it| it.contains(time[*row]))
             };
             let rows: Vec<usize> = (0..time.len()).filter(inside).collect();
-            signal.pick(rows.into_iter())
+            signal.select_rows(rows.into_iter())
         };
         let signals = self.signals.iter().map(|(name, signal)| (name.clone(), cut(signal)));
         DriveLog { signals: signals.collect() }
@@ -130,7 +130,7 @@ impl<'a> DriveLog<'a> {
     ///
     /// # Errors
     /// If one is missing, too short, not a number somewhere, or out of order.
-    pub fn checked(&self) -> Result<Vec<(&'static str, &Signal<'a>)>, Error> {
+    pub fn checked_signals(&self) -> Result<Vec<(&'static str, &Signal<'a>)>, Error> {
         let mut found = Vec::new();
         for (i, (name, what, advice)) in SIGNALS.into_iter().enumerate() {
             match self.get(name) {
@@ -138,7 +138,7 @@ impl<'a> DriveLog<'a> {
                     signal.check(name)?;
                     found.push((name, signal));
                 }
-                None if i < NEEDED => return Err(self.missing(name, what, advice)),
+                None if i < NEEDED => return Err(self.missing_signal_error(name, what, advice)),
                 None => {}
             }
         }
@@ -149,19 +149,21 @@ impl<'a> DriveLog<'a> {
     ///
     /// # Errors
     /// With the first that is missing.
-    pub fn complete(&self) -> Result<(), Error> {
+    pub fn check_completeness(&self) -> Result<(), Error> {
         let needed = SIGNALS.into_iter().take(NEEDED);
         let mut missing = needed.filter(|(name, ..)| self.get(name).is_none());
-        missing.next().map_or(Ok(()), |(name, what, advice)| Err(self.missing(name, what, advice)))
+        missing
+            .next()
+            .map_or(Ok(()), |(name, what, advice)| Err(self.missing_signal_error(name, what, advice)))
     }
 
     /// That something needs the optional signal `name`, and it is not here.
-    pub(super) fn lacks(&self, name: &str) -> Option<Error> {
+    pub(super) fn error_if_missing(&self, name: &str) -> Option<Error> {
         let (name, what, advice) = SIGNALS.into_iter().find(|s| s.0 == name)?;
-        self.get(name).is_none().then(|| self.missing(name, what, advice))
+        self.get(name).is_none().then(|| self.missing_signal_error(name, what, advice))
     }
 
-    fn missing(&self, name: &str, what: &'static str, advice: &'static str) -> Error {
+    fn missing_signal_error(&self, name: &str, what: &'static str, advice: &'static str) -> Error {
         let names: Vec<_> = self.signals.keys().map(|n| format!("`{n}`")).collect();
         let found = if names.is_empty() { "no signals".into() } else { names.join(", ") };
         Error::Missing { name: name.into(), what, found, advice }
@@ -181,12 +183,12 @@ mod tests {
     }
 
     fn message(recording: &DriveLog) -> String {
-        recording.checked().expect_err("the recording is not right").to_string()
+        recording.checked_signals().expect_err("the recording is not right").to_string()
     }
 
     #[test]
     fn errors_say_where_and_what_to_do() {
-        assert_eq!(complete().checked().map(|s| s.len()), Ok(NEEDED));
+        assert_eq!(complete().checked_signals().map(|s| s.len()), Ok(NEEDED));
         let mut missing = complete();
         missing.signals.remove("a_y");
         assert!(message(&missing).contains("`a_y` (lateral acceleration [m/s²]) is missing"));

@@ -18,9 +18,7 @@ pub enum Error {
         advice: &'static str,
     },
     /// Time stamps and values do not pair up.
-    #[error(
-        "signal `{name}` has {times} time stamps and {values} values: give one stamp for each value"
-    )]
+    #[error("signal `{name}` has {times} time stamps and {values} values: give one stamp for each value")]
     Lengths {
         /// Its name.
         name: String,
@@ -107,7 +105,7 @@ pub enum Error {
 
 impl Error {
     /// That a setting makes no sense, unless it is `right`.
-    pub(super) fn unless(
+    pub(super) fn check_setting(
         right: bool,
         name: &str,
         found: f64,

@@ -6,12 +6,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::local_polynomial::{Window, projection};
+use crate::local_polynomial::{WindowWeightCache, local_polynomial_weights};
 
 /// A zero-phase filter. Windows are rounded to odd numbers of samples at the mean sampling time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Filter {
+pub enum ZeroPhaseFilter {
     /// No filter.
     None,
     /// Local polynomial; the ends use that of the first or last whole window.
@@ -33,16 +33,16 @@ pub enum Filter {
     },
 }
 
-impl Default for Filter {
+impl Default for ZeroPhaseFilter {
     /// 0.31 s, third degree: 31 samples at 100 Hz, as Table III of Goblirsch et al. has 30.
     fn default() -> Self {
         Self::SavitzkyGolay { window: 0.31, order: 3 }
     }
 }
 
-impl Filter {
+impl ZeroPhaseFilter {
     /// Width of the window [s].
-    pub fn width(&self) -> f64 {
+    pub fn window_width(&self) -> f64 {
         match *self {
             Self::None => 0.0,
             Self::SavitzkyGolay { window, .. } | Self::MovingAverage { window } => window,
@@ -54,25 +54,25 @@ impl Filter {
     pub fn smooth(&self, time: &[f64], value: &[f64]) -> Vec<f64> {
         match *self {
             Self::None => value.to_vec(),
-            Self::SavitzkyGolay { order, .. } => self.run(time, value, order, true, 0),
+            Self::SavitzkyGolay { order, .. } => self.fit_local_polynomials(time, value, order, true, 0),
             Self::MovingAverage { .. } | Self::Gaussian { .. } => {
-                self.run(time, value, 1, false, 0)
+                self.fit_local_polynomials(time, value, 1, false, 0)
             }
         }
     }
 
     /// Time derivative [1/s] of the same local polynomials; for the averages, of the line through the window, and of a
     /// parabola through three samples without a filter.
-    pub fn slope(&self, time: &[f64], value: &[f64]) -> Vec<f64> {
+    pub fn derivative(&self, time: &[f64], value: &[f64]) -> Vec<f64> {
         let order = match *self {
             Self::None => 2,
             Self::SavitzkyGolay { order, .. } => order.max(1),
             Self::MovingAverage { .. } | Self::Gaussian { .. } => 1,
         };
-        self.run(time, value, order, true, 1)
+        self.fit_local_polynomials(time, value, order, true, 1)
     }
 
-    fn run(
+    fn fit_local_polynomials(
         &self,
         time: &[f64],
         value: &[f64],
@@ -82,7 +82,7 @@ impl Filter {
     ) -> Vec<f64> {
         let n = time.len();
         let half = self.half_width(time, order);
-        let mut window = Window::default();
+        let mut window = WindowWeightCache::default();
         let smoothed = |i: usize| {
             let rows = if whole_windows {
                 let first = i.saturating_sub(half).min(n - (2 * half + 1));
@@ -91,8 +91,8 @@ impl Filter {
                 let reach = half.min(i).min(n - 1 - i);
                 i - reach..i + reach + 1
             };
-            let weights = window.weights(&time[rows.clone()], time[i], |offsets| {
-                projection(offsets, &self.bell(offsets), order, derivative)
+            let weights = window.cached_weights(&time[rows.clone()], time[i], |offsets| {
+                local_polynomial_weights(offsets, &self.window_weights(offsets), order, derivative)
             });
             weights.iter().zip(&value[rows]).map(|(w, y)| w * y).sum()
         };
@@ -106,15 +106,13 @@ impl Filter {
         // The mean distance, not the most frequent one: where rows are missing, the window stays as long.
         let step = (last - first) / (time.len() - 1).max(1) as f64;
         // The slack makes a window of a whole number of steps the same on stamps that differ by rounding.
-        let wanted = if step > 0.0 { (0.5 * self.width() / step + 1e-6) as usize } else { 0 };
+        let wanted = if step > 0.0 { (0.5 * self.window_width() / step + 1e-6) as usize } else { 0 };
         wanted.max(order.div_ceil(2)).min((time.len() - 1) / 2)
     }
 
-    fn bell(&self, offsets: &[f64]) -> Vec<f64> {
+    fn window_weights(&self, offsets: &[f64]) -> Vec<f64> {
         match *self {
-            Self::Gaussian { sigma } => {
-                offsets.iter().map(|t| (-0.5 * (t / sigma).powi(2)).exp()).collect()
-            }
+            Self::Gaussian { sigma } => offsets.iter().map(|t| (-0.5 * (t / sigma).powi(2)).exp()).collect(),
             _ => vec![1.0; offsets.len()],
         }
     }
@@ -127,11 +125,11 @@ mod tests {
 
     use super::*;
 
-    const FILTERS: [Filter; 4] = [
-        Filter::None,
-        Filter::SavitzkyGolay { window: 0.31, order: 3 },
-        Filter::MovingAverage { window: 0.2 },
-        Filter::Gaussian { sigma: 0.05 },
+    const FILTERS: [ZeroPhaseFilter; 4] = [
+        ZeroPhaseFilter::None,
+        ZeroPhaseFilter::SavitzkyGolay { window: 0.31, order: 3 },
+        ZeroPhaseFilter::MovingAverage { window: 0.2 },
+        ZeroPhaseFilter::Gaussian { sigma: 0.05 },
     ];
 
     /// Time stamps at 100 Hz, jittered by up to `jitter` of a step.
@@ -146,7 +144,7 @@ mod tests {
 
     #[test]
     fn window_in_seconds_is_an_odd_number_of_samples() {
-        let filter = Filter::default();
+        let filter = ZeroPhaseFilter::default();
         assert_eq!(filter.half_width(&stamps(200, 0.0), 3), 15);
         assert_eq!(filter.half_width(&stamps(20, 0.0), 3), 9, "no more than there is");
         let coarse: Vec<f64> = (0..50).map(|i| 0.5 * f64::from(i)).collect();
@@ -155,7 +153,7 @@ mod tests {
 
     #[test]
     fn known_weights() {
-        let five = Filter::SavitzkyGolay { window: 0.05, order: 2 };
+        let five = ZeroPhaseFilter::SavitzkyGolay { window: 0.05, order: 2 };
         let response = five.smooth(&stamps(11, 0.0), &impulse(11, 5));
         // Savitzky and Golay's table for five points, second degree: −3 12 17 12 −3, over 35.
         for (found, expected) in response[3..8].iter().zip([-3.0, 12.0, 17.0, 12.0, -3.0]) {
@@ -185,7 +183,7 @@ mod tests {
     fn mean_of_even_samples_is_the_moving_average() {
         let (time, n) = (stamps(60, 0.0), 60);
         let value: Vec<f64> = (0..n).map(|i| ((i * 37) % 17) as f64).collect();
-        let smooth = Filter::MovingAverage { window: 0.11 }.smooth(&time, &value);
+        let smooth = ZeroPhaseFilter::MovingAverage { window: 0.11 }.smooth(&time, &value);
         for i in 0..n {
             let reach = 5.min(i).min(n - 1 - i);
             let mean = value[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64;
@@ -199,8 +197,8 @@ mod tests {
         let time: Vec<f64> = (0..2400).map(|i| f64::from(i) / 800.0).collect();
         let omega = std::f64::consts::TAU;
         let sine: Vec<f64> = time.iter().map(|t| (omega * t).sin()).collect();
-        let filter = Filter::SavitzkyGolay { window: 0.625, order: 5 };
-        let (smooth, slope) = (filter.smooth(&time, &sine), filter.slope(&time, &sine));
+        let filter = ZeroPhaseFilter::SavitzkyGolay { window: 0.625, order: 5 };
+        let (smooth, slope) = (filter.smooth(&time, &sine), filter.derivative(&time, &sine));
         for i in 300..2100 {
             assert_relative_eq!(smooth[i], sine[i], epsilon = 2e-3);
             assert_relative_eq!(slope[i], omega * (omega * time[i]).cos(), epsilon = 0.1);
@@ -213,14 +211,14 @@ mod tests {
             order in 1usize..6, a in prop::array::uniform6(-3.0..3.0f64), jitter in 0.0..0.8f64,
         ) {
             let time = stamps(120, jitter);
-            let filter = Filter::SavitzkyGolay { window: 0.31, order };
+            let filter = ZeroPhaseFilter::SavitzkyGolay { window: 0.31, order };
             let x = |t: f64| (t - 150.5) / 0.6;
             let value: Vec<f64> = time.iter()
                 .map(|&t| (0..=order).map(|k| a[k] * x(t).powi(k as i32)).sum()).collect();
             let rate: Vec<f64> = time.iter()
                 .map(|&t| (1..=order).map(|k| a[k] * k as f64 * x(t).powi(k as i32 - 1) / 0.6).sum())
                 .collect();
-            let (smooth, slope) = (filter.smooth(&time, &value), filter.slope(&time, &value));
+            let (smooth, slope) = (filter.smooth(&time, &value), filter.derivative(&time, &value));
             for i in 0..120 {
                 assert_relative_eq!(smooth[i], value[i], epsilon = 1e-8);
                 assert_relative_eq!(slope[i], rate[i], epsilon = 1e-5);
@@ -232,7 +230,7 @@ mod tests {
             let time = stamps(90, jitter);
             let line: Vec<f64> = time.iter().map(|t| level + rate * (t - 150.0)).collect();
             for filter in FILTERS {
-                let (smooth, slope) = (filter.smooth(&time, &line), filter.slope(&time, &line));
+                let (smooth, slope) = (filter.smooth(&time, &line), filter.derivative(&time, &line));
                 for i in 0..90 {
                     assert_relative_eq!(smooth[i], line[i], epsilon = 1e-8);
                     assert_relative_eq!(slope[i], rate, epsilon = 1e-6);

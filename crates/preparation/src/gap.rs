@@ -29,12 +29,8 @@ mod tests {
             assert!((longest_step(&log(step)) / step - 3.5).abs() < 1e-9, "{step}");
         }
         // Every 20th row lost.
-        let lossy: Vec<f64> = log(0.01)
-            .into_iter()
-            .enumerate()
-            .filter(|(k, _)| k % 20 != 7)
-            .map(|(_, t)| t)
-            .collect();
+        let lossy: Vec<f64> =
+            log(0.01).into_iter().enumerate().filter(|(k, _)| k % 20 != 7).map(|(_, t)| t).collect();
         assert!(longest_step(&lossy) > 0.02);
         assert_eq!((longest_step(&[]), longest_step(&[1.0])), (0.0, 0.0));
     }

@@ -8,10 +8,7 @@
 //! corrected: l_f F_yf − l_r F_yr + M_LSD = I_zz r' gives F_yf = (l_r m a_y + I_zz r' − M_LSD) / l. Its F_x,cog (eq. 8)
 //! holds the part of the front's lateral force that points backwards, too, which is not shared like a braking force.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod car;
 mod check;
@@ -41,26 +38,26 @@ mod systematic_error;
 #[cfg(test)]
 mod tests;
 
-pub use car::{AxleRow, BrakeShare, Car, ShareRule};
+pub use car::{AxleSample, BrakeShare, Car, ShareRule};
 pub use drive::{Drive, DriveError, SHORTEST};
 pub use drive_log::{DriveLog, SIGNALS, Signal};
 pub use error::Error;
-pub use filter::Filter;
+pub use filter::ZeroPhaseFilter;
 pub use gap::longest_step;
 pub use mask::RowCounts;
-pub use noise::NoiseOf;
-pub use offset::{Offset, OffsetSource, Offsets};
-pub use outlier::Outliers;
-pub use pipeline::{Axle, PreparationReport, Prepared};
-pub use points::{Counts, Points, Series};
-pub use resample::{Interpolation, Resampler, mean_or_linear};
+pub use noise::ConstantNoiseQuantity;
+pub use offset::{OffsetSettings, OffsetSource, SensorOffset};
+pub use outlier::OutlierRejection;
+pub use pipeline::{AxleCurvePoints, PreparationReport, PreparedRecording};
+pub use points::{CurvePointCounts, CurvePoints, PointTimeSeries};
+pub use resample::{Interpolation, Resampler, local_mean_or_interpolation};
 pub use robust::difference_noise;
-pub use row::{Row, SignalFilters};
-pub use settings::Pipeline;
-pub use shift::{Shift, Shifts};
+pub use row::{MotionSample, SignalFilters};
+pub use settings::PreparationPipeline;
+pub use shift::{CurveShift, ShiftEstimation};
 pub use slip_resampling::SlipResampling;
-pub use span::Span;
-pub use stage::{Column, Stage};
+pub use span::TimeInterval;
+pub use stage::{PreparationStage, StageColumn};
 pub use systematic_error::{
     ColumnKey, ESTIMATED, ErrorDescription, ErrorKind, START_RELAXATION_LENGTH, SystematicError,
     SystematicErrors,

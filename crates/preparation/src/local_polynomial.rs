@@ -5,7 +5,12 @@
 ///
 /// By orthogonal polynomials on the offsets (Forsythe, "Generation and use of orthogonal polynomials for data-fitting
 /// with a digital computer", 1957). The degree is lowered where the offsets cannot tell the wanted one.
-pub fn projection(offsets: &[f64], weights: &[f64], degree: usize, derivative: usize) -> Vec<f64> {
+pub fn local_polynomial_weights(
+    offsets: &[f64],
+    weights: &[f64],
+    degree: usize,
+    derivative: usize,
+) -> Vec<f64> {
     let reach = offsets.iter().fold(0.0f64, |most, t| most.max(t.abs()));
     let scale = if reach > 0.0 { reach } else { 1.0 };
     let x: Vec<f64> = offsets.iter().map(|t| t / scale).collect();
@@ -39,14 +44,14 @@ pub fn projection(offsets: &[f64], weights: &[f64], degree: usize, derivative: u
 
 /// Remembers the weights of the last window: with even time stamps they serve for the next one as well.
 #[derive(Default)]
-pub struct Window {
+pub struct WindowWeightCache {
     offsets: Vec<f64>,
     weights: Vec<f64>,
 }
 
-impl Window {
+impl WindowWeightCache {
     /// Weights for a window of time stamps around `centre` [s].
-    pub fn weights(
+    pub fn cached_weights(
         &mut self,
         time: &[f64],
         centre: f64,

@@ -6,8 +6,10 @@ use serde::Serialize;
 
 use crate::drive_log::Signal;
 use crate::gap::longest_step;
-use crate::row::Signals;
-use crate::span::{Span, covered, intersect, runs, subtract};
+use crate::row::SignalMap;
+use crate::span::{
+    TimeInterval, gap_free_intervals, intersect_intervals, intervals_where, subtract_intervals,
+};
 
 /// Sensors whose signals come together: a row is a repetition if all of them repeat, as a resting quantised signal may
 /// do alone.
@@ -17,40 +19,37 @@ pub const SENSORS: [&[&str]; 2] = [&["a_x", "a_y", "a_z", "r"], &["v_x", "v_y"]]
 const ROWS: f64 = 5.0;
 
 /// Rows that repeat the values of the row before in all signals of a sensor, which have the same time stamps.
-pub fn held(sensor: &[&Signal]) -> Vec<bool> {
+pub fn repeated_rows(sensor: &[&Signal]) -> Vec<bool> {
     let rows = sensor.first().map_or(0, |s| s.time.len());
     let repeats = |i: usize| i > 0 && sensor.iter().all(|s| s.value[i] == s.value[i - 1]);
     (0..rows).map(repeats).collect()
 }
 
 /// Takes the repeated rows out of the signals of each sensor, and says how many each signal lost.
-pub fn drop_held(signals: &mut Signals) -> BTreeMap<&'static str, usize> {
+pub fn drop_repeated_rows(signals: &mut SignalMap) -> BTreeMap<&'static str, usize> {
     let mut dropped = BTreeMap::new();
     for sensor in SENSORS {
         let present: Vec<_> = sensor.iter().copied().filter(|&n| signals.contains_key(n)).collect();
         for name in &present {
-            let together: Vec<_> = present
-                .iter()
-                .map(|n| &signals[n])
-                .filter(|s| s.time == signals[name].time)
-                .collect();
-            let held = held(&together);
+            let together: Vec<_> =
+                present.iter().map(|n| &signals[n]).filter(|s| s.time == signals[name].time).collect();
+            let held = repeated_rows(&together);
             dropped.insert(*name, held);
         }
     }
     let mut counts = BTreeMap::new();
     for (name, held) in dropped {
         let Some(signal) = signals.get_mut(name) else { continue };
-        *signal = signal.pick((0..held.len()).filter(|row| !held[*row]));
+        *signal = signal.select_rows((0..held.len()).filter(|row| !held[*row]));
         counts.insert(name, held.iter().filter(|h| **h).count());
     }
     counts
 }
 
 /// Stretches from the last row of a gear until `seconds` after the first row of the next one.
-pub fn gear_shifts(gear: &Signal, seconds: f64) -> Vec<Span> {
+pub fn gear_shifts(gear: &Signal, seconds: f64) -> Vec<TimeInterval> {
     let changes = (1..gear.value.len()).filter(|&i| gear.value[i] != gear.value[i - 1]);
-    changes.map(|i| Span { start: gear.time[i - 1], end: gear.time[i] + seconds }).collect()
+    changes.map(|i| TimeInterval { start: gear.time[i - 1], end: gear.time[i] + seconds }).collect()
 }
 
 /// Why rows of `v_x` are not used, each counted once, by the first cause that applies; and what is used.
@@ -74,7 +73,7 @@ pub struct RowCounts {
 
 /// What to cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct ExclusionLimits {
     /// Slowest speed [m/s].
     pub min_speed: f64,
     /// How long a gear shift disturbs [s].
@@ -87,26 +86,30 @@ pub struct Limits {
 
 /// Stretches in which all signals are there and nothing is to be cut, the count of gear shifts, and what was lost; `held`
 /// is how many rows of `v_x` are gone already.
-pub fn stretches(signals: &Signals, held: usize, limits: &Limits) -> (Vec<Span>, usize, RowCounts) {
+pub fn usable_stretches(
+    signals: &SignalMap,
+    held: usize,
+    limits: &ExclusionLimits,
+) -> (Vec<TimeInterval>, usize, RowCounts) {
     let v_x = &signals["v_x"];
     let needed = signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
     let gap = |time: &[f64]| limits.gap.unwrap_or_else(|| longest_step(time));
     let needed: Vec<_> = needed.map(|time| (time, gap(time))).collect();
     let there = needed
         .iter()
-        .map(|(time, gap)| covered(time, *gap))
-        .reduce(|a, b| intersect(&a, &b))
+        .map(|(time, gap)| gap_free_intervals(time, *gap))
+        .reduce(|a, b| intersect_intervals(&a, &b))
         .unwrap_or_default();
-    let slow = runs(&v_x.time, |i| v_x.value[i] < limits.min_speed);
+    let slow = intervals_where(&v_x.time, |i| v_x.value[i] < limits.min_speed);
     let shifts = signals.get("gear").map(|g| gear_shifts(g, limits.gear_shift)).unwrap_or_default();
-    let mut spans = subtract(&subtract(&there, &slow), &shifts);
+    let mut spans = subtract_intervals(&subtract_intervals(&there, &slow), &shifts);
     let shortest = needed.iter().map(|(_, gap)| ROWS * gap).fold(limits.shortest, f64::max);
-    let long = |s: &Span| s.seconds() >= shortest;
+    let long = |s: &TimeInterval| s.duration() >= shortest;
     spans.retain(long);
 
     let mut lost = RowCounts { rows: v_x.time.len() + held, held, ..RowCounts::default() };
-    let within = |list: &[Span], t: f64| {
-        list.get(list.partition_point(|s| s.end < t)).is_some_and(|s| s.holds(t))
+    let within = |list: &[TimeInterval], t: f64| {
+        list.get(list.partition_point(|s| s.end < t)).is_some_and(|s| s.contains(t))
     };
     for &t in &*v_x.time {
         let cause = if within(&slow, t) {
@@ -141,7 +144,7 @@ mod tests {
             ("r", signal(&[5.0, 5.0, 6.0, 6.0, 6.0])),
             ("delta", signal(&[0.0, 0.0, 0.0, 0.0, 0.0])),
         ]);
-        let counts = drop_held(&mut signals);
+        let counts = drop_repeated_rows(&mut signals);
         assert_eq!(counts, BTreeMap::from([("a_y", 2), ("r", 2)]));
         assert_eq!(signals["a_y"].value[..], [1.0, 1.0, 2.0]);
         assert_eq!(signals["r"].value[..], [5.0, 6.0, 6.0]);
@@ -153,7 +156,7 @@ mod tests {
         let mut r = signal(&[5.0, 6.0, 6.0]);
         r.time = vec![0.05, 0.15, 0.25].into();
         let mut signals = BTreeMap::from([("a_y", signal(&[1.0, 1.0, 2.0])), ("r", r)]);
-        drop_held(&mut signals);
+        drop_repeated_rows(&mut signals);
         assert_eq!(signals["r"].time[..], [0.05, 0.15]);
     }
 
@@ -172,17 +175,14 @@ mod tests {
             a_y.time.to_mut().drain(205..220);
             a_y.value.to_mut().drain(205..220);
         }
-        let limits = Limits { min_speed: 10.0, gear_shift: 0.25, gap: Some(0.15), shortest: 1.0 };
-        let (spans, shifts, lost) = stretches(&signals, 7, &limits);
+        let limits = ExclusionLimits { min_speed: 10.0, gear_shift: 0.25, gap: Some(0.15), shortest: 1.0 };
+        let (spans, shifts, lost) = usable_stretches(&signals, 7, &limits);
         assert_eq!((spans.len(), shifts), (3, 1));
         // Around the shift 99, the last row of second gear, to 102; between the gaps 220 to 224.
         assert_eq!((lost.rows, lost.held, lost.slow, lost.gear_shift), (407, 7, 50, 4));
-        let used: usize = spans.iter().map(|s| s.rows(&signals["v_x"].time).len()).sum();
+        let used: usize = spans.iter().map(|s| s.row_range(&signals["v_x"].time).len()).sum();
         assert_eq!(used, lost.used);
-        assert_eq!(
-            lost.held + lost.slow + lost.gear_shift + lost.gap + lost.short + lost.used,
-            lost.rows
-        );
+        assert_eq!(lost.held + lost.slow + lost.gear_shift + lost.gap + lost.short + lost.used, lost.rows);
         assert!(lost.gap == 35 && lost.short == 5, "{lost:?}");
     }
 }

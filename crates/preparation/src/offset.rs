@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::car::Car;
-use crate::robust::{line, median, spread};
-use crate::row::Row;
+use crate::robust::{fit_robust_line, median, robust_std};
+use crate::row::MotionSample;
 
 /// Offsets of the sensors. Those without a value are estimated from straight driving.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Offsets {
+pub struct OffsetSettings {
     /// Offset of the yaw rate [rad/s].
     pub r: Option<f64>,
     /// Offset of the longitudinal acceleration [m/s²].
@@ -27,17 +27,9 @@ pub struct Offsets {
     pub enough: f64,
 }
 
-impl Default for Offsets {
+impl Default for OffsetSettings {
     fn default() -> Self {
-        Self {
-            r: None,
-            a_x: None,
-            a_y: None,
-            sideslip: None,
-            straight: 0.03,
-            steady: 0.5,
-            enough: 2.0,
-        }
+        Self { r: None, a_x: None, a_y: None, sideslip: None, straight: 0.03, steady: 0.5, enough: 2.0 }
     }
 }
 
@@ -55,7 +47,7 @@ pub enum OffsetSource {
 
 /// An offset that was taken off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Offset {
+pub struct SensorOffset {
     /// Its name in [`Offsets`].
     pub name: &'static str,
     /// Its unit.
@@ -71,16 +63,15 @@ pub struct Offset {
 }
 
 /// Values of r, a_x, a_y and sideslip, in this order.
-const NAMES: [(&str, &str); 4] =
-    [("r", "rad/s"), ("a_x", "m/s²"), ("a_y", "m/s²"), ("sideslip", "rad")];
+const NAMES: [(&str, &str); 4] = [("r", "rad/s"), ("a_x", "m/s²"), ("a_y", "m/s²"), ("sideslip", "rad")];
 
 /// Takes the offsets, in the order of [`estimate`], off a row.
-pub fn correct(row: &Row, [r, a_x, a_y, sideslip]: [f64; 4]) -> Row {
+pub fn subtract_offsets(row: &MotionSample, [r, a_x, a_y, sideslip]: [f64; 4]) -> MotionSample {
     let (sin, cos) = sideslip.sin_cos();
     let turn = |x: f64, y: f64| (x * cos + y * sin, y * cos - x * sin);
     let (v_x, v_y) = turn(row.v_x, row.v_y);
     let (v_x_dot, v_y_dot) = turn(row.v_x_dot, row.v_y_dot);
-    Row { v_x, v_y, v_x_dot, v_y_dot, r: row.r - r, a_x: row.a_x - a_x, a_y: row.a_y - a_y, ..*row }
+    MotionSample { v_x, v_y, v_x_dot, v_y_dot, r: row.r - r, a_x: row.a_x - a_x, a_y: row.a_y - a_y, ..*row }
 }
 
 /// Offsets of r, a_x, a_y and of the sideslip angle, in this order.
@@ -94,22 +85,22 @@ pub fn correct(row: &Row, [r, a_x, a_y, sideslip]: [f64; 4]) -> Row {
 /// and intercept. Real straights fall to one side, and fast ones are not slow ones: on the track of
 /// `scenarios/replay_250lm.toml` that slope says 0.007 rad/s, where the turn of two whole laps says −0.0007 rad/s and
 /// the median −0.0005 rad/s. Hence the median; what the road falls goes into the offset of a_y.
-pub fn estimate(rows: &[Row], car: &Car, settings: &Offsets) -> [Offset; 4] {
+pub fn estimate_offsets(rows: &[MotionSample], car: &Car, settings: &OffsetSettings) -> [SensorOffset; 4] {
     let given = [settings.r, settings.a_x, settings.a_y, settings.sideslip];
     let mut value = given.map(|g| g.unwrap_or(0.0));
     let mut scatter = [None; 4];
     let mut samples = 0;
     let mut enough = false;
     for _ in 0..10 {
-        let straight = straight(rows, value[0], settings);
+        let straight = straight_driving_rows(rows, value[0], settings);
         samples = straight.len();
-        enough = seconds(&straight) >= settings.enough;
+        enough = total_duration(&straight) >= settings.enough;
         if !enough {
             break;
         }
         for i in 0..4 {
-            let now: Vec<Row> = straight.iter().map(|row| correct(row, value)).collect();
-            if let (None, Some((error, std))) = (given[i], remaining(i, &now, car)) {
+            let now: Vec<MotionSample> = straight.iter().map(|row| subtract_offsets(row, value)).collect();
+            if let (None, Some((error, std))) = (given[i], remaining_offset(i, &now, car)) {
                 value[i] += error;
                 scatter[i] = Some(std);
             }
@@ -125,13 +116,13 @@ pub fn estimate(rows: &[Row], car: &Car, settings: &Offsets) -> [Offset; 4] {
         // Rounds that ended early leave nothing half done.
         let estimated = source != OffsetSource::TooFewStraightSamples;
         let value = if estimated { value[i] } else { 0.0 };
-        Offset { name, unit, value, source, samples, spread: scatter[i].filter(|_| estimated) }
+        SensorOffset { name, unit, value, source, samples, spread: scatter[i].filter(|_| estimated) }
     })
 }
 
 /// What is left of offset `i` in corrected rows, and the spread of single samples.
-fn remaining(i: usize, rows: &[Row], car: &Car) -> Option<(f64, f64)> {
-    let rear = |row: &Row| (row.v_y - car.body.l_r * row.r).atan2(row.v_x);
+fn remaining_offset(i: usize, rows: &[MotionSample], car: &Car) -> Option<(f64, f64)> {
+    let rear = |row: &MotionSample| (row.v_y - car.body.l_r * row.r).atan2(row.v_x);
     let errors: Vec<f64> = match i {
         0 => rows.iter().map(|row| row.r).collect(),
         1 => rows.iter().map(|row| row.a_x - (row.v_x_dot - row.v_y * row.r)).collect(),
@@ -139,28 +130,26 @@ fn remaining(i: usize, rows: &[Row], car: &Car) -> Option<(f64, f64)> {
         _ => {
             let a_y: Vec<f64> = rows.iter().map(|row| row.a_y).collect();
             let slip: Vec<f64> = rows.iter().map(rear).collect();
-            let slope = line(&a_y, &slip).map_or(0.0, |[_, slope]| slope);
+            let slope = fit_robust_line(&a_y, &slip).map_or(0.0, |[_, slope]| slope);
             slip.iter().zip(&a_y).map(|(s, a)| s - slope * a).collect()
         }
     };
     let centre = median(&mut errors.clone())?;
-    Some((centre, spread(&errors, centre)?))
+    Some((centre, robust_std(&errors, centre)?))
 }
 
 /// Rows of stretches in which the yaw rate stays small for long enough.
-fn straight(rows: &[Row], r: f64, settings: &Offsets) -> Vec<Row> {
-    let is_straight = |row: &Row| (row.r - r).abs() <= settings.straight;
+fn straight_driving_rows(rows: &[MotionSample], r: f64, settings: &OffsetSettings) -> Vec<MotionSample> {
+    let is_straight = |row: &MotionSample| (row.r - r).abs() <= settings.straight;
     rows.chunk_by(|a, b| a.stretch == b.stretch && is_straight(a) == is_straight(b))
-        .filter(|run| {
-            is_straight(&run[0]) && run[run.len() - 1].time - run[0].time >= settings.steady
-        })
+        .filter(|run| is_straight(&run[0]) && run[run.len() - 1].time - run[0].time >= settings.steady)
         .flatten()
         .copied()
         .collect()
 }
 
 /// Time that neighbouring rows cover [s].
-fn seconds(rows: &[Row]) -> f64 {
+fn total_duration(rows: &[MotionSample]) -> f64 {
     let steps: Vec<f64> = rows.windows(2).map(|w| w[1].time - w[0].time).collect();
     median(&mut steps.clone()).map_or(0.0, |step| step * rows.len() as f64)
 }
@@ -172,7 +161,7 @@ mod tests {
     use super::*;
 
     /// A car at varying speed that goes straight, with some wander, but for corners of `share` of the time.
-    fn drive(share: f64) -> Vec<Row> {
+    fn drive(share: f64) -> Vec<MotionSample> {
         let row = |i: usize| {
             let time = 0.01 * i as f64;
             let corner = (time % 10.0) / 10.0 < share;
@@ -183,25 +172,23 @@ mod tests {
             let a_y = v_x * r;
             let v_y = 1.6 * r - v_x * a_y / (14.0 * 9.81);
             let a_x = v_x_dot - v_y * r;
-            Row { time, v_x, v_y, v_x_dot, r, a_x, a_y, a_z: 9.81, ..Row::default() }
+            MotionSample { time, v_x, v_y, v_x_dot, r, a_x, a_y, a_z: 9.81, ..MotionSample::default() }
         };
         (0..6000).map(row).collect()
     }
 
     const TRUE: [f64; 4] = [-0.004, -0.11, 0.16, 0.0035];
 
-    fn disturbed(row: &Row) -> Row {
-        let clean = correct(row, [0.0, 0.0, 0.0, -TRUE[3]]);
-        Row { r: row.r + TRUE[0], a_x: row.a_x + TRUE[1], a_y: row.a_y + TRUE[2], ..clean }
+    fn disturbed(row: &MotionSample) -> MotionSample {
+        let clean = subtract_offsets(row, [0.0, 0.0, 0.0, -TRUE[3]]);
+        MotionSample { r: row.r + TRUE[0], a_x: row.a_x + TRUE[1], a_y: row.a_y + TRUE[2], ..clean }
     }
 
     #[test]
     fn found_from_straights() {
-        let rows: Vec<Row> = drive(0.4).iter().map(disturbed).collect();
-        let found = estimate(&rows, &Car::default(), &Offsets::default());
-        for (offset, (expected, close)) in
-            found.iter().zip(TRUE.iter().zip([3e-4, 0.01, 0.03, 3e-4]))
-        {
+        let rows: Vec<MotionSample> = drive(0.4).iter().map(disturbed).collect();
+        let found = estimate_offsets(&rows, &Car::default(), &OffsetSettings::default());
+        for (offset, (expected, close)) in found.iter().zip(TRUE.iter().zip([3e-4, 0.01, 0.03, 3e-4])) {
             assert_eq!(offset.source, OffsetSource::Estimated);
             assert!(offset.samples > 2000, "{offset:?}");
             assert_relative_eq!(offset.value, *expected, epsilon = close);
@@ -210,9 +197,9 @@ mod tests {
 
     #[test]
     fn given_ones_are_taken() {
-        let rows: Vec<Row> = drive(0.4).iter().map(disturbed).collect();
-        let settings = Offsets { a_y: Some(0.5), r: Some(-0.004), ..Offsets::default() };
-        let found = estimate(&rows, &Car::default(), &settings);
+        let rows: Vec<MotionSample> = drive(0.4).iter().map(disturbed).collect();
+        let settings = OffsetSettings { a_y: Some(0.5), r: Some(-0.004), ..OffsetSettings::default() };
+        let found = estimate_offsets(&rows, &Car::default(), &settings);
         assert_eq!((found[2].value, found[2].source), (0.5, OffsetSource::Given));
         assert_eq!(found[0].value, -0.004);
         assert_relative_eq!(found[1].value, TRUE[1], epsilon = 0.01);
@@ -221,7 +208,7 @@ mod tests {
     #[test]
     fn too_few_straight_samples_are_said() {
         let rows = drive(1.0);
-        for offset in estimate(&rows, &Car::default(), &Offsets::default()) {
+        for offset in estimate_offsets(&rows, &Car::default(), &OffsetSettings::default()) {
             assert_eq!((offset.value, offset.source), (0.0, OffsetSource::TooFewStraightSamples));
             assert_eq!((offset.samples, offset.spread), (0, None));
         }
@@ -230,7 +217,7 @@ mod tests {
     #[test]
     fn correction_is_what_takes_the_disturbance_off() {
         for row in drive(0.4).iter().step_by(97) {
-            let found = correct(&disturbed(row), TRUE);
+            let found = subtract_offsets(&disturbed(row), TRUE);
             assert_relative_eq!(found.v_x, row.v_x, epsilon = 1e-12);
             assert_relative_eq!(found.v_y, row.v_y, epsilon = 1e-12);
             assert_relative_eq!(found.a_y, row.a_y, epsilon = 1e-12);

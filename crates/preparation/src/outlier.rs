@@ -5,14 +5,14 @@ use std::ops::Range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::local_polynomial::projection;
-use crate::robust::{bisquare, spread};
-use crate::samples::Samples;
+use crate::local_polynomial::local_polynomial_weights;
+use crate::robust::{bisquare_weight, robust_std};
+use crate::samples::CurveSamples;
 
 /// Rejection of outliers by the force at similar slips.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Outliers {
+pub struct OutlierRejection {
     /// Rejects outliers.
     pub reject: bool,
     /// Number of neighbours in slip that predict the force of a point.
@@ -23,7 +23,7 @@ pub struct Outliers {
     pub floor: f64,
 }
 
-impl Default for Outliers {
+impl Default for OutlierRejection {
     fn default() -> Self {
         Self { reject: true, neighbours: 101, threshold: 5.0, floor: 0.02 }
     }
@@ -32,14 +32,14 @@ impl Default for Outliers {
 /// Rounds of weights by the residuals of the round before.
 const ROUNDS: usize = 4;
 
-impl Outliers {
+impl OutlierRejection {
     /// Which points to keep, in their order.
     ///
     /// The force that belongs to a slip is a local parabola through the neighbours, weighted by distance and, against
     /// outliers, by residual (Cleveland, "Robust Locally Weighted Regression and Smoothing Scatterplots", 1979). Only
     /// the residual is judged: slip decides who the neighbours are and nothing else, and where neighbours are far they
     /// differ more and a point may as well. Fewer than 10 points are all kept.
-    pub fn keep(&self, samples: &Samples) -> Vec<bool> {
+    pub fn inlier_mask(&self, samples: &CurveSamples) -> Vec<bool> {
         let n = samples.len();
         let mut keep = vec![true; n];
         if !self.reject || n < 10 {
@@ -50,12 +50,12 @@ impl Outliers {
         let slip: Vec<f64> = order.iter().map(|&i| samples.slip[i]).collect();
         let force: Vec<f64> = order.iter().map(|&i| samples.force[i]).collect();
 
-        let windows = nearest(&slip, self.neighbours);
-        let close = nearest(&slip, self.neighbours.div_ceil(4));
-        let residual = residuals(&slip, &force, &windows);
+        let windows = nearest_slip_windows(&slip, self.neighbours);
+        let close = nearest_slip_windows(&slip, self.neighbours.div_ceil(4));
+        let residual = local_fit_residuals(&slip, &force, &windows);
         for (rank, &i) in order.iter().enumerate() {
             let scales =
-                [&windows, &close].map(|w| spread(&residual[w[rank].clone()], 0.0).unwrap_or(0.0));
+                [&windows, &close].map(|w| robust_std(&residual[w[rank].clone()], 0.0).unwrap_or(0.0));
             let scale = scales[0].max(scales[1]);
             keep[i] = residual[rank].abs() <= (self.threshold * scale).max(self.floor);
         }
@@ -64,23 +64,23 @@ impl Outliers {
 }
 
 /// Residuals of points that are sorted by slip, each with its window of neighbours.
-fn residuals(slip: &[f64], force: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
+fn local_fit_residuals(slip: &[f64], force: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
     let mut trust = vec![1.0; slip.len()];
     let mut residual = vec![0.0; slip.len()];
     for _ in 0..ROUNDS {
         residual = (0..slip.len())
-            .map(|i| force[i] - belonging(slip, force, &trust, i, &windows[i]))
+            .map(|i| force[i] - local_parabola_value(slip, force, &trust, i, &windows[i]))
             .collect();
         for (rank, trust) in trust.iter_mut().enumerate() {
-            let scale = spread(&residual[windows[rank].clone()], 0.0).unwrap_or(0.0);
-            *trust = if scale > 0.0 { bisquare(residual[rank] / scale) } else { 1.0 };
+            let scale = robust_std(&residual[windows[rank].clone()], 0.0).unwrap_or(0.0);
+            *trust = if scale > 0.0 { bisquare_weight(residual[rank] / scale) } else { 1.0 };
         }
     }
     residual
 }
 
 /// The force that belongs to the slip of a point.
-fn belonging(slip: &[f64], force: &[f64], trust: &[f64], i: usize, window: &Range<usize>) -> f64 {
+fn local_parabola_value(slip: &[f64], force: &[f64], trust: &[f64], i: usize, window: &Range<usize>) -> f64 {
     let offsets: Vec<f64> = slip[window.clone()].iter().map(|s| s - slip[i]).collect();
     let reach = offsets.iter().fold(0.0f64, |most, t| most.max(t.abs())).max(f64::MIN_POSITIVE);
     let tricube = |t: f64| (1.0 - (0.999 * t.abs() / reach).powi(3)).powi(3);
@@ -89,12 +89,12 @@ fn belonging(slip: &[f64], force: &[f64], trust: &[f64], i: usize, window: &Rang
     if weights.iter().sum::<f64>() <= 0.0 {
         return force[i];
     }
-    let h = projection(&offsets, &weights, 2, 0);
+    let h = local_polynomial_weights(&offsets, &weights, 2, 0);
     h.iter().zip(&force[window.clone()]).map(|(h, f)| h * f).sum()
 }
 
 /// For each of the points, sorted by slip, the ranks of the `count` points nearest in slip, itself included.
-fn nearest(slip: &[f64], count: usize) -> Vec<Range<usize>> {
+fn nearest_slip_windows(slip: &[f64], count: usize) -> Vec<Range<usize>> {
     let count = count.clamp(1, slip.len());
     let mut first = 0;
     let window = |i: usize| {
@@ -107,14 +107,9 @@ fn nearest(slip: &[f64], count: usize) -> Vec<Range<usize>> {
 }
 
 /// The samples to keep, unchanged and in their order.
-pub fn filtered(samples: &Samples, keep: &[bool]) -> Samples {
-    let kept =
-        |values: &[f64]| values.iter().zip(keep).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
-    Samples {
-        slip: kept(&samples.slip),
-        force: kept(&samples.force),
-        weight: kept(&samples.weight),
-    }
+pub fn select_samples(samples: &CurveSamples, keep: &[bool]) -> CurveSamples {
+    let kept = |values: &[f64]| values.iter().zip(keep).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
+    CurveSamples { slip: kept(&samples.slip), force: kept(&samples.force), weight: kept(&samples.weight) }
 }
 
 #[cfg(test)]
@@ -128,7 +123,7 @@ mod tests {
 
     /// Points of the demo tire, dense up to a third of the reach and ever sparser beyond, as driving has them; noise
     /// grows with slip.
-    fn driven(seed: u64, n: usize, reach: f64) -> Samples {
+    fn driven(seed: u64, n: usize, reach: f64) -> CurveSamples {
         let mut random = Pcg64::seed_from_u64(seed);
         let normal = Normal::new(0.0, 1.0).expect("one is a standard deviation");
         let tire = MagicFormula::default();
@@ -136,17 +131,17 @@ mod tests {
             let u: f64 = random.random_range(-1.0..1.0);
             let slip = reach * u.powi(5);
             let noise = 0.02 + 0.3 * slip.abs();
-            (slip, tire.coefficient(slip) + noise * normal.sample(&mut random))
+            (slip, tire.friction_coefficient(slip) + noise * normal.sample(&mut random))
         };
         let (slip, force) = (0..n).map(point).unzip();
-        Samples::new(slip, force)
+        CurveSamples::new(slip, force)
     }
 
     #[test]
     fn high_slip_is_never_cut() {
         for seed in 0..5 {
             let samples = driven(seed, 3000, 0.3);
-            let keep = Outliers::default().keep(&samples);
+            let keep = OutlierRejection::default().inlier_mask(&samples);
             let high = |i: &usize| samples.slip[*i].abs() > 0.1;
             let cut = (0..samples.len()).filter(high).filter(|&i| !keep[i]).count();
             assert_eq!(cut, 0, "seed {seed}");
@@ -162,7 +157,7 @@ mod tests {
         for &i in &wrong {
             samples.force[i] += if i % 2 == 0 { 0.8 } else { -0.8 };
         }
-        let keep = Outliers::default().keep(&samples);
+        let keep = OutlierRejection::default().inlier_mask(&samples);
         let missed = wrong.iter().filter(|&&i| keep[i]).count();
         assert!(missed <= wrong.len() / 20, "{missed} of {} remain", wrong.len());
         let good = (0..samples.len()).filter(|i| !keep[*i] && i % 25 != 0).count();
@@ -173,12 +168,16 @@ mod tests {
     fn others_are_unchanged_and_nothing_is_cut_without_noise() {
         let samples = driven(3, 500, 0.3);
         let keep: Vec<bool> = (0..500).map(|i| i % 3 != 0).collect();
-        let left = filtered(&samples, &keep);
-        let expected: Vec<f64> =
-            (0..500).filter(|i| i % 3 != 0).map(|i| samples.force[i]).collect();
+        let left = select_samples(&samples, &keep);
+        let expected: Vec<f64> = (0..500).filter(|i| i % 3 != 0).map(|i| samples.force[i]).collect();
         assert_eq!(left.force, expected);
         let tire = MagicFormula::default();
-        let clean: Vec<f64> = samples.slip.iter().map(|s| tire.coefficient(*s)).collect();
-        assert!(Outliers::default().keep(&Samples::new(samples.slip, clean)).iter().all(|k| *k));
+        let clean: Vec<f64> = samples.slip.iter().map(|s| tire.friction_coefficient(*s)).collect();
+        assert!(
+            OutlierRejection::default()
+                .inlier_mask(&CurveSamples::new(samples.slip, clean))
+                .iter()
+                .all(|k| *k)
+        );
     }
 }

@@ -27,12 +27,7 @@ pub struct Resampler {
 
 impl Resampler {
     /// Values at rising instants [s]; the time stamps [s] rise strictly. NaN outside of the stamps and within a gap.
-    pub fn resample(
-        &self,
-        time: &[f64],
-        value: &[f64],
-        instants: impl IntoIterator<Item = f64>,
-    ) -> Vec<f64> {
+    pub fn resample(&self, time: &[f64], value: &[f64], instants: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut i = 0;
         let at = |t: f64| {
             while i + 1 < time.len() && time[i + 1] <= t {
@@ -49,7 +44,7 @@ impl Resampler {
                     }
                 }
                 Some(after) if after - before <= self.longest_step => {
-                    self.interpolation.between(time, value, i, t)
+                    self.interpolation.interpolate_segment(time, value, i, t)
                 }
                 None if t <= before + self.tolerance => value[i],
                 _ => f64::NAN,
@@ -61,7 +56,7 @@ impl Resampler {
 
 /// The mean of the samples within half a step [s] of an instant where there are more than two, else the value on the line between the
 /// neighbours, that at the end beyond the ends. At least two samples.
-pub fn mean_or_linear(time: &[f64], value: &[f64], instant: f64, step: f64) -> f64 {
+pub fn local_mean_or_interpolation(time: &[f64], value: &[f64], instant: f64, step: f64) -> f64 {
     let from = time.partition_point(|it| *it < instant - 0.5 * step);
     let to = time.partition_point(|it| *it < instant + 0.5 * step);
     if to > from + 2 {
@@ -77,12 +72,11 @@ impl Interpolation {
     ///
     /// An instant outside of the stamps has no value: NaN.
     pub fn resample(self, time: &[f64], value: &[f64], at: &[f64]) -> Vec<f64> {
-        let resampler =
-            Resampler { interpolation: self, longest_step: f64::INFINITY, tolerance: 0.0 };
+        let resampler = Resampler { interpolation: self, longest_step: f64::INFINITY, tolerance: 0.0 };
         resampler.resample(time, value, at.iter().copied())
     }
 
-    fn between(self, time: &[f64], value: &[f64], i: usize, t: f64) -> f64 {
+    fn interpolate_segment(self, time: &[f64], value: &[f64], i: usize, t: f64) -> f64 {
         let h = time[i + 1] - time[i];
         let s = (t - time[i]) / h;
         let rise = value[i + 1] - value[i];
@@ -91,7 +85,7 @@ impl Interpolation {
             Self::Linear => straight,
             // The cubic with these slopes differs from the chord by what they differ from it.
             Self::Hermite => {
-                let [a, b] = [i, i + 1].map(|k| h * slope(time, value, k) - rise);
+                let [a, b] = [i, i + 1].map(|k| h * parabola_slope(time, value, k) - rise);
                 straight + s * (1.0 - s) * ((1.0 - s) * a - s * b)
             }
         }
@@ -99,7 +93,7 @@ impl Interpolation {
 }
 
 /// Slope at a sample of the parabola through it and its neighbours; at the ends of the first or last three samples.
-fn slope(time: &[f64], value: &[f64], i: usize) -> f64 {
+fn parabola_slope(time: &[f64], value: &[f64], i: usize) -> f64 {
     let n = time.len();
     let secant = |k: usize| (value[k + 1] - value[k]) / (time[k + 1] - time[k]);
     if n == 2 {
@@ -121,8 +115,7 @@ mod tests {
     #[test]
     fn nothing_beyond_the_ends() {
         for kind in [Interpolation::Linear, Interpolation::Hermite] {
-            let found =
-                kind.resample(&[1.0, 2.0, 4.0], &[1.0, 3.0, 2.0], &[0.9, 1.0, 2.0, 4.0, 4.1]);
+            let found = kind.resample(&[1.0, 2.0, 4.0], &[1.0, 3.0, 2.0], &[0.9, 1.0, 2.0, 4.0, 4.1]);
             assert!(found[0].is_nan() && found[4].is_nan());
             assert_eq!(found[1..4], [1.0, 3.0, 2.0]);
             assert!(kind.resample(&[], &[], &[1.0])[0].is_nan());
@@ -144,9 +137,9 @@ mod tests {
     fn a_fast_signal_is_averaged_over_a_step() {
         let time: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
         let value: Vec<f64> = (0..100).map(f64::from).collect();
-        assert_relative_eq!(mean_or_linear(&time, &value, 0.5, 0.1), 49.5, epsilon = 0.51);
-        assert_relative_eq!(mean_or_linear(&time, &value, 0.505, 0.01), 50.5, epsilon = 1e-9);
-        assert_eq!(mean_or_linear(&time, &value, 7.0, 0.01), 99.0);
+        assert_relative_eq!(local_mean_or_interpolation(&time, &value, 0.5, 0.1), 49.5, epsilon = 0.51);
+        assert_relative_eq!(local_mean_or_interpolation(&time, &value, 0.505, 0.01), 50.5, epsilon = 1e-9);
+        assert_eq!(local_mean_or_interpolation(&time, &value, 7.0, 0.01), 99.0);
     }
 
     proptest! {

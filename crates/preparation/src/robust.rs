@@ -18,7 +18,7 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// Standard deviation of the bulk about `centre`: the median absolute deviation, scaled.
-pub fn spread(values: &[f64], centre: f64) -> Option<f64> {
+pub fn robust_std(values: &[f64], centre: f64) -> Option<f64> {
     let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
     median(&mut deviations).map(|d| d * MAD_TO_STD)
 }
@@ -38,23 +38,23 @@ pub fn difference_noise(column: &[f64]) -> f64 {
 
 /// Line y = intercept + slope x with Tukey's weights, from least squares on: `[intercept, slope]`. `None` with fewer
 /// than two different x.
-pub fn line(x: &[f64], y: &[f64]) -> Option<[f64; 2]> {
+pub fn fit_robust_line(x: &[f64], y: &[f64]) -> Option<[f64; 2]> {
     let mut weight = vec![1.0; x.len()];
     let mut best = weighted_line(x, y, &weight)?;
     for _ in 0..20 {
         let residual: Vec<f64> = x.iter().zip(y).map(|(x, y)| y - best[0] - best[1] * x).collect();
-        let scale = spread(&residual, 0.0)?;
+        let scale = robust_std(&residual, 0.0)?;
         if scale <= 0.0 {
             break;
         }
-        weight = residual.iter().map(|r| bisquare(r / scale)).collect();
+        weight = residual.iter().map(|r| bisquare_weight(r / scale)).collect();
         best = weighted_line(x, y, &weight)?;
     }
     Some(best)
 }
 
 /// Tukey's weight of a residual in standard deviations: 1 at zero, 0 from 4.685 on.
-pub fn bisquare(residual: f64) -> f64 {
+pub fn bisquare_weight(residual: f64) -> f64 {
     let u = residual / 4.685;
     if u.abs() < 1.0 { (1.0 - u * u).powi(2) } else { 0.0 }
 }
@@ -79,20 +79,18 @@ mod tests {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 30.0]), Some(3.0));
         assert_eq!(median(&mut []), None);
-        assert_relative_eq!(spread(&[1.0, 2.0, 3.0, 4.0, 100.0], 3.0).unwrap_or(0.0), MAD_TO_STD);
+        assert_relative_eq!(robust_std(&[1.0, 2.0, 3.0, 4.0, 100.0], 3.0).unwrap_or(0.0), MAD_TO_STD);
     }
 
     #[test]
     fn line_ignores_a_fifth_of_outliers() {
         let x: Vec<f64> = (0..100).map(f64::from).collect();
         let noise = |x: f64| 0.1 * (x * 12.9898).sin();
-        let y: Vec<f64> = x
-            .iter()
-            .map(|&x| if x % 5.0 == 0.0 { 300.0 } else { 2.0 - 0.5 * x + noise(x) })
-            .collect();
-        let [intercept, slope] = line(&x, &y).expect("x differ");
+        let y: Vec<f64> =
+            x.iter().map(|&x| if x % 5.0 == 0.0 { 300.0 } else { 2.0 - 0.5 * x + noise(x) }).collect();
+        let [intercept, slope] = fit_robust_line(&x, &y).expect("x differ");
         assert_relative_eq!(intercept, 2.0, epsilon = 0.05);
         assert_relative_eq!(slope, -0.5, epsilon = 1e-3);
-        assert_eq!(line(&[1.0, 1.0], &[0.0, 1.0]), None);
+        assert_eq!(fit_robust_line(&[1.0, 1.0], &[0.0, 1.0]), None);
     }
 }

@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 use vehicle::G;
 
 use crate::drive_log::Signal;
-use crate::filter::Filter;
+use crate::filter::ZeroPhaseFilter;
 use crate::resample::Interpolation;
-use crate::span::Span;
+use crate::span::TimeInterval;
 
 /// The car's motion at one instant. ISO 8855 axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct MotionSample {
     /// Time [s].
     pub time: f64,
     /// Number of the stretch that it is in.
@@ -47,20 +47,20 @@ pub struct Row {
 #[serde(default, deny_unknown_fields)]
 pub struct SignalFilters {
     /// Filter of the velocities.
-    pub velocity: Filter,
+    pub velocity: ZeroPhaseFilter,
     /// Filter of the accelerations.
-    pub acceleration: Filter,
+    pub acceleration: ZeroPhaseFilter,
     /// Filter of the yaw rate; the yaw acceleration is the slope of the same polynomials.
-    pub yaw_rate: Filter,
+    pub yaw_rate: ZeroPhaseFilter,
     /// Filter of the steering angle.
-    pub steering: Filter,
+    pub steering: ZeroPhaseFilter,
     /// Filter of the wheel speeds.
-    pub wheels: Filter,
+    pub wheels: ZeroPhaseFilter,
 }
 
 impl SignalFilters {
     /// All of them, by their names in the configuration.
-    pub fn filters(&self) -> [(&'static str, Filter); 5] {
+    pub fn named_filters(&self) -> [(&'static str, ZeroPhaseFilter); 5] {
         [
             ("smooth.velocity", self.velocity),
             ("smooth.acceleration", self.acceleration),
@@ -70,7 +70,7 @@ impl SignalFilters {
         ]
     }
 
-    fn of(&self, name: &str) -> Filter {
+    fn filter_for_signal(&self, name: &str) -> ZeroPhaseFilter {
         match name {
             "v_x" | "v_y" => self.velocity,
             "a_x" | "a_y" | "a_z" => self.acceleration,
@@ -85,32 +85,32 @@ impl SignalFilters {
 const DERIVATIVES: [(&str, &str); 3] = [("v_x", "v_x_dot"), ("v_y", "v_y_dot"), ("r", "r_dot")];
 
 /// Signals, with what is computed from them, by name.
-pub type Signals<'a> = BTreeMap<&'static str, Signal<'a>>;
+pub type SignalMap<'a> = BTreeMap<&'static str, Signal<'a>>;
 
 /// The part of each signal that is in a stretch, but for the gear.
-pub fn cut<'a>(signals: &'a Signals, stretch: &Span) -> Signals<'a> {
+pub fn cut_to_stretch<'a>(signals: &'a SignalMap, stretch: &TimeInterval) -> SignalMap<'a> {
     let part = |s: &'a Signal| {
-        let rows = stretch.rows(&s.time);
+        let rows = stretch.row_range(&s.time);
         Signal::new(&s.time[rows.clone()], &s.value[rows])
     };
     signals.iter().filter(|(n, _)| **n != "gear").map(|(n, s)| (*n, part(s))).collect()
 }
 
 /// Smoothed signals of one stretch and their derivatives, at the signals' own time stamps.
-pub fn smooth<'a>(signals: &Signals<'a>, smoothing: &SignalFilters) -> Signals<'a> {
-    let mut smoothed = Signals::new();
+pub fn smooth_signals<'a>(signals: &SignalMap<'a>, smoothing: &SignalFilters) -> SignalMap<'a> {
+    let mut smoothed = SignalMap::new();
     for (&name, Signal { time, value }) in signals {
-        let filter = smoothing.of(name);
+        let filter = smoothing.filter_for_signal(name);
         smoothed.insert(name, Signal::new(time.clone(), filter.smooth(time, value)));
         if let Some((_, rate)) = DERIVATIVES.iter().find(|d| d.0 == name) {
-            smoothed.insert(rate, Signal::new(time.clone(), filter.slope(time, value)));
+            smoothed.insert(rate, Signal::new(time.clone(), filter.derivative(time, value)));
         }
     }
     smoothed
 }
 
 /// The instants `origin` + k / `rate` that all signals of a stretch reach [s].
-pub fn instants(signals: &Signals, origin: f64, rate: f64) -> Vec<f64> {
+pub fn common_instants(signals: &SignalMap, origin: f64, rate: f64) -> Vec<f64> {
     let ends = signals.values().filter_map(|s| Some((*s.time.first()?, *s.time.last()?)));
     let Some((start, end)) = ends.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))) else {
         return vec![];
@@ -123,18 +123,22 @@ pub fn instants(signals: &Signals, origin: f64, rate: f64) -> Vec<f64> {
 }
 
 /// The signals of one stretch at common instants.
-pub fn resample<'a>(signals: &Signals, at: &'a [f64], interpolation: Interpolation) -> Signals<'a> {
+pub fn resample_signals<'a>(
+    signals: &SignalMap,
+    at: &'a [f64],
+    interpolation: Interpolation,
+) -> SignalMap<'a> {
     let bring = |s: &Signal| Signal::new(at, interpolation.resample(&s.time, &s.value, at));
     signals.iter().map(|(name, s)| (*name, bring(s))).collect()
 }
 
 /// Rows of one stretch from signals at the common instants `at`.
-pub fn rows(signals: &Signals, at: &[f64], stretch: usize) -> Vec<Row> {
+pub fn motion_samples(signals: &SignalMap, at: &[f64], stretch: usize) -> Vec<MotionSample> {
     let value = |name: &str, i: usize| signals.get(name).map(|s| s.value[i]);
     let row = |(i, &time): (usize, &f64)| {
         let of = |name| value(name, i).unwrap_or(0.0);
         let pair = |left, right| Some([value(left, i)?, value(right, i)?]);
-        Row {
+        MotionSample {
             time,
             stretch,
             v_x: of("v_x"),

@@ -2,7 +2,7 @@
 
 /// Points of a tire curve. All columns are of the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples {
+pub struct CurveSamples {
     /// Slip angle [rad] or slip ratio [-].
     pub slip: Vec<f64>,
     /// Force over axle load F / F_z [-].
@@ -11,7 +11,7 @@ pub struct Samples {
     pub weight: Vec<f64>,
 }
 
-impl Samples {
+impl CurveSamples {
     /// Points of equal weight.
     pub fn new(slip: Vec<f64>, force: Vec<f64>) -> Self {
         debug_assert_eq!(slip.len(), force.len());
@@ -27,7 +27,7 @@ impl Samples {
     }
 
     /// The points of some rows, in their order.
-    pub fn pick(&self, rows: &[usize]) -> Self {
+    pub fn select_rows(&self, rows: &[usize]) -> Self {
         let of = |column: &[f64]| rows.iter().map(|&row| column[row]).collect();
         Self { slip: of(&self.slip), force: of(&self.force), weight: of(&self.weight) }
     }
@@ -69,10 +69,10 @@ mod tests {
     #[test]
     fn some_rows_cover_the_slips_evenly() {
         let slip: Vec<f64> = (0..1000).rev().map(f64::from).collect();
-        let samples = Samples::new(slip.clone(), slip);
-        let some = samples.pick(&samples.rows_by_slip(4));
+        let samples = CurveSamples::new(slip.clone(), slip);
+        let some = samples.select_rows(&samples.rows_by_slip(4));
         assert_eq!((some.slip, some.weight), (vec![0.0, 250.0, 500.0, 750.0], vec![1.0; 4]));
         assert_eq!(samples.rows_by_slip(5000).len(), 1000);
-        assert!(Samples::default().rows_by_slip(5).is_empty());
+        assert!(CurveSamples::default().rows_by_slip(5).is_empty());
     }
 }

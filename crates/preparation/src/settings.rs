@@ -4,18 +4,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::car::Car;
-use crate::noise::NoiseOf;
-use crate::offset::Offsets;
-use crate::outlier::Outliers;
+use crate::noise::ConstantNoiseQuantity;
+use crate::offset::OffsetSettings;
+use crate::outlier::OutlierRejection;
 use crate::resample::Interpolation;
 use crate::row::SignalFilters;
-use crate::shift::Shifts;
+use crate::shift::ShiftEstimation;
 use crate::slip_resampling::SlipResampling;
 
 /// Steps from signals to points of tire curves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Pipeline {
+pub struct PreparationPipeline {
     /// The car.
     #[serde(skip)]
     pub car: Car,
@@ -37,18 +37,18 @@ pub struct Pipeline {
     /// Interpolation to the common instants.
     pub interpolation: Interpolation,
     /// Constant errors of the sensors, known or estimated.
-    pub offsets: Offsets,
+    pub offsets: OffsetSettings,
     /// Rejection of outliers.
-    pub outliers: Outliers,
+    pub outliers: OutlierRejection,
     /// Quantity with the same noise at all loads.
-    pub noise: NoiseOf,
+    pub noise: ConstantNoiseQuantity,
     /// Estimation of the shifts S_h and S_v.
-    pub shifts: Shifts,
+    pub shifts: ShiftEstimation,
     /// Evens out the density of points over slip.
     pub slip_resampling: SlipResampling,
 }
 
-impl Default for Pipeline {
+impl Default for PreparationPipeline {
     fn default() -> Self {
         Self {
             car: Car::default(),
@@ -60,10 +60,10 @@ impl Default for Pipeline {
             gear_shift: 0.2,
             smooth: SignalFilters::default(),
             interpolation: Interpolation::default(),
-            offsets: Offsets::default(),
-            outliers: Outliers::default(),
-            noise: NoiseOf::default(),
-            shifts: Shifts::default(),
+            offsets: OffsetSettings::default(),
+            outliers: OutlierRejection::default(),
+            noise: ConstantNoiseQuantity::default(),
+            shifts: ShiftEstimation::default(),
             slip_resampling: SlipResampling::default(),
         }
     }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::outlier::filtered;
-use crate::samples::Samples;
+use crate::outlier::select_samples;
+use crate::samples::CurveSamples;
 
 /// Keeps the many points of easy driving from outweighing the few at the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -32,27 +32,27 @@ impl Default for SlipResampling {
 
 impl SlipResampling {
     /// The points to fit, in the order that they came in: a subset, or all with other weights.
-    pub fn apply(self, samples: &Samples) -> Samples {
-        let weight = self.weights(samples);
+    pub fn resample_points(self, samples: &CurveSamples) -> CurveSamples {
+        let weight = self.point_weights(samples);
         let keep: Vec<bool> = weight.iter().map(|w| *w > 0.0).collect();
-        filtered(&Samples { weight, ..samples.clone() }, &keep)
+        select_samples(&CurveSamples { weight, ..samples.clone() }, &keep)
     }
 
     /// Weights of the points, zero for those that are left out.
-    pub fn weights(self, samples: &Samples) -> Vec<f64> {
+    pub fn point_weights(self, samples: &CurveSamples) -> Vec<f64> {
         match (self, samples.slip_range()) {
             (Self::Nearest { count }, Some(range)) if range[1] > range[0] => {
-                nearest(samples, range, count)
+                nearest_point_weights(samples, range, count)
             }
             (Self::Weighted { count }, Some(range)) if range[1] > range[0] => {
-                weighted(samples, range, count)
+                density_weights(samples, range, count)
             }
             _ => samples.weight.clone(),
         }
     }
 }
 
-fn nearest(samples: &Samples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
+fn nearest_point_weights(samples: &CurveSamples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
     let mut order: Vec<usize> = (0..samples.len()).collect();
     order.sort_by(|&a, &b| samples.slip[a].total_cmp(&samples.slip[b]));
     let slip = |rank: usize| samples.slip[order[rank]];
@@ -62,9 +62,7 @@ fn nearest(samples: &Samples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
         let share = if count > 1 { k as f64 / (count - 1) as f64 } else { 0.5 };
         // From both ends, so that the first and the last slip are met exactly.
         let wanted = low * (1.0 - share) + high * share;
-        while rank + 1 < order.len()
-            && (slip(rank + 1) - wanted).abs() <= (slip(rank) - wanted).abs()
-        {
+        while rank + 1 < order.len() && (slip(rank + 1) - wanted).abs() <= (slip(rank) - wanted).abs() {
             rank += 1;
         }
         weight[order[rank]] = samples.weight[order[rank]];
@@ -72,7 +70,7 @@ fn nearest(samples: &Samples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
     weight
 }
 
-fn weighted(samples: &Samples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
+fn density_weights(samples: &CurveSamples, [low, high]: [f64; 2], count: usize) -> Vec<f64> {
     let part = |slip: f64| (((slip - low) / (high - low) * count as f64) as usize).min(count - 1);
     let mut inside = vec![0.0; count];
     for &slip in &samples.slip {
@@ -89,17 +87,17 @@ mod tests {
     use super::*;
 
     /// Distinct slips, dense around zero.
-    fn dense(n: usize) -> Samples {
+    fn dense(n: usize) -> CurveSamples {
         let slip: Vec<f64> =
             (0..n).map(|i| (2.0 * ((i * 617) % n) as f64 / (n - 1) as f64 - 1.0).powi(3)).collect();
         let force = slip.iter().map(|s| s.sin()).collect();
-        Samples::new(slip, force)
+        CurveSamples::new(slip, force)
     }
 
     #[test]
     fn no_point_twice_and_both_ends_in() {
         let all = dense(2001);
-        let even = SlipResampling::Nearest { count: 1000 }.apply(&all);
+        let even = SlipResampling::Nearest { count: 1000 }.resample_points(&all);
         let mut slips = even.slip.clone();
         slips.sort_by(f64::total_cmp);
         assert!(slips.windows(2).all(|w| w[0] < w[1]));
@@ -115,7 +113,7 @@ mod tests {
     #[test]
     fn parts_weigh_alike() {
         let all = dense(2001);
-        let even = SlipResampling::Weighted { count: 40 }.apply(&all);
+        let even = SlipResampling::Weighted { count: 40 }.resample_points(&all);
         assert_eq!((&even.slip, &even.force), (&all.slip, &all.force));
         assert_relative_eq!(even.weight.iter().sum::<f64>(), 40.0, max_relative = 1e-12);
         assert!(even.weight.iter().all(|w| *w <= 1.0));
@@ -123,12 +121,10 @@ mod tests {
 
     #[test]
     fn little_is_left_as_it_is() {
-        let one = Samples::new(vec![0.1; 3], vec![1.0; 3]);
-        for even in
-            [SlipResampling::Off, SlipResampling::default(), SlipResampling::Weighted { count: 10 }]
-        {
-            assert_eq!(even.apply(&one), one);
-            assert_eq!(even.apply(&Samples::default()), Samples::default());
+        let one = CurveSamples::new(vec![0.1; 3], vec![1.0; 3]);
+        for even in [SlipResampling::Off, SlipResampling::default(), SlipResampling::Weighted { count: 10 }] {
+            assert_eq!(even.resample_points(&one), one);
+            assert_eq!(even.resample_points(&CurveSamples::default()), CurveSamples::default());
         }
     }
 
@@ -138,7 +134,7 @@ mod tests {
             slip in prop::collection::vec(-0.3..0.3f64, 2..200), count in 1usize..100,
         ) {
             let force: Vec<f64> = (0..slip.len()).map(|i| i as f64).collect();
-            let even = SlipResampling::Nearest { count }.apply(&Samples::new(slip.clone(), force));
+            let even = SlipResampling::Nearest { count }.resample_points(&CurveSamples::new(slip.clone(), force));
             prop_assert!(even.len() <= count.min(slip.len()));
             prop_assert!(even.force.windows(2).all(|w| w[0] < w[1]));
             for (s, f) in even.slip.iter().zip(&even.force) {
@@ -149,7 +145,7 @@ mod tests {
         #[test]
         fn mirrored_points_give_the_mirrored_selection(slip in prop::collection::vec(-0.3..0.3f64, 2..60)) {
             let mirror: Vec<f64> = slip.iter().map(|s| -s).collect();
-            let apply = |s: &[f64]| SlipResampling::Nearest { count: 37 }.apply(&Samples::new(s.to_vec(), s.to_vec()));
+            let apply = |s: &[f64]| SlipResampling::Nearest { count: 37 }.resample_points(&CurveSamples::new(s.to_vec(), s.to_vec()));
             let found: Vec<f64> = apply(&mirror).slip.iter().map(|s| -s).collect();
             prop_assert_eq!(apply(&slip).slip, found);
         }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::car::AxleRow;
+use crate::car::AxleSample;
 use crate::drive_log::Signal;
-use crate::row::{Row, Signals};
-use crate::span::Span;
+use crate::row::{MotionSample, SignalMap};
+use crate::span::TimeInterval;
 
 /// Values over time that went into or came out of a step.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct StageColumn {
     /// Name of the signal.
     pub name: String,
     /// Unit.
@@ -22,20 +22,20 @@ pub struct Column {
 
 /// A step of the preparation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stage {
+pub struct PreparationStage {
     /// What was done.
     pub name: String,
     /// What went in.
-    pub inputs: Vec<Column>,
+    pub inputs: Vec<StageColumn>,
     /// What came out, which may have other time stamps.
-    pub outputs: Vec<Column>,
+    pub outputs: Vec<StageColumn>,
 }
 
 /// A column of rows: name, unit, and what it shows of a row.
-pub type View<R> = (&'static str, &'static str, fn(&R) -> f64);
+pub type ColumnAccessor<R> = (&'static str, &'static str, fn(&R) -> f64);
 
 /// Unit of a signal or a derivative by its name.
-fn unit(name: &str) -> &'static str {
+fn signal_unit(name: &str) -> &'static str {
     match name {
         "v_x" | "v_y" => "m/s",
         "a_x" | "a_y" | "a_z" | "v_x_dot" | "v_y_dot" => "m/s²",
@@ -47,10 +47,10 @@ fn unit(name: &str) -> &'static str {
 }
 
 /// Signals as columns.
-pub fn signals(signals: &Signals) -> Vec<Column> {
-    let column = |(name, signal): (&&'static str, &Signal)| Column {
+pub fn signal_columns(signals: &SignalMap) -> Vec<StageColumn> {
+    let column = |(name, signal): (&&'static str, &Signal)| StageColumn {
         name: name.to_string(),
-        unit: unit(name),
+        unit: signal_unit(name),
         time: signal.time[..].into(),
         values: signal.value.to_vec(),
     };
@@ -58,8 +58,8 @@ pub fn signals(signals: &Signals) -> Vec<Column> {
 }
 
 /// Rows as columns over the same stamps.
-pub fn rows<R>(time: &Arc<[f64]>, rows: &[R], views: &[View<R>]) -> Vec<Column> {
-    let column = |(name, unit, of): &View<R>| Column {
+pub fn row_columns<R>(time: &Arc<[f64]>, rows: &[R], views: &[ColumnAccessor<R>]) -> Vec<StageColumn> {
+    let column = |(name, unit, of): &ColumnAccessor<R>| StageColumn {
         name: name.to_string(),
         unit,
         time: time.clone(),
@@ -69,7 +69,7 @@ pub fn rows<R>(time: &Arc<[f64]>, rows: &[R], views: &[View<R>]) -> Vec<Column> 
 }
 
 /// The signals of the car at common instants.
-pub const MOTION: [View<Row>; 7] = [
+pub const MOTION: [ColumnAccessor<MotionSample>; 7] = [
     ("v_x", "m/s", |row| row.v_x),
     ("v_y", "m/s", |row| row.v_y),
     ("a_x", "m/s²", |row| row.a_x),
@@ -80,7 +80,7 @@ pub const MOTION: [View<Row>; 7] = [
 ];
 
 /// What the axles do.
-pub const AXLES: [View<AxleRow>; 8] = [
+pub const AXLES: [ColumnAccessor<AxleSample>; 8] = [
     ("F_zf", "N", |row| row.F_z[0]),
     ("F_zr", "N", |row| row.F_z[1]),
     ("F_xf", "N", |row| row.force.F_x[0]),
@@ -92,13 +92,13 @@ pub const AXLES: [View<AxleRow>; 8] = [
 ];
 
 /// Slip ratios of the front and the rear axle, where they are known.
-pub const SLIP_RATIOS: [View<AxleRow>; 2] = [
+pub const SLIP_RATIOS: [ColumnAccessor<AxleSample>; 2] = [
     ("kappa_f", "-", |row| row.kappa[0].unwrap_or(f64::NAN)),
     ("kappa_r", "-", |row| row.kappa[1].unwrap_or(f64::NAN)),
 ];
 
 /// The rows of a signal that are in one of the stretches, which rise.
-pub fn within(signals: &Signals, stretches: &[Span]) -> Signals<'static> {
-    let part = |signal: &Signal| signal.pick(stretches.iter().flat_map(|s| s.rows(&signal.time)));
+pub fn restrict_to_stretches(signals: &SignalMap, stretches: &[TimeInterval]) -> SignalMap<'static> {
+    let part = |signal: &Signal| signal.select_rows(stretches.iter().flat_map(|s| s.row_range(&signal.time)));
     signals.iter().map(|(name, signal)| (*name, part(signal))).collect()
 }

@@ -5,11 +5,11 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
 use crate::drive::Drive;
 use crate::resample::Interpolation;
@@ -118,10 +118,10 @@ const MILLISECONDS: (f64, &str) = (1000.0, "ms");
 
 use ErrorKind::{CarParameter, Delay, Gain, Lever, MountingAngle, Offset, RelaxationLength};
 use SystematicError::{
-    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationOffset, CentreOfGravity,
-    ForceDelay, ForceGain, Height, Inertia, Mass, RelaxationFront, RelaxationRear, SideslipDelay,
-    SideslipGain, SideslipLever, SideslipOffset, SpeedGain, SteeringDelay, SteeringGain,
-    SteeringOffset, YawRateDelay, YawRateGain, YawRateOffset,
+    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationOffset, CentreOfGravity, ForceDelay,
+    ForceGain, Height, Inertia, Mass, RelaxationFront, RelaxationRear, SideslipDelay, SideslipGain,
+    SideslipLever, SideslipOffset, SpeedGain, SteeringDelay, SteeringGain, SteeringOffset, YawRateDelay,
+    YawRateGain, YawRateOffset,
 };
 
 /// All errors, in the order of their values.
@@ -168,8 +168,7 @@ impl SystematicError {
     pub const CAR: [Self; 5] = [ForceGain, Mass, CentreOfGravity, Inertia, Height];
 
     /// Delays of channels; one of all of them at once would not be seen.
-    pub const DELAYS: [Self; 5] =
-        [SteeringDelay, SideslipDelay, YawRateDelay, AccelerationDelay, ForceDelay];
+    pub const DELAYS: [Self; 5] = [SteeringDelay, SideslipDelay, YawRateDelay, AccelerationDelay, ForceDelay];
 
     /// What tires do that curves do not tell.
     pub const TIRES: [Self; 2] = [RelaxationFront, RelaxationRear];
@@ -181,7 +180,7 @@ impl SystematicError {
 
     /// The key of the channel's column that takes an error of this size out, with the error `gain` of the scale of that channel. `None`
     /// where no column can.
-    pub fn column_key(self, value: f64, gain: f64) -> Option<ColumnKey> {
+    pub fn correction_key(self, value: f64, gain: f64) -> Option<ColumnKey> {
         match self.describe().kind {
             Delay => Some(ColumnKey::Delay(value)),
             Gain if self == ForceGain => Some(ColumnKey::Gain(1.0 + value)),
@@ -211,7 +210,7 @@ impl fmt::Display for ColumnKey {
             Self::Offset(value) => ("offset", value),
             Self::Delay(value) => ("delay", value),
         };
-        write!(f, "{key} = {}", significant(value, 4))
+        write!(f, "{key} = {}", format_significant(value, 4))
     }
 }
 
@@ -274,26 +273,26 @@ impl<T> std::ops::IndexMut<SystematicError> for SystematicErrors<T> {
 
 impl SystematicErrors {
     /// Moves relaxation lengths to where their fit starts.
-    pub fn start_relaxation(&mut self) {
+    pub fn set_initial_relaxation(&mut self) {
         SystematicError::TIRES.iter().for_each(|error| self[*error] = START_RELAXATION_LENGTH);
     }
 
     /// The true car behind that of a configuration.
-    pub fn true_car(&self, car: &Vehicle) -> Vehicle {
-        let vehicle::Body { m, I_zz, l_f, l_r, h } = car.body;
+    pub fn corrected_car(&self, car: &SingleTrackCar) -> SingleTrackCar {
+        let vehicle::VehicleBody { m, I_zz, l_f, l_r, h } = car.body;
         let ahead = self[CentreOfGravity];
-        let body = vehicle::Body {
+        let body = vehicle::VehicleBody {
             m: m * (1.0 + self[Mass]),
             I_zz: I_zz * (1.0 + self[Inertia]),
             l_f: l_f - ahead,
             l_r: l_r + ahead,
             h: h + self[Height],
         };
-        Vehicle { body, ..*car }
+        SingleTrackCar { body, ..*car }
     }
 
     /// A drive with its true inputs.
-    pub fn true_inputs(&self, drive: &Drive) -> Drive {
+    pub fn corrected_inputs(&self, drive: &Drive) -> Drive {
         let (start, end) = (drive.t[0], drive.t[drive.len() - 1]);
         let moved = |column: &[f64], delay: f64| {
             let late = drive.t.iter().map(|t| (t + delay).clamp(start, end));
@@ -331,7 +330,7 @@ mod tests {
     #[test]
     fn a_key_takes_the_error_out() {
         let line = |error: SystematicError, value| {
-            error.column_key(value, 0.0).map(|key| key.to_string()).unwrap_or_default()
+            error.correction_key(value, 0.0).map(|key| key.to_string()).unwrap_or_default()
         };
         assert_eq!(line(YawRateDelay, 0.012), "delay = 0.01200");
         assert_eq!(line(SteeringGain, 0.25), "gain = 0.8000");

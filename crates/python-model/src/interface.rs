@@ -1,17 +1,17 @@
 //! Defines the interface of a packed script: its variables, capabilities and interpreter.
 
-use fmu_export::{Categories, VariableValue};
+use fmu_export::{LogCategories, VariableValue};
 use serde::{Deserialize, Serialize};
 
 /// The log category of what a script prints.
 pub(crate) const PRINTED: &str = "logPython";
 
 /// The log categories of all such FMUs.
-pub(crate) const CATEGORIES: Categories = &[(PRINTED, "What the Python script prints")];
+pub(crate) const CATEGORIES: LogCategories = &[(PRINTED, "What the Python script prints")];
 
 /// What the library knows. A variable's place in the list is its value reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Interface {
+pub struct ScriptFmuInterface {
     /// Name of the FMU.
     pub name: String,
     /// Identity of the archive.
@@ -40,7 +40,7 @@ pub struct ScriptVariable {
     /// Its name.
     pub name: String,
     /// Who determines it.
-    pub role: Role,
+    pub role: ScriptVariableRole,
     /// Its value at the beginning.
     pub start: VariableValue,
     /// Smallest legal value.
@@ -52,7 +52,7 @@ pub struct ScriptVariable {
 /// Who determines a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum ScriptVariableRole {
     /// The importer, at each communication point.
     Input,
     /// The importer, before the run.
@@ -63,24 +63,24 @@ pub enum Role {
     Output,
 }
 
-impl Interface {
+impl ScriptFmuInterface {
     /// The variables whose values the script gets in each step.
-    pub(crate) fn inputs(&self) -> Vec<usize> {
-        self.with(|role| role == Role::Input)
+    pub(crate) fn step_input_indices(&self) -> Vec<usize> {
+        self.indices_by_role(|role| role == ScriptVariableRole::Input)
     }
 
     /// The variables that the script gets from outside.
-    pub(crate) fn external(&self) -> Vec<usize> {
-        self.with(|role| role != Role::Output)
+    pub(crate) fn external_input_indices(&self) -> Vec<usize> {
+        self.indices_by_role(|role| role != ScriptVariableRole::Output)
     }
 
     /// The variables that the script determines.
-    pub(crate) fn outputs(&self) -> Vec<usize> {
-        self.with(|role| role == Role::Output)
+    pub(crate) fn output_indices(&self) -> Vec<usize> {
+        self.indices_by_role(|role| role == ScriptVariableRole::Output)
     }
 
     /// Reals, integers, Booleans, texts: the order in which both sides write them.
-    fn with(&self, wanted: impl Fn(Role) -> bool) -> Vec<usize> {
+    fn indices_by_role(&self, wanted: impl Fn(ScriptVariableRole) -> bool) -> Vec<usize> {
         let all = || 0..self.variables.len();
         let chosen = all().filter(|place| wanted(self.variables[*place].role));
         let mut chosen: Vec<_> = chosen.collect();

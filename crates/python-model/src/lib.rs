@@ -9,8 +9,8 @@ mod script;
 mod script_instance;
 mod value_codec;
 
-pub use interface::{Interface, Role, ScriptVariable};
-pub use script::{PackedScript, describe};
+pub use interface::{ScriptFmuInterface, ScriptVariable, ScriptVariableRole};
+pub use script::{PackedScript, describe_script};
 pub use script_instance::ScriptInstance;
 
 /// The interface in the folder of resources.

@@ -3,13 +3,15 @@
 use std::path::Path;
 use std::time::Duration;
 
-use fmu_export::description::{self, Capabilities, Table};
-use fmu_export::{Causality, Dependencies, Info, Initial, Kind, Row, Variability, VariableValue};
-use python::{Interpreter, MODEL_SERVER_PATH, Process, PythonException, ScriptError};
+use fmu_export::description::{self, DescriptionTable, FmuCapabilities};
+use fmu_export::{
+    Causality, Info, Initial, OutputDependencies, Variability, VariableKind, VariableRow, VariableValue,
+};
+use python::{MODEL_SERVER_PATH, PythonException, PythonInterpreter, PythonProcess, ScriptError};
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::interface::{CATEGORIES, Interface, Role, ScriptVariable};
+use crate::interface::{CATEGORIES, ScriptFmuInterface, ScriptVariable, ScriptVariableRole};
 
 /// The word for the process of an instance.
 pub(crate) const SERVE: &str = "serve";
@@ -32,12 +34,12 @@ struct ScriptDescription {
     direct: bool,
     python: [String; 2],
     unsaved: Option<String>,
-    variables: Vec<Variable>,
+    variables: Vec<DescribedScriptVariable>,
 }
 
 /// A variable, in the words of `fmu.py`.
 #[derive(Debug, Deserialize)]
-struct Variable {
+struct DescribedScriptVariable {
     name: String,
     causality: ScriptCausality,
     kind: ScriptType,
@@ -76,9 +78,9 @@ enum ScriptType {
 /// A script, as its FMU is described.
 pub struct PackedScript {
     /// What the library has to know, without the identity.
-    pub interface: Interface,
+    pub interface: ScriptFmuInterface,
     /// The description.
-    pub table: Table,
+    pub table: DescriptionTable,
     /// Why the state cannot be copied, if it cannot.
     pub unsaved: Option<String>,
     /// The version of Python.
@@ -91,8 +93,8 @@ pub struct PackedScript {
 ///
 /// # Errors
 /// With the exception, when the script does not load; when it says what FMI does not allow.
-pub fn describe(
-    interpreter: &Interpreter,
+pub fn describe_script(
+    interpreter: &PythonInterpreter,
     folder: &Path,
     script: &str,
     class: Option<&str>,
@@ -101,12 +103,10 @@ pub fn describe(
     let [server, path] = [MODEL_SERVER_PATH, script].map(|name| folder.join(name));
     let class = class.unwrap_or_default();
     let arguments = [server.as_os_str(), DESCRIBE.as_ref(), path.as_os_str(), class.as_ref()];
-    let mut process = Process::start(interpreter, arguments)?;
-    let answer = process.answer(PATIENCE).map(<[u8]>::to_vec)?;
+    let mut process = PythonProcess::start(interpreter, arguments)?;
+    let answer = process.wait_for_answer(PATIENCE).map(<[u8]>::to_vec)?;
     let said: ScriptDescription = serde_json::from_slice(&answer).map_err(|error| {
-        ScriptError::Ended(format!(
-            "the script has attributes of other types than expected: {error}"
-        ))
+        ScriptError::Ended(format!("the script has attributes of other types than expected: {error}"))
     })?;
     let (interface, table) = fmu_description(&said, script, name)?;
     let ScriptDescription { unsaved, python: [_, python], .. } = said;
@@ -116,33 +116,33 @@ pub fn describe(
 /// Whether a script still has the variables that it was packed with.
 pub(crate) fn has_variables(answer: &[u8], packed: &[ScriptVariable]) -> bool {
     let Ok(found) = serde_json::from_slice::<Value>(answer) else { return false };
-    let Ok(found) = Vec::<Variable>::deserialize(&found["variables"]) else { return false };
+    let Ok(found) = Vec::<DescribedScriptVariable>::deserialize(&found["variables"]) else {
+        return false;
+    };
     found.len() == packed.len()
         && found.iter().zip(packed).all(|(found, packed)| {
-            let kind = cell(found).map(|cell| cell.kind());
+            let kind = start_value(found).map(|cell| cell.kind());
             found.name == packed.name
-                && role(found) == packed.role
+                && variable_role(found) == packed.role
                 && kind == Some(packed.start.kind())
         })
 }
 
-fn role(variable: &Variable) -> Role {
+fn variable_role(variable: &DescribedScriptVariable) -> ScriptVariableRole {
     match variable.causality {
-        ScriptCausality::Input => Role::Input,
-        ScriptCausality::Parameter if variable.tunable => Role::Tunable,
-        ScriptCausality::Parameter => Role::Parameter,
-        ScriptCausality::Output | ScriptCausality::Local => Role::Output,
+        ScriptCausality::Input => ScriptVariableRole::Input,
+        ScriptCausality::Parameter if variable.tunable => ScriptVariableRole::Tunable,
+        ScriptCausality::Parameter => ScriptVariableRole::Parameter,
+        ScriptCausality::Output | ScriptCausality::Local => ScriptVariableRole::Output,
     }
 }
 
 /// The start value; none that its type does not hold.
-fn cell(variable: &Variable) -> Option<VariableValue> {
+fn start_value(variable: &DescribedScriptVariable) -> Option<VariableValue> {
     let start = &variable.start;
     Some(match variable.kind {
         // Texts are those numbers that JSON does not have.
-        ScriptType::Real => {
-            VariableValue::Real(start.as_f64().or_else(|| start.as_str()?.parse().ok())?)
-        }
+        ScriptType::Real => VariableValue::Real(start.as_f64().or_else(|| start.as_str()?.parse().ok())?),
         ScriptType::Integer => VariableValue::Integer(i32::try_from(start.as_i64()?).ok()?),
         ScriptType::Boolean => VariableValue::Boolean(start.as_bool()?),
         ScriptType::String => VariableValue::String(start.as_str()?.to_owned()),
@@ -153,26 +153,23 @@ fn fmu_description(
     said: &ScriptDescription,
     script: &str,
     name: &str,
-) -> Result<(Interface, Table), ScriptError> {
+) -> Result<(ScriptFmuInterface, DescriptionTable), ScriptError> {
     let mut wrong = Vec::new();
     let mut variables = Vec::new();
     let mut described = Vec::new();
     for variable in &said.variables {
-        let Some(start) = cell(variable) else {
+        let Some(start) = start_value(variable) else {
             let (name, start) = (&variable.name, &variable.start);
             let problem = format!("`{name}`: expected a start value of 32 bits, found {start}");
             wrong.push((Some(&variable.place), problem));
             continue;
         };
-        let row = row(variable, start.kind(), said.direct);
-        let start_text = (role(variable) != Role::Output).then(|| start.start());
-        described.push(description::DescribedVariable {
-            row,
-            kind: start.kind(),
-            start: start_text,
-        });
-        let Variable { name, min, max, .. } = variable;
-        let (name, role) = (name.clone(), role(variable));
+        let row = variable_table_row(variable, start.kind(), said.direct);
+        let start_text =
+            (variable_role(variable) != ScriptVariableRole::Output).then(|| start.to_start_attribute());
+        described.push(description::DescribedVariable { row, kind: start.kind(), start: start_text });
+        let DescribedScriptVariable { name, min, max, .. } = variable;
+        let (name, role) = (name.clone(), variable_role(variable));
         variables.push(ScriptVariable { name, role, start, min: *min, max: *max });
     }
     let text = |text: &str| -> &'static str { text.to_owned().leak() };
@@ -180,15 +177,15 @@ fn fmu_description(
     info.stop = said.stop_time;
     info = info.version(text(&said.version)).log_categories(CATEGORIES);
     info.author = said.author.as_deref().map(text);
-    let capabilities = Capabilities {
+    let capabilities = FmuCapabilities {
         variable_step: said.variable_step,
         state: said.unsaved.is_none(),
         serialized_state: said.unsaved.is_none(),
         needs_tool: true,
-        ..Capabilities::default()
+        ..FmuCapabilities::default()
     };
-    let table = Table { info, variables: described, capabilities, arrays: false };
-    wrong.extend(table.problems().into_iter().map(|(place, problem)| match place {
+    let table = DescriptionTable { info, variables: described, capabilities, arrays: false };
+    wrong.extend(table.description_problems().into_iter().map(|(place, problem)| match place {
         Some(place) => {
             let name = table.variables[place].row.name;
             let variable = said.variables.iter().find(|variable| variable.name == name);
@@ -199,8 +196,8 @@ fn fmu_description(
     if said.patience.is_nan() || said.patience <= 0.0 {
         wrong.push((None, format!("expected a positive `patience`, found {}", said.patience)));
     }
-    refuse(&said.class, &wrong)?;
-    let interface = Interface {
+    check_no_mistakes(&said.class, &wrong)?;
+    let interface = ScriptFmuInterface {
         name: name.to_owned(),
         guid: String::new(),
         script: script.to_owned(),
@@ -216,7 +213,7 @@ fn fmu_description(
 }
 
 /// Tells all that is wrong, at the first place that is known.
-fn refuse(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(), ScriptError> {
+fn check_no_mistakes(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(), ScriptError> {
     if wrong.is_empty() {
         return Ok(());
     }
@@ -231,19 +228,16 @@ fn refuse(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(
 }
 
 /// The attributes of a variable. Its texts live as long as the program, which packs one FMU.
-fn row(variable: &Variable, kind: Kind, direct: bool) -> Row {
+fn variable_table_row(variable: &DescribedScriptVariable, kind: VariableKind, direct: bool) -> VariableRow {
     let text = |text: &str| -> &'static str { text.to_owned().leak() };
-    let output =
-        fmu_export::output(text(&variable.name), text(&variable.unit), text(&variable.doc));
+    let output = fmu_export::output(text(&variable.name), text(&variable.unit), text(&variable.doc));
     // Without direct outputs all inputs act in steps.
     let depends = match &variable.depends {
-        _ if !direct || variable.causality != ScriptCausality::Output => Dependencies::On(&[]),
-        None => Dependencies::All,
-        Some(names) => {
-            Dependencies::On(names.iter().map(|name| text(name)).collect::<Vec<_>>().leak())
-        }
+        _ if !direct || variable.causality != ScriptCausality::Output => OutputDependencies::On(&[]),
+        None => OutputDependencies::All,
+        Some(names) => OutputDependencies::On(names.iter().map(|name| text(name)).collect::<Vec<_>>().leak()),
     };
-    let discrete = variable.discrete || kind != Kind::Real;
+    let discrete = variable.discrete || kind != VariableKind::Real;
     let (causality, variability, initial) = match variable.causality {
         ScriptCausality::Input => (Causality::Input, discrete, None),
         ScriptCausality::Output => (Causality::Output, discrete, Some(Initial::Calculated)),
@@ -256,8 +250,8 @@ fn row(variable: &Variable, kind: Kind, direct: bool) -> Row {
         (_, true) => Variability::Discrete,
         (_, false) => Variability::Continuous,
     };
-    let Variable { min, max, nominal, display_unit, .. } = variable;
+    let DescribedScriptVariable { min, max, nominal, display_unit, .. } = variable;
     let display_unit = display_unit.as_deref().map(text);
     let (min, max, nominal) = (*min, *max, *nominal);
-    Row { causality, variability, initial, depends, min, max, nominal, display_unit, ..output }
+    VariableRow { causality, variability, initial, depends, min, max, nominal, display_unit, ..output }
 }

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use fmu_export::abi::Status;
-use fmu_export::resources::folder;
+use fmu_export::resources::resources_folder;
 use fmu_export::{
-    Categories, CoSimulation, FmiError, FmiResult, Kind, Lifecycle, State, Value, VariableValue,
-    log, reject, warn,
+    CoSimulation, FmiError, FmiResult, FmiValue, Lifecycle, LifecycleState, LogCategories, VariableKind,
+    VariableValue, log, reject, warn,
 };
-use python::{Interpreter, MODEL_SERVER_PATH, Process, ScriptError};
+use python::{MODEL_SERVER_PATH, PythonInterpreter, PythonProcess, ScriptError};
 
 use crate::INTERFACE;
-use crate::interface::{CATEGORIES, Interface, PRINTED, Role, ScriptVariable};
+use crate::interface::{CATEGORIES, PRINTED, ScriptFmuInterface, ScriptVariable, ScriptVariableRole};
 use crate::script::{self, SERVE};
-use crate::value_codec::{read, write};
+use crate::value_codec::{read_values, write_values};
 use state::ScriptState;
 
 /// Steps that differ by less than this share are the same step: masters compute it as the difference of two times.
@@ -24,7 +24,7 @@ const STEP_TOLERANCE: f64 = 1e-9;
 
 /// What the process is asked; the numbers are those of `fmu.py`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Question {
+pub(crate) enum ScriptRequest {
     /// A new object, with these values, begins a run.
     Initialise = 1,
     /// A step, with these inputs.
@@ -42,7 +42,7 @@ pub(crate) enum Question {
 /// A script as an instance. Its process starts with it, and again after a failure.
 pub struct ScriptInstance {
     resources: PathBuf,
-    pub(crate) interface: Interface,
+    pub(crate) interface: ScriptFmuInterface,
     /// The places of variables by who determines them.
     inputs: Vec<usize>,
     external: Vec<usize>,
@@ -56,7 +56,7 @@ pub struct ScriptInstance {
     pub(crate) unsent_parameters: bool,
     /// Whether the process has an object of this run.
     pub(crate) initialised: bool,
-    process: Option<Process>,
+    process: Option<PythonProcess>,
     /// The contents of a question, kept for the next one.
     message: Vec<u8>,
 }
@@ -75,20 +75,20 @@ impl ScriptInstance {
     ///
     /// # Errors
     /// When the resources are not those of the FMU with this identity, or the script does not load here.
-    pub fn open(identifier: &str, resources: &Path) -> FmiResult<Self> {
+    pub fn open_fmu(identifier: &str, resources: &Path) -> FmiResult<Self> {
         let path = resources.join(INTERFACE);
         let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(&path).or_else(|error| reject(wrong(&error)))?;
-        let interface: Interface =
+        let interface: ScriptFmuInterface =
             serde_json::from_str(&text).or_else(|error| reject(wrong(&error)))?;
         if interface.guid != identifier {
             return reject(format!("expected GUID {}, found {identifier}", interface.guid));
         }
         let mut instance = ScriptInstance {
             resources: resources.to_owned(),
-            inputs: interface.inputs(),
-            external: interface.external(),
-            outputs: interface.outputs(),
+            inputs: interface.step_input_indices(),
+            external: interface.external_input_indices(),
+            outputs: interface.output_indices(),
             lifecycle: Lifecycle::default(),
             values: interface.variables.iter().map(|it| it.start.clone()).collect(),
             interface,
@@ -98,35 +98,33 @@ impl ScriptInstance {
             process: None,
             message: Vec::new(),
         };
-        instance.process()?;
+        instance.running_process()?;
         Ok(instance)
     }
 
     /// The process, which is started when there is none.
-    fn process(&mut self) -> FmiResult<&mut Process> {
+    fn running_process(&mut self) -> FmiResult<&mut PythonProcess> {
         let process = match self.process.take() {
             Some(process) => process,
-            None => self.start()?,
+            None => self.start_process()?,
         };
         Ok(self.process.insert(process))
     }
 
     /// Starts Python and loads the script.
-    fn start(&self) -> FmiResult<Process> {
-        let Interface { script, class, python, .. } = &self.interface;
-        let interpreter = Interpreter::choose(Some(Path::new(python)));
-        let [server, path] =
-            [MODEL_SERVER_PATH, script.as_str()].map(|name| self.resources.join(name));
+    fn start_process(&self) -> FmiResult<PythonProcess> {
+        let ScriptFmuInterface { script, class, python, .. } = &self.interface;
+        let interpreter = PythonInterpreter::choose_interpreter(Some(Path::new(python)));
+        let [server, path] = [MODEL_SERVER_PATH, script.as_str()].map(|name| self.resources.join(name));
         let arguments = [server.as_os_str(), SERVE.as_ref(), path.as_os_str(), class.as_ref()];
         let refused = |failure: &ScriptError| {
             let python = interpreter.path.display();
-            let message =
-                format!("the script does not load in {python} ({}): {failure}", interpreter.reason);
+            let message = format!("the script does not load in {python} ({}): {failure}", interpreter.reason);
             FmiError { status: Status::Error, message }
         };
         let mut process =
-            Process::start(&interpreter, arguments).map_err(|failure| refused(&failure))?;
-        let answer = process.answer(self.patience()).map(<[u8]>::to_vec);
+            PythonProcess::start(&interpreter, arguments).map_err(|failure| refused(&failure))?;
+        let answer = process.wait_for_answer(self.answer_timeout()).map(<[u8]>::to_vec);
         // What it printed so far goes with the first call: the importer gets nothing of an instance that is only being made.
         let answer = answer.map_err(|failure| refused(&failure))?;
         match script::has_variables(&answer, &self.interface.variables) {
@@ -137,7 +135,7 @@ impl ScriptInstance {
         }
     }
 
-    fn patience(&self) -> Duration {
+    fn answer_timeout(&self) -> Duration {
         Duration::try_from_secs_f64(self.interface.patience).unwrap_or(Duration::MAX / 4)
     }
 
@@ -145,28 +143,26 @@ impl ScriptInstance {
     ///
     /// # Errors
     /// When the script raises an exception, or there is no answer.
-    pub(crate) fn ask<T>(
+    pub(crate) fn request_answer<T>(
         &mut self,
-        question: Question,
+        question: ScriptRequest,
         contents: &[&[u8]],
         take: impl FnOnce(&mut Self, &[u8]) -> FmiResult<T>,
     ) -> FmiResult<T> {
-        let patience = self.patience();
-        self.process()?;
+        let patience = self.answer_timeout();
+        self.running_process()?;
         let Some(mut process) = self.process.take() else { return reject("there is no process") };
-        let answer = process.ask(question as u8, contents, patience).map(|_| ());
+        let answer = process.request_answer(question as u8, contents, patience).map(|_| ());
         for line in process.take_lines() {
             if is_warning(&line) { warn(line) } else { log(PRINTED, line) }
         }
         let done = match answer {
-            Ok(()) => take(self, process.contents()),
-            Err(ScriptError::Terminated(message)) => {
-                Err(FmiError { status: Status::Discard, message })
-            }
+            Ok(()) => take(self, process.answer_contents()),
+            Err(ScriptError::Terminated(message)) => Err(FmiError { status: Status::Discard, message }),
             Err(failure) => {
                 if matches!(failure, ScriptError::Ended(_)) {
                     self.initialised = false;
-                    self.lifecycle.fail(Status::Error);
+                    self.lifecycle.record_failure(Status::Error);
                     return reject(failure.to_string());
                 }
                 reject(failure.to_string())
@@ -177,13 +173,14 @@ impl ScriptInstance {
     }
 
     /// Asks a question with these values, and reads outputs from the answer.
-    fn ask_for_outputs(&mut self, question: Question, numbers: &[f64], all: bool) -> FmiResult {
+    fn request_outputs(&mut self, question: ScriptRequest, numbers: &[f64], all: bool) -> FmiResult {
         let mut message = std::mem::take(&mut self.message);
         message.clear();
         numbers.iter().for_each(|number| message.extend(number.to_le_bytes()));
-        write(if all { &self.external } else { &self.inputs }, &self.values, &mut message);
-        let done = self
-            .ask(question, &[&message], |own, answer| read(&own.outputs, answer, &mut own.values));
+        write_values(if all { &self.external } else { &self.inputs }, &self.values, &mut message);
+        let done = self.request_answer(question, &[&message], |own, answer| {
+            read_values(&own.outputs, answer, &mut own.values)
+        });
         self.message = message;
         if all && done.is_ok() {
             self.unsent_parameters = false;
@@ -191,25 +188,30 @@ impl ScriptInstance {
         done
     }
 
-    fn check_set<T: Value>(&self, reference: u32, value: &T) -> FmiResult {
+    fn check_settable<T: FmiValue>(&self, reference: u32, value: &T) -> FmiResult {
         let script_variable = self.script_variable(reference)?;
         let ScriptVariable { name, role, start, min, max } = script_variable;
         if start.kind() != T::KIND {
-            return other_type(script_variable, T::KIND);
+            return type_mismatch(script_variable, T::KIND);
         }
         let state = self.lifecycle.state;
-        let before = matches!(state, State::Instantiated | State::Initialization);
+        let before = matches!(state, LifecycleState::Instantiated | LifecycleState::Initialization);
         let may = match role {
-            Role::Input | Role::Tunable => before || state == State::StepComplete,
-            Role::Parameter => before,
-            Role::Output => false,
+            ScriptVariableRole::Input | ScriptVariableRole::Tunable => {
+                before || state == LifecycleState::StepComplete
+            }
+            ScriptVariableRole::Parameter => before,
+            ScriptVariableRole::Output => false,
         };
         if !may {
             return reject(format!("{name} cannot be set in the state {state:?}"));
         }
         // Inputs come from other models, whose transients may leave the limits.
         let limits = min.unwrap_or(f64::NEG_INFINITY)..=max.unwrap_or(f64::INFINITY);
-        match value.number().filter(|number| *role != Role::Input && !limits.contains(number)) {
+        match value
+            .numeric_value()
+            .filter(|number| *role != ScriptVariableRole::Input && !limits.contains(number))
+        {
             Some(number) => {
                 let (low, high) = limits.into_inner();
                 reject(format!("{name} = {number} is outside of {low} .. {high}"))
@@ -226,7 +228,7 @@ impl ScriptInstance {
     }
 }
 
-fn other_type<T>(script_variable: &ScriptVariable, expected: Kind) -> FmiResult<T> {
+fn type_mismatch<T>(script_variable: &ScriptVariable, expected: VariableKind) -> FmiResult<T> {
     reject(format!(
         "{} is of type {:?}, not {expected:?}",
         script_variable.name,
@@ -237,16 +239,14 @@ fn other_type<T>(script_variable: &ScriptVariable, expected: Kind) -> FmiResult<
 impl CoSimulation for ScriptInstance {
     type State = ScriptState;
 
-    fn log_categories() -> Categories {
+    fn log_categories() -> LogCategories {
         CATEGORIES
     }
 
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {
-        match resources.and_then(folder) {
-            Some(folder) => Self::open(identifier, &folder),
-            None => {
-                reject(format!("expected the place of the folder `resources`, found {resources:?}"))
-            }
+        match resources.and_then(resources_folder) {
+            Some(folder) => Self::open_fmu(identifier, &folder),
+            None => reject(format!("expected the place of the folder `resources`, found {resources:?}")),
         }
     }
 
@@ -270,18 +270,18 @@ impl CoSimulation for ScriptInstance {
     }
 
     fn exit_initialization(&mut self) -> FmiResult {
-        self.refresh()
+        self.refresh_outputs()
     }
 
-    fn refresh(&mut self) -> FmiResult {
+    fn refresh_outputs(&mut self) -> FmiResult {
         match self.lifecycle.state {
             _ if !self.stale => return Ok(()),
-            State::Initialization => {
-                self.ask_for_outputs(Question::Initialise, &[self.lifecycle.now], true)?;
+            LifecycleState::Initialization => {
+                self.request_outputs(ScriptRequest::Initialise, &[self.lifecycle.now], true)?;
                 self.initialised = true;
             }
-            State::StepComplete if self.interface.direct => {
-                self.ask_for_outputs(Question::Update, &[], true)?;
+            LifecycleState::StepComplete if self.interface.direct => {
+                self.request_outputs(ScriptRequest::Update, &[], true)?;
             }
             _ => return Ok(()),
         }
@@ -296,10 +296,10 @@ impl CoSimulation for ScriptInstance {
             return reject(format!("expected steps of {usual} s, found one of {step} s"));
         }
         let told = match self.unsent_parameters {
-            true => self.ask_for_outputs(Question::Update, &[], true),
+            true => self.request_outputs(ScriptRequest::Update, &[], true),
             false => Ok(()),
         };
-        let done = told.and_then(|()| self.ask_for_outputs(Question::Step, &[time, step], false));
+        let done = told.and_then(|()| self.request_outputs(ScriptRequest::Step, &[time, step], false));
         let Err(FmiError { status, message }) = done else {
             self.lifecycle.now = time + step;
             self.stale = false;
@@ -307,33 +307,33 @@ impl CoSimulation for ScriptInstance {
         };
         self.lifecycle.terminated = status == Status::Discard;
         self.lifecycle.state =
-            if self.lifecycle.terminated { State::StepFailed } else { State::Error };
+            if self.lifecycle.terminated { LifecycleState::StepFailed } else { LifecycleState::Error };
         Err(FmiError { status, message: format!("step of {step} s from {time} s: {message}") })
     }
 
     fn terminate(&mut self) -> FmiResult {
         match self.initialised {
-            true => self.ask(Question::Terminate, &[], |_, _| Ok(())),
+            true => self.request_answer(ScriptRequest::Terminate, &[], |_, _| Ok(())),
             false => Ok(()),
         }
     }
 
-    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        let value = self.values.get_mut(reference as usize).and_then(VariableValue::read);
+    fn get<T: FmiValue>(&mut self, reference: u32) -> FmiResult<T> {
+        let value = self.values.get_mut(reference as usize).and_then(VariableValue::get_typed);
         match value {
             Some(value) => Ok(value),
-            None => other_type(self.script_variable(reference)?, T::KIND),
+            None => type_mismatch(self.script_variable(reference)?, T::KIND),
         }
     }
 
-    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
+    fn set<T: FmiValue>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
         let mut all = references.iter().zip(values);
-        all.try_for_each(|(reference, value)| self.check_set(*reference, value))?;
+        all.try_for_each(|(reference, value)| self.check_settable(*reference, value))?;
         for (reference, value) in references.iter().zip(values) {
             let place = *reference as usize;
-            self.values[place].write(value);
+            self.values[place].set_typed(value);
             self.stale = true;
-            self.unsent_parameters |= self.interface.variables[place].role != Role::Input;
+            self.unsent_parameters |= self.interface.variables[place].role != ScriptVariableRole::Input;
         }
         Ok(())
     }
@@ -371,13 +371,8 @@ mod tests {
     fn warnings_of_python_are_told_from_other_lines() {
         assert!(is_warning("/a b/cruise.py:26: UserWarning: it is: steep"));
         assert!(is_warning("<string>:1: DeprecationWarning: old"));
-        for line in [
-            "Warning: steep",
-            "cruise.py:26: steep",
-            "a: UserWarning: b",
-            "x:1: two Warning: b",
-            "",
-        ] {
+        for line in ["Warning: steep", "cruise.py:26: steep", "a: UserWarning: b", "x:1: two Warning: b", ""]
+        {
             assert!(!is_warning(line), "{line}");
         }
     }

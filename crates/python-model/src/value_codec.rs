@@ -3,7 +3,7 @@
 use fmu_export::{FmiResult, VariableValue, reject};
 
 /// Writes the values at these places.
-pub(crate) fn write(places: &[usize], values: &[VariableValue], bytes: &mut Vec<u8>) {
+pub(crate) fn write_values(places: &[usize], values: &[VariableValue], bytes: &mut Vec<u8>) {
     for place in places {
         match &values[*place] {
             VariableValue::Real(value) => bytes.extend(value.to_le_bytes()),
@@ -21,9 +21,9 @@ pub(crate) fn write(places: &[usize], values: &[VariableValue], bytes: &mut Vec<
 ///
 /// # Errors
 /// When the bytes are of other variables.
-pub(crate) fn read(places: &[usize], mut bytes: &[u8], values: &mut [VariableValue]) -> FmiResult {
+pub(crate) fn read_values(places: &[usize], mut bytes: &[u8], values: &mut [VariableValue]) -> FmiResult {
     for place in places {
-        let read = read_one(&mut bytes, &mut values[*place]);
+        let read = read_value(&mut bytes, &mut values[*place]);
         if read.is_none() {
             return reject("the answer of Python is of other variables than the FMU has");
         }
@@ -34,13 +34,13 @@ pub(crate) fn read(places: &[usize], mut bytes: &[u8], values: &mut [VariableVal
     }
 }
 
-fn read_one(bytes: &mut &[u8], value: &mut VariableValue) -> Option<()> {
+fn read_value(bytes: &mut &[u8], value: &mut VariableValue) -> Option<()> {
     match value {
-        VariableValue::Real(value) => *value = f64::from_le_bytes(take(bytes)?),
-        VariableValue::Integer(value) => *value = i32::from_le_bytes(take(bytes)?),
-        VariableValue::Boolean(value) => *value = take::<1>(bytes)?[0] != 0,
+        VariableValue::Real(value) => *value = f64::from_le_bytes(take_bytes(bytes)?),
+        VariableValue::Integer(value) => *value = i32::from_le_bytes(take_bytes(bytes)?),
+        VariableValue::Boolean(value) => *value = take_bytes::<1>(bytes)?[0] != 0,
         VariableValue::String(value) => {
-            let length = u32::from_le_bytes(take(bytes)?) as usize;
+            let length = u32::from_le_bytes(take_bytes(bytes)?) as usize;
             let (text, rest) = bytes.split_at_checked(length)?;
             std::str::from_utf8(text).ok()?.clone_into(value);
             *bytes = rest;
@@ -49,7 +49,7 @@ fn read_one(bytes: &mut &[u8], value: &mut VariableValue) -> Option<()> {
     Some(())
 }
 
-fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
+fn take_bytes<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
     let (first, rest) = bytes.split_first_chunk()?;
     *bytes = rest;
     Some(*first)
@@ -70,17 +70,17 @@ mod tests {
         ];
         let places = [1, 4, 3, 2, 0];
         let mut bytes = Vec::new();
-        write(&places, &values, &mut bytes);
+        write_values(&places, &values, &mut bytes);
         let mut found = values.clone().map(|value| match value {
             VariableValue::Real(_) => VariableValue::Real(1.0),
             VariableValue::Integer(_) => VariableValue::Integer(1),
             VariableValue::Boolean(_) => VariableValue::Boolean(false),
             VariableValue::String(_) => VariableValue::String(String::new()),
         });
-        read(&places, &bytes, &mut found).expect("the same variables");
+        read_values(&places, &bytes, &mut found).expect("the same variables");
         assert_eq!(format!("{found:?}"), format!("{values:?}"));
-        assert!(read(&places, &bytes[..bytes.len() - 1], &mut found).is_err());
+        assert!(read_values(&places, &bytes[..bytes.len() - 1], &mut found).is_err());
         bytes.push(0);
-        assert!(read(&places, &bytes, &mut found).is_err());
+        assert!(read_values(&places, &bytes, &mut found).is_err());
     }
 }

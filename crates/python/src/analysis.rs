@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::error::ScriptError;
-use crate::interpreter::Interpreter;
-use crate::process::Process;
+use crate::interpreter::PythonInterpreter;
+use crate::process::PythonProcess;
 use crate::{ANALYSIS_SERVER, MODEL_SERVER};
 
 /// How long a script may take to load.
@@ -25,8 +25,8 @@ const RECORD: u8 = 4;
 
 /// A script that waits for its signals.
 #[derive(Debug)]
-pub struct Script {
-    process: Process,
+pub struct AnalysisScript {
+    process: PythonProcess,
     /// The units of the signals that it takes; nothing when it takes any.
     requested_units: Option<BTreeMap<String, String>>,
     folder: TempDir,
@@ -34,7 +34,7 @@ pub struct Script {
 
 /// A signal for a script. Columns that are one slice are handed over once.
 #[derive(Debug, Clone, Copy)]
-pub struct Column<'a> {
+pub struct SignalColumn<'a> {
     /// The script's name for it.
     pub name: &'a str,
     /// Its unit.
@@ -58,7 +58,7 @@ pub struct DerivedSignals {
 
 /// What a script tells while it works.
 #[derive(Debug, Clone, PartialEq)]
-pub enum AnalysisMessage {
+pub enum ScriptMessage {
     /// The share that is done, and what comes next; nothing new after a while.
     Progress(Option<(f64, String)>),
     /// Signals for the recording.
@@ -67,27 +67,26 @@ pub enum AnalysisMessage {
     Printed(String),
 }
 
-impl Script {
+impl AnalysisScript {
     /// Loads the script at `path`.
     ///
     /// # Errors
     /// With the exception, when it does not load.
-    pub fn load(path: &Path) -> Result<Self, ScriptError> {
+    pub fn load_script(path: &Path) -> Result<Self, ScriptError> {
         let folder = tempfile::tempdir();
-        let folder =
-            folder.map_err(|error| ScriptError::Ended(format!("no temporary folder: {error}")))?;
+        let folder = folder.map_err(|error| ScriptError::Ended(format!("no temporary folder: {error}")))?;
         let server = folder.path().join("analysis.py");
-        for (path, text) in
-            [(&server, ANALYSIS_SERVER), (&folder.path().join("fmu.py"), MODEL_SERVER)]
-        {
+        for (path, text) in [(&server, ANALYSIS_SERVER), (&folder.path().join("fmu.py"), MODEL_SERVER)] {
             std::fs::write(path, text)
                 .map_err(|error| ScriptError::Ended(format!("{}: {error}", path.display())))?;
         }
-        let mut process =
-            Process::start(&Interpreter::choose(None), [server.as_os_str(), path.as_os_str()])?;
-        let answer = process.answer(PATIENCE)?;
+        let mut process = PythonProcess::start(
+            &PythonInterpreter::choose_interpreter(None),
+            [server.as_os_str(), path.as_os_str()],
+        )?;
+        let answer = process.wait_for_answer(PATIENCE)?;
         let requested_units = serde_json::from_slice(answer).unwrap_or_default();
-        Ok(Script { process, requested_units, folder })
+        Ok(AnalysisScript { process, requested_units, folder })
     }
 
     /// The units of the signals that it takes, by their names; nothing when it takes any.
@@ -101,35 +100,35 @@ impl Script {
     ///
     /// # Errors
     /// With the exception of the script; when its process ends, or `take` ends it.
-    pub fn analyse(
+    pub fn run_analysis(
         &mut self,
-        columns: &[Column],
+        columns: &[SignalColumn],
         config: &Value,
-        take: &mut dyn FnMut(AnalysisMessage) -> bool,
+        take: &mut dyn FnMut(ScriptMessage) -> bool,
     ) -> Result<Value, ScriptError> {
-        let question = self.question(columns, config).map_err(|error| {
-            ScriptError::Ended(format!("the signals cannot be handed over: {error}"))
-        })?;
-        self.process.send(ANALYSE, &[question.to_string().as_bytes()])?;
+        let question = self
+            .write_request(columns, config)
+            .map_err(|error| ScriptError::Ended(format!("the signals cannot be handed over: {error}")))?;
+        self.process.send_request(ANALYSE, &[question.to_string().as_bytes()])?;
         loop {
-            let received = self.process.receive(PERIOD);
+            let received = self.process.receive_answer(PERIOD);
             for line in self.process.take_lines() {
-                take(AnalysisMessage::Printed(line));
+                take(ScriptMessage::Printed(line));
             }
             let goes_on = match received? {
-                None => take(AnalysisMessage::Progress(None)),
+                None => take(ScriptMessage::Progress(None)),
                 Some(PROGRESS) => {
-                    let told = serde_json::from_slice(self.process.contents()).ok();
-                    self.process.next();
-                    take(AnalysisMessage::Progress(told))
+                    let told = serde_json::from_slice(self.process.answer_contents()).ok();
+                    self.process.discard_answer();
+                    take(ScriptMessage::Progress(told))
                 }
                 Some(RECORD) => {
-                    let derived = derived(self.process.contents());
-                    self.process.next();
-                    derived.is_none_or(|derived| take(AnalysisMessage::Signals(derived)))
+                    let derived = parse_derived_signals(self.process.answer_contents());
+                    self.process.discard_answer();
+                    derived.is_none_or(|derived| take(ScriptMessage::Signals(derived)))
                 }
                 Some(_) => {
-                    return serde_json::from_slice(self.process.contents()).map_err(|error| {
+                    return serde_json::from_slice(self.process.answer_contents()).map_err(|error| {
                         ScriptError::Ended(format!(
                             "expected a result in JSON, found something else: {error}"
                         ))
@@ -137,20 +136,20 @@ impl Script {
                 }
             };
             if !goes_on {
-                return Err(self.process.give_up("it was told to end"));
+                return Err(self.process.abort_with_location("it was told to end"));
             }
         }
     }
 
     /// The folder with the files that the script wrote for the run.
     #[must_use]
-    pub fn files(&self) -> PathBuf {
+    pub fn output_folder(&self) -> PathBuf {
         self.folder.path().join("files")
     }
 
     /// Writes the columns into a file, and says where in it they are: begin and length, in numbers.
-    fn question(&self, columns: &[Column], config: &Value) -> std::io::Result<Value> {
-        std::fs::create_dir_all(self.files())?;
+    fn write_request(&self, columns: &[SignalColumn], config: &Value) -> std::io::Result<Value> {
+        std::fs::create_dir_all(self.output_folder())?;
         let path = self.folder.path().join("columns");
         let mut file = std::io::BufWriter::new(std::fs::File::create(&path)?);
         let mut length = 0;
@@ -163,7 +162,7 @@ impl Script {
         };
         let mut times: Vec<(&[f64], Value)> = Vec::new();
         let mut signals = Vec::new();
-        for Column { name, unit, time, values } in columns {
+        for SignalColumn { name, unit, time, values } in columns {
             let known = times.iter().position(|(known, _)| std::ptr::eq(*known, *time));
             let place = match known {
                 Some(place) => place,
@@ -172,23 +171,21 @@ impl Script {
                     times.len() - 1
                 }
             };
-            signals
-                .push(json!({ "name": name, "unit": unit, "time": place, "values": put(values)? }));
+            signals.push(json!({ "name": name, "unit": unit, "time": place, "values": put(values)? }));
         }
         file.flush()?;
         let times: Vec<_> = times.into_iter().map(|(_, place)| place).collect();
         Ok(json!({
-            "data": path, "folder": self.files(), "config": config, "times": times, "signals": signals,
+            "data": path, "folder": self.output_folder(), "config": config, "times": times, "signals": signals,
         }))
     }
 }
 
 /// Reads derived signals: a length, a head in JSON, and all columns behind each other.
-fn derived(bytes: &[u8]) -> Option<DerivedSignals> {
+fn parse_derived_signals(bytes: &[u8]) -> Option<DerivedSignals> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (head, body) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-    let (group, names, rows): (String, Vec<(String, String)>, usize) =
-        serde_json::from_slice(head).ok()?;
+    let (group, names, rows): (String, Vec<(String, String)>, usize) = serde_json::from_slice(head).ok()?;
     let (numbers, _) = body.as_chunks();
     let mut numbers = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes));
     let mut column = || numbers.by_ref().take(rows).collect::<Vec<_>>();

@@ -11,28 +11,28 @@ const USUAL: &str = "python3";
 
 /// A Python, and why it is this one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Interpreter {
+pub struct PythonInterpreter {
     /// The program.
     pub path: PathBuf,
     /// Who chose it, for people.
     pub reason: &'static str,
 }
 
-impl Interpreter {
+impl PythonInterpreter {
     /// The one that `TRACKSIDE_PYTHON` names, or else the `known` one if it is still there, or else `python3`.
     #[must_use]
-    pub fn choose(known: Option<&Path>) -> Self {
+    pub fn choose_interpreter(known: Option<&Path>) -> Self {
         let named = env::var_os(NAMED_BY).filter(|name| !name.is_empty());
-        Self::among(named.map(PathBuf::from), known)
+        Self::choose_among(named.map(PathBuf::from), known)
     }
 
-    fn among(named: Option<PathBuf>, known: Option<&Path>) -> Self {
+    fn choose_among(named: Option<PathBuf>, known: Option<&Path>) -> Self {
         match (named, known.filter(|path| path.is_file())) {
-            (Some(path), _) => Interpreter { path, reason: "named by TRACKSIDE_PYTHON" },
+            (Some(path), _) => PythonInterpreter { path, reason: "named by TRACKSIDE_PYTHON" },
             (None, Some(path)) => {
-                Interpreter { path: path.to_owned(), reason: "the one of the packing" }
+                PythonInterpreter { path: path.to_owned(), reason: "the one of the packing" }
             }
-            (None, None) => Interpreter { path: USUAL.into(), reason: "found in PATH" },
+            (None, None) => PythonInterpreter { path: USUAL.into(), reason: "found in PATH" },
         }
     }
 }
@@ -45,7 +45,7 @@ mod tests {
     fn the_environment_decides_before_what_is_known_and_a_lost_one_is_replaced() {
         let here = env::current_exe().expect("this program");
         let path = |named: Option<&str>, known: Option<&Path>| {
-            Interpreter::among(named.map(PathBuf::from), known).path
+            PythonInterpreter::choose_among(named.map(PathBuf::from), known).path
         };
         assert_eq!(path(Some("/opt/python"), Some(&here)), PathBuf::from("/opt/python"));
         assert_eq!(path(None, Some(&here)), here);

@@ -11,8 +11,8 @@ mod printed_lines;
 mod process;
 
 pub use error::{PythonException, ScriptError};
-pub use interpreter::Interpreter;
-pub use process::Process;
+pub use interpreter::PythonInterpreter;
+pub use process::PythonProcess;
 
 /// The file that makes a script a model, and answers questions about it.
 pub const MODEL_SERVER: &str = include_str!("../../../python/trackside/fmu.py");

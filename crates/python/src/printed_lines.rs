@@ -23,28 +23,28 @@ pub(crate) struct PrintedLines {
 
 impl PrintedLines {
     /// Takes bytes.
-    pub fn add(&mut self, bytes: &[u8]) {
+    pub fn add_bytes(&mut self, bytes: &[u8]) {
         for part in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.open.extend(part);
             if part.ends_with(b"\n") || self.open.len() > LONGEST {
-                self.close();
+                self.finish_line();
             }
         }
     }
 
     /// Nothing follows.
-    pub fn end(&mut self) {
-        self.close();
+    pub fn mark_finished(&mut self) {
+        self.finish_line();
         self.over = true;
     }
 
     /// Whether nothing follows.
-    pub fn is_over(&self) -> bool {
+    pub fn is_finished(&self) -> bool {
         self.over
     }
 
     /// All lines since the last time.
-    pub fn take(&mut self) -> Vec<String> {
+    pub fn take_lines(&mut self) -> Vec<String> {
         let mut lines = std::mem::take(&mut self.lines);
         if self.left_out > 0 {
             lines.push(format!("... and {} more lines", self.left_out));
@@ -54,17 +54,17 @@ impl PrintedLines {
     }
 
     /// The last line with something in it.
-    pub fn last(&self) -> &str {
+    pub fn last_line(&self) -> &str {
         self.last.back().map_or("", String::as_str)
     }
 
     /// Lines in all.
-    pub fn count(&self) -> usize {
+    pub fn line_count(&self) -> usize {
         self.count
     }
 
     /// The place in the script that Python names, in a line after so many.
-    pub fn place_after(&self, count: usize) -> Option<String> {
+    pub fn traceback_location_after(&self, count: usize) -> Option<String> {
         let new = self.last.iter().rev().take(self.count - count).rev();
         // `  File "/folder/script.py", line 12 in step`, the innermost first; that of a package says less than who called it.
         let places = new.filter_map(|line| {
@@ -80,7 +80,7 @@ impl PrintedLines {
         places.into_iter().next().map(|(_, place)| place)
     }
 
-    fn close(&mut self) {
+    fn finish_line(&mut self) {
         let line = String::from_utf8_lossy(&std::mem::take(&mut self.open)).trim_end().to_owned();
         if line.is_empty() {
             return;
@@ -105,31 +105,28 @@ mod tests {
     #[test]
     fn lines_come_whole_and_not_too_many_of_them_are_kept() {
         let mut said = PrintedLines::default();
-        said.add(b"one\ntw");
-        assert_eq!(said.take(), ["one"]);
-        said.add(b"o\n\n\xff\n");
-        assert_eq!(said.take(), ["two", "\u{fffd}"]);
-        (0..MOST + 3).for_each(|_| said.add(b"x\n"));
-        let lines = said.take();
-        assert_eq!(
-            (lines.len(), lines.last().expect("a line").as_str()),
-            (MOST + 1, "... and 3 more lines")
-        );
-        said.add(b"last");
-        said.end();
-        assert_eq!((said.take(), said.last()), (vec!["last".to_owned()], "last"));
+        said.add_bytes(b"one\ntw");
+        assert_eq!(said.take_lines(), ["one"]);
+        said.add_bytes(b"o\n\n\xff\n");
+        assert_eq!(said.take_lines(), ["two", "\u{fffd}"]);
+        (0..MOST + 3).for_each(|_| said.add_bytes(b"x\n"));
+        let lines = said.take_lines();
+        assert_eq!((lines.len(), lines.last().expect("a line").as_str()), (MOST + 1, "... and 3 more lines"));
+        said.add_bytes(b"last");
+        said.mark_finished();
+        assert_eq!((said.take_lines(), said.last_line()), (vec!["last".to_owned()], "last"));
     }
 
     #[test]
     fn the_place_of_a_script_is_read_from_what_python_says() {
         let mut said = PrintedLines::default();
-        said.add(b"  File \"/a/old.py\", line 1 in f\n");
-        let before = said.count();
-        assert_eq!(said.place_after(before), None);
-        said.add(b"Current thread 0x1 (most recent call first):\n");
-        said.add(b"  File \"/usr/lib/python3.11/queue.py\", line 7 in get\n");
-        assert_eq!(said.place_after(before).expect("a place"), "queue.py:7, in get");
-        said.add(b"  File \"/b/c.py\", line 12 in step\n  File \"/b/fmu.py\", line 3 in x\n");
-        assert_eq!(said.place_after(before).expect("a place"), "c.py:12, in step");
+        said.add_bytes(b"  File \"/a/old.py\", line 1 in f\n");
+        let before = said.line_count();
+        assert_eq!(said.traceback_location_after(before), None);
+        said.add_bytes(b"Current thread 0x1 (most recent call first):\n");
+        said.add_bytes(b"  File \"/usr/lib/python3.11/queue.py\", line 7 in get\n");
+        assert_eq!(said.traceback_location_after(before).expect("a place"), "queue.py:7, in get");
+        said.add_bytes(b"  File \"/b/c.py\", line 12 in step\n  File \"/b/fmu.py\", line 3 in x\n");
+        assert_eq!(said.traceback_location_after(before).expect("a place"), "c.py:12, in step");
     }
 }

@@ -8,21 +8,21 @@
 mod tree;
 
 use crate::{RatingError, check_finite, check_length};
-use tree::Tree;
+use tree::BoundsTree;
 
 /// A tolerance that grows with the quantity: offset + gain |x|.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
+pub struct LinearTolerance {
     /// In the unit of the quantity.
     pub offset: f64,
     /// As a share of the quantity.
     pub gain: f64,
 }
 
-impl Tolerance {
+impl LinearTolerance {
     /// The tolerance of a value.
     #[must_use]
-    pub fn of(self, value: f64) -> f64 {
+    pub fn at_value(self, value: f64) -> f64 {
         self.offset + self.gain * value.abs()
     }
 }
@@ -38,9 +38,9 @@ struct BandPoint {
 
 /// A band around a curve.
 #[derive(Debug, Clone)]
-pub struct Band {
+pub struct ToleranceBand {
     curve: Vec<BandPoint>,
-    tree: Tree,
+    tree: BoundsTree,
 }
 
 /// Which points of another curve are inside a band.
@@ -56,7 +56,7 @@ pub struct BandCoverage {
     pub deviation: f64,
 }
 
-impl Band {
+impl ToleranceBand {
     /// The band around the curve through the points (x, y), in their order, with the tolerances dx and dy of each.
     ///
     /// # Errors
@@ -77,7 +77,7 @@ impl Band {
         }
         let corner = |k: usize| BandPoint { x: x[k], y: y[k], dx: dx[k], dy: dy[k] };
         let curve: Vec<_> = (0..x.len()).map(corner).collect();
-        Ok(Self { tree: Tree::of(&curve), curve })
+        Ok(Self { tree: BoundsTree::from_curve(&curve), curve })
     }
 
     /// The band around the curve through the points (x, y), in their order.
@@ -87,11 +87,11 @@ impl Band {
     pub fn around_curve(
         x: &[f64],
         y: &[f64],
-        tolerance_x: Tolerance,
-        tolerance_y: Tolerance,
+        tolerance_x: LinearTolerance,
+        tolerance_y: LinearTolerance,
     ) -> Result<Self, RatingError> {
-        let of = |tolerance: Tolerance, values: &[f64]| -> Vec<f64> {
-            values.iter().map(|value| tolerance.of(*value)).collect()
+        let of = |tolerance: LinearTolerance, values: &[f64]| -> Vec<f64> {
+            values.iter().map(|value| tolerance.at_value(*value)).collect()
         };
         Self::new(x, y, &of(tolerance_x, x), &of(tolerance_y, y))
     }
@@ -99,10 +99,10 @@ impl Band {
     /// How far a point is from the curve, in tolerances: 0 on the curve, 1 on the edge of the band, less inside, more outside. With
     /// tolerances so many times larger the point is on the edge. NaN for a point that is not a number.
     #[must_use]
-    pub fn deviation(&self, x: f64, y: f64) -> f64 {
+    pub fn normalised_deviation(&self, x: f64, y: f64) -> f64 {
         match x.is_nan() || y.is_nan() {
             true => f64::NAN,
-            false => self.tree.least_deviation(&self.curve, [x, y], f64::INFINITY, 0.0),
+            false => self.tree.min_deviation(&self.curve, [x, y], f64::INFINITY, 0.0),
         }
     }
 
@@ -110,7 +110,7 @@ impl Band {
     ///
     /// # Errors
     /// When there is no point, or lengths differ.
-    pub fn judge(&self, x: &[f64], y: &[f64]) -> Result<BandCoverage, RatingError> {
+    pub fn judge_points(&self, x: &[f64], y: &[f64]) -> Result<BandCoverage, RatingError> {
         check_length("y", y, x.len())?;
         if x.is_empty() {
             return Err(RatingError::Short { least: 1, found: 0 });
@@ -126,7 +126,7 @@ impl Band {
                     // could be the worst, as at a stand, where noise puts all points into all boxes.
                     let line = index.min(self.curve.len().saturating_sub(2));
                     let same_time = segment_deviation(&self.curve, line, [*x, *y]);
-                    self.tree.least_deviation(&self.curve, [*x, *y], same_time, worst.1.min(1.0))
+                    self.tree.min_deviation(&self.curve, [*x, *y], same_time, worst.1.min(1.0))
                 }
             };
             if deviation <= 1.0 {
@@ -145,7 +145,7 @@ impl Band {
     /// The edges of the band on the left and on the right of the curve, seen along it, as points (x, y) to be joined by lines: of a
     /// curve to the right the upper and the lower one. Where the curve turns, an edge has the corners for both directions.
     #[must_use]
-    pub fn edges(&self) -> [Vec<[f64; 2]>; 2] {
+    pub fn band_edges(&self) -> [Vec<[f64; 2]>; 2] {
         let mut edges = [Vec::new(), Vec::new()];
         for pair in self.curve.windows(2) {
             let [from, to] = [pair[0], pair[1]];
@@ -157,8 +157,7 @@ impl Band {
             }
             for point in [from, to] {
                 for (edge, side) in edges.iter_mut().zip([1.0, -1.0]) {
-                    let corner =
-                        [point.x - side * up * point.dx, point.y + side * right * point.dy];
+                    let corner = [point.x - side * up * point.dx, point.y + side * right * point.dy];
                     if edge.last() != Some(&corner) {
                         edge.push(corner);
                     }
@@ -170,7 +169,7 @@ impl Band {
 }
 
 /// A distance in tolerances; nothing is within any tolerance.
-fn in_tolerances(distance: f64, tolerance: f64) -> f64 {
+fn distance_per_tolerance(distance: f64, tolerance: f64) -> f64 {
     if distance == 0.0 { 0.0 } else { distance / tolerance }
 }
 
@@ -187,21 +186,21 @@ fn segment_deviation(curve: &[BandPoint], line: usize, at: [f64; 2]) -> f64 {
 fn deviation_between(from: BandPoint, to: BandPoint, [x, y]: [f64; 2]) -> f64 {
     let at = |u: f64| {
         let along = |from: f64, to: f64| (1.0 - u) * from + u * to;
-        let across = in_tolerances((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));
-        across.max(in_tolerances((y - along(from.y, to.y)).abs(), along(from.dy, to.dy)))
+        let across = distance_per_tolerance((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));
+        across.max(distance_per_tolerance((y - along(from.y, to.y)).abs(), along(from.dy, to.dy)))
     };
     // Constant and slope over u of the distances and the tolerances.
     let [a, b] = [(x - from.x, from.x - to.x), (y - from.y, from.y - to.y)];
     let [p, q] = [(from.dx, to.dx - from.dx), (from.dy, to.dy - from.dy)];
     let times = |a: (f64, f64), b: (f64, f64)| [a.1 * b.1, a.0 * b.1 + a.1 * b.0, a.0 * b.0];
     let (left, right) = (times(a, q), times(b, p));
-    let equal = |sign: f64| roots(std::array::from_fn(|k| left[k] + sign * right[k]));
+    let equal = |sign: f64| quadratic_roots(std::array::from_fn(|k| left[k] + sign * right[k]));
     let inner = [-a.0 / a.1, -b.0 / b.1].into_iter().chain(equal(1.0)).chain(equal(-1.0));
     inner.filter(|u| *u > 0.0 && *u < 1.0).chain([0.0, 1.0]).map(at).fold(f64::INFINITY, f64::min)
 }
 
 /// The roots of a u^2 + b u + c without cancellation; what is none is not finite or NaN.
-fn roots([a, b, c]: [f64; 3]) -> [f64; 2] {
+fn quadratic_roots([a, b, c]: [f64; 3]) -> [f64; 2] {
     let larger = -0.5 * (b + (b * b - 4.0 * a * c).sqrt().copysign(b));
     [larger / a, c / larger]
 }

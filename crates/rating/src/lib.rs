@@ -1,10 +1,7 @@
 //! Rates the agreement of two signals by standards: two slices of numbers go in; a rating of ISO/TS 18571, or the places inside a
 //! band as ISO 19364 draws it, come out.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod band;
 pub mod objective;
@@ -12,16 +9,14 @@ pub mod objective;
 mod tests;
 mod warping;
 
-pub use band::{Band, BandCoverage, Tolerance};
-pub use objective::{Grade, Rating, rating};
+pub use band::{BandCoverage, LinearTolerance, ToleranceBand};
+pub use objective::{RatingGrade, SignalRating, rate_signal};
 
 /// Numbers that cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RatingError {
     /// Series that belong together have different lengths.
-    #[error(
-        "expected as many samples of {what} as of the reference, which has {reference}, found {found}"
-    )]
+    #[error("expected as many samples of {what} as of the reference, which has {reference}, found {found}")]
     Lengths {
         /// What differs.
         what: &'static str,

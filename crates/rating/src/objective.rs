@@ -29,7 +29,7 @@ pub const MOST: usize = 10_000;
 
 /// How well a candidate agrees with a reference; all scores are from 0 to 1, the best.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rating {
+pub struct SignalRating {
     /// Score of the distances at each time, Z.
     pub corridor: f64,
     /// Score of the shift in time, EP.
@@ -41,14 +41,14 @@ pub struct Rating {
     /// R = 0.4 Z + 0.2 EP + 0.2 EM + 0.2 ES.
     pub overall: f64,
     /// The grade of R.
-    pub grade: Grade,
+    pub grade: RatingGrade,
     /// The shift with the best correlation [s], a multiple of the sampling step; positive when the candidate is late.
     pub delay: f64,
 }
 
 /// The grade of an overall rating.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Grade {
+pub enum RatingGrade {
     /// At most 0.58.
     Poor,
     /// More than 0.58.
@@ -59,26 +59,26 @@ pub enum Grade {
     Excellent,
 }
 
-impl Grade {
+impl RatingGrade {
     /// The grade of an overall rating.
     #[must_use]
-    pub fn of(overall: f64) -> Self {
+    pub fn from_overall(overall: f64) -> Self {
         match overall {
-            r if r > 0.94 => Grade::Excellent,
-            r if r > 0.80 => Grade::Good,
-            r if r > 0.58 => Grade::Fair,
-            _ => Grade::Poor,
+            r if r > 0.94 => RatingGrade::Excellent,
+            r if r > 0.80 => RatingGrade::Good,
+            r if r > 0.58 => RatingGrade::Fair,
+            _ => RatingGrade::Poor,
         }
     }
 }
 
-impl fmt::Display for Grade {
+impl fmt::Display for RatingGrade {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
-            Grade::Excellent => "excellent",
-            Grade::Good => "good",
-            Grade::Fair => "fair",
-            Grade::Poor => "poor",
+            RatingGrade::Excellent => "excellent",
+            RatingGrade::Good => "good",
+            RatingGrade::Fair => "fair",
+            RatingGrade::Poor => "poor",
         })
     }
 }
@@ -92,7 +92,7 @@ impl fmt::Display for Grade {
 ///
 /// # Errors
 /// When lengths differ, there are fewer than [`FEWEST`] samples, or some are not finite.
-pub fn rating(reference: &[f64], candidate: &[f64], dt: f64) -> Result<Rating, RatingError> {
+pub fn rate_signal(reference: &[f64], candidate: &[f64], dt: f64) -> Result<SignalRating, RatingError> {
     check_length("the candidate", candidate, reference.len())?;
     if reference.len() < FEWEST {
         return Err(RatingError::Short { least: FEWEST, found: reference.len() });
@@ -105,12 +105,20 @@ pub fn rating(reference: &[f64], candidate: &[f64], dt: f64) -> Result<Rating, R
     let corridor = corridor_score(&reference, &candidate);
     let late = best_shift(&reference, &candidate);
     let phase = phase_score(late, reference.len());
-    let (reference, candidate) = overlap(&reference, &candidate, late);
+    let (reference, candidate) = overlapping_samples(&reference, &candidate, late);
     let magnitude = magnitude_score(reference, candidate);
     let slope = slope_score(reference, candidate);
     let overall = 0.4 * corridor + 0.2 * phase + 0.2 * magnitude + 0.2 * slope;
     let delay = late as f64 * each as f64 * dt;
-    Ok(Rating { corridor, phase, magnitude, slope, overall, grade: Grade::of(overall), delay })
+    Ok(SignalRating {
+        corridor,
+        phase,
+        magnitude,
+        slope,
+        overall,
+        grade: RatingGrade::from_overall(overall),
+        delay,
+    })
 }
 
 /// Means of so many neighbours each; the last one may have fewer.
@@ -136,7 +144,7 @@ fn best_shift(reference: &[f64], candidate: &[f64]) -> isize {
     let most = (reference.len() as f64 * LARGEST_SHIFT).floor() as isize;
     let both_ways = (1..=most).flat_map(|shift| [shift, -shift]);
     let correlated = |late| {
-        let (reference, candidate) = overlap(reference, candidate, late);
+        let (reference, candidate) = overlapping_samples(reference, candidate, late);
         correlation(reference, candidate)
     };
     let mut best = (0, correlated(0));
@@ -150,7 +158,11 @@ fn best_shift(reference: &[f64], candidate: &[f64]) -> isize {
 }
 
 /// What is left of both signals when the candidate is moved forward by so many samples.
-fn overlap<'a>(reference: &'a [f64], candidate: &'a [f64], late: isize) -> (&'a [f64], &'a [f64]) {
+fn overlapping_samples<'a>(
+    reference: &'a [f64],
+    candidate: &'a [f64],
+    late: isize,
+) -> (&'a [f64], &'a [f64]) {
     let (shift, kept) = (late.unsigned_abs(), reference.len() - late.unsigned_abs());
     match late >= 0 {
         true => (&reference[..kept], &candidate[shift..]),
@@ -184,19 +196,19 @@ fn magnitude_score(reference: &[f64], candidate: &[f64]) -> f64 {
     let path = warping_path(candidate, reference, width.saturating_sub(1));
     let distances = path.iter().map(|[candidate, reference]| (candidate - reference).abs()).sum();
     let sizes = path.iter().map(|[_, reference]| reference.abs()).sum();
-    linear_score(share(distances, sizes), LARGEST_MAGNITUDE_ERROR)
+    linear_score(relative_error(distances, sizes), LARGEST_MAGNITUDE_ERROR)
 }
 
 /// ES: from the distances of smoothed slopes, against the slopes of the reference.
 fn slope_score(reference: &[f64], candidate: &[f64]) -> f64 {
-    let (reference, candidate) = (slopes(reference), slopes(candidate));
+    let (reference, candidate) = (smoothed_slopes(reference), smoothed_slopes(candidate));
     let distances = reference.iter().zip(&candidate).map(|(a, b)| (a - b).abs()).sum();
     let sizes = reference.iter().map(|slope| slope.abs()).sum();
-    linear_score(share(distances, sizes), LARGEST_SLOPE_ERROR)
+    linear_score(relative_error(distances, sizes), LARGEST_SLOPE_ERROR)
 }
 
 /// Central differences per sample, and at the ends one-sided ones; then means over nine, and over 1, 3, 5 and 7 at the ends.
-fn slopes(values: &[f64]) -> Vec<f64> {
+fn smoothed_slopes(values: &[f64]) -> Vec<f64> {
     let last = values.len() - 1;
     let difference = |k: usize| {
         let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
@@ -211,7 +223,7 @@ fn slopes(values: &[f64]) -> Vec<f64> {
 }
 
 /// An error as a share of a size; none of nothing is none.
-fn share(error: f64, size: f64) -> f64 {
+fn relative_error(error: f64, size: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / size }
 }
 

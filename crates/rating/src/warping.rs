@@ -3,7 +3,7 @@
 
 /// Where the best path into a cell comes from. Of equal costs the first in this order is taken; the standard leaves it open.
 #[derive(Clone, Copy)]
-enum Predecessor {
+enum PathPredecessor {
     First,
     Second,
     Both,
@@ -17,7 +17,7 @@ pub(crate) fn warping_path(first: &[f64], second: &[f64], width: usize) -> Vec<[
     let count = first.len();
     // A row has the cells i - width ..= i + width of the second signal.
     let cells = 2 * width + 1;
-    let mut origins = vec![Predecessor::Both; count * cells];
+    let mut origins = vec![PathPredecessor::Both; count * cells];
     let mut above = vec![f64::INFINITY; cells];
     let mut row = above.clone();
     for i in 0..count {
@@ -27,8 +27,8 @@ pub(crate) fn warping_path(first: &[f64], second: &[f64], width: usize) -> Vec<[
             // The row above begins one sample earlier.
             let up = above.get(cell + 1).copied().unwrap_or(f64::INFINITY);
             let left = if cell == 0 { f64::INFINITY } else { row[cell - 1] };
-            let mut best = (up, Predecessor::First);
-            for other in [(left, Predecessor::Second), (above[cell], Predecessor::Both)] {
+            let mut best = (up, PathPredecessor::First);
+            for other in [(left, PathPredecessor::Second), (above[cell], PathPredecessor::Both)] {
                 if other.0 < best.0 {
                     best = other;
                 }
@@ -43,9 +43,9 @@ pub(crate) fn warping_path(first: &[f64], second: &[f64], width: usize) -> Vec<[
     let mut path = vec![[first[i], second[j]]];
     while (i, j) != (0, 0) {
         match origins[i * cells + j + width - i] {
-            Predecessor::First => i -= 1,
-            Predecessor::Second => j -= 1,
-            Predecessor::Both => (i, j) = (i - 1, j - 1),
+            PathPredecessor::First => i -= 1,
+            PathPredecessor::Second => j -= 1,
+            PathPredecessor::Both => (i, j) = (i - 1, j - 1),
         }
         path.push([first[i], second[j]]);
     }

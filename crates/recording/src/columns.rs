@@ -10,7 +10,7 @@ use crate::row::Row;
 
 /// Which side of its node a variable is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Direction {
+pub enum VariableDirection {
     /// The value that the node got for the step that ended at the row's time, sensor effects included.
     Input,
     /// The value that the node showed at the row's time.
@@ -38,7 +38,7 @@ pub enum ValueKind {
 impl ValueKind {
     /// Whether it is an integer that `f64` may round, which therefore travels exactly beside the numbers.
     #[must_use]
-    pub fn is_exact(self) -> bool {
+    pub fn is_64_bit_integer(self) -> bool {
         matches!(self, ValueKind::Int64 | ValueKind::UInt64)
     }
 }
@@ -51,7 +51,7 @@ pub struct Column {
     /// The variable's name in the node.
     pub variable: String,
     /// The side of the node that it is on.
-    pub direction: Direction,
+    pub direction: VariableDirection,
     /// Its type.
     pub kind: ValueKind,
     /// Its unit, as the node states it.
@@ -63,7 +63,7 @@ pub struct Column {
 impl Column {
     /// The name that scenarios, CSV headers and reports use: `node.variable`.
     #[must_use]
-    pub fn name(&self) -> String {
+    pub fn qualified_name(&self) -> String {
         format!("{}.{}", self.node, self.variable)
     }
 }
@@ -107,13 +107,13 @@ impl<S> Columns<S> {
     pub fn push(&mut self, column: Column) -> ColumnIndex<S> {
         let [numbers, texts] = &mut self.by_name;
         if column.kind == ValueKind::String {
-            texts.entry(column.name()).or_insert(self.texts.len());
+            texts.entry(column.qualified_name()).or_insert(self.texts.len());
             self.texts.push(column);
             ColumnIndex::Text(TextIndex::new(self.texts.len() - 1))
         } else {
             let place = self.numbers.len();
-            numbers.entry(column.name()).or_insert(place);
-            if column.kind.is_exact() {
+            numbers.entry(column.qualified_name()).or_insert(place);
+            if column.kind.is_64_bit_integer() {
                 self.integers.push(place);
             }
             self.numbers.push(column);
@@ -122,33 +122,30 @@ impl<S> Columns<S> {
     }
 
     /// Number columns in the order of the row.
-    pub fn numbers(
+    pub fn number_columns(
         &self,
-    ) -> impl DoubleEndedIterator<Item = (NumberIndex<S>, &Column)> + ExactSizeIterator + Clone
-    {
+    ) -> impl DoubleEndedIterator<Item = (NumberIndex<S>, &Column)> + ExactSizeIterator + Clone {
         self.numbers.iter().enumerate().map(|(at, column)| (NumberIndex::new(at), column))
     }
 
     /// Text columns in the order of the row.
-    pub fn texts(
+    pub fn text_columns(
         &self,
     ) -> impl DoubleEndedIterator<Item = (TextIndex<S>, &Column)> + ExactSizeIterator + Clone {
         self.texts.iter().enumerate().map(|(at, column)| (TextIndex::new(at), column))
     }
 
     /// The numbers that are integers of 64 bits, in the order of the row.
-    pub fn integers(
+    pub fn integer_columns(
         &self,
-    ) -> impl DoubleEndedIterator<Item = (IntegerIndex<S>, NumberIndex<S>)> + ExactSizeIterator + Clone
-    {
-        let pair =
-            |(at, number): (usize, &usize)| (IntegerIndex::new(at), NumberIndex::new(*number));
+    ) -> impl DoubleEndedIterator<Item = (IntegerIndex<S>, NumberIndex<S>)> + ExactSizeIterator + Clone {
+        let pair = |(at, number): (usize, &usize)| (IntegerIndex::new(at), NumberIndex::new(*number));
         self.integers.iter().enumerate().map(pair)
     }
 
     /// The exact integer of a number, if it is one.
     #[must_use]
-    pub fn integer(&self, number: NumberIndex<S>) -> Option<IntegerIndex<S>> {
+    pub fn integer_index_of(&self, number: NumberIndex<S>) -> Option<IntegerIndex<S>> {
         self.integers.binary_search(&number.position()).ok().map(IntegerIndex::new)
     }
 
@@ -168,7 +165,7 @@ impl<S> Columns<S> {
 
     /// A row of zeros and empty texts.
     #[must_use]
-    pub fn row(&self) -> Row<S> {
+    pub fn zero_row(&self) -> Row<S> {
         let texts = vec![String::new(); self.texts.len()];
         let mut row = Row::from_values(vec![0.0; self.numbers.len()], texts);
         row.integers = vec![0; self.integers.len()];

@@ -7,13 +7,13 @@ use diagnostics::Error;
 
 use crate::columns::Column;
 use crate::reader::Recording;
-use crate::row::{Recorded, Row};
+use crate::row::{RecordedVariables, Row};
 use crate::sink::Sink;
 use crate::table::{self, CsvColumn};
 
 /// The columns of a recording.
 #[derive(Debug, Clone, Default)]
-pub struct Golden {
+pub struct GoldenRecording {
     /// Time stamps [s], rising; at least one.
     pub times: Vec<f64>,
     /// The columns; of one name the output comes before the input.
@@ -42,7 +42,7 @@ pub enum GoldenValues {
     Texts(Vec<String>),
 }
 
-impl Golden {
+impl GoldenRecording {
     /// Reads `run.mcap` of a run, or CSV as `run.csv`, with the time in the first column. CSV does not tell which columns are
     /// `texts`: an empty one may be a number that is missing.
     ///
@@ -51,24 +51,25 @@ impl Golden {
     pub fn read(path: &Path, texts: &[&str]) -> Result<Self, Error> {
         if path.extension().is_some_and(|it| it == "csv") {
             let read = table::read_csv_table(path, texts)
-                .map_err(|error| Error::input(error.to_string()))?;
+                .map_err(|error| Error::invalid_input(error.to_string()))?;
             let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
                 name,
                 unit,
                 values: numbers.map_or(GoldenValues::Texts(texts), GoldenValues::Numbers),
             };
             let columns = read.columns.into_iter().map(column).collect();
-            return Ok(Golden::new(read.times, columns));
+            return Ok(GoldenRecording::new(read.times, columns));
         }
         let recording = Recording::open(path)?;
         let columns = &recording.header.columns;
         let numbers =
-            columns.numbers().map(|(_, it)| golden(it, GoldenValues::Numbers(Vec::new())));
-        let texts = columns.texts().map(|(_, it)| golden(it, GoldenValues::Texts(Vec::new())));
-        let mut all = Golden::new(Vec::new(), numbers.chain(texts).collect());
-        recording.play(&mut all)?;
+            columns.number_columns().map(|(_, it)| to_golden_column(it, GoldenValues::Numbers(Vec::new())));
+        let texts =
+            columns.text_columns().map(|(_, it)| to_golden_column(it, GoldenValues::Texts(Vec::new())));
+        let mut all = GoldenRecording::new(Vec::new(), numbers.chain(texts).collect());
+        recording.replay_into(&mut all)?;
         if all.times.is_empty() {
-            return Err(Error::input(format!("{} has no complete row", path.display())));
+            return Err(Error::invalid_input(format!("{} has no complete row", path.display())));
         }
         Ok(all)
     }
@@ -80,7 +81,7 @@ impl Golden {
         for (place, column) in columns.iter().enumerate() {
             by_name.entry(column.name.clone()).or_insert(place);
         }
-        Golden { times, columns, by_name }
+        GoldenRecording { times, columns, by_name }
     }
 
     /// The columns; of one name the output comes before the input.
@@ -96,12 +97,12 @@ impl Golden {
     }
 }
 
-fn golden(column: &Column, values: GoldenValues) -> GoldenColumn {
-    GoldenColumn { name: column.name(), unit: column.unit.clone(), values }
+fn to_golden_column(column: &Column, values: GoldenValues) -> GoldenColumn {
+    GoldenColumn { name: column.qualified_name(), unit: column.unit.clone(), values }
 }
 
-impl Sink for Golden {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+impl Sink for GoldenRecording {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         self.times.push(time);
         let (mut numbers, mut texts) = (row.numbers().iter(), row.texts().iter());
         for column in &mut self.columns {

@@ -15,15 +15,15 @@ pub mod survey;
 pub mod table;
 pub mod view;
 
-pub use columns::{Column, Columns, Direction, ValueKind};
+pub use columns::{Column, Columns, ValueKind, VariableDirection};
 pub use expression::{
-    ColumnIndex, Integer, IntegerIndex, IntegerRange, Number, NumberIndex, NumberRange, Text,
-    TextIndex, TextRange, TypedIndex, TypedRange, Values,
+    ColumnIndex, IntegerIndex, IntegerKind, IntegerRange, NumberIndex, NumberKind, NumberRange, ReadableRow,
+    TextIndex, TextKind, TextRange, TypedIndex, TypedRange,
 };
-pub use golden::{Golden, GoldenColumn, GoldenValues};
+pub use golden::{GoldenColumn, GoldenRecording, GoldenValues};
 pub use reader::Recording;
-pub use row::{Full, Recorded, Row, fits_number};
-pub use selection::Selection;
+pub use row::{AllVariables, RecordedVariables, Row, is_exact_in_f64};
+pub use selection::RecordedSelection;
 pub use sink::csv::CsvSink;
 pub use sink::ld::LdSink;
 pub use sink::mcap::McapSink;
@@ -31,6 +31,6 @@ pub use sink::mdf::MdfSink;
 pub use sink::parquet::ParquetSink;
 pub use sink::threaded_sink::ThreadedSink;
 pub use sink::{
-    BoxedSink, DerivedColumns, Event, Level, Notice, RunHeader, Sink, SinkKind, Status,
-    StatusChange, StatusTrack,
+    AnalysisColumns, BoxedSink, CheckOrFaultStatus, EventLevel, RunEvent, RunHeader, Sink, SinkFactory,
+    SinkNotice, StatusChange, StatusSource,
 };

@@ -12,7 +12,9 @@ use std::path::Path;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{MAGIC, McapError, records::op};
 
-pub(crate) use self::content::{ChunkHeader, Content, checksum, is_ours, verify_metadata};
+pub(crate) use self::content::{
+    ChunkHeader, RecordContent, is_own_file_header, metadata_checksum_entry, verify_metadata,
+};
 
 /// A record or a chunk that would take more memory than this [B] is not read.
 pub(crate) const LARGEST: u64 = 256 << 20;
@@ -28,7 +30,7 @@ const LZ4_AT_MOST: u64 = 255;
 
 /// Why a record cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum Damage {
+pub enum RecordDamage {
     /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] io::Error),
@@ -91,7 +93,7 @@ pub enum Damage {
 }
 
 /// What is wrong. The error of the crate `mcap` speaks of compression when a disk is full.
-pub(crate) fn plainly(error: McapError) -> String {
+pub(crate) fn describe_mcap_error(error: McapError) -> String {
     match error {
         McapError::Io(error) => error.to_string(),
         error => error.to_string(),
@@ -108,18 +110,23 @@ pub(crate) enum ChecksumStatus {
 }
 
 impl ChecksumStatus {
-    fn of(what: &'static str, at: u64, found: u32, expected: u32) -> Result<Self, Damage> {
+    fn compare_checksums(
+        what: &'static str,
+        at: u64,
+        found: u32,
+        expected: u32,
+    ) -> Result<Self, RecordDamage> {
         match expected {
             0 => Ok(ChecksumStatus::Missing),
             _ if expected == found => Ok(ChecksumStatus::Valid),
-            _ => Err(Damage::Checksum { what, at, found, expected }),
+            _ => Err(RecordDamage::Checksum { what, at, found, expected }),
         }
     }
 }
 
 /// The place of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Frame {
+pub(crate) struct RecordFrame {
     /// Where its opcode is.
     pub at: u64,
     pub opcode: u8,
@@ -127,33 +134,33 @@ pub(crate) struct Frame {
     pub length: u64,
 }
 
-impl Frame {
+impl RecordFrame {
     /// Where its body begins.
-    pub fn body(&self) -> u64 {
+    pub fn body_offset(&self) -> u64 {
         self.at + HEAD
     }
 
     /// Where the next record begins; none if that is more than a number can say.
-    pub fn end(&self) -> Option<u64> {
-        self.body().checked_add(self.length)
+    pub fn end_offset(&self) -> Option<u64> {
+        self.body_offset().checked_add(self.length)
     }
 
     /// Its opcode and length as they stand in the file.
-    pub fn head(&self) -> [u8; HEAD as usize] {
+    pub fn header_bytes(&self) -> [u8; HEAD as usize] {
         let mut head = [self.opcode; HEAD as usize];
         head[1..].copy_from_slice(&self.length.to_le_bytes());
         head
     }
 
     /// Whether the opcode is one of MCAP's or of a private record.
-    pub fn is_known(&self) -> bool {
+    pub fn has_known_opcode(&self) -> bool {
         matches!(self.opcode, op::HEADER..=op::DATA_END | 0x80..)
     }
 }
 
 /// How a complete file ends: data, summary, footer.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FileEnd {
+pub(crate) struct McapTrailer {
     /// Where the record stands that ends the data.
     pub data_end: u64,
     /// Where the summary begins; none if there is none.
@@ -164,14 +171,14 @@ pub(crate) struct FileEnd {
 
 /// An MCAP file, of which any place can be read.
 #[derive(Debug)]
-pub(crate) struct Records {
+pub(crate) struct McapRecordReader {
     file: BufReader<File>,
     position: u64,
     /// Its length [B].
     pub length: u64,
 }
 
-impl Records {
+impl McapRecordReader {
     /// Opens a file.
     ///
     /// # Errors
@@ -182,11 +189,11 @@ impl Records {
             return Err(io::Error::other("expected a file on a disk"));
         }
         let file = BufReader::with_capacity(BUFFER, File::open(path)?);
-        Ok(Records { file, position: 0, length: about.len() })
+        Ok(McapRecordReader { file, position: 0, length: about.len() })
     }
 
     /// Reads from a place on; fewer bytes than wanted where the file ends.
-    pub fn read(&mut self, at: u64, wanted: u64) -> io::Result<Vec<u8>> {
+    pub fn read_at(&mut self, at: u64, wanted: u64) -> io::Result<Vec<u8>> {
         let offset = at as i128 - i128::from(self.position);
         match i64::try_from(offset) {
             Ok(offset) => self.file.seek_relative(offset)?,
@@ -200,7 +207,7 @@ impl Records {
     }
 
     /// The next place from one on that is no hole of a sparse file: such holes are zeros, as many as anybody likes.
-    pub fn behind_hole(&mut self, at: u64) -> io::Result<u64> {
+    pub fn skip_sparse_hole(&mut self, at: u64) -> io::Result<u64> {
         let found = match rustix::fs::seek(self.file.get_ref(), rustix::fs::SeekFrom::Data(at)) {
             Ok(place) => place.max(at),
             Err(rustix::io::Errno::NXIO) => self.length.max(at),
@@ -214,53 +221,53 @@ impl Records {
 
     /// Whether the file begins and ends like an MCAP file.
     pub fn has_magic(&mut self, at: u64) -> io::Result<bool> {
-        Ok(self.read(at, MAGIC.len() as u64)? == MAGIC)
+        Ok(self.read_at(at, MAGIC.len() as u64)? == MAGIC)
     }
 
     /// Whether its writer came to the end.
-    pub fn is_finished(&mut self) -> io::Result<bool> {
+    pub fn is_file_complete(&mut self) -> io::Result<bool> {
         let magic = MAGIC.len() as u64;
         // A file of the opening magic alone does not end with the closing one.
         Ok(self.length >= 2 * magic && self.has_magic(self.length - magic)?)
     }
 
     /// What stands at a place as opcode and length; none if the file ends before.
-    pub fn frame(&mut self, at: u64) -> io::Result<Option<Frame>> {
-        let head = self.read(at, HEAD)?;
+    pub fn read_frame(&mut self, at: u64) -> io::Result<Option<RecordFrame>> {
+        let head = self.read_at(at, HEAD)?;
         let frame = head.split_first_chunk().and_then(|([opcode], length)| {
             let length = u64::from_le_bytes(length.try_into().ok()?);
-            Some(Frame { at, opcode: *opcode, length })
+            Some(RecordFrame { at, opcode: *opcode, length })
         });
         Ok(frame)
     }
 
     /// Whether the file goes on to the end of a record.
-    pub fn holds(&self, frame: &Frame) -> bool {
-        frame.end().is_some_and(|end| end <= self.length)
+    pub fn contains_record(&self, frame: &RecordFrame) -> bool {
+        frame.end_offset().is_some_and(|end| end <= self.length)
     }
 
     /// The body of a record.
     ///
     /// # Errors
     /// When the file ends before, or the body is too large.
-    pub fn body(&mut self, frame: &Frame) -> Result<Vec<u8>, Damage> {
-        if !self.holds(frame) {
-            return Err(Damage::Cut(frame.at));
+    pub fn read_body(&mut self, frame: &RecordFrame) -> Result<Vec<u8>, RecordDamage> {
+        if !self.contains_record(frame) {
+            return Err(RecordDamage::Cut(frame.at));
         }
         if frame.length > LARGEST {
-            return Err(Damage::Large { at: frame.at, length: frame.length });
+            return Err(RecordDamage::Large { at: frame.at, length: frame.length });
         }
-        Ok(self.read(frame.body(), frame.length)?)
+        Ok(self.read_at(frame.body_offset(), frame.length)?)
     }
 
     /// How the file ends, if its writer came to the end and what it wrote there fits together.
-    pub fn ending(&mut self) -> Result<Option<FileEnd>, Damage> {
+    pub fn read_trailer(&mut self) -> Result<Option<McapTrailer>, RecordDamage> {
         let magic = MAGIC.len() as u64;
-        if self.length < 2 * magic + FOOTER + DATA_END || !self.is_finished()? {
+        if self.length < 2 * magic + FOOTER + DATA_END || !self.is_file_complete()? {
             return Ok(None);
         }
         let at = self.length - magic - FOOTER;
-        let footer = self.read(at, FOOTER)?;
+        let footer = self.read_at(at, FOOTER)?;
         let number = |place: usize| footer[place..].first_chunk().map(|it| u64::from_le_bytes(*it));
         let crc = footer.last_chunk().map(|it| u32::from_le_bytes(*it));
         let (Some(20), Some(start), Some(summary_crc)) = (number(1), number(9), crc) else {
@@ -268,35 +275,38 @@ impl Records {
         };
         let summary = (start != 0).then_some(start);
         let data_end = summary.unwrap_or(at).checked_sub(DATA_END);
-        let Some(data_end) = data_end.filter(|end| footer[0] == op::FOOTER && end + DATA_END <= at)
-        else {
+        let Some(data_end) = data_end.filter(|end| footer[0] == op::FOOTER && end + DATA_END <= at) else {
             return Ok(None);
         };
-        let end = self.frame(data_end)?;
+        let end = self.read_frame(data_end)?;
         let fits = end.is_some_and(|end| end.opcode == op::DATA_END && end.length == 4);
-        Ok(fits.then_some(FileEnd { data_end, summary, footer: at, summary_crc }))
+        Ok(fits.then_some(McapTrailer { data_end, summary, footer: at, summary_crc }))
     }
 
     /// Compares the checksum over all data.
     ///
     /// # Errors
     /// When it differs.
-    pub fn verify_data(&mut self, ending: &FileEnd) -> Result<ChecksumStatus, Damage> {
+    pub fn verify_data(&mut self, ending: &McapTrailer) -> Result<ChecksumStatus, RecordDamage> {
         let mut sum = crc32fast::Hasher::new();
-        self.add_up(0..ending.data_end, &mut sum)?;
-        self.verify_sum(ending.data_end, sum.finalize())
+        self.update_checksum(0..ending.data_end, &mut sum)?;
+        self.compare_data_checksum(ending.data_end, sum.finalize())
     }
 
     /// Adds bytes to a checksum.
     ///
     /// # Errors
     /// When the file ends before they do.
-    pub fn add_up(&mut self, bytes: Range<u64>, sum: &mut crc32fast::Hasher) -> Result<(), Damage> {
+    pub fn update_checksum(
+        &mut self,
+        bytes: Range<u64>,
+        sum: &mut crc32fast::Hasher,
+    ) -> Result<(), RecordDamage> {
         let mut at = bytes.start;
         while at < bytes.end {
-            let piece = self.read(at, (bytes.end - at).min(BUFFER as u64))?;
+            let piece = self.read_at(at, (bytes.end - at).min(BUFFER as u64))?;
             if piece.is_empty() {
-                return Err(Damage::Cut(at));
+                return Err(RecordDamage::Cut(at));
             }
             sum.update(&piece);
             at += piece.len() as u64;
@@ -305,25 +315,29 @@ impl Records {
     }
 
     /// Compares the sum of the data with the one in the record that ends it.
-    pub fn verify_sum(&mut self, data_end: u64, found: u32) -> Result<ChecksumStatus, Damage> {
-        let expected = self.read(data_end + HEAD, 4)?;
-        let expected = expected.first_chunk().ok_or(Damage::Cut(data_end))?;
-        ChecksumStatus::of("data", data_end, found, u32::from_le_bytes(*expected))
+    pub fn compare_data_checksum(
+        &mut self,
+        data_end: u64,
+        found: u32,
+    ) -> Result<ChecksumStatus, RecordDamage> {
+        let expected = self.read_at(data_end + HEAD, 4)?;
+        let expected = expected.first_chunk().ok_or(RecordDamage::Cut(data_end))?;
+        ChecksumStatus::compare_checksums("data", data_end, found, u32::from_le_bytes(*expected))
     }
 
     /// The summary, with the proof of its checksum.
     ///
     /// # Errors
     /// When the checksum differs, or the summary is too large.
-    pub fn summary(&mut self, ending: &FileEnd) -> Result<(Vec<u8>, ChecksumStatus), Damage> {
+    pub fn read_summary(&mut self, ending: &McapTrailer) -> Result<(Vec<u8>, ChecksumStatus), RecordDamage> {
         let start = ending.summary.unwrap_or(ending.footer);
         let length = ending.footer - start;
         if length > LARGEST {
-            return Err(Damage::Large { at: start, length });
+            return Err(RecordDamage::Large { at: start, length });
         }
-        let mut bytes = self.read(start, length + FOOTER - 4)?;
+        let mut bytes = self.read_at(start, length + FOOTER - 4)?;
         let proof =
-            ChecksumStatus::of("summary", start, crc32fast::hash(&bytes), ending.summary_crc)?;
+            ChecksumStatus::compare_checksums("summary", start, crc32fast::hash(&bytes), ending.summary_crc)?;
         bytes.truncate(length as usize);
         Ok((bytes, proof))
     }
@@ -336,13 +350,13 @@ pub(crate) type RecordCallback<'a, E> = dyn FnMut(u8, &[u8]) -> Result<bool, E> 
 ///
 /// # Errors
 /// When the last one is not whole, or `take` fails.
-pub(crate) fn each<E: From<Damage>>(
+pub(crate) fn for_each_record<E: From<RecordDamage>>(
     at: u64,
     mut records: &[u8],
     take: &mut RecordCallback<E>,
 ) -> Result<bool, E> {
     while !records.is_empty() {
-        let cut = || E::from(Damage::Cut(at));
+        let cut = || E::from(RecordDamage::Cut(at));
         let (head, rest) = records.split_first_chunk::<{ HEAD as usize }>().ok_or_else(cut)?;
         let length = u64::from_le_bytes(*head.last_chunk().ok_or_else(cut)?);
         let length = usize::try_from(length).map_err(|_| cut())?;
@@ -359,17 +373,17 @@ pub(crate) fn each<E: From<Damage>>(
 ///
 /// # Errors
 /// When the checksum differs or the contents cannot be unpacked, or `take` fails.
-pub(crate) fn unpack<E: From<Damage>>(
-    frame: &Frame,
+pub(crate) fn verify_and_visit_chunk<E: From<RecordDamage>>(
+    frame: &RecordFrame,
     body: &[u8],
     take: &mut RecordCallback<E>,
 ) -> Result<bool, E> {
-    let wrong = |source| E::from(Damage::Chunk { at: frame.at, source });
-    let expected = || Damage::Expected { expected: "the header of a chunk", at: frame.at };
+    let wrong = |source| E::from(RecordDamage::Chunk { at: frame.at, source });
+    let expected = || RecordDamage::Expected { expected: "the header of a chunk", at: frame.at };
     let (header, records) = ChunkHeader::parse(body).ok_or_else(expected)?;
     if header.compression.is_empty() {
-        ChecksumStatus::of("chunk", frame.at, crc32fast::hash(records), header.crc)?;
-        return each(frame.at, records, take);
+        ChecksumStatus::compare_checksums("chunk", frame.at, crc32fast::hash(records), header.crc)?;
+        return for_each_record(frame.at, records, take);
     }
     let packed = records.len() as u64;
     let claimed = if header.compression == "lz4" { LZ4_AT_MOST * packed } else { LARGEST };
@@ -382,12 +396,12 @@ pub(crate) fn unpack<E: From<Damage>>(
         .with_prevalidate_chunk_crcs(true)
         .with_record_length_limit(LARGEST as usize);
     let mut reader = LinearReader::new_with_options(options);
-    let head = frame.head();
+    let head = frame.header_bytes();
     let mut whole = head.chain(body);
     while let Some(event) = reader.next_event() {
         match event.map_err(wrong)? {
             LinearReadEvent::ReadRequest(size) => {
-                let read = whole.read(reader.insert(size.min(BUFFER))).map_err(Damage::from)?;
+                let read = whole.read(reader.insert(size.min(BUFFER))).map_err(RecordDamage::from)?;
                 reader.notify_read(read);
             }
             LinearReadEvent::Record { opcode, data } => {

@@ -14,8 +14,11 @@ use ::mcap::write::Metadata;
 use ::mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use diagnostics::Error;
 
-use self::plan::{RecoveryPlan, SavedRecord};
-use crate::records::{Content, Damage, Records, checksum, plainly, tail, unpack};
+use self::plan::{RecoverableRecord, RecoveryPlan};
+use crate::records::{
+    McapRecordReader, RecordContent, RecordDamage, describe_mcap_error, metadata_checksum_entry, tail,
+    verify_and_visit_chunk,
+};
 
 /// The saved part of a recording.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -60,7 +63,7 @@ impl RecoveryReport {
 
     /// What is missing, a line for each.
     #[must_use]
-    pub fn missing(&self) -> Vec<String> {
+    pub fn loss_descriptions(&self) -> Vec<String> {
         let loss = |loss: &DamagedRange| {
             let Range { start, end } = loss.bytes;
             let span = loss.span.map(|[from, to]| format!(", between {from} s and {to} s"));
@@ -81,16 +84,16 @@ impl RecoveryReport {
 ///
 /// # Errors
 /// When `broken` cannot be read, nothing in it is sound, or `into` cannot be written.
-pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<RecoveryReport, Error> {
-    let unreadable = |what: String| Error::input(format!("{}: {what}", broken.display()));
+pub fn recover_recording(broken: &Path, into: &Path, unchecked: bool) -> Result<RecoveryReport, Error> {
+    let unreadable = |what: String| Error::invalid_input(format!("{}: {what}", broken.display()));
     let mut records =
-        Records::open(broken).map_err(|error| unreadable(format!("cannot read: {error}")))?;
-    let plan = RecoveryPlan::new(&mut records, unchecked)
-        .map_err(|it| unreadable(format!("cannot read: {it}")))?;
+        McapRecordReader::open(broken).map_err(|error| unreadable(format!("cannot read: {error}")))?;
+    let plan =
+        RecoveryPlan::new(&mut records, unchecked).map_err(|it| unreadable(format!("cannot read: {it}")))?;
     if plan.channels.is_empty() {
         let mut error = unreadable("expected an MCAP file with channels, found none".to_owned());
         if plan.unverified > 0 {
-            error = error.help(format!(
+            error = error.with_help(format!(
                 "{} records have no checksum; `--unchecked` takes them, right or wrong",
                 plan.unverified
             ));
@@ -98,22 +101,22 @@ pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<RecoveryRe
         return Err(error);
     }
     let partial = into.with_added_extension("partial");
-    let written = copy(&mut records, &plan, broken, &partial);
+    let written = write_recovered_file(&mut records, &plan, broken, &partial);
     let recovered = written.inspect_err(|_| drop(std::fs::remove_file(&partial)))?;
-    std::fs::rename(&partial, into).map_err(|error| Error::output(into, error))?;
+    std::fs::rename(&partial, into).map_err(|error| Error::output_failure(into, error))?;
     Ok(recovered)
 }
 
-fn copy(
-    records: &mut Records,
+fn write_recovered_file(
+    records: &mut McapRecordReader,
     plan: &RecoveryPlan,
     broken: &Path,
     partial: &Path,
 ) -> Result<RecoveryReport, Error> {
-    let file = File::create(partial).map_err(|error| Error::output(partial, error))?;
+    let file = File::create(partial).map_err(|error| Error::output_failure(partial, error))?;
     let failed = |error: CopyError| match error {
-        CopyError::Writing(error) => Error::output(partial, plainly(error)),
-        CopyError::ColumnType(damage) => Error::input(format!("the broken recording: {damage}")),
+        CopyError::Writing(error) => Error::output_failure(partial, describe_mcap_error(error)),
+        CopyError::ColumnType(damage) => Error::invalid_input(format!("the broken recording: {damage}")),
     };
     let options = WriteOptions::new()
         .profile("")
@@ -121,13 +124,13 @@ fn copy(
         .compression(Some(Compression::Lz4));
     let writer = options.create(BufWriter::new(file)).map_err(|error| failed(error.into()))?;
     let mut copy = RecoveryWriter { writer, plan, found: RecoveryReport::default(), times: None };
-    copy.describe().map_err(|error| failed(error.into()))?;
+    copy.write_schemas_and_channels().map_err(|error| failed(error.into()))?;
     for item in &plan.items {
-        copy.add(records, item).map_err(failed)?;
+        copy.copy_record(records, item).map_err(failed)?;
     }
     if plan.cut.is_some() && plan.losses.is_empty() {
-        for message in tail::messages(broken, copy.found.messages) {
-            copy.put(op::MESSAGE, &message).map_err(failed)?;
+        for message in tail::read_tail_messages(broken, copy.found.messages) {
+            copy.write_record(op::MESSAGE, &message).map_err(failed)?;
         }
     }
     copy.finish().map_err(|error| failed(error.into()))
@@ -136,7 +139,7 @@ fn copy(
 /// Why a copy failed.
 enum CopyError {
     Writing(McapError),
-    ColumnType(Damage),
+    ColumnType(RecordDamage),
 }
 
 impl From<McapError> for CopyError {
@@ -145,8 +148,8 @@ impl From<McapError> for CopyError {
     }
 }
 
-impl From<Damage> for CopyError {
-    fn from(damage: Damage) -> Self {
+impl From<RecordDamage> for CopyError {
+    fn from(damage: RecordDamage) -> Self {
         CopyError::ColumnType(damage)
     }
 }
@@ -161,7 +164,7 @@ struct RecoveryWriter<'a> {
 
 impl RecoveryWriter<'_> {
     /// Writes schemas and channels, under the numbers that they had.
-    fn describe(&mut self) -> Result<(), McapError> {
+    fn write_schemas_and_channels(&mut self) -> Result<(), McapError> {
         for (id, (schema, data)) in &self.plan.schemas {
             self.writer.add_schema_with_id(*id, &schema.name, &schema.encoding, data)?;
         }
@@ -169,46 +172,46 @@ impl RecoveryWriter<'_> {
             let known = it.schema_id == 0 || self.plan.schemas.contains_key(&it.schema_id);
             if known {
                 let (topic, encoding) = (&it.topic, &it.message_encoding);
-                self.writer.add_channel_with_id(
-                    *id,
-                    it.schema_id,
-                    topic,
-                    encoding,
-                    &it.metadata,
-                )?;
+                self.writer.add_channel_with_id(*id, it.schema_id, topic, encoding, &it.metadata)?;
                 self.found.channels += 1;
             }
         }
         self.writer.flush()
     }
 
-    fn add(&mut self, records: &mut Records, item: &SavedRecord) -> Result<(), CopyError> {
-        let body = records.body(&item.frame)?;
+    fn copy_record(
+        &mut self,
+        records: &mut McapRecordReader,
+        item: &RecoverableRecord,
+    ) -> Result<(), CopyError> {
+        let body = records.read_body(&item.frame)?;
         if item.frame.opcode != op::CHUNK {
-            return self.put(item.frame.opcode, &body);
+            return self.write_record(item.frame.opcode, &body);
         }
-        unpack(&item.frame, &body, &mut |opcode, body| self.put(opcode, body).map(|()| true))?;
+        verify_and_visit_chunk(&item.frame, &body, &mut |opcode, body| {
+            self.write_record(opcode, body).map(|()| true)
+        })?;
         Ok(())
     }
 
-    fn put(&mut self, opcode: u8, body: &[u8]) -> Result<(), CopyError> {
-        match Content::parse(opcode, body).ok_or(Damage::Form(opcode))? {
-            Content::Message(header, data) => self.message(&header, data)?,
-            Content::Attachment(it) => self.writer.attach(&Attachment {
+    fn write_record(&mut self, opcode: u8, body: &[u8]) -> Result<(), CopyError> {
+        match RecordContent::parse(opcode, body).ok_or(RecordDamage::Form(opcode))? {
+            RecordContent::Message(header, data) => self.write_message(&header, data)?,
+            RecordContent::Attachment(it) => self.writer.attach(&Attachment {
                 log_time: it.log_time,
                 create_time: it.create_time,
                 name: it.name,
                 media_type: it.media_type,
                 data: it.data.into(),
             })?,
-            Content::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            RecordContent::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
             // The writer makes indices, statistics and footer of its own.
             _ => {}
         }
         Ok(())
     }
 
-    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
+    fn write_message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
         match self.writer.write_to_known_channel(header, data) {
             Err(McapError::UnknownChannel(..)) => self.found.unknown += 1,
             written => {
@@ -232,8 +235,8 @@ impl RecoveryWriter<'_> {
         found.unverified = plan.unverified;
         found.index = found.is_complete() && !plan.trusted;
         if !found.is_complete() {
-            let mut metadata = BTreeMap::from([("ended".to_owned(), found.missing().join("\n"))]);
-            metadata.extend([checksum("recovered", &metadata)]);
+            let mut metadata = BTreeMap::from([("ended".to_owned(), found.loss_descriptions().join("\n"))]);
+            metadata.extend([metadata_checksum_entry("recovered", &metadata)]);
             self.writer.write_metadata(&Metadata { name: "recovered".to_owned(), metadata })?;
         }
         self.writer.finish()?;

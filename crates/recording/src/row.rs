@@ -3,21 +3,19 @@
 use std::marker::PhantomData;
 use std::ops;
 
-use expression::{
-    IntegerIndex, IntegerRange, NumberIndex, NumberRange, TextIndex, TextRange, Values,
-};
+use expression::{IntegerIndex, IntegerRange, NumberIndex, NumberRange, ReadableRow, TextIndex, TextRange};
 
 /// Marks rows with every variable of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct Full;
+pub struct AllVariables;
 
 /// Marks rows with the recorded variables only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct Recorded;
+pub struct RecordedVariables;
 
 /// Whether a number of a run holds this integer exactly.
 #[must_use]
-pub fn fits_number(integer: i128) -> bool {
+pub fn is_exact_in_f64(integer: i128) -> bool {
     integer as f64 as i128 == integer
 }
 
@@ -118,7 +116,7 @@ impl<S> Row<S> {
     }
 
     /// Replaces all values, without allocating for numbers; no texts leave those that there are.
-    pub fn assign(&mut self, numbers: &[f64], texts: Option<Vec<String>>, integers: &[i128]) {
+    pub fn set_values(&mut self, numbers: &[f64], texts: Option<Vec<String>>, integers: &[i128]) {
         self.numbers.clear();
         self.numbers.extend_from_slice(numbers);
         self.integers.clear();
@@ -128,7 +126,7 @@ impl<S> Row<S> {
 
     /// The numbers of two ranges, of which the first may be written; nothing when they overlap or are not there.
     #[inline]
-    pub fn both(
+    pub fn disjoint_number_ranges(
         &mut self,
         written: NumberRange<S>,
         read: NumberRange<S>,
@@ -146,20 +144,20 @@ impl<S> Row<S> {
     }
 
     /// Puts an integer of 64 bits into the row, and beside it its number, which may be rounded.
-    pub fn put(&mut self, (integer, number): (IntegerIndex<S>, NumberIndex<S>), value: i128) {
+    pub fn set_integer(&mut self, (integer, number): (IntegerIndex<S>, NumberIndex<S>), value: i128) {
         self.integers[integer.position()] = value;
         self.numbers[number.position()] = value as f64;
     }
 }
 
-impl<S> Values<S> for Row<S> {
+impl<S> ReadableRow<S> for Row<S> {
     #[inline]
-    fn number(&self, index: NumberIndex<S>) -> Option<f64> {
+    fn number_at(&self, index: NumberIndex<S>) -> Option<f64> {
         self.numbers.get(index.position()).copied()
     }
 
     #[inline]
-    fn text(&self, index: TextIndex<S>) -> Option<&str> {
+    fn text_at(&self, index: TextIndex<S>) -> Option<&str> {
         self.texts.get(index.position()).map(String::as_str)
     }
 }

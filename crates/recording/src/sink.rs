@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Source};
+use diagnostics::{Error, SourceFiles};
 
-use crate::columns::{Column, Columns, Direction, ValueKind};
-use crate::row::{Recorded, Row};
-use crate::view::View;
+use crate::columns::{Column, Columns, ValueKind, VariableDirection};
+use crate::row::{RecordedVariables, Row};
+use crate::view::ReplayView;
 
 pub mod csv;
 pub mod ld;
@@ -23,7 +23,7 @@ pub struct RunHeader {
     /// The scenario's title.
     pub title: String,
     /// The scenario's files, kept with the recording.
-    pub source: Source,
+    pub source: SourceFiles,
     /// Start values from outside of the scenario, as `node.variable=value`.
     pub given: Vec<String>,
     /// Communication step [s].
@@ -33,18 +33,18 @@ pub struct RunHeader {
     /// The seed of every random stream of the run.
     pub seed: u64,
     /// The recorded variables.
-    pub columns: Columns<Recorded>,
+    pub columns: Columns<RecordedVariables>,
     /// The checks and the inputs with faults whose status is recorded, in the order of the file.
-    pub status_tracks: Vec<StatusTrack>,
+    pub status_tracks: Vec<StatusSource>,
     /// How the replay is laid out.
-    pub view: View,
+    pub view: ReplayView,
     /// The folder that recordings go to.
     pub folder: PathBuf,
 }
 
 /// How much attention an event deserves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
+pub enum EventLevel {
     /// Something that was asked for.
     Info,
     /// What a node is, in its own words, said when it is initialised.
@@ -57,11 +57,11 @@ pub enum Level {
 
 /// Something that happened at a time: a message of an FMU, a fault, a failed check.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Event {
+pub struct RunEvent {
     /// Simulated time [s].
     pub time: f64,
     /// How much attention it deserves.
-    pub level: Level,
+    pub level: EventLevel,
     /// The node or the part of the program that it comes from.
     pub source: String,
     /// What happened.
@@ -72,26 +72,26 @@ pub struct Event {
 
 /// A check or an input whose status is recorded over time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StatusTrack {
+pub enum StatusSource {
     /// A check, by its name.
     Check(String),
     /// The faults of an input, by the input's name.
     Fault(String),
 }
 
-impl StatusTrack {
+impl StatusSource {
     /// The name of the check or of the input.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
-            StatusTrack::Check(name) | StatusTrack::Fault(name) => name,
+            StatusSource::Check(name) | StatusSource::Fault(name) => name,
         }
     }
 }
 
 /// The status of a check or a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Status {
+pub enum CheckOrFaultStatus {
     /// Outside of its window.
     Idle,
     /// The check is about its window as a whole, and not decided yet.
@@ -110,14 +110,14 @@ pub struct StatusChange {
     /// Simulated time [s].
     pub time: f64,
     /// The check or the input.
-    pub track: StatusTrack,
+    pub track: StatusSource,
     /// Its status from now on.
-    pub status: Status,
+    pub status: CheckOrFaultStatus,
 }
 
 /// Columns that an analysis adds to a recording.
 #[derive(Debug, Clone, Copy)]
-pub struct DerivedColumns<'a> {
+pub struct AnalysisColumns<'a> {
     /// The analysis' name in the scenario.
     pub analysis: &'a str,
     /// What the columns have in common.
@@ -128,13 +128,13 @@ pub struct DerivedColumns<'a> {
     pub columns: &'a [plugin::Signal<'a>],
 }
 
-impl DerivedColumns<'_> {
+impl AnalysisColumns<'_> {
     /// The columns, as recordings describe them.
     pub fn columns(&self) -> impl Iterator<Item = Column> {
         self.columns.iter().map(|signal| Column {
             node: self.analysis.to_owned(),
             variable: signal.name.to_owned(),
-            direction: Direction::Output,
+            direction: VariableDirection::Output,
             kind: ValueKind::Real,
             unit: (!signal.unit.is_empty()).then(|| signal.unit.to_owned()),
             description: None,
@@ -146,28 +146,28 @@ impl DerivedColumns<'_> {
 ///
 /// # Errors
 /// Every method fails when its argument cannot be written. Any error ends the run.
-pub trait Sink<S = Recorded> {
+pub trait Sink<S = RecordedVariables> {
     /// Takes the values of all columns at communication point `tick`, which is at `time` [s].
-    fn row(&mut self, tick: u64, time: f64, row: &Row<S>) -> Result<(), Error>;
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<S>) -> Result<(), Error>;
 
     /// Takes an event; events come in the order of their time, between the rows.
-    fn event(&mut self, _event: &Event) -> Result<(), Error> {
+    fn push_event(&mut self, _event: &RunEvent) -> Result<(), Error> {
         Ok(())
     }
 
     /// Takes a change of status. Changes come after the row of their time; the status of checks on a window as a whole comes
     /// after the last row.
-    fn status(&mut self, _change: &StatusChange) -> Result<(), Error> {
+    fn push_status_change(&mut self, _change: &StatusChange) -> Result<(), Error> {
         Ok(())
     }
 
     /// Takes columns of an analysis, after the last row.
-    fn derived(&mut self, _derived: &DerivedColumns) -> Result<(), Error> {
+    fn push_derived_columns(&mut self, _derived: &AnalysisColumns) -> Result<(), Error> {
         Ok(())
     }
 
     /// Takes a diagram, after the last row, with the names of its analysis and its group.
-    fn diagram(
+    fn push_diagram(
         &mut self,
         _analysis: &str,
         _group: &str,
@@ -183,18 +183,18 @@ pub trait Sink<S = Recorded> {
     }
 
     /// Notices since the last call, in the order of their time. They are fetched after opening, after rows and after the end.
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         Vec::new()
     }
 }
 
 /// A message of a sink, for the other sinks or for the user.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Notice {
+pub enum SinkNotice {
     /// For the other sinks: a change of status.
     Status(StatusChange),
     /// For the other sinks: an event.
-    Event(Event),
+    Event(RunEvent),
     /// For the user: viewers can connect to this URL.
     Serving(String),
     /// For the user: a problem that does not end the run, such as a closed viewer.
@@ -202,16 +202,16 @@ pub enum Notice {
 }
 
 /// The name of a file that is not complete.
-fn partial(path: &Path) -> PathBuf {
+fn partial_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".partial");
     PathBuf::from(name)
 }
 
 /// Gives a file its name. An incomplete one looks like a complete one, so it does not get it.
-fn name(partial: &Path, path: &Path, completed: bool) -> Result<(), Error> {
+fn rename_completed_file(partial: &Path, path: &Path, completed: bool) -> Result<(), Error> {
     match completed {
-        true => std::fs::rename(partial, path).map_err(|error| Error::output(path, error)),
+        true => std::fs::rename(partial, path).map_err(|error| Error::output_failure(path, error)),
         false => Ok(()),
     }
 }
@@ -220,7 +220,7 @@ fn name(partial: &Path, path: &Path, completed: bool) -> Result<(), Error> {
 pub type BoxedSink = Box<dyn Sink + Send>;
 
 /// A way to record a run, as a list of all ways names it; `O` are the options of a run.
-pub struct SinkKind<O> {
+pub struct SinkFactory<O> {
     /// The files that it may leave in the folder of a run. Their names begin with `run.`.
     pub files: &'static [&'static str],
     /// Opens the recording, if the options ask for it.

@@ -6,17 +6,17 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-pub use self::tally::{GapCount, Tally};
+pub use self::tally::{ChannelStatistics, GapCount};
 
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
-pub struct Survey {
+pub struct LogSurvey {
     /// The format of the file.
     pub format: String,
     /// Where its times come from.
     pub time: String,
     /// The channels, in the order of the file.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<ChannelSurvey>,
     /// What is no channel, each with the reason.
     pub left_out: Vec<String>,
     /// Damage of the file.
@@ -25,19 +25,19 @@ pub struct Survey {
 
 /// A channel of a log.
 #[derive(Debug, Clone, Default)]
-pub struct Channel {
+pub struct ChannelSurvey {
     /// The name by which a scenario finds it.
     pub name: String,
     /// Its unit, as far as the file tells.
     pub unit: Option<String>,
     /// What was counted.
-    pub tally: Tally,
+    pub tally: ChannelStatistics,
 }
 
-impl Survey {
+impl LogSurvey {
     /// Lines for a terminal: the file, then a line for each channel.
     #[must_use]
-    pub fn lines(&self) -> String {
+    pub fn terminal_report(&self) -> String {
         let mut text = String::new();
         // Writing into a string cannot fail.
         for (name, value) in [("format", &self.format), ("time", &self.time)] {
@@ -48,7 +48,7 @@ impl Survey {
         let width = widest.max().unwrap_or(0).min(1000);
         let _ = writeln!(text, "\n{} channels", self.channels.len());
         for channel in &self.channels {
-            let _ = writeln!(text, "{}", channel.line(width));
+            let _ = writeln!(text, "{}", channel.report_line(width));
         }
         for (what, lines) in [("left out", &self.left_out), ("damage", &self.warnings)] {
             for line in lines {
@@ -60,11 +60,11 @@ impl Survey {
 
     /// The same as JSON.
     #[must_use]
-    pub fn json(&self) -> serde_json::Value {
+    pub fn to_json(&self) -> serde_json::Value {
         json!({
             "format": self.format,
             "time": self.time,
-            "channels": self.channels.iter().map(Channel::json).collect::<Vec<_>>(),
+            "channels": self.channels.iter().map(ChannelSurvey::to_json).collect::<Vec<_>>(),
             "left_out": self.left_out,
             "warnings": self.warnings,
         })
@@ -72,7 +72,7 @@ impl Survey {
 }
 
 /// A number to five digits.
-fn short(number: f64) -> String {
+fn format_five_digits(number: f64) -> String {
     match number.abs() {
         0.0 => "0".to_owned(),
         size if !(1e-4..1e7).contains(&size) => format!("{number:.4e}"),
@@ -87,14 +87,17 @@ fn short(number: f64) -> String {
     }
 }
 
-impl Channel {
-    fn line(&self, width: usize) -> String {
-        let Tally { rows, values, range, texts, times, not_rising, .. } = &self.tally;
+impl ChannelSurvey {
+    fn report_line(&self, width: usize) -> String {
+        let ChannelStatistics { rows, values, range, texts, times, not_rising, .. } = &self.tally;
         let unit = self.unit.as_ref().map(|unit| format!("[{unit}]")).unwrap_or_default();
-        let rate = self.tally.step().map(|step| format!("{} Hz", short(1.0 / step)));
-        let span = times.map(|(first, last)| format!("{} to {} s", short(first), short(last)));
+        let rate = self.tally.median_step().map(|step| format!("{} Hz", format_five_digits(1.0 / step)));
+        let span = times
+            .map(|(first, last)| format!("{} to {} s", format_five_digits(first), format_five_digits(last)));
         let range = match (range, texts.is_empty()) {
-            (Some((least, most)), _) => format!("{} to {}", short(*least), short(*most)),
+            (Some((least, most)), _) => {
+                format!("{} to {}", format_five_digits(*least), format_five_digits(*most))
+            }
             (None, false) => {
                 let quoted: Vec<String> = texts.iter().map(|it| format!("{it:?}")).collect();
                 quoted.join(", ")
@@ -108,12 +111,12 @@ impl Channel {
         if values < rows {
             notes.push(format!("{} rows without a value", rows - values));
         }
-        if let GapCount { count, longest: Some((longest, at)) } = self.tally.gaps() {
+        if let GapCount { count, longest: Some((longest, at)) } = self.tally.gap_count() {
             let gaps = if count == 1 { "gap" } else { "gaps" };
             notes.push(format!(
                 "{count} {gaps}, the longest of {} s at {} s",
-                short(longest),
-                short(at)
+                format_five_digits(longest),
+                format_five_digits(at)
             ));
         }
         if *not_rising > 0 {
@@ -128,15 +131,15 @@ impl Channel {
         line.trim_end().to_owned()
     }
 
-    fn json(&self) -> serde_json::Value {
-        let Tally { rows, values, range, texts, times, not_rising, .. } = &self.tally;
-        let GapCount { count, longest } = self.tally.gaps();
+    fn to_json(&self) -> serde_json::Value {
+        let ChannelStatistics { rows, values, range, texts, times, not_rising, .. } = &self.tally;
+        let GapCount { count, longest } = self.tally.gap_count();
         json!({
             "name": self.name,
             "unit": self.unit,
             "rows": rows,
             "values": values,
-            "step": self.tally.step(),
+            "step": self.tally.median_step(),
             "first_time": times.map(|it| it.0),
             "last_time": times.map(|it| it.1),
             "min": range.map(|it| it.0),

@@ -19,17 +19,18 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use self::csv::columns;
+pub use self::csv::read_untimed_columns;
 pub(crate) use self::csv::{CsvColumn, read_csv_table};
 pub use self::error::{CsvError, RecordingError, TableError};
 use self::exact_values::ExactValues;
 pub use self::foreign::is_fmu;
-pub(crate) use self::mcap::Mcap;
+pub(crate) use self::mcap::McapReader;
 pub use self::read_request::{
-    ColumnRequest, ColumnType, Decimal, Dialect, GapRule, ReadRequest, Scaling, Separator, UnitRow,
+    ColumnRequest, ColumnScaling, ColumnType, CsvDialect, DecimalMark, GapRule, ReadRequest, Separator,
+    UnitRow,
 };
-pub use self::survey::survey;
-pub(crate) use self::title::title;
+pub use self::survey::survey_file;
+pub(crate) use self::title::format_title;
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -48,14 +49,14 @@ struct ReadColumns {
     /// Time stamps [s], in rising order; columns that were recorded together share them.
     clocks: Vec<Vec<f64>>,
     /// Each with what is wrong with it, so that no mistake hides another.
-    columns: Vec<Result<Series, TableError>>,
+    columns: Vec<Result<ReadSeries, TableError>>,
     /// The time of the file's clock when these stamps are 0 [s].
     zero: f64,
     warnings: Vec<String>,
 }
 
 #[derive(Debug)]
-struct Series {
+struct ReadSeries {
     /// The index of its clock.
     clock: usize,
     /// NaN where there is none; of what is kept, the places.
@@ -82,7 +83,7 @@ pub struct ColumnTitle {
 
 /// The titles of a file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Titles {
+pub struct FileTitles {
     /// Those of its columns; of an MCAP recording that is none of ROS, only reading it tells, and there are none.
     pub columns: Vec<ColumnTitle>,
     /// Whether it has times without a column that is named.
@@ -95,16 +96,16 @@ pub struct Titles {
 ///
 /// # Errors
 /// When the file cannot be read, or has no titles.
-pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
+pub fn read_titles(path: impl AsRef<Path>) -> Result<FileTitles, TableError> {
     let path = path.as_ref();
-    Ok(match File::open(path)? {
-        File::Mcap => mcap::titles(path)?,
-        File::Log(log) => {
+    Ok(match TableFileFormat::detect(path)? {
+        TableFileFormat::Mcap => mcap::ros_titles(path)?,
+        TableFileFormat::Log(log) => {
             let found = log::ChannelIndex::new(path, &log);
-            let (columns, has_time) = (found.titles(), found.has_times());
-            Titles { columns, has_time, format: log.format.to_owned() }
+            let (columns, has_time) = (found.column_titles(), found.has_times());
+            FileTitles { columns, has_time, format: log.format.to_owned() }
         }
-        File::Csv => csv::titles(path)?,
+        TableFileFormat::Csv => csv::csv_titles(path)?,
     })
 }
 
@@ -112,43 +113,43 @@ pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
 ///
 /// # Errors
 /// When the file cannot be read, or has no titles.
-pub fn look_up(
+pub fn check_columns_exist(
     path: &Path,
     names: &[&str],
-    dialect: &Dialect,
+    dialect: &CsvDialect,
 ) -> Result<Vec<Result<(), TableError>>, TableError> {
-    match File::open(path)? {
-        File::Mcap => mcap::look_up(path, names),
-        File::Log(log) => {
+    match TableFileFormat::detect(path)? {
+        TableFileFormat::Mcap => mcap::check_message_columns(path, names),
+        TableFileFormat::Log(log) => {
             let found = log::ChannelIndex::new(path, &log);
-            Ok(names.iter().map(|name| found.place(name).map(drop)).collect())
+            Ok(names.iter().map(|name| found.find_channel(name).map(drop)).collect())
         }
-        File::Csv => csv::look_up(path, names, dialect),
+        TableFileFormat::Csv => csv::check_csv_columns(path, names, dialect),
     }
 }
 
 /// The format of a file, by its contents.
-enum File {
+enum TableFileFormat {
     Mcap,
-    Log(Box<log_file::Log>),
+    Log(Box<log_file::LogFile>),
     Csv,
 }
 
-impl File {
-    fn open(path: &Path) -> Result<Self, TableError> {
+impl TableFileFormat {
+    fn detect(path: &Path) -> Result<Self, TableError> {
         let open = |source| TableError::Open { path: path.to_owned(), source };
-        if mcap::is(path).map_err(open)? {
-            return Ok(File::Mcap);
+        if mcap::is_message_recording(path).map_err(open)? {
+            return Ok(TableFileFormat::Mcap);
         }
-        Ok(log::open(path)?.map_or(File::Csv, |log| File::Log(Box::new(log))))
+        Ok(log::open_log(path)?.map_or(TableFileFormat::Csv, |log| TableFileFormat::Log(Box::new(log))))
     }
 }
 
 /// Columns of a recording over their time stamps.
 #[derive(Debug, Clone)]
-pub struct Table {
-    clocks: Vec<Clock>,
-    columns: Vec<Column>,
+pub struct TimeSeriesTable {
+    clocks: Vec<TableClock>,
+    columns: Vec<TableColumn>,
     /// The time of the file's clock when stamps are 0 [s].
     zero: f64,
     /// The stamp at the scenario's time 0 [s].
@@ -160,7 +161,7 @@ pub struct Table {
 }
 
 #[derive(Debug, Clone)]
-struct Clock {
+struct TableClock {
     /// Time stamps [s].
     stamps: Vec<f64>,
     /// What these are earlier than those of the file [s].
@@ -170,7 +171,7 @@ struct Clock {
 }
 
 #[derive(Debug, Clone)]
-struct Column {
+struct TableColumn {
     name: String,
     clock: usize,
     /// Of what is kept, the places.
@@ -180,14 +181,14 @@ struct Column {
 }
 
 /// The index of a clock that is `delay` [s] earlier than another one; a new one where there is none.
-fn delayed_clock(clocks: &mut Vec<Clock>, of: usize, delay: f64) -> usize {
+fn delayed_clock(clocks: &mut Vec<TableClock>, of: usize, delay: f64) -> usize {
     if delay == 0.0 {
         return of;
     }
     let stamps: Vec<f64> = clocks[of].stamps.iter().map(|stamp| stamp - delay).collect();
-    let same = |clock: &Clock| clock.delay == delay && clock.stamps == stamps;
+    let same = |clock: &TableClock| clock.delay == delay && clock.stamps == stamps;
     clocks.iter().position(same).unwrap_or_else(|| {
-        clocks.push(Clock { stamps, delay, cursor: 0 });
+        clocks.push(TableClock { stamps, delay, cursor: 0 });
         clocks.len() - 1
     })
 }
@@ -196,7 +197,7 @@ fn delayed_clock(clocks: &mut Vec<Clock>, of: usize, delay: f64) -> usize {
 /// stamps to nanoseconds.
 const EDGE: f64 = 1e-9;
 
-impl Table {
+impl TimeSeriesTable {
     /// Reads the wanted columns, with linear interpolation and the scenario's time 0 at the earliest of their time stamps.
     ///
     /// A file that begins like an MCAP recording or the database of a ROS 2 bag is read as one, as is the folder of a bag: the time is `log_time`,
@@ -209,30 +210,29 @@ impl Table {
     /// When the file cannot be read, lacks a column or has a value that cannot be played back.
     pub fn read(path: impl AsRef<Path>, request: &ReadRequest) -> Result<Self, TableError> {
         let path = path.as_ref();
-        let mut recorded = match File::open(path)? {
-            File::Mcap => mcap::read(path, request)?,
-            File::Log(log) => log::read(path, *log, request)?,
-            File::Csv => csv::read(path, request)?,
+        let mut recorded = match TableFileFormat::detect(path)? {
+            TableFileFormat::Mcap => mcap::read_message_columns(path, request)?,
+            TableFileFormat::Log(log) => log::read_log_columns(path, *log, request)?,
+            TableFileFormat::Csv => csv::read_csv_columns(path, request)?,
         };
-        gaps::fill(path, &mut recorded, &request.columns)?;
+        gaps::fill_gaps(path, &mut recorded, &request.columns)?;
         Self::new(recorded, request)
     }
 
     fn new(recorded: ReadColumns, request: &ReadRequest) -> Result<Self, TableError> {
-        let (right, wrong): (Vec<_>, Vec<_>) =
-            recorded.columns.into_iter().partition(Result::is_ok);
+        let (right, wrong): (Vec<_>, Vec<_>) = recorded.columns.into_iter().partition(Result::is_ok);
         if !wrong.is_empty() {
-            return Err(TableError::all(wrong.into_iter().filter_map(Result::err)));
+            return Err(TableError::from_errors(wrong.into_iter().filter_map(Result::err)));
         }
-        let clock = |stamps| Clock { stamps, delay: 0.0, cursor: 0 };
-        let mut clocks: Vec<Clock> = recorded.clocks.into_iter().map(clock).collect();
-        let column = |(request, series): (&ColumnRequest, Series)| {
-            let Series { clock, mut values, exact, unit, .. } = series;
+        let clock = |stamps| TableClock { stamps, delay: 0.0, cursor: 0 };
+        let mut clocks: Vec<TableClock> = recorded.clocks.into_iter().map(clock).collect();
+        let column = |(request, series): (&ColumnRequest, ReadSeries)| {
+            let ReadSeries { clock, mut values, exact, unit, .. } = series;
             if let ExactValues::Nothing = exact {
                 values.iter_mut().for_each(|value| *value = request.scaling.apply(*value));
             }
             let clock = delayed_clock(&mut clocks, clock, request.delay);
-            Column { name: request.name.clone(), clock, values, exact, unit }
+            TableColumn { name: request.name.clone(), clock, values, exact, unit }
         };
         let columns = request.columns.iter().zip(right.into_iter().flatten()).map(column).collect();
         let mut table = Self {
@@ -250,8 +250,7 @@ impl Table {
 
     /// Sets the time of the file's clock [s] at the scenario's time 0; the earliest time stamp unless it is given.
     pub fn set_origin(&mut self, shown: Option<f64>) {
-        let first =
-            || self.clocks.iter().map(|clock| clock.stamps[0] + clock.delay).reduce(f64::min);
+        let first = || self.clocks.iter().map(|clock| clock.stamps[0] + clock.delay).reduce(f64::min);
         self.origin = shown.map(|shown| shown - self.zero).or_else(first).unwrap_or(0.0);
     }
 
@@ -261,15 +260,14 @@ impl Table {
     }
 
     /// The names in the scenario, in the order of the column indices.
-    pub fn names(&self) -> impl ExactSizeIterator<Item = &str> {
+    pub fn column_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.columns.iter().map(|column| column.name.as_str())
     }
 
     /// The time stamps of each clock, in times of the scenario [s].
     #[must_use]
-    pub fn times(&self) -> Vec<Vec<f64>> {
-        let shifted =
-            |clock: &Clock| clock.stamps.iter().map(|stamp| stamp - self.origin).collect();
+    pub fn clock_times(&self) -> Vec<Vec<f64>> {
+        let shifted = |clock: &TableClock| clock.stamps.iter().map(|stamp| stamp - self.origin).collect();
         self.clocks.iter().map(shifted).collect()
     }
 
@@ -278,7 +276,7 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     #[must_use]
-    pub fn clock(&self, column: usize) -> usize {
+    pub fn column_clock(&self, column: usize) -> usize {
         self.columns[column].clock
     }
 
@@ -287,7 +285,7 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     #[must_use]
-    pub fn column(&self, column: usize) -> &[f64] {
+    pub fn column_values(&self, column: usize) -> &[f64] {
         &self.columns[column].values
     }
 
@@ -296,7 +294,7 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     #[must_use]
-    pub fn unit(&self, column: usize) -> Option<&str> {
+    pub fn column_unit(&self, column: usize) -> Option<&str> {
         self.columns[column].unit.as_deref()
     }
 
@@ -311,11 +309,11 @@ impl Table {
     ///
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
-    pub fn value(&mut self, column: usize, time: f64) -> f64 {
-        let Column { clock, values, exact, .. } = &self.columns[column];
+    pub fn value_at(&mut self, column: usize, time: f64) -> f64 {
+        let TableColumn { clock, values, exact, .. } = &self.columns[column];
         let clock = &mut self.clocks[*clock];
         let stamp = time + self.origin;
-        let here = clock.seek(stamp + EDGE);
+        let here = clock.seek_row(stamp + EDGE);
         let past = stamp - clock.stamps[here];
         if let ExactValues::Integers(integers) = exact {
             return integers[values[here] as usize] as f64;
@@ -328,10 +326,10 @@ impl Table {
     }
 }
 
-impl Clock {
+impl TableClock {
     /// The last row at or before the stamp, or the first one.
-    fn seek(&mut self, stamp: f64) -> usize {
-        let Clock { stamps, cursor, .. } = self;
+    fn seek_row(&mut self, stamp: f64) -> usize {
+        let TableClock { stamps, cursor, .. } = self;
         if stamp < stamps[*cursor] {
             *cursor = stamps[..*cursor].partition_point(|t| *t <= stamp).saturating_sub(1);
         }

@@ -4,33 +4,33 @@ use expression::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::row::{Recorded, Row};
-use expression::{ColumnIndex, NumberIndex, TextIndex, Values};
+use crate::row::{RecordedVariables, Row};
+use expression::{ColumnIndex, NumberIndex, ReadableRow, TextIndex};
 
 /// The layout of a replay.
 #[derive(Debug, Clone, Default)]
-pub struct View {
+pub struct ReplayView {
     /// The moving body, when the scenario names one.
-    pub pose: Option<Pose>,
+    pub pose: Option<PoseColumns>,
     /// The source of the distance; without it the replay has no such timeline.
-    pub distance: Option<Distance>,
+    pub distance: Option<DistanceSource>,
     /// The edges of the road.
-    pub track: Option<Track>,
+    pub track: Option<TrackEdges>,
     /// Arrows that the body carries.
-    pub arrows: Vec<Arrow>,
+    pub arrows: Vec<BodyArrow>,
     /// Diagrams of one quantity over another.
     pub xy_plots: Vec<XyPlot>,
     /// The time plots, from top to bottom.
-    pub plots: Vec<Plot>,
+    pub plots: Vec<TimePlot>,
     /// Limits of checks, to be drawn in the plots of their signals.
-    pub limits: Vec<Limit>,
+    pub limits: Vec<PlotLimit>,
     /// The nodes and their connections, in a run with several nodes.
-    pub graph: Graph,
+    pub graph: NodeGraph,
 }
 
 /// The nodes of a run and the connections between them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Graph {
+pub struct NodeGraph {
     /// The nodes in the order in which they step.
     pub nodes: Vec<GraphNode>,
     /// From the node that gives a value to the one that takes it, by their places, each pair once.
@@ -48,9 +48,9 @@ pub struct GraphNode {
 
 /// A constant that a check compares a signal with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
+pub struct PlotLimit {
     /// The signal.
-    pub column: NumberIndex<Recorded>,
+    pub column: NumberIndex<RecordedVariables>,
     /// The constant, in the unit of the signal.
     pub value: f64,
     /// First and last moment of the check [s].
@@ -59,41 +59,41 @@ pub struct Limit {
 
 /// A number that each row gives.
 #[derive(Debug, Clone)]
-pub enum Quantity {
+pub enum RowQuantity {
     /// The number in this column.
-    Column(NumberIndex<Recorded>),
+    Column(NumberIndex<RecordedVariables>),
     /// A formula over the row; NaN where it has no value.
-    Formula(Expression<Recorded>),
+    Formula(Expression<RecordedVariables>),
 }
 
-impl Quantity {
+impl RowQuantity {
     /// Its value in the row at `time` [s].
     #[must_use]
-    pub fn value(&self, time: f64, row: &Row<Recorded>) -> f64 {
+    pub fn evaluate(&self, time: f64, row: &Row<RecordedVariables>) -> f64 {
         match self {
-            Quantity::Column(column) => row[*column],
-            Quantity::Formula(formula) => formula.value(time, row),
+            RowQuantity::Column(column) => row[*column],
+            RowQuantity::Formula(formula) => formula.evaluate(time, row),
         }
     }
 }
 
-impl View {
+impl ReplayView {
     /// The layout for a run without these columns; plots stay, if need be without a curve.
     #[must_use]
-    pub fn without(&self, lacks: &[NumberIndex<Recorded>]) -> View {
-        let has = |quantity: &Quantity| match quantity {
-            Quantity::Column(column) => !lacks.contains(column),
-            Quantity::Formula(formula) => !formula.numbers().iter().any(|it| lacks.contains(it)),
+    pub fn without_columns(&self, lacks: &[NumberIndex<RecordedVariables>]) -> ReplayView {
+        let has = |quantity: &RowQuantity| match quantity {
+            RowQuantity::Column(column) => !lacks.contains(column),
+            RowQuantity::Formula(formula) => !formula.number_indices().iter().any(|it| lacks.contains(it)),
         };
         let mut view = self.clone();
-        let whole = |it: &Pose| {
+        let whole = |it: &PoseColumns| {
             let columns = [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed];
             !columns.into_iter().flatten().any(|column| lacks.contains(&column))
         };
         view.pose = view.pose.filter(whole);
         view.distance = view.distance.filter(|it| match it {
-            Distance::Given(quantity) | Distance::Driven(quantity) => has(quantity),
-            Distance::Along(position) => !position.iter().any(|column| lacks.contains(column)),
+            DistanceSource::Given(quantity) | DistanceSource::Driven(quantity) => has(quantity),
+            DistanceSource::Along(position) => !position.iter().any(|column| lacks.contains(column)),
         });
         view.arrows.retain(|it| it.vector.iter().chain([&it.turn]).flatten().all(has));
         for plot in &mut view.xy_plots {
@@ -108,17 +108,17 @@ impl View {
 
 /// The pose of the moving body; `x` to `speed` are numbers of the row.
 #[derive(Debug, Clone)]
-pub struct Pose {
+pub struct PoseColumns {
     /// Position east [m].
-    pub x: NumberIndex<Recorded>,
+    pub x: NumberIndex<RecordedVariables>,
     /// Position north [m].
-    pub y: NumberIndex<Recorded>,
+    pub y: NumberIndex<RecordedVariables>,
     /// Heading [rad], counter-clockwise from x.
-    pub heading: NumberIndex<Recorded>,
+    pub heading: NumberIndex<RecordedVariables>,
     /// Road-wheel angle of the steered wheels [rad].
-    pub steer: Option<NumberIndex<Recorded>>,
+    pub steer: Option<NumberIndex<RecordedVariables>>,
     /// Speed [m/s], which colours the driven line.
-    pub speed: Option<NumberIndex<Recorded>>,
+    pub speed: Option<NumberIndex<RecordedVariables>>,
     /// Length of the drawn box [m].
     pub length: f64,
     /// Width of the drawn box [m].
@@ -129,34 +129,33 @@ pub struct Pose {
 
 /// The source of the distance [m].
 #[derive(Debug, Clone)]
-pub enum Distance {
+pub enum DistanceSource {
     /// The distance itself.
-    Given(Quantity),
+    Given(RowQuantity),
     /// The length of the line through these points [m].
-    Along([NumberIndex<Recorded>; 2]),
+    Along([NumberIndex<RecordedVariables>; 2]),
     /// The integral of this speed [m/s].
-    Driven(Quantity),
+    Driven(RowQuantity),
 }
 
 /// The edges of the road [m].
 #[derive(Debug, Clone)]
-pub enum Track {
+pub enum TrackEdges {
     /// Known from the start: the left and the right edge.
     Edges([Vec<[f64; 2]>; 2]),
     /// Points of the left and the right edge from each row.
-    Sides([[Quantity; 2]; 2]),
+    Sides([[RowQuantity; 2]; 2]),
     /// A point of the centre line from each row, and how far the edges are to its left and right.
-    Center([Quantity; 2], [f64; 2]),
+    Center([RowQuantity; 2], [f64; 2]),
 }
 
 /// The left and the right edge of a road with this centre line; `widths` are from there to both [m]. Points that
 /// follow another one at less than 1 mm are left out, as they tell no direction.
 #[must_use]
-pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
+pub fn road_edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
     let mut kept: Vec<usize> = Vec::new();
     for (index, point) in center.iter().enumerate() {
-        let far =
-            |&last: &usize| (point[0] - center[last][0]).hypot(point[1] - center[last][1]) >= 1e-3;
+        let far = |&last: &usize| (point[0] - center[last][0]).hypot(point[1] - center[last][1]) >= 1e-3;
         if kept.last().is_none_or(far) {
             kept.push(index);
         }
@@ -180,17 +179,17 @@ pub fn edges(center: &[[f64; 2]], widths: &[[f64; 2]]) -> [Vec<[f64; 2]>; 2] {
 
 /// An arrow on the body.
 #[derive(Debug, Clone)]
-pub struct Arrow {
+pub struct BodyArrow {
     /// Its name.
     pub label: String,
     /// Its role.
-    pub role: Role,
+    pub role: CurveRole,
     /// Its origin in the frame of the body [m].
     pub at: [f64; 3],
     /// Its components ahead and to the left, 0 where there is none.
-    pub vector: [Option<Quantity>; 2],
+    pub vector: [Option<RowQuantity>; 2],
     /// The angle by which the frame of these components is turned to the left against the body [rad].
-    pub turn: Option<Quantity>,
+    pub turn: Option<RowQuantity>,
     /// Its length [m] for a vector of length 1.
     pub scale: f64,
 }
@@ -209,54 +208,56 @@ pub struct XyPlot {
     /// Duration of the trail of a point [s].
     pub trail: f64,
     /// Moving points.
-    pub points: Vec<Point>,
+    pub points: Vec<XyPlotPoint>,
     /// Curves y(x).
-    pub curves: Vec<Function>,
+    pub curves: Vec<XyPlotFunction>,
 }
 
 /// A moving point of a diagram.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct XyPlotPoint {
     /// Its name.
     pub label: String,
     /// Its role.
-    pub role: Role,
+    pub role: CurveRole,
     /// Its coordinates.
-    pub coordinates: [Quantity; 2],
+    pub coordinates: [RowQuantity; 2],
 }
 
 /// A curve of a diagram.
 #[derive(Debug, Clone)]
-pub struct Function {
+pub struct XyPlotFunction {
     /// Its name.
     pub label: String,
     /// Its role.
-    pub role: Role,
+    pub role: CurveRole,
     /// Its y.
-    pub y: Expression<AtX>,
+    pub y: Expression<RecordedVariablesAndX>,
     /// Whether it depends on more than x.
     pub moves: bool,
 }
 
-impl Function {
+impl XyPlotFunction {
     /// Its y at `x`, in the row at `time` [s].
     #[must_use]
-    pub fn value(&self, time: f64, row: &Row<Recorded>, x: f64) -> f64 {
-        self.y.value(time, &RowAtX { row, x })
+    pub fn evaluate_at(&self, time: f64, row: &Row<RecordedVariables>, x: f64) -> f64 {
+        self.y.evaluate(time, &RowWithX { row, x })
     }
 }
 
 /// Marks recorded rows with one more number: the x of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AtX;
+pub struct RecordedVariablesAndX;
 
-impl AtX {
+impl RecordedVariablesAndX {
     /// The index of x, which comes before the numbers of the row.
-    pub const X: NumberIndex<AtX> = NumberIndex::new(0);
+    pub const X: NumberIndex<RecordedVariablesAndX> = NumberIndex::new(0);
 
     /// The index of a column of the row.
     #[must_use]
-    pub const fn column(index: ColumnIndex<Recorded>) -> ColumnIndex<AtX> {
+    pub const fn from_recorded_index(
+        index: ColumnIndex<RecordedVariables>,
+    ) -> ColumnIndex<RecordedVariablesAndX> {
         match index {
             ColumnIndex::Number(it) => ColumnIndex::Number(NumberIndex::new(it.position() + 1)),
             ColumnIndex::Text(it) => ColumnIndex::Text(TextIndex::new(it.position())),
@@ -264,29 +265,29 @@ impl AtX {
     }
 }
 
-struct RowAtX<'a> {
-    row: &'a Row<Recorded>,
+struct RowWithX<'a> {
+    row: &'a Row<RecordedVariables>,
     x: f64,
 }
 
-impl Values<AtX> for RowAtX<'_> {
+impl ReadableRow<RecordedVariablesAndX> for RowWithX<'_> {
     #[inline]
-    fn number(&self, index: NumberIndex<AtX>) -> Option<f64> {
+    fn number_at(&self, index: NumberIndex<RecordedVariablesAndX>) -> Option<f64> {
         match index.position().checked_sub(1) {
-            Some(position) => self.row.number(NumberIndex::new(position)),
+            Some(position) => self.row.number_at(NumberIndex::new(position)),
             None => Some(self.x),
         }
     }
 
     #[inline]
-    fn text(&self, index: TextIndex<AtX>) -> Option<&str> {
-        self.row.text(TextIndex::new(index.position()))
+    fn text_at(&self, index: TextIndex<RecordedVariablesAndX>) -> Option<&str> {
+        self.row.text_at(TextIndex::new(index.position()))
     }
 }
 
 /// One time plot.
 #[derive(Debug, Clone)]
-pub struct Plot {
+pub struct TimePlot {
     /// Its title, with the unit in brackets.
     pub title: String,
     /// Plots of one group are shown together, apart from other groups.
@@ -294,14 +295,14 @@ pub struct Plot {
     /// The lower and the upper end of its axis, when they are given.
     pub range: Option<[f64; 2]>,
     /// Its curves.
-    pub series: Vec<Series>,
+    pub series: Vec<PlotSeries>,
 }
 
 /// One curve of a plot.
 #[derive(Debug, Clone)]
-pub struct Series {
+pub struct PlotSeries {
     /// Its values.
-    pub quantity: Quantity,
+    pub quantity: RowQuantity,
     /// Factor to the plot's unit.
     pub factor: f64,
     /// Offset after the factor.
@@ -309,7 +310,7 @@ pub struct Series {
     /// Its name in the legend.
     pub label: String,
     /// Its role, which decides its colour.
-    pub role: Role,
+    pub role: CurveRole,
     /// Whether it is a side of the band around the curve of the same label.
     pub bound: bool,
 }
@@ -317,7 +318,7 @@ pub struct Series {
 /// Meaning of a curve; one role has one colour in every view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Role {
+pub enum CurveRole {
     /// No meaning: a colour by position.
     #[default]
     Other,
@@ -335,25 +336,31 @@ pub enum Role {
 
 #[cfg(test)]
 mod tests {
-    use expression::{Expression, Operand};
+    use expression::{Expression, SignalOperand};
 
-    use super::{AtX, ColumnIndex, Function, NumberIndex, Role, Row, TextIndex, edges};
+    use super::{
+        ColumnIndex, CurveRole, NumberIndex, RecordedVariablesAndX, Row, TextIndex, XyPlotFunction,
+        road_edges,
+    };
 
     #[test]
     fn a_curve_depends_on_x_and_on_the_row() {
         let y = Expression::parse("x + 10 * car.b * (car.state == 'on')", &mut |name| {
             let operand = match name {
-                "x" => Operand::Number(AtX::X),
-                "car.b" => AtX::column(ColumnIndex::Number(NumberIndex::new(1))).into(),
-                _ => AtX::column(ColumnIndex::Text(TextIndex::new(0))).into(),
+                "x" => SignalOperand::Number(RecordedVariablesAndX::X),
+                "car.b" => {
+                    RecordedVariablesAndX::from_recorded_index(ColumnIndex::Number(NumberIndex::new(1)))
+                        .into()
+                }
+                _ => RecordedVariablesAndX::from_recorded_index(ColumnIndex::Text(TextIndex::new(0))).into(),
             };
             Some(operand.into())
         });
-        let (label, role) = (String::new(), Role::Other);
-        let curve = Function { label, role, y: y.expect("a formula"), moves: true };
+        let (label, role) = (String::new(), CurveRole::Other);
+        let curve = XyPlotFunction { label, role, y: y.expect("a formula"), moves: true };
         let row = Row::from_values(vec![5.0, 7.0], vec!["on".to_owned()]);
-        assert_eq!([1.0, 2.0].map(|x| curve.value(0.0, &row, x)), [71.0, 72.0]);
-        assert!(curve.value(0.0, &Row::default(), 1.0).is_nan());
+        assert_eq!([1.0, 2.0].map(|x| curve.evaluate_at(0.0, &row, x)), [71.0, 72.0]);
+        assert!(curve.evaluate_at(0.0, &Row::default(), 1.0).is_nan());
     }
 
     #[test]
@@ -361,13 +368,13 @@ mod tests {
         let angles = (0..=360).map(|degree| f64::from(degree).to_radians());
         // Counter-clockwise: the left edge is inside.
         let center: Vec<_> = angles.flat_map(|a| [[100.0 * a.cos(), 100.0 * a.sin()]; 2]).collect();
-        let [left, right] = edges(&center, &vec![[3.0, 4.0]; center.len()]);
+        let [left, right] = road_edges(&center, &vec![[3.0, 4.0]; center.len()]);
         assert_eq!((left.len(), right.len()), (361, 361));
         for (edge, radius) in [(left, 97.0), (right, 104.0)] {
             for [x, y] in edge {
                 assert!((x.hypot(y) - radius).abs() < 1e-3, "{x} {y}");
             }
         }
-        assert!(edges(&[[1.0, 1.0]; 3], &[[1.0; 2]; 3])[0].is_empty());
+        assert!(road_edges(&[[1.0, 1.0]; 3], &[[1.0; 2]; 3])[0].is_empty());
     }
 }

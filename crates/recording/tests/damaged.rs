@@ -3,8 +3,8 @@
 use crate::made;
 use crate::recoveries;
 
-use recording::recover::recover;
-use recording::{Column, Direction, Golden, GoldenValues, Recording, ValueKind};
+use recording::recover::recover_recording;
+use recording::{Column, GoldenRecording, GoldenValues, Recording, ValueKind, VariableDirection};
 
 /// A third of the recording is overwritten; the rest is saved.
 #[test]
@@ -17,7 +17,7 @@ fn most_of_a_damaged_recording_is_saved() {
     bytes[third..2 * third].fill(0);
     let (broken, into) = (folder.path().join("broken.mcap"), folder.path().join("new.mcap"));
     std::fs::write(&broken, &bytes).expect("it can be written");
-    let found = recover(&broken, &into, false).expect("most is sound");
+    let found = recover_recording(&broken, &into, false).expect("most is sound");
     assert!(found.messages > whole / 2 && found.messages < whole, "{} of {whole}", found.messages);
 }
 
@@ -36,7 +36,7 @@ fn holes_of_a_sparse_file_are_skipped() {
     file.write_all_at(&bytes[..half], 0).expect("it can be written");
     // Without the end of the file, which has a checksum over all of the data.
     file.write_all_at(&bytes[half..bytes.len() - 100], behind).expect("it can be written");
-    let found = recover(&broken, &into, false).expect("most is sound");
+    let found = recover_recording(&broken, &into, false).expect("most is sound");
     let whole = count(&bytes);
     assert!(found.messages > whole / 2 && found.messages < whole, "{} of {whole}", found.messages);
     assert!(std::fs::metadata(&into).expect("it is there").len() <= 2 * bytes.len() as u64);
@@ -49,14 +49,14 @@ fn more_variables_than_protobuf_has_numbers_in_a_row_are_read_back() {
     let column = |k: usize| Column {
         node: "car".to_owned(),
         variable: format!("c[{k}]"),
-        direction: Direction::Output,
+        direction: VariableDirection::Output,
         kind: ValueKind::Real,
         unit: None,
         description: None,
     };
     let columns = (0..20_500).map(column).collect();
     let bytes = made::made(folder.path(), columns, 2).expect("it can be written");
-    let read = Golden::read(&folder.path().join("run.mcap"), &[]).expect("it is sound");
+    let read = GoldenRecording::read(&folder.path().join("run.mcap"), &[]).expect("it is sound");
     assert_eq!((read.times.len(), read.columns().len()), (3, 20_500));
     for (k, column) in read.columns().iter().enumerate() {
         let GoldenValues::Numbers(values) = &column.values else { panic!("no numbers") };
@@ -75,7 +75,7 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
     let column = Column {
         node: "car".to_owned(),
         variable: "x".to_owned(),
-        direction: Direction::Output,
+        direction: VariableDirection::Output,
         kind: ValueKind::Real,
         unit: None,
         description: None,
@@ -88,9 +88,7 @@ fn a_reader_refuses_damage_that_only_a_checksum_shows() {
         std::fs::write(&path, bytes).expect("it can be written");
         Recording::open(&path).err().map(|error| error.to_string()).unwrap_or_default()
     };
-    let at = |needle: &[u8]| {
-        bytes.windows(needle.len()).position(|it| it == needle).expect("it is there")
-    };
+    let at = |needle: &[u8]| bytes.windows(needle.len()).position(|it| it == needle).expect("it is there");
     let (step, title) = (at(b"0.01"), at(b"title = \"made\""));
     assert_eq!(refused(&|_| {}), "");
     let changed = refused(&|bytes| bytes[step + 3] = b'2');

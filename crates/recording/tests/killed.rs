@@ -5,15 +5,15 @@ use crate::made;
 use std::path::Path;
 
 use mcap::MessageStream;
-use recording::recover::recover;
-use recording::{Column, Direction, McapSink, Row, Sink as _, ValueKind};
+use recording::recover::recover_recording;
+use recording::{Column, McapSink, Row, Sink as _, ValueKind, VariableDirection};
 
 /// The rows that are left of a run of so many, killed after the last one.
 fn left(folder: &Path, step: f64, ticks: u64, damage: impl FnOnce(&Path)) -> u64 {
     let column = |k: usize| Column {
         node: ["car", "road"][k % 2].to_owned(),
         variable: format!("c{k}"),
-        direction: Direction::Output,
+        direction: VariableDirection::Output,
         kind: ValueKind::Real,
         unit: None,
         description: None,
@@ -23,14 +23,14 @@ fn left(folder: &Path, step: f64, ticks: u64, damage: impl FnOnce(&Path)) -> u64
     for tick in 0..ticks {
         let numbers = (0..10).map(|column| made::value_of(tick, column)).collect();
         let row = Row::from_values(numbers, Vec::new());
-        sink.row(tick, tick as f64 * step, &row).expect("it can be written");
+        sink.push_row(tick, tick as f64 * step, &row).expect("it can be written");
     }
     // As a kill: nothing of it comes to its end.
     std::mem::forget(sink);
     let path = folder.join("run.mcap");
     damage(&path);
     let into = folder.join("new.mcap");
-    recover(&path, &into, false).expect("it has rows");
+    recover_recording(&path, &into, false).expect("it has rows");
     let bytes = std::fs::read(into).expect("it is there");
     let messages = MessageStream::new(&bytes).expect("it is sound");
     let mut rows = [0; 2];

@@ -6,4 +6,4 @@ pub mod comparison;
 mod sink;
 pub mod viewer;
 
-pub use sink::{RerunSink, Target};
+pub use sink::{RecordingTarget, RerunSink};

@@ -6,16 +6,18 @@ use diagnostics::Error;
 use plugin::Diagram;
 use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::archetypes::TextDocument;
-use recording::{DerivedColumns, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
+use recording::{
+    AnalysisColumns, RecordedVariables, Row, RunEvent, RunHeader, Sink, SinkNotice, StatusChange,
+};
 
 use card::RunCard;
-use diagrams::Diagrams;
+use diagrams::AnalysisDiagrams;
 use drawing::RunDrawing;
-use layout::Layout;
-use run_slot::RunSlot;
-pub use target::Target;
+use layout::ViewerLayout;
+use run_slot::RunNamespace;
+pub use target::RecordingTarget;
 use timeline::TimePoints;
-use transport::Transport;
+use transport::RecordingTransport;
 
 mod arrival_times;
 mod arrows;
@@ -75,13 +77,13 @@ const WHITE: [u8; 3] = [235, 235, 235];
 
 /// Writes a run for the Rerun viewer.
 pub struct RerunSink {
-    transport: Transport,
+    transport: RecordingTransport,
     /// Rows that may wait for a viewer, at most.
     room: usize,
     /// Rows for the replay, and how many of them a slow viewer missed.
     rows: [usize; 2],
     card: RunCard,
-    layout: Layout,
+    layout: ViewerLayout,
     drawing: RunDrawing,
     /// Rows of a batch to a file.
     batch: usize,
@@ -97,219 +99,222 @@ impl RerunSink {
     ///
     /// # Errors
     /// When the file cannot be made or no viewer listens at the address.
-    pub fn new(header: &RunHeader, target: Target) -> Result<Self, Error> {
-        let application = application(&header.scenario);
+    pub fn new(header: &RunHeader, target: RecordingTarget) -> Result<Self, Error> {
+        let application = application_id(&header.scenario);
         // Its own properties hold the wall clock, and so does the timeline that is switched off there;
         // they would make every recording different. The random id must be: a viewer takes two
         // recordings of one id for one.
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let transport = Transport::open(builder, &target)?;
+        let transport = RecordingTransport::open(builder, &target)?;
         let live = transport.is_live();
-        let (drawing, charts) = RunDrawing::new(header, &RunSlot::default(), &[]);
+        let (drawing, charts) = RunDrawing::new(header, &RunNamespace::default(), &[]);
         let mut sink = Self {
             transport,
-            room: (LIVE_NUMBERS / header.columns.numbers().len().max(1)).clamp(1, FILE_BATCH),
+            room: (LIVE_NUMBERS / header.columns.number_columns().len().max(1)).clamp(1, FILE_BATCH),
             rows: [0; 2],
             card: RunCard::new(header),
-            layout: Layout {
+            layout: ViewerLayout {
                 application,
                 charts,
                 derived: Vec::new(),
-                xy_plots: drawing.xy_plots.views(),
-                diagrams: Diagrams::default(),
-                states: !drawing.states.is_empty() || header.columns.texts().len() > 0,
-                texts: drawing.texts.paths(),
+                xy_plots: drawing.xy_plots.diagram_views(),
+                diagrams: AnalysisDiagrams::default(),
+                states: !drawing.states.is_empty() || header.columns.text_columns().len() > 0,
+                texts: drawing.texts.entity_paths(),
                 compared: false,
                 body: header.view.pose.as_ref().map(|it| it.length as f32),
                 graph: !header.view.graph.nodes.is_empty(),
                 live,
             },
-            batch: even(drawing.rows()),
+            batch: even_batch_size(drawing.expected_row_count()),
             drawing,
             opened: Instant::now(),
             sent: Instant::now(),
             laid_out: false,
         };
-        let sent = sink.begin(header).map_err(|it| it.to_string());
-        sink.transport.begun(sent)?;
+        let sent = sink.send_static(header).map_err(|it| it.to_string());
+        sink.transport.confirm_begin(sent)?;
         Ok(sink)
     }
 
-    fn begin(&mut self, header: &RunHeader) -> RecordingStreamResult<()> {
+    fn send_static(&mut self, header: &RunHeader) -> RecordingStreamResult<()> {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
         if self.transport.is_live() {
             // First: else the viewer would show a layout of its own.
-            self.lay_out(&stream)?;
+            self.send_layout(&stream)?;
         }
         stream.send_recording_name(header.title.as_str())?;
-        stream.log_static("run", &self.card.running())?;
-        stream.log_static("scenario", &TextDocument::new(header.source.concatenated()))?;
-        graph::draw(&header.view.graph, &stream)?;
-        self.drawing.describe(&stream)
+        stream.log_static("run", &self.card.card_while_running())?;
+        stream.log_static("scenario", &TextDocument::new(header.source.concatenated_text()))?;
+        graph::draw_node_graph(&header.view.graph, &stream)?;
+        self.drawing.send_static(&stream)
     }
 
     /// Sends the layout of a run that goes on.
-    fn lay_out(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+    fn send_layout(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         self.laid_out = true;
-        self.layout.send(stream, None)
+        self.layout.send_blueprint(stream, None)
     }
 
     /// Whether a batch is due.
-    fn due(&self) -> bool {
+    fn is_batch_due(&self) -> bool {
         let late = self.transport.is_live() && self.sent.elapsed() >= LIVE_PERIOD;
         late || self.drawing.time_points.len() >= self.batch
     }
 
     /// Sends the collected rows, once the previous batch has arrived. For a slow viewer rows wait while there is room; then they are dropped.
-    fn send(&mut self) -> Result<(), String> {
+    fn send_batch(&mut self) -> Result<(), String> {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        if !self.transport.accepts()? {
+        if !self.transport.is_everything_delivered()? {
             if self.drawing.time_points.len() >= self.room {
-                self.rows[1] += self.drawing.skip();
+                self.rows[1] += self.drawing.drop_collected_rows();
             }
             return Ok(());
         }
         if !self.laid_out && self.opened.elapsed() >= LAY_OUT {
-            self.lay_out(&stream).map_err(|it| it.to_string())?;
+            self.send_layout(&stream).map_err(|it| it.to_string())?;
         }
-        let sent = self.drawing.send(&stream, self.transport.is_live());
+        let sent = self.drawing.send_collected_rows(&stream, self.transport.is_live());
         sent.map_err(|it| it.to_string())?;
-        self.transport.sent();
+        self.transport.request_confirmation();
         self.sent = Instant::now();
         Ok(())
     }
 
     /// Sends data of an analysis, after the last row.
-    fn add(
+    fn send_after_rows(
         &mut self,
         send: impl FnOnce(&mut Self, &RecordingStream) -> RecordingStreamResult<()>,
     ) -> Result<(), Error> {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
-        let result = self.transport.accepts_at_last().and_then(|accepts| {
+        let result = self.transport.is_delivered_at_end().and_then(|accepts| {
             // A viewer that accepts nothing gets a warning at the end.
             if accepts {
                 send(self, &stream).map_err(|it| it.to_string())?;
-                self.transport.sent();
+                self.transport.request_confirmation();
             }
             Ok(())
         });
-        self.transport.judge(result)
+        self.transport.viewer_loss_to_warning(result)
     }
 
-    fn complete(&mut self, summary: &str, completed: bool) -> Result<(), String> {
+    fn complete_recording(&mut self, summary: &str, completed: bool) -> Result<(), String> {
         let Some(stream) = self.transport.stream() else {
             return Ok(());
         };
         // A file is written while the rest is drawn; what goes wrong is told when it is closed.
         let live = self.transport.is_live();
-        if live && !self.transport.accepts_at_last()? {
+        if live && !self.transport.is_delivered_at_end()? {
             self.rows[1] += self.drawing.time_points.len();
-            self.transport.stuck();
+            self.transport.give_up_stuck_viewer();
             return Ok(());
         }
         let mut end = || -> RecordingStreamResult<()> {
-            self.drawing.send(&stream, live)?;
+            self.drawing.send_collected_rows(&stream, live)?;
             self.drawing.signals.send_limits(&stream, &self.drawing.clock)?;
             let mut speeds = None;
             let mut bounds = None;
             if let Some(scene) = &self.drawing.scene {
-                scene.finish(&stream)?;
-                (speeds, bounds) = (scene.speeds(), scene.bounds());
+                scene.send_final_driven_line(&stream)?;
+                (speeds, bounds) = (scene.speed_range(), scene.driven_line_bounds());
             }
             // A connected viewer keeps the layout of its user, unless there are new views.
             let added = !self.layout.derived.is_empty() || !self.layout.diagrams.is_empty();
             if added || !self.layout.live {
-                self.layout.fit(|path| self.drawing.signals.span(path));
-                self.layout.send(&stream, bounds)?;
+                self.layout.fit_axes(|path| self.drawing.signals.value_range(path));
+                self.layout.send_blueprint(&stream, bounds)?;
             }
-            stream.log_static("run", &self.card.finished(summary, completed, speeds))
+            stream.log_static("run", &self.card.card_after_end(summary, completed, speeds))
         };
         end().map_err(|it| it.to_string())?;
-        self.transport.sent();
+        self.transport.request_confirmation();
         drop(stream);
-        self.transport.end()
+        self.transport.close()
     }
 }
 
 impl Sink for RerunSink {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         if !self.transport.is_open() {
             return Ok(());
         }
         self.card.end = time;
-        if self.drawing.row(tick, time, row).is_none() {
+        if self.drawing.push_row(tick, time, row).is_none() {
             return Ok(());
         }
         self.rows[0] += 1;
-        if !self.due() {
+        if !self.is_batch_due() {
             return Ok(());
         }
-        let result = self.send();
-        self.transport.judge(result)
+        let result = self.send_batch();
+        self.transport.viewer_loss_to_warning(result)
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
+    fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
         if self.transport.is_open() {
-            self.drawing.event(event);
+            self.drawing.push_event(event);
         }
         Ok(())
     }
 
-    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+    fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
         if self.transport.is_open() {
-            self.drawing.status(change);
+            self.drawing.push_status_change(change);
         }
         Ok(())
     }
 
-    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
-        self.add(|sink, stream| {
-            sink.layout.add(derived);
+    fn push_derived_columns(&mut self, derived: &AnalysisColumns) -> Result<(), Error> {
+        self.send_after_rows(|sink, stream| {
+            sink.layout.add_analysis_charts(derived);
             let clock = &sink.drawing.clock;
-            let time_points: TimePoints = derived.time.iter().map(|time| clock.at(*time)).collect();
-            signals::add(stream, derived, &time_points)
+            let time_points: TimePoints =
+                derived.time.iter().map(|time| clock.time_point_at(*time)).collect();
+            signals::send_derived_columns(stream, derived, &time_points)
         })
     }
 
-    fn diagram(&mut self, analysis: &str, group: &str, diagram: &Diagram) -> Result<(), Error> {
-        self.add(|sink, stream| sink.layout.diagrams.draw(stream, analysis, group, diagram))
+    fn push_diagram(&mut self, analysis: &str, group: &str, diagram: &Diagram) -> Result<(), Error> {
+        self.send_after_rows(|sink, stream| {
+            sink.layout.diagrams.send_diagram(stream, analysis, group, diagram)
+        })
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        let result = self.complete(summary, completed);
-        self.transport.judge(result)?;
+        let result = self.complete_recording(summary, completed);
+        self.transport.viewer_loss_to_warning(result)?;
         let [all, missing] = self.rows;
         if missing > 0 {
-            self.transport.warn(&format!("was too slow for {missing} of {all} rows"));
+            self.transport.add_viewer_warning(&format!("was too slow for {missing} of {all} rows"));
         }
         Ok(())
     }
 
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         self.transport.notices()
     }
 }
 
 /// The rows of each batch to a file when there are so many rows: batches are alike, as the run waits for the last one.
-fn even(rows: usize) -> usize {
+fn even_batch_size(rows: usize) -> usize {
     rows.max(1).div_ceil(rows.div_ceil(FILE_BATCH).max(1))
 }
 
 /// The smallest of 1, 2, 5, 10, 20 .. or of 0.5, 0.2, 0.1 .. that is not below `least`.
-fn round_number(least: f64) -> f64 {
+fn round_up_to_1_2_5(least: f64) -> f64 {
     let decade = 10.0_f64.powf(least.max(f64::MIN_POSITIVE).log10().floor());
     let found = [1.0, 2.0, 5.0, 10.0].into_iter().find(|it| it * decade >= least);
     found.unwrap_or(10.0) * decade
 }
 
 /// The viewer keeps one layout per application, so every scenario is one.
-fn application(scenario: &str) -> ApplicationId {
+fn application_id(scenario: &str) -> ApplicationId {
     let allowed = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit();
     let name = scenario.to_ascii_lowercase();
     let name: String = name.chars().map(|it| if allowed(it) { it } else { '_' }).collect();
@@ -318,20 +323,20 @@ fn application(scenario: &str) -> ApplicationId {
 
 #[cfg(test)]
 mod tests {
-    use super::{even, round_number};
+    use super::{even_batch_size, round_up_to_1_2_5};
 
     #[test]
     fn batches_of_a_run_are_alike() {
         for (rows, batch) in [(0, 1), (1, 1), (5_000, 5_000), (10_401, 3_467), (20_000, 5_000)] {
-            assert_eq!(even(rows), batch, "{rows} rows");
+            assert_eq!(even_batch_size(rows), batch, "{rows} rows");
         }
-        assert!((4_990..=5_000).contains(&even(usize::MAX)));
+        assert!((4_990..=5_000).contains(&even_batch_size(usize::MAX)));
     }
 
     #[test]
     fn round_numbers_are_those_of_a_ruler() {
         for (least, round) in [(0.03, 0.05), (0.2, 0.2), (0.66, 1.0), (7.0, 10.0), (4_321.0, 5e3)] {
-            let found = round_number(least);
+            let found = round_up_to_1_2_5(least);
             assert!((found / round - 1.0).abs() < 1e-12, "{least}: {found}");
         }
     }

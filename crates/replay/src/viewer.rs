@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use diagnostics::Error;
 
-use crate::comparison::Comparison;
+use crate::comparison::RunComparison;
 
 /// The version of the recordings; a viewer reads only its own version.
 pub const VERSION: &str = "0.36.3";
@@ -21,53 +21,52 @@ const TELEMETRY: &str = "the viewer sends anonymous usage data from its second s
 ///
 /// # Errors
 /// When there is no such recording, no viewer or one of another version, and when the viewer fails.
-pub fn view(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
-    open(&recording(run)?, note)
+pub fn view_run(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
+    open_recording(&recording_file(run)?, note)
 }
 
 /// Puts two runs into one recording and opens it, or with `save` only writes it. `note` gets its oddities.
 ///
 /// # Errors
 /// When a run cannot be read, they have nothing in common, or as with [`view`].
-pub fn compare(
+pub fn compare_runs(
     a: &Path,
     b: &Path,
     save: Option<&Path>,
     note: &mut dyn FnMut(&str),
 ) -> Result<(), Error> {
     if save.is_none() {
-        find()?;
+        find_viewer()?;
     }
-    let mut comparison = Comparison::open(a, b)?;
-    let failed = |error: std::io::Error| Error::output(&std::env::temp_dir(), error);
+    let mut comparison = RunComparison::open(a, b)?;
+    let failed = |error: std::io::Error| Error::output_failure(&std::env::temp_dir(), error);
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(failed)?;
     let path = save.map_or_else(|| folder.path().join("comparison.rrd"), Path::to_owned);
-    if let Err(error) = comparison.write(&path) {
+    if let Err(error) = comparison.write_recording(&path) {
         // A part of it would pass for the whole.
         let _ = std::fs::remove_file(&path);
         return Err(error);
     }
     comparison.notes.iter().for_each(|it| note(it));
-    if save.is_some() { Ok(()) } else { open(&path, note) }
+    if save.is_some() { Ok(()) } else { open_recording(&path, note) }
 }
 
 /// Opens a recording.
-fn open(recording: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
-    let viewer = find()?;
+fn open_recording(recording: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
+    let viewer = find_viewer()?;
     let variable = |name| std::env::var_os(name).filter(|it| !it.is_empty()).map(PathBuf::from);
     let settings = variable("XDG_CONFIG_HOME").or(variable("HOME").map(|it| it.join(".config")));
     if settings.is_some_and(|settings| is_first_start(&settings)) {
         note(TELEMETRY);
     }
     let status = Command::new(viewer).arg(recording).status();
-    let status =
-        status.map_err(|error| Error::input(format!("cannot start the viewer: {error}")))?;
+    let status = status.map_err(|error| Error::invalid_input(format!("cannot start the viewer: {error}")))?;
     if status.success() {
         return Ok(());
     }
-    let error = Error::input(format!("the viewer ended with {status}"));
-    Err(error.help("without a graphics card: apt install mesa-vulkan-drivers"))
+    let error = Error::invalid_input(format!("the viewer ended with {status}"));
+    Err(error.with_help("without a graphics card: apt install mesa-vulkan-drivers"))
 }
 
 /// Whether the viewer has never run with these settings of a user.
@@ -76,26 +75,26 @@ fn is_first_start(settings: &Path) -> bool {
 }
 
 /// The recording of a run.
-fn recording(run: &Path) -> Result<PathBuf, Error> {
+fn recording_file(run: &Path) -> Result<PathBuf, Error> {
     let path = if run.is_dir() { run.join("run.rrd") } else { run.to_owned() };
     if path.is_file() {
         return Ok(path);
     }
-    let error = Error::input(format!("{} has no recording for the viewer", run.display()));
-    Err(error.help(
+    let error = Error::invalid_input(format!("{} has no recording for the viewer", run.display()));
+    Err(error.with_help(
         "expected a folder with run.rrd, such as target/runs/limit_handling, or a file .rrd or .mcap; \
          `trackside run --rerun save` makes one",
     ))
 }
 
 /// The viewer on the search path, if it is the right one.
-fn find() -> Result<&'static str, Error> {
+fn find_viewer() -> Result<&'static str, Error> {
     const VIEWER: &str = "rerun";
     let install = format!("install it: pip install rerun-sdk=={VERSION}");
     let output = Command::new(VIEWER).arg("--version").stdin(Stdio::null()).output();
     let Ok(output) = output else {
         return Err(
-            Error::input("there is no Rerun viewer (`rerun`) on the search path").help(install)
+            Error::invalid_input("there is no Rerun viewer (`rerun`) on the search path").with_help(install)
         );
     };
     let text = String::from_utf8_lossy(&output.stdout);
@@ -104,9 +103,8 @@ fn find() -> Result<&'static str, Error> {
     if found == VERSION {
         return Ok(VIEWER);
     }
-    let message =
-        format!("the Rerun viewer on the search path is version {found}, expected {VERSION}");
-    Err(Error::input(message).help(install))
+    let message = format!("the Rerun viewer on the search path is version {found}, expected {VERSION}");
+    Err(Error::invalid_input(message).with_help(install))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Decodes primitive values of serialized messages: CDR (versions 1 and 2, both byte orders) and ROS 1.
 
-use crate::definition::Scalar;
+use crate::definition::ScalarType;
 
 /// A number of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WireNumber {
+pub enum DecodedNumber {
     /// Of integers and booleans.
     Integer(i128),
     /// Of 32 and 64 bits.
@@ -35,20 +35,20 @@ pub enum DelimiterRule {
 
 /// How a message is serialized.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub enum MessageEncoding {
     /// `cdr`, of ROS 2.
     Cdr,
     /// `ros1`.
     Ros1,
 }
 
-impl Encoding {
+impl MessageEncoding {
     /// The encoding of this name.
     #[must_use]
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         match name {
-            "cdr" => Some(Encoding::Cdr),
-            "ros1" => Some(Encoding::Ros1),
+            "cdr" => Some(MessageEncoding::Cdr),
+            "ros1" => Some(MessageEncoding::Ros1),
             _ => None,
         }
     }
@@ -59,16 +59,13 @@ impl<'d> CdrReader<'d> {
     ///
     /// # Errors
     /// When there is none, or it is of a form that is not read.
-    pub fn new(encoding: Encoding, data: &'d [u8]) -> Result<Self, String> {
+    pub fn new(encoding: MessageEncoding, data: &'d [u8]) -> Result<Self, String> {
         let plain = |data, big, most, delimited| CdrReader { data, at: 0, big, most, delimited };
-        let Encoding::Cdr = encoding else {
+        let MessageEncoding::Cdr = encoding else {
             return Ok(plain(data, false, 1, DelimiterRule::Nothing));
         };
         let Some((head, data)) = data.split_first_chunk::<4>() else {
-            return Err(format!(
-                "expected the 4 bytes before a message in CDR, found {}",
-                data.len()
-            ));
+            return Err(format!("expected the 4 bytes before a message in CDR, found {}", data.len()));
         };
         // The kinds of representation of DDS-XTypes 1.3, table 60; the last bit is that of the byte order.
         let big = head[1] & 1 == 0;
@@ -76,8 +73,8 @@ impl<'d> CdrReader<'d> {
             (0, 0x00) => Ok(plain(data, big, 8, DelimiterRule::Nothing)),
             (0, 0x06) => Ok(plain(data, big, 4, DelimiterRule::Lists)),
             (0, 0x08) => Ok(plain(data, big, 4, DelimiterRule::Structures)),
-            (0, 0x02) => Err(lists_of_parameters("PL_CDR")),
-            (0, 0x0a) => Err(lists_of_parameters("PL_CDR2")),
+            (0, 0x02) => Err(parameter_list_error("PL_CDR")),
+            (0, 0x0a) => Err(parameter_list_error("PL_CDR2")),
             _ => Err(format!(
                 "expected a message in CDR, found one that begins with {:02x} {:02x}",
                 head[0], head[1]
@@ -86,29 +83,29 @@ impl<'d> CdrReader<'d> {
     }
 
     /// The bytes that are left.
-    pub fn left(&self) -> usize {
+    pub fn remaining_bytes(&self) -> usize {
         self.data.len() - self.at
     }
 
-    fn align(&mut self, bytes: usize) {
+    fn align_to(&mut self, bytes: usize) {
         let to = bytes.min(self.most);
         self.at = self.at.next_multiple_of(to).min(self.data.len());
     }
 
-    fn take(&mut self, bytes: usize) -> Result<&'d [u8], String> {
+    fn take_bytes(&mut self, bytes: usize) -> Result<&'d [u8], String> {
         let taken = self.data[self.at..].get(..bytes).ok_or_else(|| {
-            format!("it ends too early: expected {bytes} bytes more, found {}", self.left())
+            format!("it ends too early: expected {bytes} bytes more, found {}", self.remaining_bytes())
         })?;
         self.at += bytes;
         Ok(taken)
     }
 
     /// A number of its type.
-    pub fn number(&mut self, scalar: Scalar) -> Result<WireNumber, String> {
-        let size = scalar.bytes();
-        self.align(size.min(8));
+    pub fn read_number(&mut self, scalar: ScalarType) -> Result<DecodedNumber, String> {
+        let size = scalar.size_in_bytes();
+        self.align_to(size.min(8));
         let mut bytes = [0; 16];
-        let taken = self.take(size)?;
+        let taken = self.take_bytes(size)?;
         if self.big {
             bytes.iter_mut().zip(taken.iter().rev()).for_each(|(to, from)| *to = *from);
         } else {
@@ -116,39 +113,39 @@ impl<'d> CdrReader<'d> {
         }
         let unsigned = u128::from_le_bytes(bytes);
         Ok(match scalar {
-            Scalar::Bool => WireNumber::Integer(i128::from(unsigned != 0)),
-            Scalar::Integer { signed: false, .. } => WireNumber::Integer(unsigned as i128),
-            Scalar::Integer { bytes, signed: true } => {
+            ScalarType::Bool => DecodedNumber::Integer(i128::from(unsigned != 0)),
+            ScalarType::Integer { signed: false, .. } => DecodedNumber::Integer(unsigned as i128),
+            ScalarType::Integer { bytes, signed: true } => {
                 let unused = 128 - 8 * bytes as u32;
-                WireNumber::Integer(((unsigned << unused) as i128) >> unused)
+                DecodedNumber::Integer(((unsigned << unused) as i128) >> unused)
             }
-            Scalar::Single => WireNumber::Real(f32::from_bits(unsigned as u32).into()),
-            Scalar::Double => WireNumber::Real(f64::from_bits(unsigned as u64)),
-            Scalar::Quadruple => WireNumber::Real(f64::NAN),
+            ScalarType::Single => DecodedNumber::Real(f32::from_bits(unsigned as u32).into()),
+            ScalarType::Double => DecodedNumber::Real(f64::from_bits(unsigned as u64)),
+            ScalarType::Quadruple => DecodedNumber::Real(f64::NAN),
         })
     }
 
     /// The number before a list or a text.
-    pub fn length(&mut self) -> Result<usize, String> {
-        match self.number(Scalar::Integer { bytes: 4, signed: false })? {
-            WireNumber::Integer(length) => Ok(length as usize),
-            WireNumber::Real(_) => Ok(0),
+    pub fn read_length(&mut self) -> Result<usize, String> {
+        match self.read_number(ScalarType::Integer { bytes: 4, signed: false })? {
+            DecodedNumber::Integer(length) => Ok(length as usize),
+            DecodedNumber::Real(_) => Ok(0),
         }
     }
 
     /// Skips so many numbers of a type.
-    pub fn skip(&mut self, scalar: Scalar, count: usize) -> Result<(), String> {
+    pub fn skip_numbers(&mut self, scalar: ScalarType, count: usize) -> Result<(), String> {
         if count > 0 {
-            self.align(scalar.bytes().min(8));
-            self.take(scalar.bytes().saturating_mul(count))?;
+            self.align_to(scalar.size_in_bytes().min(8));
+            self.take_bytes(scalar.size_in_bytes().saturating_mul(count))?;
         }
         Ok(())
     }
 
     /// The bytes of a text; the zero behind them is none of them.
-    pub fn text(&mut self) -> Result<&'d [u8], String> {
-        let length = self.length()?;
-        let bytes = self.take(length)?;
+    pub fn read_text_bytes(&mut self) -> Result<&'d [u8], String> {
+        let length = self.read_length()?;
+        let bytes = self.take_bytes(length)?;
         Ok(match self.most {
             1 => bytes,
             _ => bytes.strip_suffix(&[0]).unwrap_or(bytes),
@@ -157,8 +154,8 @@ impl<'d> CdrReader<'d> {
 
     /// A text of letters of 32 bits, as the writers of ROS 2 make it of one of 16 bits.
     pub fn wide_text(&mut self) -> Result<String, String> {
-        let length = self.length()?;
-        let bytes = self.take(length.saturating_mul(4))?;
+        let length = self.read_length()?;
+        let bytes = self.take_bytes(length.saturating_mul(4))?;
         let (letters, _) = bytes.as_chunks::<4>();
         let letter = |bytes: &[u8; 4]| match self.big {
             true => u32::from_be_bytes(*bytes) as u16,
@@ -169,7 +166,7 @@ impl<'d> CdrReader<'d> {
     }
 }
 
-fn lists_of_parameters(name: &str) -> String {
+fn parameter_list_error(name: &str) -> String {
     format!(
         "it is a list of parameters ({name}), which cannot be read here: expected CDR, plain or delimited; record the \
          topic by another middleware (RMW_IMPLEMENTATION), or convert the bag"

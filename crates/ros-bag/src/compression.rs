@@ -24,12 +24,11 @@ pub fn is_compressed(head: &[u8]) -> bool {
 ///
 /// # Errors
 /// When it cannot be unpacked, or is too large.
-pub fn decompress(message: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+pub fn decompress_message(message: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if !is_compressed(message) {
         return Ok(Cow::Borrowed(message));
     }
-    let wrong =
-        |error: std::io::Error| format!("it is packed with zstd, and cannot be unpacked: {error}");
+    let wrong = |error: std::io::Error| format!("it is packed with zstd, and cannot be unpacked: {error}");
     let decoder = zstd::stream::read::Decoder::with_buffer(message).map_err(wrong)?;
     let mut bytes = Vec::new();
     decoder.take(LARGEST + 1).read_to_end(&mut bytes).map_err(wrong)?;

@@ -19,7 +19,7 @@ pub fn is_database(head: &[u8]) -> bool {
 
 /// A topic of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Topic {
+pub struct BagTopic {
     /// Its number in the database.
     pub id: i64,
     /// Its name.
@@ -35,49 +35,49 @@ pub struct Topic {
 }
 
 /// The database of a bag.
-pub struct Database {
+pub struct BagDatabase {
     connection: Connection,
     /// Its topics.
-    pub topics: Vec<Topic>,
+    pub topics: Vec<BagTopic>,
 }
 
 /// Takes the topic, the time of the recorder [ns] and the bytes of a message, and says whether it wants more.
-pub type TakeMessage<'t, E> = &'t mut dyn FnMut(i64, i64, &[u8]) -> Result<bool, E>;
+pub type BagMessageCallback<'t, E> = &'t mut dyn FnMut(i64, i64, &[u8]) -> Result<bool, E>;
 
-impl Database {
+impl BagDatabase {
     /// Opens a database and reads its topics.
     ///
     /// # Errors
     /// When it cannot be read, is damaged, or is no bag.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let connection = connect(path).map_err(|error| wrong(&error))?;
+        let connection = connect_read_only(path).map_err(|error| database_error(&error))?;
         let table = |name: &str| {
             let query = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
             connection.query_row(query, [name], |row| row.get::<_, i64>(0))
         };
-        let there = |name: &str| table(name).map(|count| count > 0).map_err(|error| wrong(&error));
+        let there = |name: &str| table(name).map(|count| count > 0).map_err(|error| database_error(&error));
         if !there("topics")? || !there("messages")? {
             let text = "expected a bag of ROS 2, found a database of SQLite without the tables `topics` and `messages`";
             return Err(Error::new(text));
         }
         let topics = match there("message_definitions")? {
-            true => topics(&connection, DEFINED),
-            false => topics(&connection, BARE),
+            true => query_topics(&connection, DEFINED),
+            false => query_topics(&connection, BARE),
         };
-        let topics = topics.map_err(|error| wrong(&error))?;
-        Ok(Database { connection, topics })
+        let topics = topics.map_err(|error| database_error(&error))?;
+        Ok(BagDatabase { connection, topics })
     }
 
     /// Hands over the messages of some topics, by their numbers: topic, time of the recorder [ns], bytes; until `take` says that it has enough.
     ///
     /// # Errors
     /// When the database is damaged, or `take` fails.
-    pub fn messages<E: From<Error>>(
+    pub fn visit_messages<E: From<Error>>(
         &self,
         wanted: &dyn Fn(i64) -> bool,
-        take: TakeMessage<E>,
+        take: BagMessageCallback<E>,
     ) -> Result<(), E> {
-        let wrong = |error: rusqlite::Error| E::from(wrong(&error));
+        let wrong = |error: rusqlite::Error| E::from(database_error(&error));
         let query = "SELECT topic_id, timestamp, data FROM messages ORDER BY id";
         let mut statement = self.connection.prepare(query).map_err(wrong)?;
         let mut rows = statement.query([]).map_err(wrong)?;
@@ -87,11 +87,8 @@ impl Database {
                 continue;
             }
             let time = row.get(1).map_err(wrong)?;
-            let (ValueRef::Blob(data) | ValueRef::Text(data)) = row.get_ref(2).map_err(wrong)?
-            else {
-                return Err(E::from(Error::new(
-                    "expected bytes in each message, found none in one",
-                )));
+            let (ValueRef::Blob(data) | ValueRef::Text(data)) = row.get_ref(2).map_err(wrong)? else {
+                return Err(E::from(Error::new("expected bytes in each message, found none in one")));
             };
             if !take(topic, time, data)? {
                 break;
@@ -107,10 +104,10 @@ const DEFINED: &str = "SELECT topics.id, name, type, serialization_format, \
     coalesce(max(message_definitions.encoding), ''), coalesce(max(encoded_message_definition), '') \
     FROM topics LEFT JOIN message_definitions ON topic_type = type GROUP BY topics.id ORDER BY topics.id";
 
-fn topics(connection: &Connection, query: &str) -> rusqlite::Result<Vec<Topic>> {
+fn query_topics(connection: &Connection, query: &str) -> rusqlite::Result<Vec<BagTopic>> {
     let mut statement = connection.prepare(query)?;
     let topics = statement.query_map([], |row| {
-        Ok(Topic {
+        Ok(BagTopic {
             id: row.get(0)?,
             name: row.get(1)?,
             kind: row.get(2)?,
@@ -123,7 +120,7 @@ fn topics(connection: &Connection, query: &str) -> rusqlite::Result<Vec<Topic>> 
 }
 
 /// Opens the file so that nothing is written, not beside it either.
-fn connect(path: &Path) -> rusqlite::Result<Connection> {
+fn connect_read_only(path: &Path) -> rusqlite::Result<Connection> {
     let beside = |end: &str| {
         let mut name = path.as_os_str().to_owned();
         name.push(end);
@@ -134,7 +131,7 @@ fn connect(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = match immutable {
         true => {
-            let uri = format!("file:{}?immutable=1", encoded(path));
+            let uri = format!("file:{}?immutable=1", encode_uri_path(path));
             Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI)?
         }
         false => Connection::open_with_flags(path, flags)?,
@@ -146,7 +143,7 @@ fn connect(path: &Path) -> rusqlite::Result<Connection> {
 }
 
 /// A path as it stands in an address.
-fn encoded(path: &Path) -> String {
+fn encode_uri_path(path: &Path) -> String {
     let mut text = String::new();
     for byte in path.as_os_str().as_encoded_bytes() {
         match byte {
@@ -159,7 +156,7 @@ fn encoded(path: &Path) -> String {
     text
 }
 
-fn wrong(error: &rusqlite::Error) -> Error {
+fn database_error(error: &rusqlite::Error) -> Error {
     use rusqlite::ErrorCode::{CannotOpen, DatabaseCorrupt, NotADatabase, ReadOnly};
     match error.sqlite_error_code() {
         Some(DatabaseCorrupt | NotADatabase) => Error::new(format!(

@@ -32,7 +32,7 @@ pub fn bag_folder(path: &Path) -> Option<&Path> {
 ///
 /// # Errors
 /// When there is no file of a bag in it.
-pub fn files(folder: &Path) -> Result<BagFiles, Error> {
+pub fn find_bag_files(folder: &Path) -> Result<BagFiles, Error> {
     let (mut files, mut warnings) = (Vec::new(), Vec::new());
     let list = folder.join(LIST);
     match list.is_file() {
@@ -42,7 +42,7 @@ pub fn files(folder: &Path) -> Result<BagFiles, Error> {
                 return Err(Error::new(format!("{LIST} has more than {LONGEST} bytes")));
             }
             let text = String::from_utf8_lossy(&std::fs::read(&list)?).into_owned();
-            for name in listed(&text) {
+            for name in parse_listed_file_names(&text) {
                 // Before version 4 of the list, paths were not relative to it.
                 let file = Path::new(&name).file_name().map(|name| folder.join(name));
                 match file {
@@ -68,11 +68,10 @@ pub fn files(folder: &Path) -> Result<BagFiles, Error> {
 }
 
 /// The names in the list `relative_file_paths`, which is one of lines with `- `, or one in brackets.
-fn listed(text: &str) -> Vec<String> {
+fn parse_listed_file_names(text: &str) -> Vec<String> {
     let plain = |name: &str| name.trim().trim_matches(['"', '\'']).to_owned();
     let mut lines = text.lines();
-    let Some(rest) = lines.find_map(|line| line.trim_start().strip_prefix("relative_file_paths:"))
-    else {
+    let Some(rest) = lines.find_map(|line| line.trim_start().strip_prefix("relative_file_paths:")) else {
         return Vec::new();
     };
     if let Some(inner) = rest.trim().strip_prefix('[') {
@@ -104,40 +103,37 @@ fn by_number(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::{bag_folder, files, listed};
+    use super::{bag_folder, find_bag_files, parse_listed_file_names};
 
     #[test]
     fn lists_are_read_in_both_forms() {
         let block = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - a_0.db3\n    - \"a_1.db3\"\n  duration:\n    - no\n";
-        assert_eq!(listed(block), ["a_0.db3", "a_1.db3"]);
-        let flow = "rosbag2_bagfile_information: \n  relative_file_paths: [a_0.mcap,\n    'a_1.mcap']\n  x: [b]\n";
-        assert_eq!(listed(flow), ["a_0.mcap", "a_1.mcap"]);
-        assert!(listed("x: 1\n").is_empty());
+        assert_eq!(parse_listed_file_names(block), ["a_0.db3", "a_1.db3"]);
+        let flow =
+            "rosbag2_bagfile_information: \n  relative_file_paths: [a_0.mcap,\n    'a_1.mcap']\n  x: [b]\n";
+        assert_eq!(parse_listed_file_names(flow), ["a_0.mcap", "a_1.mcap"]);
+        assert!(parse_listed_file_names("x: 1\n").is_empty());
     }
 
     #[test]
     fn a_file_that_is_missing_is_told() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path();
-        let nothing = files(path).expect_err("it is empty").to_string();
+        let nothing = find_bag_files(path).expect_err("it is empty").to_string();
         assert!(nothing.contains("expected the folder of a bag with metadata.yaml"), "{nothing}");
         for name in ["d_10.db3", "d_2.db3", "d_1.db3.zstd", "other.txt"] {
             std::fs::write(path.join(name), "x").expect("it is written");
         }
         let names = |files: &[std::path::PathBuf]| -> Vec<String> {
-            files
-                .iter()
-                .map(|it| it.file_name().expect("a name").to_string_lossy().into())
-                .collect()
+            files.iter().map(|it| it.file_name().expect("a name").to_string_lossy().into()).collect()
         };
-        let found = files(path).expect("there are files");
+        let found = find_bag_files(path).expect("there are files");
         assert_eq!(names(&found.files), ["d_1.db3.zstd", "d_2.db3", "d_10.db3"]);
         assert!(found.warnings[0].contains("no metadata.yaml"), "{:?}", found.warnings);
         let list = path.join("metadata.yaml");
-        std::fs::write(&list, "relative_file_paths:\n  - bag/d_2.db3\n  - d_3.db3\n")
-            .expect("written");
+        std::fs::write(&list, "relative_file_paths:\n  - bag/d_2.db3\n  - d_3.db3\n").expect("written");
         assert_eq!(bag_folder(&list), Some(path));
-        let found = files(path).expect("one is there");
+        let found = find_bag_files(path).expect("one is there");
         assert_eq!(names(&found.files), ["d_2.db3"]);
         assert!(found.warnings[0].contains("d_3.db3, which metadata.yaml lists, is missing"));
     }

@@ -25,13 +25,15 @@ mod message;
 mod paths;
 mod units;
 
-pub use cdr::Encoding;
-pub use compression::{decompress, decompress_file, is_compressed};
-pub use database::{Database, Topic, is_database};
-pub use definition::{Definition, Field, Language, Scalar, Struct, Type};
-pub use folder::{BagFiles, bag_folder, files};
-pub use message::{LONGEST, Value};
-pub use paths::{FieldListing, FieldPath, LeafField, PathError, Row};
+pub use cdr::MessageEncoding;
+pub use compression::{decompress_file, decompress_message, is_compressed};
+pub use database::{BagDatabase, BagTopic, is_database};
+pub use definition::{
+    DefinitionLanguage, FieldType, MessageDefinition, ScalarType, StructDefinition, StructField,
+};
+pub use folder::{BagFiles, bag_folder, find_bag_files};
+pub use message::{LONGEST, MessageValue};
+pub use paths::{FieldListing, FieldPath, LeafField, PathError, RosMessageRow};
 
 /// Whether a file begins as a bag of ROS 1.
 #[must_use]

@@ -1,7 +1,7 @@
 //! Deserializes messages by their definition into a tree of values.
 
-use crate::cdr::{CdrReader, DelimiterRule, Encoding, WireNumber};
-use crate::definition::{Definition, Type};
+use crate::cdr::{CdrReader, DecodedNumber, DelimiterRule, MessageEncoding};
+use crate::definition::{FieldType, MessageDefinition};
 
 /// Lists of up to so many elements are read; longer ones are counted.
 pub const LONGEST: usize = 64;
@@ -10,7 +10,7 @@ const MOST: usize = 1 << 16;
 
 /// What stands in a message.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum MessageValue {
     /// Of integers and booleans.
     Integer(i128),
     /// Of 32 and 64 bits.
@@ -18,34 +18,34 @@ pub enum Value {
     /// What is no UTF-8 has U+FFFD in its place.
     Text(String),
     /// The fields of a structure.
-    Struct(Vec<Value>),
+    Struct(Vec<MessageValue>),
     /// The elements of a list.
-    List(Vec<Value>),
+    List(Vec<MessageValue>),
     /// A list of so many elements, which are not read.
     Long(usize),
 }
 
-impl Value {
+impl MessageValue {
     /// What lies on a way of fields and elements.
     #[must_use]
-    pub fn get(&self, way: &[usize]) -> Option<&Value> {
+    pub fn get_at_path(&self, way: &[usize]) -> Option<&MessageValue> {
         way.iter().try_fold(self, |value, index| match value {
-            Value::Struct(values) | Value::List(values) => values.get(*index),
+            MessageValue::Struct(values) | MessageValue::List(values) => values.get(*index),
             _ => None,
         })
     }
 }
 
-impl Definition {
+impl MessageDefinition {
     /// Reads a message.
     ///
     /// # Errors
     /// When it does not fit the definition.
-    pub fn read(&self, encoding: Encoding, data: &[u8]) -> Result<Value, String> {
+    pub fn decode_message(&self, encoding: MessageEncoding, data: &[u8]) -> Result<MessageValue, String> {
         let wire = CdrReader::new(encoding, data)?;
-        let mut reader = Reader { definition: self, wire, read: 0 };
-        let value = reader.value(&Type::Struct(self.root()), true)?;
-        let left = reader.wire.left();
+        let mut reader = ValueDecoder { definition: self, wire, read: 0 };
+        let value = reader.read_value(&FieldType::Struct(self.root_struct_index()), true)?;
+        let left = reader.wire.remaining_bytes();
         // Writers fill a message up to a multiple of 4 bytes.
         if self.assumed && left > 3 {
             return Err(format!(
@@ -57,86 +57,85 @@ impl Definition {
     }
 }
 
-struct Reader<'d> {
-    definition: &'d Definition,
+struct ValueDecoder<'d> {
+    definition: &'d MessageDefinition,
     wire: CdrReader<'d>,
     /// The values that were kept.
     read: usize,
 }
 
-impl Reader<'_> {
+impl ValueDecoder<'_> {
     /// The next value; without `keep` it is skipped.
-    fn value(&mut self, kind: &Type, keep: bool) -> Result<Value, String> {
+    fn read_value(&mut self, kind: &FieldType, keep: bool) -> Result<MessageValue, String> {
         self.read += usize::from(keep);
         match kind {
-            Type::Scalar(scalar) => Ok(match self.wire.number(*scalar)? {
-                WireNumber::Integer(number) => Value::Integer(number),
-                WireNumber::Real(number) => Value::Real(number),
+            FieldType::Scalar(scalar) => Ok(match self.wire.read_number(*scalar)? {
+                DecodedNumber::Integer(number) => MessageValue::Integer(number),
+                DecodedNumber::Real(number) => MessageValue::Real(number),
             }),
-            Type::Text => {
-                let bytes = self.wire.text()?;
-                let text =
-                    if keep { String::from_utf8_lossy(bytes).into_owned() } else { String::new() };
-                Ok(Value::Text(text))
+            FieldType::Text => {
+                let bytes = self.wire.read_text_bytes()?;
+                let text = if keep { String::from_utf8_lossy(bytes).into_owned() } else { String::new() };
+                Ok(MessageValue::Text(text))
             }
-            Type::WideText => self.wire.wide_text().map(Value::Text),
-            Type::Struct(index) => {
+            FieldType::WideText => self.wire.wide_text().map(MessageValue::Text),
+            FieldType::Struct(index) => {
                 if self.wire.delimited == DelimiterRule::Structures {
-                    self.wire.length()?;
+                    self.wire.read_length()?;
                 }
                 let definition = self.definition;
                 // Structures of nothing may lie in each other billions of times.
                 if definition.structs[*index].least_bytes == 0 {
-                    return Ok(Value::Struct(Vec::new()));
+                    return Ok(MessageValue::Struct(Vec::new()));
                 }
                 let mut values = Vec::new();
                 for field in &definition.structs[*index].fields {
-                    let value = self.value(&field.kind, keep)?;
+                    let value = self.read_value(&field.kind, keep)?;
                     if keep {
                         values.push(value);
                     }
                 }
-                Ok(Value::Struct(values))
+                Ok(MessageValue::Struct(values))
             }
-            Type::Array(inner, count) => {
-                self.delimiter(inner)?;
-                self.list(inner, *count, keep)
+            FieldType::Array(inner, count) => {
+                self.skip_list_delimiter(inner)?;
+                self.read_list(inner, *count, keep)
             }
-            Type::Sequence(inner) => {
-                self.delimiter(inner)?;
-                let count = self.wire.length()?;
-                self.list(inner, count, keep)
+            FieldType::Sequence(inner) => {
+                self.skip_list_delimiter(inner)?;
+                let count = self.wire.read_length()?;
+                self.read_list(inner, count, keep)
             }
         }
     }
 
     /// The length in bytes before a list of what is no number.
-    fn delimiter(&mut self, inner: &Type) -> Result<(), String> {
-        if self.wire.delimited != DelimiterRule::Nothing && !matches!(inner, Type::Scalar(_)) {
-            self.wire.length()?;
+    fn skip_list_delimiter(&mut self, inner: &FieldType) -> Result<(), String> {
+        if self.wire.delimited != DelimiterRule::Nothing && !matches!(inner, FieldType::Scalar(_)) {
+            self.wire.read_length()?;
         }
         Ok(())
     }
 
-    fn list(&mut self, inner: &Type, count: usize, keep: bool) -> Result<Value, String> {
+    fn read_list(&mut self, inner: &FieldType, count: usize, keep: bool) -> Result<MessageValue, String> {
         let keep = keep && count <= LONGEST && self.read < MOST;
-        let least = self.definition.least_bytes(inner);
-        if least.saturating_mul(count) > self.wire.left() {
+        let least = self.definition.min_encoded_bytes(inner);
+        if least.saturating_mul(count) > self.wire.remaining_bytes() {
             return Err(format!(
                 "it ends too early: expected a list of {count} elements, found {} bytes",
-                self.wire.left()
+                self.wire.remaining_bytes()
             ));
         }
         match inner {
-            Type::Scalar(scalar) if !keep => self.wire.skip(*scalar, count)?,
+            FieldType::Scalar(scalar) if !keep => self.wire.skip_numbers(*scalar, count)?,
             // What takes no bytes is no signal either, and there may be billions of it.
             _ if least == 0 => {}
-            _ if !keep => (0..count).try_for_each(|_| self.value(inner, false).map(drop))?,
+            _ if !keep => (0..count).try_for_each(|_| self.read_value(inner, false).map(drop))?,
             _ => {
-                let values = (0..count).map(|_| self.value(inner, true));
-                return values.collect::<Result<_, _>>().map(Value::List);
+                let values = (0..count).map(|_| self.read_value(inner, true));
+                return values.collect::<Result<_, _>>().map(MessageValue::List);
             }
         }
-        Ok(Value::Long(count))
+        Ok(MessageValue::Long(count))
     }
 }

@@ -1,7 +1,7 @@
 //! Resolves field paths in messages, such as `pose.pose.position.x` and `wheel_speed.0`.
 
-use crate::definition::{Definition, EMPTY, Scalar, Struct, Type};
-use crate::message::{LONGEST, Value};
+use crate::definition::{EMPTY, FieldType, MessageDefinition, ScalarType, StructDefinition};
+use crate::message::{LONGEST, MessageValue};
 use crate::units;
 
 /// Fields of one row that are listed at most.
@@ -48,15 +48,15 @@ pub struct FieldListing {
 }
 
 /// A row of a message: most messages are one.
-pub struct Row<'v> {
+pub struct RosMessageRow<'v> {
     /// Of a list whose elements are told apart by a text, that text.
     pub key: Option<&'v str>,
     /// Its values.
-    pub value: &'v Value,
+    pub value: &'v MessageValue,
 }
 
 /// The list of transforms between frames, each named by its `child_frame_id`: two messages need not have the same ones.
-struct Transforms {
+struct TransformListPath {
     /// The index of the list among the fields.
     field: usize,
     /// The structure of its elements.
@@ -67,35 +67,35 @@ struct Transforms {
 
 const TRANSFORMS: &str = "transforms";
 
-impl Definition {
-    fn transforms(&self) -> Option<Transforms> {
-        let root = &self.structs[self.root()];
+impl MessageDefinition {
+    fn transform_list_path(&self) -> Option<TransformListPath> {
+        let root = &self.structs[self.root_struct_index()];
         if !matches!(root.name.as_str(), "tf2_msgs/TFMessage" | "tf/tfMessage") {
             return None;
         }
-        let field = position(root, TRANSFORMS)?;
-        let Type::Sequence(inner) = &root.fields[field].kind else { return None };
-        let Type::Struct(element) = **inner else { return None };
-        let key = position(&self.structs[element], "child_frame_id")?;
-        Some(Transforms { field, element, key })
+        let field = field_position(root, TRANSFORMS)?;
+        let FieldType::Sequence(inner) = &root.fields[field].kind else { return None };
+        let FieldType::Struct(element) = **inner else { return None };
+        let key = field_position(&self.structs[element], "child_frame_id")?;
+        Some(TransformListPath { field, element, key })
     }
 
     /// The structure of a row.
-    fn row(&self) -> usize {
-        self.transforms().map_or(self.root(), |it| it.element)
+    fn row_struct_index(&self) -> usize {
+        self.transform_list_path().map_or(self.root_struct_index(), |it| it.element)
     }
 
     /// The rows of a message: itself, or each of its transforms.
     #[must_use]
-    pub fn rows<'v>(&self, message: &'v Value) -> Vec<Row<'v>> {
-        let Some(transforms) = self.transforms() else {
-            return vec![Row { key: None, value: message }];
+    pub fn message_rows<'v>(&self, message: &'v MessageValue) -> Vec<RosMessageRow<'v>> {
+        let Some(transforms) = self.transform_list_path() else {
+            return vec![RosMessageRow { key: None, value: message }];
         };
-        let Some(Value::List(elements)) = message.get(&[transforms.field]) else {
+        let Some(MessageValue::List(elements)) = message.get_at_path(&[transforms.field]) else {
             return Vec::new();
         };
-        let row = |value| match Value::get(value, &[transforms.key]) {
-            Some(Value::Text(key)) => Some(Row { key: Some(key), value }),
+        let row = |value| match MessageValue::get_at_path(value, &[transforms.key]) {
+            Some(MessageValue::Text(key)) => Some(RosMessageRow { key: Some(key), value }),
             _ => None,
         };
         elements.iter().filter_map(row).collect()
@@ -105,9 +105,9 @@ impl Definition {
     ///
     /// # Errors
     /// When there is none.
-    pub fn find(&self, path: &str) -> Result<FieldPath, PathError> {
-        let Some(transforms) = self.transforms() else {
-            let steps = self.steps(&Type::Struct(self.root()), path)?;
+    pub fn resolve_field_path(&self, path: &str) -> Result<FieldPath, PathError> {
+        let Some(transforms) = self.transform_list_path() else {
+            let steps = self.resolve_path_steps(&FieldType::Struct(self.root_struct_index()), path)?;
             return Ok(FieldPath { key: None, steps });
         };
         let rest = path.strip_prefix(TRANSFORMS).and_then(|it| it.strip_prefix('.'));
@@ -115,25 +115,25 @@ impl Definition {
         // A frame may have points in its name.
         let split = rest.match_indices('.').map(|(at, _)| (&rest[..at], &rest[at + 1..]));
         let mut found = split.filter_map(|(key, path)| {
-            let steps = self.steps(&Type::Struct(transforms.element), path).ok()?;
+            let steps = self.resolve_path_steps(&FieldType::Struct(transforms.element), path).ok()?;
             Some(FieldPath { key: Some(key.to_owned()), steps })
         });
         found.next().ok_or(PathError::Missing)
     }
 
-    fn steps(&self, kind: &Type, path: &str) -> Result<Vec<usize>, PathError> {
+    fn resolve_path_steps(&self, kind: &FieldType, path: &str) -> Result<Vec<usize>, PathError> {
         let (mut steps, mut kind) = (Vec::new(), kind);
         for name in path.split('.') {
             kind = match kind {
-                Type::Struct(index) => {
+                FieldType::Struct(index) => {
                     let of = &self.structs[*index];
-                    let step = position(of, name).ok_or(PathError::Missing)?;
+                    let step = field_position(of, name).ok_or(PathError::Missing)?;
                     steps.push(step);
                     &of.fields[step].kind
                 }
-                Type::Array(inner, _) | Type::Sequence(inner) => {
+                FieldType::Array(inner, _) | FieldType::Sequence(inner) => {
                     let step = name.parse().map_err(|_| PathError::Missing)?;
-                    if matches!(kind, Type::Array(_, count) if step >= *count) {
+                    if matches!(kind, FieldType::Array(_, count) if step >= *count) {
                         return Err(PathError::Missing);
                     }
                     steps.push(step);
@@ -143,11 +143,11 @@ impl Definition {
             };
         }
         match kind {
-            Type::Struct(_) => Err(PathError::Other("a message".to_owned())),
-            Type::Array(..) | Type::Sequence(_) => {
+            FieldType::Struct(_) => Err(PathError::Other("a message".to_owned())),
+            FieldType::Array(..) | FieldType::Sequence(_) => {
                 Err(PathError::Other("a list: add an index, as in `.0`".to_owned()))
             }
-            Type::Scalar(Scalar::Quadruple) => {
+            FieldType::Scalar(ScalarType::Quadruple) => {
                 Err(PathError::Other("a number of 128 bits".to_owned()))
             }
             _ => Ok(steps),
@@ -156,32 +156,31 @@ impl Definition {
 
     /// The fields of a row; without one those that the definition promises.
     #[must_use]
-    pub fn list(&self, row: Option<&Row>) -> FieldListing {
-        let prefix = match (self.transforms(), row.and_then(|row| row.key)) {
+    pub fn list_fields(&self, row: Option<&RosMessageRow>) -> FieldListing {
+        let prefix = match (self.transform_list_path(), row.and_then(|row| row.key)) {
             (None, _) => String::new(),
             (Some(_), None) => return FieldListing::default(),
             (Some(_), Some(key)) => format!("{TRANSFORMS}.{key}"),
         };
-        let mut walk =
-            FieldLister { definition: self, steps: Vec::new(), listing: FieldListing::default() };
-        let kind = Type::Struct(self.row());
-        walk.go(&kind, row.map(|row| row.value), prefix, None);
+        let mut walk = FieldLister { definition: self, steps: Vec::new(), listing: FieldListing::default() };
+        let kind = FieldType::Struct(self.row_struct_index());
+        walk.visit_field(&kind, row.map(|row| row.value), prefix, None);
         walk.listing
     }
 
     /// The unit of the number at the end of a way.
     #[must_use]
-    pub fn unit(&self, way: &FieldPath) -> Option<&'static str> {
-        let (mut kind, mut unit) = (&Type::Struct(self.row()), None);
+    pub fn field_unit(&self, way: &FieldPath) -> Option<&'static str> {
+        let (mut kind, mut unit) = (&FieldType::Struct(self.row_struct_index()), None);
         for step in &way.steps {
             kind = match kind {
-                Type::Struct(index) => {
+                FieldType::Struct(index) => {
                     let structure = &self.structs[*index];
                     let field = structure.fields.get(*step)?;
-                    unit = unit.or_else(|| units::of(&structure.name, &field.name));
+                    unit = unit.or_else(|| units::standard_field_unit(&structure.name, &field.name));
                     &field.kind
                 }
-                Type::Array(inner, _) | Type::Sequence(inner) => inner,
+                FieldType::Array(inner, _) | FieldType::Sequence(inner) => inner,
                 _ => return None,
             };
         }
@@ -190,18 +189,18 @@ impl Definition {
 
     /// The steps to the time at which a row was measured: `header.stamp`, or `stamp`.
     fn stamp_steps(&self) -> Option<[Vec<usize>; 2]> {
-        let row = &self.structs[self.row()];
-        let (at, kind) = match (position(row, "header"), position(row, "stamp")) {
+        let row = &self.structs[self.row_struct_index()];
+        let (at, kind) = match (field_position(row, "header"), field_position(row, "stamp")) {
             (Some(header), _) => {
-                let Type::Struct(index) = row.fields[header].kind else { return None };
+                let FieldType::Struct(index) = row.fields[header].kind else { return None };
                 let inner = &self.structs[index];
-                let stamp = position(inner, "stamp")?;
+                let stamp = field_position(inner, "stamp")?;
                 (vec![header, stamp], &inner.fields[stamp].kind)
             }
             (None, Some(stamp)) => (vec![stamp], &row.fields[stamp].kind),
             (None, None) => return None,
         };
-        let Type::Struct(index) = kind else { return None };
+        let FieldType::Struct(index) = kind else { return None };
         let time = &self.structs[*index];
         if !matches!(time.name.as_str(), "builtin_interfaces/Time" | "ros1/Time") {
             return None;
@@ -218,10 +217,10 @@ impl Definition {
 
     /// The time at which a row was measured [ns].
     #[must_use]
-    pub fn stamp(&self, row: &Row) -> Option<i128> {
+    pub fn header_stamp(&self, row: &RosMessageRow) -> Option<i128> {
         let [seconds, nanoseconds] = self.stamp_steps()?;
-        match (row.value.get(&seconds)?, row.value.get(&nanoseconds)?) {
-            (Value::Integer(seconds), Value::Integer(nanoseconds)) => {
+        match (row.value.get_at_path(&seconds)?, row.value.get_at_path(&nanoseconds)?) {
+            (MessageValue::Integer(seconds), MessageValue::Integer(nanoseconds)) => {
                 Some(seconds * 1_000_000_000 + nanoseconds)
             }
             _ => None,
@@ -229,22 +228,22 @@ impl Definition {
     }
 }
 
-fn position(structure: &Struct, name: &str) -> Option<usize> {
+fn field_position(structure: &StructDefinition, name: &str) -> Option<usize> {
     structure.fields.iter().position(|field| field.name == name)
 }
 
 /// A walk through all fields of a row.
 struct FieldLister<'d> {
-    definition: &'d Definition,
+    definition: &'d MessageDefinition,
     steps: Vec<usize>,
     listing: FieldListing,
 }
 
 impl FieldLister<'_> {
-    fn go(
+    fn visit_field(
         &mut self,
-        kind: &Type,
-        value: Option<&Value>,
+        kind: &FieldType,
+        value: Option<&MessageValue>,
         path: String,
         unit: Option<Option<&'static str>>,
     ) {
@@ -256,14 +255,14 @@ impl FieldLister<'_> {
             return;
         }
         match kind {
-            Type::Scalar(Scalar::Quadruple) => {
+            FieldType::Scalar(ScalarType::Quadruple) => {
                 self.listing.left_out.push(format!("`{path}`: a number of 128 bits"));
             }
-            Type::Scalar(_) | Type::Text | Type::WideText => {
+            FieldType::Scalar(_) | FieldType::Text | FieldType::WideText => {
                 let steps = self.steps.clone();
                 self.listing.leaves.push(LeafField { path, steps, unit: unit.flatten() });
             }
-            Type::Struct(index) => {
+            FieldType::Struct(index) => {
                 let definition = self.definition;
                 let structure = &definition.structs[*index];
                 for (step, field) in structure.fields.iter().enumerate() {
@@ -272,47 +271,47 @@ impl FieldLister<'_> {
                     }
                     let dot = if path.is_empty() { "" } else { "." };
                     let path = format!("{path}{dot}{}", field.name);
-                    let value = value.and_then(|it| it.get(&[step]));
+                    let value = value.and_then(|it| it.get_at_path(&[step]));
                     self.steps.push(step);
-                    self.go(
+                    self.visit_field(
                         &field.kind,
                         value,
                         path,
-                        unit.or_else(|| units::of(&structure.name, &field.name)),
+                        unit.or_else(|| units::standard_field_unit(&structure.name, &field.name)),
                     );
                     self.steps.pop();
                 }
             }
-            Type::Array(inner, count) => self.elements(inner, value, path, unit, *count),
-            Type::Sequence(inner) => {
+            FieldType::Array(inner, count) => self.visit_elements(inner, value, path, unit, *count),
+            FieldType::Sequence(inner) => {
                 // Without a message nobody knows how many there are.
                 let count = match value {
-                    Some(Value::List(elements)) => elements.len(),
-                    Some(Value::Long(count)) => *count,
+                    Some(MessageValue::List(elements)) => elements.len(),
+                    Some(MessageValue::Long(count)) => *count,
                     _ => 1,
                 };
                 self.listing.lists.push((path.clone(), self.steps.clone(), count));
-                self.elements(inner, value, path, unit, count);
+                self.visit_elements(inner, value, path, unit, count);
             }
         }
     }
 
-    fn elements(
+    fn visit_elements(
         &mut self,
-        inner: &Type,
-        value: Option<&Value>,
+        inner: &FieldType,
+        value: Option<&MessageValue>,
         path: String,
         unit: Option<Option<&'static str>>,
         count: usize,
     ) {
-        if count > LONGEST || matches!(value, Some(Value::Long(_))) {
+        if count > LONGEST || matches!(value, Some(MessageValue::Long(_))) {
             self.listing.left_out.push(format!("`{path}`: a list of {count} elements"));
             return;
         }
         for step in 0..count {
             self.steps.push(step);
-            let value = value.and_then(|it| it.get(&[step]));
-            self.go(inner, value, format!("{path}.{step}"), unit);
+            let value = value.and_then(|it| it.get_at_path(&[step]));
+            self.visit_field(inner, value, format!("{path}.{step}"), unit);
             self.steps.pop();
         }
     }

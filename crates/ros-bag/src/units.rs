@@ -50,26 +50,14 @@ const UNITS: &[(&str, &[&str], &str)] = &[
     ("ackermann_msgs/AckermannDrive", &["acceleration"], "m/s2"),
     ("ackermann_msgs/AckermannDrive", &["jerk"], "m/s3"),
     ("autoware_auto_control_msgs/AckermannLateralCommand", &["steering_tire_angle"], "rad"),
-    (
-        "autoware_auto_control_msgs/AckermannLateralCommand",
-        &["steering_tire_rotation_rate"],
-        "rad/s",
-    ),
+    ("autoware_auto_control_msgs/AckermannLateralCommand", &["steering_tire_rotation_rate"], "rad/s"),
     ("autoware_auto_control_msgs/LongitudinalCommand", &["speed"], "m/s"),
     ("autoware_auto_control_msgs/LongitudinalCommand", &["acceleration"], "m/s2"),
     ("autoware_auto_control_msgs/LongitudinalCommand", &["jerk"], "m/s3"),
     ("autoware_auto_vehicle_msgs/SteeringReport", &["steering_tire_angle"], "rad"),
     ("autoware_auto_vehicle_msgs/VehicleOdometry", &["velocity_mps"], "m/s"),
-    (
-        "autoware_auto_vehicle_msgs/VehicleOdometry",
-        &["front_wheel_angle_rad", "rear_wheel_angle_rad"],
-        "rad",
-    ),
-    (
-        "autoware_auto_vehicle_msgs/VelocityReport",
-        &["longitudinal_velocity", "lateral_velocity"],
-        "m/s",
-    ),
+    ("autoware_auto_vehicle_msgs/VehicleOdometry", &["front_wheel_angle_rad", "rear_wheel_angle_rad"], "rad"),
+    ("autoware_auto_vehicle_msgs/VelocityReport", &["longitudinal_velocity", "lateral_velocity"], "m/s"),
     ("autoware_auto_vehicle_msgs/VelocityReport", &["heading_rate"], "rad/s"),
     ("autoware_auto_vehicle_msgs/WheelEncoder", &["speed_mps"], "m/s"),
     ("autoware_control_msgs/Lateral", &["steering_tire_angle"], "rad"),
@@ -108,7 +96,7 @@ const NO_UNIT: &[(&str, &str)] =
     &[("vectornav_msgs/CommonGroup", "position"), ("vectornav_msgs/InsGroup", "poslla")];
 
 /// The unit of all that lies in a field of a message; `Some(None)` where it has none, whatever lies in it.
-pub fn of(message: &str, field: &str) -> Option<Option<&'static str>> {
+pub fn standard_field_unit(message: &str, field: &str) -> Option<Option<&'static str>> {
     if NO_UNIT.contains(&(message, field)) {
         return Some(None);
     }
@@ -119,7 +107,7 @@ pub fn of(message: &str, field: &str) -> Option<Option<&'static str>> {
 #[cfg(test)]
 mod tests {
     use super::{NO_UNIT, UNITS};
-    use crate::definition::Definition;
+    use crate::definition::MessageDefinition;
 
     #[test]
     fn the_fields_with_units_are_those_of_the_messages() {
@@ -128,8 +116,8 @@ mod tests {
             if name.starts_with("ros1/") {
                 continue;
             }
-            let definition = Definition::standard(name).expect(name);
-            let fields = &definition.structs[definition.root()].fields;
+            let definition = MessageDefinition::standard_message(name).expect(name);
+            let fields = &definition.structs[definition.root_struct_index()].fields;
             assert!(fields.iter().any(|it| it.name == field), "{name} has no {field}");
         }
     }

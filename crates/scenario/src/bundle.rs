@@ -8,7 +8,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, ErrorCollector};
 use serde::Deserialize as _;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
@@ -17,7 +17,7 @@ use crate::build_request::BuildArtifacts;
 use crate::document::{self, Scenario};
 use crate::resolve;
 use crate::text_of;
-use files::Files;
+use files::BundleFiles;
 use paths::FileRole;
 
 /// The name of the text of a bundle that is written to a folder.
@@ -25,7 +25,7 @@ pub const SCENARIO: &str = "scenario.toml";
 
 /// Where the files of a bundle lie: folders with `/` in between, relative to that of the bundle.
 #[derive(Debug, Clone, Copy)]
-pub struct Layout<'a> {
+pub struct BundleLayout<'a> {
     /// The folder of FMUs.
     pub fmus: &'a str,
     /// The folder of all other files.
@@ -36,7 +36,7 @@ pub struct Layout<'a> {
 
 /// A file of a bundle.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Content {
+pub enum FileContent {
     /// A copy of this file.
     File(PathBuf),
     /// A text, such as that of a scenario that validates.
@@ -45,35 +45,31 @@ pub enum Content {
 
 /// A scenario that needs nothing but its own files, and the packages of its plugins.
 #[derive(Debug)]
-pub struct Bundle {
+pub struct ScenarioBundle {
     /// The name of the run.
     pub name: String,
     /// The text of the scenario. Its paths are relative to the folder of the bundle.
     pub text: String,
     /// Files by their paths in the folder, with `/`. Letters, digits, `.`, `_` and `-` are in them; no two differ by case alone.
-    pub files: BTreeMap<String, Content>,
+    pub files: BTreeMap<String, FileContent>,
     /// The path in the folder of each FMU, by the name of its node; without those of validations.
     pub fmus: BTreeMap<String, String>,
     /// What the bundle needs besides, such as packages of plugins.
     pub notes: Vec<String>,
 }
 
-impl Bundle {
+impl ScenarioBundle {
     /// Gathers a scenario with what it extends and with the scenarios that it is validated by. FMUs of packages are those that were
     /// `built`. Plugins of packages stay packages, unless there is a folder for them.
     ///
     /// # Errors
     /// At each word that names a file that is not there, or a package that was not built.
-    pub fn gather(
-        scenario: &Scenario,
-        built: &BuildArtifacts,
-        layout: Layout,
-    ) -> Result<Self, Error> {
-        let mut gatherer = Gatherer { built, layout, files: Files::new(), notes: Vec::new() };
-        gatherer.files.reserve(SCENARIO);
-        let (text, fmus) = gatherer.text(scenario, TextLocation::ROOT)?;
+    pub fn gather(scenario: &Scenario, built: &BuildArtifacts, layout: BundleLayout) -> Result<Self, Error> {
+        let mut gatherer = BundleGatherer { built, layout, files: BundleFiles::new(), notes: Vec::new() };
+        gatherer.files.reserve_path(SCENARIO);
+        let (text, fmus) = gatherer.gather_scenario_text(scenario, TextLocation::ROOT)?;
         let (files, notes) = (gatherer.files.all, gatherer.notes);
-        Ok(Bundle { name: scenario.name.clone(), text, files, fmus, notes })
+        Ok(ScenarioBundle { name: scenario.name.clone(), text, files, fmus, notes })
     }
 
     /// Writes the text as [`SCENARIO`] and all files into a folder that is there.
@@ -81,9 +77,8 @@ impl Bundle {
     /// # Errors
     /// When a file cannot be read or written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let written = |path: &Path, done: std::io::Result<()>| {
-            done.map_err(|error| Error::output(path, error))
-        };
+        let written =
+            |path: &Path, done: std::io::Result<()>| done.map_err(|error| Error::output_failure(path, error));
         let text = folder.join(SCENARIO);
         written(&text, std::fs::write(&text, &self.text))?;
         for (name, content) in &self.files {
@@ -94,8 +89,8 @@ impl Bundle {
             written(
                 &path,
                 match content {
-                    Content::File(from) => std::fs::copy(from, &path).map(drop),
-                    Content::Text(text) => std::fs::write(&path, text),
+                    FileContent::File(from) => std::fs::copy(from, &path).map(drop),
+                    FileContent::Text(text) => std::fs::write(&path, text),
                 },
             )?;
         }
@@ -116,16 +111,16 @@ impl TextLocation<'_> {
     const ROOT: Self = TextLocation { folder: "", root: "" };
 }
 
-struct Gatherer<'a> {
+struct BundleGatherer<'a> {
     built: &'a BuildArtifacts,
-    layout: Layout<'a>,
-    files: Files,
+    layout: BundleLayout<'a>,
+    files: BundleFiles,
     notes: Vec<String>,
 }
 
-impl Gatherer<'_> {
+impl BundleGatherer<'_> {
     /// The text of a scenario and the paths of its FMUs by node; their files join the others.
-    fn text(
+    fn gather_scenario_text(
         &mut self,
         scenario: &Scenario,
         location: TextLocation,
@@ -133,16 +128,16 @@ impl Gatherer<'_> {
         let texts = scenario.source.padded_texts();
         let mut table = document::merge_files(&scenario.source, &texts)?;
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
-        let mut mistakes = Mistakes::default();
-        let fmus = self.fmus(scenario, &mut table, location, &mut mistakes);
-        self.plugins(scenario, &mut table, location, &mut mistakes);
+        let mut mistakes = ErrorCollector::default();
+        let fmus = self.gather_fmus(scenario, &mut table, location, &mut mistakes);
+        self.gather_plugins(scenario, &mut table, location, &mut mistakes);
         paths::for_each_file(&mut table, &mut |role, word| {
-            mistakes.take(self.file(scenario, role, word, location));
+            mistakes.ok_or_record(self.gather_file(scenario, role, word, location));
         });
-        mistakes.finish()?;
+        mistakes.into_result()?;
         let table = toml::Table::deserialize(Deserializer::from(Spanned::new(0..0, table)));
         let wrong = |what: &dyn std::fmt::Display| {
-            Error::input(format!("{}: {what}", scenario.source.path().display()))
+            Error::invalid_input(format!("{}: {what}", scenario.source.main_path().display()))
         };
         let table = table.map_err(|error| wrong(&error.message()))?;
         let text = toml::to_string(&table).map_err(|error| wrong(&error))?;
@@ -150,35 +145,34 @@ impl Gatherer<'_> {
     }
 
     /// Replaces packages of FMUs by archives, and gathers the archives.
-    fn fmus(
+    fn gather_fmus(
         &mut self,
         scenario: &Scenario,
         table: &mut DeTable,
         location: TextLocation,
-        mistakes: &mut Mistakes,
+        mistakes: &mut ErrorCollector,
     ) -> BTreeMap<String, String> {
         let mut paths = BTreeMap::new();
         let words = scenario.document.fmu.iter();
-        for (fmu, entry) in words.zip(paths::entries(table, "fmu")) {
+        for (fmu, entry) in words.zip(paths::list_entries(table, "fmu")) {
             let archive = fmu.build_request().and_then(|it| self.built.archives.get(&it).cloned());
             let (word, path) = match (&fmu.path, archive) {
-                (Some(path), _) => (path, scenario.source.resolve(path)),
+                (Some(path), _) => (path, scenario.source.resolve_path(path)),
                 (None, Some(archive)) => (&fmu.name, archive),
                 (None, None) => {
                     let message = "expected a built package or `path`, found neither";
-                    mistakes.push(scenario.error(&fmu.name, message));
+                    mistakes.push(scenario.error_at(&fmu.name, message));
                     continue;
                 }
             };
-            let added = self.files.add(&path, self.layout.fmus);
-            let added = added.map_err(|what| scenario.error(word, what));
-            let Some(inside) = mistakes.take(added) else { continue };
+            let added = self.files.add_file(&path, self.layout.fmus);
+            let added = added.map_err(|what| scenario.error_at(word, what));
+            let Some(inside) = mistakes.ok_or_record(added) else { continue };
             replace_package(entry, format!("{}{inside}", location.root));
             if entry.remove("may_read").is_some() {
                 let name = fmu.name.get_ref();
-                self.notes.push(format!(
-                    "`may_read` of `{name}` names files of this machine: it is left out"
-                ));
+                self.notes
+                    .push(format!("`may_read` of `{name}` names files of this machine: it is left out"));
             }
             paths.insert(fmu.name.get_ref().clone(), inside);
         }
@@ -186,21 +180,21 @@ impl Gatherer<'_> {
     }
 
     /// Replaces packages of plugins by libraries where there is a folder for them, and says what is not gathered.
-    fn plugins(
+    fn gather_plugins(
         &mut self,
         scenario: &Scenario,
         table: &mut DeTable,
         location: TextLocation,
-        mistakes: &mut Mistakes,
+        mistakes: &mut ErrorCollector,
     ) {
         let words = scenario.document.analysis.iter();
-        for (analysis, entry) in words.zip(paths::entries(table, "analysis")) {
+        for (analysis, entry) in words.zip(paths::list_entries(table, "analysis")) {
             let Some(request) = analysis.build_request() else { continue };
             let library = self.built.plugins.get(&request);
             if let Some((folder, library)) = self.layout.plugins.zip(library) {
-                let added = self.files.add(library, folder);
-                let added = added.map_err(|what| scenario.error(&analysis.name, what));
-                if let Some(inside) = mistakes.take(added) {
+                let added = self.files.add_file(library, folder);
+                let added = added.map_err(|what| scenario.error_at(&analysis.name, what));
+                if let Some(inside) = mistakes.ok_or_record(added) {
                     replace_package(entry, format!("{}{inside}", location.root));
                 }
                 continue;
@@ -214,7 +208,7 @@ impl Gatherer<'_> {
     }
 
     /// Gathers the file that a word names, and writes its path in the bundle in place of the word.
-    fn file(
+    fn gather_file(
         &mut self,
         scenario: &Scenario,
         role: FileRole,
@@ -222,38 +216,36 @@ impl Gatherer<'_> {
         location: TextLocation,
     ) -> Result<(), Error> {
         let Some(text) = word.get_ref().as_str() else { return Ok(()) };
-        let path = scenario.source.folder(word.span()).join(text.trim_start_matches('@'));
-        let wrong = |what: String| scenario.source.error(word.span(), what, "");
+        let path = scenario.source.base_folder(word.span()).join(text.trim_start_matches('@'));
+        let wrong = |what: String| scenario.source.error_at(word.span(), what, "");
         let others = self.layout.others;
         let inside = match role {
-            FileRole::Parameters => self.parameters(&path).map_err(wrong)?,
-            FileRole::File => self.files.add(&path, others).map_err(wrong)?,
+            FileRole::Parameters => self.gather_parameter_file(&path).map_err(wrong)?,
+            FileRole::File => self.files.add_file(&path, others).map_err(wrong)?,
             FileRole::Draws(index) => {
                 let vary = scenario.document.sweep.iter().flat_map(|sweep| &sweep.vary).nth(index);
                 let name = vary.map_or("", |vary| vary.name.get_ref().as_str());
                 let path = resolve::sample_file(&path, name).map_err(wrong)?;
-                self.files.add(&path, others).map_err(wrong)?
+                self.files.add_file(&path, others).map_err(wrong)?
             }
             FileRole::Archive if !text.ends_with(".fmu") => return Ok(()),
-            FileRole::Archive => self.files.add(&path, self.layout.fmus).map_err(wrong)?,
+            FileRole::Archive => self.files.add_file(&path, self.layout.fmus).map_err(wrong)?,
             FileRole::Validation(index) => {
                 let Some(child) = scenario.validations.get(index) else { return Ok(()) };
                 let folder = format!("{}/", others.trim_end_matches('/'));
                 let root = "../".repeat(folder.split('/').filter(|part| !part.is_empty()).count());
-                let (text, _) = self.text(child, TextLocation { folder: &folder, root: &root })?;
+                let (text, _) =
+                    self.gather_scenario_text(child, TextLocation { folder: &folder, root: &root })?;
                 self.files.add_text(&format!("{}.toml", child.name), others, text)
             }
             FileRole::Values if !text.starts_with('@') || !path.is_file() => return Ok(()),
             // An analysis may leave a file of this name, which goes before the one that is there.
-            FileRole::Values if !text.contains(['/', '\\']) && !names_texts(&path) => {
+            FileRole::Values if !text.contains(['/', '\\']) && !has_text_references(&path) => {
                 let name = text.trim_start_matches('@');
-                return self
-                    .files
-                    .add_as(&path, &format!("{}{name}", location.folder))
-                    .map_err(wrong);
+                return self.files.add_as(&path, &format!("{}{name}", location.folder)).map_err(wrong);
             }
             FileRole::Values => {
-                let inside = self.parameters(&path).map_err(wrong)?;
+                let inside = self.gather_parameter_file(&path).map_err(wrong)?;
                 *word.get_mut() = DeValue::String(format!("@{}{inside}", location.root).into());
                 return Ok(());
             }
@@ -263,10 +255,10 @@ impl Gatherer<'_> {
     }
 
     /// Gathers a file of values, and those whose texts are among them, under other paths in it.
-    fn parameters(&mut self, path: &Path) -> Result<String, String> {
+    fn gather_parameter_file(&mut self, path: &Path) -> Result<String, String> {
         let others = self.layout.others;
-        if !names_texts(path) {
-            return self.files.add(path, others);
+        if !has_text_references(path) {
+            return self.files.add_file(path, others);
         }
         let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
@@ -275,7 +267,7 @@ impl Gatherer<'_> {
         let folder = path.parent().unwrap_or(Path::new(""));
         paths::for_each_text(&mut table, &mut |_, word| {
             let Some(name) = word.get_ref().as_str() else { return };
-            match self.files.add(&folder.join(name), others) {
+            match self.files.add_file(&folder.join(name), others) {
                 // All of them are in one folder.
                 Ok(inside) => {
                     let name = inside.rsplit('/').next().unwrap_or_default().to_owned();
@@ -296,7 +288,7 @@ impl Gatherer<'_> {
 }
 
 /// Whether values of a file are the texts of others.
-fn names_texts(path: &Path) -> bool {
+fn has_text_references(path: &Path) -> bool {
     std::fs::read_to_string(path).is_ok_and(|text| text.contains(text_of::KEY))
 }
 

@@ -27,20 +27,20 @@ mod view;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-pub use cosim::clock::At;
+pub use cosim::clock::StepBoundary;
 pub use cosim::extrapolation::ExtrapolationOrder;
-pub use cosim::system::{Algorithm, ErrorEstimate, Method, OnFailure};
-use diagnostics::{Error, Source, Spanned};
+pub use cosim::system::{Algorithm, ErrorEstimate, FmuFailurePolicy, LoopSolverMethod};
+use diagnostics::{Error, SourceFiles, Spanned};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::schema;
-pub(crate) use aliases::Aliases;
+pub(crate) use aliases::SignalAliases;
 pub(crate) use annotation::ScenarioAnnotation;
-pub use baseline::{Baseline, Tube};
+pub use baseline::{Baseline, BaselineTube};
 pub use connect::{Connect, Convert, Transform};
-pub use coupling::{Bond, Coupling, Iteration, Loops, OnDiscard};
-pub(crate) use edit::{Edit, EditError, convert_quantity, split_quantity};
+pub use coupling::{Bond, Coupling, Iteration, LoopPolicy, OnDiscard};
+pub(crate) use edit::{EditError, ScenarioEdit, convert_quantity, split_number_and_unit};
 pub use fault::Fault;
 pub use manoeuvre::Manoeuvre;
 pub use nodes::{Fmu, Table, UnconnectedInputs, UnusedParameters};
@@ -49,7 +49,7 @@ use one_or_more::one_or_more;
 pub(crate) use read::merge_files;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use signal::{Part, SignalError};
-pub use standalone::{StandaloneOptions, is_fmu, standalone};
+pub use standalone::{StandaloneOptions, is_fmu, standalone_scenario_text};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Search, Sweep, VariantSelection, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, TruncatedNormal};
@@ -57,7 +57,7 @@ pub(crate) use system::ssp_value;
 pub use system::{SystemImport, toml_string};
 pub(crate) use table_file::TableFile;
 pub use table_file::{Column, ColumnEntry};
-pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
+pub use view::{Arrow, Axis, Curve, FunctionCurve, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ pub struct Scenario {
     /// The file's stem, which names the run.
     pub name: String,
     /// The file and those that it extends, for messages that point into them.
-    pub source: Source,
+    pub source: SourceFiles,
     /// Their merged words.
     pub document: Document,
     /// The scenarios of `[[validation]]`.
@@ -145,7 +145,7 @@ pub struct Document {
     pub baseline: Vec<Baseline>,
     /// Choice of the recorded variables.
     #[serde(default)]
-    pub record: Record,
+    pub record: RecordSettings,
     /// Variants of the scenario, for `trackside sweep`.
     pub sweep: Option<Sweep>,
     /// Layout of the replay.
@@ -159,9 +159,9 @@ fn one() -> u64 {
 
 /// The JSON schema of a scenario file.
 #[must_use]
-pub fn schema() -> &'static serde_json::Value {
+pub fn scenario_schema_value() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
-    SCHEMA.get_or_init(|| schema::normalize(schemars::schema_for!(Document).as_value()))
+    SCHEMA.get_or_init(|| schema::normalize_schema(schemars::schema_for!(Document).as_value()))
 }
 
 /// Communication step and duration of the run.
@@ -195,7 +195,7 @@ pub struct Time {
 /// Choice of the recorded variables.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Record {
+pub struct RecordSettings {
     /// Variables that are not recorded. `*` stands for any letters.
     #[serde(default)]
     #[schemars(example = ["estimator.covariance*"])]
@@ -204,7 +204,7 @@ pub struct Record {
 
 impl Scenario {
     /// The words that name recorded files, which are played back or analysed.
-    pub fn data_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+    pub fn recorded_input_files(&self) -> impl Iterator<Item = &Spanned<String>> {
         let played = self.document.table.iter().map(|table| &table.path);
         let logs = self.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
         played.chain(logs.map(|log| &log.path)).flatten()
@@ -221,7 +221,7 @@ impl Scenario {
     pub fn read_files(&self) -> impl Iterator<Item = &Spanned<String>> {
         let baselines = self.document.baseline.iter().map(|baseline| &baseline.recording);
         let texts = self.document.analysis.iter().flat_map(|analysis| analysis.files.values());
-        let data = self.data_files().chain(self.alias_files());
+        let data = self.recorded_input_files().chain(self.alias_files());
         data.chain(baselines).chain(texts).chain(self.parameter_files())
     }
 
@@ -232,7 +232,7 @@ impl Scenario {
     }
 
     /// An error at a word of the scenario.
-    pub fn error<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
-        self.source.error(at.span(), message, "")
+    pub fn error_at<T>(&self, at: &Spanned<T>, message: impl Into<String>) -> Error {
+        self.source.error_at(at.span(), message, "")
     }
 }

@@ -9,25 +9,25 @@ mod values;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use cosim::system::{Body, NodePlan, System};
+use cosim::system::{NodeBody, NodePlan, System};
 use diagnostics::Error;
-use ssp::Experiment;
+use ssp::SystemExperiment;
 use ssp::write::{
-    Content, Draft, DraftAnnotation, DraftComponent, Version, pack, parameter_set, read_back,
-    structure,
+    DraftAnnotation, DraftComponent, EntryContent, SspVersion, SystemDraft, pack_archive, parameter_set,
+    read_back, system_structure_xml,
 };
 
 use crate::build_request::BuildArtifacts;
-use crate::bundle::{self, Bundle, Layout};
+use crate::bundle::{self, BundleLayout, ScenarioBundle};
 use crate::document::{Algorithm, Scenario, ScenarioAnnotation};
-use connectors::SystemVariables;
-use definitions::Definitions;
+use connectors::SystemLookup;
+use definitions::SspDefinitions;
 
 const STRUCTURE: &str = "SystemStructure.ssd";
 /// The name of all sets of start values: Ecos applies those of one name.
 const VALUES: &str = "start_values";
-const LAYOUT: Layout =
-    Layout { fmus: "resources", others: "extra/org.trackside.scenario", plugins: None };
+const LAYOUT: BundleLayout =
+    BundleLayout { fmus: "resources", others: "extra/org.trackside.scenario", plugins: None };
 
 /// What an export wrote.
 #[derive(Debug)]
@@ -42,26 +42,27 @@ pub struct ExportReport {
 ///
 /// # Errors
 /// When a file of the scenario is missing, or the archive cannot be written.
-pub fn export(
+pub fn export_ssp(
     scenario: &Scenario,
     built: &BuildArtifacts,
     system: &System,
     path: &Path,
 ) -> Result<ExportReport, Error> {
-    let Bundle { text, mut files, fmus, mut notes, .. } = Bundle::gather(scenario, built, LAYOUT)?;
+    let ScenarioBundle { text, mut files, fmus, mut notes, .. } =
+        ScenarioBundle::gather(scenario, built, LAYOUT)?;
     files.remove(bundle::SCENARIO);
-    let mut entries: BTreeMap<String, Content> = files
+    let mut entries: BTreeMap<String, EntryContent> = files
         .into_iter()
         .map(|(name, content)| match content {
-            bundle::Content::File(path) => (name, Content::File(path)),
-            bundle::Content::Text(text) => (name, Content::Text(text)),
+            bundle::FileContent::File(path) => (name, EntryContent::File(path)),
+            bundle::FileContent::Text(text) => (name, EntryContent::Text(text)),
         })
         .collect();
-    let mut draft = draft(scenario, system, &fmus, &mut entries, &mut notes);
-    notes.extend(annotation_note(scenario));
-    entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
+    let mut draft = draft_ssp_system(scenario, system, &fmus, &mut entries, &mut notes);
+    notes.extend(unexported_features_note(scenario));
+    entries.insert(STRUCTURE.to_owned(), EntryContent::Text(system_structure_xml(&draft)));
     let read = read_back(&entries)
-        .map_err(|error| Error::output(path, format!("the system cannot be read back: {error}")))?;
+        .map_err(|error| Error::output_failure(path, format!("the system cannot be read back: {error}")))?;
     let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
     draft.annotation = Some(DraftAnnotation {
         kind: ScenarioAnnotation::KIND.to_owned(),
@@ -70,47 +71,42 @@ pub fn export(
         attributes: attributes.map(|(key, value)| (key.to_owned(), value)).to_vec(),
         text,
     });
-    entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
-    pack(path, &entries).map_err(|error| Error::output(path, error))?;
-    let version = match draft.version() {
-        Version::One => "1.0",
-        Version::Two => "2.0",
+    entries.insert(STRUCTURE.to_owned(), EntryContent::Text(system_structure_xml(&draft)));
+    pack_archive(path, &entries).map_err(|error| Error::output_failure(path, error))?;
+    let version = match draft.required_version() {
+        SspVersion::One => "1.0",
+        SspVersion::Two => "2.0",
     };
     Ok(ExportReport { notes, version })
 }
 
 /// The system in the words of the standard; files of start values join the entries.
-fn draft(
+fn draft_ssp_system(
     scenario: &Scenario,
     system: &System,
     fmus: &BTreeMap<String, String>,
-    entries: &mut BTreeMap<String, Content>,
+    entries: &mut BTreeMap<String, EntryContent>,
     notes: &mut Vec<String>,
-) -> Draft {
-    let variables = SystemVariables::new(system);
-    let mut definitions = Definitions::default();
-    let element_connections = variables.connections();
-    let nodes = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+) -> SystemDraft {
+    let variables = SystemLookup::new(system);
+    let mut definitions = SspDefinitions::default();
+    let element_connections = variables.fmu_connections();
+    let nodes = || system.nodes.iter().filter(|node| matches!(node.body, NodeBody::Fmu { .. }));
     let mut components: Vec<_> = nodes()
         .filter_map(|node| {
             Some(DraftComponent {
                 name: node.name.clone(),
                 source: fmus.get(&node.name)?.clone(),
                 values: None,
-                connectors: variables.connectors(node, &element_connections, &mut definitions),
+                connectors: variables.ssp_connectors(node, &element_connections, &mut definitions),
             })
         })
         .collect();
-    let connections = connections::connections(
-        &variables,
-        &element_connections,
-        &components,
-        &definitions,
-        notes,
-    );
+    let connections =
+        connections::ssp_connections(&variables, &element_connections, &components, &definitions, notes);
     let clock = system.clock;
-    let experiment = Experiment { start: Some(clock.start), stop: Some(clock.stop()) };
-    let mut draft = Draft {
+    let experiment = SystemExperiment { start: Some(clock.start), stop: Some(clock.stop_time()) };
+    let mut draft = SystemDraft {
         name: scenario.name.clone(),
         components: components.clone(),
         connectors: Vec::new(),
@@ -120,14 +116,14 @@ fn draft(
         step: Some(clock.step),
         annotation: None,
     };
-    let version = draft.version();
+    let version = draft.required_version();
     for (component, node) in components.iter_mut().zip(nodes()) {
         let values =
-            values::values(&variables, node, &component.connectors, &element_connections, notes);
+            values::ssp_start_values(&variables, node, &component.connectors, &element_connections, notes);
         if !values.is_empty() {
             let name = free_path(entries, node);
             let text = parameter_set(VALUES, version, &values);
-            entries.insert(name.clone(), Content::Text(text));
+            entries.insert(name.clone(), EntryContent::Text(text));
             component.values = Some(name);
         }
     }
@@ -136,7 +132,7 @@ fn draft(
 }
 
 /// A path for the start values of a node that no other entry has.
-fn free_path(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
+fn free_path(entries: &BTreeMap<String, EntryContent>, node: &NodePlan) -> String {
     let kept = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
     let stem: String = node.name.chars().map(|c| if kept(c) { c } else { '_' }).collect();
     let taken = |name: &str| entries.keys().any(|known| known.eq_ignore_ascii_case(name));
@@ -149,7 +145,7 @@ fn free_path(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
 }
 
 /// What the scenario has that the standard has no words for.
-fn annotation_note(scenario: &Scenario) -> Option<String> {
+fn unexported_features_note(scenario: &Scenario) -> Option<String> {
     let document = &scenario.document;
     let effects = document.connect.iter().map(|connect| connect.effects().len()).sum();
     let ends = document.connect.iter().filter(|connect| connect.at.is_some()).count();

@@ -52,7 +52,7 @@ impl fmt::Display for OverrideValue {
             OverrideValue::Integer(value) => write!(f, "{value}"),
             OverrideValue::Boolean(value) => write!(f, "{value}"),
             OverrideValue::Typed(text) => f.write_str(text),
-            OverrideValue::TextOf(path) => f.write_str(&text_of::literal(path)),
+            OverrideValue::TextOf(path) => f.write_str(&text_of::text_file_literal(path)),
             OverrideValue::Toml(value) => write!(f, "{value}"),
         }
     }
@@ -63,7 +63,7 @@ impl OverrideValue {
     #[must_use]
     pub fn parse(text: &str) -> Self {
         let toml = text.parse::<toml::Value>().ok();
-        match toml.as_ref().and_then(text_of::path_of) {
+        match toml.as_ref().and_then(text_of::text_file_path) {
             Some(file) => OverrideValue::TextOf(file.into()),
             None => OverrideValue::Typed(text.to_owned()),
         }

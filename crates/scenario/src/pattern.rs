@@ -2,7 +2,7 @@
 
 /// Whether `name` fits `pattern`, in which `*` stands for any letters.
 #[must_use]
-pub fn matches(pattern: &str, name: &str) -> bool {
+pub fn matches_wildcard(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = name.strip_prefix(parts.next().unwrap_or_default()) else { return false };
     let parts: Vec<_> = parts.collect();
@@ -18,7 +18,7 @@ pub fn matches(pattern: &str, name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::matches;
+    use super::matches_wildcard;
 
     #[test]
     fn a_star_stands_for_any_letters() {
@@ -33,7 +33,7 @@ mod tests {
             ("a*b*c", "a1c2b", false),
             ("aa*aa", "aaa", false),
         ] {
-            assert_eq!(matches(pattern, name), expected, "{pattern} {name}");
+            assert_eq!(matches_wildcard(pattern, name), expected, "{pattern} {name}");
         }
     }
 }

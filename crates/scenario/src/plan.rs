@@ -5,12 +5,12 @@ mod sweep;
 
 use std::path::PathBuf;
 
-use assessment::{BaselinePlan, CheckPlan, CollectPlan, Collected, Condition};
+use assessment::{BaselinePlan, CheckCondition, CheckPlan, CollectPlan, CollectedOrigin};
 use cosim::system::{System, UsedColumns};
-use recording::{ColumnIndex, RunHeader, Selection};
+use recording::{ColumnIndex, RecordedSelection, RunHeader};
 
-pub use analysis::{Analyser, AnalysisPlan, Origin, Wired};
-pub use sweep::{Axis, AxisValues, Goal, SearchPlan, SweepPlan};
+pub use analysis::{Analyser, AnalysisPlan, SignalOrigin, WiredSignal};
+pub use sweep::{AxisValues, SearchGoal, SearchPlan, SweepAxis, SweepPlan};
 
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
@@ -39,7 +39,7 @@ pub struct RunPlan {
     /// The recordings that it is compared with.
     pub baselines: Vec<BaselinePlan>,
     /// The recorded variables.
-    pub recorded: Selection,
+    pub recorded: RecordedSelection,
     /// Header of the recordings, with the recorded columns.
     pub header: RunHeader,
     /// The files whose texts are start values.
@@ -57,23 +57,23 @@ impl RunPlan {
     /// The columns that are recorded, checked, analysed and compared. What is drawn is recorded.
     fn used_columns(&self) -> UsedColumns {
         let mut used = UsedColumns {
-            numbers: self.recorded.numbers().collect(),
-            texts: self.recorded.texts().collect(),
+            numbers: self.recorded.number_indices().collect(),
+            texts: self.recorded.text_indices().collect(),
         };
         let checks = self.checks.iter().filter_map(|check| match &check.condition {
-            Condition::Run(expression) => Some(expression),
-            Condition::Results(..) => None,
+            CheckCondition::Run(expression) => Some(expression),
+            CheckCondition::Results(..) => None,
         });
         let collected = self.collected.iter().filter_map(|collected| match &collected.origin {
-            Collected::Run(expression) => Some(expression),
-            Collected::Result(_) => None,
+            CollectedOrigin::Run(expression) => Some(expression),
+            CollectedOrigin::Result(_) => None,
         });
         for expression in checks.chain(collected) {
-            used.numbers.extend(expression.numbers());
-            used.texts.extend(expression.texts());
+            used.numbers.extend(expression.number_indices());
+            used.texts.extend(expression.text_indices());
         }
         for wired in self.analyses.iter().flat_map(|analysis| &analysis.wired) {
-            if let Origin::Run(number) = wired.origin {
+            if let SignalOrigin::Run(number) = wired.origin {
                 used.numbers.insert(number);
             }
         }

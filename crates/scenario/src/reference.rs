@@ -6,30 +6,30 @@ mod markdown;
 
 use serde_json::Value;
 
-pub use entry::{Entry, entries};
-pub use explain::explain;
-pub use markdown::markdown;
+pub use entry::{KeyReference, list_schema_keys};
+pub use explain::explain_key;
+pub use markdown::schema_to_markdown;
 
 use crate::document;
 
 /// The JSON schema of a scenario file, for editors. No key is required: a file that extends another one may leave any out.
 #[must_use]
-pub fn scenario_schema() -> String {
-    let mut schema = document::schema().clone();
-    nothing_required(&mut schema);
+pub fn editor_schema_text() -> String {
+    let mut schema = document::scenario_schema_value().clone();
+    remove_required_keys(&mut schema);
     schema["$id"] = "scenario.schema.json".into();
     schema["title"] = "Trackside scenario".into();
-    text(&schema)
+    format_schema(&schema)
 }
 
-fn nothing_required(schema: &mut Value) {
+fn remove_required_keys(schema: &mut Value) {
     match schema {
-        Value::Array(list) => list.iter_mut().for_each(nothing_required),
+        Value::Array(list) => list.iter_mut().for_each(remove_required_keys),
         Value::Object(map) => {
             if map.get("required").is_some_and(Value::is_array) {
                 map.remove("required");
             }
-            map.values_mut().for_each(nothing_required);
+            map.values_mut().for_each(remove_required_keys);
         }
         _ => {}
     }
@@ -37,7 +37,7 @@ fn nothing_required(schema: &mut Value) {
 
 /// A JSON schema as text.
 #[must_use]
-pub fn text(schema: &Value) -> String {
+pub fn format_schema(schema: &Value) -> String {
     format!("{schema:#}\n")
 }
 
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn the_reference_of_scenarios_is_that_of_the_code() {
-        golden("scenario.md", &markdown(document::schema(), "Scenario reference"));
-        golden("scenario.schema.json", &scenario_schema());
+        golden("scenario.md", &schema_to_markdown(document::scenario_schema_value(), "Scenario reference"));
+        golden("scenario.schema.json", &editor_schema_text());
     }
 
     #[test]
     fn every_key_has_a_description_and_an_example() {
-        for entry in entries(document::schema()) {
+        for entry in list_schema_keys(document::scenario_schema_value()) {
             assert!(!entry.description.is_empty(), "{} has no description", entry.path);
             let shown = entry.is_table || !entry.examples.is_empty();
             assert!(shown, "{} has no example", entry.path);
@@ -77,8 +77,9 @@ mod tests {
 
     #[test]
     fn a_key_is_found_by_its_path_or_by_its_end() {
-        let explain =
-            |key: &str| explain(document::schema(), key).map_err(|unknown| unknown.to_string());
+        let explain = |key: &str| {
+            explain_key(document::scenario_schema_value(), key).map_err(|unknown| unknown.to_string())
+        };
         for key in ["connect.noise.std", "noise.std", " connect.noise.std "] {
             let text = explain(key).expect(key);
             for part in ["connect.noise.std", "a number", "std = 0.1", "Standard deviation"] {

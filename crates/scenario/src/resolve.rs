@@ -44,34 +44,34 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use assessment::{CheckPlan, Condition};
+use assessment::{CheckCondition, CheckPlan};
 use cosim::assembly;
-use cosim::clock::Clock;
+use cosim::clock::CommunicationClock;
 use cosim::system::{NodePlan, System};
-use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
-use recording::view::View;
-use recording::{Columns, Full, RunHeader, StatusTrack};
+use diagnostics::{Error, ErrorCollector, SourceFiles as TextSource, Spanned};
+use recording::view::ReplayView;
+use recording::{AllVariables, Columns, RunHeader, StatusSource};
 
 pub use self::archives::FmuCache;
 pub use self::isolation::IsolationPolicy;
-use self::parameters::Parameters;
+use self::parameters::ParameterFiles;
 pub use self::plots::plots_by_unit;
 pub(crate) use self::samples::sample_file;
 use self::signal_units::{RunSignals, SignalUnits};
 use self::starts::StartSources;
-pub use self::sweep::sweep;
+pub use self::sweep::resolve_sweep;
 pub use self::view::replay_layout;
 use crate::build_request::{BuildArtifacts, BuildRequest};
 use crate::document::{Algorithm, Scenario, Time};
 pub use crate::override_value::OverrideValue;
 use crate::plan::RunPlan;
-use cosim::order::Order;
+use cosim::order::StepOrder;
 pub use overrides::{Override, SEED};
 
 /// What is wrong with a scenario, and what its user should know besides.
 #[derive(Default)]
-struct Diagnostics {
-    mistakes: Mistakes,
+struct ResolveDiagnostics {
+    mistakes: ErrorCollector,
     warnings: Vec<String>,
 }
 
@@ -79,20 +79,20 @@ struct Diagnostics {
 #[derive(Clone, Copy)]
 struct RunSettings {
     /// None when the times of the scenario are wrong.
-    clock: Option<Clock>,
+    clock: Option<CommunicationClock>,
     seed: u64,
 }
 
 /// The files of a scenario, and those of its view and of its parameters.
-fn source(scenario: &Scenario) -> TextSource {
+fn text_source(scenario: &Scenario) -> TextSource {
     let mut source = scenario.source.clone();
     let track = scenario.document.view.track.as_ref();
     if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
-        source.attach(&scenario.source.resolve(path));
+        source.attach_file(&scenario.source.resolve_path(path));
     }
     let parameters: BTreeSet<_> =
-        scenario.parameter_files().map(|word| scenario.source.resolve(word)).collect();
-    parameters.iter().for_each(|path| source.attach(path));
+        scenario.parameter_files().map(|word| scenario.source.resolve_path(word)).collect();
+    parameters.iter().for_each(|path| source.attach_file(path));
     source
 }
 
@@ -127,7 +127,7 @@ pub enum AnalysisLoading {
 
 impl Overrides {
     /// All start values, those that count in the end last.
-    fn all(&self) -> impl Iterator<Item = &Override> {
+    fn all_start_values(&self) -> impl Iterator<Item = &Override> {
         self.defaults.iter().chain(&self.starts)
     }
 }
@@ -158,29 +158,29 @@ impl RunPlan {
         folder: PathBuf,
         cache: &mut FmuCache,
     ) -> Result<Self, Error> {
-        let mut diagnostics = Diagnostics::default();
+        let mut diagnostics = ResolveDiagnostics::default();
         let (edited, start_overrides) =
-            overrides::apply(scenario, overrides, &mut diagnostics.mistakes);
+            overrides::apply_overrides(scenario, overrides, &mut diagnostics.mistakes);
         let scenario = edited.as_ref().unwrap_or(scenario);
-        let times = Mistakes::both(clock(scenario), limit(scenario));
-        let clock = diagnostics.mistakes.take(times).map(|(clock, _)| clock);
+        let times = ErrorCollector::collect_both(run_clock(scenario), wall_clock_limit(scenario));
+        let clock = diagnostics.mistakes.ok_or_record(times).map(|(clock, _)| clock);
         let run = RunSettings { clock, seed: overrides.seed.unwrap_or(scenario.document.seed) };
-        let tolerance = diagnostics.mistakes.take(tolerance(scenario, overrides)).flatten();
-        let parameters = Parameters::read(scenario, &mut diagnostics.mistakes);
+        let tolerance = diagnostics.mistakes.ok_or_record(fmu_tolerance(scenario, overrides)).flatten();
+        let parameters = ParameterFiles::read(scenario, &mut diagnostics.mistakes);
         let starts = StartSources { overrides: &start_overrides, parameters: &parameters };
 
         let network =
-            Network::resolve(scenario, &built.archives, cache, starts, run, &mut diagnostics);
-        let Network { mut nodes, columns, order, units, expression_units } = network;
-        call_faults::attach(scenario, &mut nodes, &columns, run.seed, &mut diagnostics.mistakes);
+            ResolvedNetwork::resolve_network(scenario, &built.archives, cache, starts, run, &mut diagnostics);
+        let ResolvedNetwork { mut nodes, columns, order, units, expression_units } = network;
+        call_faults::attach_call_faults(scenario, &mut nodes, &columns, run.seed, &mut diagnostics.mistakes);
         let coupling =
-            coupling::plan(scenario, &mut nodes, &columns, clock, &mut diagnostics.mistakes);
+            coupling::plan_coupling(scenario, &mut nodes, &columns, clock, &mut diagnostics.mistakes);
 
         let signals = RunSignals { columns: &columns, units: &units };
-        let mut analyses = manoeuvres::analyses(scenario, &nodes, &columns);
+        let mut analyses = manoeuvres::manoeuvre_analyses(scenario, &nodes, &columns);
         if overrides.analyses == AnalysisLoading::Load {
             let plugins = &built.plugins;
-            analyses.extend(analyses::resolve(
+            analyses.extend(analyses::resolve_analyses(
                 scenario,
                 plugins,
                 &parameters,
@@ -188,27 +188,27 @@ impl RunPlan {
                 &mut diagnostics,
             ));
         }
-        let Diagnostics { mut mistakes, warnings } = diagnostics;
-        mistakes.take(validations::check_names(scenario, &nodes));
+        let ResolveDiagnostics { mut mistakes, warnings } = diagnostics;
+        mistakes.ok_or_record(validations::check_names(scenario, &nodes));
         let signals = RunSignals { columns: &columns, units: &expression_units };
-        let checks = checks::resolve(scenario, signals, clock, &mut mistakes);
-        let collected = collect::resolve(scenario, signals, &mut mistakes);
-        let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
-        let recorded = record::selection(scenario, &columns, &mut mistakes);
+        let checks = checks::resolve_checks(scenario, signals, clock, &mut mistakes);
+        let collected = collect::resolve_collected(scenario, signals, &mut mistakes);
+        let baselines = mistakes.ok_or_record(baselines::resolve_baselines(scenario, &columns, clock));
+        let recorded = record::recorded_selection(scenario, &columns, &mut mistakes);
 
         let header = RunHeader {
-            columns: recorded.columns(&columns),
+            columns: recorded.recorded_columns(&columns),
             status_tracks: status_tracks(&checks, &nodes, &columns),
-            ..header(scenario, overrides, run, folder)
+            ..run_header(scenario, overrides, run, folder)
         };
-        let view = mistakes.take(view::view(scenario, &header, &units));
-        mistakes.finish()?;
+        let view = mistakes.ok_or_record(view::resolve_view(scenario, &header, &units));
+        mistakes.into_result()?;
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
-            return Err(Error::follow_up());
+            return Err(Error::already_reported());
         };
         let (coupling, order) = order.into_coupling(coupling);
-        let graph = view::graph(&nodes, &order, &coupling);
-        let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
+        let graph = view::node_graph(&nodes, &order, &coupling);
+        let view = ReplayView { limits: view::limits_from_checks(&checks, &recorded), graph, ..view };
         let system = System {
             coupling,
             clock,
@@ -226,70 +226,64 @@ impl RunPlan {
             collected,
             baselines: baselines.unwrap_or_default(),
             recorded,
-            texts: parameters.texts.files(),
+            texts: parameters.texts.cached_paths(),
             header: RunHeader { view, ..header },
         })
     }
 }
 
 /// The nodes with their connections, their columns in the row, and their order in a step.
-struct Network {
+struct ResolvedNetwork {
     nodes: Vec<NodePlan>,
-    columns: Columns<Full>,
+    columns: Columns<AllVariables>,
     /// None when connections form a loop that nothing breaks.
-    order: Option<Order>,
+    order: Option<StepOrder>,
     /// The units of all inputs and outputs.
     units: SignalUnits,
     /// The same for expressions, which tell differences from points on a scale.
     expression_units: SignalUnits,
 }
 
-impl Network {
-    fn resolve(
+impl ResolvedNetwork {
+    fn resolve_network(
         scenario: &Scenario,
         archives: &BTreeMap<BuildRequest, PathBuf>,
         cache: &mut FmuCache,
         starts: StartSources,
         run: RunSettings,
-        diagnostics: &mut Diagnostics,
+        diagnostics: &mut ResolveDiagnostics,
     ) -> Self {
         let mut drafts = nodes::resolve_nodes(scenario, archives, cache, starts, run, diagnostics);
         let connects = connectors::expand_connections(scenario, &mut drafts, diagnostics);
-        let Diagnostics { mistakes, warnings } = diagnostics;
-        let conversions =
-            connection_units::convert_units(scenario, &connects, &mut drafts, mistakes);
+        let ResolveDiagnostics { mistakes, warnings } = diagnostics;
+        let conversions = connection_units::convert_units(scenario, &connects, &mut drafts, mistakes);
         let connections =
-            connections::connect(scenario, &drafts, &connects, &conversions, run, mistakes);
+            connections::connect_nodes(scenario, &drafts, &connects, &conversions, run, mistakes);
         warnings.extend(description_notes::description_notes(&drafts, run.clock));
         warnings.extend(system_notes(scenario));
         warnings.extend(connections::start_value_notes(scenario, &connects, &drafts));
-        let units = SignalUnits::of_nodes(&drafts);
-        let expression_units = SignalUnits::of_expressions(&drafts);
-        let mut connected = row::connected(drafts, connections);
-        let order = order::order(scenario, &connects, &mut connected, diagnostics);
-        let (nodes, columns) = assembly::place(connected);
-        Network { nodes, columns, order, units, expression_units }
+        let units = SignalUnits::from_nodes(&drafts);
+        let expression_units = SignalUnits::from_nodes_for_expressions(&drafts);
+        let mut connected = row::to_unplaced_nodes(drafts, connections);
+        let order = order::order_nodes(scenario, &connects, &mut connected, diagnostics);
+        let (nodes, columns) = assembly::assign_columns(connected);
+        ResolvedNetwork { nodes, columns, order, units, expression_units }
     }
 }
 
 /// What recordings say of the run, but for what they hold and the layout of its replay.
-fn header(
-    scenario: &Scenario,
-    overrides: &Overrides,
-    run: RunSettings,
-    folder: PathBuf,
-) -> RunHeader {
+fn run_header(scenario: &Scenario, overrides: &Overrides, run: RunSettings, folder: PathBuf) -> RunHeader {
     RunHeader {
         scenario: scenario.name.clone(),
         title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
-        source: source(scenario),
-        given: overrides.all().map(Override::text).collect(),
+        source: text_source(scenario),
+        given: overrides.all_start_values().map(Override::command_line_text).collect(),
         step: run.clock.map_or(0.0, |clock| clock.step),
         stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
         seed: run.seed,
         columns: Columns::default(),
         status_tracks: Vec::new(),
-        view: View::default(),
+        view: ReplayView::default(),
         folder,
     }
 }
@@ -299,38 +293,37 @@ fn system_notes(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
     scenario
         .systems
         .iter()
-        .flat_map(|system| system.notes.iter().cloned().chain(system.stepping(&scenario.document)))
+        .flat_map(|system| system.notes.iter().cloned().chain(system.describe_stepping(&scenario.document)))
 }
 
 /// The checks of the run, and the inputs and nodes with faults.
 fn status_tracks(
     checks: &[CheckPlan],
     nodes: &[NodePlan],
-    columns: &Columns<Full>,
-) -> Vec<StatusTrack> {
-    let checks = checks.iter().filter(|check| matches!(check.condition, Condition::Run(_)));
-    let checks = checks.map(|check| StatusTrack::Check(check.name.clone()));
-    let connections =
-        nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
+    columns: &Columns<AllVariables>,
+) -> Vec<StatusSource> {
+    let checks = checks.iter().filter(|check| matches!(check.condition, CheckCondition::Run(_)));
+    let checks = checks.map(|check| StatusSource::Check(check.name.clone()));
+    let connections = nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
     let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-    let inputs = faulty.map(|(_, input)| StatusTrack::Fault(columns[input].name()));
+    let inputs = faulty.map(|(_, input)| StatusSource::Fault(columns[input].qualified_name()));
     let failing = nodes.iter().filter(|node| !node.faults.is_empty());
-    let failing = failing.map(|node| StatusTrack::Fault(node.name.clone()));
+    let failing = failing.map(|node| StatusSource::Fault(node.name.clone()));
     checks.chain(inputs).chain(failing).collect()
 }
 
-fn tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, Error> {
+fn fmu_tolerance(scenario: &Scenario, overrides: &Overrides) -> Result<Option<f64>, Error> {
     let wrong = |value: f64| {
         let positive = value > 0.0 && value < 1.0;
         (!positive).then(|| format!("expected a relative tolerance between 0 and 1, found {value}"))
     };
     if let Some(value) = overrides.tolerance {
-        let wrong = wrong(value).map(|message| Error::input(format!("--tolerance: {message}")));
+        let wrong = wrong(value).map(|message| Error::invalid_input(format!("--tolerance: {message}")));
         return wrong.map_or(Ok(Some(value)), Err);
     }
     let written = scenario.document.time.as_ref().and_then(|time| time.tolerance.as_ref());
     let Some(word) = written else { return Ok(None) };
-    let wrong = wrong(*word.get_ref()).map(|message| scenario.error(word, message));
+    let wrong = wrong(*word.get_ref()).map(|message| scenario.error_at(word, message));
     wrong.map_or(Ok(Some(*word.get_ref())), Err)
 }
 
@@ -341,7 +334,7 @@ const LONGEST: f64 = 1e9;
 ///
 /// # Errors
 /// At the word, when it is no positive number.
-pub fn limit(scenario: &Scenario) -> Result<Option<Duration>, Error> {
+pub fn wall_clock_limit(scenario: &Scenario) -> Result<Option<Duration>, Error> {
     let written = scenario.document.time.as_ref().and_then(|time| time.limit.as_ref());
     match written.map(|word| (word, *word.get_ref())) {
         None => Ok(None),
@@ -350,57 +343,54 @@ pub fn limit(scenario: &Scenario) -> Result<Option<Duration>, Error> {
         }
         Some((word, limit)) => {
             let message = format!("expected a time limit above 0 s, found {limit} s");
-            Err(scenario.error(word, message))
+            Err(scenario.error_at(word, message))
         }
     }
 }
 
-fn clock(scenario: &Scenario) -> Result<Clock, Error> {
+fn run_clock(scenario: &Scenario) -> Result<CommunicationClock, Error> {
     let document = &scenario.document;
     let Some(time) = &document.time else {
-        let idle =
-            document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
+        let idle = document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
         if idle {
-            return Ok(Clock { start: 0.0, step: 1.0, steps: 0 });
+            return Ok(CommunicationClock { start: 0.0, step: 1.0, steps: 0 });
         }
-        let path = scenario.source.path().display();
-        let error = Error::input(format!("{path}: the scenario does not say how long it runs"));
-        return Err(error.help("add [time] with a communication `step` [s] and a `stop` time [s]"));
+        let path = scenario.source.main_path().display();
+        let error = Error::invalid_input(format!("{path}: the scenario does not say how long it runs"));
+        return Err(error.with_help("add [time] with a communication `step` [s] and a `stop` time [s]"));
     };
     let positive = |word: &Spanned<f64>, what: &str| match *word.get_ref() {
         value if value > 0.0 && value.is_finite() => Ok(value),
         value => {
             let message = format!("the {what} must be positive, found {value} s");
-            Err(scenario.error(word, message))
+            Err(scenario.error_at(word, message))
         }
     };
     let step = positive(&time.step, "communication step");
-    let (step, stop) = Mistakes::both(step, positive(&time.stop, "stop time"))?;
-    let start = start(scenario, time, stop)?;
+    let (step, stop) = ErrorCollector::collect_both(step, positive(&time.stop, "stop time"))?;
+    let start = start_time(scenario, time, stop)?;
     let steps = ((stop - start) / step).round();
     // Late times are rounded themselves.
     let slack = 1e-6 * step + 4.0 * f64::EPSILON * stop;
     if steps < 1.0 || (start + steps * step - stop).abs() > slack {
-        let after =
-            if start == 0.0 { String::new() } else { format!(" after the start {start} s") };
+        let after = if start == 0.0 { String::new() } else { format!(" after the start {start} s") };
         let message = format!("the stop time {stop} s is no multiple of the step {step} s{after}");
-        return Err(scenario.error(&time.stop, message));
+        return Err(scenario.error_at(&time.stop, message));
     }
     if steps > 1e12 {
         let message = format!("{steps} steps are more than a run can have");
-        return Err(scenario.error(&time.step, message));
+        return Err(scenario.error_at(&time.step, message));
     }
-    Ok(Clock { start, step, steps: steps as u64 })
+    Ok(CommunicationClock { start, step, steps: steps as u64 })
 }
 
 /// The first communication point [s]. Recordings have no times before 0.
-fn start(scenario: &Scenario, time: &Time, stop: f64) -> Result<f64, Error> {
+fn start_time(scenario: &Scenario, time: &Time, stop: f64) -> Result<f64, Error> {
     let Some(word) = &time.start else { return Ok(0.0) };
     let start = *word.get_ref();
     if (0.0..stop).contains(&start) {
         return Ok(start);
     }
-    let message =
-        format!("expected a start time from 0 to the stop time {stop} s, found {start} s");
-    Err(scenario.error(word, message))
+    let message = format!("expected a start time from 0 to the stop time {stop} s, found {start} s");
+    Err(scenario.error_at(word, message))
 }

@@ -22,7 +22,7 @@ pub struct SchemaViolation {
 
 /// The schema with its keys sorted and without `null`, which TOML does not have.
 #[must_use]
-pub fn normalize(schema: &Value) -> Value {
+pub fn normalize_schema(schema: &Value) -> Value {
     without_null(schema)
 }
 
@@ -71,16 +71,15 @@ pub fn resolve_reference<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
 
 /// The table among the alternatives of a schema, such as a text or a table; the schema itself without alternatives.
 #[must_use]
-pub fn table_of<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+pub fn table_alternative<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let either = schema["anyOf"].as_array().into_iter().flatten();
-    let mut tables =
-        either.map(|it| resolve_reference(root, it)).filter(|it| it["properties"].is_object());
+    let mut tables = either.map(|it| resolve_reference(root, it)).filter(|it| it["properties"].is_object());
     tables.next().unwrap_or(schema)
 }
 
 /// The texts that a schema allows, with their descriptions; none when it allows any.
 #[must_use]
-pub fn choices(schema: &Value) -> Vec<(&str, &str)> {
+pub fn allowed_texts(schema: &Value) -> Vec<(&str, &str)> {
     let listed = schema["enum"].as_array().into_iter().flatten();
     let listed = listed.filter_map(|it| Some((it.as_str()?, "")));
     let described = schema["oneOf"].as_array().into_iter().flatten().flat_map(|it| {
@@ -103,11 +102,8 @@ pub struct TaggedTable<'a> {
 /// The variants of a tagged table; `None` for any other schema.
 #[must_use]
 pub fn tagged_table<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTable<'a>> {
-    let variants: Vec<_> = schema["oneOf"]
-        .as_array()?
-        .iter()
-        .map(|variant| resolve_reference(root, variant))
-        .collect();
+    let variants: Vec<_> =
+        schema["oneOf"].as_array()?.iter().map(|variant| resolve_reference(root, variant)).collect();
     let first = variants.first()?["properties"].as_object()?;
     let text = |variant: &'a Value, tag: &str| variant["properties"][tag]["const"].as_str();
     let (tag, _) = first.iter().find(|(_, property)| property["const"].is_string())?;
@@ -117,49 +113,49 @@ pub fn tagged_table<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTabl
 
 /// The words of a table that break a schema, in the order of the file.
 #[must_use]
-pub fn validate(schema: &Value, span: Range<usize>, table: &DeTable) -> Vec<SchemaViolation> {
-    let mut validator = Validator { root: schema, violations: Vec::new() };
-    validator.table(schema, span, table);
+pub fn validate_table(schema: &Value, span: Range<usize>, table: &DeTable) -> Vec<SchemaViolation> {
+    let mut validator = SchemaValidator { root: schema, violations: Vec::new() };
+    validator.check_table(schema, span, table);
     validator.violations.sort_by_key(|finding| finding.span.start);
     validator.violations
 }
 
-struct Validator<'a> {
+struct SchemaValidator<'a> {
     root: &'a Value,
     violations: Vec<SchemaViolation>,
 }
 
-impl Validator<'_> {
-    fn table(&mut self, schema: &Value, span: Range<usize>, table: &DeTable) {
+impl SchemaValidator<'_> {
+    fn check_table(&mut self, schema: &Value, span: Range<usize>, table: &DeTable) {
         if let Some(TaggedTable { tag, variants }) = tagged_table(self.root, schema) {
-            return self.validate_tagged(tag, &variants, span, table);
+            return self.check_tagged_table(tag, &variants, span, table);
         }
         let Some(properties) = schema["properties"].as_object() else {
             let others = &schema["additionalProperties"];
-            return table.values().for_each(|value| self.value(others, value));
+            return table.values().for_each(|value| self.check_value(others, value));
         };
         let closed = schema["additionalProperties"] == false;
         let mut misspelt = Vec::new();
         for (key, value) in table {
             let name = key.get_ref().as_ref();
             match properties.get(name) {
-                Some(schema) => self.value(schema, value),
+                Some(schema) => self.check_value(schema, value),
                 None if closed => {
-                    misspelt.extend(suggest::closest(name, properties.keys().map(String::as_str)));
-                    self.unknown("key", name, properties.keys().cloned().collect(), key.span());
+                    misspelt.extend(suggest::closest_name(name, properties.keys().map(String::as_str)));
+                    self.report_unknown_name("key", name, properties.keys().cloned().collect(), key.span());
                 }
-                None => self.value(&schema["additionalProperties"], value),
+                None => self.check_value(&schema["additionalProperties"], value),
             }
         }
         for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             // A misspelt key is not missing, too.
             if !table.contains_key(key) && !misspelt.contains(&key) {
-                self.missing(key, &properties[key], span.clone());
+                self.report_missing_key(key, &properties[key], span.clone());
             }
         }
     }
 
-    fn validate_tagged(
+    fn check_tagged_table(
         &mut self,
         tag: &str,
         variants: &[(&str, &Value)],
@@ -167,52 +163,51 @@ impl Validator<'_> {
         table: &DeTable,
     ) {
         let Some(value) = table.get(tag) else {
-            let misspelt =
-                |key: &&Spanned<DeString>| suggest::closest(key.get_ref(), [tag]).is_some();
+            let misspelt = |key: &&Spanned<DeString>| suggest::closest_name(key.get_ref(), [tag]).is_some();
             return match table.keys().find(misspelt) {
-                Some(key) => self.unknown("key", key.get_ref(), vec![tag.to_owned()], key.span()),
-                None => self.missing(tag, &Value::Null, span),
+                Some(key) => self.report_unknown_name("key", key.get_ref(), vec![tag.to_owned()], key.span()),
+                None => self.report_missing_key(tag, &Value::Null, span),
             };
         };
         let Some(text) = value.get_ref().as_str() else {
-            return self.value(&json!({ "type": "string" }), value);
+            return self.check_value(&json!({ "type": "string" }), value);
         };
         match variants.iter().find(|(known, _)| *known == text) {
-            Some((_, schema)) => self.table(schema, span, table),
+            Some((_, schema)) => self.check_table(schema, span, table),
             None => {
                 let known = variants.iter().map(|(known, _)| (*known).to_owned()).collect();
-                self.unknown("value", text, known, value.span());
+                self.report_unknown_name("value", text, known, value.span());
             }
         }
     }
 
-    fn value(&mut self, schema: &Value, value: &Spanned<DeValue>) {
+    fn check_value(&mut self, schema: &Value, value: &Spanned<DeValue>) {
         let schema = resolve_reference(self.root, schema);
-        let choices = choices(schema);
+        let choices = allowed_texts(schema);
         match (value.get_ref(), schema["type"].as_str()) {
             (DeValue::String(text), _) if !choices.is_empty() => {
                 let known: Vec<_> = choices.iter().map(|(name, _)| (*name).to_owned()).collect();
                 if !known.iter().any(|name| name == text) {
-                    self.unknown("value", text, known, value.span());
+                    self.report_unknown_name("value", text, known, value.span());
                 }
             }
             (DeValue::Table(table), None | Some("object")) => {
-                self.table(table_of(self.root, schema), value.span(), table);
+                self.check_table(table_alternative(self.root, schema), value.span(), table);
             }
             (DeValue::Array(list), None | Some("array")) => {
-                self.length(schema, list.len(), value.span());
-                list.iter().for_each(|value| self.value(&schema["items"], value));
+                self.check_list_length(schema, list.len(), value.span());
+                list.iter().for_each(|value| self.check_value(&schema["items"], value));
             }
-            (found, Some(expected)) if !fits(found, expected) => {
+            (found, Some(expected)) if !has_schema_type(found, expected) => {
                 self.violations.push(SchemaViolation {
                     span: value.span(),
                     unknown: None,
                     message: format!(
                         "expected {}, found {}",
-                        type_name(expected),
-                        value_type_name(found)
+                        schema_type_label(expected),
+                        toml_type_label(found)
                     ),
-                    help: example(schema).map(|example| format!("such as {example}")),
+                    help: example_table(schema).map(|example| format!("such as {example}")),
                 })
             }
             _ => {}
@@ -220,28 +215,26 @@ impl Validator<'_> {
     }
 
     /// A list that has to have as many entries as a point has coordinates.
-    fn length(&mut self, schema: &Value, found: usize, span: Range<usize>) {
+    fn check_list_length(&mut self, schema: &Value, found: usize, span: Range<usize>) {
         let [least, most] = ["minItems", "maxItems"].map(|key| schema[key].as_u64());
-        let Some(expected) = least.filter(|least| Some(*least) == most && *least != found as u64)
-        else {
+        let Some(expected) = least.filter(|least| Some(*least) == most && *least != found as u64) else {
             return;
         };
         let message = format!("expected a list of {expected}, found one of {found}");
         self.violations.push(SchemaViolation { span, unknown: None, message, help: None });
     }
 
-    fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
+    fn report_unknown_name(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
         let UnknownName { message, help, .. } =
-            suggest::unknown(kind, name, known.iter().map(String::as_str));
+            suggest::unknown_name(kind, name, known.iter().map(String::as_str));
         let unknown = Some((name.to_owned(), known));
         self.violations.push(SchemaViolation { span, unknown, message, help });
     }
 
-    fn missing(&mut self, key: &str, schema: &Value, span: Range<usize>) {
+    fn report_missing_key(&mut self, key: &str, schema: &Value, span: Range<usize>) {
         let description = schema["description"].as_str();
-        let description = description
-            .or(resolve_reference(self.root, schema)["description"].as_str())
-            .unwrap_or_default();
+        let description =
+            description.or(resolve_reference(self.root, schema)["description"].as_str()).unwrap_or_default();
         let first = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
         let help = (!first.is_empty()).then(|| format!("`{key}`: {first}"));
         let message = format!("the key `{key}` is missing");
@@ -250,7 +243,7 @@ impl Validator<'_> {
 }
 
 /// A table with the keys that a schema requires, as it could be written; none for another schema, or without examples.
-fn example(schema: &Value) -> Option<String> {
+fn example_table(schema: &Value) -> Option<String> {
     let required = schema["required"].as_array().filter(|keys| !keys.is_empty())?;
     let keys = required.iter().filter_map(Value::as_str);
     let pair = |key: &str| {
@@ -262,7 +255,7 @@ fn example(schema: &Value) -> Option<String> {
     Some(format!("{{ {} }}", pairs.join(", ")))
 }
 
-fn fits(found: &DeValue, expected: &str) -> bool {
+fn has_schema_type(found: &DeValue, expected: &str) -> bool {
     match found {
         DeValue::String(_) => expected == "string",
         DeValue::Integer(_) => matches!(expected, "integer" | "number"),
@@ -276,7 +269,7 @@ fn fits(found: &DeValue, expected: &str) -> bool {
 
 /// The name of a type of JSON schema in messages and in the reference.
 #[must_use]
-pub fn type_name(name: &str) -> &str {
+pub fn schema_type_label(name: &str) -> &str {
     match name {
         "string" => "a text",
         "integer" => "a whole number",
@@ -290,7 +283,7 @@ pub fn type_name(name: &str) -> &str {
 
 /// The name of a value's type in messages.
 #[must_use]
-pub fn value_type_name(found: &DeValue) -> &'static str {
+pub fn toml_type_label(found: &DeValue) -> &'static str {
     match found {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
@@ -311,7 +304,7 @@ mod tests {
         let schema = schema();
         for (text, at, message, help) in CASES {
             let table = DeTable::parse(text).expect(text);
-            let found = validate(&schema, 0..0, table.get_ref());
+            let found = validate_table(&schema, 0..0, table.get_ref());
             if message.is_empty() {
                 assert_eq!(found, [], "{text}");
                 continue;
@@ -359,20 +352,10 @@ mod tests {
         ("stpe = 1", "stpe", "unknown key `stpe`", Some("did you mean `step`?")),
         ("kind = 'left'", "", "the key `step` is missing", Some("`step`: Step [s].")),
         ("step = 'a'", "'a'", "expected a number, found a text", None),
-        (
-            "step = 1\nkind = 'rihgt'",
-            "'rihgt'",
-            "unknown value `rihgt`",
-            Some("did you mean `right`?"),
-        ),
+        ("step = 1\nkind = 'rihgt'", "'rihgt'", "unknown value `rihgt`", Some("did you mean `right`?")),
         ("step = 1\npair = [1]", "[1]", "expected a list of 2, found one of 1", None),
         ("step = 1\npair = [1, 2]", "", "", None),
-        (
-            "step = 1\nloss = { knd = 'huber' }",
-            "knd",
-            "unknown key `knd`",
-            Some("did you mean `kind`?"),
-        ),
+        ("step = 1\nloss = { knd = 'huber' }", "knd", "unknown key `knd`", Some("did you mean `kind`?")),
         (
             "step = 1\ncurves = ['plant.v_x']",
             "'plant.v_x'",
@@ -380,12 +363,7 @@ mod tests {
             Some("such as { signal = \"plant.v_x\" }"),
         ),
         ("step = 1\nlist = [{ off = 1 }]", "off", "unknown key `off`", Some("known: on")),
-        (
-            "step = 1\nlist = [{ on = 1 }]",
-            "1",
-            "expected true or false, found a whole number",
-            None,
-        ),
+        ("step = 1\nlist = [{ on = 1 }]", "1", "expected true or false, found a whole number", None),
         ("step = 1\nloss = { kind = 'huber', threshold = 1 }", "", "", None),
         (
             "step = 1\nloss = { kind = 'square', threshold = 1 }",
@@ -399,12 +377,7 @@ mod tests {
             "unknown value `hubr`",
             Some("did you mean `huber`?"),
         ),
-        (
-            "step = 1\nloss = { threshold = 1 }",
-            "{ threshold = 1 }",
-            "the key `kind` is missing",
-            None,
-        ),
+        ("step = 1\nloss = { threshold = 1 }", "{ threshold = 1 }", "the key `kind` is missing", None),
         ("step = 1\nnames = { a = 1 }", "1", "expected a text, found a whole number", None),
     ];
 }

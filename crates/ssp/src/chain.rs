@@ -4,16 +4,16 @@
 //! `T2(c12(T1(c01(x))))`. Conversions are linear: `c12(T1(x)) = T1'(c12(x))` with the factor of `T1` and another offset. This
 //! moves all conversions to the front, where they are one from the first unit to the last one, which the caller does.
 
-use crate::error::mistake;
-use crate::{Error, SourcePosition, Transformation, Unit};
+use crate::error::mistake_error;
+use crate::{Error, SourcePosition, SspUnit, ValueTransformation};
 
 /// One connection of a chain.
 #[derive(Debug)]
 pub(crate) struct ChainStep<'a> {
-    pub(crate) transformation: &'a Transformation,
+    pub(crate) transformation: &'a ValueTransformation,
     pub(crate) suppress: bool,
     /// The unit of the connector that the step leads to.
-    pub(crate) to: Option<&'a Unit>,
+    pub(crate) to: Option<&'a SspUnit>,
     /// Whether that connector, when it has no unit, has that of the connector before; else that of the one behind.
     pub(crate) inherits_before: bool,
     pub(crate) position: &'a SourcePosition,
@@ -22,7 +22,7 @@ pub(crate) struct ChainStep<'a> {
 /// What a chain does.
 #[derive(Debug, PartialEq)]
 pub(crate) struct ChainConversion {
-    pub(crate) transformation: Transformation,
+    pub(crate) transformation: ValueTransformation,
     pub(crate) suppress: bool,
     /// Whether this holds only when the units that only the FMUs at both ends know are equal.
     pub(crate) assumes: bool,
@@ -32,58 +32,64 @@ pub(crate) struct ChainConversion {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum ChainOrigin<'a> {
     /// A connector.
-    Connector(Option<&'a Unit>),
+    Connector(Option<&'a SspUnit>),
     /// A value; without a unit it is in that of the first connector.
-    Value(Option<&'a Unit>),
+    Value(Option<&'a SspUnit>),
 }
 
 /// The unit of a connector, or of the variable behind the first or the last connector, which only the FMU knows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum ConnectorUnit<'a> {
-    Unit(&'a Unit),
+    Unit(&'a SspUnit),
     First,
     Last,
 }
 
 /// One step that does what all of them do.
-pub(crate) fn link(origin: ChainOrigin, steps: &[ChainStep]) -> Result<ChainConversion, Error> {
-    let linear = |step: &ChainStep| matches!(step.transformation, Transformation::Linear { .. });
+pub(crate) fn compose_chain(origin: ChainOrigin, steps: &[ChainStep]) -> Result<ChainConversion, Error> {
+    let linear = |step: &ChainStep| matches!(step.transformation, ValueTransformation::Linear { .. });
     if !steps.iter().all(linear) {
-        let mut all = Transformation::IDENTITY;
+        let mut all = ValueTransformation::IDENTITY;
         for step in steps {
-            all = after(&all, step.transformation, step.position)?;
+            all = compose_transformations(&all, step.transformation, step.position)?;
         }
         let suppress = steps.iter().any(|step| step.suppress);
         return Ok(ChainConversion { transformation: all, suppress, assumes: false });
     }
-    let scales = scales(origin, steps);
+    let scales = connector_units(origin, steps);
     let last = scales.last().copied().unwrap_or(ConnectorUnit::Last);
     let suppressed = steps.iter().filter(|step| step.suppress).count();
-    let (mut all, mut assumes) = (Transformation::IDENTITY, false);
+    let (mut all, mut assumes) = (ValueTransformation::IDENTITY, false);
     for (step, pair) in steps.iter().zip(scales.windows(2)) {
         let (before, behind) = (pair[0], pair[1]);
         if suppressed == 0 {
-            assumes |= !step.transformation.is_identity() && unknown(behind, last);
-            all = after(&all, &moved(step, behind, last)?, step.position)?;
+            assumes |= !step.transformation.is_identity() && are_units_unknown(behind, last);
+            all = compose_transformations(
+                &all,
+                &transformation_in_last_unit(step, behind, last)?,
+                step.position,
+            )?;
             continue;
         }
         if !step.suppress {
-            assumes |= unknown(before, behind);
-            let (factor, offset) = between(before, behind, step.position)?;
-            all = after(&all, &Transformation::Linear { factor, offset }, step.position)?;
+            assumes |= are_units_unknown(before, behind);
+            let (factor, offset) = unit_conversion(before, behind, step.position)?;
+            all = compose_transformations(
+                &all,
+                &ValueTransformation::Linear { factor, offset },
+                step.position,
+            )?;
         }
-        all = after(&all, step.transformation, step.position)?;
+        all = compose_transformations(&all, step.transformation, step.position)?;
     }
     Ok(ChainConversion { transformation: all, suppress: suppressed > 0, assumes })
 }
 
 /// The units of all connectors from the first to the last one. Section 4.5.1.1: a connector of a system that has none gets that
 /// of the connector that it stands for.
-fn scales<'a>(origin: ChainOrigin<'a>, steps: &[ChainStep<'a>]) -> Vec<ConnectorUnit<'a>> {
+fn connector_units<'a>(origin: ChainOrigin<'a>, steps: &[ChainStep<'a>]) -> Vec<ConnectorUnit<'a>> {
     let first = match origin {
-        ChainOrigin::Connector(unit) => {
-            Some(unit.map_or(ConnectorUnit::First, ConnectorUnit::Unit))
-        }
+        ChainOrigin::Connector(unit) => Some(unit.map_or(ConnectorUnit::First, ConnectorUnit::Unit)),
         ChainOrigin::Value(unit) => unit.map(ConnectorUnit::Unit),
     };
     let mut scales = vec![first];
@@ -108,24 +114,24 @@ fn scales<'a>(origin: ChainOrigin<'a>, steps: &[ChainStep<'a>]) -> Vec<Connector
 }
 
 /// The transformation of a step for values in the last unit, instead of its own.
-fn moved(
+fn transformation_in_last_unit(
     step: &ChainStep,
     own: ConnectorUnit,
     last: ConnectorUnit,
-) -> Result<Transformation, Error> {
-    let Transformation::Linear { factor, offset } = step.transformation else {
+) -> Result<ValueTransformation, Error> {
+    let ValueTransformation::Linear { factor, offset } = step.transformation else {
         return Ok(step.transformation.clone());
     };
     if step.transformation.is_identity() {
-        return Ok(Transformation::IDENTITY);
+        return Ok(ValueTransformation::IDENTITY);
     }
     // With the conversion a x + b: a (f x + o) + b = f (a x + b) + (a o + b - f b).
-    let (a, b) = between(own, last, step.position)?;
-    Ok(Transformation::Linear { factor: *factor, offset: a * offset + b - factor * b })
+    let (a, b) = unit_conversion(own, last, step.position)?;
+    Ok(ValueTransformation::Linear { factor: *factor, offset: a * offset + b - factor * b })
 }
 
 /// Whether only the FMUs at both ends know these units. Most systems have no units at all: they count as equal.
-fn unknown(from: ConnectorUnit, to: ConnectorUnit) -> bool {
+fn are_units_unknown(from: ConnectorUnit, to: ConnectorUnit) -> bool {
     matches!(
         (from, to),
         (ConnectorUnit::First, ConnectorUnit::Last) | (ConnectorUnit::Last, ConnectorUnit::First)
@@ -133,16 +139,16 @@ fn unknown(from: ConnectorUnit, to: ConnectorUnit) -> bool {
 }
 
 /// How the values of one unit become those of the other one.
-fn between(
+fn unit_conversion(
     from: ConnectorUnit,
     to: ConnectorUnit,
     position: &SourcePosition,
 ) -> Result<(f64, f64), Error> {
-    if from == to || unknown(from, to) {
+    if from == to || are_units_unknown(from, to) {
         return Ok((1.0, 0.0));
     }
     if let (ConnectorUnit::Unit(from), ConnectorUnit::Unit(to)) = (from, to)
-        && let Some(conversion) = from.to(to)
+        && let Some(conversion) = from.conversion_to(to)
     {
         return Ok(conversion);
     }
@@ -150,7 +156,7 @@ fn between(
         ConnectorUnit::Unit(unit) => format!("`{}`", unit.name),
         ConnectorUnit::First | ConnectorUnit::Last => "a unit that only the FMU knows".to_owned(),
     };
-    Err(mistake(
+    Err(mistake_error(
         position,
         "connectors whose units convert to each other, all the way from FMU to FMU",
         format!("{} and {}", name(from), name(to)),
@@ -158,22 +164,20 @@ fn between(
     ))
 }
 
-fn after(
-    first: &Transformation,
-    second: &Transformation,
+fn compose_transformations(
+    first: &ValueTransformation,
+    second: &ValueTransformation,
     position: &SourcePosition,
-) -> Result<Transformation, Error> {
+) -> Result<ValueTransformation, Error> {
     let Some(both) = first.then(second) else {
-        let found = format!("one for {} behind one for {}", second.purpose(), first.purpose());
+        let found = format!("one for {} behind one for {}", second.purpose_text(), first.purpose_text());
         let cure = "transform in one connection only";
-        return Err(mistake(position, "transformations of one kind", found, cure));
+        return Err(mistake_error(position, "transformations of one kind", found, cure));
     };
     match both {
-        Transformation::Linear { factor, offset }
-            if !(factor.is_finite() && offset.is_finite()) =>
-        {
+        ValueTransformation::Linear { factor, offset } if !(factor.is_finite() && offset.is_finite()) => {
             let found = format!("the factor {factor} and the offset {offset} all the way");
-            Err(mistake(position, "finite numbers", found, "correct the transformation"))
+            Err(mistake_error(position, "finite numbers", found, "correct the transformation"))
         }
         both => Ok(both),
     }

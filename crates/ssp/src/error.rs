@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::SourcePosition;
 use crate::limits::LONGEST;
-use crate::variant::Variant;
+use crate::variant::SystemVariant;
 
 /// Why a file is no system that can be read.
 #[derive(Debug, thiserror::Error)]
@@ -29,21 +29,21 @@ pub enum Error {
         path: PathBuf,
     },
     /// There is no such variant.
-    #[error("{path}: expected a description called `{wanted}`, found {}: choose one of these", listed(.found))]
+    #[error("{path}: expected a description called `{wanted}`, found {}: choose one of these", format_variants(.found))]
     Variant {
         /// The archive or folder.
         path: PathBuf,
         /// The variant that was asked for.
         wanted: String,
         /// The variants that there are.
-        found: Vec<Variant>,
+        found: Vec<SystemVariant>,
     },
     /// A file breaks the rules of the standard, or asks for something that this reader does not have.
     #[error(transparent)]
-    Mistake(Box<Mistake>),
+    Mistake(Box<SspMistake>),
 }
 
-fn listed(variants: &[Variant]) -> String {
+fn format_variants(variants: &[SystemVariant]) -> String {
     let all = variants.iter().map(|it| match it.name.is_empty() {
         true => it.file.clone(),
         false => format!("{} ({})", it.file, it.name),
@@ -54,7 +54,7 @@ fn listed(variants: &[Variant]) -> String {
 /// Something in a file that cannot stay as it is.
 #[derive(Debug, thiserror::Error)]
 #[error("{position}: expected {expected}, found {found}: {cure}")]
-pub struct Mistake {
+pub struct SspMistake {
     /// Where it is written.
     pub position: SourcePosition,
     /// What could have been there.
@@ -66,7 +66,7 @@ pub struct Mistake {
 }
 
 /// A mistake as an error.
-pub(crate) fn mistake(
+pub(crate) fn mistake_error(
     position: &SourcePosition,
     expected: impl Into<String>,
     found: impl Into<String>,
@@ -74,5 +74,5 @@ pub(crate) fn mistake(
 ) -> Error {
     let position = position.clone();
     let (expected, found, cure) = (expected.into(), found.into(), cure.into());
-    Error::Mistake(Box::new(Mistake { position, expected, found, cure }))
+    Error::Mistake(Box::new(SspMistake { position, expected, found, cure }))
 }

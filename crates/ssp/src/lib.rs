@@ -60,37 +60,37 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use archive::Folder;
+use archive::TemporaryFolder;
 
-pub use error::{Error, Mistake};
-pub use open::{open, variants};
+pub use error::{Error, SspMistake};
+pub use open::{list_variants, open_system};
 pub use source_position::SourcePosition;
-pub use transformation::Transformation;
-pub use unit::{BASES, BaseUnit, Enumeration, Unit};
-pub use value::{Type, Value, Width};
-pub use variant::Variant;
+pub use transformation::ValueTransformation;
+pub use unit::{BASES, BaseUnit, Enumeration, SspUnit};
+pub use value::{IntegerWidth, SspType, SspValue};
+pub use variant::SystemVariant;
 
 /// A system without systems in it.
 #[derive(Debug)]
-pub struct System {
+pub struct SspSystem {
     /// What its description calls it.
     pub name: String,
     /// What users know the file of its description by.
     pub description: PathBuf,
     /// Its FMUs.
-    pub components: Vec<Component>,
+    pub components: Vec<SystemComponent>,
     /// Connections between variables of FMUs; at most one leads to each variable.
     pub connections: Vec<Connection>,
     /// Connectors of the system that values come in through, also parameters.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<SystemInput>,
     /// Connectors of the system that values go out through.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<SystemOutput>,
     /// The time that its description proposes.
-    pub experiment: Experiment,
+    pub experiment: SystemExperiment,
     /// The step that a tool noted in its description.
     pub stepping: Option<StepSettings>,
     /// Annotations of its description as a whole.
-    pub annotations: Vec<Annotation>,
+    pub annotations: Vec<ToolAnnotation>,
     /// Files of other descriptions beside it.
     pub others: Vec<String>,
     /// Sentences about what was taken from where, and what was ignored.
@@ -98,25 +98,25 @@ pub struct System {
     /// The folder of its description.
     folder: PathBuf,
     /// Folders of unpacked archives: the FMUs are in them.
-    folders: Vec<Folder>,
+    folders: Vec<TemporaryFolder>,
 }
 
-impl System {
+impl SspSystem {
     /// The folder that its description lies in, of an archive the one that it was unpacked to.
     #[must_use]
-    pub fn folder(&self) -> &Path {
+    pub fn description_folder(&self) -> &Path {
         &self.folder
     }
 
     /// Folders that archives were unpacked to. They are removed with this system.
-    pub fn folders(&self) -> impl Iterator<Item = &Path> {
-        self.folders.iter().map(Folder::path)
+    pub fn unpacked_folders(&self) -> impl Iterator<Item = &Path> {
+        self.folders.iter().map(TemporaryFolder::folder_path)
     }
 }
 
 /// What a tool wrote down for itself, section 4.4.4: one element.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Annotation {
+pub struct ToolAnnotation {
     /// Its type, which begins with a reversed domain name.
     pub kind: String,
     /// Names and values of the attributes of the element.
@@ -127,7 +127,7 @@ pub struct Annotation {
 
 /// Start and stop of a run, section 5.1.1: the standard says nothing of steps and algorithms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Experiment {
+pub struct SystemExperiment {
     /// Start [s].
     pub start: Option<f64>,
     /// Stop [s].
@@ -138,7 +138,7 @@ pub struct Experiment {
 #[derive(Debug, Clone)]
 pub struct StepSettings {
     /// The tool whose algorithm steps the FMUs.
-    pub master: Master,
+    pub master: SteppingTool,
     /// [s], above 0.
     pub step: f64,
     /// Where it is written.
@@ -147,26 +147,26 @@ pub struct StepSettings {
 
 /// A tool whose annotations say how a system is stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Master {
+pub enum SteppingTool {
     /// libcosim and Ecos: `baseStepSize` of `FixedStepAlgorithm` at the experiment. All FMUs take the values of the start of the step.
     Osp,
     /// OMSimulator: `stepSize` of `FixedStepMaster` at the outermost system.
     OmSimulator,
 }
 
-impl Master {
+impl SteppingTool {
     /// The element of its annotation and the attribute with the step.
     pub(crate) fn step_parameter(self) -> (&'static str, &'static str) {
         match self {
-            Master::Osp => ("FixedStepAlgorithm", "baseStepSize"),
-            Master::OmSimulator => ("FixedStepMaster", "stepSize"),
+            SteppingTool::Osp => ("FixedStepAlgorithm", "baseStepSize"),
+            SteppingTool::OmSimulator => ("FixedStepMaster", "stepSize"),
         }
     }
 }
 
 /// An FMU of the system.
 #[derive(Debug)]
-pub struct Component {
+pub struct SystemComponent {
     /// Its name and those of the systems that it is in, from outside to inside with dots; without the outermost system.
     pub name: String,
     /// The FMU.
@@ -191,18 +191,18 @@ pub struct Connector {
     /// Who determines its value.
     pub kind: ConnectorKind,
     /// What it carries; `None` when that is not written: it is what the variable of the FMU is.
-    pub data_type: Option<Type>,
+    pub data_type: Option<SspType>,
     /// Its unit; `None` when that is not written: it is that of the variable of the FMU.
-    pub unit: Option<Arc<Unit>>,
+    pub unit: Option<Arc<SspUnit>>,
     /// Sizes of an array, empty for a single value.
-    pub dimensions: Vec<Dimension>,
+    pub dimensions: Vec<ArrayDimension>,
     /// Where it is written.
     pub position: SourcePosition,
 }
 
 /// One direction of an array.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Dimension {
+pub enum ArrayDimension {
     /// So many elements.
     Fixed(u64),
     /// As many as this connector of the same element says.
@@ -255,13 +255,13 @@ pub struct StartValue {
     /// The variable of the FMU.
     pub variable: String,
     /// The value, in [`StartValue::unit`].
-    pub value: Value,
+    pub value: SspValue,
     /// The unit of the value. `None`: it is in the unit of the connector and must not be converted.
-    pub unit: Option<Arc<Unit>>,
+    pub unit: Option<Arc<SspUnit>>,
     /// The unit of the connector. `None`: that of the variable of the FMU.
-    pub connector_unit: Option<Arc<Unit>>,
+    pub connector_unit: Option<Arc<SspUnit>>,
     /// What is left to do after the value was converted to the unit of the connector.
-    pub transformation: Transformation,
+    pub transformation: ValueTransformation,
     /// Where the value is written.
     pub position: SourcePosition,
 }
@@ -270,15 +270,15 @@ impl StartValue {
     /// The value for the FMU, when `factor * value + offset` converts it to the unit of the connector. `None` when only
     /// numbers can be converted so, and it is none.
     #[must_use]
-    pub fn converted(&self, factor: f64, offset: f64) -> Option<Value> {
-        let converted = Transformation::Linear { factor, offset }.apply(&self.value)?;
+    pub fn converted_value(&self, factor: f64, offset: f64) -> Option<SspValue> {
+        let converted = ValueTransformation::Linear { factor, offset }.apply(&self.value)?;
         self.transformation.apply(&converted)
     }
 }
 
 /// A variable of an FMU.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Port {
+pub struct FmuPort {
     /// Place of the FMU among [`System::components`].
     pub component: usize,
     /// The variable.
@@ -290,14 +290,14 @@ pub struct Port {
 #[derive(Debug, Clone)]
 pub struct SignalConversion {
     /// The transformation. Its offset is in the second unit.
-    pub transformation: Transformation,
+    pub transformation: ValueTransformation,
     /// Whether units must not be converted.
     pub suppress_unit_conversion: bool,
     /// Whether this holds only when the variables at both ends have the same unit: connectors between them have
     /// transformations, and no connector on the way has a unit.
     pub assumes_equal_units: bool,
     /// The units of the connectors at both ends. `None`: that of the variable of the FMU.
-    pub units: (Option<Arc<Unit>>, Option<Arc<Unit>>),
+    pub units: (Option<Arc<SspUnit>>, Option<Arc<SspUnit>>),
     /// Where the last of the connections is written.
     pub position: SourcePosition,
 }
@@ -306,27 +306,27 @@ pub struct SignalConversion {
 #[derive(Debug, Clone)]
 pub struct Connection {
     /// Where values come from.
-    pub from: Port,
+    pub from: FmuPort,
     /// Where they go.
-    pub to: Port,
+    pub to: FmuPort,
     /// What happens between.
     pub conversion: SignalConversion,
 }
 
 /// A connector of the system that values come in through.
 #[derive(Debug, Clone)]
-pub struct Input {
+pub struct SystemInput {
     /// The connector.
     pub connector: Connector,
     /// Where values go, and what happens on the way.
-    pub to: Vec<(Port, SignalConversion)>,
+    pub to: Vec<(FmuPort, SignalConversion)>,
 }
 
 /// A connector of the system that values go out through.
 #[derive(Debug, Clone)]
-pub struct Output {
+pub struct SystemOutput {
     /// The connector.
     pub connector: Connector,
     /// Where values come from, and what happens on the way; `None` when nothing leads to it.
-    pub from: Option<(Port, SignalConversion)>,
+    pub from: Option<(FmuPort, SignalConversion)>,
 }

@@ -6,14 +6,14 @@ use crate::limits::NOTES;
 
 /// Sentences in the order of reading, each once.
 #[derive(Debug, Default)]
-pub(crate) struct Notes {
+pub(crate) struct ReadingNotes {
     notes: RefCell<Vec<String>>,
     /// Sentences with places cost the reading of a file from its beginning, also those that are there already.
     asked: Cell<usize>,
 }
 
-impl Notes {
-    pub(crate) fn add(&self, note: impl FnOnce() -> String) {
+impl ReadingNotes {
+    pub(crate) fn add_note(&self, note: impl FnOnce() -> String) {
         let asked = self.asked.get() + 1;
         self.asked.set(asked);
         if asked > NOTES {
@@ -26,7 +26,7 @@ impl Notes {
         }
     }
 
-    pub(crate) fn take(self) -> Vec<String> {
+    pub(crate) fn into_sentences(self) -> Vec<String> {
         let mut notes = self.notes.into_inner();
         if self.asked.get() > NOTES {
             notes.push(format!("these are the first of {} notes", self.asked.get()));

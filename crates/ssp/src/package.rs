@@ -6,9 +6,9 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use archive::{Folder, LARGEST};
+use archive::{LARGEST, TemporaryFolder};
 
-use crate::error::mistake;
+use crate::error::mistake_error;
 use crate::limits::LONGEST;
 use crate::source_position::SourceText;
 use crate::{Error, SourcePosition, read_archive};
@@ -18,7 +18,7 @@ pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
 
 /// A folder that nothing is read outside of, but for what links in a folder of the user lead to.
 #[derive(Debug)]
-struct Package {
+struct PackageFolder {
     folder: PathBuf,
     /// What users know it by: the folder or the archive.
     display_path: PathBuf,
@@ -26,18 +26,18 @@ struct Package {
 
 /// A file inside of a package.
 #[derive(Debug, Clone)]
-pub(crate) struct Location {
-    package: Arc<Package>,
+pub(crate) struct PackageLocation {
+    package: Arc<PackageFolder>,
     /// Folders and name of the file.
     inside: Vec<String>,
 }
 
-impl Location {
+impl PackageLocation {
     /// A file directly in a folder.
     pub(crate) fn new(folder: &Path, display_path: &Path, name: &str) -> Self {
         let (folder, display_path) = (folder.to_owned(), display_path.to_owned());
-        Location {
-            package: Arc::new(Package { folder, display_path }),
+        PackageLocation {
+            package: Arc::new(PackageFolder { folder, display_path }),
             inside: vec![name.to_owned()],
         }
     }
@@ -52,18 +52,17 @@ impl Location {
     }
 
     /// The file at a relative address that this file contains. `position` is where it is written.
-    pub(crate) fn follow(
+    pub(crate) fn resolve_address(
         &self,
         address: &str,
         position: &SourcePosition,
-    ) -> Result<Location, Error> {
+    ) -> Result<PackageLocation, Error> {
         let refused = |found: String| {
             let expected = "the path of a file in the folder of the system";
-            let cure =
-                "copy the file to the folder of the system, and write its relative path with `/`";
-            mistake(position, expected, found, cure)
+            let cure = "copy the file to the folder of the system, and write its relative path with `/`";
+            mistake_error(position, expected, found, cure)
         };
-        let path = decoded(address).ok_or_else(|| refused(format!("the address `{address}`")))?;
+        let path = percent_decode(address).ok_or_else(|| refused(format!("the address `{address}`")))?;
         let scheme = path.split('/').next().is_some_and(|first| first.contains(':'));
         if path.is_empty() || path.starts_with('/') || path.contains(['\\', '\0']) || scheme {
             return Err(refused(format!("`{address}`")));
@@ -78,21 +77,21 @@ impl Location {
                 part => inside.push(part.to_owned()),
             }
         }
-        let found = Location { package: Arc::clone(&self.package), inside };
+        let found = PackageLocation { package: Arc::clone(&self.package), inside };
         if !found.path().is_file() {
             let expected = format!("the file {}", found.display_path().display());
             let (found, cure) = match found.path().is_dir() {
                 true => ("a folder", "pack the folder into an archive: an FMU is a ZIP file"),
                 false => ("no such file", "add the file, or correct its path"),
             };
-            return Err(mistake(position, expected, found, cure));
+            return Err(mistake_error(position, expected, found, cure));
         }
         Ok(found)
     }
 }
 
 /// The text of an address without its percent signs.
-fn decoded(address: &str) -> Option<String> {
+fn percent_decode(address: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(address.len());
     let mut rest = address.bytes();
     while let Some(byte) = rest.next() {
@@ -109,18 +108,18 @@ fn decoded(address: &str) -> Option<String> {
 
 /// Reads texts and archives, and counts what they cost.
 #[derive(Debug)]
-pub(crate) struct Store {
+pub(crate) struct PackageReader {
     /// How many bytes archives may still unpack to.
     unpackable: u64,
     /// How many bytes of texts may still be read.
     readable: u64,
     archives: BTreeMap<PathBuf, PathBuf>,
-    folders: Vec<Folder>,
+    folders: Vec<TemporaryFolder>,
 }
 
-impl Store {
+impl PackageReader {
     pub(crate) fn new() -> Self {
-        Store {
+        PackageReader {
             unpackable: LARGEST,
             readable: LONGEST,
             archives: BTreeMap::new(),
@@ -129,35 +128,36 @@ impl Store {
     }
 
     /// The folders that archives were unpacked to: they vanish with them.
-    pub(crate) fn folders(self) -> Vec<Folder> {
+    pub(crate) fn into_unpacked_folders(self) -> Vec<TemporaryFolder> {
         self.folders
     }
 
     /// The text of a file.
-    pub(crate) fn text(&mut self, file: &Location) -> Result<Arc<SourceText>, Error> {
+    pub(crate) fn read_text(&mut self, file: &PackageLocation) -> Result<Arc<SourceText>, Error> {
         let path = file.display_path();
         let failed = |source| Error::Read { path: path.clone(), source };
         let opened = File::open(file.path()).map_err(failed)?;
         let mut bytes = Vec::new();
         opened.take(self.readable + 1).read_to_end(&mut bytes).map_err(failed)?;
-        self.checked(path, bytes)
+        self.decode_within_limit(path, bytes)
     }
 
     /// The text of a file in an FMU, at a relative address in it.
-    pub(crate) fn text_within(
+    pub(crate) fn read_text_in_fmu(
         &mut self,
-        fmu: &Location,
+        fmu: &PackageLocation,
         address: &str,
         position: &SourcePosition,
     ) -> Result<Arc<SourceText>, Error> {
-        let bytes = read_archive::entry(&fmu.path(), address, self.readable).map_err(|error| {
-            let expected = format!("the file {address} in {}", fmu.display_path().display());
-            mistake(position, expected, error.to_string(), "correct the path inside of the FMU")
-        })?;
-        self.checked(fmu.display_path().join(address), bytes)
+        let bytes =
+            read_archive::read_archive_entry(&fmu.path(), address, self.readable).map_err(|error| {
+                let expected = format!("the file {address} in {}", fmu.display_path().display());
+                mistake_error(position, expected, error.to_string(), "correct the path inside of the FMU")
+            })?;
+        self.decode_within_limit(fmu.display_path().join(address), bytes)
     }
 
-    fn checked(&mut self, path: PathBuf, bytes: Vec<u8>) -> Result<Arc<SourceText>, Error> {
+    fn decode_within_limit(&mut self, path: PathBuf, bytes: Vec<u8>) -> Result<Arc<SourceText>, Error> {
         let left = self.readable.checked_sub(bytes.len() as u64);
         self.readable = left.ok_or_else(|| Error::TooLong { path: path.clone() })?;
         match String::from_utf8(bytes) {
@@ -166,20 +166,20 @@ impl Store {
                 let valid = error.utf8_error().valid_up_to();
                 let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
                 let position = SourcePosition::new(&Arc::new(SourceText { path, text }), valid);
-                Err(mistake(&position, "UTF-8", "other bytes", "write the file in UTF-8"))
+                Err(mistake_error(&position, "UTF-8", "other bytes", "write the file in UTF-8"))
             }
         }
     }
 
     /// The folder that the archive is unpacked to; each archive is unpacked once.
-    pub(crate) fn unpacked(&mut self, path: &Path, display_path: &Path) -> Result<PathBuf, Error> {
+    pub(crate) fn unpack_once(&mut self, path: &Path, display_path: &Path) -> Result<PathBuf, Error> {
         if let Some(folder) = self.archives.get(path) {
             return Ok(folder.clone());
         }
         let failed = |source| Error::Read { path: std::env::temp_dir(), source };
-        let folder = Folder::new().map_err(failed)?;
-        read_archive::unpack(path, display_path, folder.path(), &mut self.unpackable)?;
-        let unpacked = folder.path().to_owned();
+        let folder = TemporaryFolder::new().map_err(failed)?;
+        read_archive::unpack_archive(path, display_path, folder.folder_path(), &mut self.unpackable)?;
+        let unpacked = folder.folder_path().to_owned();
         self.folders.push(folder);
         self.archives.insert(path.to_owned(), unpacked.clone());
         Ok(unpacked)

@@ -7,24 +7,24 @@ use std::path::Path;
 use archive::Error;
 
 /// Unpacks the archive `path` into a folder; `left` is how many bytes all archives together may still unpack to.
-pub(crate) fn unpack(
+pub(crate) fn unpack_archive(
     path: &Path,
     display_path: &Path,
     into: &Path,
     left: &mut u64,
 ) -> Result<(), crate::Error> {
     let failed = |source| crate::Error::Read { path: display_path.to_owned(), source };
-    let bytes = archive::read(path).map_err(failed)?;
+    let bytes = archive::read_archive(path).map_err(failed)?;
     // No archive of use is longer than what it may unpack to.
     if bytes.len() as u64 > *left {
         return Err(Error::TooLarge { path: display_path.to_owned() }.into());
     }
-    archive::unpack(display_path, ".ssp", &bytes, into, left)?;
+    archive::unpack_archive(display_path, ".ssp", &bytes, into, left)?;
     Ok(())
 }
 
 /// One file of an archive, at most `limit` and one bytes of it.
-pub(crate) fn entry(path: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Error> {
+pub(crate) fn read_archive_entry(path: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Error> {
     let broken = |source| Error::Zip { path: path.to_owned(), kind: ".fmu", source };
     let failed = |source| Error::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(failed)?;

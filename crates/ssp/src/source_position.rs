@@ -29,9 +29,8 @@ impl SourcePosition {
     }
 
     /// The place of a line and a column, both counted from 1.
-    pub(crate) fn of_line(text: &Arc<SourceText>, line: usize, column: usize) -> Self {
-        let start: usize =
-            text.text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    pub(crate) fn from_line_and_column(text: &Arc<SourceText>, line: usize, column: usize) -> Self {
+        let start: usize = text.text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
         let rest = text.text.get(start..).unwrap_or_default();
         let within: usize = rest.chars().take(column.saturating_sub(1)).map(char::len_utf8).sum();
         SourcePosition::new(text, start + within)
@@ -39,42 +38,42 @@ impl SourcePosition {
 
     /// The file.
     #[must_use]
-    pub fn file(&self) -> &Path {
+    pub fn file_path(&self) -> &Path {
         &self.text.path
     }
 
     /// The line, counted from 1.
     #[must_use]
     pub fn line(&self) -> usize {
-        self.before().matches('\n').count() + 1
+        self.text_before().matches('\n').count() + 1
     }
 
     /// The character of the line, counted from 1.
     #[must_use]
     pub fn column(&self) -> usize {
-        let before = self.before();
+        let before = self.text_before();
         let line = before.rfind('\n').map_or(0, |end| end + 1);
         before[line..].chars().count() + 1
     }
 
     /// The byte of the file.
-    pub(crate) fn offset(&self) -> usize {
+    pub(crate) fn byte_offset(&self) -> usize {
         self.offset
     }
 
     /// Whether both are the same place of the same file that was read once.
-    pub(crate) fn same(&self, other: &SourcePosition) -> bool {
+    pub(crate) fn is_same_place(&self, other: &SourcePosition) -> bool {
         Arc::ptr_eq(&self.text, &other.text) && self.offset == other.offset
     }
 
-    fn before(&self) -> &str {
+    fn text_before(&self) -> &str {
         &self.text.text[..self.offset]
     }
 }
 
 impl fmt::Display for SourcePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.file().display(), self.line(), self.column())
+        write!(f, "{}:{}:{}", self.file_path().display(), self.line(), self.column())
     }
 }
 

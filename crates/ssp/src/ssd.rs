@@ -2,53 +2,54 @@
 
 use std::sync::Arc;
 
-use crate::package::Location;
+use crate::package::PackageLocation;
 use crate::parameters::{ParameterMapping, ParameterSet};
 use crate::{
-    Annotation, ConnectorKind, Dimension, SourcePosition, StepSettings, Transformation, Type, Unit,
+    ArrayDimension, ConnectorKind, SourcePosition, SspType, SspUnit, StepSettings, ToolAnnotation,
+    ValueTransformation,
 };
 
 /// A whole file.
 #[derive(Debug)]
-pub(crate) struct Description {
-    pub(crate) location: Location,
+pub(crate) struct SystemDescription {
+    pub(crate) location: PackageLocation,
     pub(crate) name: String,
-    pub(crate) system: Element,
+    pub(crate) system: SystemElement,
     pub(crate) start: Option<f64>,
     pub(crate) stop: Option<f64>,
     pub(crate) stepping: Option<StepSettings>,
-    pub(crate) annotations: Vec<Annotation>,
+    pub(crate) annotations: Vec<ToolAnnotation>,
 }
 
 /// A system, a component or a reference to a dictionary.
 #[derive(Debug)]
-pub(crate) struct Element {
+pub(crate) struct SystemElement {
     pub(crate) name: Arc<str>,
     pub(crate) position: SourcePosition,
-    pub(crate) connectors: Vec<Arc<Connector>>,
-    pub(crate) bindings: Vec<Binding>,
-    pub(crate) content: Content,
+    pub(crate) connectors: Vec<Arc<SsdConnector>>,
+    pub(crate) bindings: Vec<ParameterBinding>,
+    pub(crate) content: ElementContent,
 }
 
 #[derive(Debug)]
-pub(crate) enum Content {
-    System(System),
-    Component(Component),
+pub(crate) enum ElementContent {
+    System(SsdSystem),
+    Component(SsdComponent),
     /// The name of the dictionary, and where it is written.
     Reference(String, SourcePosition),
 }
 
 #[derive(Debug)]
-pub(crate) struct System {
+pub(crate) struct SsdSystem {
     /// What `#id` refers to.
     pub(crate) id: Option<String>,
-    pub(crate) elements: Vec<Element>,
-    pub(crate) connections: Vec<Connection>,
-    pub(crate) dictionaries: Vec<Dictionary>,
+    pub(crate) elements: Vec<SystemElement>,
+    pub(crate) connections: Vec<SsdConnection>,
+    pub(crate) dictionaries: Vec<SignalDictionary>,
 }
 
 #[derive(Debug)]
-pub(crate) struct Component {
+pub(crate) struct SsdComponent {
     pub(crate) mime: String,
     pub(crate) mime_position: SourcePosition,
     pub(crate) source: Option<(String, SourcePosition)>,
@@ -56,12 +57,12 @@ pub(crate) struct Component {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct Connector {
+pub(crate) struct SsdConnector {
     pub(crate) name: Arc<str>,
     pub(crate) kind: ConnectorKind,
-    pub(crate) data_type: Option<Type>,
-    pub(crate) unit: Option<Arc<Unit>>,
-    pub(crate) dimensions: Vec<Dimension>,
+    pub(crate) data_type: Option<SspType>,
+    pub(crate) unit: Option<Arc<SspUnit>>,
+    pub(crate) dimensions: Vec<ArrayDimension>,
     pub(crate) position: SourcePosition,
 }
 
@@ -74,17 +75,17 @@ pub(crate) struct ConnectionEnd {
 }
 
 #[derive(Debug)]
-pub(crate) struct Connection {
+pub(crate) struct SsdConnection {
     pub(crate) start: ConnectionEnd,
     pub(crate) end: ConnectionEnd,
-    pub(crate) transformation: Arc<Transformation>,
+    pub(crate) transformation: Arc<ValueTransformation>,
     pub(crate) suppress: bool,
     pub(crate) position: SourcePosition,
 }
 
 /// What stands in the file itself or in another one.
 #[derive(Debug)]
-pub(crate) enum Source<T> {
+pub(crate) enum InlineOrFile<T> {
     Inline(T),
     File {
         address: String,
@@ -95,26 +96,26 @@ pub(crate) enum Source<T> {
 }
 
 #[derive(Debug)]
-pub(crate) struct Binding {
-    pub(crate) values: Source<Arc<ParameterSet>>,
-    pub(crate) mapping: Option<Source<Arc<ParameterMapping>>>,
+pub(crate) struct ParameterBinding {
+    pub(crate) values: InlineOrFile<Arc<ParameterSet>>,
+    pub(crate) mapping: Option<InlineOrFile<Arc<ParameterMapping>>>,
     pub(crate) prefix: String,
     pub(crate) position: SourcePosition,
 }
 
 #[derive(Debug)]
-pub(crate) struct Dictionary {
+pub(crate) struct SignalDictionary {
     pub(crate) name: String,
     pub(crate) position: SourcePosition,
-    pub(crate) entries: Source<Arc<Vec<Arc<Connector>>>>,
+    pub(crate) entries: InlineOrFile<Arc<Vec<Arc<SsdConnector>>>>,
 }
 
-impl Description {
+impl SystemDescription {
     /// The system with an id.
-    pub(crate) fn find(&self, id: &str) -> Option<&Element> {
+    pub(crate) fn find_system(&self, id: &str) -> Option<&SystemElement> {
         let mut open = vec![&self.system];
         while let Some(element) = open.pop() {
-            let Content::System(system) = &element.content else { continue };
+            let ElementContent::System(system) = &element.content else { continue };
             if system.id.as_deref() == Some(id) {
                 return Some(element);
             }

@@ -15,7 +15,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use zip::write::SimpleFileOptions;
 
-use crate::{Error, Master, StartValue, System, Transformation, Value, open};
+use crate::{Error, SspSystem, SspValue, StartValue, SteppingTool, ValueTransformation, open_system};
 
 /// Namespaces of the standard.
 const SPACES: &str = r#"xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -51,9 +51,12 @@ fn component(name: &str, ports: &[(&str, &str, &str)], rest: &str) -> String {
 }
 
 fn connectors(ports: &[(&str, &str, &str)]) -> String {
-    let ports: String = ports.iter().map(|(name, kind, unit)| {
-        format!(r#"<ssd:Connector name="{name}" kind="{kind}"><ssc:Real unit="{unit}"/></ssd:Connector>"#)
-    }).collect();
+    let ports: String = ports
+        .iter()
+        .map(|(name, kind, unit)| {
+            format!(r#"<ssd:Connector name="{name}" kind="{kind}"><ssc:Real unit="{unit}"/></ssd:Connector>"#)
+        })
+        .collect();
     format!("<ssd:Connectors>{ports}</ssd:Connectors>")
 }
 
@@ -124,12 +127,12 @@ fn folder(files: &[(&str, &str)]) -> TempDir {
 }
 
 /// Opens the system whose outermost system has these contents.
-fn system(contents: &str) -> Result<System, Error> {
+fn system(contents: &str) -> Result<SspSystem, Error> {
     let folder = folder(&[("SystemStructure.ssd", &description(contents))]);
-    open(folder.path(), None)
+    open_system(folder.path(), None)
 }
 
-fn good(contents: &str) -> System {
+fn good(contents: &str) -> SspSystem {
     system(contents).expect("a system")
 }
 
@@ -139,32 +142,31 @@ fn wrong(contents: &str) -> String {
 }
 
 /// The start value of a variable, by the name of its component.
-fn start<'a>(system: &'a System, component: &str, variable: &str) -> &'a StartValue {
+fn start<'a>(system: &'a SspSystem, component: &str, variable: &str) -> &'a StartValue {
     let component = system.components.iter().find(|x| x.name == component).expect("a component");
     component.start_values.iter().find(|x| x.variable == variable).expect("a start value")
 }
 
 /// A start value that is a number without anything left to do.
-fn number(system: &System, component: &str, variable: &str) -> f64 {
+fn number(system: &SspSystem, component: &str, variable: &str) -> f64 {
     let start = start(system, component, variable);
     assert!(start.transformation.is_identity(), "{start:?}");
     match start.value {
-        Value::Real(value) => value,
+        SspValue::Real(value) => value,
         ref other => panic!("{other:?}"),
     }
 }
 
 /// Names of the connections: `from.variable -> to.variable`.
-fn names(system: &System) -> Vec<String> {
-    let port = |port: &crate::Port| {
-        format!("{}.{}", system.components[port.component].name, port.variable)
-    };
+fn names(system: &SspSystem) -> Vec<String> {
+    let port =
+        |port: &crate::FmuPort| format!("{}.{}", system.components[port.component].name, port.variable);
     system.connections.iter().map(|x| format!("{} -> {}", port(&x.from), port(&x.to))).collect()
 }
 
-fn factors(transformation: &Transformation) -> (f64, f64) {
+fn factors(transformation: &ValueTransformation) -> (f64, f64) {
     match transformation {
-        Transformation::Linear { factor, offset } => (*factor, *offset),
+        ValueTransformation::Linear { factor, offset } => (*factor, *offset),
         other => panic!("{other:?}"),
     }
 }

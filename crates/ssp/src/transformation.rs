@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::error::mistake;
-use crate::xml::{self, Element};
-use crate::{Error, Type, Value};
+use crate::error::mistake_error;
+use crate::xml::{self, XmlElement};
+use crate::{Error, SspType, SspValue};
 
 /// What happens to a value after its unit was converted.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Transformation {
+pub enum ValueTransformation {
     /// `target = factor * source + offset`. Without a transformation, 1 and 0: then any type is allowed.
     Linear {
         /// Factor.
@@ -32,9 +32,9 @@ pub(crate) const TRANSFORMATIONS: [&str; 4] = [
     "EnumerationMappingTransformation",
 ];
 
-impl Transformation {
+impl ValueTransformation {
     /// The transformation that changes nothing.
-    pub const IDENTITY: Self = Transformation::Linear { factor: 1.0, offset: 0.0 };
+    pub const IDENTITY: Self = ValueTransformation::Linear { factor: 1.0, offset: 0.0 };
 
     /// Whether nothing changes.
     #[must_use]
@@ -44,8 +44,8 @@ impl Transformation {
 
     /// This transformation and `next` after it as one; `None` when they are of different kinds.
     #[must_use]
-    pub fn then(&self, next: &Transformation) -> Option<Transformation> {
-        use Transformation::{Boolean, Enumeration, Integer, Linear};
+    pub fn then(&self, next: &ValueTransformation) -> Option<ValueTransformation> {
+        use ValueTransformation::{Boolean, Enumeration, Integer, Linear};
         if self.is_identity() {
             return Some(next.clone());
         }
@@ -56,65 +56,69 @@ impl Transformation {
             (Linear { factor: a, offset: b }, Linear { factor: c, offset: d }) => {
                 Linear { factor: c * a, offset: c * b + d }
             }
-            (Boolean(first), Boolean(second)) => Boolean(compose(first, second)),
-            (Integer(first), Integer(second)) => Integer(compose(first, second)),
-            (Enumeration(first), Enumeration(second)) => Enumeration(compose(first, second)),
+            (Boolean(first), Boolean(second)) => Boolean(compose_tables(first, second)),
+            (Integer(first), Integer(second)) => Integer(compose_tables(first, second)),
+            (Enumeration(first), Enumeration(second)) => Enumeration(compose_tables(first, second)),
             _ => return None,
         })
     }
 
     /// The value that comes out; `None` when the transformation is not for values of this type.
     #[must_use]
-    pub fn apply(&self, value: &Value) -> Option<Value> {
+    pub fn apply(&self, value: &SspValue) -> Option<SspValue> {
         if self.is_identity() {
             return Some(value.clone());
         }
         Some(match (self, value) {
-            (_, Value::Array { dimensions, elements }) => {
+            (_, SspValue::Array { dimensions, elements }) => {
                 let elements = elements.iter().map(|element| self.apply(element));
                 let elements = elements.collect::<Option<_>>()?;
-                Value::Array { dimensions: dimensions.clone(), elements }
+                SspValue::Array { dimensions: dimensions.clone(), elements }
             }
-            (Transformation::Linear { factor, offset }, Value::Real(x)) => {
-                Value::Real(factor * x + offset)
+            (ValueTransformation::Linear { factor, offset }, SspValue::Real(x)) => {
+                SspValue::Real(factor * x + offset)
             }
-            (Transformation::Boolean(table), Value::Boolean(x)) => {
-                Value::Boolean(*table.get(x).unwrap_or(x))
+            (ValueTransformation::Boolean(table), SspValue::Boolean(x)) => {
+                SspValue::Boolean(*table.get(x).unwrap_or(x))
             }
-            (Transformation::Integer(table), Value::Integer(x)) => {
-                Value::Integer(*table.get(x).unwrap_or(x))
+            (ValueTransformation::Integer(table), SspValue::Integer(x)) => {
+                SspValue::Integer(*table.get(x).unwrap_or(x))
             }
-            (Transformation::Enumeration(table), Value::Enumeration(x)) => {
-                Value::Enumeration(table.get(x).unwrap_or(x).clone())
+            (ValueTransformation::Enumeration(table), SspValue::Enumeration(x)) => {
+                SspValue::Enumeration(table.get(x).unwrap_or(x).clone())
             }
             _ => return None,
         })
     }
 
     /// Whether connectors of this type may have it; those without a type may.
-    pub(crate) fn fits(&self, kind: Option<&Type>) -> bool {
+    pub(crate) fn is_allowed_for_type(&self, kind: Option<&SspType>) -> bool {
         let Some(kind) = kind.filter(|_| !self.is_identity()) else { return true };
         match self {
-            Transformation::Linear { .. } => matches!(kind, Type::Float64 | Type::Float32),
-            Transformation::Boolean(_) => matches!(kind, Type::Boolean),
-            Transformation::Integer(_) => matches!(kind, Type::Integer(_) | Type::Enumeration(_)),
-            Transformation::Enumeration(_) => matches!(kind, Type::Enumeration(_)),
+            ValueTransformation::Linear { .. } => {
+                matches!(kind, SspType::Float64 | SspType::Float32)
+            }
+            ValueTransformation::Boolean(_) => matches!(kind, SspType::Boolean),
+            ValueTransformation::Integer(_) => {
+                matches!(kind, SspType::Integer(_) | SspType::Enumeration(_))
+            }
+            ValueTransformation::Enumeration(_) => matches!(kind, SspType::Enumeration(_)),
         }
     }
 
     /// What it is for.
-    pub(crate) fn purpose(&self) -> &'static str {
+    pub(crate) fn purpose_text(&self) -> &'static str {
         match self {
-            Transformation::Linear { .. } => "floating point numbers",
-            Transformation::Boolean(_) => "truth values",
-            Transformation::Integer(_) => "whole numbers and enumerations",
-            Transformation::Enumeration(_) => "enumerations",
+            ValueTransformation::Linear { .. } => "floating point numbers",
+            ValueTransformation::Boolean(_) => "truth values",
+            ValueTransformation::Integer(_) => "whole numbers and enumerations",
+            ValueTransformation::Enumeration(_) => "enumerations",
         }
     }
 }
 
 /// A table that does what both do one after the other.
-fn compose<K: Ord + Clone>(first: &BTreeMap<K, K>, second: &BTreeMap<K, K>) -> BTreeMap<K, K> {
+fn compose_tables<K: Ord + Clone>(first: &BTreeMap<K, K>, second: &BTreeMap<K, K>) -> BTreeMap<K, K> {
     let mut both = second.clone();
     let through = |between: &K| second.get(between).unwrap_or(between).clone();
     both.extend(first.iter().map(|(from, between)| (from.clone(), through(between))));
@@ -122,32 +126,33 @@ fn compose<K: Ord + Clone>(first: &BTreeMap<K, K>, second: &BTreeMap<K, K>) -> B
 }
 
 /// The transformation in a <Connection> or <MappingEntry>.
-pub(crate) fn read(element: Element) -> Result<Transformation, Error> {
-    let mut all = element.children().filter(|child| child.name().ends_with("Transformation"));
-    let Some(found) = all.next() else { return Ok(Transformation::IDENTITY) };
+pub(crate) fn parse_transformation(element: XmlElement) -> Result<ValueTransformation, Error> {
+    let mut all = element.standard_children().filter(|child| child.local_name().ends_with("Transformation"));
+    let Some(found) = all.next() else { return Ok(ValueTransformation::IDENTITY) };
     if let Some(second) = all.next() {
-        let found = format!("a second one, <{}>", second.name());
+        let found = format!("a second one, <{}>", second.local_name());
         let cure = "make one of both";
-        return Err(mistake(&second.position(), "one transformation", found, cure));
+        return Err(mistake_error(&second.position(), "one transformation", found, cure));
     }
-    match found.name() {
+    match found.local_name() {
         "LinearTransformation" => {
-            found.known(&[], &["factor", "offset"]);
-            let factor = found.number("factor")?.unwrap_or(1.0);
-            let offset = found.number("offset")?.unwrap_or(0.0);
-            Ok(Transformation::Linear { factor, offset })
+            found.note_unknown_content(&[], &["factor", "offset"]);
+            let factor = found.number_attribute("factor")?.unwrap_or(1.0);
+            let offset = found.number_attribute("offset")?.unwrap_or(0.0);
+            Ok(ValueTransformation::Linear { factor, offset })
         }
         "BooleanMappingTransformation" => {
-            table(found, "true or false", xml::truth).map(Transformation::Boolean)
+            parse_mapping_table(found, "true or false", xml::parse_bool).map(ValueTransformation::Boolean)
         }
         "IntegerMappingTransformation" => {
-            table(found, "a whole number", |text| text.trim().parse().ok())
-                .map(Transformation::Integer)
+            parse_mapping_table(found, "a whole number", |text| text.trim().parse().ok())
+                .map(ValueTransformation::Integer)
         }
         "EnumerationMappingTransformation" => {
-            table(found, "an item", |text| Some(text.to_owned())).map(Transformation::Enumeration)
+            parse_mapping_table(found, "an item", |text| Some(text.to_owned()))
+                .map(ValueTransformation::Enumeration)
         }
-        name => Err(mistake(
+        name => Err(mistake_error(
             &found.position(),
             format!("one of {}", TRANSFORMATIONS.join(", ")),
             format!("<{name}>"),
@@ -156,21 +161,21 @@ pub(crate) fn read(element: Element) -> Result<Transformation, Error> {
     }
 }
 
-fn table<K: Ord>(
-    element: Element,
+fn parse_mapping_table<K: Ord>(
+    element: XmlElement,
     expected: &str,
     parse: impl Fn(&str) -> Option<K>,
 ) -> Result<BTreeMap<K, K>, Error> {
-    element.known(&["MapEntry"], &[]);
+    element.note_unknown_content(&["MapEntry"], &[]);
     let mut table = BTreeMap::new();
-    for entry in element.all("MapEntry") {
-        entry.known(&[], &["source", "target"]);
+    for entry in element.children_named("MapEntry") {
+        entry.note_unknown_content(&[], &["source", "target"]);
         let side = |name| {
-            let value = parse(entry.required(name)?);
-            value.ok_or_else(|| entry.wrong(name, expected))
+            let value = parse(entry.required_attribute(name)?);
+            value.ok_or_else(|| entry.wrong_attribute_error(name, expected))
         };
         if table.insert(side("source")?, side("target")?).is_some() {
-            return Err(entry.wrong("source", "a source that no other <MapEntry> has"));
+            return Err(entry.wrong_attribute_error("source", "a source that no other <MapEntry> has"));
         }
     }
     Ok(table)

@@ -2,21 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::error::mistake;
+use crate::error::mistake_error;
 use crate::limits::CELLS;
-use crate::unit::Definitions;
-use crate::xml::{self, Element};
+use crate::unit::SspDefinitions;
+use crate::xml::{self, XmlElement};
 use crate::{Enumeration, Error};
 
 /// What a connector carries, section 4.5.1. `Real` and `Integer` of version 1.0 are `Float64` and `Int32`.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Type {
+pub enum SspType {
     /// A floating point number of 64 bits.
     Float64,
     /// A floating point number of 32 bits.
     Float32,
     /// A whole number.
-    Integer(Width),
+    Integer(IntegerWidth),
     /// A truth value.
     Boolean,
     /// A text.
@@ -34,15 +34,15 @@ pub enum Type {
 
 /// The size of a whole number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Width {
+pub struct IntegerWidth {
     /// How many bits it has.
     pub bits: u32,
     /// Whether it can be negative.
     pub signed: bool,
 }
 
-impl Width {
-    fn holds(self, value: i128) -> bool {
+impl IntegerWidth {
+    fn can_hold(self, value: i128) -> bool {
         let (low, high) = if self.signed {
             (-(1_i128 << (self.bits - 1)), (1_i128 << (self.bits - 1)) - 1)
         } else {
@@ -54,7 +54,7 @@ impl Width {
 
 /// A value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum SspValue {
     /// A floating point number.
     Real(f64),
     /// A whole number.
@@ -72,7 +72,7 @@ pub enum Value {
         /// How many elements there are in each direction.
         dimensions: Vec<usize>,
         /// The elements.
-        elements: Vec<Value>,
+        elements: Vec<SspValue>,
     },
 }
 
@@ -96,129 +96,136 @@ pub(crate) const TYPES: [&str; 16] = [
     "Binary",
 ];
 
-const INTEGERS: [(&str, Width); 9] = [
-    ("Integer", Width { bits: 32, signed: true }),
-    ("Int8", Width { bits: 8, signed: true }),
-    ("UInt8", Width { bits: 8, signed: false }),
-    ("Int16", Width { bits: 16, signed: true }),
-    ("UInt16", Width { bits: 16, signed: false }),
-    ("Int32", Width { bits: 32, signed: true }),
-    ("UInt32", Width { bits: 32, signed: false }),
-    ("Int64", Width { bits: 64, signed: true }),
-    ("UInt64", Width { bits: 64, signed: false }),
+const INTEGERS: [(&str, IntegerWidth); 9] = [
+    ("Integer", IntegerWidth { bits: 32, signed: true }),
+    ("Int8", IntegerWidth { bits: 8, signed: true }),
+    ("UInt8", IntegerWidth { bits: 8, signed: false }),
+    ("Int16", IntegerWidth { bits: 16, signed: true }),
+    ("UInt16", IntegerWidth { bits: 16, signed: false }),
+    ("Int32", IntegerWidth { bits: 32, signed: true }),
+    ("UInt32", IntegerWidth { bits: 32, signed: false }),
+    ("Int64", IntegerWidth { bits: 64, signed: true }),
+    ("UInt64", IntegerWidth { bits: 64, signed: false }),
 ];
 
-fn width(name: &str) -> Option<Width> {
+fn integer_width(name: &str) -> Option<IntegerWidth> {
     INTEGERS.iter().find(|(known, _)| *known == name).map(|(_, width)| *width)
 }
 
 /// The type that the element is.
-pub(crate) fn read_type(element: Element, definitions: &Definitions) -> Type {
-    match element.name() {
+pub(crate) fn parse_type(element: XmlElement, definitions: &SspDefinitions) -> SspType {
+    match element.local_name() {
         "Float32" => {
-            element.known(&[], &["unit"]);
-            Type::Float32
+            element.note_unknown_content(&[], &["unit"]);
+            SspType::Float32
         }
-        "Boolean" => Type::Boolean,
-        "String" => Type::String,
-        "Enumeration" => Type::Enumeration(definitions.enumeration(element)),
+        "Boolean" => SspType::Boolean,
+        "String" => SspType::String,
+        "Enumeration" => SspType::Enumeration(definitions.enumeration_of_element(element)),
         "Binary" => {
             let mime = element.attribute("mime-type").unwrap_or("application/octet-stream");
-            Type::Binary { mime: mime.to_owned() }
+            SspType::Binary { mime: mime.to_owned() }
         }
-        "Clock" => Type::Clock,
-        name => width(name).map_or_else(
+        "Clock" => SspType::Clock,
+        name => integer_width(name).map_or_else(
             || {
-                element.known(&[], &["unit"]);
-                Type::Float64
+                element.note_unknown_content(&[], &["unit"]);
+                SspType::Float64
             },
-            Type::Integer,
+            SspType::Integer,
         ),
     }
 }
 
 /// The value of a <Parameter>, section 6.2: its element, and what it says.
-pub(crate) fn read_value<'a>(parameter: Element<'a>) -> Result<(Element<'a>, Value), Error> {
-    let mut typed = parameter.children().filter(|child| TYPES.contains(&child.name()));
+pub(crate) fn parse_parameter_value<'a>(
+    parameter: XmlElement<'a>,
+) -> Result<(XmlElement<'a>, SspValue), Error> {
+    let mut typed = parameter.standard_children().filter(|child| TYPES.contains(&child.local_name()));
     let (Some(element), None) = (typed.next(), typed.next()) else {
         let name = parameter.attribute("name").unwrap_or_default();
         let expected = "one element such as <ssv:Real value=\"1.5\"/>";
         let found = format!("none or several in the parameter `{name}`");
-        return Err(mistake(&parameter.position(), expected, found, "write one value"));
+        return Err(mistake_error(&parameter.position(), expected, found, "write one value"));
     };
-    element.known(&["Value"], &["value", "unit", "name", "mime-type"]);
-    let cells = cells(element)?;
-    let dimensions = dimensions(parameter)?;
+    element.note_unknown_content(&["Value"], &["value", "unit", "name", "mime-type"]);
+    let cells = value_cells(element)?;
+    let dimensions = parse_dimensions(parameter)?;
     let count = dimensions.iter().try_fold(1_usize, |all, size| all.checked_mul(*size));
     let count = count.filter(|count| *count <= CELLS);
     if count != Some(cells.len()) {
-        let expected = count.map_or_else(|| format!("at most {CELLS} values"), values);
+        let expected = count.map_or_else(|| format!("at most {CELLS} values"), format_value_count);
         let cure = "write one value, or a <Dimension size=\"...\"/> for each direction of an array";
-        return Err(mistake(&element.position_of("value"), expected, values(cells.len()), cure));
+        return Err(mistake_error(
+            &element.attribute_position("value"),
+            expected,
+            format_value_count(cells.len()),
+            cure,
+        ));
     }
     let mut elements = Vec::with_capacity(cells.len());
     for (holder, text) in cells {
-        elements.push(cell(holder, element.name(), text)?);
+        elements.push(parse_cell(holder, element.local_name(), text)?);
     }
     let single = dimensions.is_empty().then(|| elements.pop()).flatten();
-    Ok((element, single.unwrap_or(Value::Array { dimensions, elements })))
+    Ok((element, single.unwrap_or(SspValue::Array { dimensions, elements })))
 }
 
-fn values(count: usize) -> String {
+fn format_value_count(count: usize) -> String {
     if count == 1 { "one value".to_owned() } else { format!("{count} values") }
 }
 
-fn dimensions(parameter: Element) -> Result<Vec<usize>, Error> {
+fn parse_dimensions(parameter: XmlElement) -> Result<Vec<usize>, Error> {
     let mut sizes = Vec::new();
-    for dimension in parameter.all("Dimension") {
-        dimension.known(&[], &["size"]);
-        let size = dimension.required("size")?.trim().parse();
-        sizes.push(size.map_err(|_| dimension.wrong("size", "a whole number such as 3"))?);
+    for dimension in parameter.children_named("Dimension") {
+        dimension.note_unknown_content(&[], &["size"]);
+        let size = dimension.required_attribute("size")?.trim().parse();
+        sizes.push(size.map_err(|_| dimension.wrong_attribute_error("size", "a whole number such as 3"))?);
     }
     Ok(sizes)
 }
 
 /// The texts of all elements of a value, each with the element that has it as its attribute `value`.
-fn cells<'a>(element: Element<'a>) -> Result<Vec<(Element<'a>, &'a str)>, Error> {
-    let children: Vec<_> = element.all("Value").collect();
+fn value_cells<'a>(element: XmlElement<'a>) -> Result<Vec<(XmlElement<'a>, &'a str)>, Error> {
+    let children: Vec<_> = element.children_named("Value").collect();
     if children.is_empty() {
-        let text = element.required("value")?;
+        let text = element.required_attribute("value")?;
         // Texts may have spaces in them: more than one of them stand in elements of their own.
-        let whole = matches!(element.name(), "String" | "Enumeration" | "Binary");
+        let whole = matches!(element.local_name(), "String" | "Enumeration" | "Binary");
         let cells = text.split_ascii_whitespace().map(|text| (element, text));
         return Ok(if whole { vec![(element, text)] } else { cells.collect() });
     }
     if element.attribute("value").is_some() {
-        let found = format!("{} of <Value> as well", values(children.len()));
+        let found = format!("{} of <Value> as well", format_value_count(children.len()));
         let cure = "remove the attribute or the elements";
-        return Err(mistake(
-            &element.position_of("value"),
+        return Err(mistake_error(
+            &element.attribute_position("value"),
             "the attribute value alone",
             found,
             cure,
         ));
     }
-    children.into_iter().map(|child| Ok((child, child.required("value")?))).collect()
+    children.into_iter().map(|child| Ok((child, child.required_attribute("value")?))).collect()
 }
 
-fn cell(holder: Element, name: &str, text: &str) -> Result<Value, Error> {
-    let wrong = |expected: &str| holder.wrong("value", expected);
-    if let Some(width) = width(name) {
-        let value = text.trim().parse().ok().filter(|value| width.holds(*value));
-        return value
-            .map(Value::Integer)
-            .ok_or_else(|| wrong(&format!("a whole number of {name}")));
+fn parse_cell(holder: XmlElement, name: &str, text: &str) -> Result<SspValue, Error> {
+    let wrong = |expected: &str| holder.wrong_attribute_error("value", expected);
+    if let Some(width) = integer_width(name) {
+        let value = text.trim().parse().ok().filter(|value| width.can_hold(*value));
+        return value.map(SspValue::Integer).ok_or_else(|| wrong(&format!("a whole number of {name}")));
     }
     match name {
-        "Boolean" => xml::truth(text).map(Value::Boolean).ok_or_else(|| wrong("true or false")),
-        "String" => Ok(Value::String(text.to_owned())),
-        "Enumeration" => Ok(Value::Enumeration(text.to_owned())),
-        "Binary" => bytes(text.trim()).map(Value::Binary).ok_or_else(|| wrong("hexadecimal bytes")),
-        _ => xml::number(text).map(Value::Real).ok_or_else(|| wrong("a number such as 1.5e-3")),
+        "Boolean" => xml::parse_bool(text).map(SspValue::Boolean).ok_or_else(|| wrong("true or false")),
+        "String" => Ok(SspValue::String(text.to_owned())),
+        "Enumeration" => Ok(SspValue::Enumeration(text.to_owned())),
+        "Binary" => {
+            parse_hex_bytes(text.trim()).map(SspValue::Binary).ok_or_else(|| wrong("hexadecimal bytes"))
+        }
+        _ => xml::parse_number(text).map(SspValue::Real).ok_or_else(|| wrong("a number such as 1.5e-3")),
     }
 }
 
-fn bytes(text: &str) -> Option<Vec<u8>> {
+fn parse_hex_bytes(text: &str) -> Option<Vec<u8>> {
     let digits: Option<Vec<u8>> = text.chars().map(|x| x.to_digit(16)?.try_into().ok()).collect();
     let digits = digits?;
     let pairs = digits.len().is_multiple_of(2).then(|| digits.chunks_exact(2))?;

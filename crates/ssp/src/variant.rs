@@ -2,7 +2,7 @@
 
 /// A description of an archive or a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Variant {
+pub struct SystemVariant {
     /// Its file.
     pub file: String,
     /// What it is called in it.

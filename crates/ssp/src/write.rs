@@ -8,33 +8,33 @@ mod xml;
 
 use std::sync::Arc;
 
-use crate::{ConnectorKind, Enumeration, Experiment, Transformation, Type, Unit, Value};
+use crate::{ConnectorKind, Enumeration, SspType, SspUnit, SspValue, SystemExperiment, ValueTransformation};
 
-pub use self::archive::{Content, pack, read_back};
-pub use structure::structure;
+pub use self::archive::{EntryContent, pack_archive, read_back};
+pub use structure::system_structure_xml;
 pub use values::parameter_set;
 
 /// A version of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub enum SspVersion {
     /// 1.0.
     One,
     /// 2.0, which has arrays and the types of FMI 3.0.
     Two,
 }
 
-impl Version {
-    fn text(self) -> &'static str {
+impl SspVersion {
+    fn version_text(self) -> &'static str {
         match self {
-            Version::One => "1.0",
-            Version::Two => "2.0",
+            SspVersion::One => "1.0",
+            SspVersion::Two => "2.0",
         }
     }
 }
 
 /// A system that is to be written.
 #[derive(Debug, Clone, Default)]
-pub struct Draft {
+pub struct SystemDraft {
     /// Its name.
     pub name: String,
     /// Its FMUs.
@@ -44,9 +44,9 @@ pub struct Draft {
     /// Its connections.
     pub connections: Vec<DraftConnection>,
     /// Units that connectors name; all of them need a base.
-    pub units: Vec<Arc<Unit>>,
+    pub units: Vec<Arc<SspUnit>>,
     /// Start and stop.
-    pub experiment: Experiment,
+    pub experiment: SystemExperiment,
     /// Communication step [s], in annotations of libcosim and OMSimulator.
     pub step: Option<f64>,
     /// An annotation of the description.
@@ -74,7 +74,7 @@ pub struct DraftConnector {
     /// Who determines its value.
     pub kind: ConnectorKind,
     /// What it carries.
-    pub data_type: Type,
+    pub data_type: SspType,
     /// Name of its unit.
     pub unit: Option<String>,
     /// Sizes of an array.
@@ -92,7 +92,7 @@ pub struct DraftConnection {
     /// Where they go.
     pub to: DraftEnd,
     /// What happens between, in place of a conversion of units; without it units are converted.
-    pub transformation: Option<Transformation>,
+    pub transformation: Option<ValueTransformation>,
 }
 
 /// An annotation that is to be written: one element with a text.
@@ -116,31 +116,31 @@ pub struct DraftValue {
     /// The variable.
     pub name: String,
     /// Its type.
-    pub data_type: Type,
+    pub data_type: SspType,
     /// The value.
-    pub value: Value,
+    pub value: SspValue,
 }
 
-impl Draft {
+impl SystemDraft {
     /// The least version of the standard that has all types of the connectors.
     #[must_use]
-    pub fn version(&self) -> Version {
+    pub fn required_version(&self) -> SspVersion {
         let inner = self.components.iter().flat_map(|component| &component.connectors);
         let old = |connector: &DraftConnector| {
-            connector.dimensions.is_empty() && types::is_old(&connector.data_type)
+            connector.dimensions.is_empty() && types::is_ssp1_type(&connector.data_type)
         };
         match inner.chain(&self.connectors).all(old) {
-            true => Version::One,
-            false => Version::Two,
+            true => SspVersion::One,
+            false => SspVersion::Two,
         }
     }
 
     /// The enumerations of all connectors, each once.
-    fn enumerations(&self) -> Vec<&Enumeration> {
+    fn distinct_enumerations(&self) -> Vec<&Enumeration> {
         let inner = self.components.iter().flat_map(|component| &component.connectors);
         let mut found: Vec<&Enumeration> = Vec::new();
         for connector in self.connectors.iter().chain(inner) {
-            if let Type::Enumeration(Some(enumeration)) = &connector.data_type
+            if let SspType::Enumeration(Some(enumeration)) = &connector.data_type
                 && !found.iter().any(|known| known.name == enumeration.name)
             {
                 found.push(enumeration);

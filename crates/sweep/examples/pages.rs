@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use sweep::design::{Axis, Design, Method};
+use sweep::design::{DesignAxis, DesignMethod, ExperimentDesign};
 use sweep::distribution::Distribution;
-use sweep::page::{About, page};
-use sweep::summary::Summary;
-use sweep::table::{Column, Role, Table, Values, write};
+use sweep::page::{SweepPageHeader, sweep_page};
+use sweep::summary::SweepSummary;
+use sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, write_table};
 
 const NAMES: [(&str, &str); 6] = [
     ("plant.body.m", "kg"),
@@ -17,13 +17,13 @@ const NAMES: [(&str, &str); 6] = [
     ("effect.imu_yaw_rate.noise.std", "rad/s"),
 ];
 
-fn design(method: Method, variants: u64) -> Design {
+fn design(method: DesignMethod, variants: u64) -> ExperimentDesign {
     let ranges = [(1400., 1900.), (0.6, 1.1), (18., 32.), (2000., 3200.), (0.1, 0.4), (0.0, 0.02)];
-    let axes = NAMES.iter().zip(ranges).map(|((name, _), (low, high))| Axis {
+    let axes = NAMES.iter().zip(ranges).map(|((name, _), (low, high))| DesignAxis {
         name: (*name).to_owned(),
         distribution: Distribution::Uniform { low, high },
     });
-    Design { method, axes: axes.collect(), variants, seed: 4, correlations: Vec::new() }
+    ExperimentDesign { method, axes: axes.collect(), variants, seed: 4, correlations: Vec::new() }
 }
 
 /// Two margins and a collected value of a variant; nothing when it crashes.
@@ -33,9 +33,9 @@ fn run(x: &[f64]) -> Option<[f64; 3]> {
     (x[4] < 0.385 || x[2] < 29.0).then_some([grip, yaw, x[2] / (1.0 + x[1]) + 3.0 * x[4]])
 }
 
-fn table(design: &Design) -> Table {
-    let points = design.points().expect("a design");
-    let all: Vec<Vec<f64>> = (0..points.count()).map(|index| points.point(index)).collect();
+fn table(design: &ExperimentDesign) -> SweepTable {
+    let points = design.design_points().expect("a design");
+    let all: Vec<Vec<f64>> = (0..points.point_count()).map(|index| points.point(index)).collect();
     let runs: Vec<_> = all.iter().map(|x| run(x)).collect();
     let result = |k: usize| runs.iter().map(|it| it.map_or(f64::NAN, |it| it[k])).collect();
     let passed = |k: usize| runs.iter().map(|it| it.map(|it| it[k] >= 0.0)).collect();
@@ -46,40 +46,47 @@ fn table(design: &Design) -> Table {
     });
     let of_errors = |text: &str| {
         let some = |it: &Option<_>| it.is_none().then(|| text.to_owned());
-        Values::Texts(runs.iter().map(some).collect())
+        SweepColumnValues::Texts(runs.iter().map(some).collect())
     };
     let numbers = (0..all.len() as i64).collect();
-    let mut columns = vec![Column::new("variant", Role::Variant, Values::Integers(numbers))];
+    let mut columns =
+        vec![SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(numbers))];
     for (axis, (name, unit)) in NAMES.iter().enumerate() {
         let values = all.iter().map(|x| x[axis]).collect();
-        let column = Column::new(name, Role::Parameter, Values::Numbers(values));
+        let column = SweepColumn::new(name, SweepColumnRole::Parameter, SweepColumnValues::Numbers(values));
         columns.push(column.with_unit(Some(unit)));
     }
     let verdicts = verdict.map(|it| Some(it.to_owned())).collect();
-    columns.push(Column::new("verdict", Role::Verdict, Values::Texts(verdicts)));
+    columns.push(SweepColumn::new("verdict", SweepColumnRole::Verdict, SweepColumnValues::Texts(verdicts)));
     let text = "node `controller`: fmi3DoStep at t = 2.31 s a floating point exception <SIGFPE>";
-    for (name, text) in
-        [("error", text), ("error.node", "controller"), ("error.call", "fmi3DoStep")]
-    {
-        columns.push(Column::new(name, Role::Error, of_errors(text)));
+    for (name, text) in [("error", text), ("error.node", "controller"), ("error.call", "fmi3DoStep")] {
+        columns.push(SweepColumn::new(name, SweepColumnRole::Error, of_errors(text)));
     }
     let times = all.iter().zip(&runs).map(|(x, it)| it.map_or(60.0 / x[2], |_| f64::NAN)).collect();
-    columns
-        .push(Column::new("error.time", Role::Error, Values::Numbers(times)).with_unit(Some("s")));
-    for (k, (name, unit)) in
-        [("stays in its lane", "m/s²"), ("yaw is damped", "1")].iter().enumerate()
-    {
+    columns.push(
+        SweepColumn::new("error.time", SweepColumnRole::Error, SweepColumnValues::Numbers(times))
+            .with_unit(Some("s")),
+    );
+    for (k, (name, unit)) in [("stays in its lane", "m/s²"), ("yaw is damped", "1")].iter().enumerate() {
         let check = format!("check.{name}");
-        columns.push(Column::new(&check, Role::Check, Values::Booleans(passed(k))));
-        let margin =
-            Column::new(&format!("margin.{name}"), Role::Margin, Values::Numbers(result(k)));
+        columns.push(SweepColumn::new(
+            &check,
+            SweepColumnRole::Check,
+            SweepColumnValues::Booleans(passed(k)),
+        ));
+        let margin = SweepColumn::new(
+            &format!("margin.{name}"),
+            SweepColumnRole::Margin,
+            SweepColumnValues::Numbers(result(k)),
+        );
         columns.push(margin.with_unit(Some(unit)));
     }
     let name = "collect.largest_side_slip";
     columns.push(
-        Column::new(name, Role::Collected, Values::Numbers(result(2))).with_unit(Some("deg")),
+        SweepColumn::new(name, SweepColumnRole::Collected, SweepColumnValues::Numbers(result(2)))
+            .with_unit(Some("deg")),
     );
-    Table { columns }
+    SweepTable { columns }
 }
 
 fn main() {
@@ -87,21 +94,22 @@ fn main() {
     let folder = PathBuf::from(arguments.next().expect("a folder"));
     let most = arguments.next().map_or(1000, |count| count.parse().expect("a count"));
     for (name, method, variants) in [
-        ("one", Method::Sobol, 1),
-        ("saltelli", Method::Saltelli, 4096),
-        ("ranks", Method::LatinHypercube, most),
+        ("one", DesignMethod::Sobol, 1),
+        ("saltelli", DesignMethod::Saltelli, 4096),
+        ("ranks", DesignMethod::LatinHypercube, most),
     ] {
         let design = design(method, variants);
         let table = table(&design);
         let axes: Vec<String> = design.axes.iter().map(|axis| axis.name.clone()).collect();
-        let summary = Summary::of(&table, (method == Method::Saltelli).then_some(&axes), 1);
-        let about = About {
+        let summary =
+            SweepSummary::from_table(&table, (method == DesignMethod::Saltelli).then_some(&axes), 1);
+        let about = SweepPageHeader {
             title: "Sweep of double_lane_change".to_owned(),
             plan: "target/sweeps/double_lane_change".to_owned(),
-            design: format!("{} variants, {}, seed 4.", table.rows(), method.name()),
+            design: format!("{} variants, {}, seed 4.", table.row_count(), method.display_name()),
         };
-        let html = page(&about, &table, &summary);
+        let html = sweep_page(&about, &table, &summary);
         std::fs::write(folder.join(format!("{name}.html")), html).expect("it is written");
-        write(&folder.join(format!("{name}.parquet")), &table).expect("it is written");
+        write_table(&folder.join(format!("{name}.parquet")), &table).expect("it is written");
     }
 }

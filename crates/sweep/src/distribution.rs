@@ -47,7 +47,7 @@ impl Distribution {
     ///
     /// # Errors
     /// A sentence about what is wrong.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check_parameters(&self) -> Result<(), String> {
         let positive = |name: &str, value: f64| match value.is_finite() && value > 0.0 {
             true => Ok(()),
             false => Err(format!("expected a positive number as `{name}`, found {value}")),
@@ -89,11 +89,11 @@ impl Distribution {
         match *self {
             Self::Uniform { low, high } => (low * (1.0 - u) + high * u).clamp(low, high),
             Self::Normal { .. } | Self::LogNormal { .. } => {
-                self.at_score(standard_normal::quantile(u))
+                self.at_score(standard_normal::normal_quantile(u))
             }
             Self::Truncated { mean, std, low, high } => {
                 let [a, b] = [low, high].map(|end| (end - mean) / std);
-                let (from_low, distance) = standard_normal::between(u, a, b);
+                let (from_low, distance) = standard_normal::truncated_quantile_from_end(u, a, b);
                 // A sum with the nearer end keeps digits that one with the mean would lose.
                 let end = if from_low { low } else { high };
                 (end + std * distance).clamp(low, high)
@@ -112,7 +112,7 @@ impl Distribution {
             Self::Normal { mean, std } => mean + std * z,
             Self::LogNormal { median, std_log } => median * libm::exp(std_log * z),
             _ => {
-                let u = standard_normal::probability(z);
+                let u = standard_normal::normal_cdf(z);
                 self.quantile(u.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0))
             }
         }
@@ -120,7 +120,7 @@ impl Distribution {
 
     /// The least and the largest value, infinite where there is no end.
     #[must_use]
-    pub fn bounds(&self) -> [f64; 2] {
+    pub fn support(&self) -> [f64; 2] {
         match *self {
             Self::Uniform { low, high } | Self::Truncated { low, high, .. } => [low, high],
             Self::Normal { .. } => [f64::NEG_INFINITY, f64::INFINITY],
@@ -190,9 +190,9 @@ mod tests {
             (Distribution::Values(0), "at least one value"),
         ];
         for (distribution, expected) in wrong {
-            let error = distribution.check().expect_err("no distribution");
+            let error = distribution.check_parameters().expect_err("no distribution");
             assert!(error.contains(expected), "{error}");
         }
-        assert!(truncated(0.0, 1.0, 3.0, f64::INFINITY).check().is_ok());
+        assert!(truncated(0.0, 1.0, 3.0, f64::INFINITY).check_parameters().is_ok());
     }
 }

@@ -6,24 +6,24 @@
 mod limit;
 mod minimise;
 
-pub use limit::{Limit, LimitBracket, Side};
-pub use minimise::Minimise;
+pub use limit::{LimitBracket, LimitSearch, LimitSide};
+pub use minimise::CmaEsSearch;
 
 use diagnostics::Error;
 use serde::Serialize;
 
 /// The objective of a search.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Goal {
+pub enum SearchObjective {
     /// The smallest value in a box.
-    Minimise(Minimise),
+    Minimise(CmaEsSearch),
     /// The last value of one parameter at which a check passes.
-    Limit(Limit),
+    Limit(LimitSearch),
 }
 
 /// The result of a variant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evaluation {
+pub struct VariantEvaluation {
     /// What is minimised, or the margin of the check; NaN when there is none, such as after a crash.
     pub value: f64,
     /// Whether the check passed. Only limits ask for it; a variant without a verdict counts as one that failed.
@@ -33,7 +33,7 @@ pub struct Evaluation {
 /// How far a search is.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum SearchStatus {
     /// It asks for more.
     Running,
     /// It found what it looked for, as exactly as it was asked to.
@@ -46,7 +46,7 @@ pub enum Status {
 
 /// The best variant so far.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Best {
+pub struct BestVariant {
     /// Its place among all that were asked for, from 0.
     pub index: usize,
     /// Its values.
@@ -57,32 +57,32 @@ pub struct Best {
 
 /// A search under way.
 #[derive(Clone, Debug)]
-pub struct Search {
-    goal: Goal,
+pub struct SequentialSearch {
+    goal: SearchObjective,
     seed: u64,
     /// All points that were told, with their outcomes, in the order in which they were asked for.
-    log: Vec<(Vec<f64>, Evaluation)>,
+    log: Vec<(Vec<f64>, VariantEvaluation)>,
     /// Points that wait for their outcomes.
     asked: Vec<Vec<f64>>,
-    status: Status,
+    status: SearchStatus,
 }
 
-impl Search {
+impl SequentialSearch {
     /// A search that has asked for nothing yet.
     ///
     /// # Errors
     /// When there is nothing to search: bounds that are none, or no variants.
-    pub fn new(goal: Goal, seed: u64) -> Result<Self, Error> {
+    pub fn new(goal: SearchObjective, seed: u64) -> Result<Self, Error> {
         let (bounds, most) = match &goal {
-            Goal::Minimise(goal) => (&goal.bounds[..], goal.most),
-            Goal::Limit(goal) => (std::slice::from_ref(&goal.bounds), goal.most),
+            SearchObjective::Minimise(goal) => (&goal.bounds[..], goal.most),
+            SearchObjective::Limit(goal) => (std::slice::from_ref(&goal.bounds), goal.most),
         };
         for [low, high] in bounds {
             if !(low < high && (high - low).is_finite()) {
                 let message = format!(
                     "expected the lower bound of a search below the upper one, found {low} and {high}"
                 );
-                return Err(Error::input(message));
+                return Err(Error::invalid_input(message));
             }
         }
         if bounds.is_empty() || most == 0 {
@@ -90,34 +90,34 @@ impl Search {
                 "expected at least one parameter and one variant to search with, found {} and {most}",
                 bounds.len()
             );
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
         let tolerance = match &goal {
-            Goal::Minimise(goal) => goal.tolerance,
-            Goal::Limit(goal) => goal.tolerance,
+            SearchObjective::Minimise(goal) => goal.tolerance,
+            SearchObjective::Limit(goal) => goal.tolerance,
         };
         if !(tolerance > 0.0 && tolerance.is_finite()) {
-            return Err(Error::input(format!(
+            return Err(Error::invalid_input(format!(
                 "expected a positive tolerance of a search, found {tolerance}"
             )));
         }
-        Ok(Self { goal, seed, log: Vec::new(), asked: Vec::new(), status: Status::Running })
+        Ok(Self { goal, seed, log: Vec::new(), asked: Vec::new(), status: SearchStatus::Running })
     }
 
     /// The next points: variants that do not need each other, to run at the same time. None when the search is over. Asked again
     /// before it is told, it asks for the same.
-    pub fn ask(&mut self) -> Vec<Vec<f64>> {
-        if self.status != Status::Running || !self.asked.is_empty() {
+    pub fn next_points(&mut self) -> Vec<Vec<f64>> {
+        if self.status != SearchStatus::Running || !self.asked.is_empty() {
             return self.asked.clone();
         }
         let (most, asked) = match &self.goal {
-            Goal::Minimise(goal) => (goal.most, goal.next_batch(&self.log, self.seed)),
-            Goal::Limit(goal) => (goal.most, goal.next_batch(&self.log)),
+            SearchObjective::Minimise(goal) => (goal.most, goal.next_batch(&self.log, self.seed)),
+            SearchObjective::Limit(goal) => (goal.most, goal.next_batch(&self.log)),
         };
         match asked {
             Err(status) => self.status = status,
             // A batch is run whole or not at all: half a generation says nothing.
-            Ok(points) if self.log.len() + points.len() > most => self.status = Status::Exhausted,
+            Ok(points) if self.log.len() + points.len() > most => self.status = SearchStatus::Exhausted,
             Ok(points) => self.asked = points,
         }
         self.asked.clone()
@@ -127,12 +127,11 @@ impl Search {
     ///
     /// # Errors
     /// When there are more or fewer of them.
-    pub fn tell(&mut self, outcomes: &[Evaluation]) -> Result<(), Error> {
+    pub fn add_evaluations(&mut self, outcomes: &[VariantEvaluation]) -> Result<(), Error> {
         if outcomes.len() != self.asked.len() {
             let (expected, found) = (self.asked.len(), outcomes.len());
-            let message =
-                format!("expected the outcomes of {expected} variants of a search, found {found}");
-            return Err(Error::input(message));
+            let message = format!("expected the outcomes of {expected} variants of a search, found {found}");
+            return Err(Error::invalid_input(message));
         }
         self.log.extend(self.asked.drain(..).zip(outcomes.iter().copied()));
         Ok(())
@@ -140,39 +139,39 @@ impl Search {
 
     /// How far it is, as of the last [`ask`](Self::ask).
     #[must_use]
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> SearchStatus {
         self.status
     }
 
     /// All points that were told, with what came of them.
     #[must_use]
-    pub fn log(&self) -> &[(Vec<f64>, Evaluation)] {
+    pub fn evaluated_points(&self) -> &[(Vec<f64>, VariantEvaluation)] {
         &self.log
     }
 
     /// The variant with the smallest value, of those that have one; of a limit, the last one that passes.
     #[must_use]
-    pub fn best(&self) -> Option<Best> {
+    pub fn best_variant(&self) -> Option<BestVariant> {
         let found = match &self.goal {
-            Goal::Limit(goal) => {
-                let passes = goal.bracket(&self.log)?.passes;
+            SearchObjective::Limit(goal) => {
+                let passes = goal.limit_bracket(&self.log)?.passes;
                 self.log.iter().position(|(point, _)| point[0] == passes)?
             }
-            Goal::Minimise(_) => {
+            SearchObjective::Minimise(_) => {
                 let some = self.log.iter().enumerate().filter(|(_, it)| !it.1.value.is_nan());
                 some.min_by(|(_, a), (_, b)| a.1.value.total_cmp(&b.1.value))?.0
             }
         };
         let (point, outcome) = &self.log[found];
-        Some(Best { index: found, point: point.clone(), value: outcome.value })
+        Some(BestVariant { index: found, point: point.clone(), value: outcome.value })
     }
 
     /// The limit as far as it is known; nothing of a search for a minimum, or when none is between the bounds.
     #[must_use]
-    pub fn limit(&self) -> Option<LimitBracket> {
+    pub fn limit_bracket(&self) -> Option<LimitBracket> {
         match &self.goal {
-            Goal::Limit(goal) => goal.bracket(&self.log),
-            Goal::Minimise(_) => None,
+            SearchObjective::Limit(goal) => goal.limit_bracket(&self.log),
+            SearchObjective::Minimise(_) => None,
         }
     }
 }

@@ -4,9 +4,9 @@ mod indices;
 mod ranks;
 mod share;
 
-pub use indices::{Indices, indices};
-pub use ranks::{rank_correlation, ranks};
-pub use share::Share;
+pub use indices::{SobolIndices, sobol_indices};
+pub use ranks::{ranks, spearman_correlation};
+pub use share::PassRate;
 
 use serde::Serialize;
 

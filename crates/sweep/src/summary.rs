@@ -3,14 +3,14 @@
 mod effects;
 mod failures;
 
-use effects::Effects;
-pub use effects::{Effect, Method, Output};
-pub use failures::Failures;
+use effects::SweepEffects;
+pub use effects::{ParameterEffect, ResultEffects, SensitivityMethod};
+pub use failures::FailureGroup;
 
 use serde::Serialize;
 
-use crate::statistics::Share;
-use crate::table::{Column, Role, Table};
+use crate::statistics::PassRate;
+use crate::table::{SweepColumn, SweepColumnRole, SweepTable};
 
 /// The names of the columns of checks and their margins begin with these.
 const CHECK: &str = "check.";
@@ -23,37 +23,37 @@ const WORST: usize = 10;
 
 /// The summary of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Summary {
+pub struct SweepSummary {
     /// Of all variants, how many pass all checks. One that did not end does not pass.
-    pub share: Share,
+    pub share: PassRate,
     /// Variants that did not end.
     pub errors: u64,
     /// In the order of the table.
-    pub checks: Vec<Check>,
+    pub checks: Vec<CheckSummary>,
     /// What drives each margin, check without a margin, and collected value.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<ResultEffects>,
     /// Values that vary but have no order, such as files: only a Saltelli design judges them.
     pub not_ordered: Vec<String>,
     /// Variants that did not end, by what failed; the most frequent first.
-    pub failures: Vec<Failures>,
+    pub failures: Vec<FailureGroup>,
 }
 
 /// The summary of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
+pub struct CheckSummary {
     /// Its name in the scenario.
     pub name: String,
     /// Of the variants in which it was judged.
-    pub share: Share,
+    pub share: PassRate,
     /// The unit of its margin.
     pub unit: Option<String>,
     /// The variants with the smallest margins, or some that fail where there are no margins; the worst first.
-    pub worst: Vec<Worst>,
+    pub worst: Vec<WorstVariant>,
 }
 
 /// One of the worst variants of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Worst {
+pub struct WorstVariant {
     /// The row of the table.
     pub row: usize,
     /// The number of the variant.
@@ -64,30 +64,37 @@ pub struct Worst {
     pub passed: Option<bool>,
 }
 
-impl Summary {
+impl SweepSummary {
     /// Of a table in the order of its design. Of a Saltelli design, `axes` are the names of its axes in their order; of others there is
     /// nothing. `seed` is that of the intervals.
     #[must_use]
-    pub fn of(table: &Table, axes: Option<&[String]>, seed: u64) -> Self {
-        let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
-        let Effects { outputs, not_ordered } = effects::outputs(table, axes, seed);
+    pub fn from_table(table: &SweepTable, axes: Option<&[String]>, seed: u64) -> Self {
+        let verdicts = table
+            .columns_with_role(SweepColumnRole::Verdict)
+            .next()
+            .and_then(SweepColumn::as_texts)
+            .unwrap_or_default();
+        let SweepEffects { outputs, not_ordered } = effects::effects_on_results(table, axes, seed);
         Self {
-            share: Share::of(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),
+            share: PassRate::from_verdicts(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),
             errors: verdicts.iter().filter(|it| it.as_deref() == Some(ERROR)).count() as u64,
-            checks: table.of(Role::Check).map(|column| Check::of(table, column)).collect(),
+            checks: table
+                .columns_with_role(SweepColumnRole::Check)
+                .map(|column| CheckSummary::from_column(table, column))
+                .collect(),
             outputs,
             not_ordered,
-            failures: failures::group_failures(table),
+            failures: failures::group_failed_variants(table),
         }
     }
 }
 
-impl Check {
-    fn of(table: &Table, column: &Column) -> Self {
+impl CheckSummary {
+    fn from_column(table: &SweepTable, column: &SweepColumn) -> Self {
         let name = column.name.strip_prefix(CHECK).unwrap_or(&column.name).to_owned();
-        let verdicts = column.booleans().unwrap_or_default();
+        let verdicts = column.as_booleans().unwrap_or_default();
         let margin = table.column(&format!("{MARGIN}{name}"));
-        let margins = margin.and_then(Column::numbers);
+        let margins = margin.and_then(SweepColumn::as_numbers);
         let at = |row: usize| margins.and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
         // A check that never came to a margin failed worse than any that did.
         let failed = |row: &usize| verdicts[*row] == Some(false) && at(*row).is_nan();
@@ -104,12 +111,12 @@ impl Check {
         rows.extend(with_margin);
         rows.truncate(WORST);
         let worst = rows.into_iter().map(|row| {
-            let variant = variant(table, row);
-            Worst { row, variant, margin: at(row), passed: verdicts[row] }
+            let variant = variant_number(table, row);
+            WorstVariant { row, variant, margin: at(row), passed: verdicts[row] }
         });
         Self {
             worst: worst.collect(),
-            share: Share::of(verdicts.iter().copied().flatten()),
+            share: PassRate::from_verdicts(verdicts.iter().copied().flatten()),
             unit: margin.and_then(|it| it.unit.clone()),
             name,
         }
@@ -117,7 +124,7 @@ impl Check {
 }
 
 /// The number of the variant in a row.
-fn variant(table: &Table, row: usize) -> i64 {
-    let numbers = table.of(Role::Variant).next().and_then(Column::integers);
+fn variant_number(table: &SweepTable, row: usize) -> i64 {
+    let numbers = table.columns_with_role(SweepColumnRole::Variant).next().and_then(SweepColumn::as_integers);
     numbers.and_then(|it| it.get(row)).copied().unwrap_or(row as i64)
 }

@@ -4,32 +4,32 @@ mod arrow;
 mod reader;
 mod writer;
 
-pub use reader::{Reader, read};
-pub use writer::{RowGroups, Writer, write};
+pub use reader::{SweepTableReader, read_table};
+pub use writer::{RowGroups, SweepTableWriter, write_table};
 
 /// Columns of equal length: row k is variant k of those that the table has.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct SweepTable {
     /// In the order of the file.
-    pub columns: Vec<Column>,
+    pub columns: Vec<SweepColumn>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct SweepColumn {
     /// Its name in the file, which no other column has.
     pub name: String,
     /// Of its numbers, if they have one.
     pub unit: Option<String>,
     /// What it is of.
-    pub role: Role,
+    pub role: SweepColumnRole,
     /// One for each row.
-    pub values: Values,
+    pub values: SweepColumnValues,
 }
 
 /// What a column is of.
 #[derive(Clone, Copy, Debug, Eq, Hash, PartialEq)]
-pub enum Role {
+pub enum SweepColumnRole {
     /// The number of the variant.
     Variant,
     /// The seed of its random streams.
@@ -52,7 +52,7 @@ pub enum Role {
 
 /// The values of a column.
 #[derive(Clone, Debug)]
-pub enum Values {
+pub enum SweepColumnValues {
     /// Integers, none missing.
     Integers(Vec<i64>),
     /// Numbers. NaN is a missing one, which is null in the file: there is no other way to have none.
@@ -63,46 +63,46 @@ pub enum Values {
     Texts(Vec<Option<String>>),
 }
 
-impl Role {
+impl SweepColumnRole {
     /// All of them.
-    pub const ALL: [Role; 9] = [
-        Role::Variant,
-        Role::Seed,
-        Role::Parameter,
-        Role::Verdict,
-        Role::Error,
-        Role::Check,
-        Role::Margin,
-        Role::Collected,
-        Role::Effort,
+    pub const ALL: [SweepColumnRole; 9] = [
+        SweepColumnRole::Variant,
+        SweepColumnRole::Seed,
+        SweepColumnRole::Parameter,
+        SweepColumnRole::Verdict,
+        SweepColumnRole::Error,
+        SweepColumnRole::Check,
+        SweepColumnRole::Margin,
+        SweepColumnRole::Collected,
+        SweepColumnRole::Effort,
     ];
 
     /// Its name in the metadata of the file.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn metadata_name(self) -> &'static str {
         match self {
-            Role::Variant => "variant",
-            Role::Seed => "seed",
-            Role::Parameter => "parameter",
-            Role::Verdict => "verdict",
-            Role::Error => "error",
-            Role::Check => "check",
-            Role::Margin => "margin",
-            Role::Collected => "collected",
-            Role::Effort => "effort",
+            SweepColumnRole::Variant => "variant",
+            SweepColumnRole::Seed => "seed",
+            SweepColumnRole::Parameter => "parameter",
+            SweepColumnRole::Verdict => "verdict",
+            SweepColumnRole::Error => "error",
+            SweepColumnRole::Check => "check",
+            SweepColumnRole::Margin => "margin",
+            SweepColumnRole::Collected => "collected",
+            SweepColumnRole::Effort => "effort",
         }
     }
 }
 
-impl Values {
+impl SweepColumnValues {
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
-            Values::Integers(values) => values.len(),
-            Values::Numbers(values) => values.len(),
-            Values::Booleans(values) => values.len(),
-            Values::Texts(values) => values.len(),
+            SweepColumnValues::Integers(values) => values.len(),
+            SweepColumnValues::Numbers(values) => values.len(),
+            SweepColumnValues::Booleans(values) => values.len(),
+            SweepColumnValues::Texts(values) => values.len(),
         }
     }
 
@@ -113,22 +113,24 @@ impl Values {
     }
 
     /// None yet, of the same kind.
-    fn none(&self) -> Self {
+    fn empty_of_same_type(&self) -> Self {
         match self {
-            Values::Integers(_) => Values::Integers(Vec::new()),
-            Values::Numbers(_) => Values::Numbers(Vec::new()),
-            Values::Booleans(_) => Values::Booleans(Vec::new()),
-            Values::Texts(_) => Values::Texts(Vec::new()),
+            SweepColumnValues::Integers(_) => SweepColumnValues::Integers(Vec::new()),
+            SweepColumnValues::Numbers(_) => SweepColumnValues::Numbers(Vec::new()),
+            SweepColumnValues::Booleans(_) => SweepColumnValues::Booleans(Vec::new()),
+            SweepColumnValues::Texts(_) => SweepColumnValues::Texts(Vec::new()),
         }
     }
 
     /// Takes those of another column of the same kind behind its own; of another kind, none.
-    fn append(&mut self, other: &Values) {
+    fn append(&mut self, other: &SweepColumnValues) {
         match (self, other) {
-            (Values::Integers(own), Values::Integers(other)) => own.extend(other),
-            (Values::Numbers(own), Values::Numbers(other)) => own.extend(other),
-            (Values::Booleans(own), Values::Booleans(other)) => own.extend(other),
-            (Values::Texts(own), Values::Texts(other)) => own.extend(other.iter().cloned()),
+            (SweepColumnValues::Integers(own), SweepColumnValues::Integers(other)) => own.extend(other),
+            (SweepColumnValues::Numbers(own), SweepColumnValues::Numbers(other)) => own.extend(other),
+            (SweepColumnValues::Booleans(own), SweepColumnValues::Booleans(other)) => own.extend(other),
+            (SweepColumnValues::Texts(own), SweepColumnValues::Texts(other)) => {
+                own.extend(other.iter().cloned())
+            }
             _ => {}
         }
     }
@@ -136,45 +138,45 @@ impl Values {
     /// Removes those in front of `at`, which come out.
     fn split_front(&mut self, at: usize) -> Self {
         match self {
-            Values::Integers(own) => Values::Integers(own.drain(..at).collect()),
-            Values::Numbers(own) => Values::Numbers(own.drain(..at).collect()),
-            Values::Booleans(own) => Values::Booleans(own.drain(..at).collect()),
-            Values::Texts(own) => Values::Texts(own.drain(..at).collect()),
+            SweepColumnValues::Integers(own) => SweepColumnValues::Integers(own.drain(..at).collect()),
+            SweepColumnValues::Numbers(own) => SweepColumnValues::Numbers(own.drain(..at).collect()),
+            SweepColumnValues::Booleans(own) => SweepColumnValues::Booleans(own.drain(..at).collect()),
+            SweepColumnValues::Texts(own) => SweepColumnValues::Texts(own.drain(..at).collect()),
         }
     }
 
     /// In words.
     #[must_use]
-    pub fn kind(&self) -> &'static str {
+    pub fn type_name(&self) -> &'static str {
         match self {
-            Values::Integers(_) => "integers",
-            Values::Numbers(_) => "numbers",
-            Values::Booleans(_) => "booleans",
-            Values::Texts(_) => "texts",
+            SweepColumnValues::Integers(_) => "integers",
+            SweepColumnValues::Numbers(_) => "numbers",
+            SweepColumnValues::Booleans(_) => "booleans",
+            SweepColumnValues::Texts(_) => "texts",
         }
     }
 }
 
 /// Missing numbers are equal to each other.
-impl PartialEq for Values {
+impl PartialEq for SweepColumnValues {
     fn eq(&self, other: &Self) -> bool {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
         match (self, other) {
-            (Values::Integers(a), Values::Integers(b)) => a == b,
-            (Values::Numbers(a), Values::Numbers(b)) => {
+            (SweepColumnValues::Integers(a), SweepColumnValues::Integers(b)) => a == b,
+            (SweepColumnValues::Numbers(a), SweepColumnValues::Numbers(b)) => {
                 a.len() == b.len() && a.iter().zip(b).all(same)
             }
-            (Values::Booleans(a), Values::Booleans(b)) => a == b,
-            (Values::Texts(a), Values::Texts(b)) => a == b,
+            (SweepColumnValues::Booleans(a), SweepColumnValues::Booleans(b)) => a == b,
+            (SweepColumnValues::Texts(a), SweepColumnValues::Texts(b)) => a == b,
             _ => false,
         }
     }
 }
 
-impl Column {
+impl SweepColumn {
     /// A column without a unit.
     #[must_use]
-    pub fn new(name: &str, role: Role, values: Values) -> Self {
+    pub fn new(name: &str, role: SweepColumnRole, values: SweepColumnValues) -> Self {
         Self { name: name.to_owned(), unit: None, role, values }
     }
 
@@ -187,36 +189,36 @@ impl Column {
 
     /// The numbers, if these are numbers.
     #[must_use]
-    pub fn numbers(&self) -> Option<&[f64]> {
+    pub fn as_numbers(&self) -> Option<&[f64]> {
         match &self.values {
-            Values::Numbers(values) => Some(values),
+            SweepColumnValues::Numbers(values) => Some(values),
             _ => None,
         }
     }
 
     /// The integers, if these are integers.
     #[must_use]
-    pub fn integers(&self) -> Option<&[i64]> {
+    pub fn as_integers(&self) -> Option<&[i64]> {
         match &self.values {
-            Values::Integers(values) => Some(values),
+            SweepColumnValues::Integers(values) => Some(values),
             _ => None,
         }
     }
 
     /// The booleans, if these are booleans.
     #[must_use]
-    pub fn booleans(&self) -> Option<&[Option<bool>]> {
+    pub fn as_booleans(&self) -> Option<&[Option<bool>]> {
         match &self.values {
-            Values::Booleans(values) => Some(values),
+            SweepColumnValues::Booleans(values) => Some(values),
             _ => None,
         }
     }
 
     /// The texts, if these are texts.
     #[must_use]
-    pub fn texts(&self) -> Option<&[Option<String>]> {
+    pub fn as_texts(&self) -> Option<&[Option<String>]> {
         match &self.values {
-            Values::Texts(values) => Some(values),
+            SweepColumnValues::Texts(values) => Some(values),
             _ => None,
         }
     }
@@ -225,16 +227,15 @@ impl Column {
     #[must_use]
     pub fn to_numbers(&self) -> Vec<f64> {
         match &self.values {
-            Values::Integers(values) => values.iter().map(|&value| value as f64).collect(),
-            Values::Numbers(values) => values.clone(),
-            Values::Booleans(values) => {
+            SweepColumnValues::Integers(values) => values.iter().map(|&value| value as f64).collect(),
+            SweepColumnValues::Numbers(values) => values.clone(),
+            SweepColumnValues::Booleans(values) => {
                 let number = |value: &Option<bool>| value.map_or(f64::NAN, f64::from);
                 values.iter().map(number).collect()
             }
-            Values::Texts(texts) => {
+            SweepColumnValues::Texts(texts) => {
                 let known = self.distinct_texts();
-                let place =
-                    |text: &str| known.binary_search(&text).map_or(f64::NAN, |it| it as f64);
+                let place = |text: &str| known.binary_search(&text).map_or(f64::NAN, |it| it as f64);
                 texts.iter().map(|text| text.as_deref().map_or(f64::NAN, place)).collect()
             }
         }
@@ -243,39 +244,42 @@ impl Column {
     /// The different texts in it, in alphabetical order.
     #[must_use]
     pub fn distinct_texts(&self) -> Vec<&str> {
-        let texts = self.texts().unwrap_or_default().iter().flatten();
+        let texts = self.as_texts().unwrap_or_default().iter().flatten();
         texts.map(String::as_str).collect::<std::collections::BTreeSet<_>>().into_iter().collect()
     }
 
     /// Whether all but the values is the same.
-    fn same_signature(&self, other: &Column) -> bool {
-        (&self.name, &self.unit, self.role, self.values.kind())
-            == (&other.name, &other.unit, other.role, other.values.kind())
+    fn same_signature(&self, other: &SweepColumn) -> bool {
+        (&self.name, &self.unit, self.role, self.values.type_name())
+            == (&other.name, &other.unit, other.role, other.values.type_name())
     }
 }
 
-impl Table {
+impl SweepTable {
     /// How many variants it has: the length of its shortest column.
     #[must_use]
-    pub fn rows(&self) -> usize {
+    pub fn row_count(&self) -> usize {
         self.columns.iter().map(|column| column.values.len()).min().unwrap_or(0)
     }
 
     /// The column of a name.
     #[must_use]
-    pub fn column(&self, name: &str) -> Option<&Column> {
+    pub fn column(&self, name: &str) -> Option<&SweepColumn> {
         self.columns.iter().find(|column| column.name == name)
     }
 
     /// The columns of a role, in their order.
-    pub fn of(&self, role: Role) -> impl Iterator<Item = &Column> {
+    pub fn columns_with_role(&self, role: SweepColumnRole) -> impl Iterator<Item = &SweepColumn> {
         self.columns.iter().filter(move |column| column.role == role)
     }
 
     /// The same columns without rows.
     #[must_use]
     pub fn without_rows(&self) -> Self {
-        let none = |column: &Column| Column { values: column.values.none(), ..column.clone() };
+        let none = |column: &SweepColumn| SweepColumn {
+            values: column.values.empty_of_same_type(),
+            ..column.clone()
+        };
         Self { columns: self.columns.iter().map(none).collect() }
     }
 
@@ -283,20 +287,15 @@ impl Table {
     ///
     /// # Errors
     /// A sentence about the first column that differs by more than its values, or is shorter than others.
-    pub fn append(&mut self, other: &Table) -> Result<(), String> {
+    pub fn append_rows(&mut self, other: &SweepTable) -> Result<(), String> {
         other.check_columns()?;
         if self.columns.len() != other.columns.len() {
             let [own, found] = [self, other].map(|table| table.columns.len());
             return Err(format!("expected {own} columns, found {found}"));
         }
-        let differs =
-            self.columns.iter().zip(&other.columns).find(|(own, other)| !own.same_signature(other));
+        let differs = self.columns.iter().zip(&other.columns).find(|(own, other)| !own.same_signature(other));
         if let Some((own, found)) = differs {
-            return Err(format!(
-                "expected {}, found {}",
-                column_signature(own),
-                column_signature(found)
-            ));
+            return Err(format!("expected {}, found {}", column_signature(own), column_signature(found)));
         }
         for (own, other) in self.columns.iter_mut().zip(&other.columns) {
             own.values.append(&other.values);
@@ -306,7 +305,7 @@ impl Table {
 
     /// Removes the first rows, which come out: all that there are, if there are fewer.
     fn split_front(&mut self, rows: usize) -> Self {
-        let rows = rows.min(self.rows());
+        let rows = rows.min(self.row_count());
         let mut front = self.without_rows();
         for (front, own) in front.columns.iter_mut().zip(&mut self.columns) {
             front.values = own.values.split_front(rows);
@@ -331,8 +330,8 @@ impl Table {
     }
 }
 
-fn column_signature(column: &Column) -> String {
-    let Column { name, unit, role, values } = column;
+fn column_signature(column: &SweepColumn) -> String {
+    let SweepColumn { name, unit, role, values } = column;
     let unit = unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
-    format!("column `{name}`{unit} of {} ({})", values.kind(), role.name())
+    format!("column `{name}`{unit} of {} ({})", values.type_name(), role.metadata_name())
 }

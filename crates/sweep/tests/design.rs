@@ -1,38 +1,37 @@
 //! Tests that designs spread their points as they say, and refuse what they cannot do.
 
-use sweep::design::{Axis, Correlation, Design, Method};
+use sweep::design::{AxisCorrelation, DesignAxis, DesignMethod, ExperimentDesign};
 use sweep::distribution::Distribution;
 
-fn axes(distributions: &[Distribution]) -> Vec<Axis> {
-    let named = |(index, it): (usize, &Distribution)| Axis {
+fn axes(distributions: &[Distribution]) -> Vec<DesignAxis> {
+    let named = |(index, it): (usize, &Distribution)| DesignAxis {
         name: format!("plant.p{index}"),
         distribution: it.clone(),
     };
     distributions.iter().enumerate().map(named).collect()
 }
 
-fn design(method: Method, variants: u64, distributions: &[Distribution]) -> Design {
-    Design { method, axes: axes(distributions), variants, seed: 7, correlations: Vec::new() }
+fn design(method: DesignMethod, variants: u64, distributions: &[Distribution]) -> ExperimentDesign {
+    ExperimentDesign { method, axes: axes(distributions), variants, seed: 7, correlations: Vec::new() }
 }
 
-fn all(design: &Design) -> Vec<Vec<f64>> {
-    let points = design.points().expect("a design");
-    (0..points.count()).map(|index| points.point(index)).collect()
+fn all(design: &ExperimentDesign) -> Vec<Vec<f64>> {
+    let points = design.design_points().expect("a design");
+    (0..points.point_count()).map(|index| points.point(index)).collect()
 }
 
 fn unit(count: usize) -> Vec<Distribution> {
     vec![Distribution::Uniform { low: 0.0, high: 1.0 }; count]
 }
 
-fn refused(design: &Design) -> String {
-    design.points().expect_err("no design").to_string()
+fn refused(design: &ExperimentDesign) -> String {
+    design.design_points().expect_err("no design").to_string()
 }
 
 /// The discrepancy of Warnock's formula, L2 about the origin, squared.
 fn discrepancy(points: &[Vec<f64>]) -> f64 {
     let (count, dimensions) = (points.len() as f64, points[0].len() as i32);
-    let single: f64 =
-        points.iter().map(|x| x.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>()).sum();
+    let single: f64 = points.iter().map(|x| x.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>()).sum();
     let pairs = points.iter().flat_map(|x| points.iter().map(move |y| (x, y)));
     let double: f64 =
         pairs.map(|(x, y)| x.iter().zip(y).map(|(x, y)| 1.0 - x.max(*y)).product::<f64>()).sum();
@@ -41,12 +40,12 @@ fn discrepancy(points: &[Vec<f64>]) -> f64 {
 
 #[test]
 fn a_grid_is_the_product_of_its_levels_with_the_last_axis_fastest() {
-    let points = all(&design(Method::Grid, 0, &[Distribution::Values(2), Distribution::Values(3)]));
+    let points = all(&design(DesignMethod::Grid, 0, &[Distribution::Values(2), Distribution::Values(3)]));
     let expected = [[0., 0.], [0., 1.], [0., 2.], [1., 0.], [1., 1.], [1., 2.]];
     assert_eq!(points, expected.map(Vec::from));
-    let error = refused(&design(Method::Grid, 0, &unit(1)));
+    let error = refused(&design(DesignMethod::Grid, 0, &unit(1)));
     assert!(error.contains("`plant.p0`: expected a list of values"), "{error}");
-    let error = refused(&design(Method::Grid, 0, &vec![Distribution::Values(1000); 9]));
+    let error = refused(&design(DesignMethod::Grid, 0, &vec![Distribution::Values(1000); 9]));
     assert!(error.contains("expected at most 4294967296 variants"), "{error}");
 }
 
@@ -57,20 +56,20 @@ fn corners_are_the_ends_of_all_axes() {
         Distribution::Values(1),
         Distribution::Truncated { mean: 0.0, std: 1.0, low: 3.0, high: 4.0 },
     ];
-    let points = all(&design(Method::Corners, 0, &three));
+    let points = all(&design(DesignMethod::Corners, 0, &three));
     let expected = [[-1., 0., 3.], [-1., 0., 4.], [2., 0., 3.], [2., 0., 4.]];
     assert_eq!(points, expected.map(Vec::from));
-    assert_eq!(all(&design(Method::Corners, 0, &unit(20))).len(), 1 << 20);
-    assert!(refused(&design(Method::Corners, 0, &unit(21))).contains("at most 1048576"));
+    assert_eq!(all(&design(DesignMethod::Corners, 0, &unit(20))).len(), 1 << 20);
+    assert!(refused(&design(DesignMethod::Corners, 0, &unit(21))).contains("at most 1048576"));
     let endless = [Distribution::Normal { mean: 0.0, std: 1.0 }];
-    let error = refused(&design(Method::Corners, 0, &endless));
+    let error = refused(&design(DesignMethod::Corners, 0, &endless));
     assert!(error.contains("`plant.p0`: expected two ends"), "{error}");
 }
 
 #[test]
 fn each_share_of_each_axis_of_a_latin_hypercube_has_one_variant() {
     for count in [1, 2, 10, 1000] {
-        let points = all(&design(Method::LatinHypercube, count, &unit(5)));
+        let points = all(&design(DesignMethod::LatinHypercube, count, &unit(5)));
         for axis in 0..5 {
             let mut shares: Vec<u64> =
                 points.iter().map(|point| (point[axis] * count as f64) as u64).collect();
@@ -79,7 +78,7 @@ fn each_share_of_each_axis_of_a_latin_hypercube_has_one_variant() {
         }
     }
     // Lists are taken evenly.
-    let points = all(&design(Method::LatinHypercube, 300, &[Distribution::Values(3)]));
+    let points = all(&design(DesignMethod::LatinHypercube, 300, &[Distribution::Values(3)]));
     for level in 0..3 {
         assert_eq!(points.iter().filter(|point| point[0] == f64::from(level)).count(), 100);
     }
@@ -90,7 +89,7 @@ fn sobol_points_have_a_lower_discrepancy_than_random_ones() {
     for dimensions in [2, 5, 8] {
         let of = |method| discrepancy(&all(&design(method, 1024, &unit(dimensions))));
         let [sobol, latin, random] =
-            [Method::Sobol, Method::LatinHypercube, Method::MonteCarlo].map(of);
+            [DesignMethod::Sobol, DesignMethod::LatinHypercube, DesignMethod::MonteCarlo].map(of);
         assert!(sobol < 0.6 * random && latin < random, "{dimensions}: {sobol} {latin} {random}");
     }
 }
@@ -110,7 +109,7 @@ fn moments_are_those_of_the_distributions() {
         (1.5, 1.0 / 12.0),
     ];
     for (method, near) in
-        [(Method::Sobol, 2e-3), (Method::LatinHypercube, 2e-2), (Method::MonteCarlo, 5e-2)]
+        [(DesignMethod::Sobol, 2e-3), (DesignMethod::LatinHypercube, 2e-2), (DesignMethod::MonteCarlo, 5e-2)]
     {
         let points = all(&design(method, 1 << 15, &four));
         for (axis, (mean, variance)) in expected.into_iter().enumerate() {
@@ -127,17 +126,16 @@ fn moments_are_those_of_the_distributions() {
 fn correlations_come_out_as_they_were_given() {
     let normal = |std| Distribution::Normal { mean: 1.0, std };
     let three = [normal(1.0), normal(5.0), normal(0.1)];
-    for method in [Method::Sobol, Method::LatinHypercube, Method::MonteCarlo] {
+    for method in [DesignMethod::Sobol, DesignMethod::LatinHypercube, DesignMethod::MonteCarlo] {
         let mut design = design(method, 1 << 14, &three);
         design.correlations = vec![
-            Correlation { first: 0, second: 2, coefficient: 0.8 },
-            Correlation { first: 2, second: 1, coefficient: -0.4 },
+            AxisCorrelation { first: 0, second: 2, coefficient: 0.8 },
+            AxisCorrelation { first: 2, second: 1, coefficient: -0.4 },
         ];
         let points = all(&design);
         for (a, b, expected) in [(0, 2, 0.8), (1, 2, -0.4), (0, 1, 0.0)] {
-            let moment = |f: &dyn Fn(&Vec<f64>) -> f64| {
-                points.iter().map(f).sum::<f64>() / points.len() as f64
-            };
+            let moment =
+                |f: &dyn Fn(&Vec<f64>) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
             let std = |i: usize| moment(&|x| (x[i] - 1.0).powi(2)).sqrt();
             let found = moment(&|x| (x[a] - 1.0) * (x[b] - 1.0)) / (std(a) * std(b));
             assert!((found - expected).abs() < 0.03, "{method:?} {a} {b}: {found}");
@@ -147,10 +145,10 @@ fn correlations_come_out_as_they_were_given() {
 
 #[test]
 fn correlations_of_nothing_name_the_pair() {
-    let mut design = design(Method::Sobol, 10, &unit(3));
-    design.axes.push(Axis { name: "level".to_owned(), distribution: Distribution::Values(2) });
+    let mut design = design(DesignMethod::Sobol, 10, &unit(3));
+    design.axes.push(DesignAxis { name: "level".to_owned(), distribution: Distribution::Values(2) });
     let mut told = |pairs: &[(usize, usize, f64)]| {
-        let pair = |&(first, second, coefficient): &_| Correlation { first, second, coefficient };
+        let pair = |&(first, second, coefficient): &_| AxisCorrelation { first, second, coefficient };
         design.correlations = pairs.iter().map(pair).collect();
         refused(&design)
     };
@@ -166,16 +164,16 @@ fn correlations_of_nothing_name_the_pair() {
         let error = told(pairs);
         assert!(error.contains(expected), "{error}");
     }
-    design.method = Method::Saltelli;
+    design.method = DesignMethod::Saltelli;
     assert!(refused(&design).contains("expected no correlations in a design `saltelli`"));
 }
 
 #[test]
 fn a_block_of_saltelli_changes_one_value_at_a_time() {
-    let design = design(Method::Saltelli, 104, &unit(3));
-    let points = design.points().expect("a design");
+    let design = design(DesignMethod::Saltelli, 104, &unit(3));
+    let points = design.design_points().expect("a design");
     // 20 blocks of 5; 4 variants are left over.
-    assert_eq!((points.count(), points.block()), (100, Some(5)));
+    assert_eq!((points.point_count(), points.saltelli_block_size()), (100, Some(5)));
     for block in 0..20 {
         let member = |index| points.point(5 * block + index);
         let (a, b) = (member(0), member(1));
@@ -190,10 +188,12 @@ fn a_block_of_saltelli_changes_one_value_at_a_time() {
 
 #[test]
 fn the_same_seed_gives_the_same_points_in_any_order() {
-    for method in [Method::Sobol, Method::LatinHypercube, Method::MonteCarlo, Method::Saltelli] {
+    for method in
+        [DesignMethod::Sobol, DesignMethod::LatinHypercube, DesignMethod::MonteCarlo, DesignMethod::Saltelli]
+    {
         let mut design = design(method, 64, &unit(4));
-        let (first, points) = (all(&design), design.points().expect("a design"));
-        let backwards: Vec<_> = (0..points.count()).rev().map(|it| points.point(it)).collect();
+        let (first, points) = (all(&design), design.design_points().expect("a design"));
+        let backwards: Vec<_> = (0..points.point_count()).rev().map(|it| points.point(it)).collect();
         assert!(first.iter().eq(backwards.iter().rev()), "{method:?}");
         assert!(first.iter().flatten().all(|u| 0.0 < *u && *u < 1.0));
         design.seed = 8;
@@ -203,25 +203,25 @@ fn the_same_seed_gives_the_same_points_in_any_order() {
 
 #[test]
 fn what_no_design_can_do_is_refused() {
-    assert!(refused(&design(Method::Sobol, 0, &unit(2))).contains("expected between 1 and"));
-    assert!(refused(&design(Method::Saltelli, 3, &unit(2))).contains("expected between 4 and"));
-    let error = refused(&design(Method::Saltelli, 9999, &unit(200)));
+    assert!(refused(&design(DesignMethod::Sobol, 0, &unit(2))).contains("expected between 1 and"));
+    assert!(refused(&design(DesignMethod::Saltelli, 3, &unit(2))).contains("expected between 4 and"));
+    let error = refused(&design(DesignMethod::Saltelli, 9999, &unit(200)));
     assert!(error.contains("at most 256 dimensions"), "{error}");
     // Its shares would not fit in memory.
-    let error = refused(&design(Method::LatinHypercube, 1 << 31, &unit(4)));
+    let error = refused(&design(DesignMethod::LatinHypercube, 1 << 31, &unit(4)));
     assert!(error.contains("expected between 1 and 67108864 variants"), "{error}");
     let wrong = [Distribution::Normal { mean: 0.0, std: 0.0 }];
-    assert!(refused(&design(Method::Sobol, 5, &wrong)).contains("`plant.p0`: expected a positive"));
+    assert!(refused(&design(DesignMethod::Sobol, 5, &wrong)).contains("`plant.p0`: expected a positive"));
 }
 
 #[test]
 fn a_million_points_in_twenty_dimensions_are_even_to_the_last() {
-    let design = design(Method::Sobol, 1 << 20, &unit(20));
-    let points = design.points().expect("a design");
+    let design = design(DesignMethod::Sobol, 1 << 20, &unit(20));
+    let points = design.design_points().expect("a design");
     let mut cells = vec![vec![0_u8; 1 << 20]; 20];
     let mut point = [0.0; 20];
-    for index in 0..points.count() {
-        points.fill(index, &mut point);
+    for index in 0..points.point_count() {
+        points.write_point(index, &mut point);
         for (cells, place) in cells.iter_mut().zip(point) {
             cells[(place * f64::from(1 << 20)) as usize] += 1;
         }

@@ -1,46 +1,62 @@
 //! Tests what a page says of tables that are small, large, empty, or hostile.
 
-use sweep::page::{About, page};
-use sweep::summary::{Method, Summary};
-use sweep::table::{Column, Role, Table, Values};
+use sweep::page::{SweepPageHeader, sweep_page};
+use sweep::summary::{SensitivityMethod, SweepSummary};
+use sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
-fn about() -> About {
+fn about() -> SweepPageHeader {
     let plan = "target/my sweeps/it's".to_owned();
-    About { title: "Sweep <of> it".to_owned(), plan, design: "five variants".to_owned() }
+    SweepPageHeader { title: "Sweep <of> it".to_owned(), plan, design: "five variants".to_owned() }
 }
 
 /// Five variants: one passes with room, one just, one fails, one fails without a margin, one crashes.
-fn table() -> Table {
-    let texts = |all: [Option<&str>; 5]| Values::Texts(all.map(|it| it.map(str::to_owned)).into());
-    let numbers = |all: [f64; 5]| Values::Numbers(all.into());
+fn table() -> SweepTable {
+    let texts = |all: [Option<&str>; 5]| SweepColumnValues::Texts(all.map(|it| it.map(str::to_owned)).into());
+    let numbers = |all: [f64; 5]| SweepColumnValues::Numbers(all.into());
     let crash = |text| texts([None, None, None, None, Some(text)]);
     let verdicts = ["passed", "passed", "failed", "failed", "error"].map(Some);
     let judged = [Some(true), Some(true), Some(false), Some(false), None];
     let columns = vec![
-        Column::new("variant", Role::Variant, Values::Integers((10..15).collect())),
-        Column::new("plant.m", Role::Parameter, numbers([1., 2., 4., 3., 5.]))
+        SweepColumn::new(
+            "variant",
+            SweepColumnRole::Variant,
+            SweepColumnValues::Integers((10..15).collect()),
+        ),
+        SweepColumn::new("plant.m", SweepColumnRole::Parameter, numbers([1., 2., 4., 3., 5.]))
             .with_unit(Some("kg")),
-        Column::new("plant.path", Role::Parameter, texts(["a", "b", "c", "a", "b"].map(Some))),
-        Column::new("verdict", Role::Verdict, texts(verdicts)),
-        Column::new("error", Role::Error, crash("<script>alert(1)</script> \u{1b}[0m")),
-        Column::new("error.node", Role::Error, crash("plant")),
-        Column::new("error.call", Role::Error, crash("fmi2DoStep")),
-        Column::new(
+        SweepColumn::new(
+            "plant.path",
+            SweepColumnRole::Parameter,
+            texts(["a", "b", "c", "a", "b"].map(Some)),
+        ),
+        SweepColumn::new("verdict", SweepColumnRole::Verdict, texts(verdicts)),
+        SweepColumn::new("error", SweepColumnRole::Error, crash("<script>alert(1)</script> \u{1b}[0m")),
+        SweepColumn::new("error.node", SweepColumnRole::Error, crash("plant")),
+        SweepColumn::new("error.call", SweepColumnRole::Error, crash("fmi2DoStep")),
+        SweepColumn::new(
             "error.time",
-            Role::Error,
+            SweepColumnRole::Error,
             numbers([f64::NAN, f64::NAN, f64::NAN, f64::NAN, 2.5]),
         ),
-        Column::new("check.lane", Role::Check, Values::Booleans(judged.into())),
-        Column::new("margin.lane", Role::Margin, numbers([3.0, 0.5, -1.0, f64::NAN, f64::NAN]))
-            .with_unit(Some("m")),
-        Column::new("collect.speed", Role::Collected, numbers([1.0, 2.0, 4.0, 3.0, f64::NAN])),
+        SweepColumn::new("check.lane", SweepColumnRole::Check, SweepColumnValues::Booleans(judged.into())),
+        SweepColumn::new(
+            "margin.lane",
+            SweepColumnRole::Margin,
+            numbers([3.0, 0.5, -1.0, f64::NAN, f64::NAN]),
+        )
+        .with_unit(Some("m")),
+        SweepColumn::new(
+            "collect.speed",
+            SweepColumnRole::Collected,
+            numbers([1.0, 2.0, 4.0, 3.0, f64::NAN]),
+        ),
     ];
-    Table { columns }
+    SweepTable { columns }
 }
 
 #[test]
 fn a_summary_counts_what_the_table_has() {
-    let summary = Summary::of(&table(), None, 1);
+    let summary = SweepSummary::from_table(&table(), None, 1);
     assert_eq!((summary.share.passed, summary.share.of, summary.errors), (2, 5, 1));
     let check = &summary.checks[0];
     assert_eq!((check.name.as_str(), check.share.passed, check.share.of), ("lane", 2, 4));
@@ -52,17 +68,14 @@ fn a_summary_counts_what_the_table_has() {
     assert_eq!((failures.node.as_deref(), failures.time), (Some("plant"), Some([2.5, 2.5])));
     assert_eq!(summary.not_ordered, ["plant.path"]);
     let speed = summary.outputs.iter().find(|it| it.name == "collect.speed").expect("collected");
-    assert_eq!((speed.method, speed.used, speed.left_out), (Method::Ranks, 4, 1));
-    assert_eq!(
-        (&speed.effects[0].parameter[..], speed.effects[0].estimate.value),
-        ("plant.m", 1.0)
-    );
+    assert_eq!((speed.method, speed.used, speed.left_out), (SensitivityMethod::Ranks, 4, 1));
+    assert_eq!((&speed.effects[0].parameter[..], speed.effects[0].estimate.value), ("plant.m", 1.0));
 }
 
 #[test]
 fn the_page_says_what_counts_and_runs_nothing_that_stands_in_texts() {
-    let summary = Summary::of(&table(), None, 1);
-    let html = page(&about(), &table(), &summary);
+    let summary = SweepSummary::from_table(&table(), None, 1);
+    let html = sweep_page(&about(), &table(), &summary);
     for expected in [
         "Sweep &lt;of&gt; it",
         "<b>40 %</b> 2 of 5 variants pass; 95 % interval 12 to 77 %",
@@ -84,22 +97,23 @@ fn one_variant_and_none_have_a_page_too() {
     let mut one = table();
     for column in &mut one.columns {
         column.values = match &column.values {
-            Values::Integers(values) => Values::Integers(values[..1].to_vec()),
-            Values::Numbers(values) => Values::Numbers(values[..1].to_vec()),
-            Values::Booleans(values) => Values::Booleans(values[..1].to_vec()),
-            Values::Texts(values) => Values::Texts(values[..1].to_vec()),
+            SweepColumnValues::Integers(values) => SweepColumnValues::Integers(values[..1].to_vec()),
+            SweepColumnValues::Numbers(values) => SweepColumnValues::Numbers(values[..1].to_vec()),
+            SweepColumnValues::Booleans(values) => SweepColumnValues::Booleans(values[..1].to_vec()),
+            SweepColumnValues::Texts(values) => SweepColumnValues::Texts(values[..1].to_vec()),
         };
     }
-    let html = page(&about(), &one, &Summary::of(&one, None, 1));
-    assert!(
-        html.contains("<b>100 %</b> 1 of 1 variant passes; 95 % interval 21 to 100 %"),
-        "{html}"
-    );
+    let html = sweep_page(&about(), &one, &SweepSummary::from_table(&one, None, 1));
+    assert!(html.contains("<b>100 %</b> 1 of 1 variant passes; 95 % interval 21 to 100 %"), "{html}");
     assert!(!html.contains("NaN") && !html.contains("What drives what"), "{html}");
     let none = table().without_rows();
-    let html = page(&about(), &none, &Summary::of(&none, None, 1));
+    let html = sweep_page(&about(), &none, &SweepSummary::from_table(&none, None, 1));
     assert!(html.contains("0 of 0 variants pass") && !html.contains("NaN"), "{html}");
-    let html = page(&about(), &Table::default(), &Summary::of(&Table::default(), None, 1));
+    let html = sweep_page(
+        &about(),
+        &SweepTable::default(),
+        &SweepSummary::from_table(&SweepTable::default(), None, 1),
+    );
     assert!(html.contains("0 of 0 variants pass"), "{html}");
 }
 
@@ -112,18 +126,22 @@ fn a_million_variants_make_no_larger_page_than_thousands() {
         let checks = numbers.iter().map(|x| Some(passed(x))).collect();
         let margins = numbers.iter().map(|x| 9000.0 - x).collect();
         let columns = vec![
-            Column::new("variant", Role::Variant, Values::Integers((0..rows).collect())),
-            Column::new(
-                "verdict",
-                Role::Verdict,
-                Values::Texts(numbers.iter().map(verdict).collect()),
+            SweepColumn::new(
+                "variant",
+                SweepColumnRole::Variant,
+                SweepColumnValues::Integers((0..rows).collect()),
             ),
-            Column::new("check.lane", Role::Check, Values::Booleans(checks)),
-            Column::new("margin.lane", Role::Margin, Values::Numbers(margins)),
-            Column::new("p", Role::Parameter, Values::Numbers(numbers)),
+            SweepColumn::new(
+                "verdict",
+                SweepColumnRole::Verdict,
+                SweepColumnValues::Texts(numbers.iter().map(verdict).collect()),
+            ),
+            SweepColumn::new("check.lane", SweepColumnRole::Check, SweepColumnValues::Booleans(checks)),
+            SweepColumn::new("margin.lane", SweepColumnRole::Margin, SweepColumnValues::Numbers(margins)),
+            SweepColumn::new("p", SweepColumnRole::Parameter, SweepColumnValues::Numbers(numbers)),
         ];
-        let table = Table { columns };
-        page(&about(), &table, &Summary::of(&table, None, 1))
+        let table = SweepTable { columns };
+        sweep_page(&about(), &table, &SweepSummary::from_table(&table, None, 1))
     };
     let (small, large) = (of(10_000), of(1_000_000));
     assert!(large.contains("of 1,000,000 variants pass"));

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cosim::exchange::Exchange;
-use cosim::node::{self, Host};
-use cosim::system::Body;
+use cosim::node::{self, FmuProcessOptions};
+use cosim::system::NodeBody;
 use diagnostics::Error;
 use scenario::plan::RunPlan;
 use scenario::resolve::{IsolationPolicy, Overrides};
@@ -17,7 +17,7 @@ use scenario::{BuildArtifacts, Scenario};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-        ["isolated", host] => Ok(node::serve(host.parse()?)?),
+        ["isolated", host] => Ok(node::serve_host_process(host.parse()?)?),
         [scenario, rounds] => measure(Path::new(scenario), rounds.parse()?),
         _ => Err("expected SCENARIO ROUNDS".into()),
     }
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn measure(path: &Path, rounds: usize) -> Result<(), Box<dyn std::error::Error>> {
     let program = (std::env::current_exe()?, vec!["isolated".to_owned()]);
     let patience = Duration::from_secs(10);
-    let host = Host { program, patience, give_up: Arc::new(|| false) };
+    let host = FmuProcessOptions { program, patience, give_up: Arc::new(|| false) };
     let mut times = [Vec::new(), Vec::new()];
     for _ in 0..rounds {
         times[0].push(time(path, None)?);
@@ -46,25 +46,24 @@ fn measure(path: &Path, rounds: usize) -> Result<(), Box<dyn std::error::Error>>
 }
 
 /// Time per step and FMU [us].
-fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
+fn time(path: &Path, host: Option<&FmuProcessOptions>) -> Result<f64, Error> {
     let scenario = Scenario::read(path)?;
     let overrides = Overrides { isolate: IsolationPolicy::Everything, ..Overrides::default() };
     let folder = PathBuf::new();
     let mut plan = RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
-    let fmus =
-        plan.system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
+    let fmus = plan.system.nodes.iter().filter(|node| matches!(node.body, NodeBody::Fmu { .. })).count();
     plan.restrict_outputs();
     let mut system = plan.system;
-    let mut nodes = node::instantiate(&mut system, host)?;
-    let mut coupling = cosim::coupling::of(&system);
+    let mut nodes = node::instantiate_nodes(&mut system, host)?;
+    let mut coupling = cosim::coupling::create_coupling(&system);
     let steps = system.clock.steps;
     let mut exchange = Exchange::new(&mut system, &mut nodes);
     coupling.initialise(&mut exchange)?;
     let begin = Instant::now();
     for tick in 0..steps {
-        exchange.begin(tick);
+        exchange.begin_step(tick);
         let stepped = coupling.step(&mut exchange);
-        stepped.map_err(|error| Error::input(format!("{error:?}")))?;
+        stepped.map_err(|error| Error::invalid_input(format!("{error:?}")))?;
     }
     Ok(begin.elapsed().as_secs_f64() * 1e6 / (steps as f64 * fmus as f64))
 }

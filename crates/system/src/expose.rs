@@ -3,22 +3,22 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use cosim::system::{Body, NodePlan, System};
-use diagnostics::{Error, Mistakes, suggest};
-use fmu_export::description::{Capabilities, DescribedVariable, Table};
-use fmu_export::{Causality, Dependencies, Info, Initial, Row, Variability, VariableValue};
+use cosim::system::{NodeBody, NodePlan, System};
+use diagnostics::{Error, ErrorCollector, suggest};
+use fmu_export::description::{DescribedVariable, DescriptionTable, FmuCapabilities};
+use fmu_export::{Causality, Info, Initial, OutputDependencies, Variability, VariableRow, VariableValue};
 use fmu_import::Value;
-use fmu_import::description::{self, Storage};
-use recording::{Column, Direction, ValueKind};
+use fmu_import::description::{self, StorageType};
+use recording::{Column, ValueKind, VariableDirection};
 use scenario::document::toml_string;
-use scenario::pattern::matches;
+use scenario::pattern::matches_wildcard;
 use scenario::plan::RunPlan;
 
-use crate::interface::{Exposed, Interface, Role};
+use crate::interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
 
 /// The choice of variables; `*` stands for any letters.
 #[derive(Debug, Clone, Default)]
-pub struct Choice {
+pub struct VariableChoice {
     /// Name of the FMU.
     pub name: String,
     /// Inputs of FMUs, and outputs of signals and tables, `node.variable`.
@@ -39,25 +39,25 @@ pub struct ChosenInput {
 ///
 /// # Errors
 /// When a choice is no input of an FMU and no output of a signal or table.
-pub fn guided(
+pub fn extend_scenario_for_inputs(
     system: &System,
     lists: &[&str],
     written: &BTreeSet<&str>,
     base: &str,
-    choice: &Choice,
+    choice: &VariableChoice,
 ) -> Result<(Vec<ChosenInput>, String), Error> {
     let mut inputs = Vec::new();
-    let mut mistakes = Mistakes::default();
+    let mut mistakes = ErrorCollector::default();
     let (mut without, mut added) = (String::new(), String::new());
     let mut node = "inputs".to_owned();
     while system.nodes.iter().any(|plan| plan.name == node) {
         node.push('_');
     }
-    let known = known_inputs(system);
+    let known = candidate_inputs(system);
     for pattern in &choice.inputs {
-        let found: Vec<_> = known.iter().filter(|it| it.is_chosen(pattern)).collect();
+        let found: Vec<_> = known.iter().filter(|it| it.is_matched_by(pattern)).collect();
         if found.is_empty() {
-            mistakes.push(unknown(
+            mistakes.push(unknown_name_error(
                 "--inputs",
                 "input of an FMU, signal or column of a table",
                 pattern,
@@ -78,10 +78,8 @@ pub fn guided(
                 let _ = write!(without, "{}, ", toml_string(&name));
             }
             let unit = inner.unit.as_ref();
-            let unit =
-                unit.map(|unit| format!("unit = {}\n", toml_string(unit))).unwrap_or_default();
-            let (quoted_signal, to, start) =
-                (toml_string(&signal), toml_string(&name), inner.start);
+            let unit = unit.map(|unit| format!("unit = {}\n", toml_string(unit))).unwrap_or_default();
+            let (quoted_signal, to, start) = (toml_string(&signal), toml_string(&name), inner.start);
             // Writing into a string cannot fail.
             let _ = write!(
                 added,
@@ -90,7 +88,7 @@ pub fn guided(
             inputs.push(ChosenInput { name, signal });
         }
     }
-    mistakes.finish()?;
+    mistakes.into_result()?;
     let mut text = format!("extends = {}\n\n[without]\n", toml_string(base));
     for list in lists {
         let _ = writeln!(text, "{list} = [\"*\"]");
@@ -102,32 +100,32 @@ pub fn guided(
 }
 
 /// What may become an input of the FMU.
-struct PossibleInput {
+struct CandidateInput {
     name: String,
     /// Nothing for an output of a signal or table.
-    inner: Option<Inner>,
+    inner: Option<FmuInput>,
     /// Whether it is a tunable parameter, which has to be chosen by its whole name.
     tunable: bool,
 }
 
-impl PossibleInput {
-    fn is_chosen(&self, pattern: &str) -> bool {
-        if self.tunable { pattern == self.name } else { matches(pattern, &self.name) }
+impl CandidateInput {
+    fn is_matched_by(&self, pattern: &str) -> bool {
+        if self.tunable { pattern == self.name } else { matches_wildcard(pattern, &self.name) }
     }
 }
 
 /// An input of an FMU of the scenario.
-struct Inner {
+struct FmuInput {
     unit: Option<String>,
     start: f64,
 }
 
-fn known_inputs(system: &System) -> Vec<PossibleInput> {
+fn candidate_inputs(system: &System) -> Vec<CandidateInput> {
     let mut known = Vec::new();
     for plan in system.nodes.iter().filter(|plan| !plan.is_connector()) {
-        let Body::Fmu { fmu, starts, .. } = &plan.body else {
-            let outputs = plan.outputs.indices().map(|index| PossibleInput {
-                name: system.columns[index].name(),
+        let NodeBody::Fmu { fmu, starts, .. } = &plan.body else {
+            let outputs = plan.outputs.indices().map(|index| CandidateInput {
+                name: system.columns[index].qualified_name(),
                 inner: None,
                 tunable: false,
             });
@@ -140,16 +138,16 @@ fn known_inputs(system: &System) -> Vec<PossibleInput> {
             _ => false,
         };
         for variable in fmu.description.variables.iter().filter(takes) {
-            if matches!(variable.storage, Storage::String | Storage::Binary | Storage::Clock) {
+            if matches!(variable.storage, StorageType::String | StorageType::Binary | StorageType::Clock) {
                 continue;
             }
             let name = format!("{}.{}", plan.name, variable.name);
             let given = starts.iter().find(|start| start.name == variable.name);
             let start = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
-            let start = start.as_ref().and_then(number).unwrap_or_default();
-            let inner = Inner { unit: variable.unit.clone(), start };
+            let start = start.as_ref().and_then(numeric_value).unwrap_or_default();
+            let inner = FmuInput { unit: variable.unit.clone(), start };
             let tunable = variable.causality == fmu_import::Causality::Parameter;
-            known.push(PossibleInput { name, inner: Some(inner), tunable });
+            known.push(CandidateInput { name, inner: Some(inner), tunable });
         }
     }
     known
@@ -159,26 +157,26 @@ fn known_inputs(system: &System) -> Vec<PossibleInput> {
 ///
 /// # Errors
 /// When a choice is no output, or nothing is left that the FMU shows.
-pub fn interface(
+pub fn build_fmu_interface(
     RunPlan { system, header, .. }: &mut RunPlan,
-    choice: &Choice,
+    choice: &VariableChoice,
     inputs: &[ChosenInput],
-) -> Result<(Interface, Table, Vec<String>), Error> {
-    let mut list = List::default();
+) -> Result<(ScenarioFmuInterface, DescriptionTable, Vec<String>), Error> {
+    let mut list = ExposedVariableList::default();
     for input in inputs {
-        list.input(system, input);
+        list.add_input(system, input);
     }
-    let outputs = system.columns.iter().filter(|column| column.direction == Direction::Output);
+    let outputs = system.columns.iter().filter(|column| column.direction == VariableDirection::Output);
     let outputs: Vec<_> = outputs.cloned().collect();
-    let mut mistakes = Mistakes::default();
+    let mut mistakes = ErrorCollector::default();
     let of_fmu = |column: &Column| {
         let mut nodes = system.nodes.iter();
-        nodes.any(|plan| plan.name == column.node && matches!(plan.body, Body::Fmu { .. }))
+        nodes.any(|plan| plan.name == column.node && matches!(plan.body, NodeBody::Fmu { .. }))
     };
     for pattern in &choice.outputs {
-        if !outputs.iter().any(|column| matches(pattern, &column.name())) {
-            let names: Vec<_> = outputs.iter().map(Column::name).collect();
-            mistakes.push(unknown(
+        if !outputs.iter().any(|column| matches_wildcard(pattern, &column.qualified_name())) {
+            let names: Vec<_> = outputs.iter().map(Column::qualified_name).collect();
+            mistakes.push(unknown_name_error(
                 "--outputs",
                 "output",
                 pattern,
@@ -186,81 +184,85 @@ pub fn interface(
             ));
         }
     }
-    mistakes.finish()?;
+    mistakes.into_result()?;
     for column in &outputs {
         let chosen = match choice.outputs.as_slice() {
             [] => of_fmu(column),
-            patterns => patterns.iter().any(|pattern| matches(pattern, &column.name())),
+            patterns => patterns.iter().any(|pattern| matches_wildcard(pattern, &column.qualified_name())),
         };
         if chosen {
-            list.output(system, column);
+            list.add_output(system, column);
         }
     }
     for plan in &system.nodes {
-        list.parameters(system, plan);
+        list.add_parameters(system, plan);
     }
     let clock = system.clock;
     let name: &'static str = choice.name.clone().leak();
     let title: &'static str = header.title.clone().leak();
-    let info = Info::new(name, title, clock.step).start(clock.start).stop(clock.stop());
+    let info = Info::new(name, title, clock.step).start(clock.start).stop(clock.stop_time());
     let fmus = || {
         system.nodes.iter().filter_map(|plan| match &plan.body {
-            Body::Fmu { fmu, .. } => Some(&fmu.description),
+            NodeBody::Fmu { fmu, .. } => Some(&fmu.description),
             _ => None,
         })
     };
     let state = fmus().all(|about| about.state || about.serialised_state);
-    let capabilities = Capabilities {
+    let capabilities = FmuCapabilities {
         state,
         serialized_state: fmus().all(|about| about.serialised_state),
         only_once: fmus().any(|about| about.only_once),
-        ..Capabilities::default()
+        ..FmuCapabilities::default()
     };
-    let List { variables, described, left_out } = list;
+    let ExposedVariableList { variables, described, left_out } = list;
     let interface =
-        Interface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables };
-    Ok((interface, Table { info, variables: described, capabilities, arrays: false }, left_out))
+        ScenarioFmuInterface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables };
+    Ok((interface, DescriptionTable { info, variables: described, capabilities, arrays: false }, left_out))
 }
 
 /// The variables so far.
 #[derive(Default)]
-struct List {
-    variables: Vec<Exposed>,
+struct ExposedVariableList {
+    variables: Vec<ExposedVariable>,
     described: Vec<DescribedVariable>,
     left_out: Vec<String>,
 }
 
-impl List {
-    fn push(&mut self, exposed: Exposed, row: Row) {
+impl ExposedVariableList {
+    fn push_variable(&mut self, exposed: ExposedVariable, row: VariableRow) {
         let kind = exposed.start.kind();
-        let start = (!matches!(exposed.role, Role::Output)).then(|| exposed.start.start());
+        let start = (!matches!(exposed.role, ExposedVariableRole::Output))
+            .then(|| exposed.start.to_start_attribute());
         self.described.push(DescribedVariable { row, kind, start });
         self.variables.push(exposed);
     }
 
-    fn input(&mut self, system: &mut System, ChosenInput { name, signal }: &ChosenInput) {
+    fn add_input(&mut self, system: &mut System, ChosenInput { name, signal }: &ChosenInput) {
         let (node, output) = signal.split_once('.').unwrap_or_default();
-        let start = first_value(system, node, output);
-        let inner = find(system, name);
-        let column = system.columns.iter().find(|column| column.name() == *signal);
+        let start = initial_source_value(system, node, output);
+        let inner = find_fmu_variable(system, name);
+        let column = system.columns.iter().find(|column| column.qualified_name() == *signal);
         let cell = match inner.map(|variable| variable.storage) {
-            Some(Storage::Boolean) => VariableValue::Boolean(start != 0.0),
-            Some(storage) if is_integer(storage) => VariableValue::Integer(start as i32),
+            Some(StorageType::Boolean) => VariableValue::Boolean(start != 0.0),
+            Some(storage) if is_int32(storage) => VariableValue::Integer(start as i32),
             _ => VariableValue::Real(start),
         };
         let unit = inner.and_then(|it| it.unit.clone()).or(column.and_then(|it| it.unit.clone()));
         let about = inner.and_then(|it| it.description.clone());
-        let row = row(name, unit, about, &cell);
+        let row = variable_table_row(name, unit, about, &cell);
         let relative = inner.is_some_and(|it| it.relative.is_some());
-        let row = Row { causality: Causality::Input, initial: None, relative, ..row };
-        let exposed =
-            Exposed { name: name.clone(), role: Role::Input(signal.clone()), start: cell };
-        self.push(exposed, row);
+        let row = VariableRow { causality: Causality::Input, initial: None, relative, ..row };
+        let exposed = ExposedVariable {
+            name: name.clone(),
+            role: ExposedVariableRole::Input(signal.clone()),
+            start: cell,
+        };
+        self.push_variable(exposed, row);
     }
 
-    fn output(&mut self, system: &System, column: &Column) {
-        let name = column.name();
-        let inner = find(system, &name);
+    fn add_output(&mut self, system: &System, column: &Column) {
+        let name = column.qualified_name();
+        let inner = find_fmu_variable(system, &name);
         let storage = inner.map(|variable| variable.storage);
         // A difference keeps the unit of its description, whose offset does not count.
         let difference = inner.filter(|it| it.relative.is_some());
@@ -268,7 +270,7 @@ impl List {
         let cell = match (column.kind, storage) {
             (ValueKind::String, _) => VariableValue::String(String::new()),
             (ValueKind::Boolean, _) => VariableValue::Boolean(false),
-            (ValueKind::Integer, Some(storage)) if is_integer(storage) => VariableValue::Integer(0),
+            (ValueKind::Integer, Some(storage)) if is_int32(storage) => VariableValue::Integer(0),
             // Integers of 64 bits are numbers outside.
             _ => VariableValue::Real(0.0),
         };
@@ -276,17 +278,17 @@ impl List {
         if self.variables.iter().any(|it| it.name == name) {
             return;
         }
-        let row = row(&name, unit, column.description.clone(), &cell);
-        let row = Row { depends: Dependencies::On(&[]), relative: difference.is_some(), ..row };
-        self.push(Exposed { name, role: Role::Output, start: cell }, row);
+        let row = variable_table_row(&name, unit, column.description.clone(), &cell);
+        let row = VariableRow { depends: OutputDependencies::On(&[]), relative: difference.is_some(), ..row };
+        self.push_variable(ExposedVariable { name, role: ExposedVariableRole::Output, start: cell }, row);
     }
 
-    fn parameters(&mut self, system: &System, plan: &NodePlan) {
-        let Body::Fmu { fmu, starts, .. } = &plan.body else { return };
+    fn add_parameters(&mut self, system: &System, plan: &NodePlan) {
+        let NodeBody::Fmu { fmu, starts, .. } = &plan.body else { return };
         // A tunable one that is connected takes its values from there.
-        let inputs = system.columns.iter().filter(|it| it.direction == Direction::Input);
-        let fed: BTreeSet<_> = inputs.map(Column::name).collect();
-        let parameters = fmu.description.with(fmu_import::Causality::Parameter);
+        let inputs = system.columns.iter().filter(|it| it.direction == VariableDirection::Input);
+        let fed: BTreeSet<_> = inputs.map(Column::qualified_name).collect();
+        let parameters = fmu.description.indices_with_causality(fmu_import::Causality::Parameter);
         for variable in parameters.map(|index| &fmu.description.variables[index]) {
             let name = format!("{}.{}", plan.name, variable.name);
             if fed.contains(&name) {
@@ -296,7 +298,7 @@ impl List {
             let value = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
             let cell = match value {
                 Some(Value::Real(value)) if value.is_finite() => VariableValue::Real(value),
-                Some(Value::Integer(value)) if is_integer(variable.storage) => {
+                Some(Value::Integer(value)) if is_int32(variable.storage) => {
                     VariableValue::Integer(i32::try_from(value).unwrap_or_default())
                 }
                 Some(Value::Boolean(value)) => VariableValue::Boolean(value),
@@ -306,8 +308,8 @@ impl List {
                     continue;
                 }
             };
-            let row = row(&name, variable.unit.clone(), variable.description.clone(), &cell);
-            let row = Row {
+            let row = variable_table_row(&name, variable.unit.clone(), variable.description.clone(), &cell);
+            let row = VariableRow {
                 causality: Causality::Parameter,
                 variability: Variability::Fixed,
                 initial: Some(Initial::Exact),
@@ -316,13 +318,21 @@ impl List {
                 relative: variable.relative.is_some(),
                 ..row
             };
-            self.push(Exposed { name, role: Role::Parameter, start: cell }, row);
+            self.push_variable(
+                ExposedVariable { name, role: ExposedVariableRole::Parameter, start: cell },
+                row,
+            );
         }
     }
 }
 
 /// A row of an output. Its texts live as long as the program, which packs one FMU.
-fn row(name: &str, unit: Option<String>, about: Option<String>, cell: &VariableValue) -> Row {
+fn variable_table_row(
+    name: &str,
+    unit: Option<String>,
+    about: Option<String>,
+    cell: &VariableValue,
+) -> VariableRow {
     let text = |text: String| -> &'static str { text.leak() };
     let unit = unit.filter(|_| matches!(cell, VariableValue::Real(_)));
     let row = fmu_export::output(
@@ -337,12 +347,12 @@ fn row(name: &str, unit: Option<String>, about: Option<String>, cell: &VariableV
 }
 
 /// Whether all integers of this form are integers of both versions of FMI.
-fn is_integer(storage: Storage) -> bool {
+fn is_int32(storage: StorageType) -> bool {
     let inside = |[low, high]: [i128; 2]| low >= i32::MIN.into() && high <= i32::MAX.into();
-    storage.integers().is_some_and(inside)
+    storage.integer_range().is_some_and(inside)
 }
 
-fn number(value: &Value) -> Option<f64> {
+fn numeric_value(value: &Value) -> Option<f64> {
     match value {
         Value::Real(value) => Some(*value),
         Value::Integer(value) => Some(*value as f64),
@@ -352,15 +362,15 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 /// The variable of an FMU behind a name.
-fn find<'a>(system: &'a System, name: &str) -> Option<&'a description::Variable> {
+fn find_fmu_variable<'a>(system: &'a System, name: &str) -> Option<&'a description::Variable> {
     let (node, variable) = name.split_once('.')?;
     let plan = system.nodes.iter().find(|plan| plan.name == node)?;
-    let Body::Fmu { fmu, .. } = &plan.body else { return None };
-    fmu.description.find(variable).map(|index| &fmu.description.variables[index])
+    let NodeBody::Fmu { fmu, .. } = &plan.body else { return None };
+    fmu.description.find_variable(variable).map(|index| &fmu.description.variables[index])
 }
 
 /// The value of a signal or of a column of a table at the first communication point.
-fn first_value(system: &mut System, node: &str, output: &str) -> f64 {
+fn initial_source_value(system: &mut System, node: &str, output: &str) -> f64 {
     let (start, columns) = (system.clock.start, &system.columns);
     let Some(plan) = system.nodes.iter_mut().find(|plan| plan.name == node) else { return 0.0 };
     let mut places = plan.outputs.indices();
@@ -368,18 +378,20 @@ fn first_value(system: &mut System, node: &str, output: &str) -> f64 {
         return 0.0;
     };
     match &mut plan.body {
-        Body::Signals(signals) => signals[place].value(start),
-        Body::Table(table) => table.value(place, start),
-        Body::Fmu { .. } | Body::Driver(_) | Body::Own | Body::Inlet | Body::Outlet => 0.0,
+        NodeBody::Signals(signals) => signals[place].value_at(start),
+        NodeBody::Table(table) => table.value_at(place, start),
+        NodeBody::Fmu { .. } | NodeBody::Driver(_) | NodeBody::Own | NodeBody::Inlet | NodeBody::Outlet => {
+            0.0
+        }
     }
 }
 
-fn unknown<'a>(
+fn unknown_name_error<'a>(
     option: &str,
     what: &str,
     pattern: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> Error {
-    let unknown = suggest::unknown(what, pattern, known);
-    Error::input(format!("{option}: {}", unknown.message)).hint(unknown.help)
+    let unknown = suggest::unknown_name(what, pattern, known);
+    Error::invalid_input(format!("{option}: {}", unknown.message)).with_optional_help(unknown.help)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use cosim::clock::Clock;
+use cosim::clock::CommunicationClock;
 use cosim::node::{Node, TypedValues};
 use fmu_import::CallError;
 
@@ -23,29 +23,28 @@ impl ExternalValues {
     /// The values of these outputs, 0 at first. Each has a place among the numbers, and one among the integers of 64 bits if it
     /// is one.
     pub fn new(outputs: impl Iterator<Item = (usize, Option<usize>)>) -> Self {
-        let external =
-            outputs.map(|(number, integer)| ExternalOutput { number, integer, value: 0.0 });
+        let external = outputs.map(|(number, integer)| ExternalOutput { number, integer, value: 0.0 });
         ExternalValues(Arc::new(Mutex::new(external.collect())))
     }
 
     /// Sets these values from here on, in the order of the outputs.
-    pub fn set(&self, values: impl Iterator<Item = f64>) {
-        self.lock().iter_mut().zip(values).for_each(|(external, value)| external.value = value);
+    pub fn set_values(&self, values: impl Iterator<Item = f64>) {
+        self.lock_outputs().iter_mut().zip(values).for_each(|(external, value)| external.value = value);
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<ExternalOutput>> {
+    fn lock_outputs(&self) -> MutexGuard<'_, Vec<ExternalOutput>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// A node, some outputs of which come from outside.
-pub(crate) struct ExternalInputNode {
+pub(crate) struct ExternallyDrivenNode {
     pub node: Box<dyn Node>,
     pub external: ExternalValues,
 }
 
-impl Node for ExternalInputNode {
-    fn inner(&self) -> Option<&dyn Node> {
+impl Node for ExternallyDrivenNode {
+    fn inner_node(&self) -> Option<&dyn Node> {
         Some(self.node.as_ref())
     }
 
@@ -55,11 +54,11 @@ impl Node for ExternalInputNode {
 
     fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.node.get_outputs(outputs)?;
-        self.external.lock().iter().for_each(|external| outputs[external.number] = external.value);
+        self.external.lock_outputs().iter().for_each(|external| outputs[external.number] = external.value);
         Ok(())
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         self.node.do_step(clock, tick)
     }
 
@@ -68,7 +67,7 @@ impl Node for ExternalInputNode {
     }
 }
 
-impl TypedValues for ExternalInputNode {
+impl TypedValues for ExternallyDrivenNode {
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
         self.node.typed_values().map_or(Ok(()), |node| node.set_texts(inputs))
     }
@@ -85,7 +84,7 @@ impl TypedValues for ExternalInputNode {
         if let Some(node) = self.node.typed_values() {
             node.get_integers(outputs)?;
         }
-        for ExternalOutput { integer, value, .. } in self.external.lock().iter() {
+        for ExternalOutput { integer, value, .. } in self.external.lock_outputs().iter() {
             if let Some(integer) = *integer {
                 outputs[integer] = *value as i128;
             }

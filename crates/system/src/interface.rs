@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the library of the FMU has to know besides the scenario. A variable's place in the list is its value reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Interface {
+pub struct ScenarioFmuInterface {
     /// Name of the FMU.
     pub name: String,
     /// Identity of the archive.
@@ -13,16 +13,16 @@ pub struct Interface {
     /// Communication step of the scenario [s].
     pub step: f64,
     /// The variables.
-    pub variables: Vec<Exposed>,
+    pub variables: Vec<ExposedVariable>,
 }
 
 /// A variable of the FMU.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Exposed {
+pub struct ExposedVariable {
     /// Its name, `node.variable`.
     pub name: String,
     /// Who determines it.
-    pub role: Role,
+    pub role: ExposedVariableRole,
     /// Its value at the beginning.
     pub start: VariableValue,
 }
@@ -30,7 +30,7 @@ pub struct Exposed {
 /// Who determines a variable of the FMU.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum ExposedVariableRole {
     /// The importer: it takes the place of this output of a signal or table.
     Input(String),
     /// The scenario.

@@ -10,8 +10,8 @@ mod interface;
 mod nested;
 mod running;
 
-pub use interface::{Exposed, Interface, Role};
-pub use nested::Nested;
+pub use interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
+pub use nested::ScenarioInstance;
 
 /// The scenario in the folder of resources.
 pub const SCENARIO: &str = "system.toml";

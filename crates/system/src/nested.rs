@@ -5,58 +5,58 @@ mod state;
 use std::path::{Path, PathBuf};
 
 use fmu_export::abi::Status;
-use fmu_export::resources::folder;
+use fmu_export::resources::resources_folder;
 use fmu_export::{
-    Categories, CoSimulation, FmiError, FmiResult, Lifecycle, SUMMARY, State, Value, VariableValue,
-    reject,
+    CoSimulation, FmiError, FmiResult, FmiValue, Lifecycle, LifecycleState, LogCategories, SUMMARY,
+    VariableValue, reject,
 };
 
 use crate::INTERFACE;
-use crate::interface::{Exposed, Interface, Role};
-use crate::running::{Ended, NODES, Running};
-use state::{Parts, Saved};
+use crate::interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
+use crate::running::{EarlyEnd, NODES, RunningScenario};
+use state::{SavedInstance, ScenarioGeneration};
 
 /// Share of a communication step that times may differ by and still be the same.
 const SAME: f64 = 1e-6;
 
 /// A scenario as an instance.
-pub struct Nested {
+pub struct ScenarioInstance {
     resources: PathBuf,
-    pub(crate) interface: Interface,
+    pub(crate) interface: ScenarioFmuInterface,
     pub(crate) course: Lifecycle,
     /// The value of each variable, by reference.
     pub(crate) values: Vec<VariableValue>,
     /// Whether an input or parameter was set since the nodes were initialised.
     pub(crate) stale: bool,
     /// Nodes that the importer may have states of, of before the last reset.
-    pub(crate) retired: Option<Parts>,
-    pub(crate) parts: Option<Parts>,
+    pub(crate) retired: Option<ScenarioGeneration>,
+    pub(crate) parts: Option<ScenarioGeneration>,
     /// The number of the next nodes.
     next: u64,
 }
 
 /// A failure that ends the life of the instance.
-pub(crate) fn lost(error: diagnostics::Error) -> FmiError {
+pub(crate) fn fatal_fmi_error(error: diagnostics::Error) -> FmiError {
     FmiError { status: Status::Error, message: error.to_string() }
 }
 
-impl Nested {
+impl ScenarioInstance {
     /// An instance of the FMU with this folder of resources.
     ///
     /// # Errors
     /// When the resources are not those of the FMU with this identity.
-    pub fn open(identifier: &str, resources: &Path) -> FmiResult<Self> {
+    pub fn open_fmu(identifier: &str, resources: &Path) -> FmiResult<Self> {
         // The process belongs to the importer.
-        fmu_import::skip_crash_handlers();
+        fmu_import::disable_crash_handlers();
         let path = resources.join(INTERFACE);
         let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(&path).or_else(|error| reject(wrong(&error)))?;
-        let interface: Interface =
+        let interface: ScenarioFmuInterface =
             serde_json::from_str(&text).or_else(|error| reject(wrong(&error)))?;
         if interface.guid != identifier {
             return reject(format!("expected GUID {}, found {identifier}", interface.guid));
         }
-        Ok(Nested {
+        Ok(ScenarioInstance {
             resources: resources.to_owned(),
             course: Lifecycle::default(),
             values: interface.variables.iter().map(|exposed| exposed.start.clone()).collect(),
@@ -69,25 +69,33 @@ impl Nested {
     }
 
     /// Nodes with the parameters as they are now.
-    pub(crate) fn assemble(&mut self) -> FmiResult<Parts> {
-        let Nested { resources, interface, values, course, .. } = self;
-        let running = Running::assemble(resources, interface, values, course).map_err(lost)?;
+    pub(crate) fn assemble_nodes(&mut self) -> FmiResult<ScenarioGeneration> {
+        let ScenarioInstance { resources, interface, values, course, .. } = self;
+        let running = RunningScenario::assemble_scenario(resources, interface, values, course)
+            .map_err(fatal_fmi_error)?;
         self.next += 1;
-        Ok(Parts { number: self.next, running })
+        Ok(ScenarioGeneration { number: self.next, running })
     }
 
-    fn check_set<T: Value>(&self, reference: u32) -> FmiResult {
-        let exposed = self.exposed(reference)?;
+    fn check_settable<T: FmiValue>(&self, reference: u32) -> FmiResult {
+        let exposed = self.exposed_variable(reference)?;
         let state = self.course.state;
         let may = match exposed.role {
-            Role::Input(_) => {
-                matches!(state, State::Instantiated | State::Initialization | State::StepComplete)
+            ExposedVariableRole::Input(_) => {
+                matches!(
+                    state,
+                    LifecycleState::Instantiated
+                        | LifecycleState::Initialization
+                        | LifecycleState::StepComplete
+                )
             }
-            Role::Parameter => matches!(state, State::Instantiated | State::Initialization),
-            Role::Output => false,
+            ExposedVariableRole::Parameter => {
+                matches!(state, LifecycleState::Instantiated | LifecycleState::Initialization)
+            }
+            ExposedVariableRole::Output => false,
         };
         if exposed.start.kind() != T::KIND {
-            return other_type(exposed, T::KIND);
+            return type_mismatch(exposed, T::KIND);
         }
         match may {
             true => Ok(()),
@@ -95,7 +103,7 @@ impl Nested {
         }
     }
 
-    fn exposed(&self, reference: u32) -> FmiResult<&Exposed> {
+    fn exposed_variable(&self, reference: u32) -> FmiResult<&ExposedVariable> {
         self.interface.variables.get(reference as usize).ok_or_else(|| FmiError {
             status: Status::Error,
             message: format!("no variable has the value reference {reference}"),
@@ -103,23 +111,21 @@ impl Nested {
     }
 }
 
-fn other_type<T>(exposed: &Exposed, expected: fmu_export::Kind) -> FmiResult<T> {
+fn type_mismatch<T>(exposed: &ExposedVariable, expected: fmu_export::VariableKind) -> FmiResult<T> {
     reject(format!("{} is of type {:?}, not {expected:?}", exposed.name, exposed.start.kind()))
 }
 
-impl CoSimulation for Nested {
-    type State = Saved;
+impl CoSimulation for ScenarioInstance {
+    type State = SavedInstance;
 
-    fn log_categories() -> Categories {
+    fn log_categories() -> LogCategories {
         &[(NODES, "Messages of the FMUs inside"), (SUMMARY, "What the FMUs inside are")]
     }
 
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {
-        match resources.and_then(folder) {
-            Some(folder) => Self::open(identifier, &folder),
-            None => {
-                reject(format!("expected the place of the folder `resources`, found {resources:?}"))
-            }
+        match resources.and_then(resources_folder) {
+            Some(folder) => Self::open_fmu(identifier, &folder),
+            None => reject(format!("expected the place of the folder `resources`, found {resources:?}")),
         }
     }
 
@@ -132,7 +138,7 @@ impl CoSimulation for Nested {
     }
 
     fn reset(&mut self) -> FmiResult {
-        let may_return = self.parts.as_mut().is_some_and(Parts::may_return);
+        let may_return = self.parts.as_mut().is_some_and(ScenarioGeneration::can_restore_state);
         let parts = self.parts.take().filter(|_| may_return);
         self.retired = parts.or(self.retired.take());
         self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
@@ -146,18 +152,18 @@ impl CoSimulation for Nested {
     }
 
     fn exit_initialization(&mut self) -> FmiResult {
-        self.refresh()
+        self.refresh_outputs()
     }
 
-    fn refresh(&mut self) -> FmiResult {
-        if self.course.state != State::Initialization || !self.stale {
+    fn refresh_outputs(&mut self) -> FmiResult {
+        if self.course.state != LifecycleState::Initialization || !self.stale {
             return Ok(());
         }
         // Of some FMUs a process holds one instance only.
         self.parts = None;
-        let mut parts = self.assemble()?;
-        parts.running.initialise(&self.values).map_err(lost)?;
-        parts.running.show(&mut self.values);
+        let mut parts = self.assemble_nodes()?;
+        parts.running.initialise_nodes(&self.values).map_err(fatal_fmi_error)?;
+        parts.running.read_outputs(&mut self.values);
         (self.parts, self.stale) = (Some(parts), false);
         Ok(())
     }
@@ -171,42 +177,42 @@ impl CoSimulation for Nested {
                 "expected a multiple of the communication step {inner} s of the scenario, found {step} s"
             ));
         }
-        let Some(Parts { running, .. }) = &mut self.parts else {
+        let Some(ScenarioGeneration { running, .. }) = &mut self.parts else {
             return reject("the scenario is not initialised");
         };
-        let done = running.step(&self.values, steps as u64);
-        running.show(&mut self.values);
+        let done = running.do_steps(&self.values, steps as u64);
+        running.read_outputs(&mut self.values);
         let (message, status, state) = match done {
             Ok(()) => {
                 self.course.now = time + step;
                 return Ok(());
             }
-            Err(Ended::Terminated(message)) => {
+            Err(EarlyEnd::Terminated(message)) => {
                 self.course.terminated = true;
-                (message, Status::Discard, State::StepFailed)
+                (message, Status::Discard, LifecycleState::StepFailed)
             }
-            Err(Ended::Failed(message)) => (message, Status::Error, State::Error),
+            Err(EarlyEnd::Failed(message)) => (message, Status::Error, LifecycleState::Error),
         };
         self.course.state = state;
         Err(FmiError { status, message })
     }
 
     fn terminate(&mut self) -> FmiResult {
-        self.parts.as_mut().map_or(Ok(()), |parts| parts.running.terminate().map_err(lost))
+        self.parts.as_mut().map_or(Ok(()), |parts| parts.running.terminate().map_err(fatal_fmi_error))
     }
 
-    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        let value = self.values.get_mut(reference as usize).and_then(VariableValue::read);
+    fn get<T: FmiValue>(&mut self, reference: u32) -> FmiResult<T> {
+        let value = self.values.get_mut(reference as usize).and_then(VariableValue::get_typed);
         match value {
             Some(value) => Ok(value),
-            None => other_type(self.exposed(reference)?, T::KIND),
+            None => type_mismatch(self.exposed_variable(reference)?, T::KIND),
         }
     }
 
-    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
-        references.iter().try_for_each(|reference| self.check_set::<T>(*reference))?;
+    fn set<T: FmiValue>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
+        references.iter().try_for_each(|reference| self.check_settable::<T>(*reference))?;
         for (reference, value) in references.iter().zip(values) {
-            self.values[*reference as usize].write(value);
+            self.values[*reference as usize].set_typed(value);
             self.stale = true;
         }
         Ok(())
@@ -220,19 +226,19 @@ impl CoSimulation for Nested {
         reject("a directional derivative is not supported")
     }
 
-    fn save(&mut self) -> FmiResult<Saved> {
-        self.copy()
+    fn save(&mut self) -> FmiResult<SavedInstance> {
+        self.save_state()
     }
 
-    fn restore(&mut self, state: &Saved) -> FmiResult {
-        self.go_back(state)
+    fn restore(&mut self, state: &SavedInstance) -> FmiResult {
+        self.restore_state(state)
     }
 
-    fn serialize(&mut self, state: &Saved) -> FmiResult<Vec<u8>> {
-        self.bytes_of(state)
+    fn serialize(&mut self, state: &SavedInstance) -> FmiResult<Vec<u8>> {
+        self.state_to_bytes(state)
     }
 
-    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<Saved> {
-        self.state_of(bytes)
+    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<SavedInstance> {
+        self.state_from_bytes(bytes)
     }
 }

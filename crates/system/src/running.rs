@@ -2,65 +2,66 @@
 
 use std::path::Path;
 
-use cosim::exchange::{Interruption, failure};
+use cosim::exchange::{StepInterruption, call_failure_error};
 use cosim::execution::Execution;
 use cosim::node::{self, Node};
-use cosim::system::{Body, NodePlan, System};
+use cosim::system::{NodeBody, NodePlan, System};
 use diagnostics::Error;
 use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
-use recording::{ColumnIndex, Full, NumberIndex};
+use recording::{AllVariables, ColumnIndex, NumberIndex};
 use scenario::plan::RunPlan;
 use scenario::resolve::{Override, OverrideValue, Overrides};
 use scenario::{BuildArtifacts, Scenario};
 
 use crate::SCENARIO;
-use crate::guided::{ExternalInputNode, ExternalValues};
-use crate::interface::{Interface, Role};
+use crate::guided::{ExternalValues, ExternallyDrivenNode};
+use crate::interface::{ExposedVariableRole, ScenarioFmuInterface};
 
 /// The log category of what the FMUs of the scenario say.
 pub(crate) const NODES: &str = "logNodes";
 
 /// The scenario between two calls.
-pub(crate) struct Running {
+pub(crate) struct RunningScenario {
     pub execution: Execution,
     /// Inputs by node.
-    inputs: Vec<Inputs>,
+    inputs: Vec<ExternalInputs>,
     /// Outputs: their references and places in the row.
-    outputs: Vec<(usize, ColumnIndex<Full>)>,
+    outputs: Vec<(usize, ColumnIndex<AllVariables>)>,
 }
 
 /// Inputs that take the place of outputs of one node.
-struct Inputs {
+struct ExternalInputs {
     /// Their values for the node.
     external: ExternalValues,
     /// Their references and places in the row.
-    places: Vec<(usize, NumberIndex<Full>)>,
+    places: Vec<(usize, NumberIndex<AllVariables>)>,
 }
 
 /// Why a step of the scenario did not come to its end.
-pub(crate) enum Ended {
+pub(crate) enum EarlyEnd {
     /// A node ended the run, as planned.
     Terminated(String),
     /// A node failed, or a value fits no input.
     Failed(String),
 }
 
-impl Running {
+impl RunningScenario {
     /// Reads the scenario among the resources and makes its nodes, with these values as start values.
     ///
     /// # Errors
     /// When the scenario cannot be resolved here, or an FMU makes no instance.
-    pub fn assemble(
+    pub fn assemble_scenario(
         resources: &Path,
-        interface: &Interface,
+        interface: &ScenarioFmuInterface,
         values: &[VariableValue],
         course: &Lifecycle,
     ) -> Result<Self, Error> {
         let scenario = Scenario::read(&resources.join(SCENARIO))?;
         let parameters = interface.variables.iter().zip(values);
-        let changed = parameters
-            .filter(|(exposed, value)| exposed.role == Role::Parameter && **value != exposed.start);
+        let changed = parameters.filter(|(exposed, value)| {
+            exposed.role == ExposedVariableRole::Parameter && **value != exposed.start
+        });
         let starts = changed.filter_map(|(exposed, value)| {
             let value = match value {
                 VariableValue::Real(value) => OverrideValue::Number { value: *value, unit: None },
@@ -81,18 +82,18 @@ impl Running {
         let mut system = plan.system;
         system.clock.start = course.now;
         system.announced_stop = course.stop;
-        let mut nodes = node::instantiate(&mut system, None)?;
-        let (inputs, outputs) = guide(&system, &mut nodes, interface)?;
-        Ok(Running { execution: Execution::new(system, nodes), inputs, outputs })
+        let mut nodes = node::instantiate_nodes(&mut system, None)?;
+        let (inputs, outputs) = attach_external_values(&system, &mut nodes, interface)?;
+        Ok(RunningScenario { execution: Execution::new(system, nodes), inputs, outputs })
     }
 
     /// Initialises the nodes with these values of the inputs.
     ///
     /// # Errors
     /// When a node fails.
-    pub fn initialise(&mut self, values: &[VariableValue]) -> Result<(), Error> {
+    pub fn initialise_nodes(&mut self, values: &[VariableValue]) -> Result<(), Error> {
         self.set_inputs(values);
-        let initialised = self.execution.exchange(|exchange, coupling| {
+        let initialised = self.execution.with_exchange(|exchange, coupling| {
             coupling.initialise(exchange)?;
             exchange.notices().iter().for_each(|notice| warn(notice.clone()));
             Ok(())
@@ -105,20 +106,20 @@ impl Running {
     ///
     /// # Errors
     /// When a step does not come to its end.
-    pub fn step(&mut self, values: &[VariableValue], steps: u64) -> Result<(), Ended> {
+    pub fn do_steps(&mut self, values: &[VariableValue], steps: u64) -> Result<(), EarlyEnd> {
         for _ in 0..steps {
             self.set_inputs(values);
             let tick = self.execution.tick;
             let stepped = self.execution.try_step();
             self.log_messages(false);
             stepped.map_err(|interruption| match interruption {
-                Interruption::Value(error) | Interruption::Unsolved(error) => {
-                    Ended::Failed(error.to_string())
+                StepInterruption::Value(error) | StepInterruption::Unsolved(error) => {
+                    EarlyEnd::Failed(error.to_string())
                 }
-                Interruption::Call { node, error } => {
+                StepInterruption::Call { node, error } => {
                     let system = &self.execution.system;
-                    let time = system.clock.at(tick + u64::from(error.at_end_of_step()));
-                    ended(&system.nodes[node], error, time)
+                    let time = system.clock.time_at(tick + u64::from(error.is_at_step_end()));
+                    early_end(&system.nodes[node], error, time)
                 }
             })?;
         }
@@ -129,24 +130,24 @@ impl Running {
     ///
     /// # Errors
     /// When the bytes are of something else.
-    pub fn recall(&mut self, coupling: &[u8]) -> FmiResult {
+    pub fn restore_coupling(&mut self, coupling: &[u8]) -> FmiResult {
         match coupling {
             [] => Ok(()),
             bytes => {
-                self.execution.coupling.recall(bytes).or_else(|error| reject(error.to_string()))
+                self.execution.coupling.restore_from_bytes(bytes).or_else(|error| reject(error.to_string()))
             }
         }
     }
 
     /// Reads the outputs.
-    pub fn show(&self, values: &mut [VariableValue]) {
+    pub fn read_outputs(&self, values: &mut [VariableValue]) {
         let row = self.execution.row();
         for (reference, index) in &self.outputs {
             match (&mut values[*reference], index) {
                 (VariableValue::String(text), ColumnIndex::Text(index)) => {
                     text.clone_from(&row[*index]);
                 }
-                (cell, ColumnIndex::Number(index)) => cell.set_number(row[*index]),
+                (cell, ColumnIndex::Number(index)) => cell.set_from_f64(row[*index]),
                 _ => {}
             }
         }
@@ -165,9 +166,9 @@ impl Running {
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
     fn set_inputs(&mut self, values: &[VariableValue]) {
         let row = &mut self.execution.memory.row;
-        for Inputs { external, places } in &self.inputs {
-            let number = |reference: usize| values[reference].number().unwrap_or_default();
-            external.set(places.iter().map(|(reference, _)| number(*reference)));
+        for ExternalInputs { external, places } in &self.inputs {
+            let number = |reference: usize| values[reference].to_f64().unwrap_or_default();
+            external.set_values(places.iter().map(|(reference, _)| number(*reference)));
             places.iter().for_each(|(reference, at)| row[*at] = number(*reference));
         }
     }
@@ -179,7 +180,7 @@ impl Running {
             if !(ends || node.has_messages()) {
                 continue;
             }
-            for message in node.messages() {
+            for message in node.take_messages() {
                 let times = match message.again {
                     0 => String::new(),
                     again => format!(", {again} times more"),
@@ -196,51 +197,48 @@ impl Running {
 }
 
 /// How a node that did not come to the end of a step ended it, at a time [s].
-fn ended(plan: &NodePlan, error: CallError, time: f64) -> Ended {
+fn early_end(plan: &NodePlan, error: CallError, time: f64) -> EarlyEnd {
     match error.terminated {
         Some(reached) => {
             let name = &plan.name;
-            Ended::Terminated(format!("`{name}` ended the run at {reached} s: {}", error.what))
+            EarlyEnd::Terminated(format!("`{name}` ended the run at {reached} s: {}", error.what))
         }
-        None => Ended::Failed(failure(plan, error, time).to_string()),
+        None => EarlyEnd::Failed(call_failure_error(plan, error, time).to_string()),
     }
 }
 
 /// Inputs by node, and outputs with their references and places in the row.
-type Places = (Vec<Inputs>, Vec<(usize, ColumnIndex<Full>)>);
+type InputsAndOutputs = (Vec<ExternalInputs>, Vec<(usize, ColumnIndex<AllVariables>)>);
 
 /// Puts the values of the interface in the place of the signals that they take the place of.
-fn guide(
+fn attach_external_values(
     system: &System,
     nodes: &mut Vec<Box<dyn Node>>,
-    interface: &Interface,
-) -> Result<Places, Error> {
+    interface: &ScenarioFmuInterface,
+) -> Result<InputsAndOutputs, Error> {
     let find = |name: &str| {
         let found = system.columns.find(name);
-        found.ok_or_else(|| Error::input(format!("the scenario has no `{name}`")))
+        found.ok_or_else(|| Error::invalid_input(format!("the scenario has no `{name}`")))
     };
     let mut wanted = Vec::new();
     let mut outputs = Vec::new();
     for (reference, exposed) in interface.variables.iter().enumerate() {
         match &exposed.role {
-            Role::Input(signal) => match find(signal)? {
+            ExposedVariableRole::Input(signal) => match find(signal)? {
                 ColumnIndex::Number(index) => wanted.push((reference, index)),
                 ColumnIndex::Text(_) => {
-                    return Err(Error::input(format!(
-                        "`{signal}` is a text, which no input holds"
-                    )));
+                    return Err(Error::invalid_input(format!("`{signal}` is a text, which no input holds")));
                 }
             },
-            Role::Output => outputs.push((reference, find(&exposed.name)?)),
-            Role::Parameter => {}
+            ExposedVariableRole::Output => outputs.push((reference, find(&exposed.name)?)),
+            ExposedVariableRole::Parameter => {}
         }
     }
     let mut inputs = Vec::new();
     let guided = std::mem::take(nodes).into_iter().zip(&system.nodes).map(|(node, plan)| {
-        let is_source = !matches!(plan.body, Body::Fmu { .. });
-        let place = |at: NumberIndex<Full>| plan.outputs.indices().position(|it| it == at);
-        let own: Vec<_> =
-            wanted.iter().filter(|(_, at)| is_source && place(*at).is_some()).collect();
+        let is_source = !matches!(plan.body, NodeBody::Fmu { .. });
+        let place = |at: NumberIndex<AllVariables>| plan.outputs.indices().position(|it| it == at);
+        let own: Vec<_> = wanted.iter().filter(|(_, at)| is_source && place(*at).is_some()).collect();
         if own.is_empty() {
             return node;
         }
@@ -248,8 +246,8 @@ fn guide(
         let external =
             ExternalValues::new(own.iter().filter_map(|(_, at)| Some((place(*at)?, integer(*at)))));
         let places = own.into_iter().copied().collect();
-        inputs.push(Inputs { external: external.clone(), places });
-        Box::new(ExternalInputNode { node, external }) as Box<dyn Node>
+        inputs.push(ExternalInputs { external: external.clone(), places });
+        Box::new(ExternallyDrivenNode { node, external }) as Box<dyn Node>
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))

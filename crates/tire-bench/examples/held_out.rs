@@ -4,14 +4,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use tire::{Axes, Coefficients};
-use tire_bench::{Holdout, Options, held_out, read_csv_file};
+use tire::{Coefficients, TireAxes};
+use tire_bench::{FitHoldout, TireFitOptions, fit_with_holdout, read_csv_file};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("expected a folder with the data")?;
     let mut samples = Vec::new();
     for (run, name) in ["ttc_cornering.csv.gz", "ttc_drivebrake.csv.gz"].iter().enumerate() {
-        samples.extend(read_csv_file(&Path::new(&folder).join(name), run, &[], Axes::Iso)?);
+        samples.extend(read_csv_file(&Path::new(&folder).join(name), run, &[], TireAxes::Iso)?);
     }
     let tire = Coefficients {
         UNLOADED_RADIUS: 0.2025,
@@ -23,25 +23,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Coefficients::default()
     };
     let lefts = [
-        Holdout::Pressure(83_200.0),
-        Holdout::Pressure(69_500.0),
-        Holdout::Pressure(97_000.0),
-        Holdout::Load(1650.0),
-        Holdout::SlipAngle(0.0425),
-        Holdout::Nothing,
-        Holdout::Load(2190.0),
-        Holdout::Load(525.0),
-        Holdout::Load(2740.0),
+        FitHoldout::Pressure(83_200.0),
+        FitHoldout::Pressure(69_500.0),
+        FitHoldout::Pressure(97_000.0),
+        FitHoldout::Load(1650.0),
+        FitHoldout::SlipAngle(0.0425),
+        FitHoldout::Nothing,
+        FitHoldout::Load(2190.0),
+        FitHoldout::Load(525.0),
+        FitHoldout::Load(2740.0),
     ];
     let kind = std::env::args().nth(2);
     for extended in [false, true] {
         if kind.as_deref().is_some_and(|it| it != if extended { "extended" } else { "standard" }) {
             continue;
         }
-        let options = Options { tire, extended, draws: 0, seed: 1 };
+        let options = TireFitOptions { tire, extended, draws: 0, seed: 1 };
         for left in lefts {
             let begin = Instant::now();
-            let (fit, found) = held_out(&samples, &options, left)?;
+            let (fit, found) = fit_with_holdout(&samples, &options, left)?;
             let seconds = begin.elapsed().as_secs_f64();
             println!("{left:?}, extended {extended}: {seconds:.1} s");
             for it in fit.residuals {

@@ -22,7 +22,7 @@ pub(crate) struct Wrench {
 
 impl Wrench {
     /// The same in W axes. `gamma` is the camber [rad], `radius` the distance from the contact to the centre in the plane of the wheel [m].
-    pub fn at_contact(self, axes: TydexAxes, gamma: f64, radius: f64) -> Self {
+    pub fn moved_to_contact(self, axes: TydexAxes, gamma: f64, radius: f64) -> Self {
         let (sin, cos) = gamma.sin_cos();
         let mut turned = self;
         if axes == TydexAxes::C {
@@ -51,18 +51,16 @@ mod tests {
         let F = [500.0, -800.0, 3000.0];
         let (M_y, M_z) = (-20.0, 15.0);
         // Moments about the centre: those about the contact less d x F with d = R (0, -sin, cos), M_x included.
-        let M_H =
-            [7.0 - (-R * sin * F[2] - R * cos * F[1]), M_y - R * cos * F[0], M_z - R * sin * F[0]];
-        let found = Wrench { F, M_y: M_H[1], M_z: M_H[2] }.at_contact(TydexAxes::H, gamma, R);
+        let M_H = [7.0 - (-R * sin * F[2] - R * cos * F[1]), M_y - R * cos * F[0], M_z - R * sin * F[0]];
+        let found = Wrench { F, M_y: M_H[1], M_z: M_H[2] }.moved_to_contact(TydexAxes::H, gamma, R);
         assert!((found.M_z - M_z).abs() < 1e-12 && (found.M_y - M_y).abs() < 1e-12, "{found:?}");
         // Leaning axes: turned by -gamma about x.
         let leaning = |v: [f64; 3]| [v[0], v[1] * cos + v[2] * sin, -v[1] * sin + v[2] * cos];
         let M = leaning(M_H);
-        let found =
-            Wrench { F: leaning(F), M_y: M[1], M_z: M[2] }.at_contact(TydexAxes::C, gamma, R);
+        let found = Wrench { F: leaning(F), M_y: M[1], M_z: M[2] }.moved_to_contact(TydexAxes::C, gamma, R);
         assert!((found.M_z - M_z).abs() < 1e-12, "{found:?}");
         assert!(found.F.iter().zip(F).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
         let same = Wrench { F, M_y, M_z };
-        assert_eq!(same.at_contact(TydexAxes::W, gamma, R), same);
+        assert_eq!(same.moved_to_contact(TydexAxes::W, gamma, R), same);
     }
 }

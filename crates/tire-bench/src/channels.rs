@@ -3,7 +3,7 @@
 use units::Unit;
 
 use crate::sample::BenchError;
-use crate::table::{Column, Table};
+use crate::table::{BenchColumn, BenchTable};
 
 /// Each channel of [`crate::Sample`] with its name and its SI unit.
 pub const CHANNELS: [(&str, &str); 12] = [
@@ -63,7 +63,7 @@ pub enum FileUnits {
 
 impl FileUnits {
     /// The unit of a quantity with this SI unit.
-    fn of(self, si: &'static str) -> &'static str {
+    fn unit_for_si(self, si: &'static str) -> &'static str {
         let english = self == Self::TtcEnglish;
         let pair = match si {
             "rad" => ["deg", "deg"],
@@ -81,32 +81,31 @@ impl FileUnits {
 
 /// What the user says of files.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Reading<'a> {
+pub struct BenchReadOptions<'a> {
     /// Axes of the files.
-    pub axes: tire::Axes,
+    pub axes: tire::TireAxes,
     /// Channels whose columns have other names or units: channel, column, unit.
     pub columns: &'a [(&'a str, &'a str, Option<&'a str>)],
     /// Channels with one value, for files that have them not.
-    pub constants: &'a [Constant<'a>],
+    pub constants: &'a [ChannelConstant<'a>],
     /// Units of files that state none.
     pub units: Option<FileUnits>,
     /// Radius without load [m], for moments about the centre of the wheel in files without a loaded radius.
     pub radius: f64,
 }
 
-impl Reading<'_> {
+impl BenchReadOptions<'_> {
     /// The constant of a channel [SI]: that of the file goes before that of all files.
-    pub(crate) fn constant(&self, file: &str, channel: &str) -> Option<f64> {
-        let of = |file: Option<&str>| {
-            self.constants.iter().find(|it| it.channel == channel && it.file == file)
-        };
+    pub(crate) fn channel_constant(&self, file: &str, channel: &str) -> Option<f64> {
+        let of =
+            |file: Option<&str>| self.constants.iter().find(|it| it.channel == channel && it.file == file);
         of(Some(file)).or_else(|| of(None)).map(|it| it.value)
     }
 }
 
 /// A channel with one value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constant<'a> {
+pub struct ChannelConstant<'a> {
     /// The file that it is of; without one, of all files.
     pub file: Option<&'a str>,
     /// One of [`CHANNELS`].
@@ -117,15 +116,15 @@ pub struct Constant<'a> {
 
 /// A column, and what makes SI units of it.
 #[derive(Clone, Copy)]
-pub(crate) struct Source<'t> {
-    pub column: &'t Column,
+pub(crate) struct ScaledColumn<'t> {
+    pub column: &'t BenchColumn,
     scale: f64,
     offset: f64,
 }
 
-impl Source<'_> {
-    pub fn at(&self, row: usize) -> f64 {
-        self.scale * self.column.at(row) + self.offset
+impl ScaledColumn<'_> {
+    pub fn si_value_at(&self, row: usize) -> f64 {
+        self.scale * self.column.value_at(row) + self.offset
     }
 }
 
@@ -146,7 +145,7 @@ fn is_force(alias: &str) -> bool {
 }
 
 /// The SI unit of a channel.
-fn si(channel: &str) -> &'static str {
+fn si_unit_of_channel(channel: &str) -> &'static str {
     CHANNELS.iter().chain(&SIDES).find(|it| it.0 == channel).map_or("1", |it| it.1)
 }
 
@@ -154,53 +153,53 @@ fn si(channel: &str) -> &'static str {
 ///
 /// # Errors
 /// When the user's column is missing, its unit is unknown or of another kind, or a field is no number.
-pub(crate) fn source<'t>(
-    table: &'t Table,
-    reading: &Reading,
+pub(crate) fn find_channel_column<'t>(
+    table: &'t BenchTable,
+    reading: &BenchReadOptions,
     channel: &str,
     axes: &str,
-) -> Result<Option<Source<'t>>, BenchError> {
+) -> Result<Option<ScaledColumn<'t>>, BenchError> {
     let chosen = reading.columns.iter().find(|it| it.0 == channel);
     let column = match chosen {
-        Some((_, name, _)) => Some(table.find(name).ok_or_else(|| {
-            let text = format!("expected a column {name} for {channel}, found {}", table.names());
-            table.bad(table.head, text)
+        Some((_, name, _)) => Some(table.find_column(name).ok_or_else(|| {
+            let text = format!("expected a column {name} for {channel}, found {}", table.column_names());
+            table.error_at_line(table.head, text)
         })?),
-        None => found(table, channel, axes),
+        None => column_by_channel_name(table, channel, axes),
     };
     let Some(column) = column else { return Ok(None) };
-    let si = si(channel);
+    let si = si_unit_of_channel(channel);
     let unit = chosen.and_then(|it| it.2).or(column.unit.as_deref());
     // Names of our own have their unit in them.
     let own = column.name == channel;
     let unit = match (unit, reading.units) {
         (Some(unit), _) => unit,
         (None, _) if own || channel == "block" => si,
-        (None, Some(units)) => units.of(si),
+        (None, Some(units)) => units.unit_for_si(si),
         (None, None) => {
             let text = format!(
                 "{}: expected a unit for {channel}, found none in the file: give it, columns.{channel} = {{ column = \"{}\", unit = \"{}\" }}, or units = \"ttc_metric\" for all",
                 column.name,
                 column.name,
-                FileUnits::TtcMetric.of(si)
+                FileUnits::TtcMetric.unit_for_si(si)
             );
-            return Err(table.bad(table.head, text));
+            return Err(table.error_at_line(table.head, text));
         }
     };
-    let (scale, offset) = conversion(unit, si).ok_or_else(|| {
+    let (scale, offset) = unit_conversion(unit, si).ok_or_else(|| {
         let text = format!("{}: expected a unit like {si}, found {unit}", column.name);
-        table.bad(table.head, text)
+        table.error_at_line(table.head, text)
     })?;
     if let Some((line, field)) = &column.wrong {
         return Err(
-            table.bad(*line, format!("{}: expected a number, found `{field}`", column.name))
+            table.error_at_line(*line, format!("{}: expected a number, found `{field}`", column.name))
         );
     }
-    Ok(Some(Source { column, scale, offset }))
+    Ok(Some(ScaledColumn { column, scale, offset }))
 }
 
 /// The column that has the name of a channel, or the first of its other names.
-fn found<'t>(table: &'t Table, channel: &str, axes: &str) -> Option<&'t Column> {
+fn column_by_channel_name<'t>(table: &'t BenchTable, channel: &str, axes: &str) -> Option<&'t BenchColumn> {
     if axes.is_empty()
         && let Some(own) = table.columns.iter().find(|it| it.name == channel)
     {
@@ -209,13 +208,13 @@ fn found<'t>(table: &'t Table, channel: &str, axes: &str) -> Option<&'t Column> 
     let aliases = ALIASES.iter().find(|it| it.0 == channel)?.1;
     let named = |alias: &&str| {
         let behind = if is_force(alias) { axes } else { "" };
-        table.find(&format!("{alias}{behind}"))
+        table.find_column(&format!("{alias}{behind}"))
     };
     aliases.iter().find_map(named)
 }
 
 /// Factor and offset from a unit, as benches spell it, to one in SI.
-fn conversion(unit: &str, si: &str) -> Option<(f64, f64)> {
+fn unit_conversion(unit: &str, si: &str) -> Option<(f64, f64)> {
     const SPELLINGS: [(&str, &str); 18] = [
         // Text files of FSAE TTC say by which standard the slip ratio is, where its unit would stand.
         ("sae", "1"),
@@ -240,8 +239,8 @@ fn conversion(unit: &str, si: &str) -> Option<(f64, f64)> {
     let to = Unit::parse(si).ok()?;
     let lower = unit.trim().to_lowercase();
     let own = SPELLINGS.iter().find(|it| it.0 == lower).map(|it| it.1);
-    let other_case = units::known().find(|it| it.eq_ignore_ascii_case(unit));
-    let meant = [Some(unit), units::unit_of_spelling(unit), own, other_case];
+    let other_case = units::known_unit_names().find(|it| it.eq_ignore_ascii_case(unit));
+    let meant = [Some(unit), units::unit_for_spelling(unit), own, other_case];
     let units = meant.into_iter().flatten().filter_map(|it| Unit::parse(it).ok());
     units.filter_map(|from| Unit::conversion(&from, &to)).next()
 }
@@ -269,20 +268,14 @@ mod tests {
             ("none", "1", 0.05, 0.05),
             ("SAE", "1", 0.05, 0.05),
         ] {
-            let (scale, offset) = conversion(unit, si).expect(unit);
+            let (scale, offset) = unit_conversion(unit, si).expect(unit);
             assert!((scale * value + offset - expected).abs() < 1e-6, "{unit}");
         }
-        assert!(conversion("N", "rad").is_none() && conversion("-", "rad").is_none());
+        assert!(unit_conversion("N", "rad").is_none() && unit_conversion("-", "rad").is_none());
     }
 
     #[test]
     fn forces_have_axes_behind_their_names() {
-        assert!(
-            is_known("FYW")
-                && is_known("mzh")
-                && is_known("SA")
-                && !is_known("SAW")
-                && !is_known("FYX")
-        );
+        assert!(is_known("FYW") && is_known("mzh") && is_known("SA") && !is_known("SAW") && !is_known("FYX"));
     }
 }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use numerics::statistics::quantile;
 use tire::Coefficients;
 
-use crate::sample::{SWEPT, Sample, range};
+use crate::sample::{BenchSample, SWEPT, value_range};
 
 /// Time constant of the carcass temperature behind that of the tread [s]: the sweeps of a bench take about 10 s, the carcass minutes.
 const CARCASS: f64 = 100.0;
@@ -16,9 +16,9 @@ const USUAL_REFERENCE: f64 = 333.0;
 
 /// Mean over one revolution of the wheel: run-out of tire and belt is no property of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Point {
+pub struct RevolutionMean {
     /// Means of the samples; their time is that of the first.
-    pub sample: Sample,
+    pub sample: BenchSample,
     /// Rate of the slip ratio [1/s] and of the slip angle [rad/s].
     pub rate: [f64; 2],
     /// Temperature of the carcass, that of the tread with a lag [K].
@@ -32,8 +32,8 @@ pub struct Point {
 }
 
 /// Means of samples in their order; `tire` gives the radius of the wheel.
-pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
-    let mut points: Vec<Point> = Vec::new();
+pub fn average_over_revolutions(samples: &[BenchSample], tire: &Coefficients) -> Vec<RevolutionMean> {
+    let mut points: Vec<RevolutionMean> = Vec::new();
     let (mut carcass, mut last) = (f64::NAN, f64::NAN);
     let mut start = (usize::MAX, 0.0);
     for block in samples.chunk_by(|a, b| (a.run, a.block) == (b.run, b.block)) {
@@ -48,18 +48,16 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
             start = (first.run, first.time);
         }
         let level = block.iter().map(|it| it.F_z).sum::<f64>() / block.len() as f64;
-        let driven = range(block.iter().map(|it| it.kappa)) > SWEPT;
-        let angle =
-            driven.then(|| block.iter().map(|it| it.alpha).sum::<f64>() / block.len() as f64);
+        let driven = value_range(block.iter().map(|it| it.kappa)) > SWEPT;
+        let angle = driven.then(|| block.iter().map(|it| it.alpha).sum::<f64>() / block.len() as f64);
         let begin = points.len();
         for samples in block.chunks_exact(window) {
-            let sample = mean(samples);
+            let sample = mean_sample(samples);
             if last.is_finite() && sample.time > last {
-                carcass +=
-                    (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
+                carcass += (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
             }
             last = sample.time;
-            points.push(Point {
+            points.push(RevolutionMean {
                 sample,
                 rate: [0.0; 2],
                 carcass,
@@ -68,14 +66,14 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
                 elapsed: sample.time - start.1,
             });
         }
-        rates(&mut points[begin..]);
+        set_slip_rates(&mut points[begin..]);
     }
     points
 }
 
 /// The temperature [K] at which the terms of temperature are 0, so that the formula alone is a tire that was measured: the usual one
 /// where the data reach it, else their median.
-pub(crate) fn reference(points: &[Point]) -> f64 {
+pub(crate) fn reference_temperature(points: &[RevolutionMean]) -> f64 {
     let measured = points.iter().map(|it| it.sample.temperature).filter(|it| it.is_finite());
     let mut measured: Vec<f64> = measured.collect();
     measured.sort_by(f64::total_cmp);
@@ -88,11 +86,10 @@ pub(crate) fn reference(points: &[Point]) -> f64 {
     }
 }
 
-fn mean(samples: &[Sample]) -> Sample {
+fn mean_sample(samples: &[BenchSample]) -> BenchSample {
     let first = samples[0];
-    let of =
-        |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / samples.len() as f64;
-    Sample {
+    let of = |value: fn(&BenchSample) -> f64| samples.iter().map(value).sum::<f64>() / samples.len() as f64;
+    BenchSample {
         kappa: of(|it| it.kappa),
         alpha: of(|it| it.alpha),
         gamma: of(|it| it.gamma),
@@ -107,10 +104,9 @@ fn mean(samples: &[Sample]) -> Sample {
     }
 }
 
-fn rates(points: &mut [Point]) {
+fn set_slip_rates(points: &mut [RevolutionMean]) {
     for i in 0..points.len() {
-        let (a, b) =
-            (points[i.saturating_sub(1)].sample, points[(i + 1).min(points.len() - 1)].sample);
+        let (a, b) = (points[i.saturating_sub(1)].sample, points[(i + 1).min(points.len() - 1)].sample);
         let time = b.time - a.time;
         if time > 0.0 {
             points[i].rate = [(b.kappa - a.kappa) / time, (b.alpha - a.alpha) / time];

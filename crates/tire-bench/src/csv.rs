@@ -2,8 +2,8 @@
 
 use crate::channels::is_known;
 use crate::sample::BenchError;
-use crate::table::{Column, ROWS, Table, number};
-use crate::text::lines;
+use crate::table::{BenchColumn, BenchTable, ROWS, parse_number};
+use crate::text::numbered_lines;
 
 /// Lines at the beginning that are looked at for the names.
 const TITLES: usize = 200;
@@ -12,26 +12,26 @@ const TITLES: usize = 200;
 ///
 /// # Errors
 /// When it has no line of names or no rows.
-pub(crate) fn read(text: &str, file: &str, named: &[&str]) -> Result<Table, BenchError> {
-    let mut table = Table { file: file.to_owned(), ..Table::default() };
-    let filled = lines(text).filter(|(_, line)| !line.trim().is_empty());
+pub(crate) fn read_csv_table(text: &str, file: &str, named: &[&str]) -> Result<BenchTable, BenchError> {
+    let mut table = BenchTable { file: file.to_owned(), ..BenchTable::default() };
+    let filled = numbered_lines(text).filter(|(_, line)| !line.trim().is_empty());
     let first: Vec<_> = filled.clone().take(TITLES).collect();
-    let (delimiter, head, line) = head(&first, named).ok_or_else(|| {
-        table.bad(
+    let (delimiter, head, line) = find_header(&first, named).ok_or_else(|| {
+        table.error_at_line(
             None,
             "expected a line with names of columns, found none: a title may stand above it",
         )
     })?;
     table.head = Some(line);
-    let names = fields(head, delimiter);
-    table.columns = names.iter().map(|it| column(it)).collect();
+    let names = split_fields(head, delimiter);
+    table.columns = names.iter().map(|it| parse_column_title(it)).collect();
     let content = filled.skip_while(|it| it.0 <= line);
     let mut content = content.filter(|it| !is_comment(it.1)).peekable();
     if let Some((_, below)) = content.peek()
-        && is_units(&fields(below, delimiter))
+        && is_units(&split_fields(below, delimiter))
     {
-        for (column, unit) in table.columns.iter_mut().zip(fields(below, delimiter)) {
-            let unit = unbracketed(unit.trim());
+        for (column, unit) in table.columns.iter_mut().zip(split_fields(below, delimiter)) {
+            let unit = strip_brackets(unit.trim());
             if !unit.is_empty() {
                 column.unit = Some(unit.to_owned());
             }
@@ -41,15 +41,15 @@ pub(crate) fn read(text: &str, file: &str, named: &[&str]) -> Result<Table, Benc
     let comma = delimiter != ',';
     for (rows, (at, line)) in content.enumerate() {
         if rows >= ROWS {
-            return Err(table.bad(Some(at), format!("expected at most {ROWS} rows, found more")));
+            return Err(table.error_at_line(Some(at), format!("expected at most {ROWS} rows, found more")));
         }
-        let fields = fields(line, delimiter);
+        let fields = split_fields(line, delimiter);
         for (place, column) in table.columns.iter_mut().enumerate() {
-            column.push(fields.get(place).copied().unwrap_or(""), at, comma);
+            column.push_field(fields.get(place).copied().unwrap_or(""), at, comma);
         }
     }
-    if table.rows() == 0 {
-        return Err(table.bad(table.head, "expected rows below the names, found none"));
+    if table.row_count() == 0 {
+        return Err(table.error_at_line(table.head, "expected rows below the names, found none"));
     }
     Ok(table)
 }
@@ -61,22 +61,22 @@ fn is_comment(line: &str) -> bool {
 }
 
 /// A delimiter of ' ' stands for any number of spaces and tabs.
-fn fields(line: &str, delimiter: char) -> Vec<&str> {
+fn split_fields(line: &str, delimiter: char) -> Vec<&str> {
     match delimiter {
-        ' ' => line.split_whitespace().map(unquoted).collect(),
-        _ => line.split(delimiter).map(unquoted).collect(),
+        ' ' => line.split_whitespace().map(strip_quotes).collect(),
+        _ => line.split(delimiter).map(strip_quotes).collect(),
     }
 }
 
-fn unquoted(field: &str) -> &str {
+fn strip_quotes(field: &str) -> &str {
     field.trim().trim_matches('"').trim()
 }
 
 /// The delimiter and the line of the names: the first line with at least two names that are known; without one, the first line.
-fn head<'a>(first: &[(usize, &'a str)], named: &[&str]) -> Option<(char, &'a str, usize)> {
+fn find_header<'a>(first: &[(usize, &'a str)], named: &[&str]) -> Option<(char, &'a str, usize)> {
     let known = |line: &str, delimiter: char| {
-        let names = fields(line, delimiter);
-        let of = names.iter().map(|it| column(it).name);
+        let names = split_fields(line, delimiter);
+        let of = names.iter().map(|it| parse_column_title(it).name);
         of.filter(|name| is_known(name) || named.contains(&name.as_str())).count()
     };
     for (at, line) in first {
@@ -97,31 +97,29 @@ fn head<'a>(first: &[(usize, &'a str)], named: &[&str]) -> Option<(char, &'a str
 /// Whether a line has words where rows have numbers.
 fn is_units(fields: &[&str]) -> bool {
     let words = fields.iter().filter(|it| !it.is_empty());
-    let short = |it: &&&str| it.chars().count() <= 12 && number(it, true).is_none();
-    words.clone().count() >= 2
-        && words.clone().all(|it| short(&it))
-        && words.clone().any(|it| is_unit(it))
+    let short = |it: &&&str| it.chars().count() <= 12 && parse_number(it, true).is_none();
+    words.clone().count() >= 2 && words.clone().all(|it| short(&it)) && words.clone().any(|it| is_unit(it))
 }
 
 fn is_unit(field: &str) -> bool {
-    let field = unbracketed(field);
-    units::Unit::parse(field).is_ok() || units::unit_of_spelling(field).is_some()
+    let field = strip_brackets(field);
+    units::Unit::parse(field).is_ok() || units::unit_for_spelling(field).is_some()
 }
 
-fn unbracketed(text: &str) -> &str {
+fn strip_brackets(text: &str) -> &str {
     let inner = |open, close| text.strip_prefix(open).and_then(|it: &str| it.strip_suffix(close));
     inner('[', ']').or_else(|| inner('(', ')')).unwrap_or(text).trim()
 }
 
 /// A column of a title such as `SA [deg]`, `FZ(N)` or `SA`.
-fn column(title: &str) -> Column {
+fn parse_column_title(title: &str) -> BenchColumn {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some((name, rest)) = title.split_once(open)
             && let Some(unit) = rest.trim().strip_suffix(close)
             && !name.trim().is_empty()
         {
-            return Column::new(name, unit);
+            return BenchColumn::new(name, unit);
         }
     }
-    Column::new(title, "")
+    BenchColumn::new(title, "")
 }

@@ -1,13 +1,13 @@
 //! Evaluates a tire with temperature terms at the points of a bench.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use tire::{Coefficients, MfTire, Number, Slip, Tire};
+use tire::{Coefficients, MfTire, Number, Tire, TireOperatingPoint};
 
-use crate::condition::Point;
+use crate::condition::RevolutionMean;
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Channel {
+pub enum FittedChannel {
     /// F_x.
     Longitudinal,
     /// F_y.
@@ -16,9 +16,9 @@ pub enum Channel {
     Aligning,
 }
 
-impl Channel {
+impl FittedChannel {
     /// Its measured value at a point [N, N m].
-    pub fn measured(self, point: &Point) -> f64 {
+    pub fn measured_value(self, point: &RevolutionMean) -> f64 {
         match self {
             Self::Longitudinal => point.sample.F_x,
             Self::Lateral => point.sample.F_y,
@@ -29,22 +29,22 @@ impl Channel {
 
 /// What a term changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effect {
+pub(crate) enum TermEffect {
     /// ln of the factor to the friction, over a feature.
-    Friction(Feature),
+    Friction(TermFeature),
     /// ln of the factor to the slip stiffness, over a feature.
-    Stiffness(Feature),
+    Stiffness(TermFeature),
     /// Lag of the force behind the slip [s].
     Lag,
     /// Relative growth of the slip angle with the slip ratio.
     Weight,
     /// ln of the factor to the slip ratio in F_y, over a feature.
-    SlipRatio(Feature),
+    SlipRatio(TermFeature),
 }
 
 /// What a term depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Feature {
+pub(crate) enum TermFeature {
     Tread,
     Carcass,
     LoadSquare,
@@ -57,31 +57,31 @@ pub(crate) enum Feature {
 
 /// A term beyond the Magic Formula 6.1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Term {
+pub struct ExtensionTerm {
     /// Its key in the section `[BENCH_TERMS]` of a file.
     pub name: &'static str,
     /// The force that it changes.
-    pub channel: Channel,
+    pub channel: FittedChannel,
     /// What it is.
     pub doc: &'static str,
     /// Standard deviation of its prior, whose mean is 0.
     pub std: f64,
     /// Whether it is beyond temperature and lag, which every fit has.
     pub extended: bool,
-    pub(crate) effect: Effect,
+    pub(crate) effect: TermEffect,
 }
 
 macro_rules! terms {
     ($($name:literal $channel:ident $effect:expr, $std:literal, $extended:literal, $doc:literal;)+) => {
         /// All terms.
-        pub const TERMS: &[Term] = &[$(Term {
-            name: $name, channel: Channel::$channel, effect: $effect, std: $std, extended: $extended, doc: $doc,
+        pub const TERMS: &[ExtensionTerm] = &[$(ExtensionTerm {
+            name: $name, channel: FittedChannel::$channel, effect: $effect, std: $std, extended: $extended, doc: $doc,
         },)+];
     };
 }
 
-use Effect::{Friction, Lag, SlipRatio, Stiffness, Weight};
-use Feature::{Camber, CamberLoad, Carcass, LoadSquare, Pressure, Run, Time, Tread};
+use TermEffect::{Friction, Lag, SlipRatio, Stiffness, Weight};
+use TermFeature::{Camber, CamberLoad, Carcass, LoadSquare, Pressure, Run, Time, Tread};
 
 terms! {
     "TDX1" Longitudinal Friction(Tread), 0.1, false, "ln D_x over 10 K of the tread";
@@ -123,46 +123,46 @@ pub(crate) const COUNT: usize = TERMS.len();
 
 /// A tire with terms.
 #[derive(Clone, Copy)]
-pub(crate) struct Model<T> {
+pub(crate) struct ExtendedTireModel<T> {
     pub tire: MfTire<T>,
     pub terms: [T; COUNT],
     /// Where the terms of temperature are 0 [K].
     pub reference: f64,
 }
 
-impl<T: Number> Model<T> {
+impl<T: Number> ExtendedTireModel<T> {
     /// A force or moment at a point [N, N m].
-    pub fn value(&self, channel: Channel, point: &Point) -> T {
+    pub fn channel_value(&self, channel: FittedChannel, point: &RevolutionMean) -> T {
         let s = &point.sample;
         let nominal = self.tire.coefficients().FNOMIN.re();
         let dfz = s.F_z / nominal - 1.0;
         let dpi = s.pressure / self.tire.coefficients().NOMPRES.re() - 1.0;
         // The moment takes the lateral force along.
-        let across =
-            |it: Channel| it == channel || (channel == Channel::Aligning && it == Channel::Lateral);
-        let at = |feature: Feature| feature.at(point, [dfz, dpi], self.reference);
+        let across = |it: FittedChannel| {
+            it == channel || (channel == FittedChannel::Aligning && it == FittedChannel::Lateral)
+        };
+        let at = |feature: TermFeature| feature.feature_value(point, [dfz, dpi], self.reference);
         let zero = T::from(0.0);
         let (mut friction, mut stiffness) = ([zero; 2], [zero; 2]);
         let (mut kappa, mut alpha) = (T::from(s.kappa), T::from(s.alpha));
         for (term, c) in TERMS.iter().zip(self.terms) {
-            let side = usize::from(term.channel == Channel::Lateral);
+            let side = usize::from(term.channel == FittedChannel::Lateral);
             match term.effect {
-                Effect::Friction(feature) => friction[side] += c * at(feature),
-                Effect::Stiffness(feature) => stiffness[side] += c * at(feature),
-                Effect::Lag if across(term.channel) => {
+                TermEffect::Friction(feature) => friction[side] += c * at(feature),
+                TermEffect::Stiffness(feature) => stiffness[side] += c * at(feature),
+                TermEffect::Lag if across(term.channel) => {
                     kappa -= c * if side == 0 { point.rate[0] } else { 0.0 };
                     alpha -= c * if side == 1 { point.rate[1] } else { 0.0 };
                 }
-                Effect::Weight if across(term.channel) => alpha *= c * s.kappa + 1.0,
-                Effect::SlipRatio(feature) if across(term.channel) => {
+                TermEffect::Weight if across(term.channel) => alpha *= c * s.kappa + 1.0,
+                TermEffect::SlipRatio(feature) if across(term.channel) => {
                     kappa *= (c * at(feature)).exp();
                 }
-                Effect::Lag | Effect::Weight | Effect::SlipRatio(_) => {}
+                TermEffect::Lag | TermEffect::Weight | TermEffect::SlipRatio(_) => {}
             }
         }
-        let factors =
-            [friction[0].exp(), friction[1].exp(), stiffness[0].exp(), stiffness[1].exp()];
-        let slip = Slip {
+        let factors = [friction[0].exp(), friction[1].exp(), stiffness[0].exp(), stiffness[1].exp()];
+        let slip = TireOperatingPoint {
             kappa,
             alpha,
             gamma: T::from(s.gamma),
@@ -171,17 +171,17 @@ impl<T: Number> Model<T> {
             pressure: Some(T::from(s.pressure)),
             mu: T::from(1.0),
         };
-        let tire = self.tire.scaled(factors);
+        let tire = self.tire.with_scale_factors(factors);
         match channel {
-            Channel::Longitudinal => tire.F_xy(&slip)[0],
-            Channel::Lateral => tire.F_xy(&slip)[1],
-            Channel::Aligning => tire.F_xy_M_z(&slip)[2],
+            FittedChannel::Longitudinal => tire.F_xy(&slip)[0],
+            FittedChannel::Lateral => tire.F_xy(&slip)[1],
+            FittedChannel::Aligning => tire.F_xy_M_z(&slip)[2],
         }
     }
 }
 
-impl Feature {
-    fn at(self, point: &Point, [dfz, dpi]: [f64; 2], reference: f64) -> f64 {
+impl TermFeature {
+    fn feature_value(self, point: &RevolutionMean, [dfz, dpi]: [f64; 2], reference: f64) -> f64 {
         // What was not measured has no effect.
         let warmer = |it: f64| if it.is_finite() { (it - reference) / 10.0 } else { 0.0 };
         let gamma = point.sample.gamma.abs();
@@ -205,10 +205,10 @@ impl Feature {
 }
 
 /// A model of plain numbers; `None` where the coefficients are of no tire.
-pub(crate) fn plain(
+pub(crate) fn plain_tire_model(
     coefficients: &Coefficients,
     terms: [f64; COUNT],
     reference: f64,
-) -> Option<Model<f64>> {
-    MfTire::new(*coefficients).ok().map(|tire| Model { tire, terms, reference })
+) -> Option<ExtendedTireModel<f64>> {
+    MfTire::new(*coefficients).ok().map(|tire| ExtendedTireModel { tire, terms, reference })
 }

@@ -1,32 +1,32 @@
 //! Lists what a fit may move, with what is known before: values of usual road and racing tires, wide, in ISO-W axes.
 
-use tire::Key;
+use tire::CoefficientKey;
 
-use crate::model::{Channel, TERMS};
+use crate::model::{FittedChannel, TERMS};
 
 /// Something that a fit may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FreeCoefficient {
-    pub what: FitTarget,
+pub(crate) struct FreeParameterPrior {
+    pub what: FittedParameter,
     pub mean: f64,
     pub std: f64,
 }
 
 /// A coefficient of the formula, or a term by its place in [`TERMS`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum FitTarget {
-    Key(&'static Key),
+pub(crate) enum FittedParameter {
+    Key(&'static CoefficientKey),
     Term(usize),
 }
 
-impl PartialEq for FitTarget {
+impl PartialEq for FittedParameter {
     fn eq(&self, other: &Self) -> bool {
-        self.name() == other.name()
+        self.target_name() == other.target_name()
     }
 }
 
-impl FitTarget {
-    pub fn name(&self) -> &'static str {
+impl FittedParameter {
+    pub fn target_name(&self) -> &'static str {
         match self {
             Self::Key(key) => key.name,
             Self::Term(place) => TERMS[*place].name,
@@ -34,10 +34,10 @@ impl FitTarget {
     }
 }
 
-type Row = (&'static str, f64, f64);
+type PriorRow = (&'static str, f64, f64);
 
 #[rustfmt::skip]
-const ALONG: &[Row] = &[
+const ALONG: &[PriorRow] = &[
     ("PCX1", 1.5, 0.3), ("PDX1", 1.2, 0.4), ("PDX2", -0.15, 0.2), ("PDX3", 2.0, 8.0), ("PEX1", 0.0, 0.6),
     ("PEX2", 0.0, 0.5), ("PEX3", 0.0, 0.3), ("PEX4", 0.0, 0.3), ("PKX1", 22.0, 8.0), ("PKX2", 0.0, 5.0),
     ("PKX3", -0.1, 0.3), ("PHX1", 0.0, 0.003), ("PHX2", 0.0, 0.003), ("PVX1", 0.0, 0.03), ("PVX2", 0.0, 0.03),
@@ -47,7 +47,7 @@ const ALONG: &[Row] = &[
 ];
 
 #[rustfmt::skip]
-const ACROSS: &[Row] = &[
+const ACROSS: &[PriorRow] = &[
     ("PCY1", 1.4, 0.3), ("PDY1", 1.2, 0.4), ("PDY2", -0.15, 0.2), ("PDY3", 2.0, 5.0), ("PEY1", 0.0, 0.6),
     ("PEY2", 0.0, 0.5), ("PEY3", 0.0, 0.2), ("PEY4", 0.0, 3.0), ("PEY5", 0.0, 10.0), ("PKY1", -22.0, 10.0),
     ("PKY2", 1.8, 0.6), ("PKY3", 0.5, 0.5), ("PKY4", 2.0, 0.3), ("PKY5", 0.0, 10.0), ("PKY6", -1.0, 1.0),
@@ -60,7 +60,7 @@ const ACROSS: &[Row] = &[
 ];
 
 #[rustfmt::skip]
-const ALIGNING: &[Row] = &[
+const ALIGNING: &[PriorRow] = &[
     ("QBZ1", 11.0, 5.0), ("QBZ2", -1.5, 3.0), ("QBZ4", 0.0, 1.0), ("QBZ5", 0.0, 1.0), ("QBZ9", 15.0, 8.0),
     ("QBZ10", 0.0, 0.5), ("QCZ1", 1.15, 0.2), ("QDZ1", 0.1, 0.05), ("QDZ2", 0.0, 0.05), ("QDZ3", 0.0, 1.0),
     ("QDZ4", 0.0, 5.0), ("QDZ6", 0.0, 0.01), ("QDZ7", 0.0, 0.01), ("QDZ8", -0.1, 0.3), ("QDZ9", 0.0, 0.2),
@@ -71,25 +71,23 @@ const ALIGNING: &[Row] = &[
 ];
 
 /// What the fit of a channel moves; terms beyond the formula and temperature only with `extended`.
-pub(crate) fn free(channel: Channel, extended: bool) -> Vec<FreeCoefficient> {
+pub(crate) fn free_coefficients(channel: FittedChannel, extended: bool) -> Vec<FreeParameterPrior> {
     let rows = match channel {
-        Channel::Longitudinal => ALONG,
-        Channel::Lateral => ACROSS,
-        Channel::Aligning => ALIGNING,
+        FittedChannel::Longitudinal => ALONG,
+        FittedChannel::Lateral => ACROSS,
+        FittedChannel::Aligning => ALIGNING,
     };
     let keys = rows.iter().filter_map(|(name, mean, std)| {
-        Key::named(name).map(|key| FreeCoefficient {
-            what: FitTarget::Key(key),
+        CoefficientKey::from_name(name).map(|key| FreeParameterPrior {
+            what: FittedParameter::Key(key),
             mean: *mean,
             std: *std,
         })
     });
-    let terms = TERMS
-        .iter()
-        .enumerate()
-        .filter(|(_, it)| it.channel == channel && (extended || !it.extended));
-    keys.chain(terms.map(|(place, it)| FreeCoefficient {
-        what: FitTarget::Term(place),
+    let terms =
+        TERMS.iter().enumerate().filter(|(_, it)| it.channel == channel && (extended || !it.extended));
+    keys.chain(terms.map(|(place, it)| FreeParameterPrior {
+        what: FittedParameter::Term(place),
         mean: 0.0,
         std: it.std,
     }))
@@ -103,7 +101,7 @@ mod tests {
     #[test]
     fn every_row_is_a_key_of_the_formula() {
         for (name, _, std) in ALONG.iter().chain(ACROSS).chain(ALIGNING) {
-            assert!(Key::named(name).is_some() && *std > 0.0, "{name}");
+            assert!(CoefficientKey::from_name(name).is_some() && *std > 0.0, "{name}");
         }
     }
 }

@@ -3,11 +3,11 @@
 
 use std::fmt;
 
-use tire::Axes;
+use tire::TireAxes;
 
 /// One sample of a bench, in ISO-W axes and SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct BenchSample {
     /// The file that it is from, counted from 0.
     pub run: usize,
     /// The sweep within the run.
@@ -40,9 +40,8 @@ pub struct Sample {
 pub(crate) const SWEPT: f64 = 0.05;
 
 /// The largest less the smallest of values.
-pub(crate) fn range(values: impl Iterator<Item = f64>) -> f64 {
-    let [low, high] =
-        values.fold([f64::MAX, f64::MIN], |[low, high], it| [low.min(it), high.max(it)]);
+pub(crate) fn value_range(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = values.fold([f64::MAX, f64::MIN], |[low, high], it| [low.min(it), high.max(it)]);
     high - low
 }
 
@@ -66,13 +65,13 @@ impl fmt::Display for BenchError {
 
 impl std::error::Error for BenchError {}
 
-impl Sample {
+impl BenchSample {
     /// The sample in ISO-W axes, when it was written in other ones. SAE turns α, F_y, M_z and F_z over; adapted SAE leaves α.
-    pub(crate) fn turned_from(mut self, axes: Axes) -> Self {
-        if axes != Axes::Iso {
+    pub(crate) fn converted_from_axes(mut self, axes: TireAxes) -> Self {
+        if axes != TireAxes::Iso {
             (self.F_y, self.M_z, self.F_z) = (-self.F_y, -self.M_z, self.F_z.abs());
         }
-        if axes == Axes::Sae {
+        if axes == TireAxes::Sae {
             self.alpha = -self.alpha;
         }
         self
@@ -83,7 +82,7 @@ impl Sample {
 ///
 /// # Errors
 /// Names `file`, the channel, and the choice of axes that would mend it.
-pub fn check(samples: &[Sample], file: &str) -> Result<(), BenchError> {
+pub fn check_sample_signs(samples: &[BenchSample], file: &str) -> Result<(), BenchError> {
     let bad = |text: String| Err(BenchError { file: file.to_owned(), line: None, text });
     let pressed = samples.iter().filter(|it| it.F_z > 0.0).count();
     if 2 * pressed < samples.len() || samples.is_empty() {
@@ -96,15 +95,14 @@ pub fn check(samples: &[Sample], file: &str) -> Result<(), BenchError> {
     let along: f64 = steep.map(|it| it.alpha * it.F_y).sum();
     if along > 0.0 {
         return bad(
-            "expected F_y < 0 where the slip angle is > 0 (ISO-W), found F_y > 0: choose adapted SAE axes".to_owned(),
+            "expected F_y < 0 where the slip angle is > 0 (ISO-W), found F_y > 0: choose adapted SAE axes"
+                .to_owned(),
         );
     }
-    let forward: f64 =
-        samples.iter().filter(|it| it.kappa.abs() > 0.02).map(|it| it.kappa * it.F_x).sum();
+    let forward: f64 = samples.iter().filter(|it| it.kappa.abs() > 0.02).map(|it| it.kappa * it.F_x).sum();
     if forward < 0.0 {
         return bad(
-            "expected F_x > 0 where the slip ratio is > 0, found F_x < 0: check the signs of both"
-                .to_owned(),
+            "expected F_x > 0 where the slip ratio is > 0, found F_x < 0: check the signs of both".to_owned()
         );
     }
     Ok(())

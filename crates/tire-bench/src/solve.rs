@@ -2,13 +2,13 @@
 
 use nalgebra::{Const, DMatrix, DVector, SVector};
 use num_dual::{Derivative, DualSVec64};
-use numerics::convergence::Status;
+use numerics::convergence::OptimisationStatus;
 use rayon::prelude::*;
 use tire::{Coefficients, MfTire};
 
-use crate::condition::Point;
-use crate::model::{COUNT, Channel, Model};
-use crate::prior::{FitTarget, FreeCoefficient};
+use crate::condition::RevolutionMean;
+use crate::model::{COUNT, ExtendedTireModel, FittedChannel};
+use crate::prior::{FittedParameter, FreeParameterPrior};
 
 /// Directions of derivatives at once.
 const WIDE: usize = 8;
@@ -19,10 +19,10 @@ const TASK: usize = 256;
 type Dual = DualSVec64<WIDE>;
 
 /// A fit of one channel: unknowns are in standard deviations of their prior from its mean.
-pub(crate) struct Problem<'a> {
-    pub channel: Channel,
-    pub points: &'a [Point],
-    pub free: &'a [FreeCoefficient],
+pub(crate) struct ChannelFitProblem<'a> {
+    pub channel: FittedChannel,
+    pub points: &'a [RevolutionMean],
+    pub free: &'a [FreeParameterPrior],
     /// What is not free.
     pub coefficients: Coefficients,
     pub terms: [f64; COUNT],
@@ -40,58 +40,61 @@ pub(crate) struct NormalEquations {
 }
 
 /// Where a minimisation ended.
-pub(crate) struct Minimum {
+pub(crate) struct FitMinimum {
     pub z: DVector<f64>,
     pub normal: NormalEquations,
-    pub status: Status,
+    pub status: OptimisationStatus,
     pub iterations: usize,
 }
 
-impl Problem<'_> {
+impl ChannelFitProblem<'_> {
     /// The coefficients and terms at a place.
-    pub fn at(&self, z: &DVector<f64>) -> (Coefficients, [f64; COUNT]) {
+    pub fn coefficients_and_terms_at(&self, z: &DVector<f64>) -> (Coefficients, [f64; COUNT]) {
         let (mut coefficients, mut terms) = (self.coefficients, self.terms);
         for (free, z) in self.free.iter().zip(z.iter()) {
             let value = free.mean + free.std * z;
             match free.what {
-                FitTarget::Key(key) => key.set(&mut coefficients, value),
-                FitTarget::Term(place) => terms[place] = value,
+                FittedParameter::Key(key) => key.set(&mut coefficients, value),
+                FittedParameter::Term(place) => terms[place] = value,
             }
         }
         (coefficients, terms)
     }
 
     /// The model with derivatives along all unknowns, [`WIDE`] at a time; `None` outside of what a tire can be.
-    fn models(&self, z: &DVector<f64>) -> Option<Vec<Model<Dual>>> {
-        let (coefficients, terms) = self.at(z);
-        let chunk = |free: &[FreeCoefficient]| {
-            let mut lifted: Coefficients<Dual> = coefficients.lift();
+    fn dual_number_models(&self, z: &DVector<f64>) -> Option<Vec<ExtendedTireModel<Dual>>> {
+        let (coefficients, terms) = self.coefficients_and_terms_at(z);
+        let chunk = |free: &[FreeParameterPrior]| {
+            let mut lifted: Coefficients<Dual> = coefficients.cast();
             let mut with = terms.map(Dual::from);
             for (direction, free) in free.iter().enumerate() {
                 let mut along = SVector::<f64, WIDE>::zeros();
                 along[direction] = free.std;
-                let seed = |value: f64| {
-                    Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along))
-                };
+                let seed =
+                    |value: f64| Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along));
                 match free.what {
-                    FitTarget::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
-                    FitTarget::Term(place) => with[place] = seed(terms[place]),
+                    FittedParameter::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
+                    FittedParameter::Term(place) => with[place] = seed(terms[place]),
                 }
             }
             let reference = self.reference;
-            MfTire::new(lifted).ok().map(|tire| Model { tire, terms: with, reference })
+            MfTire::new(lifted).ok().map(|tire| ExtendedTireModel { tire, terms: with, reference })
         };
         self.free.chunks(WIDE).map(chunk).collect()
     }
 
     /// Residual and gradient of each of some points at a place.
-    pub fn rows(&self, z: &DVector<f64>, points: &[Point]) -> Option<Vec<(f64, DVector<f64>)>> {
-        let models = self.models(z)?;
-        let row = |point: &Point| {
+    pub fn residuals_and_gradients(
+        &self,
+        z: &DVector<f64>,
+        points: &[RevolutionMean],
+    ) -> Option<Vec<(f64, DVector<f64>)>> {
+        let models = self.dual_number_models(z)?;
+        let row = |point: &RevolutionMean| {
             let mut gradient = DVector::zeros(self.free.len());
             let mut value = 0.0;
             for (number, model) in models.iter().enumerate() {
-                let found = model.value(self.channel, point);
+                let found = model.channel_value(self.channel, point);
                 value = found.re;
                 if let Some(along) = found.eps.0 {
                     let begin = WIDE * number;
@@ -100,13 +103,13 @@ impl Problem<'_> {
                     }
                 }
             }
-            (value - self.channel.measured(point), gradient)
+            (value - self.channel.measured_value(point), gradient)
         };
         Some(points.par_iter().map(row).collect())
     }
 
-    fn normal(&self, z: &DVector<f64>) -> Option<NormalEquations> {
-        let rows = self.rows(z, self.points)?;
+    fn normal_equations(&self, z: &DVector<f64>) -> Option<NormalEquations> {
+        let rows = self.residuals_and_gradients(z, self.points)?;
         let count = self.free.len();
         let sums: Vec<_> = rows
             .par_chunks(TASK)
@@ -127,16 +130,18 @@ impl Problem<'_> {
         cost.is_finite().then_some(NormalEquations { cost, gradient, matrix })
     }
 
-    fn cost(&self, z: &DVector<f64>) -> f64 {
-        let (coefficients, terms) = self.at(z);
-        let Some(model) = crate::model::plain(&coefficients, terms, self.reference) else {
+    fn posterior_cost(&self, z: &DVector<f64>) -> f64 {
+        let (coefficients, terms) = self.coefficients_and_terms_at(z);
+        let Some(model) = crate::model::plain_tire_model(&coefficients, terms, self.reference) else {
             return f64::INFINITY;
         };
         let squares: Vec<f64> = self
             .points
             .par_chunks(TASK)
             .map(|points| {
-                let miss = |it: &Point| model.value(self.channel, it) - self.channel.measured(it);
+                let miss = |it: &RevolutionMean| {
+                    model.channel_value(self.channel, it) - self.channel.measured_value(it)
+                };
                 points.iter().map(|it| miss(it).powi(2)).sum()
             })
             .collect();
@@ -144,9 +149,9 @@ impl Problem<'_> {
     }
 
     /// Minimises from a place; `None` when the start is no tire.
-    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<Minimum> {
+    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<FitMinimum> {
         let (mut z, mut damping) = (start, 1e-3);
-        let mut normal = self.normal(&z)?;
+        let mut normal = self.normal_equations(&z)?;
         for iteration in 0..limit {
             let mut moved = false;
             for _ in 0..12 {
@@ -159,18 +164,17 @@ impl Problem<'_> {
                 // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
                 let promised = -0.5 * normal.gradient.dot(&step);
                 if promised < 1e-4 {
-                    return Some(Minimum {
+                    return Some(FitMinimum {
                         z,
                         normal,
-                        status: Status::Converged,
+                        status: OptimisationStatus::Converged,
                         iterations: iteration,
                     });
                 }
                 let next = &z + &step;
-                let cost = self.cost(&next);
+                let cost = self.posterior_cost(&next);
                 if cost < normal.cost {
-                    damping =
-                        if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
+                    damping = if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
                     z = next;
                     moved = true;
                     break;
@@ -178,10 +182,15 @@ impl Problem<'_> {
                 damping = (damping * 6.0).max(1e-6);
             }
             if !moved {
-                return Some(Minimum { z, normal, status: Status::Stalled, iterations: iteration });
+                return Some(FitMinimum {
+                    z,
+                    normal,
+                    status: OptimisationStatus::Stalled,
+                    iterations: iteration,
+                });
             }
-            normal = self.normal(&z)?;
+            normal = self.normal_equations(&z)?;
         }
-        Some(Minimum { z, normal, status: Status::IterationLimit, iterations: limit })
+        Some(FitMinimum { z, normal, status: OptimisationStatus::IterationLimit, iterations: limit })
     }
 }

@@ -1,7 +1,7 @@
 //! Finds the sweeps of a run that does not number them: where conditions stay and a slip moves.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::sample::{SWEPT, Sample, range};
+use crate::sample::{BenchSample, SWEPT, value_range};
 
 /// Conditions are means over this time [s], so that noise and run-out of the tire are no change.
 const SMOOTH: f64 = 0.3;
@@ -19,47 +19,45 @@ const STEADY: f64 = 60.0;
 const PAUSE: [f64; 2] = [1.0, 20.0];
 
 /// How far a condition may go from its mean in a sweep.
-struct Condition {
-    of: fn(&Sample) -> f64,
+struct SteadyCondition {
+    of: fn(&BenchSample) -> f64,
     /// Absolute part, and share of the largest value.
     tolerance: [f64; 2],
 }
 
 /// Loads sway with the run-out of tire and belt and with camber, by 4 % of the largest load in the widest sweeps seen.
-const CONDITIONS: [Condition; 4] = [
-    Condition { of: |it| it.F_z, tolerance: [0.0, 0.08] },
-    Condition { of: |it| it.gamma, tolerance: [0.008, 0.0] },
-    Condition { of: |it| it.pressure, tolerance: [4e3, 0.02] },
-    Condition { of: |it| it.v_x, tolerance: [0.5, 0.1] },
+const CONDITIONS: [SteadyCondition; 4] = [
+    SteadyCondition { of: |it| it.F_z, tolerance: [0.0, 0.08] },
+    SteadyCondition { of: |it| it.gamma, tolerance: [0.008, 0.0] },
+    SteadyCondition { of: |it| it.pressure, tolerance: [4e3, 0.02] },
+    SteadyCondition { of: |it| it.v_x, tolerance: [0.5, 0.1] },
 ];
 
 /// The slip angle is a condition where the slip ratio is swept.
-const ANGLE: Condition = Condition { of: |it| it.alpha, tolerance: [0.015, 0.0] };
+const ANGLE: SteadyCondition = SteadyCondition { of: |it| it.alpha, tolerance: [0.015, 0.0] };
 
 /// Numbers the sweeps and leaves out what lies between them; returns how many sweeps there are, and how many samples were left out.
-pub(crate) fn find(samples: &mut Vec<Sample>) -> (usize, usize) {
+pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
     let before = samples.len();
-    let step = usual_step(samples);
+    let step = median_time_step(samples);
     let mut parts = Vec::new();
-    for part in pauses(samples, step) {
-        for level in split(samples, part, step, &CONDITIONS) {
+    for part in split_at_pauses(samples, step) {
+        for level in split_by_conditions(samples, part, step, &CONDITIONS) {
             parts.extend(by_slip(samples, level, step));
         }
     }
     let fewest = FEWEST[usize::from(step > STEADY)];
     let least = ((SHORTEST / step).round() as usize).max(fewest);
-    let slip = |part: &[Sample]| {
-        range(part.iter().map(|it| it.kappa)).max(range(part.iter().map(|it| it.alpha)))
+    let slip = |part: &[BenchSample]| {
+        value_range(part.iter().map(|it| it.kappa)).max(value_range(part.iter().map(|it| it.alpha)))
     };
-    let long = |(begin, end): &(usize, usize)| {
-        end - begin >= least && slip(&samples[*begin..*end]) > SWEPT
-    };
+    let long = |(begin, end): &(usize, usize)| end - begin >= least && slip(&samples[*begin..*end]) > SWEPT;
     parts.retain(long);
     let kept: Vec<_> = parts
         .iter()
         .enumerate()
         .flat_map(|(block, (begin, end))| {
-            samples[*begin..*end].iter().map(move |it| Sample { block, ..*it })
+            samples[*begin..*end].iter().map(move |it| BenchSample { block, ..*it })
         })
         .collect();
     let left = before - kept.len();
@@ -68,11 +66,11 @@ pub(crate) fn find(samples: &mut Vec<Sample>) -> (usize, usize) {
 }
 
 /// Parts of steady conditions by what is swept: slip ratio at one slip angle each, or slip angle.
-fn by_slip(samples: &[Sample], level: (usize, usize), step: f64) -> Vec<(usize, usize)> {
+fn by_slip(samples: &[BenchSample], level: (usize, usize), step: f64) -> Vec<(usize, usize)> {
     let mut parts: Vec<(usize, usize)> = Vec::new();
     let mut joins = false;
-    for (begin, end) in split(samples, level, step, &[ANGLE]) {
-        let driven = range(samples[begin..end].iter().map(|it| it.kappa)) > SWEPT;
+    for (begin, end) in split_by_conditions(samples, level, step, &[ANGLE]) {
+        let driven = value_range(samples[begin..end].iter().map(|it| it.kappa)) > SWEPT;
         match parts.last_mut() {
             // A sweep of slip angle falls apart into all its angles.
             Some(last) if joins && !driven => last.1 = end,
@@ -84,7 +82,7 @@ fn by_slip(samples: &[Sample], level: (usize, usize), step: f64) -> Vec<(usize, 
 }
 
 /// The median step of time [s].
-fn usual_step(samples: &[Sample]) -> f64 {
+fn median_time_step(samples: &[BenchSample]) -> f64 {
     let steps = samples.windows(2).map(|it| it[1].time - it[0].time);
     let mut steps: Vec<_> = steps.filter(|it| *it > 0.0).collect();
     steps.sort_by(f64::total_cmp);
@@ -92,7 +90,7 @@ fn usual_step(samples: &[Sample]) -> f64 {
 }
 
 /// Parts between pauses, and where the clock goes back.
-fn pauses(samples: &[Sample], step: f64) -> Vec<(usize, usize)> {
+fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<(usize, usize)> {
     let mut parts = Vec::new();
     let mut begin = 0;
     for k in 1..=samples.len() {
@@ -109,16 +107,16 @@ fn pauses(samples: &[Sample], step: f64) -> Vec<(usize, usize)> {
 }
 
 /// Parts of a part in which each condition stays near its mean. A new part begins where the smoothed condition leaves it.
-fn split(
-    samples: &[Sample],
+fn split_by_conditions(
+    samples: &[BenchSample],
     (begin, end): (usize, usize),
     step: f64,
-    conditions: &[Condition],
+    conditions: &[SteadyCondition],
 ) -> Vec<(usize, usize)> {
     let window = ((SMOOTH / step).round() as usize).max(1);
     let smooth: Vec<Vec<f64>> =
-        conditions.iter().map(|it| smoothed(&samples[begin..end], it.of, window)).collect();
-    let most = |of: fn(&Sample) -> f64| samples.iter().map(|it| of(it).abs()).fold(0.0, f64::max);
+        conditions.iter().map(|it| moving_means(&samples[begin..end], it.of, window)).collect();
+    let most = |of: fn(&BenchSample) -> f64| samples.iter().map(|it| of(it).abs()).fold(0.0, f64::max);
     let tolerances: Vec<_> =
         conditions.iter().map(|it| it.tolerance[0] + it.tolerance[1] * most(it.of)).collect();
     let mut parts = Vec::new();
@@ -126,8 +124,7 @@ fn split(
     for k in 0..end - begin {
         let count = (k - first) as f64;
         let left = k > first
-            && (0..conditions.len())
-                .any(|c| (smooth[c][k] - sums[c] / count).abs() > tolerances[c]);
+            && (0..conditions.len()).any(|c| (smooth[c][k] - sums[c] / count).abs() > tolerances[c]);
         if left {
             parts.push((begin + first, begin + k));
             (first, sums) = (k, vec![0.0; conditions.len()]);
@@ -141,7 +138,7 @@ fn split(
 }
 
 /// Means over a window around each sample, shorter at the ends.
-fn smoothed(samples: &[Sample], of: fn(&Sample) -> f64, window: usize) -> Vec<f64> {
+fn moving_means(samples: &[BenchSample], of: fn(&BenchSample) -> f64, window: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     for it in samples {
         sums.push(sums.last().copied().unwrap_or(0.0) + of(it));
@@ -159,17 +156,17 @@ mod tests {
     use super::*;
 
     /// Two loads with a ramp between them, then slip ratio at two slip angles; 100 Hz.
-    fn run() -> Vec<Sample> {
-        let at = |k: usize, F_z: f64, alpha: f64, kappa: f64| Sample {
+    fn run() -> Vec<BenchSample> {
+        let at = |k: usize, F_z: f64, alpha: f64, kappa: f64| BenchSample {
             time: 0.01 * k as f64,
             F_z,
             alpha,
             kappa,
             pressure: 80e3,
             v_x: 11.0,
-            ..Sample::default()
+            ..BenchSample::default()
         };
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut samples: Vec<BenchSample> = Vec::new();
         let wave = |k: usize| (k as f64 / 1000.0 * std::f64::consts::TAU).sin();
         let mut push = |count: usize, of: &dyn Fn(usize) -> [f64; 3]| {
             for k in 0..count {
@@ -189,20 +186,20 @@ mod tests {
     #[test]
     fn sweeps_part_where_load_or_slip_angle_change() {
         let mut samples = run();
-        let (sweeps, left) = find(&mut samples);
+        let (sweeps, left) = number_sweeps(&mut samples);
         let blocks: Vec<_> = samples.chunk_by(|a, b| a.block == b.block).collect();
         assert_eq!(sweeps, blocks.len());
         // Conditions are those of one sweep each, whatever their number.
         for block in &blocks {
             // At most 8 % of 2000 N from the mean, and the sway of 30 N.
             assert!(
-                range(block.iter().map(|it| it.F_z)) <= 190.0 + 1e-9,
+                value_range(block.iter().map(|it| it.F_z)) <= 190.0 + 1e-9,
                 "{:?}",
-                range(block.iter().map(|it| it.F_z))
+                value_range(block.iter().map(|it| it.F_z))
             );
             assert!(
-                range(block.iter().map(|it| it.kappa)) < 0.05
-                    || range(block.iter().map(|it| it.alpha)) < 0.04
+                value_range(block.iter().map(|it| it.kappa)) < 0.05
+                    || value_range(block.iter().map(|it| it.alpha)) < 0.04
             );
         }
         assert!((4..=6).contains(&sweeps) && left < 400, "{sweeps} sweeps, {left} left out");

@@ -12,7 +12,7 @@ const LIMIT: u64 = 1 << 30;
 ///
 /// # Errors
 /// With the reason, when the file is damaged or larger than it may be.
-pub(crate) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+pub(crate) fn gunzip_if_compressed(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(Cow::Borrowed(bytes));
     }
@@ -26,15 +26,15 @@ pub(crate) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
 }
 
 /// The text of a file. What is no UTF-8 is read as Latin-1, as old programs write it.
-pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+pub(crate) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     match bytes.strip_prefix(text_encoding::UTF8_MARK) {
         Some(rest) => text_encoding::utf8_or_latin1(rest),
-        None => text_encoding::decode(bytes),
+        None => text_encoding::decode_text(bytes),
     }
 }
 
 /// Lines with their numbers from 1, whether they end as on Unix, Windows or old Macs.
-pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+pub(crate) fn numbered_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     let old_mac = !text.contains('\n');
     let lines = text.split(move |it| it == '\n' || old_mac && it == '\r');
     lines.map(|it| it.trim_end_matches('\r')).enumerate().map(|(k, it)| (k + 1, it))

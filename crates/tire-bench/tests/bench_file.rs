@@ -5,26 +5,24 @@ use crate::written_bench as support;
 
 use crate::writer::{Made, column, file};
 use support::{WARM, bench_file, truth};
-use tire::{Axes, Coefficients};
-use tire_bench::{BenchData, Fit, Options, Reading, Verdict, fit, read, read_all, write_tir};
+use tire::{Coefficients, TireAxes};
+use tire_bench::{
+    BenchData, BenchReadOptions, Identifiability, TireFit, TireFitOptions, fit_tire, read_bench_file,
+    read_bench_files, write_tir,
+};
 
 const FILE: &str = include_str!("../../../scenarios/bench/sports_tire.csv");
 
-fn sae() -> Reading<'static> {
-    Reading { axes: Axes::Sae, radius: truth().UNLOADED_RADIUS, ..Reading::default() }
+fn sae() -> BenchReadOptions<'static> {
+    BenchReadOptions { axes: TireAxes::Sae, radius: truth().UNLOADED_RADIUS, ..BenchReadOptions::default() }
 }
 
 /// What the scenario fits: radius, nominal load and pressure are known, nothing else of the tire.
-fn fitted(found: &BenchData) -> Fit {
+fn fitted(found: &BenchData) -> TireFit {
     let Coefficients { UNLOADED_RADIUS, FNOMIN, NOMPRES, .. } = truth();
-    let tire = Coefficients {
-        UNLOADED_RADIUS,
-        FNOMIN,
-        NOMPRES,
-        INFLPRES: NOMPRES,
-        ..Coefficients::default()
-    };
-    fit(&found.samples, &Options { tire, extended: false, draws: 0, seed: 0 }).expect("a fit")
+    let tire =
+        Coefficients { UNLOADED_RADIUS, FNOMIN, NOMPRES, INFLPRES: NOMPRES, ..Coefficients::default() };
+    fit_tire(&found.samples, &TireFitOptions { tire, extended: false, draws: 0, seed: 0 }).expect("a fit")
 }
 
 #[test]
@@ -35,22 +33,19 @@ fn the_file_is_what_its_program_makes() {
 
 #[test]
 fn the_tire_of_the_file_is_found() {
-    let found = read(FILE.as_bytes(), "sports_tire", 0, &sae()).expect("samples");
+    let found = read_bench_file(FILE.as_bytes(), "sports_tire", 0, &sae()).expect("samples");
     assert_eq!(
         found.notes,
         ["24 sweeps were found by their conditions; 0 samples between them were left out"]
     );
     let fit = fitted(&found);
     let truth = truth();
-    for (name, expected, off) in [
-        ("PDX1", truth.PDX1, 0.03),
-        ("PDY1", truth.PDY1, 0.03),
-        ("TDY1", WARM, 0.01),
-        ("TDX1", WARM, 0.01),
-    ] {
+    for (name, expected, off) in
+        [("PDX1", truth.PDX1, 0.03), ("PDY1", truth.PDY1, 0.03), ("TDY1", WARM, 0.01), ("TDX1", WARM, 0.01)]
+    {
         let it = fit.estimates.iter().find(|it| it.name == name).expect("an estimate");
         assert!((it.value - expected).abs() < off, "{it:?}, expected {expected}");
-        assert_eq!(it.verdict, Verdict::Identified, "{it:?}");
+        assert_eq!(it.verdict, Identifiability::Identified, "{it:?}");
     }
 }
 
@@ -58,21 +53,15 @@ fn the_tire_of_the_file_is_found() {
 /// the one that was measured at it, and no prior carries its friction to another temperature.
 #[test]
 fn a_file_without_temperatures_or_with_one_says_nothing_of_their_terms() {
-    let mut cold = read(FILE.as_bytes(), "a", 0, &sae()).expect("samples");
+    let mut cold = read_bench_file(FILE.as_bytes(), "a", 0, &sae()).expect("samples");
     cold.samples.iter_mut().for_each(|it| it.temperature = 299.15);
     let cold = fitted(&cold);
-    let text: String =
-        FILE.lines().filter_map(|it| Some(it.rsplit_once(',')?.0.to_owned() + "\n")).collect();
-    let found = read(text.as_bytes(), "a", 0, &sae()).expect("samples");
-    assert!(
-        found.notes.iter().any(|it| it.starts_with("no temperature of the tread")),
-        "{:?}",
-        found.notes
-    );
+    let text: String = FILE.lines().filter_map(|it| Some(it.rsplit_once(',')?.0.to_owned() + "\n")).collect();
+    let found = read_bench_file(text.as_bytes(), "a", 0, &sae()).expect("samples");
+    assert!(found.notes.iter().any(|it| it.starts_with("no temperature of the tread")), "{:?}", found.notes);
     let fit = fitted(&found);
-    for it in fit.estimates.iter().filter(|it| ["TDX1", "TKX1", "TDY1", "TKY2"].contains(&it.name))
-    {
-        assert_eq!((it.value, it.verdict), (0.0, Verdict::NotIdentifiable), "{it:?}");
+    for it in fit.estimates.iter().filter(|it| ["TDX1", "TKX1", "TDY1", "TKY2"].contains(&it.name)) {
+        assert_eq!((it.value, it.verdict), (0.0, Identifiability::NotIdentifiable), "{it:?}");
     }
     assert!((cold.reference - 299.15).abs() < 1e-9 && fit.reference == 333.0);
     for (a, b) in cold.estimates.iter().zip(&fit.estimates) {
@@ -85,26 +74,24 @@ fn a_file_without_temperatures_or_with_one_says_nothing_of_their_terms() {
 /// The same numbers as vectors of a MAT file, and as one file of TYDEX for each sweep.
 #[test]
 fn other_formats_give_the_same_samples() {
-    let expected = read(FILE.as_bytes(), "a", 0, &sae()).expect("samples").samples;
+    let expected = read_bench_file(FILE.as_bytes(), "a", 0, &sae()).expect("samples").samples;
     let lines: Vec<_> = FILE.lines().skip(1).map(|it| it.split(',').collect::<Vec<_>>()).collect();
     let (names, rows) = lines.split_first().expect("names");
     let names: Vec<_> =
         names.iter().map(|it| it.trim_end_matches(']').split_once(" [").expect("a unit")).collect();
     let text = |it: &str| Made::Text(it.to_owned());
-    let numbers =
-        |k: usize| rows.iter().map(|row| row[k].parse().expect("a number")).collect::<Vec<f64>>();
-    let mut variables: Vec<_> =
-        names.iter().enumerate().map(|(k, it)| (it.0, column(&numbers(k)))).collect();
+    let numbers = |k: usize| rows.iter().map(|row| row[k].parse().expect("a number")).collect::<Vec<f64>>();
+    let mut variables: Vec<_> = names.iter().enumerate().map(|(k, it)| (it.0, column(&numbers(k)))).collect();
     let units = Made::Struct(vec![
         ("name", Made::Cell(names.iter().map(|it| text(it.0)).collect())),
         ("units", Made::Cell(names.iter().map(|it| text(it.1)).collect())),
     ]);
     variables.push(("channel", units));
-    let mat = read(&file(&variables, true), "a", 0, &sae()).expect("samples");
+    let mat = read_bench_file(&file(&variables, true), "a", 0, &sae()).expect("samples");
     assert_eq!(mat.samples, expected);
     let short = [
-        "RUNTIME", "TRAJVELW", "SLIPANGL", "LONGSLIP", "INCLANGL", "INFLPRES", "FXW", "FYW", "FZW",
-        "MZW", "TSTC",
+        "RUNTIME", "TRAJVELW", "SLIPANGL", "LONGSLIP", "INCLANGL", "INFLPRES", "FXW", "FYW", "FZW", "MZW",
+        "TSTC",
     ];
     let sweeps = expected.chunk_by(|a, b| a.block == b.block);
     let mut begin = 0;
@@ -123,5 +110,5 @@ fn other_formats_give_the_same_samples() {
         })
         .collect();
     let files: Vec<_> = texts.iter().map(|it| ("a", it.as_bytes())).collect();
-    assert_eq!(read_all(&files, &sae()).expect("samples").samples, expected);
+    assert_eq!(read_bench_files(&files, &sae()).expect("samples").samples, expected);
 }

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use tire::{Axes, Coefficients};
-use tire_bench::{Channel, Holdout, Options, held_out, read_csv_file};
+use tire::{Coefficients, TireAxes};
+use tire_bench::{FitHoldout, FittedChannel, TireFitOptions, fit_with_holdout, read_csv_file};
 
 type Failed = Box<dyn std::error::Error>;
 
@@ -16,37 +16,37 @@ const GOAL: [f64; 2] = [0.93, 0.97];
 #[test]
 #[ignore = "needs data/ttc_cornering.csv.gz"]
 fn nothing_left_out() {
-    predicts(Holdout::Nothing, [0.015, 0.020, 0.020], [GOAL; 3]).expect("a prediction");
+    predicts(FitHoldout::Nothing, [0.015, 0.020, 0.020], [GOAL; 3]).expect("a prediction");
 }
 
 #[test]
 #[ignore = "needs data/ttc_cornering.csv.gz"]
 fn a_load_left_out() {
     let inside = [[0.93, 1.0], [0.88, 0.97], [0.93, 0.99]];
-    predicts(Holdout::Load(1650.0), [0.015, 0.020, 0.020], inside).expect("a prediction");
+    predicts(FitHoldout::Load(1650.0), [0.015, 0.020, 0.020], inside).expect("a prediction");
 }
 
 #[test]
 #[ignore = "needs data/ttc_cornering.csv.gz"]
 fn a_pressure_left_out() {
     let inside = [[0.93, 1.0], [0.93, 0.995], GOAL];
-    predicts(Holdout::Pressure(83_200.0), [0.017, 0.023, 0.024], inside).expect("a prediction");
+    predicts(FitHoldout::Pressure(83_200.0), [0.017, 0.023, 0.024], inside).expect("a prediction");
 }
 
 #[test]
 #[ignore = "needs data/ttc_cornering.csv.gz"]
 fn a_slip_angle_left_out() {
     let inside = [[f64::NAN; 2], [0.93, 0.995], [0.85, 0.97]];
-    predicts(Holdout::SlipAngle(0.0425), [f64::NAN, 0.020, 0.038], inside).expect("a prediction");
+    predicts(FitHoldout::SlipAngle(0.0425), [f64::NAN, 0.020, 0.038], inside).expect("a prediction");
 }
 
 /// Bounds for F_y of run 0, and F_x and F_y of run 1: `errors` of the root mean square as a share of the peak, `inside` of the share in the bands.
-fn predicts(left: Holdout, errors: [f64; 3], inside: [[f64; 2]; 3]) -> Result<(), Failed> {
+fn predicts(left: FitHoldout, errors: [f64; 3], inside: [[f64; 2]; 3]) -> Result<(), Failed> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
     let mut samples = Vec::new();
     for (run, name) in ["ttc_cornering.csv.gz", "ttc_drivebrake.csv.gz"].iter().enumerate() {
-        samples.extend(read_csv_file(&folder.join(name), run, &[], Axes::Iso)?);
+        samples.extend(read_csv_file(&folder.join(name), run, &[], TireAxes::Iso)?);
     }
     let tire = Coefficients {
         UNLOADED_RADIUS: 0.2025,
@@ -59,14 +59,14 @@ fn predicts(left: Holdout, errors: [f64; 3], inside: [[f64; 2]; 3]) -> Result<()
     };
     let begin = Instant::now();
     let (_, found) =
-        held_out(&samples, &Options { tire, extended: true, draws: 0, seed: 1 }, left)?;
+        fit_with_holdout(&samples, &TireFitOptions { tire, extended: true, draws: 0, seed: 1 }, left)?;
     println!("{left:?}: {:.1} s, {found:#?}", begin.elapsed().as_secs_f64());
     let mut compared = 0;
     for it in &found {
         let place = match (it.run, it.channel) {
-            (0, Channel::Lateral) => 0,
-            (1, Channel::Longitudinal) => 1,
-            (1, Channel::Lateral) => 2,
+            (0, FittedChannel::Lateral) => 0,
+            (1, FittedChannel::Longitudinal) => 1,
+            (1, FittedChannel::Lateral) => 2,
             _ => continue,
         };
         let (bound, [low, high]) = (errors[place], inside[place]);

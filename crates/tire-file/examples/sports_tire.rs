@@ -23,7 +23,6 @@ fn main() {
         front
     };
     let size = if is_rear { "255/40 R 17, rear" } else { "225/45 R 17, front" };
-    let about =
-        [format!("Sports tire {size}: invented coefficients of usual size, of no real product.")];
-    print!("{}", tire_file::write(&tire, &about));
+    let about = [format!("Sports tire {size}: invented coefficients of usual size, of no real product.")];
+    print!("{}", tire_file::write_tir_text(&tire, &about));
 }

@@ -1,14 +1,14 @@
 //! Converts the entries of a file into coefficients of the Magic Formula, and reports what is missing or odd.
 #![allow(non_snake_case, reason = "the keys of .tir files")]
 
-use tire::{Axes, Coefficients, KEYS, Key};
+use tire::{CoefficientKey, Coefficients, KEYS, TireAxes};
 
-use crate::defaults::{PresentKeys, complete};
-use crate::keys::{enumerate_names, key_of, offset, unused_keys};
-use crate::syntax::{Entry, TirFile, Value, abbreviated};
-use crate::unit::Units;
-use crate::version::version;
-use crate::{Errors, Level, Message, pressure};
+use crate::defaults::{PresentKeys, fill_missing_coefficients};
+use crate::keys::{enumerate_names, key_of, key_offset, unused_keys};
+use crate::syntax::{TirEntry, TirFile, TirValue, truncate_for_message};
+use crate::unit::TirUnits;
+use crate::version::detect_version;
+use crate::{TireFileErrors, TireFileMessage, TireMessageLevel, pressure};
 
 impl TirFile {
     /// The coefficients, in SI units and ISO-W axes, as a tire of the left side, and what there is to tell about them.
@@ -17,18 +17,21 @@ impl TirFile {
     ///
     /// # Errors
     /// When a value that the formula needs is missing, no number, or outside of its bound, or the file is of another model.
-    pub fn coefficients(&self, name: &str) -> Result<(Coefficients, Vec<Message>), Errors> {
-        let refused = |list| Errors { file: name.to_owned(), list };
+    pub fn to_coefficients(
+        &self,
+        name: &str,
+    ) -> Result<(Coefficients, Vec<TireFileMessage>), TireFileErrors> {
+        let refused = |list| TireFileErrors { file: name.to_owned(), list };
         let mut reader = TirReader { file: self, messages: Vec::new(), errors: Vec::new() };
-        let read = reader.all();
+        let read = reader.read_coefficients();
         let TirReader { mut messages, errors, .. } = reader;
         let coefficients = match read {
             Some(coefficients) if errors.is_empty() => coefficients,
             _ => return Err(refused(errors)),
         };
         coefficients.check().map_err(|bad| {
-            let line = self.entry("", bad.key).map(|entry| entry.line);
-            refused(vec![Message::warning(line, bad.to_string())])
+            let line = self.find_entry("", bad.key).map(|entry| entry.line);
+            refused(vec![TireFileMessage::warning(line, bad.to_string())])
         })?;
         messages.sort_by_key(|message| (message.line.is_none(), message.line));
         Ok((coefficients, messages))
@@ -37,19 +40,19 @@ impl TirFile {
 
 struct TirReader<'f> {
     file: &'f TirFile,
-    messages: Vec<Message>,
-    errors: Vec<Message>,
+    messages: Vec<TireFileMessage>,
+    errors: Vec<TireFileMessage>,
 }
 
 impl TirReader<'_> {
-    fn note(&mut self, line: Option<usize>, text: impl Into<String>) {
-        self.messages.push(Message::note(line, text));
+    fn add_note(&mut self, line: Option<usize>, text: impl Into<String>) {
+        self.messages.push(TireFileMessage::note(line, text));
     }
 
     /// Nothing when the file is none of a tire that is known.
-    fn all(&mut self) -> Option<Coefficients> {
-        self.syntax();
-        let version = match version(self.file) {
+    fn read_coefficients(&mut self) -> Option<Coefficients> {
+        self.report_syntax();
+        let version = match detect_version(self.file) {
             Ok((version, told)) => {
                 self.messages.extend(told);
                 version
@@ -64,79 +67,76 @@ impl TirReader<'_> {
             let text = format!(
                 "expected the text of a tire property file, with lines as `PKY1 = -20`, found none in {count} lines"
             );
-            self.errors.push(Message::warning(None, text));
+            self.errors.push(TireFileMessage::warning(None, text));
             return None;
         }
-        let units = self.units();
+        let units = self.read_units();
         let mut tire = Coefficients { version, ..Coefficients::default() };
-        let mut given = self.entries(&mut tire, &units);
+        let mut given = self.read_entries(&mut tire, &units);
         if let Some(mut told) =
-            pressure::check_pressures(&mut tire, |name| given.has(name), units.pressure)
+            pressure::replace_impossible_pressures(&mut tire, |name| given.has_key(name), units.pressure)
         {
-            told.level = if version.has_pressure() { Level::Warning } else { Level::Note };
+            told.level =
+                if version.has_pressure() { TireMessageLevel::Warning } else { TireMessageLevel::Note };
             self.messages.push(told);
         }
         self.drop_other_versions(&mut tire, &given);
-        let findings = complete(&mut tire, &mut given);
+        let findings = fill_missing_coefficients(&mut tire, &mut given);
         self.messages.extend(findings.messages);
         self.errors.extend(findings.errors);
         let tire = self.camber_scales(tire);
-        Some(self.side(tire))
+        Some(self.convert_to_left_side(tire))
     }
 
     /// What the text itself is told for.
-    fn syntax(&mut self) {
+    fn report_syntax(&mut self) {
         let TirFile { line_end, lines, others, .. } = self.file;
         if *line_end == "\r" {
-            self.note(
-                None,
-                "the lines end with CR alone, as on old Macs: other programs may want LF",
-            );
+            self.add_note(None, "the lines end with CR alone, as on old Macs: other programs may want LF");
         }
         if let Some(first) = others.first() {
             let line = lines.get(first - 1).map_or("", |line| line.trim());
-            let line = abbreviated(line);
+            let line = truncate_for_message(line);
             let more = match others.len() - 1 {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
-            let text = format!(
-                "skipped, since it is neither `KEY = value` nor a row of numbers: `{line}`{more}"
-            );
+            let text =
+                format!("skipped, since it is neither `KEY = value` nor a row of numbers: `{line}`{more}");
             let key = line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
-            let message = match Key::named(&key) {
-                Some(_) => Message::warning(Some(*first), text),
-                None => Message::note(Some(*first), text),
+            let message = match CoefficientKey::from_name(&key) {
+                Some(_) => TireFileMessage::warning(Some(*first), text),
+                None => TireFileMessage::note(Some(*first), text),
             };
             self.messages.push(message);
         }
     }
 
-    fn units(&mut self) -> Units {
-        let mut units = Units::default();
+    fn read_units(&mut self) -> TirUnits {
+        let mut units = TirUnits::default();
         let mut unread = Vec::new();
         for entry in self.file.entries.iter().filter(|entry| entry.section == "UNITS") {
             let word = match &entry.value {
-                Value::Text(word) if word.trim().is_empty() => continue,
-                Value::Text(word) => word.clone(),
-                Value::Number(number) => number.to_string(),
-                Value::Empty => continue,
+                TirValue::Text(word) if word.trim().is_empty() => continue,
+                TirValue::Text(word) => word.clone(),
+                TirValue::Number(number) => number.to_string(),
+                TirValue::Empty => continue,
             };
-            match units.set(&entry.key, &word) {
+            match units.set_unit(&entry.key, &word) {
                 Ok(true) => {}
                 Ok(false) => unread.push(entry),
-                Err(text) => self.errors.push(Message::warning(Some(entry.line), text)),
+                Err(text) => self.errors.push(TireFileMessage::warning(Some(entry.line), text)),
             }
         }
         if let Some(first) = unread.first() {
             let names = enumerate_names(unread.iter().map(|entry| &entry.key));
-            self.note(Some(first.line), format!("units of nothing that is read: {names}"));
+            self.add_note(Some(first.line), format!("units of nothing that is read: {names}"));
         }
         units
     }
 
     /// Sets what the entries say, and tells which keys the file has.
-    fn entries(&mut self, tire: &mut Coefficients, units: &Units) -> PresentKeys {
+    fn read_entries(&mut self, tire: &mut Coefficients, units: &TirUnits) -> PresentKeys {
         let mut given = PresentKeys([false; KEYS.len()]);
         let (mut twice, mut empty) = (Vec::new(), Vec::new());
         let (mut commas, mut words, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
@@ -145,7 +145,7 @@ impl TirReader<'_> {
                 unknown.push(entry);
                 continue;
             };
-            if entry.value == Value::Empty {
+            if entry.value == TirValue::Empty {
                 empty.push(entry);
                 continue;
             }
@@ -153,23 +153,23 @@ impl TirReader<'_> {
                 twice.push(entry);
             }
             match &entry.value {
-                Value::Number(value) if value.is_finite() => {
-                    let value = value * units.size(key.quantity) + offset(tire.version, key.name);
+                TirValue::Number(value) if value.is_finite() => {
+                    let value = value * units.si_size(key.quantity) + key_offset(tire.version, key.name);
                     key.set(tire, value);
                 }
-                Value::Text(text) if has_decimal_comma(text) => commas.push(entry),
+                TirValue::Text(text) if has_decimal_comma(text) => commas.push(entry),
                 _ => words.push(entry),
             }
         }
-        let keys = |entries: &[&Entry]| enumerate_names(entries.iter().map(|entry| &entry.key));
+        let keys = |entries: &[&TirEntry]| enumerate_names(entries.iter().map(|entry| &entry.key));
         if let Some(first) = twice.first() {
             let text = format!("{} once more: the last one counts", keys(&twice));
-            self.note(Some(first.line), text);
+            self.add_note(Some(first.line), text);
         }
         if let Some(first) = empty.first() {
             let verb = if empty.len() > 1 { "have" } else { "has" };
             let text = format!("{} {verb} no value: taken as absent", keys(&empty));
-            self.note(Some(first.line), text);
+            self.add_note(Some(first.line), text);
         }
         if let Some(first) = commas.first() {
             let text = format!(
@@ -178,7 +178,7 @@ impl TirReader<'_> {
                 first.value,
                 commas.len()
             );
-            self.errors.push(Message::warning(Some(first.line), text));
+            self.errors.push(TireFileMessage::warning(Some(first.line), text));
         }
         if let Some(first) = words.first() {
             let found = format!("{}: expected a number, found {}", first.key, first.value);
@@ -186,10 +186,10 @@ impl TirReader<'_> {
                 [] => found,
                 more => format!("{found}; likewise {}", keys(more)),
             };
-            self.errors.push(Message::warning(Some(first.line), text));
+            self.errors.push(TireFileMessage::warning(Some(first.line), text));
         }
         for (line, sentence) in unused_keys(&unknown) {
-            self.note(Some(line), sentence);
+            self.add_note(Some(line), sentence);
         }
         given
     }
@@ -198,23 +198,18 @@ impl TirReader<'_> {
     fn drop_other_versions(&mut self, tire: &mut Coefficients, given: &PresentKeys) {
         let version = tire.version;
         let mut dropped = Vec::new();
-        for key in
-            KEYS.iter().filter(|key| !key.versions.is_empty() && !key.versions.contains(&version))
-        {
+        for key in KEYS.iter().filter(|key| !key.versions.is_empty() && !key.versions.contains(&version)) {
             // What a tire measures is no coefficient.
             let counts = key.section != "DIMENSION";
-            if counts && given.has(key.name) && key.get(tire) != key.default {
+            if counts && given.has_key(key.name) && key.get(tire) != key.default {
                 dropped.push(key.name);
             }
             key.set(tire, key.default);
         }
         if !dropped.is_empty() {
-            self.note(
+            self.add_note(
                 None,
-                format!(
-                    "not used, since {version} does not know them: {}",
-                    enumerate_names(dropped)
-                ),
+                format!("not used, since {version} does not know them: {}", enumerate_names(dropped)),
             );
         }
     }
@@ -225,28 +220,25 @@ impl TirReader<'_> {
             scales.iter().filter(|(_, scale)| *scale != 1.0).map(|(name, _)| *name).collect();
         if !others.is_empty() {
             let names = others.join(", ");
-            self.note(None, format!("{names}: taken into the coefficients of camber"));
+            self.add_note(None, format!("{names}: taken into the coefficients of camber"));
         }
         tire.with_camber_scales()
     }
 
     /// The tire of the left side, with what the signs say about the axes.
-    fn side(&mut self, tire: Coefficients) -> Coefficients {
+    fn convert_to_left_side(&mut self, tire: Coefficients) -> Coefficients {
         let likely = tire.likely_axes();
-        if likely != Axes::Iso {
-            let name = if likely == Axes::Sae { "SAE" } else { "adapted SAE" };
+        if likely != TireAxes::Iso {
+            let name = if likely == TireAxes::Sae { "SAE" } else { "adapted SAE" };
             let Coefficients { PKY1, PKY6, QDZ8, .. } = tire;
             let text = format!(
                 "PKY1 = {PKY1}, PKY6 = {PKY6} and QDZ8 = {QDZ8} speak for {name} axes, not for ISO-W: convert the file with `trackside tire --axes`"
             );
-            self.messages.push(Message::warning(None, text));
+            self.messages.push(TireFileMessage::warning(None, text));
         }
         let word = |key: &str| {
-            let entry = self.file.entry("MODEL", key)?;
-            Some((
-                entry.value.to_string().trim_matches('`').trim().to_ascii_uppercase(),
-                entry.line,
-            ))
+            let entry = self.file.find_entry("MODEL", key)?;
+            Some((entry.value.to_string().trim_matches('`').trim().to_ascii_uppercase(), entry.line))
         };
         let right = word("TYRESIDE").filter(|(side, _)| side == "RIGHT");
         let reversed = word("USE_MODE").filter(|(mode, _)| mode.starts_with('-'));
@@ -259,7 +251,7 @@ impl TirReader<'_> {
             }
             _ => return tire,
         };
-        self.note(Some(line), text);
+        self.add_note(Some(line), text);
         tire.mirrored()
     }
 }

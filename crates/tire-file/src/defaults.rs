@@ -1,8 +1,8 @@
 //! Fills missing coefficients, and zeros that cannot be, with default values, and reports each of them.
 
-use tire::{Coefficients, KEYS, Key, RANGES};
+use tire::{CoefficientKey, Coefficients, KEYS, RANGES};
 
-use crate::Message;
+use crate::TireFileMessage;
 use crate::keys::enumerate_names;
 
 /// Without these there is no tire.
@@ -29,67 +29,68 @@ const FORCES: [(&str, &str, [&str; 3]); 2] = [
 pub(crate) struct PresentKeys(pub [bool; KEYS.len()]);
 
 impl PresentKeys {
-    pub fn has(&self, name: &str) -> bool {
+    pub fn has_key(&self, name: &str) -> bool {
         KEYS.iter().zip(&self.0).any(|(key, given)| *given && key.name == name)
     }
 }
 
 /// What there is to tell, of which errors make the file no tire.
 #[derive(Default)]
-pub(crate) struct Findings {
-    pub messages: Vec<Message>,
-    pub errors: Vec<Message>,
+pub(crate) struct MessagesAndErrors {
+    pub messages: Vec<TireFileMessage>,
+    pub errors: Vec<TireFileMessage>,
 }
 
 /// Completes the tire; `given` says which keys the file has.
-pub(crate) fn complete(tire: &mut Coefficients, given: &mut PresentKeys) -> Findings {
-    let mut all = Findings::default();
+pub(crate) fn fill_missing_coefficients(
+    tire: &mut Coefficients,
+    given: &mut PresentKeys,
+) -> MessagesAndErrors {
+    let mut all = MessagesAndErrors::default();
     all.messages.extend(replace_zeros(tire, given));
-    match (given.has("INFLPRES"), given.has("NOMPRES")) {
+    match (given.has_key("INFLPRES"), given.has_key("NOMPRES")) {
         (true, false) => tire.NOMPRES = tire.INFLPRES,
         (false, true) => tire.INFLPRES = tire.NOMPRES,
         _ => {}
     }
-    let needed: Vec<_> = NEEDED.into_iter().filter(|name| !given.has(name)).collect();
+    let needed: Vec<_> = NEEDED.into_iter().filter(|name| !given.has_key(name)).collect();
     if !needed.is_empty() {
         let names = needed.join(" and ");
         let text = format!("expected {names}, without which there is no tire, found none");
-        all.errors.push(Message::warning(None, text));
+        all.errors.push(TireFileMessage::warning(None, text));
     }
-    all.messages.extend(missing(tire, given));
+    all.messages.extend(missing_keys_message(tire, given));
     for (force, use_of_it, [shape, friction, stiffness]) in FORCES {
         let zeros: Vec<_> = [shape, friction, stiffness]
             .into_iter()
-            .filter(|name| value(tire, name) == 0.0)
+            .filter(|name| coefficient_by_name(tire, name) == 0.0)
             .collect();
         if !zeros.is_empty() {
             let text = format!(
                 "without {} (missing or 0) the tire has no {force} force: no {use_of_it}",
                 zeros.join(", ")
             );
-            all.messages.push(Message::warning(None, text));
-        } else if !given.has(shape) {
-            let text =
-                format!("{shape} is missing, taken as 1: the {force} force rises without a peak");
-            all.messages.push(Message::warning(None, text));
+            all.messages.push(TireFileMessage::warning(None, text));
+        } else if !given.has_key(shape) {
+            let text = format!("{shape} is missing, taken as 1: the {force} force rises without a peak");
+            all.messages.push(TireFileMessage::warning(None, text));
         }
     }
-    if !["RBX1", "RBY1", "RCX1", "RCY1"].iter().any(|name| given.has(name)) {
+    if !["RBX1", "RBY1", "RCX1", "RCY1"].iter().any(|name| given.has_key(name)) {
         let text = "no keys of combined slip (RBX1, RBY1 ...): F_x and F_y do not weaken each other, and together pass the friction ellipse";
-        all.messages.push(Message::warning(None, text));
+        all.messages.push(TireFileMessage::warning(None, text));
     }
     all
 }
 
 /// Takes the usual values for keys that cannot be 0, and for empty ranges.
-fn replace_zeros(tire: &mut Coefficients, given: &mut PresentKeys) -> Option<Message> {
+fn replace_zeros(tire: &mut Coefficients, given: &mut PresentKeys) -> Option<TireFileMessage> {
     // Without cornering the load of its largest stiffness means nothing.
     let unused = ["PKY2"].into_iter().filter(|_| tire.PKY1 == 0.0);
-    let zero = |name: &&str| value(tire, name) == 0.0;
-    let mut names: Vec<_> =
-        ABOVE_0.into_iter().chain(["PRESMIN"]).chain(unused).filter(zero).collect();
+    let zero = |name: &&str| coefficient_by_name(tire, name) == 0.0;
+    let mut names: Vec<_> = ABOVE_0.into_iter().chain(["PRESMIN"]).chain(unused).filter(zero).collect();
     for (lower, upper) in RANGES {
-        if value(tire, lower) >= value(tire, upper) {
+        if coefficient_by_name(tire, lower) >= coefficient_by_name(tire, upper) {
             names.extend([lower, upper]);
         }
     }
@@ -102,17 +103,18 @@ fn replace_zeros(tire: &mut Coefficients, given: &mut PresentKeys) -> Option<Mes
     }
     let what = enumerate_names(&replaced);
     (!replaced.is_empty())
-        .then(|| Message::note(None, format!("{what} cannot be: the usual values are taken")))
+        .then(|| TireFileMessage::note(None, format!("{what} cannot be: the usual values are taken")))
 }
 
-fn value(tire: &Coefficients, name: &str) -> f64 {
-    Key::named(name).map_or(f64::NAN, |key| key.get(tire))
+fn coefficient_by_name(tire: &Coefficients, name: &str) -> f64 {
+    CoefficientKey::from_name(name).map_or(f64::NAN, |key| key.get(tire))
 }
 
 /// One sentence for all keys that are missing: those of the formula first.
-fn missing(tire: &Coefficients, given: &PresentKeys) -> Option<Message> {
-    let is_formula =
-        |key: &Key| key.section.ends_with("_COEFFICIENTS") && key.section != "SCALING_COEFFICIENTS";
+fn missing_keys_message(tire: &Coefficients, given: &PresentKeys) -> Option<TireFileMessage> {
+    let is_formula = |key: &CoefficientKey| {
+        key.section.ends_with("_COEFFICIENTS") && key.section != "SCALING_COEFFICIENTS"
+    };
     let (formula, others): (Vec<_>, Vec<_>) = KEYS
         .iter()
         .zip(&given.0)
@@ -120,8 +122,10 @@ fn missing(tire: &Coefficients, given: &PresentKeys) -> Option<Message> {
         .map(|(key, _)| key)
         .partition(|key| is_formula(key));
     let count = formula.len() + others.len();
-    let values =
-        formula.iter().chain(&others).map(|key: &&Key| format!("{} = {}", key.name, key.get(tire)));
+    let values = formula
+        .iter()
+        .chain(&others)
+        .map(|key: &&CoefficientKey| format!("{} = {}", key.name, key.get(tire)));
     let text = format!("{count} keys are missing, taken as {}", enumerate_names(values));
-    (count > 0).then(|| Message::note(None, text))
+    (count > 0).then(|| TireFileMessage::note(None, text))
 }

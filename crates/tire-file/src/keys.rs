@@ -1,8 +1,8 @@
 //! Maps the keys of a file to coefficients, with the synonyms of other programs, and groups unused keys.
 
-use tire::{KEYS, Key, Version};
+use tire::{CoefficientKey, KEYS, MagicFormulaVersion};
 
-use crate::syntax::{Entry, abbreviated};
+use crate::syntax::{TirEntry, truncate_for_message};
 
 /// Keys by the names that other programs have for them.
 const SYNONYMS: [(&str, &str); 13] = [
@@ -52,12 +52,12 @@ const BESIDE: [(&str, &[&str]); 2] = [
 
 /// What a key of a file in a version is more than ours: Adams multiplies the rolling resistance of PAC2002 by (F_z / F_z0)^QSY7, MF-Tyre
 /// replaces the load by it.
-pub(crate) fn offset(version: Version, key: &str) -> f64 {
-    if version == Version::Pac2002 && key == "QSY7" { 1.0 } else { 0.0 }
+pub(crate) fn key_offset(version: MagicFormulaVersion, key: &str) -> f64 {
+    if version == MagicFormulaVersion::Pac2002 && key == "QSY7" { 1.0 } else { 0.0 }
 }
 
 /// The key of the formula that an entry sets, with its place in the table.
-pub(crate) fn key_of(entry: &Entry) -> Option<(usize, &'static Key)> {
+pub(crate) fn key_of(entry: &TirEntry) -> Option<(usize, &'static CoefficientKey)> {
     // A mass is no unit, and a unit no mass.
     if matches!(entry.section.as_str(), "UNITS" | "MDI_HEADER" | "INERTIA") {
         return None;
@@ -68,23 +68,23 @@ pub(crate) fn key_of(entry: &Entry) -> Option<(usize, &'static Key)> {
 }
 
 /// The name of a key in files of a version.
-pub(crate) fn key_in_file(version: Version, key: &Key) -> &'static str {
+pub(crate) fn key_in_file(version: MagicFormulaVersion, key: &CoefficientKey) -> &'static str {
     let adams = ["IP", "IP_NOM", "QPZ1", "QPZ2", "QPX1", "QPFZ1"];
     let is_it = |(other, own): &&(&str, &str)| *own == key.name && adams.contains(other);
-    let synonym = SYNONYMS.iter().find(is_it).filter(|_| version == Version::Pac2002);
+    let synonym = SYNONYMS.iter().find(is_it).filter(|_| version == MagicFormulaVersion::Pac2002);
     synonym.map_or(key.name, |(other, _)| other)
 }
 
 /// A sentence for each kind of keys that the formula does not use, with its first line.
-pub(crate) fn unused_keys(unknown: &[&Entry]) -> Vec<(usize, String)> {
-    let beside = |entry: &Entry| {
+pub(crate) fn unused_keys(unknown: &[&TirEntry]) -> Vec<(usize, String)> {
+    let beside = |entry: &TirEntry| {
         BESIDE.iter().position(|(_, begins)| begins.iter().any(|it| entry.key.starts_with(it)))
     };
-    let mut kinds: [Vec<&Entry>; 3] = Default::default();
+    let mut kinds: [Vec<&TirEntry>; 3] = Default::default();
     for entry in unknown.iter().filter(|entry| !OTHERS.contains(&entry.section.as_str())) {
         kinds[beside(entry).unwrap_or(BESIDE.len())].push(entry);
     }
-    let sentence = |(kind, entries): (usize, Vec<&Entry>)| {
+    let sentence = |(kind, entries): (usize, Vec<&TirEntry>)| {
         let first = entries.first()?;
         let names = enumerate_names(entries.iter().map(|entry| entry.key.as_str()));
         let what = match BESIDE.get(kind) {
@@ -103,7 +103,7 @@ pub(crate) fn enumerate_names<N: AsRef<str>>(names: impl IntoIterator<Item = N>)
     for name in names {
         if count < LISTED {
             text += if count > 0 { ", " } else { "" };
-            text += &abbreviated(name.as_ref());
+            text += &truncate_for_message(name.as_ref());
         }
         count += 1;
     }

@@ -28,15 +28,15 @@ use std::fmt;
 
 use tire::Coefficients;
 
-pub use bytes::{decode, read_bytes};
-pub use choice::TireChoice;
-pub use plausibility::plausibility;
-pub use syntax::{Entry, Table, TirFile, Value};
-pub use write::write;
+pub use bytes::{decode_text, read_bytes};
+pub use choice::TireSpecification;
+pub use plausibility::check_plausibility;
+pub use syntax::{TirEntry, TirFile, TirTable, TirValue};
+pub use write::write_tir_text;
 
 /// How much a message matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum TireMessageLevel {
     /// The tire is as the file says.
     Note,
     /// The tire may be another one than the file means.
@@ -45,35 +45,35 @@ pub enum Level {
 
 /// Something to know about a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Message {
+pub struct TireFileMessage {
     /// How much it matters.
-    pub level: Level,
+    pub level: TireMessageLevel,
     /// Line in the file, from 1; none for what is not in it.
     pub line: Option<usize>,
     /// What there is to know.
     pub text: String,
 }
 
-impl Message {
+impl TireFileMessage {
     /// Sends it to the log of an FMU: a note in the category of what a model is, or a warning.
     pub fn send_to_log(self, log: impl Fn(&'static str, String), warn: impl Fn(String)) {
         let text = self.to_string();
         match self.level {
-            Level::Note => log("summary", text),
-            Level::Warning => warn(text),
+            TireMessageLevel::Note => log("summary", text),
+            TireMessageLevel::Warning => warn(text),
         }
     }
 
     pub(crate) fn note(line: Option<usize>, text: impl Into<String>) -> Self {
-        Self { level: Level::Note, line, text: text.into() }
+        Self { level: TireMessageLevel::Note, line, text: text.into() }
     }
 
     pub(crate) fn warning(line: Option<usize>, text: impl Into<String>) -> Self {
-        Self { level: Level::Warning, line, text: text.into() }
+        Self { level: TireMessageLevel::Warning, line, text: text.into() }
     }
 }
 
-impl fmt::Display for Message {
+impl fmt::Display for TireFileMessage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {
             Some(line) => write!(f, "line {line}: {}", self.text),
@@ -84,16 +84,16 @@ impl fmt::Display for Message {
 
 /// What makes a file no tire.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Errors {
+pub struct TireFileErrors {
     /// Name of the file.
     pub file: String,
     /// All of them, in the order of the file.
-    pub list: Vec<Message>,
+    pub list: Vec<TireFileMessage>,
 }
 
-impl fmt::Display for Errors {
+impl fmt::Display for TireFileErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (number, Message { line, text, .. }) in self.list.iter().enumerate() {
+        for (number, TireFileMessage { line, text, .. }) in self.list.iter().enumerate() {
             let end = if number > 0 { "\n" } else { "" };
             let line = line.map_or(String::new(), |line| format!(":{line}"));
             write!(f, "{end}{}{line}: {text}", self.file)?;
@@ -102,7 +102,7 @@ impl fmt::Display for Errors {
     }
 }
 
-impl std::error::Error for Errors {}
+impl std::error::Error for TireFileErrors {}
 
 /// The coefficients of a file by its text, as a tire of the left side, and what was taken where the file says nothing.
 ///
@@ -110,6 +110,6 @@ impl std::error::Error for Errors {}
 ///
 /// # Errors
 /// When a value that the formula needs is missing, no number, or outside of its bound, or the file is of another model.
-pub fn read(text: &str, name: &str) -> Result<(Coefficients, Vec<Message>), Errors> {
-    TirFile::parse(text).coefficients(name)
+pub fn read_tir(text: &str, name: &str) -> Result<(Coefficients, Vec<TireFileMessage>), TireFileErrors> {
+    TirFile::parse(text).to_coefficients(name)
 }

@@ -3,9 +3,9 @@
 
 use std::ops::RangeInclusive;
 
-use tire::{Characteristics, Coefficients, MfTire};
+use tire::{Coefficients, MfTire, TireCharacteristics};
 
-use crate::Message;
+use crate::TireFileMessage;
 
 /// Peak frictions, from ice to slicks on a bench.
 const FRICTION: RangeInclusive<f64> = 0.05..=4.0;
@@ -22,29 +22,29 @@ const LOAD: RangeInclusive<f64> = 1.0..=1e6;
 const NONE: f64 = 1e-3;
 
 /// What the tire is like at its nominal load and its own pressure: a warning when a number is one that no tire has.
-pub fn plausibility(tire: &MfTire) -> Message {
+pub fn check_plausibility(tire: &MfTire) -> TireFileMessage {
     let c = tire.coefficients();
-    let at = tire.characteristics(c.FNOMIN * c.LFZO);
-    let text = description(c, &at);
-    match implausibilities(c, &at).as_slice() {
-        [] => Message::note(None, text),
-        odd => Message::warning(None, format!("{text}. Not plausible: {}", odd.join("; "))),
+    let at = tire.characteristics_at_load(c.FNOMIN * c.LFZO);
+    let text = describe_tire(c, &at);
+    match describe_implausibilities(c, &at).as_slice() {
+        [] => TireFileMessage::note(None, text),
+        odd => TireFileMessage::warning(None, format!("{text}. Not plausible: {}", odd.join("; "))),
     }
 }
 
-fn has_cornering(at: &Characteristics) -> bool {
+fn has_cornering(at: &TireCharacteristics) -> bool {
     // A force to the wrong side is one.
     let has_peak = at.lateral.friction >= NONE || at.C_alpha < 0.0;
     (at.C_alpha / at.F_z).abs() >= NONE && has_peak
 }
 
-fn has_driving(at: &Characteristics) -> bool {
+fn has_driving(at: &TireCharacteristics) -> bool {
     let friction = at.driving.friction.max(at.braking.friction);
     (at.C_kappa / at.F_z).abs() >= NONE && (friction >= NONE || at.C_kappa < 0.0)
 }
 
-fn description(c: &Coefficients, at: &Characteristics) -> String {
-    let Characteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z } = *at;
+fn describe_tire(c: &Coefficients, at: &TireCharacteristics) -> String {
+    let TireCharacteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z } = *at;
     let across = match has_cornering(at) {
         true => format!("lateral friction {:.3} and {:.2} kN/rad", lateral.friction, C_alpha / 1e3),
         false => "no cornering".to_owned(),
@@ -66,7 +66,7 @@ fn description(c: &Coefficients, at: &Characteristics) -> String {
 }
 
 /// What no tire is like.
-fn implausibilities(c: &Coefficients, at: &Characteristics) -> Vec<String> {
+fn describe_implausibilities(c: &Coefficients, at: &TireCharacteristics) -> Vec<String> {
     let mut all = Vec::new();
     let mut judge = |name: &str, value: f64, usual: &RangeInclusive<f64>| {
         if !usual.contains(&value) {
@@ -108,24 +108,18 @@ fn implausibilities(c: &Coefficients, at: &Characteristics) -> Vec<String> {
     {
         if !usual.contains(&value) {
             let (low, high) = (usual.start(), usual.end());
-            all.push(format!(
-                "{name} is {value} {unit}, expected {low} to {high} {unit}: check [UNITS]"
-            ));
+            all.push(format!("{name} is {value} {unit}, expected {low} to {high} {unit}: check [UNITS]"));
         }
     }
     let sinks = at.F_z / c.VERTICAL_STIFFNESS;
     if sinks > 0.5 * c.UNLOADED_RADIUS {
-        all.push(format!(
-            "under its load it sinks in by {sinks:.3} m: check VERTICAL_STIFFNESS and [UNITS]"
-        ));
+        all.push(format!("under its load it sinks in by {sinks:.3} m: check VERTICAL_STIFFNESS and [UNITS]"));
     }
     let [own, nominal] = [c.INFLPRES, c.NOMPRES];
     let has_pressure = c.version.has_pressure();
     if has_pressure && !(c.PRESMIN..=c.PRESMAX).contains(&own) {
         let (low, high) = (c.PRESMIN, c.PRESMAX);
-        all.push(format!(
-            "INFLPRES is {own} Pa, outside of PRESMIN to PRESMAX, {low} to {high} Pa"
-        ));
+        all.push(format!("INFLPRES is {own} Pa, outside of PRESMIN to PRESMAX, {low} to {high} Pa"));
     } else if has_pressure && !(0.5..=2.0).contains(&(own / nominal)) {
         all.push(format!("INFLPRES is {own} Pa, far from NOMPRES, {nominal} Pa"));
     }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use tire::{Coefficients, Key};
+use tire::{CoefficientKey, Coefficients};
 
-use crate::Message;
+use crate::TireFileMessage;
 use crate::unit::probable_pressures;
 
 /// Pressures of tires [Pa], from those of a bicycle on sand to those of a plane.
@@ -16,15 +16,15 @@ const KEYS: [&str; 3] = ["INFLPRES", "NOMPRES", "PRESMAX"];
 /// Takes a tire whose file has pressures that no tire has at its nominal one, and tells it.
 ///
 /// `given` says which keys the file has; `unit` is what one of the file's is in pascal, where the file says it.
-pub(crate) fn check_pressures(
+pub(crate) fn replace_impossible_pressures(
     tire: &mut Coefficients,
     given: impl Fn(&str) -> bool,
     unit: Option<f64>,
-) -> Option<Message> {
+) -> Option<TireFileMessage> {
     let size = unit.unwrap_or(1.0);
     let impossible: Vec<_> = KEYS
         .into_iter()
-        .filter_map(|name| Key::named(name).filter(|_| given(name)))
+        .filter_map(|name| CoefficientKey::from_name(name).filter(|_| given(name)))
         .map(|key| (key.name, key.get(tire)))
         .filter(|(name, value)| is_impossible(name, *value))
         .collect();
@@ -55,7 +55,7 @@ pub(crate) fn check_pressures(
         impossible.iter().map(|(name, value)| format!("{name} = {}", value / size)).collect();
     let unit = if unit.is_some() { "by the unit of [UNITS]" } else { "in pascal" };
     let values = values.join(" and ");
-    Some(Message::warning(
+    Some(TireFileMessage::warning(
         None,
         format!("{values} {unit} is no pressure of a tire, {cure}; {effect}"),
     ))

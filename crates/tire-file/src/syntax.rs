@@ -11,22 +11,22 @@ pub struct TirFile {
     /// What the lines end with.
     pub(crate) line_end: &'static str,
     /// The assignments, in the order of the file.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<TirEntry>,
     /// The tables, such as `[SHAPE]`.
-    pub tables: Vec<Table>,
+    pub tables: Vec<TirTable>,
     /// Numbers of the lines, from 1, that are neither.
     pub(crate) others: Vec<usize>,
 }
 
 /// An assignment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct TirEntry {
     /// The section, in capitals.
     pub section: String,
     /// The key, in capitals.
     pub key: String,
     /// The value.
-    pub value: Value,
+    pub value: TirValue,
     /// Its line, from 1.
     pub line: usize,
     /// The place of the value in the line [B].
@@ -35,7 +35,7 @@ pub struct Entry {
 
 /// A value.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum TirValue {
     /// A number.
     Number(f64),
     /// A text, in quotes or a bare word.
@@ -44,11 +44,11 @@ pub enum Value {
     Empty,
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for TirValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(f, "{number}"),
-            Self::Text(text) => write!(f, "`{}`", abbreviated(text)),
+            Self::Text(text) => write!(f, "`{}`", truncate_for_message(text)),
             Self::Empty => f.write_str("nothing"),
         }
     }
@@ -56,7 +56,7 @@ impl fmt::Display for Value {
 
 /// Numbers in rows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct TirTable {
     /// The section, in capitals.
     pub section: String,
     /// The names of the columns, where the file has them.
@@ -81,7 +81,7 @@ impl TirFile {
         let mut file = Self { line_end, ..Self::default() };
         let (mut section, mut free_text) = (String::new(), false);
         for (number, line) in lines.iter().enumerate() {
-            let content = &line[..line.len() - comment(line).len()];
+            let content = &line[..line.len() - trailing_comment(line).len()];
             let trimmed = content.trim();
             if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
                 (section, free_text) = (name.trim().to_ascii_uppercase(), false);
@@ -89,17 +89,11 @@ impl TirFile {
                 free_text = true;
             } else if free_text || trimmed.is_empty() {
             } else if let Some((key, _)) = content.split_once('=') {
-                let place = value_place(content);
-                let value = value(&content[place.clone()]);
+                let place = value_byte_range(content);
+                let value = parse_value(&content[place.clone()]);
                 let key = key.trim().to_ascii_uppercase();
-                file.entries.push(Entry {
-                    section: section.clone(),
-                    key,
-                    value,
-                    line: number + 1,
-                    place,
-                });
-            } else if !file.row(&section, trimmed) {
+                file.entries.push(TirEntry { section: section.clone(), key, value, line: number + 1, place });
+            } else if !file.parse_table_line(&section, trimmed) {
                 file.others.push(number + 1);
             }
         }
@@ -108,15 +102,15 @@ impl TirFile {
     }
 
     /// Takes a line without an assignment as the columns of a table, or one of its rows; false when it is neither.
-    fn row(&mut self, section: &str, line: &str) -> bool {
-        let row: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
+    fn parse_table_line(&mut self, section: &str, line: &str) -> bool {
+        let row: Option<Vec<f64>> = line.split_whitespace().map(parse_number).collect();
         if row.is_none() && !line.starts_with('{') {
             return false;
         }
         let known = self.tables.iter().position(|table| table.section == section);
         let table = known.unwrap_or_else(|| {
             let section = section.to_owned();
-            self.tables.push(Table { section, columns: None, rows: Vec::new() });
+            self.tables.push(TirTable { section, columns: None, rows: Vec::new() });
             self.tables.len() - 1
         });
         if let Some(names) = line.strip_prefix('{') {
@@ -129,13 +123,13 @@ impl TirFile {
     }
 
     /// The last assignment of a key in a section; of a key in several sections, the last one if `section` is empty.
-    pub fn entry(&self, section: &str, key: &str) -> Option<&Entry> {
-        let is_it = |it: &&Entry| it.key == key && (section.is_empty() || it.section == section);
+    pub fn find_entry(&self, section: &str, key: &str) -> Option<&TirEntry> {
+        let is_it = |it: &&TirEntry| it.key == key && (section.is_empty() || it.section == section);
         self.entries.iter().rfind(is_it)
     }
 
     /// The text of the file, with what was changed in it.
-    pub fn text(&self) -> String {
+    pub fn to_text(&self) -> String {
         let mut text = String::new();
         for line in &self.lines {
             let _ = write!(text, "{line}{}", self.line_end);
@@ -148,7 +142,7 @@ impl TirFile {
 const COMMENT: [char; 5] = ['$', '!', '%', '#', ';'];
 
 /// The comment at the end of a line, with its sign, outside of quotes.
-fn comment(line: &str) -> &str {
+fn trailing_comment(line: &str) -> &str {
     let mut quote = None;
     // A quote opens a text only where a value begins: a comment may have apostrophes.
     let mut begins = false;
@@ -172,31 +166,31 @@ fn comment(line: &str) -> &str {
 }
 
 /// The place of the value behind the sign of an assignment, without blanks.
-fn value_place(content: &str) -> Range<usize> {
+fn value_byte_range(content: &str) -> Range<usize> {
     let begin = content.find('=').map_or(content.len(), |at| at + 1);
     let value = &content[begin..];
     let begin = begin + value.len() - value.trim_start().len();
     begin..begin + value.trim().len()
 }
 
-fn value(written: &str) -> Value {
+fn parse_value(written: &str) -> TirValue {
     let quoted = |quote: char| {
         let inner = written.strip_prefix(quote)?;
         inner.strip_suffix(quote)
     };
     if written.is_empty() {
-        Value::Empty
+        TirValue::Empty
     } else if let Some(text) = quoted('\'').or_else(|| quoted('"')) {
-        Value::Text(text.to_owned())
-    } else if let Some(number) = number(written) {
-        Value::Number(number)
+        TirValue::Text(text.to_owned())
+    } else if let Some(number) = parse_number(written) {
+        TirValue::Number(number)
     } else {
-        Value::Text(written.to_owned())
+        TirValue::Text(written.to_owned())
     }
 }
 
 /// A number as C or Fortran write it: `-.1E+01`, `7.`, `1D-3`, `1.5-101`.
-fn number(written: &str) -> Option<f64> {
+fn parse_number(written: &str) -> Option<f64> {
     let is_number = written.bytes().any(|it| it.is_ascii_digit())
         && written.bytes().all(|it| it.is_ascii_digit() || b"+-.eEdD".contains(&it));
     if !is_number {
@@ -205,8 +199,7 @@ fn number(written: &str) -> Option<f64> {
     let number = written.replace(['d', 'D'], "e");
     // Fortran leaves the letter out before an exponent of three digits.
     let has_letter = number.contains(['e', 'E']);
-    let sign =
-        number.rfind(['+', '-']).filter(|at| *at > 0 && number.len() == at + 4 && !has_letter);
+    let sign = number.rfind(['+', '-']).filter(|at| *at > 0 && number.len() == at + 4 && !has_letter);
     match sign.map(|at| number.split_at(at)) {
         Some((digits, exponent)) => format!("{digits}e{exponent}").parse().ok(),
         None => number.parse().ok(),
@@ -214,6 +207,6 @@ fn number(written: &str) -> Option<f64> {
 }
 
 /// As much of a text as a message shows.
-pub(crate) fn abbreviated(text: &str) -> String {
+pub(crate) fn truncate_for_message(text: &str) -> String {
     text.chars().take(60).collect()
 }

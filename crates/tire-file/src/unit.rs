@@ -1,11 +1,11 @@
 //! The `[UNITS]` section: names of units with their sources, and their sizes in SI.
 
-use tire::Quantity;
+use tire::CoefficientQuantity;
 use units::STANDARD_GRAVITY;
 
 /// Sizes in SI of the units that a file counts in; no pressure where the file does not say it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Units {
+pub(crate) struct TirUnits {
     pub length: f64,
     pub force: f64,
     pub angle: f64,
@@ -14,7 +14,7 @@ pub(crate) struct Units {
     pub pressure: Option<f64>,
 }
 
-impl Default for Units {
+impl Default for TirUnits {
     fn default() -> Self {
         Self { length: 1.0, force: 1.0, angle: 1.0, mass: 1.0, time: 1.0, pressure: None }
     }
@@ -34,7 +34,7 @@ struct UnitName {
     size: f64,
 }
 
-const fn unit(name: &'static str, shortest: usize, size: f64) -> UnitName {
+const fn unit_name(name: &'static str, shortest: usize, size: f64) -> UnitName {
     UnitName { name, shortest, size }
 }
 
@@ -45,95 +45,95 @@ const POUND: f64 = 0.453_592_37;
 const PSI: f64 = POUND * STANDARD_GRAVITY / (0.0254 * 0.0254);
 
 const LENGTH: &[UnitName] = &[
-    unit("meter", 3, 1.0),       // Adams Tire
-    unit("metre", 3, 1.0),       // usual
-    unit("m", 1, 1.0),           // Ansys Motion
-    unit("millimeter", 4, 1e-3), // Adams Tire
-    unit("millimetre", 4, 1e-3), // usual
-    unit("mm", 2, 1e-3),         // Adams Tire
-    unit("centimeter", 3, 1e-2), // Adams Tire
-    unit("centimetre", 3, 1e-2), // usual
-    unit("cm", 2, 1e-2),         // Adams Tire
-    unit("kilometer", 4, 1e3),   // Adams Tire
-    unit("kilometre", 4, 1e3),   // usual
-    unit("km", 2, 1e3),          // Adams Tire
-    unit("micrometer", 5, 1e-6), // Ansys Motion
-    unit("um", 2, 1e-6),         // Ansys Motion
-    unit("inch", 2, 0.0254),     // Adams Tire
-    unit("foot", 2, 0.3048),     // Adams Tire
-    unit("feet", 2, 0.3048),     // Adams Tire
-    unit("ft", 2, 0.3048),       // usual
-    unit("mile", 4, 1609.344),   // Adams Tire
+    unit_name("meter", 3, 1.0),       // Adams Tire
+    unit_name("metre", 3, 1.0),       // usual
+    unit_name("m", 1, 1.0),           // Ansys Motion
+    unit_name("millimeter", 4, 1e-3), // Adams Tire
+    unit_name("millimetre", 4, 1e-3), // usual
+    unit_name("mm", 2, 1e-3),         // Adams Tire
+    unit_name("centimeter", 3, 1e-2), // Adams Tire
+    unit_name("centimetre", 3, 1e-2), // usual
+    unit_name("cm", 2, 1e-2),         // Adams Tire
+    unit_name("kilometer", 4, 1e3),   // Adams Tire
+    unit_name("kilometre", 4, 1e3),   // usual
+    unit_name("km", 2, 1e3),          // Adams Tire
+    unit_name("micrometer", 5, 1e-6), // Ansys Motion
+    unit_name("um", 2, 1e-6),         // Ansys Motion
+    unit_name("inch", 2, 0.0254),     // Adams Tire
+    unit_name("foot", 2, 0.3048),     // Adams Tire
+    unit_name("feet", 2, 0.3048),     // Adams Tire
+    unit_name("ft", 2, 0.3048),       // usual
+    unit_name("mile", 4, 1609.344),   // Adams Tire
 ];
 
 const FORCE: &[UnitName] = &[
-    unit("newton", 1, 1.0),                                  // Adams Tire
-    unit("knewton", 2, 1e3),                                 // Adams Tire
-    unit("kilonewton", 5, 1e3),                              // usual
-    unit("mn", 2, 1e-3),                                     // Ansys Motion
-    unit("millinewton", 6, 1e-3),                            // Ansys Motion
-    unit("pound_force", 5, POUND * STANDARD_GRAVITY),        // Adams Tire
-    unit("lbf", 3, POUND * STANDARD_GRAVITY),                // usual
-    unit("lb", 2, POUND * STANDARD_GRAVITY),                 // usual
-    unit("kpound_force", 6, 1e3 * POUND * STANDARD_GRAVITY), // Adams Tire
-    unit("kg_force", 2, STANDARD_GRAVITY),                   // Adams Tire
-    unit("kgf", 3, STANDARD_GRAVITY),                        // usual
-    unit("dyne", 2, 1e-5),                                   // Adams Tire
-    unit("ounce_force", 2, POUND * STANDARD_GRAVITY / 16.0), // Adams Tire
+    unit_name("newton", 1, 1.0),                                  // Adams Tire
+    unit_name("knewton", 2, 1e3),                                 // Adams Tire
+    unit_name("kilonewton", 5, 1e3),                              // usual
+    unit_name("mn", 2, 1e-3),                                     // Ansys Motion
+    unit_name("millinewton", 6, 1e-3),                            // Ansys Motion
+    unit_name("pound_force", 5, POUND * STANDARD_GRAVITY),        // Adams Tire
+    unit_name("lbf", 3, POUND * STANDARD_GRAVITY),                // usual
+    unit_name("lb", 2, POUND * STANDARD_GRAVITY),                 // usual
+    unit_name("kpound_force", 6, 1e3 * POUND * STANDARD_GRAVITY), // Adams Tire
+    unit_name("kg_force", 2, STANDARD_GRAVITY),                   // Adams Tire
+    unit_name("kgf", 3, STANDARD_GRAVITY),                        // usual
+    unit_name("dyne", 2, 1e-5),                                   // Adams Tire
+    unit_name("ounce_force", 2, POUND * STANDARD_GRAVITY / 16.0), // Adams Tire
 ];
 
 const ANGLE: &[UnitName] = &[
-    unit("radian", 3, 1.0),                          // Adams Tire
-    unit("degree", 3, std::f64::consts::PI / 180.0), // Adams Tire
+    unit_name("radian", 3, 1.0),                          // Adams Tire
+    unit_name("degree", 3, std::f64::consts::PI / 180.0), // Adams Tire
 ];
 
 /// A slug is accelerated by 1 ft/s² by a pound force.
 const MASS: &[UnitName] = &[
-    unit("kg", 1, 1.0),                                 // Adams Tire
-    unit("kilogram", 4, 1.0),                           // Adams Tire
-    unit("gram", 1, 1e-3),                              // Adams Tire
-    unit("mg", 2, 1e-6),                                // Ansys Motion
-    unit("pound_mass", 5, POUND),                       // Adams Tire
-    unit("lbm", 3, POUND),                              // usual
-    unit("lb", 2, POUND),                               // usual
-    unit("kpound_mass", 6, 1e3 * POUND),                // Adams Tire
-    unit("slug", 2, POUND * STANDARD_GRAVITY / 0.3048), // Adams Tire
-    unit("ounce_mass", 2, POUND / 16.0),                // Adams Tire
-    unit("tonne", 2, 1e3),                              // Ansys Motion
+    unit_name("kg", 1, 1.0),                                 // Adams Tire
+    unit_name("kilogram", 4, 1.0),                           // Adams Tire
+    unit_name("gram", 1, 1e-3),                              // Adams Tire
+    unit_name("mg", 2, 1e-6),                                // Ansys Motion
+    unit_name("pound_mass", 5, POUND),                       // Adams Tire
+    unit_name("lbm", 3, POUND),                              // usual
+    unit_name("lb", 2, POUND),                               // usual
+    unit_name("kpound_mass", 6, 1e3 * POUND),                // Adams Tire
+    unit_name("slug", 2, POUND * STANDARD_GRAVITY / 0.3048), // Adams Tire
+    unit_name("ounce_mass", 2, POUND / 16.0),                // Adams Tire
+    unit_name("tonne", 2, 1e3),                              // Ansys Motion
 ];
 
 const TIME: &[UnitName] = &[
-    unit("second", 1, 1.0),       // Adams Tire
-    unit("millisecond", 3, 1e-3), // Adams Tire
-    unit("ms", 2, 1e-3),          // Ansys Motion
-    unit("msec", 4, 1e-3),        // usual
-    unit("minute", 3, 60.0),      // Adams Tire
-    unit("hour", 1, 3600.0),      // Adams Tire
+    unit_name("second", 1, 1.0),       // Adams Tire
+    unit_name("millisecond", 3, 1e-3), // Adams Tire
+    unit_name("ms", 2, 1e-3),          // Ansys Motion
+    unit_name("msec", 4, 1e-3),        // usual
+    unit_name("minute", 3, 60.0),      // Adams Tire
+    unit_name("hour", 1, 3600.0),      // Adams Tire
 ];
 
 /// The words for pressure; the first ones of bar, psi and kPa are those that a pressure without a unit is told with.
 const PRESSURE: &[UnitName] = &[
-    unit("pascal", 2, 1.0),     // Project Chrono
-    unit("bar", 3, 1e5),        // Project Chrono
-    unit("psi", 3, PSI),        // Project Chrono
-    unit("kpa", 3, 1e3),        // Project Chrono
-    unit("kpascal", 3, 1e3),    // Project Chrono
-    unit("kilopascal", 5, 1e3), // usual
-    unit("mpa", 3, 1e6),        // usual
-    unit("megapascal", 5, 1e6), // usual
-    unit("mbar", 4, 100.0),     // usual
-    unit("ksi", 3, 1e3 * PSI),  // Project Chrono
-    unit("atm", 3, 101_325.0),  // usual
-    unit("n/m2", 4, 1.0),       // usual
-    unit("n/mm2", 5, 1e6),      // usual
+    unit_name("pascal", 2, 1.0),     // Project Chrono
+    unit_name("bar", 3, 1e5),        // Project Chrono
+    unit_name("psi", 3, PSI),        // Project Chrono
+    unit_name("kpa", 3, 1e3),        // Project Chrono
+    unit_name("kpascal", 3, 1e3),    // Project Chrono
+    unit_name("kilopascal", 5, 1e3), // usual
+    unit_name("mpa", 3, 1e6),        // usual
+    unit_name("megapascal", 5, 1e6), // usual
+    unit_name("mbar", 4, 100.0),     // usual
+    unit_name("ksi", 3, 1e3 * PSI),  // Project Chrono
+    unit_name("atm", 3, 101_325.0),  // usual
+    unit_name("n/m2", 4, 1.0),       // usual
+    unit_name("n/mm2", 5, 1e6),      // usual
 ];
 
-impl Units {
+impl TirUnits {
     /// Takes a word of the section `[UNITS]`; false for a key that stands for nothing that is read, such as `TORQUE`.
     ///
     /// # Errors
     /// In words, when nobody knows the unit.
-    pub fn set(&mut self, key: &str, written: &str) -> Result<bool, String> {
+    pub fn set_unit(&mut self, key: &str, written: &str) -> Result<bool, String> {
         let words = match key {
             "LENGTH" => LENGTH,
             "FORCE" => FORCE,
@@ -143,7 +143,7 @@ impl Units {
             "PRESSURE" => PRESSURE,
             _ => return Ok(false),
         };
-        let size = size(words, written).ok_or_else(|| {
+        let size = unit_size(words, written).ok_or_else(|| {
             let names: Vec<_> = words.iter().map(|word| word.name).collect();
             format!("{key}: expected one of {}, found `{written}`", names.join(", "))
         })?;
@@ -159,24 +159,24 @@ impl Units {
     }
 
     /// What one of the file's units of a quantity is in SI.
-    pub fn size(&self, quantity: Quantity) -> f64 {
+    pub fn si_size(&self, quantity: CoefficientQuantity) -> f64 {
         match quantity {
-            Quantity::Ratio => 1.0,
-            Quantity::Length => self.length,
-            Quantity::Force => self.force,
-            Quantity::Pressure => self.pressure.unwrap_or(1.0),
-            Quantity::Stiffness => self.force / self.length,
-            Quantity::Damping => self.force * self.time / self.length,
-            Quantity::Angle => self.angle,
-            Quantity::Speed => self.length / self.time,
-            Quantity::InverseLength => 1.0 / self.length,
-            Quantity::InverseArea => 1.0 / (self.length * self.length),
+            CoefficientQuantity::Ratio => 1.0,
+            CoefficientQuantity::Length => self.length,
+            CoefficientQuantity::Force => self.force,
+            CoefficientQuantity::Pressure => self.pressure.unwrap_or(1.0),
+            CoefficientQuantity::Stiffness => self.force / self.length,
+            CoefficientQuantity::Damping => self.force * self.time / self.length,
+            CoefficientQuantity::Angle => self.angle,
+            CoefficientQuantity::Speed => self.length / self.time,
+            CoefficientQuantity::InverseLength => 1.0 / self.length,
+            CoefficientQuantity::InverseArea => 1.0 / (self.length * self.length),
         }
     }
 }
 
 /// Case, plural, quotes and brackets do not matter, and words may be shortened down to a length.
-fn size(words: &[UnitName], written: &str) -> Option<f64> {
+fn unit_size(words: &[UnitName], written: &str) -> Option<f64> {
     let whole = written
         .trim_matches(|letter: char| !letter.is_alphanumeric())
         .to_ascii_lowercase()
@@ -189,9 +189,8 @@ fn size(words: &[UnitName], written: &str) -> Option<f64> {
         whole.strip_suffix("es").unwrap_or(&whole),
     ];
     let exact = |form: &str| words.iter().find(|word| word.name == form);
-    let short = |form: &str| {
-        words.iter().find(|word| form.len() >= word.shortest && word.name.starts_with(form))
-    };
+    let short =
+        |form: &str| words.iter().find(|word| form.len() >= word.shortest && word.name.starts_with(form));
     let found = singular.iter().find_map(|form| exact(form));
     found.or_else(|| singular.iter().find_map(|form| short(form))).map(|word| word.size)
 }
@@ -213,9 +212,9 @@ pub(crate) fn probable_pressures(value: f64) -> Vec<(&'static str, f64)> {
 mod tests {
     use super::*;
 
-    fn of(key: &str, word: &str) -> Result<Units, String> {
-        let mut units = Units::default();
-        units.set(key, word).map(|_| units)
+    fn of(key: &str, word: &str) -> Result<TirUnits, String> {
+        let mut units = TirUnits::default();
+        units.set_unit(key, word).map(|_| units)
     }
 
     #[test]
@@ -265,21 +264,18 @@ mod tests {
 
     #[test]
     fn a_word_that_nobody_knows_is_told_with_those_that_are_known() {
-        assert_eq!(
-            of("ANGLE", "gon"),
-            Err("ANGLE: expected one of radian, degree, found `gon`".to_owned())
-        );
+        assert_eq!(of("ANGLE", "gon"), Err("ANGLE: expected one of radian, degree, found `gon`".to_owned()));
         assert!(of("PRESSURE", "torr").is_err() && of("LENGTH", "").is_err());
-        assert_eq!(Units::default().set("TORQUE", "newton_meter"), Ok(false));
+        assert_eq!(TirUnits::default().set_unit("TORQUE", "newton_meter"), Ok(false));
     }
 
     #[test]
     fn every_word_is_understood_as_itself_and_in_its_shortest_form() {
         for words in [LENGTH, FORCE, ANGLE, MASS, TIME, PRESSURE] {
             for word in words {
-                assert_eq!(size(words, word.name), Some(word.size), "{}", word.name);
+                assert_eq!(unit_size(words, word.name), Some(word.size), "{}", word.name);
                 let short = &word.name[..word.shortest];
-                assert_eq!(size(words, short), Some(word.size), "{short} of {}", word.name);
+                assert_eq!(unit_size(words, short), Some(word.size), "{short} of {}", word.name);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Detects the version of the Magic Formula of a file, and refuses files of other tire models.
 
-use tire::Version;
+use tire::MagicFormulaVersion;
 
-use crate::Message;
-use crate::syntax::{Entry, TirFile, Value};
+use crate::TireFileMessage;
+use crate::syntax::{TirEntry, TirFile, TirValue};
 
 /// Words of `PROPERTY_FILE_FORMAT` for other models, in capitals and without signs, with the names of the models: those of Adams Tire,
 /// RecurDyn, Chrono and of the makers.
@@ -39,47 +39,46 @@ const OTHER_SECTIONS: [(&str, &str); 3] =
     [("FTIRE_DATA", "FTire"), ("CDTIRE", "CDTire"), ("TMEASY", "TMeasy")];
 
 /// The numbers of `FITTYP` that MF-Tyre knows. 50 to 52 are those of MF-MCTyre, too, which its keys tell.
-const FITTYP: [(f64, Version); 10] = [
-    (5.0, Version::Mf52),
-    (6.0, Version::Mf52),
-    (21.0, Version::Mf52),
-    (50.0, Version::Mf52),
-    (51.0, Version::Mf52),
-    (52.0, Version::Mf52),
-    (5.2, Version::Mf52),
-    (60.0, Version::Mf61),
-    (61.0, Version::Mf61),
-    (62.0, Version::Mf62),
+const FITTYP: [(f64, MagicFormulaVersion); 10] = [
+    (5.0, MagicFormulaVersion::Mf52),
+    (6.0, MagicFormulaVersion::Mf52),
+    (21.0, MagicFormulaVersion::Mf52),
+    (50.0, MagicFormulaVersion::Mf52),
+    (51.0, MagicFormulaVersion::Mf52),
+    (52.0, MagicFormulaVersion::Mf52),
+    (5.2, MagicFormulaVersion::Mf52),
+    (60.0, MagicFormulaVersion::Mf61),
+    (61.0, MagicFormulaVersion::Mf61),
+    (62.0, MagicFormulaVersion::Mf62),
 ];
 
 /// The version of the formula, and what there is to tell about how it was found.
 ///
 /// # Errors
 /// When the file names another model, or a version that nobody knows.
-pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Message> {
-    let named = entry(file, "PROPERTY_FILE_FORMAT");
-    let format = named.map(|entry| letters(&entry.value)).unwrap_or_default();
+pub(crate) fn detect_version(
+    file: &TirFile,
+) -> Result<(MagicFormulaVersion, Option<TireFileMessage>), TireFileMessage> {
+    let named = model_entry(file, "PROPERTY_FILE_FORMAT");
+    let format = named.map(|entry| letters_and_digits(&entry.value)).unwrap_or_default();
     refuse_other_models(file, &format, named.map(|entry| entry.line))?;
     let is_pac2002 = format.starts_with("PAC2002");
-    if let Some(entry) = entry(file, "FITTYP").filter(|it| it.value != Value::Empty) {
+    if let Some(entry) = model_entry(file, "FITTYP").filter(|it| it.value != TirValue::Empty) {
         let line = Some(entry.line);
         let Some((number, version)) = fittyp_version(&entry.value) else {
-            let text = format!(
-                "FITTYP: expected 5, 6, 21, 50, 51, 52, 60, 61 or 62, found {}",
-                entry.value
-            );
-            return Err(Message::warning(line, text));
+            let text = format!("FITTYP: expected 5, 6, 21, 50, 51, 52, 60, 61 or 62, found {}", entry.value);
+            return Err(TireFileMessage::warning(line, text));
         };
         let told = match (is_pac2002, version) {
-            (true, Version::Mf52) => return Ok((Version::Pac2002, None)),
-            (true, _) => Some(Message::note(
+            (true, MagicFormulaVersion::Mf52) => return Ok((MagicFormulaVersion::Pac2002, None)),
+            (true, _) => Some(TireFileMessage::note(
                 line,
                 format!(
                     "FITTYP = {number} is {version} and PROPERTY_FILE_FORMAT is PAC2002: read as {version}"
                 ),
             )),
             (false, _) if number == 60.0 => {
-                Some(Message::note(line, "FITTYP = 60 is MF-Tyre 6.0: read as MF 6.1"))
+                Some(TireFileMessage::note(line, "FITTYP = 60 is MF-Tyre 6.0: read as MF 6.1"))
             }
             _ => None,
         };
@@ -91,18 +90,16 @@ pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Mess
     }
     let version = by_keys(file);
     let text = format!("no FITTYP in [MODEL]: read as {version}, by its keys");
-    Ok((version, Some(Message::note(None, text))))
+    Ok((version, Some(TireFileMessage::note(None, text))))
 }
 
 fn refuse_other_models(
     file: &TirFile,
     format: &str,
     format_line: Option<usize>,
-) -> Result<(), Message> {
+) -> Result<(), TireFileMessage> {
     // Short names are whole words: CDT20, but no UAZ.
-    let is_it = |word: &str| {
-        format == word || (word.len() > 2 && word != "PUL" && format.starts_with(word))
-    };
+    let is_it = |word: &str| format == word || (word.len() > 2 && word != "PUL" && format.starts_with(word));
     let named = OTHER_MODELS.iter().find(|(word, _)| is_it(word));
     let has_section = |name: &str| {
         file.entries
@@ -112,43 +109,42 @@ fn refuse_other_models(
             .any(|it| it == name)
     };
     let section = OTHER_SECTIONS.iter().find(|(name, _)| has_section(name));
-    let kind = entry(file, "TYPE");
-    let is_new = entry(file, "FITTYP")
+    let kind = model_entry(file, "TYPE");
+    let is_new = model_entry(file, "FITTYP")
         .and_then(|entry| fittyp_version(&entry.value))
         .is_some_and(|(_, version)| !version.is_before_61());
-    let rides = kind.is_some_and(|it| letters(&it.value).starts_with("MOTOR"))
-        || file.entry("LATERAL_COEFFICIENTS", "PCY2").is_some();
+    let rides = kind.is_some_and(|it| letters_and_digits(&it.value).starts_with("MOTOR"))
+        || file.find_entry("LATERAL_COEFFICIENTS", "PCY2").is_some();
     let (model, line) = match (named, section) {
         (Some((_, model)), _) => (*model, format_line),
         (None, Some((_, model))) => (*model, None),
         (None, None) if rides && !is_new => (MOTORCYCLE, kind.map(|it| it.line)),
         _ => return Ok(()),
     };
-    let text = format!(
-        "this is a file of {model}: expected one of the Magic Formula (MF-Tyre 5 to 6.2 or PAC2002)"
-    );
-    Err(Message::warning(line, text))
+    let text =
+        format!("this is a file of {model}: expected one of the Magic Formula (MF-Tyre 5 to 6.2 or PAC2002)");
+    Err(TireFileMessage::warning(line, text))
 }
 
 /// An entry of `[MODEL]`, or of another section in files without it.
-fn entry<'f>(file: &'f TirFile, key: &str) -> Option<&'f Entry> {
-    file.entry("MODEL", key).or_else(|| file.entry("", key))
+fn model_entry<'f>(file: &'f TirFile, key: &str) -> Option<&'f TirEntry> {
+    file.find_entry("MODEL", key).or_else(|| file.find_entry("", key))
 }
 
 /// Letters and digits of a value, in capitals.
-fn letters(value: &Value) -> String {
+fn letters_and_digits(value: &TirValue) -> String {
     let text = value.to_string();
     text.chars().filter(char::is_ascii_alphanumeric).map(|it| it.to_ascii_uppercase()).collect()
 }
 
 /// The number of a `FITTYP` with its version: `61`, `'MF61'` and `'MF-Tyre 6.1'` are the same.
-fn fittyp_version(value: &Value) -> Option<(f64, Version)> {
-    let letters = letters(value);
+fn fittyp_version(value: &TirValue) -> Option<(f64, MagicFormulaVersion)> {
+    let letters = letters_and_digits(value);
     if letters.ends_with("PAC2002") {
-        return Some((5.0, Version::Pac2002));
+        return Some((5.0, MagicFormulaVersion::Pac2002));
     }
     let number = match value {
-        Value::Number(number) => *number,
+        TirValue::Number(number) => *number,
         _ => letters.trim_start_matches(|letter: char| !letter.is_ascii_digit()).parse().ok()?,
     };
     // 6 is MF-Tyre 5.2, and 6.1 is 61.
@@ -158,19 +154,18 @@ fn fittyp_version(value: &Value) -> Option<(f64, Version)> {
 
 /// The version that the keys of a file speak for. Only PAC2002 has camber as 5.2 and pressure together, or its own names of pressure; only
 /// newer formulas know the other terms.
-fn by_keys(file: &TirFile) -> Version {
-    let has = |keys: &[&str]| keys.iter().any(|key| file.entry("", key).is_some());
+fn by_keys(file: &TirFile) -> MagicFormulaVersion {
+    let has = |keys: &[&str]| keys.iter().any(|key| file.find_entry("", key).is_some());
     let pressure = has(&["PPY1", "PPX1"]);
     if has(&["Q_CAM1", "Q_FYS1", "Q_FCY2"]) {
-        Version::Mf62
+        MagicFormulaVersion::Mf62
     } else if has(&["PKY6", "PKY4", "QSX12", "Q_FZ2", "PPY5"]) {
-        Version::Mf61
-    } else if has(&["IP", "IP_NOM", "QPZ1", "QPX1"]) || (pressure && has(&["PHY3", "PTX1", "PTY1"]))
-    {
-        Version::Pac2002
+        MagicFormulaVersion::Mf61
+    } else if has(&["IP", "IP_NOM", "QPZ1", "QPX1"]) || (pressure && has(&["PHY3", "PTX1", "PTY1"])) {
+        MagicFormulaVersion::Pac2002
     } else if pressure {
-        Version::Mf61
+        MagicFormulaVersion::Mf61
     } else {
-        Version::Mf52
+        MagicFormulaVersion::Mf52
     }
 }

@@ -2,32 +2,33 @@
 
 use std::fmt::Write as _;
 
-use tire::{Coefficients, KEYS, Key, Version};
+use tire::{CoefficientKey, Coefficients, KEYS, MagicFormulaVersion};
 
-use crate::keys::{key_in_file, offset};
-use crate::syntax::{TirFile, Value};
+use crate::keys::{key_in_file, key_offset};
+use crate::syntax::{TirFile, TirValue};
 
 /// Column of the sign of an assignment.
 const WIDTH: usize = 25;
 
 /// The text of a new file: all keys of the version with what they are, in SI units and ISO-W axes, for the left side. `about` are
 /// lines of comment at its beginning.
-pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
+pub fn write_tir_text(coefficients: &Coefficients, about: &[String]) -> String {
     let mut text = String::new();
     for line in about {
         let line: String = line.chars().filter(|it| !it.is_control()).collect();
         let _ = writeln!(text, "$ {line}");
     }
     let kind = match coefficients.version {
-        Version::Mf52 => "PROPERTY_FILE_FORMAT = 'MF52'\nFITTYP = 52",
-        Version::Pac2002 => "PROPERTY_FILE_FORMAT = 'PAC2002'",
-        Version::Mf61 => "PROPERTY_FILE_FORMAT = 'MF61'\nFITTYP = 61",
-        Version::Mf62 => "PROPERTY_FILE_FORMAT = 'MF62'\nFITTYP = 62",
+        MagicFormulaVersion::Mf52 => "PROPERTY_FILE_FORMAT = 'MF52'\nFITTYP = 52",
+        MagicFormulaVersion::Pac2002 => "PROPERTY_FILE_FORMAT = 'PAC2002'",
+        MagicFormulaVersion::Mf61 => "PROPERTY_FILE_FORMAT = 'MF61'\nFITTYP = 61",
+        MagicFormulaVersion::Mf62 => "PROPERTY_FILE_FORMAT = 'MF62'\nFITTYP = 62",
     };
     text += "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3.0\nFILE_FORMAT = 'ASCII'\n";
     text += "[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radian'\nMASS = 'kg'\nTIME = 'second'\nPRESSURE = 'pascal'\n";
     let mut section = "";
-    let used = |key: &&Key| key.versions.is_empty() || key.versions.contains(&coefficients.version);
+    let used =
+        |key: &&CoefficientKey| key.versions.is_empty() || key.versions.contains(&coefficients.version);
     for key in KEYS.iter().filter(used) {
         if key.section != section {
             section = key.section;
@@ -36,7 +37,7 @@ pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
                 let _ = writeln!(text, "{kind}\nTYRESIDE = 'LEFT'");
             }
         }
-        let value = key.get(coefficients) - offset(coefficients.version, key.name);
+        let value = key.get(coefficients) - key_offset(coefficients.version, key.name);
         let name = key_in_file(coefficients.version, key);
         let _ = writeln!(text, "{name:<WIDTH$}= {value:<22} ${}", key.doc);
     }
@@ -46,17 +47,15 @@ pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
 impl TirFile {
     /// Sets a key to a value in the file's own units; a key that the file does not have is added to its section. Everything else stays
     /// as it is.
-    pub fn set(&mut self, section: &str, key: &str, value: f64) {
-        if let Some(entry) =
-            self.entries.iter_mut().rfind(|it| it.section == section && it.key == key)
-        {
+    pub fn set_key(&mut self, section: &str, key: &str, value: f64) {
+        if let Some(entry) = self.entries.iter_mut().rfind(|it| it.section == section && it.key == key) {
             let written = value.to_string();
             let line = &mut self.lines[entry.line - 1];
             // An empty value has no blank before it that could be kept.
             let begin = entry.place.start.min(line.len());
             line.replace_range(begin..entry.place.end.min(line.len()), &written);
             entry.place = begin..begin + written.len();
-            entry.value = Value::Number(value);
+            entry.value = TirValue::Number(value);
             return;
         }
         let last = self.entries.iter().rfind(|it| it.section == section).map(|it| it.line);
@@ -65,7 +64,7 @@ impl TirFile {
             self.lines.len()
         });
         self.lines.insert(at, format!("{key:<WIDTH$}= {value}"));
-        let changed = Self::parse(&self.text());
+        let changed = Self::parse(&self.to_text());
         let line_end = self.line_end;
         *self = Self { line_end, ..changed };
     }
@@ -74,17 +73,22 @@ impl TirFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read;
+    use crate::read_tir;
 
     #[test]
     fn what_is_written_reads_back_the_same() {
-        for version in [Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62] {
+        for version in [
+            MagicFormulaVersion::Mf52,
+            MagicFormulaVersion::Pac2002,
+            MagicFormulaVersion::Mf61,
+            MagicFormulaVersion::Mf62,
+        ] {
             let mut tire = Coefficients { version, ..Coefficients::sports_tire() };
             tire.PHY1 = 1.0 / 3.0 * 1e-7;
             tire.PDX2 = -0.1 - 0.2;
-            let text = write(&tire, &["A tire".to_owned()]);
-            let (found, messages) = read(&text, "a.tir").expect("a tire");
-            let used = |key: &&Key| key.versions.contains(&version);
+            let text = write_tir_text(&tire, &["A tire".to_owned()]);
+            let (found, messages) = read_tir(&text, "a.tir").expect("a tire");
+            let used = |key: &&CoefficientKey| key.versions.contains(&version);
             for key in KEYS.iter().filter(used) {
                 assert_eq!(key.get(&found), key.get(&tire), "{}", key.name);
             }
@@ -96,12 +100,12 @@ mod tests {
     fn a_change_keeps_every_other_letter() {
         let text = "$ made by\r\n[MODEL]\r\nFITTYP = 61\t$ kind\r\n[X]\r\nODD = 'a = b' $ c\r\n[VERTICAL]\r\nFNOMIN =4e3$load\r\nVERTICAL_STIFFNESS =\r\n";
         let mut file = TirFile::parse(text);
-        assert_eq!(file.text(), text);
-        file.set("VERTICAL", "FNOMIN", 4100.5);
-        file.set("VERTICAL", "VERTICAL_STIFFNESS", 2e5);
-        file.set("LATERAL_COEFFICIENTS", "PKY1", -20.0);
+        assert_eq!(file.to_text(), text);
+        file.set_key("VERTICAL", "FNOMIN", 4100.5);
+        file.set_key("VERTICAL", "VERTICAL_STIFFNESS", 2e5);
+        file.set_key("LATERAL_COEFFICIENTS", "PKY1", -20.0);
         let expected = text.replace("4e3", "4100.5").replace("STIFFNESS =", "STIFFNESS =200000");
         let added = format!("{expected}[LATERAL_COEFFICIENTS]\r\n{:<25}= -20\r\n", "PKY1");
-        assert_eq!(file.text(), added);
+        assert_eq!(file.to_text(), added);
     }
 }

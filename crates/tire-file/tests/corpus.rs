@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value as Json;
-use tire::{Characteristics, Coefficients, MfTire, Version};
-use tire_file::{Level, Message, read_bytes, write};
+use tire::{Coefficients, MagicFormulaVersion, MfTire, TireCharacteristics};
+use tire_file::{TireFileMessage, TireMessageLevel, read_bytes, write_tir_text};
 
 type Failed = Box<dyn std::error::Error>;
 
@@ -35,12 +35,12 @@ fn data() -> PathBuf {
 }
 
 /// What our reader and our formula make of a file at its nominal load.
-fn ours(path: &Path) -> Result<(Characteristics, Vec<Message>), Failed> {
+fn ours(path: &Path) -> Result<(TireCharacteristics, Vec<TireFileMessage>), Failed> {
     let name = path.display().to_string();
     let (coefficients, messages) =
         read_bytes(&std::fs::read(path)?, &name).map_err(|errors| errors.to_string())?;
     let tire = MfTire::new(coefficients).map_err(|bad| bad.to_string())?;
-    Ok((tire.characteristics(coefficients.FNOMIN * coefficients.LFZO), messages))
+    Ok((tire.characteristics_at_load(coefficients.FNOMIN * coefficients.LFZO), messages))
 }
 
 /// Compares what both say about files.
@@ -93,10 +93,15 @@ fn own_files() -> Result<(), Failed> {
         ..Coefficients::sports_tire()
     };
     let mut files = Vec::new();
-    for version in [Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62] {
+    for version in [
+        MagicFormulaVersion::Mf52,
+        MagicFormulaVersion::Pac2002,
+        MagicFormulaVersion::Mf61,
+        MagicFormulaVersion::Mf62,
+    ] {
         // A scale of camber, which is 1 in newer files.
         let LGAY = if version.is_before_61() { 0.7 } else { 1.0 };
-        let left = write(&Coefficients { version, LGAY, ..rich }, &[]);
+        let left = write_tir_text(&Coefficients { version, LGAY, ..rich }, &[]);
         for side in ["LEFT", "RIGHT"] {
             let path = folder.join(format!("{version}-{side}.tir"));
             std::fs::write(&path, left.replace("'LEFT'", &format!("'{side}'")))?;
@@ -117,11 +122,7 @@ struct Case {
     warning: Option<&'static str>,
 }
 
-const fn case(
-    file: &'static str,
-    lateral: Option<[f64; 2]>,
-    warning: Option<&'static str>,
-) -> Case {
+const fn case(file: &'static str, lateral: Option<[f64; 2]>, warning: Option<&'static str>) -> Case {
     Case { file, lateral, warning }
 }
 
@@ -159,7 +160,7 @@ impl Case {
         if file.starts_with("tir_pac2002") {
             assert!((at.C_gamma / 1e3 - 3.42).abs() < 5e-3, "{file}: {}", at.C_gamma);
         }
-        let warns = |it: &&Message| it.level == Level::Warning;
+        let warns = |it: &&TireFileMessage| it.level == TireMessageLevel::Warning;
         let warnings: Vec<_> = messages.iter().filter(warns).map(|it| it.text.as_str()).collect();
         match warning {
             Some(words) => assert!(warnings.iter().any(|it| it.contains(words)), "{warnings:?}"),

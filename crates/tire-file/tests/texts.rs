@@ -1,7 +1,9 @@
 //! Reads texts as other programs write them: each a change of one small tire, with what it is like and what is told.
 
-use tire::{Characteristics, MfTire, Version};
-use tire_file::{Level, Message, TireChoice, plausibility, read, read_bytes};
+use tire::{MagicFormulaVersion, MfTire, TireCharacteristics};
+use tire_file::{
+    TireFileMessage, TireMessageLevel, TireSpecification, check_plausibility, read_bytes, read_tir,
+};
 
 /// A tire of 4000 N with friction 1.1 and 80 sin(2 atan(1 / 2)) = 64 kN/rad.
 const TIRE: &str = "[MDI_HEADER]\nFILE_TYPE = 'tir'\n[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radian'\nMASS = 'kg'\n\
@@ -25,8 +27,8 @@ fn changed(from: &str, to: &str) -> String {
 
 struct Read {
     tire: MfTire,
-    at: Characteristics,
-    messages: Vec<Message>,
+    at: TireCharacteristics,
+    messages: Vec<TireFileMessage>,
 }
 
 impl Read {
@@ -35,13 +37,13 @@ impl Read {
     }
 
     fn warnings(&self) -> Vec<&str> {
-        let warns = |it: &&Message| it.level == Level::Warning;
+        let warns = |it: &&TireFileMessage| it.level == TireMessageLevel::Warning;
         self.messages.iter().filter(warns).map(|it| it.text.as_str()).collect()
     }
 
     #[track_caller]
     fn is_the_tire(&self) {
-        let Characteristics { lateral, C_alpha, .. } = self.at;
+        let TireCharacteristics { lateral, C_alpha, .. } = self.at;
         let near = (lateral.friction - 1.1).abs() < 1e-3 && (C_alpha - 64e3).abs() < 1.0;
         assert!(near, "{:?}\n{}", self.at, self.told());
     }
@@ -49,14 +51,14 @@ impl Read {
 
 #[track_caller]
 fn tire(text: &str) -> Read {
-    let (coefficients, messages) = read(text, "a.tir").unwrap_or_else(|error| panic!("{error}"));
+    let (coefficients, messages) = read_tir(text, "a.tir").unwrap_or_else(|error| panic!("{error}"));
     let tire = MfTire::new(coefficients).expect("a tire");
-    Read { tire, at: tire.characteristics(4000.0), messages }
+    Read { tire, at: tire.characteristics_at_load(4000.0), messages }
 }
 
 #[track_caller]
 fn refused(text: &str) -> String {
-    read(text, "a.tir").expect_err("no tire").to_string()
+    read_tir(text, "a.tir").expect_err("no tire").to_string()
 }
 
 #[test]
@@ -64,7 +66,7 @@ fn the_tire_is_read_without_a_warning() {
     let read = tire(TIRE);
     read.is_the_tire();
     assert!(read.warnings().is_empty(), "{}", read.told());
-    assert_eq!(plausibility(&read.tire).level, Level::Note);
+    assert_eq!(check_plausibility(&read.tire).level, TireMessageLevel::Note);
 }
 
 #[test]
@@ -120,12 +122,11 @@ fn a_pressure_that_is_no_pascal_is_told_with_its_probable_unit() {
 #[test]
 fn pac2002_has_the_camber_of_52_and_pressure() {
     let with = tire(&pac2002());
-    let keys =
-        ["IP = 220000\n", "IP_NOM = 220000\n", "PPX1 = -0.4\n", "PPY1 = 0.5\n", "PPY3 = 0.2\n"];
+    let keys = ["IP = 220000\n", "IP_NOM = 220000\n", "PPX1 = -0.4\n", "PPY1 = 0.5\n", "PPY3 = 0.2\n"];
     let without = tire(&keys.iter().fold(pac2002(), |text, key| text.replace(key, "")));
     for read in [&with, &without] {
         read.is_the_tire();
-        assert_eq!(read.tire.coefficients().version, Version::Pac2002);
+        assert_eq!(read.tire.coefficients().version, MagicFormulaVersion::Pac2002);
         // C_alpha PHY3 and the share of the load that PVY3 is.
         let expected = 64e3 * 0.03 + 4000.0 * 0.3;
         assert!((read.at.C_gamma - expected).abs() < 5.0, "{}", read.at.C_gamma);
@@ -135,7 +136,7 @@ fn pac2002_has_the_camber_of_52_and_pressure() {
     assert!((hard.at.lateral.friction - 1.1 * 1.02).abs() < 1e-3, "{}", hard.at.lateral.friction);
     // Without the word, keys of 5.2 beside those of pressure tell it.
     let keys = tire(&pac2002().replace("PROPERTY_FILE_FORMAT = 'PAC2002'\n", ""));
-    assert_eq!(keys.tire.coefficients().version, Version::Pac2002, "{}", keys.told());
+    assert_eq!(keys.tire.coefficients().version, MagicFormulaVersion::Pac2002, "{}", keys.told());
     // Adams takes the load to the power of QSY7 beside the load itself.
     let rolls = tire(&format!("{}QSY1 = 0.01\nQSY7 = 0\n", pac2002()));
     assert_eq!(rolls.tire.coefficients().QSY7, 1.0);
@@ -169,28 +170,28 @@ fn what_a_use_does_not_need_may_be_0() {
 #[test]
 fn versions_have_numbers_and_words() {
     for (word, version) in [
-        ("5", Version::Mf52),
-        ("6", Version::Mf52),
-        ("21", Version::Mf52),
-        ("51", Version::Mf52),
-        ("52", Version::Mf52),
-        ("5.2", Version::Mf52),
-        ("60", Version::Mf61),
-        ("61", Version::Mf61),
-        ("6.1", Version::Mf61),
-        ("'MF61'", Version::Mf61),
-        ("'MF-Tyre 6.1'", Version::Mf61),
-        ("MF62", Version::Mf62),
-        ("62", Version::Mf62),
-        ("'PAC2002'", Version::Pac2002),
+        ("5", MagicFormulaVersion::Mf52),
+        ("6", MagicFormulaVersion::Mf52),
+        ("21", MagicFormulaVersion::Mf52),
+        ("51", MagicFormulaVersion::Mf52),
+        ("52", MagicFormulaVersion::Mf52),
+        ("5.2", MagicFormulaVersion::Mf52),
+        ("60", MagicFormulaVersion::Mf61),
+        ("61", MagicFormulaVersion::Mf61),
+        ("6.1", MagicFormulaVersion::Mf61),
+        ("'MF61'", MagicFormulaVersion::Mf61),
+        ("'MF-Tyre 6.1'", MagicFormulaVersion::Mf61),
+        ("MF62", MagicFormulaVersion::Mf62),
+        ("62", MagicFormulaVersion::Mf62),
+        ("'PAC2002'", MagicFormulaVersion::Pac2002),
     ] {
         let read = tire(&changed("FITTYP = 61", &format!("FITTYP = {word}")));
         assert_eq!(read.tire.coefficients().version, version, "{word}: {}", read.told());
     }
     let read = tire(&changed("FITTYP = 61", "FITTYP = 5\nPROPERTY_FILE_FORMAT = 'PAC2002'"));
-    assert_eq!(read.tire.coefficients().version, Version::Pac2002);
+    assert_eq!(read.tire.coefficients().version, MagicFormulaVersion::Pac2002);
     let read = tire(&changed("FITTYP = 61", "PROPERTY_FILE_FORMAT = 'MF_05'"));
-    assert_eq!(read.tire.coefficients().version, Version::Mf52, "{}", read.told());
+    assert_eq!(read.tire.coefficients().version, MagicFormulaVersion::Mf52, "{}", read.told());
     assert!(refused(&changed("= 61", "= 99")).contains("60, 61 or 62, found 99"));
     assert!(refused(&changed("= 61", "= 'soft'")).contains("60, 61 or 62, found `soft`"));
 }
@@ -234,23 +235,19 @@ fn line_ends_and_encodings_of_other_machines_are_read_and_told() {
         let bytes = |unit: u16| if little { unit.to_le_bytes() } else { unit.to_be_bytes() };
         like(&units.flat_map(bytes).collect::<Vec<_>>(), "UTF-16");
     }
-    let by_choice = TireChoice { tir: TIRE.replace('\n', "\r"), ..TireChoice::default() };
-    assert!(by_choice.tire("tire_f.tir").is_ok());
+    let by_choice = TireSpecification { tir: TIRE.replace('\n', "\r"), ..TireSpecification::default() };
+    assert!(by_choice.load_tire("tire_f.tir").is_ok());
 }
 
 #[test]
 fn mistakes_of_one_cause_are_one_sentence() {
-    let commas =
-        TIRE.replace("= 0.3\n", "= 0,3\n").replace("1.3\n", "1,3\n").replace("1.1\n", "1,1\n");
+    let commas = TIRE.replace("= 0.3\n", "= 0,3\n").replace("1.3\n", "1,3\n").replace("1.1\n", "1,1\n");
     assert_eq!(
         refused(&commas),
         "a.tir:13: UNLOADED_RADIUS has a decimal comma, `0,3` (3 such values): expected a decimal point"
     );
     let words = TIRE.replace("PCY1 = 1.3", "PCY1 = 1.2e3D0").replace("PDY1 = 1.1", "PDY1 = soft");
-    assert_eq!(
-        refused(&words),
-        "a.tir:29: PCY1: expected a number, found `1.2e3D0`; likewise PDY1"
-    );
+    assert_eq!(refused(&words), "a.tir:29: PCY1: expected a number, found `1.2e3D0`; likewise PDY1");
     let none = refused(&TIRE.replace('=', ":"));
     assert!(none.contains("found none in 37 lines"), "{none}");
     let binary: Vec<u8> = (0..5000_u32).map(|i| (i * i % 251) as u8).collect();
@@ -261,11 +258,9 @@ fn mistakes_of_one_cause_are_one_sentence() {
     assert_eq!(told.matches("once more").count(), 1, "{told}");
     assert!(told.contains("PCX1, PDX1, PKX1") && told.contains("the last one counts"), "{told}");
     let bare = tire(&format!("{TIRE}PEY1 -0.5\nPEY2 -0.1\n"));
-    let words =
-        "skipped, since it is neither `KEY = value` nor a row of numbers: `PEY1 -0.5` and 1 more";
+    let words = "skipped, since it is neither `KEY = value` nor a row of numbers: `PEY1 -0.5` and 1 more";
     assert_eq!(bare.warnings(), [words], "{}", bare.told());
-    let extra =
-        tire(&format!("{TIRE}PDXP1 = 0.4\nPKYP1 = 1\nELLIPS_ORDER = 1.8\nENV_C1 = 0\nODD = 1\n"));
+    let extra = tire(&format!("{TIRE}PDXP1 = 0.4\nPKYP1 = 1\nELLIPS_ORDER = 1.8\nENV_C1 = 0\nODD = 1\n"));
     for words in [
         "of turn slip, which is not computed: PDXP1, PKYP1",
         "of MF-Swift, which is not computed: ELLIPS_ORDER, ENV_C1",
@@ -292,8 +287,8 @@ fn a_tire_without_a_force_is_told_by_itself() {
         let read = tire(&changed(from, ""));
         let words = format!("without {name} (missing or 0) the tire has no lateral force");
         assert!(read.warnings().iter().any(|it| it.starts_with(&words)), "{}", read.told());
-        let line = plausibility(&read.tire);
-        assert!(line.level == Level::Warning && line.text.contains("no cornering"), "{line}");
+        let line = check_plausibility(&read.tire);
+        assert!(line.level == TireMessageLevel::Warning && line.text.contains("no cornering"), "{line}");
     }
     let read = tire(&changed("PKX1 = 22\n", "PKX1 = 0\n"));
     assert!(read.warnings()[0].contains("no longitudinal force"), "{}", read.told());
@@ -314,34 +309,26 @@ fn the_keys_of_another_version_have_no_effect_and_are_told() {
 
 #[test]
 fn a_number_that_no_tire_has_is_a_warning_of_the_line() {
-    let line = |from: &str, to: &str| plausibility(&tire(&changed(from, to)).tire);
+    let line = |from: &str, to: &str| check_plausibility(&tire(&changed(from, to)).tire);
     for (from, to, words) in [
         ("PDY1 = 1.1", "PDY1 = 133", "lateral friction is 9.58"),
         ("PKY1 = -20", "PKY1 = 20", "cornering stiffness divided by load is -16.0"),
         ("PKY1 = -20", "PKY1 = -20000", "cornering stiffness divided by load is 16000"),
         ("PDX1 = 1.2", "PDX1 = 12", "driving friction is 9.855"),
         ("INFLPRES = 220000", "INFLPRES = 20000", "far from NOMPRES"),
-        (
-            "RBX1 = 12",
-            "RBX1 = 12\nKPUMIN = -1\nKPUMAX = 0",
-            "KPUMIN to KPUMAX is -1 to 0, without 0:",
-        ),
-        (
-            "RBX1 = 12",
-            "RBX1 = 12\nCAMMIN = 0\nCAMMAX = 0.1",
-            "CAMMIN to CAMMAX is 0 to 0.1, without 0:",
-        ),
+        ("RBX1 = 12", "RBX1 = 12\nKPUMIN = -1\nKPUMAX = 0", "KPUMIN to KPUMAX is -1 to 0, without 0:"),
+        ("RBX1 = 12", "RBX1 = 12\nCAMMIN = 0\nCAMMAX = 0.1", "CAMMIN to CAMMAX is 0 to 0.1, without 0:"),
         ("RBX1 = 12", "RBX1 = 12\nFZMAX = 3000", "FZMIN to FZMAX is 0 to 3000, without 4000:"),
     ] {
         let line = line(from, to);
-        assert!(line.level == Level::Warning && line.text.contains(words), "{words}: {line}");
+        assert!(line.level == TireMessageLevel::Warning && line.text.contains(words), "{words}: {line}");
     }
     let line = line("PKY6 = -0.9", "PKY6 = 0");
-    assert!(line.level == Level::Note && line.text.contains("no camber stiffness"), "{line}");
-    let choice = TireChoice { tir: TIRE.to_owned(), LMUY: 9.0, ..TireChoice::default() };
-    let (_, told) = choice.tire("tire_f.tir").expect("a tire");
+    assert!(line.level == TireMessageLevel::Note && line.text.contains("no camber stiffness"), "{line}");
+    let choice = TireSpecification { tir: TIRE.to_owned(), LMUY: 9.0, ..TireSpecification::default() };
+    let (_, told) = choice.load_tire("tire_f.tir").expect("a tire");
     assert!(
-        told[0].level == Level::Warning && told[0].text.starts_with("tire_f.tir: MF 6.1:"),
+        told[0].level == TireMessageLevel::Warning && told[0].text.starts_with("tire_f.tir: MF 6.1:"),
         "{}",
         told[0]
     );

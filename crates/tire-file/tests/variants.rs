@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value as Json;
-use tire::{Coefficients, Key, Version};
-use tire_file::{TirFile, Value, decode, read};
+use tire::{CoefficientKey, Coefficients, MagicFormulaVersion};
+use tire_file::{TirFile, TirValue, decode_text, read_tir};
 
 type Failed = Box<dyn std::error::Error>;
 
@@ -20,8 +20,8 @@ const SMALL: &str = "[UNITS]\nLENGTH = 'mm'\nANGLE = 'deg'\n[MODEL]\nLONGVL = 16
 
 #[test]
 fn a_small_file_is_told_about() {
-    let (tire, messages) = read(SMALL, "small.tir").expect("a tire");
-    assert_eq!(tire.version, Version::Mf52);
+    let (tire, messages) = read_tir(SMALL, "small.tir").expect("a tire");
+    assert_eq!(tire.version, MagicFormulaVersion::Mf52);
     assert_eq!((tire.UNLOADED_RADIUS, tire.LONGVL, tire.FNOMIN), (0.31, 16.5, 4200.0));
     assert!((tire.ALPMAX - 12.0_f64.to_radians()).abs() < 1e-15);
     let told = messages.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
@@ -41,7 +41,7 @@ fn a_small_file_is_told_about() {
 #[test]
 fn mistakes_name_file_line_and_key() {
     let wrong = |from: &str, to: &str| {
-        read(&SMALL.replace(from, to), "small.tir").expect_err("a mistake").to_string()
+        read_tir(&SMALL.replace(from, to), "small.tir").expect_err("a mistake").to_string()
     };
     assert_eq!(wrong("-20", "soft"), "small.tir:16: PKY1: expected a number, found `soft`");
     assert_eq!(
@@ -61,9 +61,9 @@ fn mistakes_name_file_line_and_key() {
 
 #[test]
 fn a_tire_of_the_right_side_is_mirrored() {
-    let left = tire_file::write(&Coefficients { PHY1: 0.01, ..Coefficients::sports_tire() }, &[]);
+    let left = tire_file::write_tir_text(&Coefficients { PHY1: 0.01, ..Coefficients::sports_tire() }, &[]);
     let right = left.replace("'LEFT'", "'Right'");
-    let (tire, messages) = read(&right, "right.tir").expect("a tire");
+    let (tire, messages) = read_tir(&right, "right.tir").expect("a tire");
     assert_eq!(tire.PHY1, -0.01);
     assert!(messages.iter().any(|it| it.text.contains("mirror image")), "{messages:?}");
 }
@@ -71,7 +71,7 @@ fn a_tire_of_the_right_side_is_mirrored() {
 /// Cuts and changes of a sound file.
 #[test]
 fn any_text_is_read_without_panic() {
-    let sound = tire_file::write(&Coefficients::sports_tire(), &["Ünïcode".to_owned()]);
+    let sound = tire_file::write_tir_text(&Coefficients::sports_tire(), &["Ünïcode".to_owned()]);
     let letters: Vec<char> = sound.chars().collect();
     let odd = ['=', '[', ']', '\'', '"', '$', '\n', '\r', '\u{0}', '{', '(', 'é', '9'];
     let mut seed = 7_usize;
@@ -84,42 +84,41 @@ fn any_text_is_read_without_panic() {
             changed.truncate(at);
         }
         let text: String = changed.into_iter().collect();
-        let _ = read(&text, "odd.tir");
+        let _ = read_tir(&text, "odd.tir");
         let file = TirFile::parse(&text);
-        let again = TirFile::parse(&file.text());
+        let again = TirFile::parse(&file.to_text());
         assert_eq!(again.entries.len(), file.entries.len());
     }
-    assert!(read("", "empty.tir").is_err());
-    assert_eq!(decode(b"M\xfcller"), "M\u{fc}ller");
+    assert!(read_tir("", "empty.tir").is_err());
+    assert_eq!(decode_text(b"M\xfcller"), "M\u{fc}ller");
 }
 
 #[test]
 #[ignore = "needs data/oracles/tir_syntax"]
 fn variants_of_the_syntax() -> Result<(), Failed> {
     let folder = folder();
-    let expected: Json =
-        serde_json::from_str(&std::fs::read_to_string(folder.join("expected.json"))?)?;
+    let expected: Json = serde_json::from_str(&std::fs::read_to_string(folder.join("expected.json"))?)?;
     let files = expected.as_object().ok_or("no object")?;
     assert!(files.len() >= 16, "{} files", files.len());
     for (name, expected) in files {
-        let text = decode(&std::fs::read(folder.join(name))?);
+        let text = decode_text(&std::fs::read(folder.join(name))?);
         let file = TirFile::parse(&text);
         let entry = |path: &str| {
             let (section, key) = path.split_once('.').expect("SECTION.KEY");
-            file.entry(section, key)
+            file.find_entry(section, key)
         };
         for (path, value) in expected["values"].as_object().into_iter().flatten() {
             let found = entry(path).map(|entry| &entry.value);
             let same = match (found, value) {
-                (Some(Value::Number(found)), value) => Some(*found) == value.as_f64(),
-                (Some(Value::Text(found)), Json::String(value)) => found == value,
+                (Some(TirValue::Number(found)), value) => Some(*found) == value.as_f64(),
+                (Some(TirValue::Text(found)), Json::String(value)) => found == value,
                 _ => false,
             };
             assert!(same, "{name}: {path} is {found:?}, expected {value}");
         }
         for path in expected["absent"].as_array().into_iter().flatten() {
             let found = entry(path.as_str().expect("a name")).map(|entry| &entry.value);
-            assert!(matches!(found, None | Some(Value::Empty)), "{name}: {path} is {found:?}");
+            assert!(matches!(found, None | Some(TirValue::Empty)), "{name}: {path} is {found:?}");
         }
         for (section, table) in expected["tables"].as_object().into_iter().flatten() {
             let found = file.tables.iter().find(|it| it.section == *section).expect("a table");
@@ -128,9 +127,10 @@ fn variants_of_the_syntax() -> Result<(), Failed> {
             assert_eq!((&found.columns, &found.rows), (&columns, &rows), "{name}: {section}");
         }
         if let Some(si) = expected["si"].as_object() {
-            let (tire, _) = file.coefficients(name).map_err(|it| it.to_string())?;
+            let (tire, _) = file.to_coefficients(name).map_err(|it| it.to_string())?;
             for (path, value) in si {
-                let key = Key::named(path.split_once('.').expect("SECTION.KEY").1).expect("a key");
+                let key =
+                    CoefficientKey::from_name(path.split_once('.').expect("SECTION.KEY").1).expect("a key");
                 let (found, value) = (key.get(&tire), value.as_f64().expect("a number"));
                 assert!(
                     (found - value).abs() <= 1e-15 * value.abs(),

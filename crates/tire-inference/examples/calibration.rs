@@ -17,21 +17,21 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use numerics::statistics::{mean, quantile, std};
-use preparation::direction::Direction;
-use preparation::samples::Samples;
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::estimate::identify;
-use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
+use tire_inference::estimate::identify_tire;
+use tire_inference::fit::{CurveFitProblem, FitOptions, SlipNoise, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{SampledPosterior, SamplingOptions, draw};
+use tire_inference::posterior::{SampledPosterior, SamplingOptions, draw_posterior};
 use tire_inference::prior::Prior;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
-use tire_inference::verdict::{Judgement, Verdict};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
+use tire_inference::verdict::{Identifiability, QuantityJudgement};
 
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
@@ -54,48 +54,41 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 fn main() -> Result<(), Failure> {
     const USAGE: &str = "expected coverage|noisy|truths|ranks|brute|times COUNT [SAMPLES [MORE]]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |index: usize, absent: usize| {
-        arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>())
-    };
+    let number =
+        |index: usize, absent: usize| arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>());
     let count = number(1, 200)?;
     match arguments.first().map(String::as_str) {
         Some("coverage") => coverage(count, number(2, 1000)?, &[0.02, 0.08, 0.2, 0.75, 1.0], None),
         Some("noisy") => coverage(count, number(2, 1000)?, &[0.2, 0.75, 1.0], Some(0.005)),
         Some("truths") => truths(count, number(2, 1000)?, number(3, 0)?),
         Some("ranks") => ranks(count, number(2, 400)?, number(3, 0)?),
-        Some("brute") => {
-            brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?, number(5, 0)?)
-        }
+        Some("brute") => brute(count, number(2, 400)?, number(3, 64)?, number(4, 0)?, number(5, 0)?),
         Some("times") => times(count, number(2, 1500)?),
         _ => Err(USAGE.into()),
     }
 }
 
 /// What the whole pipeline states, against the truth of Table II; with noise in the slip also against shifts.
-fn coverage(
-    count: usize,
-    size: usize,
-    levels: &[f64],
-    slip_std: Option<f64>,
-) -> Result<(), Failure> {
+fn coverage(count: usize, size: usize, levels: &[f64], slip_std: Option<f64>) -> Result<(), Failure> {
     for &level in levels {
         let mut hits = BTreeMap::<&str, u32>::new();
         for seed in 0..count as u64 {
-            let mut excitation = Excitation {
+            let mut excitation = SyntheticExcitation {
                 seed,
                 samples: size,
                 slip_std: slip_std.unwrap_or(0.0),
-                ..Excitation::default()
+                ..SyntheticExcitation::default()
             };
-            let usual = Settings::new(Direction::Longitudinal);
-            let mut settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
+            let usual = IdentificationSettings::new(ForceDirection::Longitudinal);
+            let mut settings =
+                IdentificationSettings { options: FitOptions { seed, ..usual.options }, ..usual };
             if slip_std.is_some() {
                 excitation.truth[4..].copy_from_slice(&SHIFTS);
                 settings.prior.free = [true; 6];
                 settings.slip_noise = slip_std.map(SlipNoise::new);
             }
-            let samples = samples(&excitation, level);
-            for judgement in identify(&samples, &settings, &[Method::LeastSquares])?.judgements {
+            let samples = synthetic_samples(&excitation, level);
+            for judgement in identify_tire(&samples, &settings, &[FitMethod::LeastSquares])?.judgements {
                 let truth = judgement.quantity.value(&excitation.truth);
                 let hit = (judgement.interval[0]..=judgement.interval[1]).contains(&truth);
                 *hits.entry(judgement.quantity.name()).or_default() += u32::from(hit);
@@ -105,11 +98,7 @@ fn coverage(
             .iter()
             .map(|(name, hits)| format!("{name} {:.1}", 100.0 * f64::from(*hits) / count as f64))
             .collect();
-        println!(
-            "{:>5} %: % of {count} intervals hold the truth: {}",
-            100.0 * level,
-            shares.join(", ")
-        );
+        println!("{:>5} %: % of {count} intervals hold the truth: {}", 100.0 * level, shares.join(", "));
     }
     Ok(())
 }
@@ -123,38 +112,31 @@ fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
         [10.0, 0.9, 0.85, 0.3, 0.0, 0.0],
     ];
     let (name, bounds) = Bounds::NAMED[which.min(1)];
-    println!(
-        "box {name}, {count} seeds, {size} samples: % covered / identified / identified and wrong"
-    );
-    for (truth, level) in
-        TRUTHS.iter().flat_map(|truth| [0.1, 0.25, 0.75].map(|level| (truth, level)))
-    {
+    println!("box {name}, {count} seeds, {size} samples: % covered / identified / identified and wrong");
+    for (truth, level) in TRUTHS.iter().flat_map(|truth| [0.1, 0.25, 0.75].map(|level| (truth, level))) {
         let one = |seed: u64| -> Result<Vec<(&'static str, [bool; 3])>, Failure> {
-            let excitation = Excitation {
+            let excitation = SyntheticExcitation {
                 truth: *truth,
                 seed,
                 samples: size,
                 slip_std: 0.0,
                 force_std: 0.033 * truth[2],
-                ..Excitation::default()
+                ..SyntheticExcitation::default()
             };
-            let usual = Settings::new(Direction::Lateral);
-            let settings = Settings {
+            let usual = IdentificationSettings::new(ForceDirection::Lateral);
+            let settings = IdentificationSettings {
                 options: FitOptions { seed, ..usual.options },
-                prior: usual.prior.within(bounds),
+                prior: usual.prior.with_bounds(bounds),
                 ..usual
             };
             let answer =
-                identify(&samples(&excitation, level), &settings, &[Method::LeastSquares])?;
+                identify_tire(&synthetic_samples(&excitation, level), &settings, &[FitMethod::LeastSquares])?;
             let published = &answer.estimates[0].1.mean;
-            let row = |it: &Judgement| {
+            let row = |it: &QuantityJudgement| {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 let name = it.quantity.name();
-                let identified = it.verdict == Verdict::Identified;
-                (
-                    name,
-                    [within(it.quantity.value(truth)), identified, within(published[&it.quantity])],
-                )
+                let identified = it.verdict == Identifiability::Identified;
+                (name, [within(it.quantity.value(truth)), identified, within(published[&it.quantity])])
             };
             Ok(answer.judgements.iter().map(row).collect())
         };
@@ -180,10 +162,10 @@ fn of_prior(
     seed: usize,
     size: usize,
     level: f64,
-) -> Result<(Theta, Samples, SampledPosterior), Failure> {
+) -> Result<(Theta, CurveSamples, SampledPosterior), Failure> {
     let prior = Prior::longitudinal();
     let mut random = Pcg64::seed_from_u64(seed as u64 ^ 0x5bc);
-    let truth = prior.at(&std::array::from_fn(|_| random.random()));
+    let truth = prior.interpolate(&std::array::from_fn(|_| random.random()));
     let (samples, found) = of_tire(truth, seed, size, level)?;
     Ok((truth, samples, found))
 }
@@ -193,15 +175,15 @@ fn of_tire(
     seed: usize,
     size: usize,
     level: f64,
-) -> Result<(Samples, SampledPosterior), Failure> {
+) -> Result<(CurveSamples, SampledPosterior), Failure> {
     let seed = seed as u64;
     let excitation =
-        Excitation { truth, samples: size, slip_std: 0.0, seed, ..Excitation::default() };
-    let samples = samples(&excitation, level);
-    let fit = least_squares(&Problem::new(&samples), &FitOptions::default())?;
+        SyntheticExcitation { truth, samples: size, slip_std: 0.0, seed, ..SyntheticExcitation::default() };
+    let samples = synthetic_samples(&excitation, level);
+    let fit = least_squares(&CurveFitProblem::new(&samples), &FitOptions::default())?;
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
     let options = SamplingOptions { seed, ..SamplingOptions::default() };
-    let found = draw(&CompressedSamples::new(&samples), &Prior::longitudinal(), &optima, &options);
+    let found = draw_posterior(&CompressedSamples::new(&samples), &Prior::longitudinal(), &optima, &options);
     Ok((samples, found))
 }
 
@@ -213,18 +195,13 @@ fn times(count: usize, size: usize) -> Result<(), Failure> {
             of_prior(seed, size, level)?;
             drawn.push(1e3 * begin.elapsed().as_secs_f64());
             let begin = Instant::now();
-            of_tire(Excitation::default().truth, seed, size, level)?;
+            of_tire(SyntheticExcitation::default().truth, seed, size, level)?;
             of_table.push(1e3 * begin.elapsed().as_secs_f64());
         }
         let tell = |times: &mut Vec<f64>| {
             times.sort_by(f64::total_cmp);
             let share = |share: f64| quantile(times, share);
-            format!(
-                "median {:.0}, 95 % {:.0}, at most {:.0} ms",
-                share(0.5),
-                share(0.95),
-                share(1.0)
-            )
+            format!("median {:.0}, 95 % {:.0}, at most {:.0} ms", share(0.5), share(0.95), share(1.0))
         };
         println!(
             "{:>5} %: {count} tires of the box, {size} samples: {}; Table II: {}",
@@ -259,11 +236,7 @@ fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
             format!("{} {:.3} ({held:.0} %)", NAMES[i], largest_gap(&column))
         };
         let columns: Vec<String> = (0..COUNT).map(tell).collect();
-        println!(
-            "{:>5} %: KS below {critical:.3} wanted (coverage): {}",
-            100.0 * level,
-            columns.join(", ")
-        );
+        println!("{:>5} %: KS below {critical:.3} wanted (coverage): {}", 100.0 * level, columns.join(", "));
     }
     Ok(())
 }
@@ -271,8 +244,7 @@ fn ranks(count: usize, size: usize, first: usize) -> Result<(), Failure> {
 /// Largest distance of the distribution of ascending shares from the uniform one (Kolmogorov, Smirnov).
 fn largest_gap(ascending: &[f64]) -> f64 {
     let count = ascending.len() as f64;
-    let gap =
-        |(k, share): (usize, &f64)| (share - k as f64 / count).max((k + 1) as f64 / count - share);
+    let gap = |(k, share): (usize, &f64)| (share - k as f64 / count).max((k + 1) as f64 / count - share);
     ascending.iter().enumerate().map(gap).fold(0.0, f64::max)
 }
 
@@ -309,13 +281,7 @@ impl Off {
 }
 
 /// At a percentage, or at all of them if it is 0.
-fn brute(
-    count: usize,
-    size: usize,
-    nodes: usize,
-    first: usize,
-    percent: usize,
-) -> Result<(), Failure> {
+fn brute(count: usize, size: usize, nodes: usize, first: usize, percent: usize) -> Result<(), Failure> {
     let prior = Prior::longitudinal();
     let wanted = |level: &f64| percent == 0 || (100.0 * level).round() == percent as f64;
     for level in [0.02, 0.08, 0.2, 0.75, 1.0].into_iter().filter(wanted) {

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use tire_inference::fit::{FitError, FitOptions, Problem, least_squares, nelder_mead};
+use tire_inference::fit::{CurveFitProblem, FitError, FitOptions, least_squares, nelder_mead};
 
 mod csv;
 
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = arguments.first().ok_or("which file? usage: fit_csv FILE [B C D E]")?;
     let start = arguments[1..].iter().map(|a| a.parse()).collect::<Result<Vec<f64>, _>>()?;
     let samples = csv::read(file)?;
-    let problem = Problem::new(&samples);
+    let problem = CurveFitProblem::new(&samples);
     let options = match start[..] {
         [] => FitOptions::default(),
         [b, c, d, e] => FitOptions::from_start([b, c, d, e, 0.0, 0.0]),
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fit = || {
         let clock = Instant::now();
         let solution = if simplex {
-            nelder_mead::fit(&problem, &options)?
+            nelder_mead::fit_nelder_mead(&problem, &options)?
         } else {
             least_squares(&problem, &options)?
         };
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut fits = (0..5).map(|_| fit()).collect::<Result<Vec<_>, _>>()?;
     fits.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (seconds, solution) = fits.swap_remove(2);
-    let std: Vec<Option<f64>> = solution.free.iter().map(|&p| solution.std(p)).collect();
+    let std: Vec<Option<f64>> = solution.free.iter().map(|&p| solution.parameter_std(p)).collect();
     let report = serde_json::json!({
         "theta": &solution.theta[..4],
         "std": std,

@@ -6,25 +6,28 @@
 use std::time::Instant;
 
 use numerics::statistics::quantile;
-use preparation::direction::Direction;
+use preparation::direction::ForceDirection;
 use rand_distr::{Distribution, StudentT};
 use rand_pcg::Pcg64;
-use tire_inference::estimate::identify;
+use tire_inference::estimate::identify_tire;
 use tire_inference::noise::NoiseModel;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |index: usize, absent: usize| {
-        arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>())
-    };
+    let number =
+        |index: usize, absent: usize| arguments.get(index).map_or(Ok(absent), |text| text.parse::<usize>());
     let (count, rounds) = (number(0, 1_000_000)?, number(1, 5)?.max(1));
-    let excitation =
-        Excitation { samples: count, slip_std: 0.0, force_std: 0.0, ..Excitation::default() };
-    let mut measured = samples(&excitation, 0.3);
+    let excitation = SyntheticExcitation {
+        samples: count,
+        slip_std: 0.0,
+        force_std: 0.0,
+        ..SyntheticExcitation::default()
+    };
+    let mut measured = synthetic_samples(&excitation, 0.3);
     let (noise, mut random) = (StudentT::new(4.0)?, Pcg64::new(1, 1));
     measured.force.iter_mut().for_each(|force| *force += 0.04 * noise.sample(&mut random));
     let losses = [
@@ -37,9 +40,10 @@ fn main() -> Result<(), Failure> {
     for _ in 0..rounds {
         for ((_, loss), [waited, reported]) in losses.iter().zip(&mut times) {
             let begin = Instant::now();
-            let settings = loss.settle(Settings::new(Direction::Lateral), &measured)?;
+            let settings =
+                loss.apply_to_settings(IdentificationSettings::new(ForceDirection::Lateral), &measured)?;
             let settled = begin.elapsed().as_secs_f64();
-            let answer = identify(&measured, &settings, &[Method::LeastSquares])?;
+            let answer = identify_tire(&measured, &settings, &[FitMethod::LeastSquares])?;
             waited.push(begin.elapsed().as_secs_f64());
             reported.push(settled + answer.estimates[0].1.seconds);
         }

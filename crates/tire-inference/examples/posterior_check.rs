@@ -5,13 +5,13 @@
 use std::time::Instant;
 
 use numerics::statistics::{mean, std};
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::fit::{FitOptions, Problem, least_squares};
+use tire_inference::fit::{CurveFitProblem, FitOptions, least_squares};
 use tire_inference::parameters::Theta;
 use tire_inference::posterior::{SamplingOptions, grid};
 use tire_inference::prior::Prior;
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
@@ -32,16 +32,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     prior.free[4] = matches!(shifts, "S_h" | "both");
     prior.free[5] = matches!(shifts, "S_v" | "both");
     for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
-        let excitation = Excitation { samples: count, slip_std: 0.0, ..Excitation::default() };
-        let mut samples = samples(&excitation, level);
+        let excitation =
+            SyntheticExcitation { samples: count, slip_std: 0.0, ..SyntheticExcitation::default() };
+        let mut samples = synthetic_samples(&excitation, level);
         if both_sides {
             mirror(&mut samples);
         }
-        let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(&samples) };
+        let problem =
+            CurveFitProblem { free: prior.free, held: prior.centre, ..CurveFitProblem::new(&samples) };
         let fit = least_squares(&problem, &FitOptions::default())?;
         let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
         let data = CompressedSamples::new(&samples);
-        let draw = || grid::draw(&data, &prior, &optima, &SamplingOptions::default());
+        let draw = || grid::draw_from_grid(&data, &prior, &optima, &SamplingOptions::default());
         let times = (0..5).map(|_| {
             let start = Instant::now();
             std::hint::black_box(draw());
@@ -90,7 +92,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Every second sample to the other side.
-fn mirror(samples: &mut Samples) {
+fn mirror(samples: &mut CurveSamples) {
     for i in (1..samples.len()).step_by(2) {
         samples.slip[i] = -samples.slip[i];
         samples.force[i] = -samples.force[i];

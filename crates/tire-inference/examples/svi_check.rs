@@ -1,11 +1,11 @@
 //! Compares what variational inference tells with the exact posterior, over many data sets: `svi_check SEEDS LEVEL...`.
 
-use preparation::direction::Direction;
-use tire_inference::estimate::identify;
+use preparation::direction::ForceDirection;
+use tire_inference::estimate::identify_tire;
 use tire_inference::fit::FitOptions;
 use tire_inference::quantity::Quantity;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 const NAMES: [Quantity; 5] = [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
 
@@ -20,11 +20,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut ratios = [[[f64::INFINITY, 0.0]; 5]; 2];
         for seed in 0..seeds {
             let excitation =
-                Excitation { seed, samples: 1500, slip_std: 0.0, ..Excitation::default() };
-            let usual = Settings::new(Direction::Longitudinal);
-            let settings = Settings { options: FitOptions { seed, ..usual.options }, ..usual };
-            let samples = samples(&excitation, level);
-            let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
+                SyntheticExcitation { seed, samples: 1500, slip_std: 0.0, ..SyntheticExcitation::default() };
+            let usual = IdentificationSettings::new(ForceDirection::Longitudinal);
+            let settings = IdentificationSettings { options: FitOptions { seed, ..usual.options }, ..usual };
+            let samples = synthetic_samples(&excitation, level);
+            let answer = identify_tire(&samples, &settings, &[FitMethod::Svi, FitMethod::Reference])?;
             let [(_, svi), (_, exact)] = &answer.estimates[..] else { continue };
             let Some(own) = &svi.svi else { continue };
             if let Some(warning) = &own.warning {
@@ -32,9 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
             trusted += 1;
-            for (k, (mean, std)) in
-                [(&svi.mean, &svi.std), (&own.mean, &own.std)].into_iter().enumerate()
-            {
+            for (k, (mean, std)) in [(&svi.mean, &svi.std), (&own.mean, &own.std)].into_iter().enumerate() {
                 for (i, name) in NAMES.into_iter().enumerate() {
                     let error = (mean[&name] - exact.mean[&name]) / exact.std[&name];
                     let ratio: f64 = std[&name] / exact.std[&name];

@@ -7,11 +7,11 @@
 use std::error::Error;
 use std::time::Instant;
 
-use preparation::direction::Direction;
+use preparation::direction::ForceDirection;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::estimate::identify;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::variational::{self, Start};
+use tire_inference::estimate::identify_tire;
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::variational::{self, VariationalStart};
 
 mod csv;
 
@@ -20,21 +20,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = arguments.next().ok_or("which file? usage: svi_csv FILE [FITS]")?;
     let fits: usize = arguments.next().map_or(Ok(9), |fits| fits.parse())?;
     let samples = csv::read(&file)?;
-    let settings = Settings::new(Direction::Longitudinal);
+    let settings = IdentificationSettings::new(ForceDirection::Longitudinal);
     let mut seconds = (0..fits.max(1))
         .map(|_| {
             let clock = Instant::now();
-            let best = settings.fit(&samples, &settings.prior, Method::LeastSquares)?;
+            let best = settings.fit(&samples, &settings.prior, FitMethod::LeastSquares)?;
             let data = CompressedSamples::new(&samples);
             let best = (&best.theta, best.noise_std);
-            let start = Start { samples: &samples, data: &data, prior: &settings.prior, best };
-            std::hint::black_box(variational::fit(start, settings.svi, 0));
+            let start = VariationalStart { samples: &samples, data: &data, prior: &settings.prior, best };
+            std::hint::black_box(variational::fit_variational(start, settings.svi, 0));
             Ok(clock.elapsed().as_secs_f64())
         })
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     seconds.sort_by(f64::total_cmp);
     let clock = Instant::now();
-    let answer = identify(&samples, &settings, &[Method::Svi, Method::Reference])?;
+    let answer = identify_tire(&samples, &settings, &[FitMethod::Svi, FitMethod::Reference])?;
     let all = clock.elapsed().as_secs_f64();
     let [(_, svi), (_, exact)] = &answer.estimates[..] else { return Err("two methods".into()) };
     let report = serde_json::json!({

@@ -18,7 +18,7 @@ impl Axle {
     pub const ALL: [Self; 2] = [Self::Front, Self::Rear];
 
     /// The other one.
-    pub fn other(self) -> Self {
+    pub fn opposite(self) -> Self {
         match self {
             Self::Front => Self::Rear,
             Self::Rear => Self::Front,
@@ -37,7 +37,7 @@ pub struct Axles<T> {
 
 impl<T> Axles<T> {
     /// What a function gives for each axle.
-    pub fn new(mut of: impl FnMut(Axle) -> T) -> Self {
+    pub fn from_fn(mut of: impl FnMut(Axle) -> T) -> Self {
         Self { front: of(Axle::Front), rear: of(Axle::Rear) }
     }
 

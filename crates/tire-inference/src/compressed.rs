@@ -8,9 +8,9 @@
 use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 
-use crate::kernel::{self, shapes, value_and_gradient};
+use crate::kernel::{self, friction_and_gradient, shape_sums};
 use crate::parameters::{COUNT, Normal, Theta};
 
 /// Nodes per interval.
@@ -38,7 +38,7 @@ pub struct CompressedSamples {
 
 /// The sum of squares near a point: value, half its gradient, and half its Hessian without second derivatives of the
 /// curve (Gauss-Newton).
-pub struct Quadratic {
+pub struct QuadraticExpansion {
     /// Sum of squares.
     pub squares: f64,
     /// Half the gradient.
@@ -49,15 +49,15 @@ pub struct Quadratic {
 
 impl CompressedSamples {
     /// Samples of finite numbers; others would spoil all sums.
-    pub fn new(samples: &Samples) -> Self {
+    pub fn new(samples: &CurveSamples) -> Self {
         let products = samples.force.iter().zip(&samples.weight).map(|(y, w)| [*w, w * y]);
         let points = samples.slip.iter().zip(products).map(|(&x, [w, wy])| [x, w, wy]);
         let squares = samples.force.iter().zip(&samples.weight).map(|(y, w)| w * y * y);
-        Self { square: squares.sum(), count: samples.len(), ..Self::of(points.collect()) }
+        Self { square: squares.sum(), count: samples.len(), ..Self::from_points(points.collect()) }
     }
 
     /// Of slips with w and w y at each, but for what does not follow from these.
-    fn of(mut points: Vec<[f64; 3]>) -> Self {
+    fn from_points(mut points: Vec<[f64; 3]>) -> Self {
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut this = Self {
             slips: Vec::new(),
@@ -69,26 +69,26 @@ impl CompressedSamples {
             count: 0,
             prior: None,
         };
-        for group in points.chunk_by(|a, b| interval(a[0]) == interval(b[0])) {
-            this.add(group);
+        for group in points.chunk_by(|a, b| slip_interval_index(a[0]) == slip_interval_index(b[0])) {
+            this.compress_group(group);
         }
         this
     }
 
     /// The same data and the prior, as observations of parameters that add `variance` times their distance to the
     /// sum of squares: with noise of that variance, a normal prior.
-    pub fn with(self, prior: Option<Normal>, variance: f64) -> Self {
+    pub fn with_prior(self, prior: Option<Normal>, variance: f64) -> Self {
         Self { prior: prior.map(|normal| (normal, variance)), ..self }
     }
 
     /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
-    pub fn of_variance(mut self, variance: f64, theta: &Theta) -> Self {
-        self.square += ((self.count as f64 - 1.0) * variance - self.squares(theta)).max(0.0);
+    pub fn with_noise_variance(mut self, variance: f64, theta: &Theta) -> Self {
+        self.square += ((self.count as f64 - 1.0) * variance - self.residual_squares(theta)).max(0.0);
         self
     }
 
     /// With samples that tell as much as this share of them, independent of each other, would.
-    pub fn telling(mut self, share: f64) -> Self {
+    pub fn with_effective_share(mut self, share: f64) -> Self {
         self.count = ((share * self.count as f64).round() as usize).max(1);
         self
     }
@@ -99,12 +99,12 @@ impl CompressedSamples {
     }
 
     /// How many independent samples this tells as much as.
-    pub fn count(&self) -> usize {
+    pub fn effective_count(&self) -> usize {
         self.count
     }
 
     /// Slip of each node with Σ w and Σ w y of the samples that it stands for.
-    pub fn nodes(&self) -> impl Iterator<Item = [f64; 3]> {
+    pub fn slip_nodes(&self) -> impl Iterator<Item = [f64; 3]> {
         self.slips
             .iter()
             .zip(&self.weights)
@@ -113,21 +113,21 @@ impl CompressedSamples {
     }
 
     /// The same samples at slips that are larger by `shift`, without the prior.
-    pub fn moved(&self, shift: f64) -> Self {
+    pub fn with_slip_shift(&self, shift: f64) -> Self {
         if shift == 0.0 {
             return self.clone();
         }
-        let points = self.nodes().map(|[slip, weight, force]| [slip + shift, weight, force]);
-        Self { square: self.square, count: self.count, ..Self::of(points.collect()) }
+        let points = self.slip_nodes().map(|[slip, weight, force]| [slip + shift, weight, force]);
+        Self { square: self.square, count: self.count, ..Self::from_points(points.collect()) }
     }
 
     /// Weighted sum of squared forces.
-    pub fn square(&self) -> f64 {
+    pub fn force_squares(&self) -> f64 {
         self.square
     }
 
     /// Weighted sum of squared residuals.
-    pub fn squares(&self, theta: &Theta) -> f64 {
+    pub fn residual_squares(&self, theta: &Theta) -> f64 {
         let [B, C, D, E, S_h, S_v] = *theta;
         let (slips, weights, forces) = (&self.slips, &self.weights, &self.forces);
         let moved: Vec<f64>;
@@ -137,46 +137,46 @@ impl CompressedSamples {
             moved = slips.iter().map(|slip| slip + S_h).collect();
             &moved
         };
-        let [hh, hy, h] = shapes([B, C, E], slips, [weights, forces, weights]);
+        let [hh, hy, h] = shape_sums([B, C, E], slips, [weights, forces, weights]);
         // Σ w (f² − 2 y f) of f = D h + S_v.
-        let change =
-            D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
+        let change = D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
         // Rounding may leave a perfect fit below zero.
         let squares = (self.square + change).max(1e-15 * self.square);
-        squares + self.distance(theta).0
+        squares + self.prior_penalty(theta).0
     }
 
     /// The same, and half its derivatives by the parameters.
     pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
-        let (change, gradient) = kernel::squares(theta, &self.slips, &self.weights, &self.forces);
-        let (distance, by_distance) = self.distance(theta);
+        let (change, gradient) =
+            kernel::weighted_curve_squares(theta, &self.slips, &self.weights, &self.forces);
+        let (distance, by_distance) = self.prior_penalty(theta);
         let squares = (self.square + change).max(1e-15 * self.square) + distance;
         (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
     }
 
     /// The prior adds this, with half its derivatives.
-    pub fn distance(&self, theta: &Theta) -> (f64, Theta) {
+    pub fn prior_penalty(&self, theta: &Theta) -> (f64, Theta) {
         let Some((normal, variance)) = &self.prior else { return (0.0, [0.0; COUNT]) };
-        let (distance, gradient) = normal.distance(theta);
+        let (distance, gradient) = normal.squared_mahalanobis_distance(theta);
         (variance * distance, gradient.map(|slope| variance * slope))
     }
 
     /// The same with the Hessian of Gauss and Newton.
-    pub fn quadratic(&self, theta: &Theta) -> Quadratic {
-        let mut sum = Quadratic {
+    pub fn gauss_newton_expansion(&self, theta: &Theta) -> QuadraticExpansion {
+        let mut sum = QuadraticExpansion {
             squares: self.square,
             gradient: SVector::zeros(),
             hessian: SMatrix::zeros(),
         };
         for ((&slip, weight), force) in self.slips.iter().zip(&self.weights).zip(&self.forces) {
-            let (f, by) = value_and_gradient(theta, slip);
+            let (f, by) = friction_and_gradient(theta, slip);
             let by = SVector::from(by);
             sum.squares += f * (weight * f - 2.0 * force);
             sum.gradient += by * (weight * f - force);
             sum.hessian.ger(*weight, &by, &by, 1.0);
         }
         sum.squares = sum.squares.max(1e-15 * self.square);
-        let (distance, gradient) = self.distance(theta);
+        let (distance, gradient) = self.prior_penalty(theta);
         sum.squares += distance;
         sum.gradient += SVector::from(gradient);
         if let Some((normal, variance)) = &self.prior {
@@ -185,9 +185,9 @@ impl CompressedSamples {
         sum
     }
 
-    fn add(&mut self, group: &[[f64; 3]]) {
+    fn compress_group(&mut self, group: &[[f64; 3]]) {
         let Some(&[first, ..]) = group.first() else { return };
-        let index = interval(first);
+        let index = slip_interval_index(first);
         let node = |k: usize| (PI * (k as f64 + 0.5) / NODES as f64).cos();
         let start = self.slips.len();
         for k in 0..NODES {
@@ -198,7 +198,7 @@ impl CompressedSamples {
         self.forces.resize(start + NODES, 0.0);
         for &[x, w, wy] in group {
             let local = 2.0 * ((x.abs() / SCALE).ln_1p() / WIDTH - f64::from(index.1)) - 1.0;
-            for (k, value) in lagrange(local, node).into_iter().enumerate() {
+            for (k, value) in lagrange_basis(local, node).into_iter().enumerate() {
                 self.weights[start + k] += w * value;
                 self.forces[start + k] += wy * value;
             }
@@ -207,12 +207,12 @@ impl CompressedSamples {
 }
 
 /// Sign and number of the interval that a slip is in.
-fn interval(slip: f64) -> (i32, i32) {
+fn slip_interval_index(slip: f64) -> (i32, i32) {
     (if slip < 0.0 { -1 } else { 1 }, ((slip.abs() / SCALE).ln_1p() / WIDTH) as i32)
 }
 
 /// Lagrange's polynomials of the Chebyshev nodes at a point of [−1, 1], in the barycentric form.
-fn lagrange(at: f64, node: impl Fn(usize) -> f64) -> [f64; NODES] {
+fn lagrange_basis(at: f64, node: impl Fn(usize) -> f64) -> [f64; NODES] {
     let mut values = [0.0; NODES];
     for (k, value) in values.iter_mut().enumerate() {
         let distance = at - node(k);
@@ -232,23 +232,24 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::parameters::curve;
+    use crate::parameters::magic_formula_from_theta;
 
-    fn samples(limit: f64) -> Samples {
+    fn samples(limit: f64) -> CurveSamples {
         let slip: Vec<f64> = (0..400).map(|i| limit * (f64::from(i) / 200.0 - 0.9)).collect();
-        let truth = curve(&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0]);
+        let truth = magic_formula_from_theta(&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0]);
         let noise = |i: usize| 0.05 * (i as f64 * 12.9898).sin();
-        let force =
-            slip.iter().enumerate().map(|(i, &x)| truth.coefficient(x) + noise(i)).collect();
-        let mut samples = Samples::new(slip, force);
+        let force = slip.iter().enumerate().map(|(i, &x)| truth.friction_coefficient(x) + noise(i)).collect();
+        let mut samples = CurveSamples::new(slip, force);
         for (i, weight) in samples.weight.iter_mut().enumerate() {
             *weight = 0.5 + (i % 3) as f64;
         }
         samples
     }
 
-    fn direct(samples: &Samples, theta: &Theta) -> f64 {
-        let residual = |i: usize| samples.force[i] - curve(theta).coefficient(samples.slip[i]);
+    fn direct(samples: &CurveSamples, theta: &Theta) -> f64 {
+        let residual = |i: usize| {
+            samples.force[i] - magic_formula_from_theta(theta).friction_coefficient(samples.slip[i])
+        };
         (0..samples.len()).map(|i| samples.weight[i] * residual(i).powi(2)).sum()
     }
 
@@ -261,8 +262,8 @@ mod tests {
             let samples = samples(limit);
             let theta = [B, C, D, E, S_h, 0.03];
             let compressed = CompressedSamples::new(&samples);
-            let moved = compressed.moved(S_h).squares(&[B, C, D, E, 0.0, 0.03]);
-            for own in [compressed.squares(&theta), moved] {
+            let moved = compressed.with_slip_shift(S_h).residual_squares(&[B, C, D, E, 0.0, 0.03]);
+            for own in [compressed.residual_squares(&theta), moved] {
                 // Of a log-likelihood −N/2 ln(squares); a verdict turns on a difference of 1.92.
                 let error = 200.0 * (own / direct(&samples, &theta)).ln();
                 prop_assert!(error.abs() < 1.92e-4, "{error}");
@@ -272,12 +273,11 @@ mod tests {
 
     #[test]
     fn the_derivatives_are_those_of_the_sum() {
-        let prior =
-            Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
-        let compressed = CompressedSamples::new(&samples(0.3)).with(Some(prior), 0.02);
+        let prior = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
+        let compressed = CompressedSamples::new(&samples(0.3)).with_prior(Some(prior), 0.02);
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
-        let near = compressed.quadratic(&theta);
-        assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);
+        let near = compressed.gauss_newton_expansion(&theta);
+        assert_relative_eq!(near.squares, compressed.residual_squares(&theta), max_relative = 1e-12);
         let (squares, gradient) = compressed.squares_and_gradient(&theta);
         assert_relative_eq!(near.squares, squares, max_relative = 1e-12);
         assert_relative_eq!(near.gradient, SVector::from(gradient), max_relative = 1e-11);
@@ -286,7 +286,7 @@ mod tests {
             let moved = |step: f64| {
                 let mut theta = theta;
                 theta[i] += step;
-                compressed.squares(&theta)
+                compressed.residual_squares(&theta)
             };
             let difference = (moved(step) - moved(-step)) / (4.0 * step);
             assert_relative_eq!(near.gradient[i], difference, max_relative = 1e-5);

@@ -3,18 +3,18 @@
 use numerics::statistics::std;
 
 use crate::compressed::CompressedSamples;
-use crate::minimise::{Target, minimise};
+use crate::minimise::{QuantityTarget, minimise_squares};
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
-use crate::profile::{Point, Profile, ProfileLikelihood, RULED_OUT, profile};
+use crate::profile::{LikelihoodProfile, ProfileLikelihood, ProfilePoint, RULED_OUT, profile_likelihood};
 use crate::quantity::Quantity;
 
 /// Points of the box from which optima are looked for.
 const STARTS: usize = 16;
 
 /// What the profiles of all quantities share.
-pub struct Profiler<'a> {
+pub struct CurveProfiler<'a> {
     data: &'a CompressedSamples,
     prior: &'a Prior,
     posterior: &'a PosteriorSamples,
@@ -25,7 +25,7 @@ pub struct Profiler<'a> {
     rivals: Vec<Theta>,
 }
 
-impl<'a> Profiler<'a> {
+impl<'a> CurveProfiler<'a> {
     /// Looks for optima from a given one, from the most likely draw, and from `STARTS` points that fill the box.
     pub fn new(
         data: &'a CompressedSamples,
@@ -33,27 +33,23 @@ impl<'a> Profiler<'a> {
         posterior: &'a PosteriorSamples,
         optimum: &Theta,
     ) -> Self {
-        let squares: Vec<f64> = posterior.samples.iter().map(|theta| data.squares(theta)).collect();
-        let draw = posterior
-            .samples
-            .iter()
-            .zip(&squares)
-            .min_by(|a, b| a.1.total_cmp(b.1))
-            .map(|pair| *pair.0);
-        let likely = prior.literature();
-        let starts = std::iter::once(*optimum).chain(draw).chain(likely.fill(STARTS));
+        let squares: Vec<f64> = posterior.samples.iter().map(|theta| data.residual_squares(theta)).collect();
+        let draw =
+            posterior.samples.iter().zip(&squares).min_by(|a, b| a.1.total_cmp(b.1)).map(|pair| *pair.0);
+        let likely = prior.restricted_to_literature();
+        let starts = std::iter::once(*optimum).chain(draw).chain(likely.space_filling_points(STARTS));
         let mut found: Vec<(Theta, f64)> =
-            starts.map(|start| minimise(data, prior, &start, None)).collect();
+            starts.map(|start| minimise_squares(data, prior, &start, None)).collect();
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (best, least) = found.first().copied().unwrap_or((*optimum, f64::NAN));
         let mut this = Self { data, prior, posterior, squares, best, least, rivals: Vec::new() };
         for (theta, squares) in found.into_iter().skip(1) {
             let apart = |other: &Theta| {
                 prior
-                    .free()
-                    .any(|p| (theta[p as usize] - other[p as usize]).abs() > 0.02 * prior.unit(p))
+                    .free_parameters()
+                    .any(|p| (theta[p as usize] - other[p as usize]).abs() > 0.02 * prior.difference_unit(p))
             };
-            if this.rise(squares, least) < RULED_OUT
+            if this.likelihood_ratio_statistic(squares, least) < RULED_OUT
                 && apart(&best)
                 && this.rivals.iter().all(apart)
             {
@@ -64,92 +60,92 @@ impl<'a> Profiler<'a> {
     }
 
     /// Other optima that the data do not rule out.
-    pub fn rivals(&self) -> &[Theta] {
+    pub fn rival_optima(&self) -> &[Theta] {
         &self.rivals
     }
 
     /// The likeliest tire in the box.
-    pub fn likeliest(&self) -> &Theta {
+    pub fn likeliest_tire(&self) -> &Theta {
         &self.best
     }
 
     /// The profile of a quantity that has these values in the draws.
-    pub fn profile(&self, quantity: Quantity, values: &[f64]) -> Profile {
-        profile(&QuantityProfile { profiler: self, values }, quantity)
+    pub fn profile_quantity(&self, quantity: Quantity, values: &[f64]) -> LikelihoodProfile {
+        profile_likelihood(&QuantityLikelihood { profiler: self, values }, quantity)
     }
 
     /// −2 ln of the likelihood over the highest one, the noise being what fits best at each.
-    fn rise(&self, squares: f64, least: f64) -> f64 {
-        self.data.count() as f64 * (squares / least).ln()
+    fn likelihood_ratio_statistic(&self, squares: f64, least: f64) -> f64 {
+        self.data.effective_count() as f64 * (squares / least).ln()
     }
 }
 
 /// The likelihood along one quantity.
-struct QuantityProfile<'a> {
-    profiler: &'a Profiler<'a>,
+struct QuantityLikelihood<'a> {
+    profiler: &'a CurveProfiler<'a>,
     /// The quantity in each draw: of peaks it takes a search.
     values: &'a [f64],
 }
 
-impl ProfileLikelihood for QuantityProfile<'_> {
-    type X = Theta;
+impl ProfileLikelihood for QuantityLikelihood<'_> {
+    type ProfileParameters = Theta;
     type Quantity = Quantity;
 
-    fn best(&self, quantity: Quantity) -> Point<Theta> {
+    fn optimum(&self, quantity: Quantity) -> ProfilePoint<Theta> {
         let value = quantity.value(&self.profiler.best);
-        Point { value, x: self.profiler.best, cost: self.profiler.least, converged: true }
+        ProfilePoint { value, x: self.profiler.best, cost: self.profiler.least, converged: true }
     }
 
-    fn rivals(&self, quantity: Quantity) -> Vec<f64> {
+    fn rival_values(&self, quantity: Quantity) -> Vec<f64> {
         self.profiler.rivals.iter().map(|rival| quantity.value(rival)).collect()
     }
 
-    fn range(&self, quantity: Quantity) -> [f64; 2] {
-        quantity.range(self.profiler.prior)
+    fn quantity_range(&self, quantity: Quantity) -> [f64; 2] {
+        quantity.range_in_prior(self.profiler.prior)
     }
 
-    fn spread(&self, _: Quantity) -> f64 {
+    fn approximate_std(&self, _: Quantity) -> f64 {
         std(self.values)
     }
 
-    fn rise(&self, squares: f64, least: f64) -> f64 {
-        self.profiler.rise(squares, least)
+    fn likelihood_ratio_statistic(&self, squares: f64, least: f64) -> f64 {
+        self.profiler.likelihood_ratio_statistic(squares, least)
     }
 
     /// Fifty times what the likelihood could set against a move by a stride.
-    fn weight(&self, stride: f64) -> f64 {
-        let Profiler { data, least, .. } = self.profiler;
-        50.0 * RULED_OUT * least / data.count().max(1) as f64 / (stride * stride)
+    fn target_weight(&self, stride: f64) -> f64 {
+        let CurveProfiler { data, least, .. } = self.profiler;
+        50.0 * RULED_OUT * least / data.effective_count().max(1) as f64 / (stride * stride)
     }
 
-    fn hold(&self, quantity: Quantity, target: f64, weight: f64, from: &Theta) -> Point<Theta> {
-        let Profiler { data, prior, .. } = *self.profiler;
+    fn maximise_at(&self, quantity: Quantity, target: f64, weight: f64, from: &Theta) -> ProfilePoint<Theta> {
+        let CurveProfiler { data, prior, .. } = *self.profiler;
         let (theta, squares) = match quantity {
             Quantity::Parameter(parameter) => {
                 let mut prior = *prior;
                 prior.free[parameter as usize] = false;
                 let mut start = *from;
                 start[parameter as usize] = target;
-                minimise(data, &prior, &start, None)
+                minimise_squares(data, &prior, &start, None)
             }
             _ => {
-                let drawn = Target { quantity, value: target, weight };
-                minimise(data, prior, from, Some(&drawn))
+                let drawn = QuantityTarget { quantity, value: target, weight };
+                minimise_squares(data, prior, from, Some(&drawn))
             }
         };
-        Point { value: quantity.value(&theta), x: theta, cost: squares, converged: true }
+        ProfilePoint { value: quantity.value(&theta), x: theta, cost: squares, converged: true }
     }
 
     /// The optimum, and the most likely draw, those far from the target counting less.
-    fn starts(&self, _: Quantity, target: f64, weight: f64) -> Vec<Theta> {
-        let Profiler { posterior, squares, best, .. } = self.profiler;
+    fn extra_starts(&self, _: Quantity, target: f64, weight: f64) -> Vec<Theta> {
+        let CurveProfiler { posterior, squares, best, .. } = self.profiler;
         let cost = |(value, squares): (&f64, &f64)| squares + weight * (value - target).powi(2);
         let draws = posterior.samples.iter().zip(self.values.iter().zip(squares));
         let draw = draws.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1))).map(|pair| *pair.0);
         std::iter::once(*best).chain(draw).collect()
     }
 
-    fn looks_back(&self) -> bool {
+    fn has_backward_pass(&self) -> bool {
         true
     }
 }
@@ -159,20 +155,23 @@ mod tests {
     use super::*;
     use crate::bounds::Bounds;
     use crate::parameters::Parameter;
-    use crate::posterior::{SamplingOptions, draw};
-    use crate::synthetic::{Excitation, samples};
+    use crate::posterior::{SamplingOptions, draw_posterior};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
     const TRUTH: Theta = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
 
-    fn profiles(level: f64) -> Vec<Profile> {
-        let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
-        let data = CompressedSamples::new(&samples(&excitation, level));
-        let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
+    fn profiles(level: f64) -> Vec<LikelihoodProfile> {
+        let excitation =
+            SyntheticExcitation { samples: 1000, slip_std: 0.0, ..SyntheticExcitation::default() };
+        let data = CompressedSamples::new(&synthetic_samples(&excitation, level));
+        let prior = Prior::lateral().with_bounds(Bounds::GOBLIRSCH);
         let posterior =
-            draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
-        let profiler = Profiler::new(&data, &prior, &posterior, &TRUTH);
-        let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-        quantities.map(|quantity| profiler.profile(quantity, &posterior.values(quantity))).collect()
+            draw_posterior(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
+        let profiler = CurveProfiler::new(&data, &prior, &posterior, &TRUTH);
+        let quantities = prior.free_parameters().map(Quantity::Parameter).chain(Quantity::DERIVED);
+        quantities
+            .map(|quantity| profiler.profile_quantity(quantity, &posterior.quantity_values(quantity)))
+            .collect()
     }
 
     #[test]
@@ -181,8 +180,7 @@ mod tests {
             assert!(profile.lower.closed && profile.upper.closed, "{index}: {profile:?}");
             let truth = [15.0, 2.0, 1.5, 0.8, 45.0, 1.5, 0.087_733][index];
             // Wider than 95 %, so that no draw of the noise can fail it.
-            let wide =
-                [2.0 * profile.lower.at - profile.best, 2.0 * profile.upper.at - profile.best];
+            let wide = [2.0 * profile.lower.at - profile.best, 2.0 * profile.upper.at - profile.best];
             assert!(wide[0] < truth && truth < wide[1], "{index}: {profile:?}");
         }
     }
@@ -202,33 +200,32 @@ mod tests {
         let profiles = profiles(0.02);
         assert!(profiles[4].lower.closed && profiles[4].upper.closed, "{profiles:#?}");
         for index in [1, 2, 3] {
-            assert!(
-                !profiles[index].lower.closed || !profiles[index].upper.closed,
-                "{index}: {profiles:#?}"
-            );
+            assert!(!profiles[index].lower.closed || !profiles[index].upper.closed, "{index}: {profiles:#?}");
         }
     }
 
     #[test]
     fn the_profile_of_a_linear_parameter_is_that_of_its_parabola() {
         // With B, C and E held the curve is linear in D, and 3.84 is crossed at √3.84 standard deviations.
-        let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
-        let samples = samples(&excitation, 0.3);
+        let excitation =
+            SyntheticExcitation { samples: 1000, slip_std: 0.0, ..SyntheticExcitation::default() };
+        let samples = synthetic_samples(&excitation, 0.3);
         let data = CompressedSamples::new(&samples);
         let mut prior = Prior { centre: TRUTH, ..Prior::lateral() };
         prior.free = [false, false, true, false, false, false];
         let posterior =
-            draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
+            draw_posterior(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
         let quantity = Quantity::Parameter(Parameter::D);
-        let profile = Profiler::new(&data, &prior, &posterior, &TRUTH)
-            .profile(quantity, &posterior.values(quantity));
-        let shapes =
-            samples.slip.iter().map(|&x| crate::parameters::curve(&TRUTH).coefficient(x) / 1.5);
-        let [information, weighted] = shapes
-            .zip(&samples.force)
-            .fold([0.0, 0.0], |[hh, hy], (h, y)| [hh + h * h, hy + h * y]);
+        let profile = CurveProfiler::new(&data, &prior, &posterior, &TRUTH)
+            .profile_quantity(quantity, &posterior.quantity_values(quantity));
+        let shapes = samples
+            .slip
+            .iter()
+            .map(|&x| crate::parameters::magic_formula_from_theta(&TRUTH).friction_coefficient(x) / 1.5);
+        let [information, weighted] =
+            shapes.zip(&samples.force).fold([0.0, 0.0], |[hh, hy], (h, y)| [hh + h * h, hy + h * y]);
         let best = weighted / information;
-        let noise = data.squares(&[15.0, 2.0, best, 0.8, 0.0, 0.0]) / 1000.0;
+        let noise = data.residual_squares(&[15.0, 2.0, best, 0.8, 0.0, 0.0]) / 1000.0;
         let half = (RULED_OUT * noise / information).sqrt();
         approx::assert_relative_eq!(profile.best, best, max_relative = 1e-6);
         approx::assert_relative_eq!(profile.upper.at - best, half, max_relative = 0.02);

@@ -1,9 +1,9 @@
 //! Tells how much less samples say than their number: residuals of consecutive rows that hang together, rows that were written twice.
 
 use numerics::statistics::mean;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 
-use crate::kernel::value;
+use crate::kernel::friction_coefficient;
 use crate::parameters::Theta;
 
 /// Standard deviations of the correlation of independent neighbours, 1/√n, that are not taken for chance.
@@ -16,7 +16,7 @@ const SWEEPS: usize = 8;
 
 /// How samples depend on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dependence {
+pub struct SampleDependence {
     /// Rows that one independent sample is spread over, 1 or more: 1 + 2 Σ ρ_k over the correlations ρ_k of residuals k rows apart.
     pub time: f64,
     /// How often each row is there.
@@ -25,27 +25,27 @@ pub struct Dependence {
     pub sweeps: bool,
 }
 
-impl Default for Dependence {
+impl Default for SampleDependence {
     /// Independent samples.
     fn default() -> Self {
         Self { time: 1.0, copies: 1.0, sweeps: false }
     }
 }
 
-impl Dependence {
+impl SampleDependence {
     /// Of samples about a curve, in the order in which they were measured.
-    pub fn of(samples: &Samples, theta: &Theta) -> Self {
+    pub fn estimate(samples: &CurveSamples, theta: &Theta) -> Self {
         let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
         let used = points.filter(|(_, weight)| **weight > 0.0);
         let residuals: Vec<f64> = used
-            .map(|((slip, force), weight)| weight.sqrt() * (force - value(theta, *slip)))
+            .map(|((slip, force), weight)| weight.sqrt() * (force - friction_coefficient(theta, *slip)))
             .collect();
-        let sweeps = crossings(&samples.slip) < SWEEPS;
-        Self { time: correlation_time(&residuals), copies: copies(samples), sweeps }
+        let sweeps = mid_range_crossings(&samples.slip) < SWEEPS;
+        Self { time: correlation_time(&residuals), copies: copies_per_sample(samples), sweeps }
     }
 
     /// The share of the samples that independent ones would need to tell as much.
-    pub fn share(&self) -> f64 {
+    pub fn effective_share(&self) -> f64 {
         1.0 / self.time.max(self.copies)
     }
 }
@@ -92,7 +92,7 @@ pub fn correlation_time(residuals: &[f64]) -> f64 {
 }
 
 /// How often nine of ten points are there at least.
-fn copies(samples: &Samples) -> f64 {
+fn copies_per_sample(samples: &CurveSamples) -> f64 {
     let mut points: Vec<[u64; 2]> =
         samples.slip.iter().zip(&samples.force).map(|(x, y)| [x.to_bits(), y.to_bits()]).collect();
     points.sort_unstable();
@@ -103,10 +103,9 @@ fn copies(samples: &Samples) -> f64 {
 }
 
 /// How often the slip goes through the middle of its range.
-fn crossings(slip: &[f64]) -> usize {
-    let [low, high] = slip
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &x| [low.min(x), high.max(x)]);
+fn mid_range_crossings(slip: &[f64]) -> usize {
+    let [low, high] =
+        slip.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &x| [low.min(x), high.max(x)]);
     let above = |x: &f64| *x > 0.5 * (low + high);
     slip.windows(2).filter(|pair| above(&pair[0]) != above(&pair[1])).count()
 }
@@ -132,8 +131,7 @@ mod tests {
     fn the_time_is_that_of_an_autoregression() {
         assert_eq!(correlation_time(&noise(0.0, 20_000)), 1.0);
         // (1 + φ) / (1 − φ); of 200,000 residuals by blocks.
-        for (correlation, count, expected) in
-            [(0.8, 20_000, 9.0), (0.8, 200_000, 9.0), (0.98, 200_000, 99.0)]
+        for (correlation, count, expected) in [(0.8, 20_000, 9.0), (0.8, 200_000, 9.0), (0.98, 200_000, 99.0)]
         {
             let found = correlation_time(&noise(correlation, count));
             assert!((found / expected - 1.0).abs() < 0.15, "{found} for {expected}");
@@ -143,16 +141,16 @@ mod tests {
     #[test]
     fn rows_that_were_written_twice_count_once() {
         let slip: Vec<f64> = (0..50).map(|i| 0.01 * f64::from(i)).collect();
-        let once = Samples::new(slip.clone(), slip.iter().map(|x| x.sin()).collect());
-        assert_eq!(copies(&once), 1.0);
-        let twice = Samples::new(
+        let once = CurveSamples::new(slip.clone(), slip.iter().map(|x| x.sin()).collect());
+        assert_eq!(copies_per_sample(&once), 1.0);
+        let twice = CurveSamples::new(
             [&once.slip[..], &once.slip[..]].concat(),
             [&once.force[..], &once.force[..]].concat(),
         );
-        assert_eq!(copies(&twice), 2.0);
+        assert_eq!(copies_per_sample(&twice), 2.0);
         let mut more = twice.clone();
         more.push(0.6, 0.7, 1.0);
-        assert_eq!(copies(&more), 2.0, "one row of its own hides no copies");
-        assert_eq!((crossings(&once.slip), crossings(&twice.slip)), (1, 3));
+        assert_eq!(copies_per_sample(&more), 2.0, "one row of its own hides no copies");
+        assert_eq!((mid_range_crossings(&once.slip), mid_range_crossings(&twice.slip)), (1, 3));
     }
 }

@@ -11,30 +11,30 @@ pub mod point;
 
 use std::time::{Duration, Instant};
 
-use numerics::convergence::Convergence;
+use numerics::convergence::ConvergenceReport;
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::std;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use serde::Serialize;
 
 use crate::compressed::CompressedSamples;
-use crate::fit::{FitError, Solution};
+use crate::fit::{FitError, FitSolution};
 use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
-use crate::posterior::predictive::Predictive;
+use crate::posterior::predictive::PosteriorPredictiveCheck;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
-use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
+use crate::posterior::{PosteriorSamples, SamplingOptions, draw_posterior};
 use crate::prior::Prior;
 use crate::quantity::{PerQuantity, Quantity};
-use crate::settings::{Method, Settings};
-use crate::variational::{self, Variational};
-use crate::verdict::{Evidence, Judgement, Verdict, judge};
+use crate::settings::{FitMethod, IdentificationSettings};
+use crate::variational::{self, VariationalPosterior};
+use crate::verdict::{Identifiability, MeasurementEvidence, QuantityJudgement, judge_quantities};
 use curve_posterior::CurvePosterior;
-use point::Agreement;
+use point::PosteriorAgreement;
 
 /// What one method found for one axle in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Estimate {
+pub struct TireEstimate {
     /// Best values.
     pub mean: PerQuantity,
     /// Standard deviations.
@@ -50,7 +50,7 @@ pub struct Estimate {
     /// Parameters that were held at their prior, since the data cannot tell them.
     pub fixed: Vec<Parameter>,
     /// What the data could tell.
-    pub identified: PerQuantity<Verdict>,
+    pub identified: PerQuantity<Identifiability>,
     /// Why.
     pub reason: PerQuantity<String>,
     /// Smallest and largest slip of the data: outside, the curve is an extrapolation.
@@ -60,7 +60,7 @@ pub struct Estimate {
     /// Standard deviation of the noise of the friction coefficient [-].
     pub noise_std: f64,
     /// How the method got there.
-    pub convergence: Convergence,
+    pub convergence: ConvergenceReport,
     /// Wall time [s].
     pub seconds: f64,
     /// What the uncertainty is that of.
@@ -74,7 +74,7 @@ pub struct Estimate {
     pub svi: Option<variational::report::VariationalReport>,
 }
 
-impl Estimate {
+impl TireEstimate {
     /// Whether a quantity is a parameter that was held at its prior.
     pub fn is_held(&self, quantity: Quantity) -> bool {
         quantity.parameter().is_some_and(|parameter| self.fixed.contains(&parameter))
@@ -83,19 +83,19 @@ impl Estimate {
 
 /// What was identified.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct TireIdentification {
     /// What is reported, by method, in the order that was asked for.
-    pub estimates: Vec<(Method, Estimate)>,
+    pub estimates: Vec<(FitMethod, TireEstimate)>,
     /// The fit with all parameters free that each method is or starts from.
-    pub unrestricted: Vec<(Method, Solution)>,
+    pub unrestricted: Vec<(FitMethod, FitSolution)>,
     /// What the data can tell.
-    pub judgements: Vec<Judgement>,
+    pub judgements: Vec<QuantityJudgement>,
     /// What the data and the box say.
     pub posterior: PosteriorSamples,
     /// How that was found.
     pub report: PosteriorReport,
     /// The normal distribution in its place, where the method `svi` was asked for.
-    pub variational: Option<Variational>,
+    pub variational: Option<VariationalPosterior>,
 }
 
 /// Fits, judges, holds what the data cannot tell at the prior, and fits the rest again. The uncertainty of all fits is the
@@ -104,33 +104,33 @@ pub struct Answer {
 ///
 /// # Errors
 /// If the samples or the settings leave nothing to fit, see [`FitError`].
-pub fn identify(
-    samples: &Samples,
-    settings: &Settings,
-    methods: &[Method],
-) -> Result<Answer, FitError> {
+pub fn identify_tire(
+    samples: &CurveSamples,
+    settings: &IdentificationSettings,
+    methods: &[FitMethod],
+) -> Result<TireIdentification, FitError> {
     let whole = Instant::now();
     settings.check(samples)?;
-    let best = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
+    let best = settings.fit(samples, &settings.prior, FitMethod::LeastSquares)?;
     let fitting = whole.elapsed();
     let slip_range = samples.slip_range().ok_or(FitError::Empty)?;
-    let Settings { prior, direction, .. } = settings;
+    let IdentificationSettings { prior, direction, .. } = settings;
 
     let begin = Instant::now();
     let CurvePosterior { noisy, data, optima, posterior, report } =
         CurvePosterior::new(samples, settings, &best, slip_range);
     let drawing = begin.elapsed();
     let (noise_std, direction) = (best.noise_std, *direction);
-    let evidence = Evidence { data: &data, slip_range, noise_std, direction };
-    let judgements = judge(&evidence, prior, &posterior, &best.theta);
-    let model = report.predictive.as_ref().map(Predictive::model).unwrap_or_default();
-    let judgements: Vec<_> = judgements.into_iter().map(|it| capped(it, &model)).collect();
+    let evidence = MeasurementEvidence { data: &data, slip_range, noise_std, direction };
+    let judgements = judge_quantities(&evidence, prior, &posterior, &best.theta);
+    let model = report.predictive.as_ref().map(PosteriorPredictiveCheck::model_verdict).unwrap_or_default();
+    let judgements: Vec<_> = judgements.into_iter().map(|it| cap_judgement(it, &model)).collect();
     let band = report.band.as_ref();
-    let agreement = Agreement { judgements: &judgements, band, posterior: &posterior, prior };
+    let agreement = PosteriorAgreement { judgements: &judgements, band, posterior: &posterior, prior };
 
-    let held = || to_hold(&data, prior, &posterior, &judgements, &optima);
+    let held = || parameters_to_fix(&data, prior, &posterior, &judgements, &optima);
     let fixed = if settings.hold { held() } else { Vec::new() };
-    let rest = hold(prior, &fixed);
+    let rest = fix_parameters(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     let mut variational = None;
     let bayes = bayes::BayesianFit {
@@ -140,7 +140,7 @@ pub fn identify(
         best: &best,
         judgements: &judgements,
         report: &report,
-        plain: assemble(&best, &[], &judgements, &posterior, slip_range, samples.len()),
+        plain: assemble_estimate(&best, &[], &judgements, &posterior, slip_range, samples.len()),
         seconds: [fitting, drawing].map(|time| time.as_secs_f64()),
         agreement,
     };
@@ -149,49 +149,48 @@ pub fn identify(
     for &method in methods {
         let begin = Instant::now();
         let (free, before) = match method {
-            Method::LeastSquares => (best.clone(), fitting),
-            Method::NelderMead => (settings.fit(samples, prior, method)?, Duration::ZERO),
-            Method::Svi | Method::Reference => {
+            FitMethod::LeastSquares => (best.clone(), fitting),
+            FitMethod::NelderMead => (settings.fit(samples, prior, method)?, Duration::ZERO),
+            FitMethod::Svi | FitMethod::Reference => {
                 let estimate = match method {
-                    Method::Svi => bayes.svi(variational.insert(bayes.variational())),
-                    _ => bayes.reference(),
+                    FitMethod::Svi => bayes.svi_estimate(variational.insert(bayes.fit_variational())),
+                    _ => bayes.posterior_estimate(),
                 };
                 estimates.push((method, estimate));
                 unrestricted.push((method, best.clone()));
                 continue;
             }
         };
-        let again =
-            if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
+        let again = if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
         let seconds = (before + shared + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
-        let (solution, fixed) = agreed(&agreement, solution, &fixed, &free);
+        let (solution, fixed) = agreeing_solution(&agreement, solution, &fixed, &free);
         let estimate =
-            assemble(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
-        let (source, summary) = (report.source(), Some(report.clone()));
-        estimates.push((method, Estimate { seconds, source, posterior: summary, ..estimate }));
+            assemble_estimate(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
+        let (source, summary) = (report.uncertainty_source(), Some(report.clone()));
+        estimates.push((method, TireEstimate { seconds, source, posterior: summary, ..estimate }));
         unrestricted.push((method, free));
     }
-    Ok(Answer { estimates, unrestricted, judgements, posterior, report, variational })
+    Ok(TireIdentification { estimates, unrestricted, judgements, posterior, report, variational })
 }
 
 /// A fit with what it holds, or the draw nearest to what is known where the posterior rejects that fit.
-fn agreed<'a>(
-    agreement: &Agreement,
-    solution: &Solution,
+fn agreeing_solution<'a>(
+    agreement: &PosteriorAgreement,
+    solution: &FitSolution,
     fixed: &'a [Parameter],
-    free: &Solution,
-) -> (Solution, &'a [Parameter]) {
-    if agreement.holds(&solution.theta) {
+    free: &FitSolution,
+) -> (FitSolution, &'a [Parameter]) {
+    if agreement.is_accepted(&solution.theta) {
         return (solution.clone(), fixed);
     }
-    let theta = agreement.nearest().unwrap_or(solution.theta);
-    (Solution { theta, ..free.clone() }, &[])
+    let theta = agreement.nearest_draw().unwrap_or(solution.theta);
+    (FitSolution { theta, ..free.clone() }, &[])
 }
 
 /// A judgement that is no better than the model.
-fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
-    model.cap_with(&mut judgement.verdict, &mut judgement.reason);
+fn cap_judgement(mut judgement: QuantityJudgement, model: &ModelVerdict) -> QuantityJudgement {
+    model.cap_verdict_and_reason(&mut judgement.verdict, &mut judgement.reason);
     judgement
 }
 
@@ -199,33 +198,33 @@ fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
 ///
 /// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
 /// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
-pub fn to_hold(
+pub fn parameters_to_fix(
     data: &CompressedSamples,
     prior: &Prior,
     posterior: &PosteriorSamples,
-    judgements: &[Judgement],
+    judgements: &[QuantityJudgement],
     optima: &[Theta],
 ) -> Vec<Parameter> {
-    let unknown =
-        judgements.iter().filter(|judgement| judgement.verdict == Verdict::NotIdentifiable);
+    let unknown = judgements.iter().filter(|judgement| judgement.verdict == Identifiability::NotIdentifiable);
     let mut candidates: Vec<Parameter> =
         unknown.filter_map(|judgement| judgement.quantity.parameter()).collect();
     candidates.retain(|&parameter| parameter != Parameter::B);
     let mut held = Vec::new();
     let mut given = posterior.clone();
     loop {
-        let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.unit(*p);
+        let ratio =
+            |p: &Parameter| std(&given.quantity_values(Quantity::Parameter(*p))) / prior.difference_unit(*p);
         let wide = candidates.iter().copied().filter(|p| ratio(p) >= MAX_WIDTH_IDENTIFIED);
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);
         let few = SamplingOptions { draws: 1024, ..SamplingOptions::default() };
-        given = draw(data, &hold(prior, &held), optima, &few).posterior;
+        given = draw_posterior(data, &fix_parameters(prior, &held), optima, &few).posterior;
     }
 }
 
 /// The prior with some parameters held at its centre.
-pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
+pub fn fix_parameters(prior: &Prior, parameters: &[Parameter]) -> Prior {
     let mut held = *prior;
     for &parameter in parameters {
         held.free[parameter as usize] = false;
@@ -235,26 +234,26 @@ pub fn hold(prior: &Prior, parameters: &[Parameter]) -> Prior {
 
 /// What is reported of a tire whose second fit, with `fixed` held, ended with `solution`. The time and what is reported of the
 /// posterior are left to the caller.
-pub fn assemble(
-    solution: &Solution,
+pub fn assemble_estimate(
+    solution: &FitSolution,
     fixed: &[Parameter],
-    judgements: &[Judgement],
+    judgements: &[QuantityJudgement],
     posterior: &PosteriorSamples,
     slip_range: [f64; 2],
     samples: usize,
-) -> Estimate {
+) -> TireEstimate {
     let free: Vec<Parameter> =
         judgements.iter().filter_map(|judgement| judgement.quantity.parameter()).collect();
-    Estimate {
-        mean: per_quantity(judgements, |judgement| judgement.quantity.value(&solution.theta)),
-        std: per_quantity(judgements, |judgement| judgement.std),
-        interval: per_quantity(judgements, |judgement| judgement.interval),
+    TireEstimate {
+        mean: values_by_quantity(judgements, |judgement| judgement.quantity.value(&solution.theta)),
+        std: values_by_quantity(judgements, |judgement| judgement.std),
+        interval: values_by_quantity(judgements, |judgement| judgement.interval),
         covariance: posterior.covariance(&free),
         parameters: free,
         at_bound: solution.at_bound.clone(),
         fixed: fixed.to_vec(),
-        identified: per_quantity(judgements, |judgement| judgement.verdict),
-        reason: per_quantity(judgements, |judgement| judgement.reason.clone()),
+        identified: values_by_quantity(judgements, |judgement| judgement.verdict),
+        reason: values_by_quantity(judgements, |judgement| judgement.reason.clone()),
         slip_range,
         samples,
         noise_std: solution.noise_std,
@@ -267,27 +266,33 @@ pub fn assemble(
 }
 
 /// A value of each judgement, by its quantity.
-pub fn per_quantity<T>(
-    judgements: &[Judgement],
-    value: impl Fn(&Judgement) -> T,
+pub fn values_by_quantity<T>(
+    judgements: &[QuantityJudgement],
+    value: impl Fn(&QuantityJudgement) -> T,
 ) -> PerQuantity<T> {
     judgements.iter().map(|judgement| (judgement.quantity, value(judgement))).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use preparation::direction::Direction;
+    use preparation::direction::ForceDirection;
 
     use super::*;
     use crate::fit::SlipNoise;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
-    fn answer(level: f64) -> Answer {
-        let samples = samples(&Excitation { samples: 1500, ..Excitation::default() }, level);
+    fn answer(level: f64) -> TireIdentification {
+        let samples = synthetic_samples(
+            &SyntheticExcitation { samples: 1500, ..SyntheticExcitation::default() },
+            level,
+        );
         let slip_noise = Some(SlipNoise::new(0.001));
-        let settings = Settings { slip_noise, ..Settings::new(Direction::Longitudinal) };
-        let methods = [Method::LeastSquares, Method::NelderMead];
-        identify(&samples, &settings, &methods).expect("fits")
+        let settings = IdentificationSettings {
+            slip_noise,
+            ..IdentificationSettings::new(ForceDirection::Longitudinal)
+        };
+        let methods = [FitMethod::LeastSquares, FitMethod::NelderMead];
+        identify_tire(&samples, &settings, &methods).expect("fits")
     }
 
     #[test]
@@ -312,10 +317,7 @@ mod tests {
                     .abs()
                     < 1e-9
             );
-            assert!(
-                estimate.std[&Quantity::E] > 0.2,
-                "holding a parameter does not make it certain"
-            );
+            assert!(estimate.std[&Quantity::E] > 0.2, "holding a parameter does not make it certain");
             assert_eq!(estimate.covariance.len(), estimate.parameters.len());
             assert!(estimate.slip_range[1] < 0.05);
         }
@@ -334,12 +336,7 @@ mod tests {
             (Quantity::K, 45.0),
             (Quantity::PeakSlip, 0.0877),
         ] {
-            assert_eq!(
-                estimate.identified[&name],
-                Verdict::Identified,
-                "{}",
-                estimate.reason[&name]
-            );
+            assert_eq!(estimate.identified[&name], Identifiability::Identified, "{}", estimate.reason[&name]);
             assert!(
                 (estimate.mean[&name] - truth).abs() < 4.0 * estimate.std[&name],
                 "{name}: {}",
@@ -349,11 +346,12 @@ mod tests {
         assert!((estimate.noise_std / 0.05 - 1.0).abs() < 0.1);
     }
 
-    fn bayes(level: f64) -> Answer {
-        let excitation = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
-        let settings = Settings::new(Direction::Longitudinal);
-        let methods = [Method::Svi, Method::Reference, Method::LeastSquares];
-        identify(&samples(&excitation, level), &settings, &methods).expect("fits")
+    fn bayes(level: f64) -> TireIdentification {
+        let excitation =
+            SyntheticExcitation { samples: 1500, slip_std: 0.0, ..SyntheticExcitation::default() };
+        let settings = IdentificationSettings::new(ForceDirection::Longitudinal);
+        let methods = [FitMethod::Svi, FitMethod::Reference, FitMethod::LeastSquares];
+        identify_tire(&synthetic_samples(&excitation, level), &settings, &methods).expect("fits")
     }
 
     #[test]
@@ -373,10 +371,7 @@ mod tests {
             assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
             assert_eq!(exact.std[&name], fit.std[&name]);
         }
-        assert!(
-            own.std[&Quantity::C] < 0.9 * svi.std[&Quantity::C],
-            "weights widen what is too narrow"
-        );
+        assert!(own.std[&Quantity::C] < 0.9 * svi.std[&Quantity::C], "weights widen what is too narrow");
         assert!(exact.svi.is_none() && fit.svi.is_none() && svi.fixed.is_empty());
     }
 

@@ -15,21 +15,21 @@ use numerics::sqp;
 pub use error::FitError;
 pub use joint::joint_least_squares;
 pub use slip_noise::SlipNoise;
-pub use solution::Solution;
+pub use solution::FitSolution;
 
 use numerics::loss::Loss;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 
 use crate::bounds::Bounds;
 use crate::parameters::{COUNT, Parameter, Theta};
 use crate::prior::Prior;
 use crate::regularisation::Regularisation;
 use curve::CurveCost;
-use solution::{Part, ResidualNoise};
+use solution::{CurveMinimum, ResidualNoise};
 
 /// What physics says beside the bounds, as lowest and highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Constraints {
+pub struct CurveConstraints {
     /// Stiffness B C D per unit of load.
     pub stiffness: Option<[f64; 2]>,
     /// Slip where the force peaks, in the unit of the slip; infinite for no upper limit.
@@ -38,9 +38,9 @@ pub struct Constraints {
 
 /// What is fitted to what.
 #[derive(Clone, Debug)]
-pub struct Problem<'a> {
+pub struct CurveFitProblem<'a> {
     /// Points of the curve.
-    pub samples: &'a Samples,
+    pub samples: &'a CurveSamples,
     /// The box, borders included.
     pub bounds: Bounds,
     /// Which parameters are fitted, in the order of [`Parameter`].
@@ -50,16 +50,16 @@ pub struct Problem<'a> {
     /// What is expected before any data.
     pub regularisation: Vec<Regularisation>,
     /// What physics says.
-    pub constraints: Constraints,
+    pub constraints: CurveConstraints,
     /// How residuals count.
     pub loss: Loss,
     /// Noise in the slip, which makes plain least squares too soft a tire.
     pub slip_noise: Option<SlipNoise>,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> CurveFitProblem<'a> {
     /// Plain least squares with the usual prior of a longitudinal curve: for B, C, D and E, without shifts.
-    pub fn new(samples: &'a Samples) -> Self {
+    pub fn new(samples: &'a CurveSamples) -> Self {
         let Prior { bounds, free, centre } = Prior::longitudinal();
         Self {
             samples,
@@ -67,7 +67,7 @@ impl<'a> Problem<'a> {
             free,
             held: centre,
             regularisation: Vec::new(),
-            constraints: Constraints::default(),
+            constraints: CurveConstraints::default(),
             loss: Loss::Square,
             slip_noise: None,
         }
@@ -78,7 +78,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// With the first of them.
     pub fn check(&self) -> Result<(), FitError> {
-        error::check(self)
+        error::check_problem(self)
     }
 
     /// The free parameters.
@@ -120,22 +120,22 @@ impl FitOptions {
 ///
 /// # Errors
 /// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].
-pub fn least_squares(problem: &Problem, options: &FitOptions) -> Result<Solution, FitError> {
-    error::check(problem)?;
+pub fn least_squares(problem: &CurveFitProblem, options: &FitOptions) -> Result<FitSolution, FitError> {
+    error::check_problem(problem)?;
     if let Some(noise) = problem.slip_noise {
-        return slip_noise::fit(problem, noise, options);
+        return slip_noise::fit_with_slip_noise(problem, noise, options);
     }
     let cost = CurveCost::new(problem);
-    let rough = CurveCost::rough(problem, options.starts);
+    let rough = CurveCost::approximation(problem, options.starts);
     let rough = rough.as_ref().map(|cost| cost as &dyn sqp::Objective);
-    let starts: Vec<DVector<f64>> = multistart::starts(&problem.bounds, &problem.held, options)
+    let starts: Vec<DVector<f64>> = multistart::start_points(&problem.bounds, &problem.held, options)
         .iter()
-        .map(|theta| cost.unknowns(theta))
+        .map(|theta| cost.x_from_theta(theta))
         .collect();
-    let (lower, upper) = (cost.lower(), cost.upper());
-    let search = multistart::search(&cost, rough, &lower, &upper, &starts, options)?;
-    let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
-    let part = Part::of(&search.best, 0, cost.unknowns.free.len());
-    let noise = ResidualNoise::of(problem, &cost.theta(&search.best.x), part.fitted);
-    Ok(part.solution(problem, &noise, search.convergence(), optima))
+    let (lower, upper) = (cost.lower_bounds(), cost.upper_bounds());
+    let search = multistart::search_from_starts(&cost, rough, &lower, &upper, &starts, options)?;
+    let optima = search.optima.iter().map(|m| (cost.theta_from_x(&m.x), m.model.cost)).collect();
+    let part = CurveMinimum::from_minimum(&search.best, 0, cost.unknowns.free.len());
+    let noise = ResidualNoise::estimate(problem, &cost.theta_from_x(&search.best.x), part.fitted);
+    Ok(part.to_solution(problem, &noise, search.convergence(), optima))
 }

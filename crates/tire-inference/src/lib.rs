@@ -1,10 +1,7 @@
 //! Infers tire curves: points of slip and friction coefficient go in; parameters of the Magic Formula, their posterior and a verdict
 //! for each quantity come out, with reasons in words.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod axle_coupling;
 pub mod axles;

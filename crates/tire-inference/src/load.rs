@@ -11,15 +11,15 @@ mod reason;
 #[cfg(test)]
 mod tests;
 
-use numerics::identifiability::{MAX_WIDTH_IDENTIFIED, MAX_WIDTH_WEAK, Verdict};
+use numerics::identifiability::{Identifiability, MAX_WIDTH_IDENTIFIED, MAX_WIDTH_WEAK};
 use numerics::statistics::NORMAL_95;
 use numerics::statistics::quantile;
-use preparation::Series;
+use preparation::PointTimeSeries;
 use serde::Serialize;
 
 use crate::local::StretchPrior;
-use fit::Fit;
-pub use reason::Obstacle;
+use fit::LoadEffectFit;
+pub use reason::LoadEffectObstacle;
 
 /// The effects: relative change of K, then of D, by the relative change of the load; 1 / μ_x².
 pub const EFFECTS: usize = 3;
@@ -34,7 +34,7 @@ const APART: f64 = 2.64;
 
 /// What the data tell of one effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Effect {
+pub struct LoadEffect {
     /// Its value, with what is usual as a prior [-].
     pub value: f64,
     /// Its 95 % interval; an end that is absent is without bound.
@@ -42,18 +42,18 @@ pub struct Effect {
     /// Standard deviation by the data alone, with wide priors of the other effects, over the usual one [-].
     pub width: f64,
     /// Values of the halves of the log, with their distance in standard deviations.
-    pub halves: Option<Halves>,
+    pub halves: Option<HalfLogEffects>,
     /// Whether the data tell it.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
     /// Why not.
-    pub obstacle: Option<Obstacle>,
+    pub obstacle: Option<LoadEffectObstacle>,
     /// That in a sentence.
     pub reason: String,
 }
 
 /// What both halves of a log say.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Halves {
+pub struct HalfLogEffects {
     /// Values.
     pub values: [f64; 2],
     /// Distance, in standard deviations.
@@ -64,11 +64,11 @@ pub struct Halves {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoadEffects {
     /// Relative change of the stiffness over load by the relative change of the load.
-    pub K: Effect,
+    pub K: LoadEffect,
     /// Relative change of the friction by the relative change of the load.
-    pub D: Effect,
+    pub D: LoadEffect,
     /// Longitudinal axis of the friction ellipse.
-    pub mu_x: Effect,
+    pub mu_x: LoadEffect,
     /// Load over that at rest, and longitudinal force over load: a twentieth of the rows is beyond each end.
     pub load: [f64; 2],
     /// See `load`.
@@ -76,24 +76,24 @@ pub struct LoadEffects {
 }
 
 /// Values of the effects with another datum of the car, at minus and plus one standard deviation of it.
-pub type Move = (&'static str, [[f64; EFFECTS]; 2]);
+pub type CarDataEffects = (&'static str, [[f64; EFFECTS]; 2]);
 
 /// The fit of an axle, and what its halves say.
 #[derive(Clone, Debug)]
-pub struct Axle {
-    all: Fit,
-    halves: Option<[Fit; 2]>,
+pub struct AxleLoadFit {
+    all: LoadEffectFit,
+    halves: Option<[LoadEffectFit; 2]>,
     load: [f64; 2],
     longitudinal: [f64; 2],
 }
 
-impl Axle {
+impl AxleLoadFit {
     /// Fits lateral points at the load at rest [N]; `None` with fewer than 50 rows, a number that is none, or one slip only.
-    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
-        let all = Fit::of(series, nominal, usual, None)?;
+    pub fn fit(series: &PointTimeSeries, nominal: f64, usual: &StretchPrior) -> Option<Self> {
+        let all = LoadEffectFit::fit(series, nominal, usual, None)?;
         let middle = series.time.len() / 2;
         let half = |rows: std::ops::Range<usize>| {
-            Fit::of(&series.pick(&rows.collect::<Vec<_>>()), nominal, usual, Some(&all))
+            LoadEffectFit::fit(&series.select_rows(&rows.collect::<Vec<_>>()), nominal, usual, Some(&all))
         };
         let halves = half(0..middle).zip(half(middle..series.time.len()));
         let reach = |values: Vec<f64>| {
@@ -110,79 +110,73 @@ impl Axle {
     }
 
     /// The effects of the same log with other data of the car; `None` where they cannot be fitted.
-    pub fn again(
+    pub fn refit_effects(
         &self,
-        series: &Series,
+        series: &PointTimeSeries,
         nominal: f64,
         usual: &StretchPrior,
     ) -> Option<[f64; EFFECTS]> {
-        Fit::of(series, nominal, usual, Some(&self.all)).map(|fit| fit.effects())
+        LoadEffectFit::fit(series, nominal, usual, Some(&self.all)).map(|fit| fit.load_effects())
     }
 
     /// What is told, with what is not known of the car.
-    pub fn judge(&self, moves: &[Move]) -> LoadEffects {
-        let [K, D, ellipse] = [0, 1, 2].map(|place| self.effect(place, moves));
-        LoadEffects {
-            K,
-            D,
-            mu_x: semi_axis(ellipse),
-            load: self.load,
-            longitudinal: self.longitudinal,
-        }
+    pub fn judge_effects(&self, moves: &[CarDataEffects]) -> LoadEffects {
+        let [K, D, ellipse] = [0, 1, 2].map(|place| self.judge_effect(place, moves));
+        LoadEffects { K, D, mu_x: semi_axis(ellipse), load: self.load, longitudinal: self.longitudinal }
     }
 
-    fn effect(&self, place: usize, moves: &[Move]) -> Effect {
-        let half = |(_, [low, high]): &Move| (0.5 * (high[place] - low[place])).abs();
+    fn judge_effect(&self, place: usize, moves: &[CarDataEffects]) -> LoadEffect {
+        let half = |(_, [low, high]): &CarDataEffects| (0.5 * (high[place] - low[place])).abs();
         let car = moves.iter().map(|it| half(it).powi(2)).sum::<f64>();
         let most = moves.iter().max_by(|a, b| half(a).total_cmp(&half(b))).map(|it| it.0);
-        let usual = self.all.usual_std(place);
+        let usual = self.all.prior_std(place);
         let width = |variance: f64| (variance + car).sqrt() / usual;
-        let alone = width(self.all.variance_alone(place, None));
+        let alone = width(self.all.variance_from_data(place, None));
         let halves = self.halves.as_ref().map(|halves| {
-            let values = [0, 1].map(|half| halves[half].effects()[place]);
-            let variance: f64 = halves.iter().map(|it| it.variance_of_half(place)).sum();
-            Halves { values, apart: (values[0] - values[1]).abs() / variance.sqrt() }
+            let values = [0, 1].map(|half| halves[half].load_effects()[place]);
+            let variance: f64 = halves.iter().map(|it| it.half_log_variance(place)).sum();
+            HalfLogEffects { values, apart: (values[0] - values[1]).abs() / variance.sqrt() }
         });
         // Written so that a NaN is never a success.
         let agree = halves.is_some_and(|it| it.apart <= APART);
-        let still = self.is_still(place);
+        let still = self.is_without_variation(place);
         let verdict = match (alone < MAX_WIDTH_IDENTIFIED, alone < MAX_WIDTH_WEAK, agree) {
-            _ if still => Verdict::NotIdentifiable,
-            (true, _, true) => Verdict::Identified,
-            (true, ..) | (_, true, true) => Verdict::Weak,
-            _ => Verdict::NotIdentifiable,
+            _ if still => Identifiability::NotIdentifiable,
+            (true, _, true) => Identifiability::Identified,
+            (true, ..) | (_, true, true) => Identifiability::Weak,
+            _ => Identifiability::NotIdentifiable,
         };
-        let obstacle = (verdict != Verdict::Identified).then(|| {
-            let rest = |other| width(self.all.variance_alone(place, Some(other)));
+        let obstacle = (verdict != Identifiability::Identified).then(|| {
+            let rest = |other| width(self.all.variance_from_data(place, Some(other)));
             let others = (0..EFFECTS).filter(|other| *other != place);
             let hider = others.min_by(|a, b| rest(*a).total_cmp(&rest(*b)));
             if still {
-                Obstacle::Still
+                LoadEffectObstacle::Still
             } else if halves.is_some_and(|it| it.apart > APART) {
-                Obstacle::HalvesDiffer
+                LoadEffectObstacle::HalvesDiffer
             } else if let Some(other) = hider.filter(|other| rest(*other) < 0.5 * alone) {
-                Obstacle::hidden_by(other)
+                LoadEffectObstacle::hidden_by(other)
             } else if car > 0.5 * (alone * usual).powi(2) {
-                Obstacle::Car(most.unwrap_or_default())
+                LoadEffectObstacle::Car(most.unwrap_or_default())
             } else {
-                Obstacle::Wide
+                LoadEffectObstacle::Wide
             }
         });
-        let value = self.all.effects()[place];
-        let half = NORMAL_95 * (self.all.variance(place) + car).sqrt();
-        Effect {
+        let value = self.all.load_effects()[place];
+        let half = NORMAL_95 * (self.all.effect_variance(place) + car).sqrt();
+        LoadEffect {
             value,
             interval: [Some(value - half), Some(value + half)],
             width: alone,
             halves,
             verdict,
             obstacle,
-            reason: reason::sentence(place, obstacle, halves),
+            reason: reason::describe_obstacle(place, obstacle, halves),
         }
     }
 
     /// Whether nothing varies that the effect could be told from.
-    fn is_still(&self, place: usize) -> bool {
+    fn is_without_variation(&self, place: usize) -> bool {
         let [low, high] = self.load;
         let most = self.longitudinal.iter().map(|it| it.abs()).fold(0.0, f64::max);
         if place == 2 { most < LEAST_FORCE } else { high - low < LEAST_LOAD }
@@ -190,14 +184,13 @@ impl Axle {
 }
 
 /// μ_x of 1 / μ_x²: a square that may be zero or less has no largest μ_x.
-fn semi_axis(square: Effect) -> Effect {
+fn semi_axis(square: LoadEffect) -> LoadEffect {
     let of = |square: f64| (square > 0.0).then(|| square.powf(-0.5));
     let [low, high] = square.interval;
-    let halves = square.halves.map(|it| Halves {
-        values: it.values.map(|value| of(value).unwrap_or(f64::INFINITY)),
-        ..it
-    });
-    Effect {
+    let halves = square
+        .halves
+        .map(|it| HalfLogEffects { values: it.values.map(|value| of(value).unwrap_or(f64::INFINITY)), ..it });
+    LoadEffect {
         value: of(square.value).unwrap_or(f64::INFINITY),
         interval: [high.and_then(of), low.and_then(of)],
         halves,

@@ -8,13 +8,13 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{Matrix4, Vector4};
-use numerics::levenberg_marquardt::{SquaredCost, minimise};
+use numerics::levenberg_marquardt::{SquaredCost, minimise_levenberg_marquardt};
 use numerics::statistics::quantile;
-use preparation::Series;
-use preparation::samples::Samples;
+use preparation::PointTimeSeries;
+use preparation::samples::CurveSamples;
 
 use crate::dependence::correlation_time;
-use crate::kernel::{value, value_and_gradient};
+use crate::kernel::{friction_and_gradient, friction_coefficient};
 use crate::parameters::Theta;
 
 /// Groups of neighbouring slips whose weights are evened out, and the factor by which they are at most.
@@ -66,19 +66,19 @@ impl Default for StretchPrior {
 
 impl StretchPrior {
     /// Points at the nominal load [N], without a force in the other direction; weights even out the slips.
-    pub fn corrected(&self, series: &Series, nominal: f64) -> Samples {
+    pub fn load_corrected_samples(&self, series: &PointTimeSeries, nominal: f64) -> CurveSamples {
         let mut samples = series.samples.clone();
         for (row, force) in samples.force.iter_mut().enumerate() {
             let rest = (1.0 - (series.other[row] / self.ellipse).powi(2)).max(0.2);
             let load = 1.0 + self.load * (series.load[row] / nominal - 1.0);
             *force /= rest.sqrt() * load.max(0.2);
         }
-        even_out(&mut samples);
+        equalise_slip_weights(&mut samples);
         samples
     }
 }
 
-pub(crate) fn even_out(samples: &mut Samples) {
+pub(crate) fn equalise_slip_weights(samples: &mut CurveSamples) {
     let Some([low, high]) = samples.slip_range() else { return };
     let width = (high - low).max(f64::MIN_POSITIVE) / GROUPS as f64;
     let group = |slip: f64| (((slip - low) / width) as usize).min(GROUPS - 1);
@@ -91,15 +91,15 @@ pub(crate) fn even_out(samples: &mut Samples) {
 }
 
 /// B, C, D, E of ln K, C, ln D, E.
-pub(crate) fn theta(at: &Vector4<f64>) -> Theta {
+pub(crate) fn theta_from_log_coordinates(at: &Vector4<f64>) -> Theta {
     let (K, C, D, E) = (at[0].exp(), at[1], at[2].exp(), at[3]);
     [K / (C * D), C, D, E, 0.0, 0.0]
 }
 
 /// Friction coefficient, and its derivatives by ln K, C, ln D, E.
-pub(crate) fn slope(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
-    let tire = theta(at);
-    let (value, [by_B, by_C, by_D, by_E, ..]) = value_and_gradient(&tire, slip);
+pub(crate) fn friction_and_log_gradient(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
+    let tire = theta_from_log_coordinates(at);
+    let (value, [by_B, by_C, by_D, by_E, ..]) = friction_and_gradient(&tire, slip);
     let [B, C, D, ..] = tire;
     (value, Vector4::new(B * by_B, by_C - B / C * by_B, D * by_D - B * by_B, by_E))
 }
@@ -124,44 +124,44 @@ pub struct StretchFit {
 
 impl StretchFit {
     /// Fits a stretch at the nominal load of the axle [N]; `None` with fewer than 50 rows, or where all slips are the same.
-    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
+    pub fn fit(series: &PointTimeSeries, nominal: f64, usual: &StretchPrior) -> Option<Self> {
         if series.time.len() < LEAST_ROWS {
             return None;
         }
-        let samples = usual.corrected(series, nominal);
+        let samples = usual.load_corrected_samples(series, nominal);
         let [low, high] = samples.slip_range()?;
         if high - low <= 0.0 || samples.force.iter().any(|force| !force.is_finite()) {
             return None;
         }
-        let mut search = Search { samples: &samples, usual, variance: 0.01, at: usual.mean };
+        let mut search = StretchSearch { samples: &samples, usual, variance: 0.01, at: usual.mean };
         // The noise of the last fit weighs the prior of the next one.
         for _ in 0..4 {
-            search.at = minimise(&search, search.at, ITERATIONS);
+            search.at = minimise_levenberg_marquardt(&search, search.at, ITERATIONS);
             search.variance = search.residual_variance();
         }
-        Some(search.local(&series.time))
+        Some(search.to_stretch_fit(&series.time))
     }
 
     /// Friction coefficient at a slip [rad].
-    pub fn value(&self, slip: f64) -> f64 {
-        value(&self.theta, slip)
+    pub fn friction_coefficient(&self, slip: f64) -> f64 {
+        friction_coefficient(&self.theta, slip)
     }
 
     /// Variance of the friction coefficient at a slip, with what tires change from stretch to stretch: standard deviations of ln K, ln D.
-    pub fn variance_at(&self, slip: f64, [K, D]: [f64; 2]) -> f64 {
-        let (_, by) = slope(&self.at, slip);
-        self.variance(&by) + (by[0] * K).powi(2) + (by[2] * D).powi(2)
+    pub fn friction_variance(&self, slip: f64, [K, D]: [f64; 2]) -> f64 {
+        let (_, by) = friction_and_log_gradient(&self.at, slip);
+        self.variance_along(&by) + (by[0] * K).powi(2) + (by[2] * D).powi(2)
     }
 
     /// ln K and ln D with their variances.
-    pub fn logarithms(&self) -> [(f64, f64); 2] {
+    pub fn log_stiffness_and_peak(&self) -> [(f64, f64); 2] {
         [0, 2].map(|place| {
             let unit = Vector4::from_fn(|row, _| if row == place { 1.0 } else { 0.0 });
-            (self.at[place], self.variance(&unit))
+            (self.at[place], self.variance_along(&unit))
         })
     }
 
-    fn variance(&self, by: &Vector4<f64>) -> f64 {
+    fn variance_along(&self, by: &Vector4<f64>) -> f64 {
         let square = |column: &Vector4<f64>| column.dot(by).powi(2);
         let inside: f64 = self.inside.iter().map(square).sum();
         let plain = self.variance * (self.inverse * by).dot(by);
@@ -169,27 +169,27 @@ impl StretchFit {
     }
 }
 
-struct Search<'a> {
-    samples: &'a Samples,
+struct StretchSearch<'a> {
+    samples: &'a CurveSamples,
     usual: &'a StretchPrior,
     /// Variance of one independent residual.
     variance: f64,
     at: Vector4<f64>,
 }
 
-impl SquaredCost<4> for Search<'_> {
+impl SquaredCost<4> for StretchSearch<'_> {
     fn cost(&self, at: &Vector4<f64>) -> f64 {
-        let square: f64 = self.residuals(at).iter().map(|it| it * it).sum();
+        let square: f64 = self.weighted_residuals(at).iter().map(|it| it * it).sum();
         let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
         square + self.variance * prior
     }
 
     fn normal_equations(&self, at: &Vector4<f64>) -> (Matrix4<f64>, Vector4<f64>) {
-        let weights = self.weights();
+        let weights = self.scaled_prior_precision();
         let mut hessian = Matrix4::from_diagonal(&weights);
         let mut descent = weights.component_mul(&(self.usual.mean - at));
-        for (slip, force, weight) in self.rows() {
-            let (value, by) = slope(at, slip);
+        for (slip, force, weight) in self.weighted_points() {
+            let (value, by) = friction_and_log_gradient(at, slip);
             hessian += weight * by * by.transpose();
             descent += weight * (force - value) * by;
         }
@@ -203,55 +203,57 @@ impl SquaredCost<4> for Search<'_> {
     }
 }
 
-impl Search<'_> {
-    fn rows(&self) -> impl Iterator<Item = (f64, f64, f64)> {
-        let Samples { slip, force, weight } = self.samples;
+impl StretchSearch<'_> {
+    fn weighted_points(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        let CurveSamples { slip, force, weight } = self.samples;
         slip.iter().zip(force).zip(weight).map(|((slip, force), weight)| (*slip, *force, *weight))
     }
 
-    fn residuals(&self, at: &Vector4<f64>) -> Vec<f64> {
-        let tire = theta(at);
-        self.rows()
-            .map(|(slip, force, weight)| weight.sqrt() * (force - value(&tire, slip)))
+    fn weighted_residuals(&self, at: &Vector4<f64>) -> Vec<f64> {
+        let tire = theta_from_log_coordinates(at);
+        self.weighted_points()
+            .map(|(slip, force, weight)| weight.sqrt() * (force - friction_coefficient(&tire, slip)))
             .collect()
     }
 
     /// Of independent residuals: of those that hang together, one in their correlation time is.
     fn residual_variance(&self) -> f64 {
-        let residuals = self.residuals(&self.at);
+        let residuals = self.weighted_residuals(&self.at);
         let square: f64 = residuals.iter().map(|it| it * it).sum();
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    fn weights(&self) -> Vector4<f64> {
+    fn scaled_prior_precision(&self) -> Vector4<f64> {
         self.usual.std.map(|std| self.variance / (std * std))
     }
 
-    fn local(&self, time: &[f64]) -> StretchFit {
+    fn to_stretch_fit(&self, time: &[f64]) -> StretchFit {
         let (hessian, _) = self.normal_equations(&self.at);
         let inverse = hessian.try_inverse().unwrap_or_else(Matrix4::zeros);
         let [first, last] = [time[0], time[time.len() - 1]];
         let blocks = (((last - first) / BLOCK) as usize).max(LEAST_BLOCKS);
         let mut scores = vec![Vector4::zeros(); blocks];
         let (mut by_force, mut by_slip) = (Vector4::zeros(), Vector4::zeros());
-        for ((slip, force, weight), time) in self.rows().zip(time) {
-            let (value, by) = slope(&self.at, slip);
+        for ((slip, force, weight), time) in self.weighted_points().zip(time) {
+            let (value, by) = friction_and_log_gradient(&self.at, slip);
             let block = ((time - first) / (last - first) * blocks as f64) as usize;
             scores[block.min(blocks - 1)] += weight * (force - value) * by;
             by_force += weight * by;
             let step = 1e-5;
-            let steepness = (slope(&self.at, slip + step).0 - value) / step;
+            let steepness = (friction_and_log_gradient(&self.at, slip + step).0 - value) / step;
             by_slip += weight * steepness * by;
         }
         let unbiased = (blocks as f64 / (blocks as f64 - 1.0)).sqrt();
-        let weights = self.weights();
+        let weights = self.scaled_prior_precision();
         let prior = (0..4).map(|i| inverse.column(i) * (weights[i] * self.usual.std[i]));
         let blocks = scores.iter().map(|score| inverse * score * unbiased);
         let mut slips = self.samples.slip.clone();
         slips.sort_by(f64::total_cmp);
-        let tire = theta(&self.at);
-        let square: f64 =
-            self.rows().map(|(slip, force, _)| (force - value(&tire, slip)).powi(2)).sum();
+        let tire = theta_from_log_coordinates(&self.at);
+        let square: f64 = self
+            .weighted_points()
+            .map(|(slip, force, _)| (force - friction_coefficient(&tire, slip)).powi(2))
+            .sum();
         StretchFit {
             theta: tire,
             slip: [BEYOND, 1.0 - BEYOND].map(|share| quantile(&slips, share)),

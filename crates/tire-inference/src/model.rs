@@ -1,12 +1,12 @@
 //! Represents model adequacy: tests of residuals and the verdict whether a model fits its data, which caps the verdicts on its parameters.
 
-use numerics::identifiability::Verdict;
+use numerics::identifiability::Identifiability;
 use serde::Serialize;
 
 /// Whether a model describes its data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fit {
+pub enum ModelFit {
     /// No test found more than chance explains.
     #[default]
     Fits,
@@ -29,7 +29,7 @@ pub struct FitTest {
 
 impl FitTest {
     /// Whether the figure is within its limit; a figure that is no number is not.
-    pub fn passed(&self) -> bool {
+    pub fn has_passed(&self) -> bool {
         self.statistic <= self.limit
     }
 }
@@ -38,7 +38,7 @@ impl FitTest {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ModelVerdict {
     /// Whether the model fits.
-    pub verdict: Fit,
+    pub verdict: ModelFit,
     /// The verdict in a sentence that names the likeliest cause.
     pub sentence: String,
     /// All tests.
@@ -47,16 +47,16 @@ pub struct ModelVerdict {
 
 impl ModelVerdict {
     /// The verdict on a parameter of this model.
-    pub fn cap(&self, verdict: Verdict) -> Verdict {
+    pub fn cap_verdict(&self, verdict: Identifiability) -> Identifiability {
         match (self.verdict, verdict) {
-            (Fit::DoesNotFit, Verdict::Identified) => Verdict::Weak,
+            (ModelFit::DoesNotFit, Identifiability::Identified) => Identifiability::Weak,
             (_, verdict) => verdict,
         }
     }
 
     /// Caps a verdict, and adds the reason to its own where that lowers it.
-    pub fn cap_with(&self, verdict: &mut Verdict, reason: &mut String) {
-        let capped = self.cap(*verdict);
+    pub fn cap_verdict_and_reason(&self, verdict: &mut Identifiability, reason: &mut String) {
+        let capped = self.cap_verdict(*verdict);
         if capped != *verdict {
             *verdict = capped;
             let gap = if reason.is_empty() { "" } else { " " };
@@ -67,7 +67,7 @@ impl ModelVerdict {
 
 /// An error of a sensor or of the car that was estimated with the tires.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CauseEstimate {
+pub struct SystematicErrorEstimate {
     /// Name, such as `steering_offset`.
     pub name: String,
     /// Name for people.
@@ -81,7 +81,7 @@ pub struct CauseEstimate {
     /// 95 % interval.
     pub interval: [f64; 2],
     /// Whether the data tell it.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
     /// By how much it raises the logarithm of the likelihood [nat]; absent where it was not chosen for that.
     pub gain: Option<f64>,
     /// The error in a sentence.
@@ -97,27 +97,30 @@ mod tests {
     #[test]
     fn a_capped_verdict_says_why_and_another_one_stays() {
         let sentence = "The yaw rate is late.".to_owned();
-        let wrong = ModelVerdict { verdict: Fit::DoesNotFit, sentence, ..ModelVerdict::default() };
-        let (mut verdict, mut reason) = (Verdict::Identified, "The data narrow it.".to_owned());
+        let wrong = ModelVerdict { verdict: ModelFit::DoesNotFit, sentence, ..ModelVerdict::default() };
+        let (mut verdict, mut reason) = (Identifiability::Identified, "The data narrow it.".to_owned());
         for _ in 0..2 {
-            wrong.cap_with(&mut verdict, &mut reason);
-            let expected = (Verdict::Weak, "The data narrow it. The yaw rate is late.");
+            wrong.cap_verdict_and_reason(&mut verdict, &mut reason);
+            let expected = (Identifiability::Weak, "The data narrow it. The yaw rate is late.");
             assert_eq!((verdict, reason.as_str()), expected);
         }
     }
 
     #[test]
     fn nothing_is_identified_by_a_model_that_does_not_fit() {
-        let wrong = ModelVerdict { verdict: Fit::DoesNotFit, ..ModelVerdict::default() };
-        assert_eq!(wrong.cap(Verdict::Identified), Verdict::Weak);
-        assert_eq!(wrong.cap(Verdict::NotIdentifiable), Verdict::NotIdentifiable);
-        assert_eq!(ModelVerdict::default().cap(Verdict::Identified), Verdict::Identified);
+        let wrong = ModelVerdict { verdict: ModelFit::DoesNotFit, ..ModelVerdict::default() };
+        assert_eq!(wrong.cap_verdict(Identifiability::Identified), Identifiability::Weak);
+        assert_eq!(wrong.cap_verdict(Identifiability::NotIdentifiable), Identifiability::NotIdentifiable);
+        assert_eq!(
+            ModelVerdict::default().cap_verdict(Identifiability::Identified),
+            Identifiability::Identified
+        );
     }
 
     #[test]
     fn a_figure_that_is_no_number_fails() {
         let name = "whiteness of r".to_owned();
         let sentence = String::new();
-        assert!(!FitTest { name, statistic: f64::NAN, limit: 1.0, sentence }.passed());
+        assert!(!FitTest { name, statistic: f64::NAN, limit: 1.0, sentence }.has_passed());
     }
 }

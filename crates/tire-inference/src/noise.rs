@@ -1,13 +1,13 @@
 //! Says the noise of the force: its distribution, and estimates of the unknown parts of it.
 
 use numerics::loss::Loss;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::fit::{FitError, FitOptions};
-use crate::kernel::value;
-use crate::settings::{Method, Settings};
+use crate::kernel::friction_coefficient;
+use crate::settings::{FitMethod, IdentificationSettings};
 
 /// Noise of the force, by its loss. Numbers without a value are estimated by maximum likelihood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,9 +49,7 @@ impl NoiseModel {
         match self {
             Self::Square => true,
             Self::Huber { threshold } => positive(threshold),
-            Self::StudentT { freedom, scale } => {
-                [freedom, scale].into_iter().flatten().all(positive)
-            }
+            Self::StudentT { freedom, scale } => [freedom, scale].into_iter().flatten().all(positive),
         }
     }
 
@@ -59,7 +57,11 @@ impl NoiseModel {
     ///
     /// # Errors
     /// If the samples or the settings leave nothing to fit, see [`FitError`].
-    pub fn settle(self, settings: Settings, samples: &Samples) -> Result<Settings, FitError> {
+    pub fn apply_to_settings(
+        self,
+        settings: IdentificationSettings,
+        samples: &CurveSamples,
+    ) -> Result<IdentificationSettings, FitError> {
         let fixed = match self {
             Self::Square => Some(Loss::Square),
             Self::Huber { threshold } => Some(Loss::Huber { threshold }),
@@ -69,33 +71,33 @@ impl NoiseModel {
             Self::StudentT { .. } => None,
         };
         if let Some(loss) = fixed {
-            return Ok(Settings { loss, ..settings });
+            return Ok(IdentificationSettings { loss, ..settings });
         }
         settings.check(samples)?;
-        let some = (samples.len() > ENOUGH).then(|| samples.pick(&samples.rows_by_slip(ENOUGH)));
+        let some = (samples.len() > ENOUGH).then(|| samples.select_rows(&samples.rows_by_slip(ENOUGH)));
         let samples = some.as_ref().unwrap_or(samples);
-        let mut fit = settings.fit(samples, &settings.prior, Method::LeastSquares)?;
+        let mut fit = settings.fit(samples, &settings.prior, FitMethod::LeastSquares)?;
         let mut loss = Loss::Square;
         for _ in 0..ROUNDS {
-            let next = self.likeliest(&residuals(samples, &fit.theta), loss);
-            let found = close(loss, next);
+            let next = self.fit_student_loss(&weighted_residuals(samples, &fit.theta), loss);
+            let found = is_loss_converged(loss, next);
             loss = next;
             if found {
                 break;
             }
             let starts = FitOptions { start: Some(fit.theta), starts: 1, ..settings.options };
-            let given = Settings { loss, options: starts, ..settings.clone() };
-            fit = given.fit(samples, &settings.prior, Method::LeastSquares)?;
+            let given = IdentificationSettings { loss, options: starts, ..settings.clone() };
+            fit = given.fit(samples, &settings.prior, FitMethod::LeastSquares)?;
         }
-        Ok(Settings { loss, ..settings })
+        Ok(IdentificationSettings { loss, ..settings })
     }
 
     /// Student's distribution that makes residuals with their weights most likely, near one that was found before.
-    fn likeliest(self, residuals: &[[f64; 2]], before: Loss) -> Loss {
+    fn fit_student_loss(self, residuals: &[[f64; 2]], before: Loss) -> Loss {
         let Self::StudentT { freedom: given, scale: known } = self else { return before };
         let (mut freedom, mut scale) = match before {
             Loss::StudentT { freedom, scale } => (freedom, scale),
-            _ => (given.unwrap_or(FIRST_FREEDOM), known.unwrap_or(spread(residuals))),
+            _ => (given.unwrap_or(FIRST_FREEDOM), known.unwrap_or(robust_std(residuals))),
         };
         let whole: f64 = residuals.iter().map(|[_, weight]| weight).sum();
         for _ in 0..20 {
@@ -109,30 +111,30 @@ impl NoiseModel {
             let log_likelihood = |log_freedom: f64| {
                 let freedom = log_freedom.exp();
                 let loss = Loss::StudentT { freedom, scale };
-                let cost: f64 = residuals.iter().map(|[r, w]| w * loss.of(*r)).sum();
-                whole * log_height(freedom) - cost / loss.variance(scale)
+                let cost: f64 = residuals.iter().map(|[r, w]| w * loss.cost(*r)).sum();
+                whole * student_log_peak_density(freedom) - cost / loss.cost_divisor(scale)
             };
-            freedom = highest(log_likelihood, FREEDOM.map(f64::ln)).exp();
+            freedom = golden_section_maximum(log_likelihood, FREEDOM.map(f64::ln)).exp();
         }
         Loss::StudentT { freedom, scale }
     }
 }
 
 /// Of each sample, with its weight.
-fn residuals(samples: &Samples, theta: &crate::parameters::Theta) -> Vec<[f64; 2]> {
+fn weighted_residuals(samples: &CurveSamples, theta: &crate::parameters::Theta) -> Vec<[f64; 2]> {
     let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
-    points.map(|((slip, force), weight)| [value(theta, *slip) - force, *weight]).collect()
+    points.map(|((slip, force), weight)| [friction_coefficient(theta, *slip) - force, *weight]).collect()
 }
 
 /// Standard deviation of normal residuals with the same median size.
-fn spread(residuals: &[[f64; 2]]) -> f64 {
+fn robust_std(residuals: &[[f64; 2]]) -> f64 {
     let mut sizes: Vec<f64> =
         residuals.iter().filter(|r| r[1] > 0.0).map(|[r, w]| r.abs() * w.sqrt()).collect();
     sizes.sort_by(f64::total_cmp);
     numerics::statistics::quantile(&sizes, 0.5) / 0.674_489_750_196_081_7
 }
 
-fn close(before: Loss, after: Loss) -> bool {
+fn is_loss_converged(before: Loss, after: Loss) -> bool {
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < TOLERANCE;
     match (before, after) {
         (Loss::StudentT { freedom: a, scale: s }, Loss::StudentT { freedom: b, scale: t }) => {
@@ -143,7 +145,7 @@ fn close(before: Loss, after: Loss) -> bool {
 }
 
 /// Where a function with one summit is highest, by golden section.
-fn highest(of: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+fn golden_section_maximum(of: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let [mut a, mut b] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
     let [mut at_a, mut at_b] = [of(a), of(b)];
     while high - low > 0.1 * TOLERANCE {
@@ -161,10 +163,8 @@ fn highest(of: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
 }
 
 /// Logarithm of the density of Student's distribution at 0, for scale 1.
-fn log_height(freedom: f64) -> f64 {
-    log_gamma(0.5 * (freedom + 1.0))
-        - log_gamma(0.5 * freedom)
-        - 0.5 * (freedom * std::f64::consts::PI).ln()
+fn student_log_peak_density(freedom: f64) -> f64 {
+    log_gamma(0.5 * (freedom + 1.0)) - log_gamma(0.5 * freedom) - 0.5 * (freedom * std::f64::consts::PI).ln()
 }
 
 /// ln Γ(x) of x > 0: Stirling's series, after steps up to where it is exact.
@@ -182,12 +182,12 @@ fn log_gamma(mut x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use approx::assert_relative_eq;
-    use preparation::direction::Direction;
+    use preparation::direction::ForceDirection;
     use rand_distr::{Distribution, StudentT};
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
     #[test]
     fn log_gamma_is_that_of_factorials_and_roots_of_pi() {
@@ -195,20 +195,24 @@ mod tests {
         let half = 0.5 * std::f64::consts::PI.ln();
         assert_relative_eq!(log_gamma(0.5), half, max_relative = 1e-11);
         // Cauchy's distribution is 1/π high.
-        assert_relative_eq!(log_height(1.0), -std::f64::consts::PI.ln(), max_relative = 1e-11);
+        assert_relative_eq!(student_log_peak_density(1.0), -std::f64::consts::PI.ln(), max_relative = 1e-11);
     }
 
     #[test]
     fn freedom_and_scale_of_the_noise_are_found() {
-        let excitation =
-            Excitation { samples: 4000, slip_std: 0.0, force_std: 0.0, ..Excitation::default() };
-        let mut samples = samples(&excitation, 0.5);
+        let excitation = SyntheticExcitation {
+            samples: 4000,
+            slip_std: 0.0,
+            force_std: 0.0,
+            ..SyntheticExcitation::default()
+        };
+        let mut samples = synthetic_samples(&excitation, 0.5);
         let noise = StudentT::new(3.0).expect("a distribution");
         let mut random = Pcg64::new(1, 1);
         samples.force.iter_mut().for_each(|force| *force += 0.04 * noise.sample(&mut random));
         let unknown = NoiseModel::StudentT { freedom: None, scale: None };
-        let settings = Settings::new(Direction::Longitudinal);
-        let settled = unknown.settle(settings, &samples).expect("fits");
+        let settings = IdentificationSettings::new(ForceDirection::Longitudinal);
+        let settled = unknown.apply_to_settings(settings, &samples).expect("fits");
         let Loss::StudentT { freedom, scale } = settled.loss else { panic!("{:?}", settled.loss) };
         // Standard errors of 4000 samples: 0.2 and 0.0008.
         assert!((freedom - 3.0).abs() < 0.6, "{freedom}");

@@ -1,9 +1,5 @@
 //! Names the parameters of a tire, and reads and writes their values.
-#![allow(
-    non_snake_case,
-    non_camel_case_types,
-    reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
-)]
+#![allow(non_snake_case, non_camel_case_types, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use schemars::JsonSchema;
 use serde::de::Error as _;
@@ -41,7 +37,7 @@ impl Parameter {
     pub const ALL: [Self; COUNT] = [Self::B, Self::C, Self::D, Self::E, Self::S_h, Self::S_v];
 
     /// The symbol.
-    pub fn name(self) -> &'static str {
+    pub fn symbol(self) -> &'static str {
         ["B", "C", "D", "E", "S_h", "S_v"][self as usize]
     }
 }
@@ -50,22 +46,22 @@ impl Parameter {
 impl<'de> Deserialize<'de> for Parameter {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let name = String::deserialize(from)?;
-        let found = Self::ALL.into_iter().find(|parameter| parameter.name() == name);
+        let found = Self::ALL.into_iter().find(|parameter| parameter.symbol() == name);
         found.ok_or_else(|| {
-            let known = Self::ALL.map(|parameter| format!("`{}`", parameter.name())).join(", ");
+            let known = Self::ALL.map(|parameter| format!("`{}`", parameter.symbol())).join(", ");
             D::Error::custom(format!("unknown parameter `{name}`, expected one of {known}"))
         })
     }
 }
 
 /// The curve with these parameters.
-pub fn curve(theta: &Theta) -> MagicFormula {
+pub fn magic_formula_from_theta(theta: &Theta) -> MagicFormula {
     let [B, C, D, E, S_h, S_v] = *theta;
     MagicFormula { B, C, D, E, S_h, S_v }
 }
 
 /// The parameters of a curve.
-pub fn theta(curve: &MagicFormula) -> Theta {
+pub fn theta_from_magic_formula(curve: &MagicFormula) -> Theta {
     let MagicFormula { B, C, D, E, S_h, S_v } = *curve;
     [B, C, D, E, S_h, S_v]
 }
@@ -74,11 +70,8 @@ pub fn theta(curve: &MagicFormula) -> Theta {
 ///
 /// # Errors
 /// Those of the format.
-pub fn by_parameter<S: Serializer, const N: usize>(
-    values: &[f64; N],
-    to: S,
-) -> Result<S::Ok, S::Error> {
-    to.collect_map(Parameter::ALL.iter().map(|parameter| parameter.name()).zip(values))
+pub fn by_parameter<S: Serializer, const N: usize>(values: &[f64; N], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(Parameter::ALL.iter().map(|parameter| parameter.symbol()).zip(values))
 }
 
 /// Parameters of a tire as a configuration has them.
@@ -152,13 +145,13 @@ impl<T> From<[T; 4]> for TireParameters<T> {
 
 impl TireParameters {
     /// With shifts of 0.
-    pub fn theta(&self) -> Theta {
+    pub fn to_theta(&self) -> Theta {
         [self.B, self.C, self.D, self.E, 0.0, 0.0]
     }
 
     /// The curve with these parameters.
-    pub fn curve(&self) -> MagicFormula {
-        curve(&self.theta())
+    pub fn to_magic_formula(&self) -> MagicFormula {
+        magic_formula_from_theta(&self.to_theta())
     }
 
     /// Stiffness per unit of load, B C D [1/rad].

@@ -1,11 +1,11 @@
 //! Decides by physics, before any fit, whether samples can be those of a tire: slips are slips, the force rises with them, and bends.
 
 use numerics::statistics::quantile;
-use preparation::direction::Direction;
-use preparation::samples::Samples;
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
 
 use crate::fit::FitError;
-use crate::kernel::value;
+use crate::kernel::friction_coefficient;
 use crate::parameters::Theta;
 
 /// Standard deviations of the correlation of slip and force, if they had nothing to do with each other, and of slopes, that are taken for
@@ -34,29 +34,28 @@ const FEW: f64 = 5.0;
 ///
 /// # Errors
 /// [`FitError::Slip`], [`FitError::Force`], [`FitError::Mirrored`], [`FitError::Unrelated`], [`FitError::Straight`] or [`FitError::Soft`].
-pub fn check(samples: &Samples, direction: Direction) -> Result<(), FitError> {
+pub fn check_plausibility(samples: &CurveSamples, direction: ForceDirection) -> Result<(), FitError> {
     let (most, unit) = match direction {
-        Direction::Lateral => (std::f64::consts::FRAC_PI_2, "deg"),
-        Direction::Longitudinal => (RATIO, "%"),
+        ForceDirection::Lateral => (std::f64::consts::FRAC_PI_2, "deg"),
+        ForceDirection::Longitudinal => (RATIO, "%"),
     };
     let largest = samples.slip.iter().fold(0.0_f64, |largest, slip| largest.max(slip.abs()));
     if largest > most {
         return Err(FitError::Slip { largest, most, unit });
     }
-    let size = quantile(&sizes(samples), 1.0 - STRAY);
+    let size = quantile(&sorted_absolute_forces(samples), 1.0 - STRAY);
     if size > GRIP {
         return Err(FitError::Force { size, most: GRIP });
     }
-    let (correlation, count) = correlation(samples);
+    let (correlation, count) = slip_force_correlation(samples);
     // Student's statistic of a correlation.
-    let statistic =
-        correlation * ((count - 1.0) / (1.0 - correlation * correlation).max(1e-300)).sqrt();
+    let statistic = correlation * ((count - 1.0) / (1.0 - correlation * correlation).max(1e-300)).sqrt();
     if statistic < -CHANCE {
         return Err(FitError::Mirrored { correlation });
     }
     // Written so that a NaN is never a success.
     if statistic >= CHANCE {
-        bends(samples, largest, unit)
+        check_force_bends(samples, largest, unit)
     } else {
         Err(FitError::Unrelated { correlation, count })
     }
@@ -64,18 +63,18 @@ pub fn check(samples: &Samples, direction: Direction) -> Result<(), FitError> {
 
 /// Whether the force bends where that of the softest tire does: degrees or percent, taken for radians or ratios, show the first few
 /// hundredths of a curve as all of it.
-fn bends(samples: &Samples, largest: f64, unit: &'static str) -> Result<(), FitError> {
+fn check_force_bends(samples: &CurveSamples, largest: f64, unit: &'static str) -> Result<(), FitError> {
     let parts = [[0.0, largest / 3.0], [2.0 * largest / 3.0, largest]];
     let measured = |row: usize| samples.force[row];
-    let [Some(near), Some(far)] = parts.map(|part| Slope::of(samples, part, measured)) else {
+    let [Some(near), Some(far)] = parts.map(|part| OriginSlope::from_samples(samples, part, measured)) else {
         return Ok(());
     };
-    let start = Slope::of(samples, [0.0, STRAIGHT.min(largest / 3.0)], measured);
+    let start = OriginSlope::from_samples(samples, [0.0, STRAIGHT.min(largest / 3.0)], measured);
     if let Some(start) = start.filter(|start| start.value + CHANCE * start.error < SLACK) {
         return Err(FitError::Soft { slope: start.value, least: SLACK, unit });
     }
-    let soft = |row: usize| value(&SOFTEST, samples.slip[row]);
-    let [Some(start), Some(end)] = parts.map(|part| Slope::of(samples, part, soft)) else {
+    let soft = |row: usize| friction_coefficient(&SOFTEST, samples.slip[row]);
+    let [Some(start), Some(end)] = parts.map(|part| OriginSlope::from_samples(samples, part, soft)) else {
         return Ok(());
     };
     let (ratio, softest) = (far.value / near.value, end.value / start.value);
@@ -88,14 +87,18 @@ fn bends(samples: &Samples, largest: f64, unit: &'static str) -> Result<(), FitE
 }
 
 /// Slope of a line through the origin, with its standard error.
-struct Slope {
+struct OriginSlope {
     value: f64,
     error: f64,
 }
 
-impl Slope {
+impl OriginSlope {
     /// Of samples whose slips are of sizes in a range.
-    fn of(samples: &Samples, [low, high]: [f64; 2], force: impl Fn(usize) -> f64) -> Option<Self> {
+    fn from_samples(
+        samples: &CurveSamples,
+        [low, high]: [f64; 2],
+        force: impl Fn(usize) -> f64,
+    ) -> Option<Self> {
         let slip = |row: usize| samples.slip[row];
         let rows = (0..samples.len())
             .filter(|&row| samples.weight[row] > 0.0 && (low..=high).contains(&slip(row).abs()));
@@ -110,7 +113,7 @@ impl Slope {
 }
 
 /// Sizes of the forces that count, in order.
-fn sizes(samples: &Samples) -> Vec<f64> {
+fn sorted_absolute_forces(samples: &CurveSamples) -> Vec<f64> {
     let forces = samples.force.iter().zip(&samples.weight);
     let mut sizes: Vec<f64> =
         forces.filter(|(_, weight)| **weight > 0.0).map(|(force, _)| force.abs()).collect();
@@ -119,11 +122,10 @@ fn sizes(samples: &Samples) -> Vec<f64> {
 }
 
 /// Of slip and force about the origin, and of how many samples.
-fn correlation(samples: &Samples) -> (f64, f64) {
+fn slip_force_correlation(samples: &CurveSamples) -> (f64, f64) {
     let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight);
-    let used: Vec<[f64; 3]> =
-        points.filter(|(_, w)| **w > 0.0).map(|((x, y), w)| [*x, *y, *w]).collect();
-    let limit = OUTLIER * quantile(&sizes(samples), 0.5);
+    let used: Vec<[f64; 3]> = points.filter(|(_, w)| **w > 0.0).map(|((x, y), w)| [*x, *y, *w]).collect();
+    let limit = OUTLIER * quantile(&sorted_absolute_forces(samples), 0.5);
     let [xx, xy, yy] = used.iter().fold([0.0; 3], |[xx, xy, yy], [x, y, w]| {
         let y = y.clamp(-limit, limit);
         [xx + w * x * x, xy + w * x * y, yy + w * y * y]
@@ -134,15 +136,15 @@ fn correlation(samples: &Samples) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
-    fn measured(level: f64) -> Samples {
-        samples(&Excitation { samples: 200, ..Excitation::default() }, level)
+    fn measured(level: f64) -> CurveSamples {
+        synthetic_samples(&SyntheticExcitation { samples: 200, ..SyntheticExcitation::default() }, level)
     }
 
     #[test]
     fn a_tire_passes_and_what_is_none_is_named() {
-        let lateral = |samples: &Samples| check(samples, Direction::Lateral);
+        let lateral = |samples: &CurveSamples| check_plausibility(samples, ForceDirection::Lateral);
         for level in [0.02, 0.2, 1.0] {
             assert_eq!(lateral(&measured(level)), Ok(()));
         }
@@ -169,20 +171,21 @@ mod tests {
         for tire in [car, [15.0, 2.0, 1.5, 0.8, 0.0, 0.0], snow] {
             for largest in [0.5_f64, 0.8, 1.2, 1.5] {
                 for seed in 0..5 {
-                    let excitation = Excitation {
+                    let excitation = SyntheticExcitation {
                         truth: tire,
                         seed,
                         samples: 1000,
                         slip_std: 0.0,
                         force_std: 0.01 * tire[2],
-                        ..Excitation::default()
+                        ..SyntheticExcitation::default()
                     };
-                    let mut degrees = samples(&excitation, largest.to_radians());
-                    assert_eq!(check(&degrees, Direction::Lateral), Ok(()));
+                    let mut degrees = synthetic_samples(&excitation, largest.to_radians());
+                    assert_eq!(check_plausibility(&degrees, ForceDirection::Lateral), Ok(()));
                     degrees.slip.iter_mut().for_each(|slip| *slip = slip.to_degrees());
-                    let error = check(&degrees, Direction::Lateral).expect_err("degrees");
+                    let error = check_plausibility(&degrees, ForceDirection::Lateral).expect_err("degrees");
                     assert!(error.to_string().contains("unit = \"deg\""), "{error}");
-                    let error = check(&degrees, Direction::Longitudinal).expect_err("percent");
+                    let error =
+                        check_plausibility(&degrees, ForceDirection::Longitudinal).expect_err("percent");
                     assert!(error.to_string().contains("unit = \"%\""), "{error}");
                 }
             }
@@ -191,16 +194,16 @@ mod tests {
 
     #[test]
     fn a_few_tenths_of_degrees_of_a_soft_tire_are_too_slack() {
-        let excitation = Excitation {
+        let excitation = SyntheticExcitation {
             truth: [6.0, 1.6, 1.1, -1.2, 0.0, 0.0],
             samples: 1000,
             slip_std: 0.0,
             force_std: 0.01,
-            ..Excitation::default()
+            ..SyntheticExcitation::default()
         };
-        let mut degrees = samples(&excitation, 0.2_f64.to_radians());
+        let mut degrees = synthetic_samples(&excitation, 0.2_f64.to_radians());
         degrees.slip.iter_mut().for_each(|slip| *slip = slip.to_degrees());
-        let error = check(&degrees, Direction::Lateral);
+        let error = check_plausibility(&degrees, ForceDirection::Lateral);
         assert!(matches!(error, Err(FitError::Soft { unit: "deg", .. })), "{error:?}");
     }
 
@@ -209,15 +212,18 @@ mod tests {
         for tire in [SOFTEST, [4.0, 1.0, 0.1, 1.0, 0.0, 0.0], [4.0, 1.5, 0.1, -20.0, 0.0, 0.0]] {
             for (seed, level) in (0..20).flat_map(|seed| [0.1, 0.3, 0.6, 1.2].map(|x| (seed, x))) {
                 let force_std = 0.1 * tire[2];
-                let excitation = Excitation {
+                let excitation = SyntheticExcitation {
                     truth: tire,
                     seed,
                     samples: 300,
                     slip_std: 0.0,
                     force_std,
-                    ..Excitation::default()
+                    ..SyntheticExcitation::default()
                 };
-                assert_eq!(check(&samples(&excitation, level), Direction::Lateral), Ok(()));
+                assert_eq!(
+                    check_plausibility(&synthetic_samples(&excitation, level), ForceDirection::Lateral),
+                    Ok(())
+                );
             }
         }
     }
@@ -226,6 +232,6 @@ mod tests {
     fn an_outlier_is_no_relation_and_hides_none() {
         let mut outlier = measured(0.2);
         outlier.force[199] = -1e6;
-        assert_eq!(check(&outlier, Direction::Lateral), Ok(()));
+        assert_eq!(check_plausibility(&outlier, ForceDirection::Lateral), Ok(()));
     }
 }

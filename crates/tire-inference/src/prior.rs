@@ -37,43 +37,43 @@ impl Prior {
     }
 
     /// In another box; typical values are moved into it.
-    pub fn within(self, bounds: Bounds) -> Self {
+    pub fn with_bounds(self, bounds: Bounds) -> Self {
         let inside = |p: Parameter| bounds.clamp(p, self.centre[p as usize]);
         Self { bounds, centre: Parameter::ALL.map(inside), ..self }
     }
 
     /// Parameters that are estimated, in their order.
-    pub fn free(&self) -> impl Iterator<Item = Parameter> {
+    pub fn free_parameters(&self) -> impl Iterator<Item = Parameter> {
         Parameter::ALL.into_iter().filter(|&parameter| self.free[parameter as usize])
     }
 
     /// The same in the part of its box that holds the tires of the literature, [`Bounds::GOBLIRSCH`]. Verdicts compare widths with
     /// this one, so that no wider box makes a quantity look better known.
-    pub fn literature(&self) -> Self {
-        Self { bounds: self.bounds.and(&Bounds::GOBLIRSCH), ..*self }
+    pub fn restricted_to_literature(&self) -> Self {
+        Self { bounds: self.bounds.intersect(&Bounds::GOBLIRSCH), ..*self }
     }
 
     /// The unit of differences of a parameter: the standard deviation where it is uniform within the bounds of [`Self::literature`].
-    pub fn unit(&self, parameter: Parameter) -> f64 {
-        self.literature().std(parameter)
+    pub fn difference_unit(&self, parameter: Parameter) -> f64 {
+        self.restricted_to_literature().parameter_std(parameter)
     }
 
     /// Standard deviation of a parameter that is uniform within the box.
-    pub fn std(&self, parameter: Parameter) -> f64 {
+    pub fn parameter_std(&self, parameter: Parameter) -> f64 {
         let i = parameter as usize;
         (self.bounds.upper[i] - self.bounds.lower[i]) / 12.0_f64.sqrt()
     }
 
     /// Whether the estimated parameters are in the box.
     pub fn contains(&self, theta: &Theta) -> bool {
-        self.free().all(|parameter| {
+        self.free_parameters().all(|parameter| {
             let i = parameter as usize;
             (self.bounds.lower[i]..=self.bounds.upper[i]).contains(&theta[i])
         })
     }
 
     /// The point whose estimated coordinates are at these shares of the box's edges.
-    pub fn at(&self, shares: &Theta) -> Theta {
+    pub fn interpolate(&self, shares: &Theta) -> Theta {
         let Bounds { lower, upper } = self.bounds;
         std::array::from_fn(|i| {
             if self.free[i] { lower[i] + shares[i] * (upper[i] - lower[i]) } else { self.centre[i] }
@@ -81,8 +81,8 @@ impl Prior {
     }
 
     /// Points that fill the box evenly.
-    pub fn fill(&self, count: usize) -> impl Iterator<Item = Theta> {
+    pub fn space_filling_points(&self, count: usize) -> impl Iterator<Item = Theta> {
         let points = AdditiveRecurrence::new(0);
-        (0..count).map(move |index| self.at(&points.point(index)))
+        (0..count).map(move |index| self.interpolate(&points.point(index)))
     }
 }

@@ -1,9 +1,5 @@
 //! Names the reported quantities of a tire: its parameters and their consequences.
-#![allow(
-    non_snake_case,
-    non_upper_case_globals,
-    reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
-)]
+#![allow(non_snake_case, non_upper_case_globals, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -12,8 +8,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-use crate::kernel::value_and_gradient;
-use crate::parameters::{COUNT, Parameter, Theta, curve};
+use crate::kernel::friction_and_gradient;
+use crate::parameters::{COUNT, Parameter, Theta, magic_formula_from_theta};
 use crate::prior::Prior;
 
 /// A value for each quantity that is known: the parameters that were fitted, and those that follow from them.
@@ -51,17 +47,8 @@ impl Quantity {
     pub const S_v: Self = Self::Parameter(Parameter::S_v);
 
     /// All, in the order of tables.
-    pub const ALL: [Self; 9] = [
-        Self::B,
-        Self::C,
-        Self::D,
-        Self::E,
-        Self::S_h,
-        Self::S_v,
-        Self::K,
-        Self::Peak,
-        Self::PeakSlip,
-    ];
+    pub const ALL: [Self; 9] =
+        [Self::B, Self::C, Self::D, Self::E, Self::S_h, Self::S_v, Self::K, Self::Peak, Self::PeakSlip];
 
     /// What follows from the parameters.
     pub const DERIVED: [Self; 3] = [Self::K, Self::Peak, Self::PeakSlip];
@@ -77,7 +64,7 @@ impl Quantity {
     /// As in results.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Parameter(parameter) => parameter.name(),
+            Self::Parameter(parameter) => parameter.symbol(),
             Self::K => "K",
             Self::Peak => "peak",
             Self::PeakSlip => "peak_slip",
@@ -89,8 +76,8 @@ impl Quantity {
         match self {
             Self::Parameter(parameter) => theta[parameter as usize],
             Self::K => theta[0] * theta[1] * theta[2],
-            Self::Peak => curve(theta).coefficient(Self::PeakSlip.value(theta)),
-            Self::PeakSlip => curve(theta)
+            Self::Peak => magic_formula_from_theta(theta).friction_coefficient(Self::PeakSlip.value(theta)),
+            Self::PeakSlip => magic_formula_from_theta(theta)
                 .peak_slip()
                 .map_or(HIGHEST_PEAK_SLIP, |slip| slip.min(HIGHEST_PEAK_SLIP)),
         }
@@ -105,14 +92,14 @@ impl Quantity {
             }
             Self::K => [C * D, B * D, B * C, 0.0, 0.0, 0.0],
             // The slope at the peak is zero: a moved peak is as high.
-            Self::Peak => value_and_gradient(theta, Self::PeakSlip.value(theta)).1,
+            Self::Peak => friction_and_gradient(theta, Self::PeakSlip.value(theta)).1,
             Self::PeakSlip => peak_slip_gradient(theta),
         }
     }
 
     /// Smallest and largest value in the box of a prior.
-    pub fn range(self, prior: &Prior) -> [f64; 2] {
-        let (lower, upper) = (prior.at(&[0.0; COUNT]), prior.at(&[1.0; COUNT]));
+    pub fn range_in_prior(self, prior: &Prior) -> [f64; 2] {
+        let (lower, upper) = (prior.interpolate(&[0.0; COUNT]), prior.interpolate(&[1.0; COUNT]));
         match self {
             Self::Parameter(parameter) => [lower[parameter as usize], upper[parameter as usize]],
             Self::K => [self.value(&lower), self.value(&upper)],
@@ -192,12 +179,7 @@ mod tests {
                         quantity.value(&theta)
                     };
                     let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-                    assert_relative_eq!(
-                        gradient[i],
-                        difference,
-                        max_relative = 1e-6,
-                        epsilon = 1e-8
-                    );
+                    assert_relative_eq!(gradient[i], difference, max_relative = 1e-6, epsilon = 1e-8);
                 }
             }
         }
@@ -209,14 +191,10 @@ mod tests {
         assert_relative_eq!(Quantity::K.value(&theta), 45.0);
         assert_relative_eq!(Quantity::Peak.value(&theta), 1.5, max_relative = 1e-12);
         // 0.2 z + 0.8 atan z = 1.
-        assert_relative_eq!(
-            Quantity::PeakSlip.value(&theta),
-            1.315_995 / 15.0,
-            max_relative = 1e-6
-        );
-        let [low, high] = Quantity::PeakSlip.range(&Prior::lateral());
+        assert_relative_eq!(Quantity::PeakSlip.value(&theta), 1.315_995 / 15.0, max_relative = 1e-6);
+        let [low, high] = Quantity::PeakSlip.range_in_prior(&Prior::lateral());
         assert!(low > 0.0 && low < 0.02 && high == HIGHEST_PEAK_SLIP);
         let shifted = Prior { free: [true; COUNT], ..Prior::lateral() };
-        assert_eq!(Quantity::PeakSlip.range(&shifted), [0.0, HIGHEST_PEAK_SLIP]);
+        assert_eq!(Quantity::PeakSlip.range_in_prior(&shifted), [0.0, HIGHEST_PEAK_SLIP]);
     }
 }

@@ -18,13 +18,13 @@ pub struct Regularisation {
 impl Regularisation {
     /// Towards the typical values of a prior; `None` without a weight.
     pub fn towards_typical(prior: &Prior, weight: f64) -> Option<Self> {
-        let towards = Normal::diagonal(prior.centre, units(prior));
+        let towards = Normal::diagonal(prior.centre, parameter_units(prior));
         (weight > 0.0).then_some(Self { towards, weight })
     }
 
     /// What it adds to a cost, and its gradient. The Hessian is `weight` times the precision.
-    pub fn at(&self, theta: &Theta) -> (f64, Theta) {
-        let (distance, gradient) = self.towards.distance(theta);
+    pub fn cost_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
+        let (distance, gradient) = self.towards.squared_mahalanobis_distance(theta);
         (0.5 * self.weight * distance, gradient.map(|slope| self.weight * slope))
     }
 
@@ -47,11 +47,11 @@ pub struct AxleCoupling {
 impl AxleCoupling {
     /// In the units of a prior.
     pub fn new(prior: &Prior, weight: f64) -> Self {
-        Self { weight, unit: units(prior) }
+        Self { weight, unit: parameter_units(prior) }
     }
 
     /// What a parameter of both axles adds to a cost, its derivative with respect to that of the front axle, and the second one.
-    pub fn at(&self, parameter: Parameter, front: f64, rear: f64) -> [f64; 3] {
+    pub fn cost_and_derivatives(&self, parameter: Parameter, front: f64, rear: f64) -> [f64; 3] {
         let unit = self.unit[parameter as usize];
         let difference = (front - rear) / unit;
         let slope = self.weight * difference;
@@ -65,8 +65,8 @@ impl AxleCoupling {
     }
 }
 
-fn units(prior: &Prior) -> Theta {
-    Parameter::ALL.map(|parameter| prior.unit(parameter))
+fn parameter_units(prior: &Prior) -> Theta {
+    Parameter::ALL.map(|parameter| prior.difference_unit(parameter))
 }
 
 #[cfg(test)]
@@ -81,13 +81,13 @@ mod tests {
         let regularisation = Regularisation::towards_typical(&prior, 3.0).expect("a weight");
         let coupling = AxleCoupling::new(&prior, 3.0);
         for parameter in Parameter::ALL {
-            let (from, unit) = (prior.centre[parameter as usize], prior.unit(parameter));
+            let (from, unit) = (prior.centre[parameter as usize], prior.difference_unit(parameter));
             let mut theta = prior.centre;
             theta[parameter as usize] += unit;
-            let (cost, gradient) = regularisation.at(&theta);
+            let (cost, gradient) = regularisation.cost_and_gradient(&theta);
             assert_relative_eq!(cost, 1.5, max_relative = 1e-9);
             assert_relative_eq!(gradient[parameter as usize] * unit, 3.0, max_relative = 1e-9);
-            let [cost, slope, bend] = coupling.at(parameter, from + unit, from);
+            let [cost, slope, bend] = coupling.cost_and_derivatives(parameter, from + unit, from);
             assert_relative_eq!(cost, 1.5, max_relative = 1e-9);
             assert_relative_eq!(slope * unit, 3.0, max_relative = 1e-9);
             assert_relative_eq!(bend * unit * unit, 3.0, max_relative = 1e-9);

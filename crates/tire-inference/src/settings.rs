@@ -1,24 +1,25 @@
 //! Says how a tire curve is to be identified.
 
 use numerics::loss::Loss;
-use preparation::direction::Direction;
-use preparation::samples::Samples;
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::fit::{
-    Constraints, FitError, FitOptions, Problem, SlipNoise, Solution, least_squares, nelder_mead,
+    CurveConstraints, CurveFitProblem, FitError, FitOptions, FitSolution, SlipNoise, least_squares,
+    nelder_mead,
 };
 use crate::parameters::Normal;
 use crate::plausibility;
 use crate::prior::Prior;
 use crate::regularisation::Regularisation;
-use crate::variational::Optimiser;
+use crate::variational::ElboOptimiser;
 
 /// Method of the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum FitMethod {
     /// Constrained least squares from several starts; the uncertainty is that of the exact posterior.
     LeastSquares,
     /// Simplex search of Nelder and Mead within the bounds, for comparison with the literature.
@@ -30,7 +31,7 @@ pub enum Method {
     Reference,
 }
 
-impl Method {
+impl FitMethod {
     /// As in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -54,13 +55,13 @@ impl Method {
 
 /// How a curve is identified.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct IdentificationSettings {
     /// Which force.
-    pub direction: Direction,
+    pub direction: ForceDirection,
     /// What is known before any data.
     pub prior: Prior,
     /// What physics says beside the bounds.
-    pub constraints: Constraints,
+    pub constraints: CurveConstraints,
     /// What draws the fit towards typical values.
     pub regularisation: Option<Regularisation>,
     /// What an earlier run or a test bench found. It counts as data: in the fit, the posterior and the verdicts.
@@ -74,41 +75,41 @@ pub struct Settings {
     /// How the optimum is searched.
     pub options: FitOptions,
     /// How variational inference raises its bound.
-    pub svi: Optimiser,
+    pub svi: ElboOptimiser,
 }
 
-impl Settings {
+impl IdentificationSettings {
     /// Plain least squares with the usual prior.
-    pub fn new(direction: Direction) -> Self {
+    pub fn new(direction: ForceDirection) -> Self {
         let prior = match direction {
-            Direction::Lateral => Prior::lateral(),
-            Direction::Longitudinal => Prior::longitudinal(),
+            ForceDirection::Lateral => Prior::lateral(),
+            ForceDirection::Longitudinal => Prior::longitudinal(),
         };
         Self {
             direction,
             prior,
-            constraints: Constraints::default(),
+            constraints: CurveConstraints::default(),
             regularisation: None,
             prior_from_file: None,
             loss: Loss::Square,
             slip_noise: None,
             hold: true,
             options: FitOptions::default(),
-            svi: Optimiser::default(),
+            svi: ElboOptimiser::default(),
         }
     }
 
     /// What is fitted, with what is known in `prior`. The prior from a file counts if it has a weight: the variance of the noise
     /// for a sum of squares, 1 for a likelihood.
-    pub fn problem<'a>(
+    pub fn fit_problem<'a>(
         &self,
-        samples: &'a Samples,
+        samples: &'a CurveSamples,
         prior: &Prior,
         weight: Option<f64>,
-    ) -> Problem<'a> {
+    ) -> CurveFitProblem<'a> {
         let found = self.prior_from_file.zip(weight);
         let found = found.map(|(towards, weight)| Regularisation { towards, weight });
-        Problem {
+        CurveFitProblem {
             samples,
             bounds: prior.bounds,
             free: prior.free,
@@ -124,9 +125,9 @@ impl Settings {
     ///
     /// # Errors
     /// With the first mistake, see [`FitError`].
-    pub fn check(&self, samples: &Samples) -> Result<(), FitError> {
-        self.problem(samples, &self.prior, None).check()?;
-        plausibility::check(samples, self.direction)
+    pub fn check(&self, samples: &CurveSamples) -> Result<(), FitError> {
+        self.fit_problem(samples, &self.prior, None).check()?;
+        plausibility::check_plausibility(samples, self.direction)
     }
 
     /// Fits by a method, which Nelder and Mead do without constraints and noise in the slip. What is about the posterior
@@ -136,15 +137,15 @@ impl Settings {
     /// If samples or settings leave nothing to fit, see [`FitError`].
     pub fn fit(
         &self,
-        samples: &Samples,
+        samples: &CurveSamples,
         prior: &Prior,
-        method: Method,
-    ) -> Result<Solution, FitError> {
+        method: FitMethod,
+    ) -> Result<FitSolution, FitError> {
         let mut solution = self.fit_once(samples, prior, method, None)?;
         if self.prior_from_file.is_some() {
             // The noise of the free fit, then that of the one that knows of the prior: its estimate hardly moves again.
             for _ in 0..2 {
-                let variance = Some(self.loss.variance(solution.noise_std));
+                let variance = Some(self.loss.cost_divisor(solution.noise_std));
                 solution = self.fit_once(samples, prior, method, variance)?;
             }
         }
@@ -153,24 +154,27 @@ impl Settings {
 
     fn fit_once(
         &self,
-        samples: &Samples,
+        samples: &CurveSamples,
         prior: &Prior,
-        method: Method,
+        method: FitMethod,
         variance: Option<f64>,
-    ) -> Result<Solution, FitError> {
+    ) -> Result<FitSolution, FitError> {
         let weight = match method {
-            Method::LeastSquares if self.slip_noise.is_some() => Some(1.0),
+            FitMethod::LeastSquares if self.slip_noise.is_some() => Some(1.0),
             _ => variance,
         };
-        let problem = self.problem(samples, prior, weight);
+        let problem = self.fit_problem(samples, prior, weight);
         match method {
-            Method::LeastSquares | Method::Svi | Method::Reference => {
+            FitMethod::LeastSquares | FitMethod::Svi | FitMethod::Reference => {
                 least_squares(&problem, &self.options)
             }
-            Method::NelderMead => {
-                let constraints = Constraints::default();
-                let plain = Problem { constraints, slip_noise: None, ..problem };
-                nelder_mead::fit(&plain, &FitOptions { start: Some(prior.centre), ..self.options })
+            FitMethod::NelderMead => {
+                let constraints = CurveConstraints::default();
+                let plain = CurveFitProblem { constraints, slip_noise: None, ..problem };
+                nelder_mead::fit_nelder_mead(
+                    &plain,
+                    &FitOptions { start: Some(prior.centre), ..self.options },
+                )
             }
         }
     }

@@ -1,17 +1,17 @@
 //! Makes points of a tire curve whose truth is known.
 
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{Theta, Tire, by_parameter, curve, from_parameters};
+use crate::parameters::{Theta, Tire, by_parameter, from_parameters, magic_formula_from_theta};
 
 /// Judges each parameter by synthetic data: slips evenly from 0 to a level, with noise in slip and in force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Excitation {
+pub struct SyntheticExcitation {
     /// The tire: B, C, D, E and, if not 0, S_h and S_v.
     #[serde(serialize_with = "by_parameter", deserialize_with = "from_parameters")]
     #[schemars(with = "Tire")]
@@ -28,7 +28,7 @@ pub struct Excitation {
     pub seed: u64,
 }
 
-impl Default for Excitation {
+impl Default for SyntheticExcitation {
     /// The tire of the paper's Table II. The paper states neither the noise nor how many points it used; these are ours.
     fn default() -> Self {
         let levels = [1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 75, 90, 100]
@@ -45,19 +45,15 @@ impl Default for Excitation {
 }
 
 /// The data of one level. Without noise where a standard deviation is not a positive number.
-pub fn samples(excitation: &Excitation, level: f64) -> Samples {
+pub fn synthetic_samples(excitation: &SyntheticExcitation, level: f64) -> CurveSamples {
     let mut random = Pcg64::new(u128::from(excitation.seed), (level * 1e4).round() as u128);
-    let mut noise =
-        |std: f64| Normal::new(0.0, std).map_or(0.0, |normal| normal.sample(&mut random));
-    let tire = curve(&excitation.truth);
+    let mut noise = |std: f64| Normal::new(0.0, std).map_or(0.0, |normal| normal.sample(&mut random));
+    let tire = magic_formula_from_theta(&excitation.truth);
     let (slip, force) = (0..excitation.samples)
         .map(|i| level * i as f64 / (excitation.samples.max(2) - 1) as f64)
         .map(|slip| {
-            (
-                slip + noise(excitation.slip_std),
-                tire.coefficient(slip) + noise(excitation.force_std),
-            )
+            (slip + noise(excitation.slip_std), tire.friction_coefficient(slip) + noise(excitation.force_std))
         })
         .unzip();
-    Samples::new(slip, force)
+    CurveSamples::new(slip, force)
 }

@@ -9,25 +9,25 @@ pub mod report;
 use std::time::Instant;
 
 use nalgebra::DMatrix;
-use numerics::convergence::Status;
+use numerics::convergence::OptimisationStatus;
 use numerics::low_discrepancy::normal_points;
-use numerics::resampling::systematic;
+use numerics::resampling::systematic_resample;
 use numerics::variational::LogDensity;
-use numerics::variational::adam::climb;
-use numerics::variational::assessment::{self, Draws, Tails};
+use numerics::variational::adam::fit_gaussian_by_adam;
+use numerics::variational::assessment::{self, GaussianDraws, ProposalTails};
 use numerics::variational::gaussian::Gaussian;
-use numerics::variational::newton::{self, GaussianFit, Limits};
-use preparation::samples::Samples;
+use numerics::variational::newton::{self, GaussianFit, NewtonLimits};
+use preparation::samples::CurveSamples;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::compressed::CompressedSamples;
-use crate::density::{Minibatch, TireDensity};
+use crate::density::{MinibatchPosterior, TireLogPosterior};
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use adam::Adam;
-use report::{Suspicion, VariationalReport};
+use report::{NonNormalityEvidence, VariationalReport};
 
 /// Draws that judge the fit, as many as the exact posterior gives.
 const DRAWS: usize = 8192;
@@ -40,7 +40,7 @@ const MOST_POINTS: usize = 1024;
 /// Optimiser of the evidence lower bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "optimiser", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Optimiser {
+pub enum ElboOptimiser {
     /// Natural gradients from all points, until the dimensionless gradient is below 0.01.
     #[default]
     Newton,
@@ -50,9 +50,9 @@ pub enum Optimiser {
 
 /// What is known before the fit.
 #[derive(Clone, Copy)]
-pub struct Start<'a> {
+pub struct VariationalStart<'a> {
     /// The samples.
-    pub samples: &'a Samples,
+    pub samples: &'a CurveSamples,
     /// The same samples.
     pub data: &'a CompressedSamples,
     /// What is known before any data.
@@ -63,7 +63,7 @@ pub struct Start<'a> {
 
 /// A normal distribution in place of the posterior.
 #[derive(Clone, Debug)]
-pub struct Variational {
+pub struct VariationalPosterior {
     /// Draws from it.
     pub gaussian: PosteriorSamples,
     /// Draws from it with heavier tails, weighted by the posterior: what remains of its error where it is close.
@@ -73,52 +73,66 @@ pub struct Variational {
 }
 
 /// Fits the distribution, and judges it.
-pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
+pub fn fit_variational(start: VariationalStart, optimiser: ElboOptimiser, seed: u64) -> VariationalPosterior {
     let begin = Instant::now();
-    let Start { samples, data, prior, best: (theta, noise_std) } = start;
-    let density = TireDensity::new(data, prior);
-    let limits = Limits { tolerance: 1e-2, steps: 100 };
+    let VariationalStart { samples, data, prior, best: (theta, noise_std) } = start;
+    let density = TireLogPosterior::new(data, prior);
+    let limits = NewtonLimits { tolerance: 1e-2, steps: 100 };
     let dimension = density.dimension();
     let fewest = (POINTS * dimension * dimension).next_power_of_two().max(FEWEST_POINTS);
     let fit = |count: usize| {
         let points = normal_points(dimension, count, seed);
         match optimiser {
-            Optimiser::Newton => {
-                let mode = density.point(theta, noise_std);
-                let information = density.information(&mode);
+            ElboOptimiser::Newton => {
+                let mode = density.unbounded_coordinates(theta, noise_std);
+                let information = density.information_matrix(&mode);
                 // The information is positive definite unless its numbers overflow.
                 let laplace = Gaussian::laplace(mode.clone(), information);
                 let wide = Gaussian { mean: mode, factor: DMatrix::identity(dimension, dimension) };
-                newton::maximise(&density, laplace.unwrap_or(wide), &points, limits)
+                newton::maximise_elbo(&density, laplace.unwrap_or(wide), &points, limits)
             }
-            Optimiser::Adam(adam) => {
+            ElboOptimiser::Adam(adam) => {
                 let from = Gaussian {
-                    mean: density.point(&adam.start.unwrap_or(prior.centre), 0.1),
+                    mean: density.unbounded_coordinates(&adam.start.unwrap_or(prior.centre), 0.1),
                     factor: DMatrix::identity(dimension, dimension),
                 };
                 let size = adam.batch.unwrap_or(samples.len()).max(1);
-                let batch = Minibatch { whole: &density, samples, size };
+                let batch = MinibatchPosterior { whole: &density, samples, size };
                 let judge = (&density, &points, limits);
                 match adam.batch {
-                    None => climb(&adam.schedule(), &|x, _| density.at(x), from, judge, seed),
-                    Some(_) => climb(&adam.schedule(), &|x, r| batch.at(x, r), from, judge, seed),
+                    None => fit_gaussian_by_adam(
+                        &adam.schedule(),
+                        &|x, _| density.log_density_and_gradient(x),
+                        from,
+                        judge,
+                        seed,
+                    ),
+                    Some(_) => fit_gaussian_by_adam(
+                        &adam.schedule(),
+                        &|x, r| batch.estimate_log_posterior(x, r),
+                        from,
+                        judge,
+                        seed,
+                    ),
                 }
             }
         }
     };
-    let worth_more =
-        |fitted: &GaussianFit| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
-    let judged = assessment::fit(&density, fit, [fewest, MOST_POINTS], worth_more, DRAWS, seed);
+    let worth_more = |fitted: &GaussianFit| {
+        fitted.status == OptimisationStatus::Converged && optimiser == ElboOptimiser::Newton
+    };
+    let judged =
+        assessment::fit_and_assess_gaussian(&density, fit, [fewest, MOST_POINTS], worth_more, DRAWS, seed);
     let drawn = &judged.draws.points;
-    let gaussian = PosteriorSamples { samples: drawn.iter().map(|x| density.theta(x)).collect() };
+    let gaussian = PosteriorSamples { samples: drawn.iter().map(|x| density.theta_at(x)).collect() };
     let noise_std = drawn.iter().map(|x| density.noise_std(x) / DRAWS as f64).sum();
-    let heavy = Draws::new(&density, &judged.fitted.gaussian, Tails::Heavy, DRAWS, seed);
-    let chosen = systematic(&heavy.weights, DRAWS, seed).into_iter();
+    let heavy = GaussianDraws::new(&density, &judged.fitted.gaussian, ProposalTails::Heavy, DRAWS, seed);
+    let chosen = systematic_resample(&heavy.weights, DRAWS, seed).into_iter();
     let corrected =
-        PosteriorSamples { samples: chosen.map(|i| density.theta(&heavy.points[i])).collect() };
+        PosteriorSamples { samples: chosen.map(|i| density.theta_at(&heavy.points[i])).collect() };
     let mut report = VariationalReport::new(&judged, heavy.diagnosis, &gaussian, prior, noise_std);
     report.evaluations += DRAWS;
     report.seconds = begin.elapsed().as_secs_f64();
-    report.suspect(&Suspicion::default());
-    Variational { gaussian, corrected, report }
+    report.apply_evidence(&NonNormalityEvidence::default());
+    VariationalPosterior { gaussian, corrected, report }
 }

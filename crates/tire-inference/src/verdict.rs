@@ -11,18 +11,18 @@ mod active_bounds;
 mod doubled_noise;
 mod reason;
 
-pub use numerics::identifiability::Verdict;
+pub use numerics::identifiability::Identifiability;
 use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED, NEGLIGIBLE_PRIOR_SHIFT};
-use numerics::statistics::{interval, mean, quantile, std};
-use preparation::direction::Direction;
+use numerics::statistics::{central_95_percent_interval, mean, quantile, std};
+use preparation::direction::ForceDirection;
 use serde::Serialize;
 
 use crate::compressed::CompressedSamples;
-use crate::curve_profile::Profiler;
-use crate::parameters::{Theta, curve};
+use crate::curve_profile::CurveProfiler;
+use crate::parameters::{Theta, magic_formula_from_theta};
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
-use crate::profile::Profile;
+use crate::profile::LikelihoodProfile;
 use crate::quantity::Quantity;
 pub use active_bounds::ActiveBounds;
 pub use doubled_noise::DoubledNoise;
@@ -30,11 +30,11 @@ use doubled_noise::DoubledNoisePosterior;
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Judgement {
+pub struct QuantityJudgement {
     /// What is judged.
     pub quantity: Quantity,
     /// Whether the data can tell.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
     /// Why, in a sentence or two.
     pub reason: String,
     /// Mean of the posterior.
@@ -48,7 +48,7 @@ pub struct Judgement {
     pub width_ratio: f64,
     /// Criterion (b); absent where the profile was not followed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile: Option<Profile>,
+    pub profile: Option<LikelihoodProfile>,
     /// Value of another optimum that the data do not rule out, where the draws do not show it.
     pub rival: Option<f64>,
     /// Criterion (c): standard deviations by which half or double the width of the prior moves the mean; absent without draws of the
@@ -64,7 +64,7 @@ pub struct Judgement {
 
 /// What was measured, for judging it.
 #[derive(Clone, Copy, Debug)]
-pub struct Evidence<'a> {
+pub struct MeasurementEvidence<'a> {
     /// The samples.
     pub data: &'a CompressedSamples,
     /// Smallest and largest slip.
@@ -72,26 +72,27 @@ pub struct Evidence<'a> {
     /// Standard deviation of the noise of the friction coefficient [-].
     pub noise_std: f64,
     /// Which force.
-    pub direction: Direction,
+    pub direction: ForceDirection,
 }
 
 /// Judges all free parameters, and what follows from them. `optimum` is the result of a fit, or any guess.
-pub fn judge(
-    evidence: &Evidence,
+pub fn judge_quantities(
+    evidence: &MeasurementEvidence,
     prior: &Prior,
     posterior: &PosteriorSamples,
     optimum: &Theta,
-) -> Vec<Judgement> {
-    let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
-    let before = PosteriorSamples { samples: prior.literature().fill(4096).collect() };
+) -> Vec<QuantityJudgement> {
+    let profiler = CurveProfiler::new(evidence.data, prior, posterior, optimum);
+    let before =
+        PosteriorSamples { samples: prior.restricted_to_literature().space_filling_points(4096).collect() };
     let lessons = ExpectedInformation::new(evidence, posterior);
-    let pressed = ActiveBounds::new(evidence.data, prior, profiler.likeliest());
+    let pressed = ActiveBounds::new(evidence.data, prior, profiler.likeliest_tire());
     let one = |quantity: Quantity| {
-        let values = posterior.values(quantity);
-        let stated = interval(values.clone());
+        let values = posterior.quantity_values(quantity);
+        let stated = central_95_percent_interval(values.clone());
         let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
-        let rival = profiler.rivals().iter().map(|theta| quantity.value(theta)).find(outside);
-        let profile = profiler.profile(quantity, &values);
+        let rival = profiler.rival_optima().iter().map(|theta| quantity.value(theta)).find(outside);
+        let profile = profiler.profile_quantity(quantity, &values);
         // Neither the volume of the box nor a ridge that the profile does not see makes it narrower than the other says.
         let interval = [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)];
         let known = QuantityStatistics {
@@ -99,32 +100,30 @@ pub fn judge(
             mean: mean(&values),
             std: std(&values),
             interval,
-            width_ratio: width(quantity, prior, &values, &before),
+            width_ratio: posterior_width_ratio(quantity, prior, &values, &before),
             profile: Some(profile),
             rival,
             prior_shift: Some(prior_shift(prior, posterior, &values)),
             noisier: None,
         };
-        (known, lessons.best(&values))
+        (known, lessons.most_informative_slip(&values))
     };
-    let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
+    let quantities = prior.free_parameters().map(Quantity::Parameter).chain(Quantity::DERIVED);
     let mut found: Vec<(QuantityStatistics, Option<f64>)> = quantities.map(one).collect();
-    let identified = |known: &QuantityStatistics| known.verdict() == Verdict::Identified;
+    let identified = |known: &QuantityStatistics| known.verdict() == Identifiability::Identified;
     let near = |known: &QuantityStatistics| {
         identified(known)
-            && known
-                .prior_shift
-                .is_some_and(|shift| doubled_noise::is_near(shift, known.width_ratio))
+            && known.prior_shift.is_some_and(|shift| doubled_noise::is_near(shift, known.width_ratio))
     };
     if found.iter().any(|(known, _)| near(known)) {
-        let doubled = DoubledNoisePosterior::new(evidence.data, prior, profiler.likeliest());
+        let doubled = DoubledNoisePosterior::new(evidence.data, prior, profiler.likeliest_tire());
         for (known, _) in found.iter_mut().filter(|(known, _)| identified(known)) {
-            known.noisier = Some(doubled.of(known.quantity, prior, &before));
+            known.noisier = Some(doubled.statistics(known.quantity, prior, &before));
         }
     }
     let judged = |(known, drive): (QuantityStatistics, Option<f64>)| {
-        let judgement = known.judge(prior, &reason::advise(drive, evidence));
-        pressed.judge(Judgement { drive, ..judgement })
+        let judgement = known.into_judgement(prior, &reason::advise_on_driving(drive, evidence));
+        pressed.cap_judgement(QuantityJudgement { drive, ..judgement })
     };
     found.into_iter().map(judged).collect()
 }
@@ -143,7 +142,7 @@ pub struct QuantityStatistics {
     /// Criterion (a).
     pub width_ratio: f64,
     /// Criterion (b).
-    pub profile: Option<Profile>,
+    pub profile: Option<LikelihoodProfile>,
     /// Value of another optimum.
     pub rival: Option<f64>,
     /// Criterion (c).
@@ -154,12 +153,12 @@ pub struct QuantityStatistics {
 
 impl QuantityStatistics {
     /// The judgement, with advice on what to drive for a quantity that is not identified.
-    pub fn judge(self, prior: &Prior, advice: &str) -> Judgement {
+    pub fn into_judgement(self, prior: &Prior, advice: &str) -> QuantityJudgement {
         let verdict = self.verdict();
-        let reason = reason::explain(&self, verdict, prior, advice);
+        let reason = reason::explain_verdict(&self, verdict, prior, advice);
         let Self { quantity, mean, std, interval, .. } = self;
         let Self { width_ratio, profile, rival, prior_shift, noisier, .. } = self;
-        Judgement {
+        QuantityJudgement {
             quantity,
             verdict,
             reason,
@@ -176,43 +175,51 @@ impl QuantityStatistics {
     }
 
     /// Whether the data can tell.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> Identifiability {
         let closed = self.profile.as_ref().is_none_or(|p| p.lower.closed && p.upper.closed);
         let alone = closed && self.rival.is_none();
-        let steady = self.noisier.is_none_or(|noisier| noisier.tells());
-        let unmoved = self.prior_shift.is_none_or(|shift| {
-            shift < MAX_PRIOR_SHIFT || shift * self.width_ratio < NEGLIGIBLE_PRIOR_SHIFT
-        });
+        let steady = self.noisier.is_none_or(|noisier| noisier.is_identified());
+        let unmoved = self
+            .prior_shift
+            .is_none_or(|shift| shift < MAX_PRIOR_SHIFT || shift * self.width_ratio < NEGLIGIBLE_PRIOR_SHIFT);
         // Written so that a NaN is never a success.
         match (self.width_ratio < MAX_WIDTH_IDENTIFIED, alone && unmoved && steady) {
-            (true, true) => Verdict::Identified,
-            (true, false) => Verdict::Weak,
-            (false, _) => Verdict::NotIdentifiable,
+            (true, true) => Identifiability::Identified,
+            (true, false) => Identifiability::Weak,
+            (false, _) => Identifiability::NotIdentifiable,
         }
     }
 }
 
 /// Criterion (a), from draws of the posterior and of the prior: of parameters standard deviations; of what follows from them, whose
 /// prior has long tails, the middle 68 %.
-pub fn width(quantity: Quantity, prior: &Prior, values: &[f64], before: &PosteriorSamples) -> f64 {
+pub fn posterior_width_ratio(
+    quantity: Quantity,
+    prior: &Prior,
+    values: &[f64],
+    before: &PosteriorSamples,
+) -> f64 {
     match quantity {
-        Quantity::Parameter(parameter) => std(values) / prior.unit(parameter),
-        _ => middle(values.to_vec()) / middle(before.values(quantity)),
+        Quantity::Parameter(parameter) => std(values) / prior.difference_unit(parameter),
+        _ => {
+            central_68_percent_width(values.to_vec())
+                / central_68_percent_width(before.quantity_values(quantity))
+        }
     }
 }
 
 /// Criterion (a), where only a standard deviation is known.
-pub fn width_of_std(quantity: Quantity, prior: &Prior, std: f64, before: &PosteriorSamples) -> f64 {
+pub fn width_ratio_from_std(quantity: Quantity, prior: &Prior, std: f64, before: &PosteriorSamples) -> f64 {
     /// The middle 68 % of the standard normal distribution.
     const MIDDLE: f64 = 1.988_915_7;
     match quantity {
-        Quantity::Parameter(parameter) => std / prior.unit(parameter),
-        _ => MIDDLE * std / middle(before.values(quantity)),
+        Quantity::Parameter(parameter) => std / prior.difference_unit(parameter),
+        _ => MIDDLE * std / central_68_percent_width(before.quantity_values(quantity)),
     }
 }
 
 /// The width of the middle 68 %.
-fn middle(mut values: Vec<f64>) -> f64 {
+fn central_68_percent_width(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, 0.84) - quantile(&values, 0.16)
 }
@@ -222,18 +229,16 @@ fn middle(mut values: Vec<f64>) -> f64 {
 pub fn prior_shift(prior: &Prior, posterior: &PosteriorSamples, values: &[f64]) -> f64 {
     let distance = |theta: &Theta| -> f64 {
         prior
-            .free()
-            .map(|p| ((theta[p as usize] - prior.centre[p as usize]) / prior.std(p)).powi(2))
+            .free_parameters()
+            .map(|p| ((theta[p as usize] - prior.centre[p as usize]) / prior.parameter_std(p)).powi(2))
             .sum()
     };
     let distances: Vec<f64> = posterior.samples.iter().map(distance).collect();
     let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
     let mean = |width: f64| {
-        let weights =
-            distances.iter().map(|distance| (-0.5 * (distance - nearest) / (width * width)).exp());
-        let (sum, whole) = weights
-            .zip(values)
-            .fold((0.0, 0.0), |(s, w), (weight, v)| (s + weight * v, w + weight));
+        let weights = distances.iter().map(|distance| (-0.5 * (distance - nearest) / (width * width)).exp());
+        let (sum, whole) =
+            weights.zip(values).fold((0.0, 0.0), |(s, w), (weight, v)| (s + weight * v, w + weight));
         sum / whole
     };
     let usual = mean(1.0);
@@ -250,12 +255,15 @@ struct ExpectedInformation {
 }
 
 impl ExpectedInformation {
-    fn new(evidence: &Evidence, posterior: &PosteriorSamples) -> Self {
+    fn new(evidence: &MeasurementEvidence, posterior: &PosteriorSamples) -> Self {
         let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
         let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();
         let predict = |&slip: &f64| {
-            let values: Vec<f64> =
-                posterior.samples.iter().map(|theta| curve(theta).coefficient(slip)).collect();
+            let values: Vec<f64> = posterior
+                .samples
+                .iter()
+                .map(|theta| magic_formula_from_theta(theta).friction_coefficient(slip))
+                .collect();
             let mean = mean(&values);
             values.into_iter().map(|value| value - mean).collect()
         };
@@ -267,10 +275,10 @@ impl ExpectedInformation {
 
     /// The slip that lowers the variance of a quantity most, by the best linear estimate: over all draws, so that it
     /// does not hang on the slope at one point that may be wrong.
-    fn best(&self, values: &[f64]) -> Option<f64> {
+    fn most_informative_slip(&self, values: &[f64]) -> Option<f64> {
         let gain = |(predictions, variance): (&Vec<f64>, &f64)| {
-            let covariance = predictions.iter().zip(values).map(|(f, q)| f * q).sum::<f64>()
-                / values.len() as f64;
+            let covariance =
+                predictions.iter().zip(values).map(|(f, q)| f * q).sum::<f64>() / values.len() as f64;
             covariance * covariance / variance
         };
         let gains = self.predictions.iter().zip(&self.variances).map(gain);

@@ -7,8 +7,8 @@
 
 use std::fmt;
 
-use numerics::text::significant;
-use preparation::Series;
+use numerics::text::format_significant;
+use preparation::PointTimeSeries;
 use serde::Serialize;
 
 use crate::local::{StretchFit, StretchPrior};
@@ -54,7 +54,7 @@ pub enum CurveVerdict {
 /// Why a window does not tell the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Obstacle {
+pub enum CurveObstacle {
     /// Too few rows with load and speed, or no slip at all.
     Nothing,
     /// One side has less than half of the force of the other.
@@ -65,7 +65,7 @@ pub enum Obstacle {
     Wide,
 }
 
-impl fmt::Display for Obstacle {
+impl fmt::Display for CurveObstacle {
     fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
         to.write_str(match self {
             Self::Nothing => "There are too few rows with a slip. Drive corners.",
@@ -80,7 +80,7 @@ impl fmt::Display for Obstacle {
 
 /// What a window tells of one axle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Window {
+pub struct WindowJudgement {
     /// B, C, D, E and shifts of 0, at the nominal load and without a longitudinal force; absent without rows.
     #[serde(skip)]
     pub theta: Option<Theta>,
@@ -91,49 +91,43 @@ pub struct Window {
     /// Whether the curve is told.
     pub verdict: CurveVerdict,
     /// Why not.
-    pub obstacle: Option<Obstacle>,
+    pub obstacle: Option<CurveObstacle>,
     /// That in a sentence.
     pub reason: String,
 }
 
-impl Window {
+impl WindowJudgement {
     /// Judges the points of a window, at the nominal load of the axle [N].
-    pub fn of(series: &Series, nominal: f64, claim: &CurveRequirement) -> Self {
+    pub fn judge(series: &PointTimeSeries, nominal: f64, claim: &CurveRequirement) -> Self {
         let Some(local) = StretchFit::fit(series, nominal, &claim.usual) else {
-            return Self::new(None, [0.0; 2], f64::INFINITY, Some(Obstacle::Nothing));
+            return Self::new(None, [0.0; 2], f64::INFINITY, Some(CurveObstacle::Nothing));
         };
         let [low, high] = local.slip;
-        let ends = local.slip.map(|slip| local.value(slip));
-        let slips = places(local.slip);
-        let largest = slips.iter().map(|slip| local.value(*slip).abs()).fold(0.0, f64::max);
-        let variance = |slip: &f64| local.variance_at(*slip, claim.scatter);
+        let ends = local.slip.map(|slip| local.friction_coefficient(slip));
+        let slips = evenly_spaced_slips(local.slip);
+        let largest = slips.iter().map(|slip| local.friction_coefficient(*slip).abs()).fold(0.0, f64::max);
+        let variance = |slip: &f64| local.friction_variance(*slip, claim.scatter);
         let widest = slips.iter().map(variance).fold(0.0, f64::max);
         let half_width = NORMAL_95 * widest.sqrt() / largest;
         let [B, C, D, ..] = local.theta;
-        let one_sided =
-            low >= 0.0 || high <= 0.0 || ends.iter().any(|end| end.abs() < BOTH_SIDES * largest);
+        let one_sided = low >= 0.0 || high <= 0.0 || ends.iter().any(|end| end.abs() < BOTH_SIDES * largest);
         let obstacle = if one_sided {
-            Some(Obstacle::OneSided)
+            Some(CurveObstacle::OneSided)
         } else if (ends[1] - ends[0]) / (high - low) > BENT * B * C * D {
-            Some(Obstacle::Straight)
+            Some(CurveObstacle::Straight)
         } else {
             let wide = half_width.is_nan() || half_width > claim.tolerance;
-            wide.then_some(Obstacle::Wide)
+            wide.then_some(CurveObstacle::Wide)
         };
         Self::new(Some(local.theta), local.slip, half_width, obstacle)
     }
 
-    fn new(
-        theta: Option<Theta>,
-        slip: [f64; 2],
-        half_width: f64,
-        obstacle: Option<Obstacle>,
-    ) -> Self {
-        let width = significant(100.0 * half_width, 2);
+    fn new(theta: Option<Theta>, slip: [f64; 2], half_width: f64, obstacle: Option<CurveObstacle>) -> Self {
+        let width = format_significant(100.0 * half_width, 2);
         let reason = match obstacle {
             None => format!("The curve is known within {width} % of its largest force."),
-            Some(Obstacle::Wide) => {
-                format!("{} It is ± {width} % of the largest force.", Obstacle::Wide)
+            Some(CurveObstacle::Wide) => {
+                format!("{} It is ± {width} % of the largest force.", CurveObstacle::Wide)
             }
             Some(obstacle) => obstacle.to_string(),
         };
@@ -145,34 +139,34 @@ impl Window {
     }
 
     /// Largest distance from another curve inside the excited slip, over the largest force of that one there [-].
-    pub fn error(&self, truth: &Theta) -> Option<f64> {
+    pub fn curve_error(&self, truth: &Theta) -> Option<f64> {
         let own = self.theta.as_ref()?;
-        let of = |theta: &Theta, slip: f64| crate::kernel::value(theta, slip);
-        let slips = places(self.slip);
+        let of = |theta: &Theta, slip: f64| crate::kernel::friction_coefficient(theta, slip);
+        let slips = evenly_spaced_slips(self.slip);
         let largest = slips.iter().map(|slip| of(truth, *slip).abs()).fold(0.0, f64::max);
         let apart = slips.iter().map(|slip| (of(own, *slip) - of(truth, *slip)).abs());
         Some(apart.fold(0.0, f64::max) / largest)
     }
 }
 
-fn places([low, high]: [f64; 2]) -> [f64; PLACES] {
+fn evenly_spaced_slips([low, high]: [f64; 2]) -> [f64; PLACES] {
     std::array::from_fn(|k| low + (high - low) * k as f64 / (PLACES - 1) as f64)
 }
 
 #[cfg(test)]
 mod tests {
-    use preparation::samples::Samples;
+    use preparation::samples::CurveSamples;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::parameters::curve;
+    use crate::parameters::magic_formula_from_theta;
 
     const TRUTH: Theta = [18.0, 1.35, 1.05, 0.1, 0.0, 0.0];
 
     /// Ten seconds of weaving; noise hangs together over 0.2 s, and the tire is another one in each window.
-    fn driven([low, high]: [f64; 2], seed: u64) -> Series {
+    fn driven([low, high]: [f64; 2], seed: u64) -> PointTimeSeries {
         let mut random = Pcg64::seed_from_u64(seed);
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
         let mut tire = TRUTH;
@@ -185,11 +179,11 @@ mod tests {
         let mut noise = 0.0;
         let mut noisy = |slip: &f64| {
             noise = 0.95 * noise + 0.01 * draw();
-            curve(&tire).coefficient(*slip) + offset + noise
+            magic_formula_from_theta(&tire).friction_coefficient(*slip) + offset + noise
         };
         let force = slip.iter().map(&mut noisy).collect();
         let (load, other) = (vec![4000.0; 1000], vec![0.0; 1000]);
-        Series { time, samples: Samples::new(slip, force), load, other }
+        PointTimeSeries { time, samples: CurveSamples::new(slip, force), load, other }
     }
 
     #[test]
@@ -197,10 +191,10 @@ mod tests {
         let (mut claims, mut right) = (0, 0);
         for seed in 0..100 {
             let window =
-                Window::of(&driven([-0.14, 0.14], seed), 4000.0, &CurveRequirement::default());
+                WindowJudgement::judge(&driven([-0.14, 0.14], seed), 4000.0, &CurveRequirement::default());
             if window.verdict == CurveVerdict::Identified {
                 claims += 1;
-                right += usize::from(window.error(&TRUTH).is_some_and(|error| error <= 0.05));
+                right += usize::from(window.curve_error(&TRUTH).is_some_and(|error| error <= 0.05));
             }
         }
         assert!(claims >= 50, "{claims} claims");
@@ -210,19 +204,20 @@ mod tests {
     #[test]
     fn windows_that_cannot_tell_say_what_to_drive() {
         for (slips, obstacle) in [
-            ([-0.002, 0.14], Obstacle::OneSided),
-            ([0.02, 0.14], Obstacle::OneSided),
-            ([-0.015, 0.015], Obstacle::Straight),
+            ([-0.002, 0.14], CurveObstacle::OneSided),
+            ([0.02, 0.14], CurveObstacle::OneSided),
+            ([-0.015, 0.015], CurveObstacle::Straight),
         ] {
             for seed in 0..20 {
-                let window = Window::of(&driven(slips, seed), 4000.0, &CurveRequirement::default());
+                let window =
+                    WindowJudgement::judge(&driven(slips, seed), 4000.0, &CurveRequirement::default());
                 assert_eq!(window.verdict, CurveVerdict::NotIdentifiable, "{slips:?}");
                 assert!(seed > 0 || window.obstacle == Some(obstacle), "{window:?}");
             }
         }
         let strict = CurveRequirement { tolerance: 0.001, ..CurveRequirement::default() };
-        let window = Window::of(&driven([-0.14, 0.14], 0), 4000.0, &strict);
-        assert_eq!(window.obstacle, Some(Obstacle::Wide));
+        let window = WindowJudgement::judge(&driven([-0.14, 0.14], 0), 4000.0, &strict);
+        assert_eq!(window.obstacle, Some(CurveObstacle::Wide));
         assert!(window.reason.contains("Drive longer"), "{}", window.reason);
     }
 
@@ -232,10 +227,10 @@ mod tests {
         still.samples.slip.fill(0.01);
         let mut wild = driven([-0.1, 0.1], 1);
         wild.samples.force[3] = f64::NAN;
-        let short = driven([-0.1, 0.1], 1).pick(&[0, 1, 2]);
-        for series in [still, wild, short, Series::default()] {
-            let window = Window::of(&series, 4000.0, &CurveRequirement::default());
-            assert_eq!((window.theta, window.obstacle), (None, Some(Obstacle::Nothing)));
+        let short = driven([-0.1, 0.1], 1).select_rows(&[0, 1, 2]);
+        for series in [still, wild, short, PointTimeSeries::default()] {
+            let window = WindowJudgement::judge(&series, 4000.0, &CurveRequirement::default());
+            assert_eq!((window.theta, window.obstacle), (None, Some(CurveObstacle::Nothing)));
         }
     }
 }

@@ -6,8 +6,8 @@ mod page;
 
 use tire::MfTire;
 
-pub use figures::{Figure, digits, figures};
-pub use page::page;
+pub use figures::{KeyFigure, format_four_digits, key_figures};
+pub use page::tire_page;
 
 /// A tire with what it is called.
 #[derive(Clone, Debug)]

@@ -2,11 +2,11 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use askama::Template;
-use html_page::{Axis, Class, Markup, Plot};
+use html_page::{CssClass, Markup, Plot, PlotAxis};
 use tire::{MfTire, Tire};
 
 use crate::NamedTire;
-use crate::figures::{Figure, OperatingPoint, digits, figures};
+use crate::figures::{KeyFigure, TireLoadCase, format_four_digits, key_figures};
 
 /// Points of a curve, less one.
 const POINTS: u32 = 160;
@@ -14,182 +14,184 @@ const POINTS: u32 = 160;
 const SIZE: [f64; 2] = [560.0, 340.0];
 
 /// Classes for the curves of one plot.
-const CLASSES: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
+const CLASSES: [CssClass; 5] = ["c0", "c1", "c2", "c3", "c4"];
 
-type Points = Vec<(f64, f64)>;
+type PlotPoints = Vec<(f64, f64)>;
 
 /// One curve of a tire.
-struct Curve {
+struct TireCurve {
     name: String,
-    points: Points,
+    points: PlotPoints,
 }
 
 /// What a plot shows of a tire.
-struct Diagram {
+struct TireDiagram {
     title: &'static str,
     x: &'static str,
     y: &'static str,
-    of: fn(&MfTire) -> Vec<Curve>,
+    of: fn(&MfTire) -> Vec<TireCurve>,
 }
 
-const DIAGRAMS: [Diagram; 9] = [
-    Diagram {
+const DIAGRAMS: [TireDiagram; 9] = [
+    TireDiagram {
         title: "Lateral force over slip angle, by load",
         x: "slip angle [deg]",
         y: "F_y [kN]",
-        of: lateral,
+        of: lateral_force_curves,
     },
-    Diagram {
+    TireDiagram {
         title: "Longitudinal force over slip, by load",
         x: "slip [%]",
         y: "F_x [kN]",
-        of: longitudinal,
+        of: longitudinal_force_curves,
     },
-    Diagram {
+    TireDiagram {
         title: "Aligning moment over slip angle, by load",
         x: "slip angle [deg]",
         y: "M_z [N m]",
-        of: aligning,
+        of: aligning_moment_curves,
     },
-    Diagram {
+    TireDiagram {
         title: "Friction ellipse at nominal load, by slip angle",
         x: "F_y [kN]",
         y: "F_x [kN]",
-        of: ellipse,
+        of: friction_ellipse_curves,
     },
-    Diagram {
+    TireDiagram {
         title: "Lateral force in combined slip",
         x: "slip angle [deg]",
         y: "F_y [kN]",
         of: lateral_combined,
     },
-    Diagram {
+    TireDiagram {
         title: "Longitudinal force in combined slip",
         x: "slip [%]",
         y: "F_x [kN]",
         of: longitudinal_combined,
     },
-    Diagram {
+    TireDiagram {
         title: "Lateral force over slip angle, by camber",
         x: "slip angle [deg]",
         y: "F_y [kN]",
-        of: camber,
+        of: lateral_force_camber_curves,
     },
-    Diagram {
+    TireDiagram {
         title: "Cornering stiffness over load, by pressure",
         x: "load [kN]",
         y: "cornering stiffness [kN/rad]",
-        of: stiffness,
+        of: cornering_stiffness_curves,
     },
-    Diagram { title: "Peak friction over load", x: "load [kN]", y: "friction [1]", of: friction },
+    TireDiagram {
+        title: "Peak friction over load",
+        x: "load [kN]",
+        y: "friction [1]",
+        of: peak_friction_curves,
+    },
 ];
 
-fn points(from: f64, to: f64, y: impl Fn(f64) -> f64) -> Points {
+fn sample_curve(from: f64, to: f64, y: impl Fn(f64) -> f64) -> PlotPoints {
     let x = |i: u32| from + (to - from) * f64::from(i) / f64::from(POINTS);
     (0..=POINTS).map(|i| (x(i), y(x(i)))).collect()
 }
 
-fn loads(tire: &MfTire) -> impl Iterator<Item = (String, OperatingPoint<'_>)> {
+fn operating_points_by_load(tire: &MfTire) -> impl Iterator<Item = (String, TireLoadCase<'_>)> {
     [0.5, 1.0, 1.5, 2.0].into_iter().map(move |share| {
-        let at = OperatingPoint::nominal(tire, share);
+        let at = TireLoadCase::at_nominal_load_share(tire, share);
         (format!("{:.1} kN", at.F_z / 1e3), at)
     })
 }
 
-fn lateral(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, OperatingPoint)| {
+fn lateral_force_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let of = |(name, at): (String, TireLoadCase)| {
         let y = |alpha: f64| at.F_y(0.0, alpha.to_radians(), 0.0) / 1e3;
-        Curve { name, points: points(-15.0, 15.0, y) }
+        TireCurve { name, points: sample_curve(-15.0, 15.0, y) }
     };
-    loads(tire).map(of).collect()
+    operating_points_by_load(tire).map(of).collect()
 }
 
-fn longitudinal(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, OperatingPoint)| Curve {
+fn longitudinal_force_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let of = |(name, at): (String, TireLoadCase)| TireCurve {
         name,
-        points: points(-30.0, 30.0, |kappa| at.F_x(kappa / 100.0, 0.0) / 1e3),
+        points: sample_curve(-30.0, 30.0, |kappa| at.F_x(kappa / 100.0, 0.0) / 1e3),
     };
-    loads(tire).map(of).collect()
+    operating_points_by_load(tire).map(of).collect()
 }
 
-fn aligning(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, OperatingPoint)| {
-        let y = |alpha: f64| tire.forces(&at.slip(0.0, alpha.to_radians(), 0.0)).M_z;
-        Curve { name, points: points(-15.0, 15.0, y) }
+fn aligning_moment_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let of = |(name, at): (String, TireLoadCase)| {
+        let y = |alpha: f64| tire.forces(&at.slip_state(0.0, alpha.to_radians(), 0.0)).M_z;
+        TireCurve { name, points: sample_curve(-15.0, 15.0, y) }
     };
-    loads(tire).map(of).collect()
+    operating_points_by_load(tire).map(of).collect()
 }
 
-fn ellipse(tire: &MfTire) -> Vec<Curve> {
-    let at = OperatingPoint::nominal(tire, 1.0);
+fn friction_ellipse_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let at = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |alpha: f64| {
         let point = |kappa: f64| {
-            let [F_x, F_y] = tire.F_xy(&at.slip(kappa, -alpha.to_radians(), 0.0));
+            let [F_x, F_y] = tire.F_xy(&at.slip_state(kappa, -alpha.to_radians(), 0.0));
             (F_y / 1e3, F_x / 1e3)
         };
         // Small slips lie closer to each other.
         let slip = |i: u32| (f64::from(i) / f64::from(POINTS) * 2.0 - 1.0).powi(3);
-        Curve {
-            name: format!("{alpha} deg"),
-            points: (0..=POINTS).map(|i| point(slip(i))).collect(),
-        }
+        TireCurve { name: format!("{alpha} deg"), points: (0..=POINTS).map(|i| point(slip(i))).collect() }
     };
     [0.0, 2.0, 4.0, 7.0, 12.0].into_iter().map(of).collect()
 }
 
-fn lateral_combined(tire: &MfTire) -> Vec<Curve> {
-    let at = OperatingPoint::nominal(tire, 1.0);
+fn lateral_combined(tire: &MfTire) -> Vec<TireCurve> {
+    let at = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |kappa: f64| {
         let y = |alpha: f64| at.F_y(kappa / 100.0, alpha.to_radians(), 0.0) / 1e3;
-        Curve { name: format!("slip {kappa} %"), points: points(-15.0, 15.0, y) }
+        TireCurve { name: format!("slip {kappa} %"), points: sample_curve(-15.0, 15.0, y) }
     };
     [0.0, 3.0, -3.0, -8.0, -15.0].into_iter().map(of).collect()
 }
 
-fn longitudinal_combined(tire: &MfTire) -> Vec<Curve> {
-    let at = OperatingPoint::nominal(tire, 1.0);
+fn longitudinal_combined(tire: &MfTire) -> Vec<TireCurve> {
+    let at = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |alpha: f64| {
         let y = |kappa: f64| at.F_x(kappa / 100.0, alpha.to_radians()) / 1e3;
-        Curve { name: format!("{alpha} deg"), points: points(-30.0, 30.0, y) }
+        TireCurve { name: format!("{alpha} deg"), points: sample_curve(-30.0, 30.0, y) }
     };
     [0.0, 2.0, 4.0, 7.0, 12.0].into_iter().map(of).collect()
 }
 
-fn camber(tire: &MfTire) -> Vec<Curve> {
-    let at = OperatingPoint::nominal(tire, 1.0);
+fn lateral_force_camber_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let at = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |gamma: f64| {
         let y = |alpha: f64| at.F_y(0.0, alpha.to_radians(), gamma.to_radians()) / 1e3;
-        Curve { name: format!("{gamma} deg"), points: points(-10.0, 10.0, y) }
+        TireCurve { name: format!("{gamma} deg"), points: sample_curve(-10.0, 10.0, y) }
     };
     [-4.0, -2.0, 0.0, 2.0, 4.0].into_iter().map(of).collect()
 }
 
-fn stiffness(tire: &MfTire) -> Vec<Curve> {
-    let nominal = OperatingPoint::nominal(tire, 1.0);
+fn cornering_stiffness_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let nominal = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |share: f64| {
         let pressure = share * nominal.pressure;
         let y = |load: f64| {
-            let at = OperatingPoint { F_z: load * 1e3, pressure, ..nominal };
-            -tire.details(&at.slip(0.0, 0.0, 0.0)).1.K_ya / 1e3
+            let at = TireLoadCase { F_z: load * 1e3, pressure, ..nominal };
+            -tire.forces_and_details(&at.slip_state(0.0, 0.0, 0.0)).1.K_ya / 1e3
         };
-        Curve {
+        TireCurve {
             name: format!("{:.0} kPa", pressure / 1e3),
-            points: points(0.0, 2.0 * nominal.F_z / 1e3, y),
+            points: sample_curve(0.0, 2.0 * nominal.F_z / 1e3, y),
         }
     };
     [0.85, 1.0, 1.15].into_iter().map(of).collect()
 }
 
-fn friction(tire: &MfTire) -> Vec<Curve> {
-    let nominal = OperatingPoint::nominal(tire, 1.0);
+fn peak_friction_curves(tire: &MfTire) -> Vec<TireCurve> {
+    let nominal = TireLoadCase::at_nominal_load_share(tire, 1.0);
     let of = |(name, axis): (&str, usize)| {
         let y = |load: f64| {
-            let at = OperatingPoint { F_z: load * 1e3, ..nominal };
-            tire.details(&at.slip(0.0, 0.0, 0.0)).1.mu[axis].abs()
+            let at = TireLoadCase { F_z: load * 1e3, ..nominal };
+            tire.forces_and_details(&at.slip_state(0.0, 0.0, 0.0)).1.mu[axis].abs()
         };
-        Curve {
+        TireCurve {
             name: name.to_owned(),
-            points: points(0.1 * nominal.F_z / 1e3, 2.0 * nominal.F_z / 1e3, y),
+            points: sample_curve(0.1 * nominal.F_z / 1e3, 2.0 * nominal.F_z / 1e3, y),
         }
     };
     [("longitudinal", 0), ("lateral", 1)].into_iter().map(of).collect()
@@ -198,15 +200,15 @@ fn friction(tire: &MfTire) -> Vec<Curve> {
 /// The page of one tire, or of two side by side: the second with dashes.
 #[derive(Template)]
 #[template(path = "tires.html")]
-struct Page<'a> {
+struct TirePage<'a> {
     title: String,
     tires: Vec<&'a NamedTire>,
-    rows: Vec<Row>,
+    rows: Vec<KeyFigureRow>,
     plots: Vec<Markup>,
 }
 
 /// A key figure of each tire, and what the second one has more than the first.
-struct Row {
+struct KeyFigureRow {
     name: String,
     unit: &'static str,
     values: Vec<String>,
@@ -214,41 +216,40 @@ struct Row {
 }
 
 /// The page of a tire, with dashes for the second one.
-pub fn page(first: &NamedTire, second: Option<&NamedTire>) -> String {
+pub fn tire_page(first: &NamedTire, second: Option<&NamedTire>) -> String {
     let tires: Vec<_> = std::iter::once(first).chain(second).collect();
-    let columns: Vec<_> = tires.iter().map(|named| figures(&named.tire)).collect();
-    let row = |(k, Figure { name, unit, .. }): (usize, &Figure)| {
+    let columns: Vec<_> = tires.iter().map(|named| key_figures(&named.tire)).collect();
+    let row = |(k, KeyFigure { name, unit, .. }): (usize, &KeyFigure)| {
         let values: Vec<f64> = columns.iter().map(|column| column[k].value).collect();
         let share = values.get(1).map_or(f64::NAN, |second| second / values[0] - 1.0);
-        let difference =
-            if share.is_finite() { format!("{:+.1} %", 100.0 * share) } else { String::new() };
-        Row {
+        let difference = if share.is_finite() { format!("{:+.1} %", 100.0 * share) } else { String::new() };
+        KeyFigureRow {
             name: name.clone(),
             unit,
-            values: values.into_iter().map(digits).collect(),
+            values: values.into_iter().map(format_four_digits).collect(),
             difference,
         }
     };
     let names: Vec<_> = tires.iter().map(|it| it.name.as_str()).collect();
-    html_page::render(&Page {
+    html_page::render_page(&TirePage {
         title: names.join(" and "),
         rows: columns[0].iter().enumerate().map(row).collect(),
-        plots: DIAGRAMS.iter().map(|it| plot(it, &tires).figure(it.title)).collect(),
+        plots: DIAGRAMS.iter().map(|it| tire_plot(it, &tires).figure_with_legend(it.title)).collect(),
         tires,
     })
 }
 
-fn plot(diagram: &Diagram, both: &[&NamedTire]) -> Plot {
+fn tire_plot(diagram: &TireDiagram, both: &[&NamedTire]) -> Plot {
     let curves: Vec<_> = both.iter().map(|named| (diagram.of)(&named.tire)).collect();
     let all = || curves.iter().flatten().flat_map(|curve| &curve.points);
-    let x = Axis::about(diagram.x, all().map(|point| point.0));
-    let y = Axis::about(diagram.y, all().map(|point| point.1));
+    let x = PlotAxis::around_values(diagram.x, all().map(|point| point.0));
+    let y = PlotAxis::around_values(diagram.y, all().map(|point| point.1));
     let mut plot = Plot::new(SIZE, x, y);
     for (place, curves) in curves.iter().enumerate() {
         for (curve, class) in curves.iter().zip(CLASSES) {
             match place {
-                0 => plot.line(&curve.points, class, &curve.name),
-                _ => plot.dashes(&curve.points, class, ""),
+                0 => plot.add_line(&curve.points, class, &curve.name),
+                _ => plot.add_dashed_line(&curve.points, class, ""),
             }
         }
     }

@@ -9,7 +9,7 @@ mod list;
 
 /// Version of the Magic Formula that coefficients belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Version {
+pub enum MagicFormulaVersion {
     /// MF 5.2.
     Mf52,
     /// PAC2002 of Adams: the equations of 5.2, with inflation pressure and the moments of 6.1.
@@ -21,7 +21,7 @@ pub enum Version {
     Mf62,
 }
 
-impl fmt::Display for Version {
+impl fmt::Display for MagicFormulaVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mf52 => "MF 5.2",
@@ -32,7 +32,7 @@ impl fmt::Display for Version {
     }
 }
 
-impl Version {
+impl MagicFormulaVersion {
     /// Whether forces, camber and relaxation follow the equations of 5.2.
     pub const fn is_before_61(self) -> bool {
         matches!(self, Self::Mf52 | Self::Pac2002)
@@ -44,16 +44,22 @@ impl Version {
     }
 }
 
-const ALL: &[Version] = &[Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62];
-const BEFORE_61: &[Version] = &[Version::Mf52, Version::Pac2002];
-const AFTER_52: &[Version] = &[Version::Pac2002, Version::Mf61, Version::Mf62];
-const SINCE_61: &[Version] = &[Version::Mf61, Version::Mf62];
-const ONLY_62: &[Version] = &[Version::Mf62];
-const NONE: &[Version] = &[];
+const ALL: &[MagicFormulaVersion] = &[
+    MagicFormulaVersion::Mf52,
+    MagicFormulaVersion::Pac2002,
+    MagicFormulaVersion::Mf61,
+    MagicFormulaVersion::Mf62,
+];
+const BEFORE_61: &[MagicFormulaVersion] = &[MagicFormulaVersion::Mf52, MagicFormulaVersion::Pac2002];
+const AFTER_52: &[MagicFormulaVersion] =
+    &[MagicFormulaVersion::Pac2002, MagicFormulaVersion::Mf61, MagicFormulaVersion::Mf62];
+const SINCE_61: &[MagicFormulaVersion] = &[MagicFormulaVersion::Mf61, MagicFormulaVersion::Mf62];
+const ONLY_62: &[MagicFormulaVersion] = &[MagicFormulaVersion::Mf62];
+const NONE: &[MagicFormulaVersion] = &[];
 
 /// What a coefficient measures: a file in other units has to be converted by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Quantity {
+pub enum CoefficientQuantity {
     /// No unit; angles within coefficients are radians in every file.
     Ratio,
     /// Metres.
@@ -78,25 +84,25 @@ pub enum Quantity {
 
 /// One key of the Magic Formula.
 #[derive(Clone, Copy, Debug)]
-pub struct Key {
+pub struct CoefficientKey {
     /// Its name in a file and in [`Coefficients`].
     pub name: &'static str,
     /// The section of a `.tir` file where it stands.
     pub section: &'static str,
     /// What it measures.
-    pub quantity: Quantity,
+    pub quantity: CoefficientQuantity,
     /// Its value where nothing else is known: without effect where that is possible [SI].
     pub default: f64,
     /// The versions in which it has an effect on what this crate computes.
-    pub versions: &'static [Version],
+    pub versions: &'static [MagicFormulaVersion],
     /// What it is, in one line.
     pub doc: &'static str,
     index: usize,
 }
 
-impl Key {
+impl CoefficientKey {
     /// The key of this name, in capitals.
-    pub fn named(name: &str) -> Option<&'static Self> {
+    pub fn from_name(name: &str) -> Option<&'static Self> {
         KEYS.iter().find(|key| key.name == name)
     }
 
@@ -154,7 +160,7 @@ macro_rules! coefficients {
         #[allow(non_snake_case, reason = "the keys of .tir files")]
         pub struct Coefficients<T = f64> {
             /// The version of the formula.
-            pub version: Version,
+            pub version: MagicFormulaVersion,
             $($(#[doc = concat!($doc, " ", unit!($quantity))] pub $name: T,)+)+
         }
 
@@ -166,10 +172,10 @@ macro_rules! coefficients {
         const COUNT: usize = [$($(Index::$name as usize,)+)+].len();
 
         /// All keys, in the order of a `.tir` file.
-        pub const KEYS: &[Key] = &[$($(Key {
+        pub const KEYS: &[CoefficientKey] = &[$($(CoefficientKey {
             name: stringify!($name),
             section: stringify!($section),
-            quantity: Quantity::$quantity,
+            quantity: CoefficientQuantity::$quantity,
             default: $default,
             versions: $versions,
             doc: $doc,
@@ -178,7 +184,7 @@ macro_rules! coefficients {
 
         impl Default for Coefficients {
             fn default() -> Self {
-                Self { version: Version::default(), $($($name: $default,)+)+ }
+                Self { version: MagicFormulaVersion::default(), $($($name: $default,)+)+ }
             }
         }
 
@@ -203,7 +209,7 @@ with_all_keys!(coefficients);
 
 impl Coefficients {
     /// The same coefficients as constants of another number type.
-    pub fn lift<T: crate::Number>(&self) -> Coefficients<T> {
+    pub fn cast<T: crate::Number>(&self) -> Coefficients<T> {
         self.map(Into::into)
     }
 }
@@ -222,9 +228,9 @@ mod tests {
         for (number, key) in KEYS.iter().enumerate() {
             assert_eq!(key.get(&coefficients), number as f64, "{}", key.name);
         }
-        let radius = Key::named("UNLOADED_RADIUS").expect("a key");
+        let radius = CoefficientKey::from_name("UNLOADED_RADIUS").expect("a key");
         assert_eq!(radius.get(&coefficients), coefficients.UNLOADED_RADIUS);
-        assert_eq!((radius.section, radius.quantity), ("DIMENSION", Quantity::Length));
+        assert_eq!((radius.section, radius.quantity), ("DIMENSION", CoefficientQuantity::Length));
     }
 
     #[test]

@@ -1,15 +1,18 @@
 //! Provides coefficients of an invented tire, for cars that were given none.
 
-use crate::coefficients::{Coefficients, Version};
+use crate::coefficients::{Coefficients, MagicFormulaVersion};
 
 impl Coefficients {
     /// A sporty road tire 225/45 R 17 by the Magic Formula 6.2. Its coefficients are invented, of usual size, and without ply
     /// steer or conicity: it is the same on both sides of a car.
     pub fn sports_tire() -> Self {
-        Self { version: Version::Mf62, ..Self::body().along().across().aligned() }
+        Self {
+            version: MagicFormulaVersion::Mf62,
+            ..Self::base_coefficients().with_longitudinal().with_lateral().with_aligning_moment()
+        }
     }
 
-    fn body() -> Self {
+    fn base_coefficients() -> Self {
         Self {
             UNLOADED_RADIUS: 0.317,
             WIDTH: 0.225,
@@ -58,7 +61,7 @@ impl Coefficients {
         }
     }
 
-    fn along(self) -> Self {
+    fn with_longitudinal(self) -> Self {
         Self {
             PCX1: 1.6,
             PDX1: 1.18,
@@ -87,7 +90,7 @@ impl Coefficients {
         }
     }
 
-    fn across(self) -> Self {
+    fn with_lateral(self) -> Self {
         Self {
             PCY1: 1.35,
             PDY1: 1.1,
@@ -116,7 +119,7 @@ impl Coefficients {
         }
     }
 
-    fn aligned(self) -> Self {
+    fn with_aligning_moment(self) -> Self {
         Self {
             QBZ1: 11.0,
             QBZ2: -1.7,

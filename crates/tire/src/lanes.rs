@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
-use elementary::{Group, ROUND, Vector};
+use elementary::{ElementaryNumber, NumberGroup, ROUND};
 use pulp::{Simd, bytemuck};
 
 use crate::real::Real;
@@ -12,12 +12,12 @@ use crate::real::Real;
 ///
 /// All processors give the same bits.
 #[derive(Clone, Copy)]
-pub(crate) struct Lanes<S: Simd> {
+pub(crate) struct SimdLanes<S: Simd> {
     values: S::f64s,
     simd: S,
 }
 
-impl<S: Simd> Lanes<S> {
+impl<S: Simd> SimdLanes<S> {
     /// The number of each place.
     #[inline(always)]
     pub fn new(simd: S, number: impl Fn(usize) -> f64) -> Self {
@@ -31,51 +31,51 @@ impl<S: Simd> Lanes<S> {
 
     /// The numbers by their places.
     #[inline(always)]
-    pub fn places(&self) -> &[f64] {
+    pub fn lane_values(&self) -> &[f64] {
         bytemuck::cast_slice(std::slice::from_ref(&self.values))
     }
 
     #[inline(always)]
-    fn of(self, values: S::f64s) -> Self {
+    fn with_values(self, values: S::f64s) -> Self {
         Self { values, ..self }
     }
 
     #[inline(always)]
-    fn map(self, number: impl Fn(f64) -> f64) -> Self {
-        let places = self.places();
+    fn map_lanes(self, number: impl Fn(f64) -> f64) -> Self {
+        let places = self.lane_values();
         Self::new(self.simd, |i| number(places[i]))
     }
 }
 
 /// The nearest whole number, of which there are two in the middle: the even one.
 #[inline(always)]
-fn nearest<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+fn round_half_to_even<S: Simd>(x: SimdLanes<S>) -> SimdLanes<S> {
     (x + ROUND) - ROUND
 }
 
-impl<S: Simd> fmt::Debug for Lanes<S> {
+impl<S: Simd> fmt::Debug for SimdLanes<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.places().fmt(f)
+        self.lane_values().fmt(f)
     }
 }
 
 macro_rules! operator {
     ($Trait:ident, $name:ident, $vector:ident) => {
-        impl<S: Simd> $Trait for Lanes<S> {
+        impl<S: Simd> $Trait for SimdLanes<S> {
             type Output = Self;
 
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                self.of(self.simd.$vector(self.values, other.values))
+                self.with_values(self.simd.$vector(self.values, other.values))
             }
         }
 
-        impl<S: Simd> $Trait<f64> for Lanes<S> {
+        impl<S: Simd> $Trait<f64> for SimdLanes<S> {
             type Output = Self;
 
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
-                self.of(self.simd.$vector(self.values, self.simd.splat_f64s(other)))
+                self.with_values(self.simd.$vector(self.values, self.simd.splat_f64s(other)))
             }
         }
     };
@@ -86,56 +86,56 @@ operator!(Sub, sub, sub_f64s);
 operator!(Mul, mul, mul_f64s);
 operator!(Div, div, div_f64s);
 
-impl<S: Simd> Neg for Lanes<S> {
+impl<S: Simd> Neg for SimdLanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.of(self.simd.neg_f64s(self.values))
+        self.with_values(self.simd.neg_f64s(self.values))
     }
 }
 
-impl<S: Simd> AddAssign for Lanes<S> {
+impl<S: Simd> AddAssign for SimdLanes<S> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<S: Simd> MulAssign for Lanes<S> {
+impl<S: Simd> MulAssign for SimdLanes<S> {
     #[inline(always)]
     fn mul_assign(&mut self, other: Self) {
         *self = *self * other;
     }
 }
 
-impl<S: Simd> Vector for Lanes<S> {
+impl<S: Simd> ElementaryNumber for SimdLanes<S> {
     type Mask = S::m64s;
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
-        self.of(self.simd.splat_f64s(value))
+        self.with_values(self.simd.splat_f64s(value))
     }
 
     // Fused on all processors alike.
     #[inline(always)]
-    fn times_plus(self, a: Self, b: Self) -> Self {
-        self.of(self.simd.mul_add_f64s(self.values, a.values, b.values))
+    fn multiply_add(self, a: Self, b: Self) -> Self {
+        self.with_values(self.simd.mul_add_f64s(self.values, a.values, b.values))
     }
 
     #[inline(always)]
-    fn above(self, limit: f64) -> S::m64s {
+    fn is_above(self, limit: f64) -> S::m64s {
         self.simd.greater_than_f64s(self.values, self.simd.splat_f64s(limit))
     }
 
     #[inline(always)]
     fn select(truth: S::m64s, yes: Self, no: Self) -> Self {
-        yes.of(yes.simd.select_f64s(truth, yes.values, no.values))
+        yes.with_values(yes.simd.select_f64s(truth, yes.values, no.values))
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        self.of(self.simd.abs_f64s(self.values))
+        self.with_values(self.simd.abs_f64s(self.values))
     }
 
     #[inline(always)]
@@ -144,47 +144,47 @@ impl<S: Simd> Vector for Lanes<S> {
         let only = simd.splat_u64s(1 << 63);
         let signs = simd.and_u64s(simd.transmute_u64s_f64s(sign.values), only);
         let size = simd.transmute_u64s_f64s(simd.abs_f64s(self.values));
-        self.of(simd.transmute_f64s_u64s(simd.or_u64s(size, signs)))
+        self.with_values(simd.transmute_f64s_u64s(simd.or_u64s(size, signs)))
     }
 
     #[inline(always)]
-    fn quadrant(self) -> [S::m64s; 3] {
+    fn quadrant_masks(self) -> [S::m64s; 3] {
         let k = self - ROUND;
         let half = k * 0.5;
-        let odd = Vector::abs(half - nearest(half)).above(0.25);
+        let odd = ElementaryNumber::abs(half - round_half_to_even(half)).is_above(0.25);
         // Of the turn that it is past a whole one: from −½ to ½.
-        let turn = k * 0.25 - nearest(k * 0.25);
-        let far = Vector::abs(turn).above(0.375);
-        let (ahead, behind) = (turn.above(0.125), (-turn).above(0.125));
+        let turn = k * 0.25 - round_half_to_even(k * 0.25);
+        let far = ElementaryNumber::abs(turn).is_above(0.375);
+        let (ahead, behind) = (turn.is_above(0.125), (-turn).is_above(0.125));
         [odd, self.simd.or_m64s(far, behind), self.simd.or_m64s(far, ahead)]
     }
 
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        self.map(Vector::power_of_two)
+        self.map_lanes(ElementaryNumber::power_of_two)
     }
 
     #[inline(always)]
-    fn split(self) -> (Self, Self) {
-        (self.map(|x| x.split().0), self.map(|x| x.split().1))
+    fn split_exponent(self) -> (Self, Self) {
+        (self.map_lanes(|x| x.split_exponent().0), self.map_lanes(|x| x.split_exponent().1))
     }
 }
 
-impl<S: Simd> Real for Lanes<S> {
+impl<S: Simd> Real for SimdLanes<S> {
     type Mask = S::m64s;
 
     #[inline(always)]
-    fn constant(self, value: f64) -> Self {
-        Vector::constant(self, value)
+    fn constant_like(self, value: f64) -> Self {
+        ElementaryNumber::constant(self, value)
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> S::m64s {
+    fn is_less_than(self, other: Self) -> S::m64s {
         self.simd.less_than_f64s(self.values, other.values)
     }
 
     #[inline(always)]
-    fn equals(self, value: f64) -> S::m64s {
+    fn is_equal_to(self, value: f64) -> S::m64s {
         self.simd.equal_f64s(self.values, self.simd.splat_f64s(value))
     }
 
@@ -194,33 +194,33 @@ impl<S: Simd> Real for Lanes<S> {
     }
 
     #[inline(always)]
-    fn any(self, truth: S::m64s) -> bool {
+    fn is_true_anywhere(self, truth: S::m64s) -> bool {
         self.simd.first_true_m64s(truth) < S::F64_LANES
     }
 
     #[inline(always)]
-    fn is_always(self, value: f64) -> bool {
-        !self.any(self.simd.not_m64s(Real::equals(self, value)))
+    fn is_exactly_constant(self, value: f64) -> bool {
+        !self.is_true_anywhere(self.simd.not_m64s(Real::is_equal_to(self, value)))
     }
 
     #[inline(always)]
     fn select(truth: S::m64s, yes: Self, no: Self) -> Self {
-        Vector::select(truth, yes, no)
+        ElementaryNumber::select(truth, yes, no)
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        Vector::abs(self)
+        ElementaryNumber::abs(self)
     }
 
     #[inline(always)]
     fn recip(self) -> Self {
-        Vector::constant(self, 1.0) / self
+        ElementaryNumber::constant(self, 1.0) / self
     }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.of(self.simd.sqrt_f64s(self.values))
+        self.with_values(self.simd.sqrt_f64s(self.values))
     }
 
     #[inline(always)]
@@ -269,17 +269,17 @@ impl<S: Simd> Real for Lanes<S> {
     }
 
     #[inline(always)]
-    fn atans<const N: usize>(x: [Self; N]) -> [Self; N] {
-        elementary::atan(Group(x)).0
+    fn arctangents<const N: usize>(x: [Self; N]) -> [Self; N] {
+        elementary::atan(NumberGroup(x)).0
     }
 
     #[inline(always)]
     fn sines<const N: usize>(x: [Self; N]) -> [Self; N] {
-        elementary::sin(Group(x)).0
+        elementary::sin(NumberGroup(x)).0
     }
 
     #[inline(always)]
     fn cosines<const N: usize>(x: [Self; N]) -> [Self; N] {
-        elementary::cos(Group(x)).0
+        elementary::cos(NumberGroup(x)).0
     }
 }

@@ -4,10 +4,7 @@
 //! generic over the [`Number`] type: with dual numbers the same lines yield exact derivatives with respect to inputs and
 //! coefficients.
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod axes;
 mod coefficients;
@@ -21,14 +18,15 @@ mod set;
 mod slip;
 mod tire;
 
-pub use axes::Axes;
-pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
+pub use axes::TireAxes;
+pub use coefficients::{CoefficientKey, CoefficientQuantity, Coefficients, KEYS, MagicFormulaVersion};
 pub use elementary::Number;
 pub use magic_formula::MagicFormula;
 pub use mf::{
-    BadCoefficient, Characteristics, Details, FormulaConvention, MfSet, MfTire, Peak, RANGES,
+    BadCoefficient, FormulaConvention, FrictionPeak, MfSet, MfTire, RANGES, TireCharacteristics,
+    TireForceDetails,
 };
 pub use real::Real;
 pub use set::TireSet;
-pub use slip::{Forces, Relaxation, Slip, Validity};
+pub use slip::{RelaxationLengths, TireForces, TireOperatingPoint, ValidityExcess};
 pub use tire::Tire;

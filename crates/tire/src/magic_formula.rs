@@ -39,7 +39,7 @@ impl<T: Number> MagicFormula<T> {
     ///
     /// μ = D sin(C atan(Bx − E(Bx − atan Bx))) + S_v with x = slip_angle + S_h.
     #[inline]
-    pub fn coefficient(&self, slip_angle: T) -> T {
+    pub fn friction_coefficient(&self, slip_angle: T) -> T {
         let Bx = self.B * (slip_angle + self.S_h);
         let phi = Bx - self.E * (Bx - Bx.atan());
         self.D * (self.C * phi.atan()).sin() + self.S_v
@@ -47,20 +47,20 @@ impl<T: Number> MagicFormula<T> {
 
     /// Lateral force [N] at a slip angle [rad] under a load `F_z` [N].
     #[inline]
-    pub fn force(&self, slip_angle: T, F_z: T) -> T {
-        F_z * self.coefficient(slip_angle)
+    pub fn lateral_force(&self, slip_angle: T, F_z: T) -> T {
+        F_z * self.friction_coefficient(slip_angle)
     }
 
     /// Cornering stiffness per unit of load, B C D [1/rad]: the slope where slip_angle = −S_h.
     #[inline]
-    pub fn stiffness(&self) -> T {
+    pub fn cornering_stiffness_per_load(&self) -> T {
         self.B * self.C * self.D
     }
 }
 
 impl MagicFormula {
     /// The same tire as constants of another number type.
-    pub fn lift<T: Number>(&self) -> MagicFormula<T> {
+    pub fn cast<T: Number>(&self) -> MagicFormula<T> {
         MagicFormula {
             B: self.B.into(),
             C: self.C.into(),
@@ -90,7 +90,7 @@ impl MagicFormula {
             None => f64::INFINITY,
         };
         let target = if C > 1.0 { (PI / (2.0 * C)).tan() } else { f64::INFINITY };
-        let z = if target < highest { self.argument_root(phi, target) } else { turn? };
+        let z = if target < highest { self.solve_for_argument(phi, target) } else { turn? };
         Some(z / B - S_h)
     }
 
@@ -99,7 +99,7 @@ impl MagicFormula {
     /// φ is concave with φ(z) ≤ z for E ≥ 0, convex with φ(z) ≥ z for E < 0, and rises up to the
     /// root: from z = target Newton's method therefore approaches the root from one side and needs
     /// no bracket.
-    fn argument_root(&self, phi: impl Fn(f64) -> f64, target: f64) -> f64 {
+    fn solve_for_argument(&self, phi: impl Fn(f64) -> f64, target: f64) -> f64 {
         let mut z = target;
         for _ in 0..100 {
             let slope = 1.0 - self.E + self.E / (1.0 + z * z);
@@ -136,7 +136,7 @@ mod tests {
         let slip = |i: u32| end * f64::from(i) / 200_000.0;
         (0..=200_000)
             .map(slip)
-            .max_by(|a, b| tire.coefficient(*a).total_cmp(&tire.coefficient(*b)))
+            .max_by(|a, b| tire.friction_coefficient(*a).total_cmp(&tire.friction_coefficient(*b)))
             .expect("the grid has points")
     }
 
@@ -146,7 +146,7 @@ mod tests {
         let peak = tire.peak_slip().expect("C = 1.8 has a peak");
         assert_relative_eq!(peak, 0.0796, max_relative = 1e-3);
         assert_relative_eq!(peak, highest_on_grid(&tire, 0.3), epsilon = 3e-6);
-        assert_relative_eq!(tire.coefficient(peak), 1.6, max_relative = 1e-15);
+        assert_relative_eq!(tire.friction_coefficient(peak), 1.6, max_relative = 1e-15);
     }
 
     #[test]
@@ -170,8 +170,8 @@ mod tests {
     fn shifts_move_the_curve() {
         let plain = MagicFormula::default();
         let shifted = MagicFormula { S_h: 0.01, S_v: 0.05, ..plain };
-        let expected = plain.coefficient(0.04) + 0.05;
-        assert_relative_eq!(shifted.coefficient(0.03), expected, max_relative = 1e-15);
+        let expected = plain.friction_coefficient(0.04) + 0.05;
+        assert_relative_eq!(shifted.friction_coefficient(0.03), expected, max_relative = 1e-15);
         let peaks = [plain, shifted].map(|t| t.peak_slip().expect("C > 1"));
         assert_relative_eq!(peaks[1], peaks[0] - 0.01, max_relative = 1e-13);
     }
@@ -179,28 +179,28 @@ mod tests {
     proptest! {
         #[test]
         fn odd_without_shifts(tire in tires(), slip in -1.0..1.0f64) {
-            prop_assert_eq!(tire.force(-slip, 4000.0), -tire.force(slip, 4000.0));
+            prop_assert_eq!(tire.lateral_force(-slip, 4000.0), -tire.lateral_force(slip, 4000.0));
         }
 
         #[test]
         fn bounded_by_peak_and_shift(tire in tires(), S_v in -0.2..0.2f64, slip in -1.5..1.5) {
             let tire = MagicFormula { S_v, ..tire };
-            prop_assert!(tire.coefficient(slip).abs() <= tire.D + S_v.abs() + 1e-15);
+            prop_assert!(tire.friction_coefficient(slip).abs() <= tire.D + S_v.abs() + 1e-15);
         }
 
         #[test]
         fn slope_at_zero_slip_is_the_stiffness(tire in tires(), F_z in 1.0..1e4f64) {
-            let force = |slip: Dual64| tire.lift().force(slip, F_z.into());
+            let force = |slip: Dual64| tire.cast().lateral_force(slip, F_z.into());
             let (at_zero, slope) = first_derivative(force, 0.0);
             prop_assert_eq!(at_zero, 0.0);
-            assert_relative_eq!(slope, F_z * tire.stiffness(), max_relative = 1e-14);
+            assert_relative_eq!(slope, F_z * tire.cornering_stiffness_per_load(), max_relative = 1e-14);
         }
 
         #[test]
         fn peak_reaches_the_peak_factor(tire in tires()) {
             let peak = tire.peak_slip().expect("C > 1 and E < 1");
-            assert_relative_eq!(tire.coefficient(peak), tire.D, max_relative = 1e-12);
-            let before = |share: f64| tire.coefficient(share * peak);
+            assert_relative_eq!(tire.friction_coefficient(peak), tire.D, max_relative = 1e-12);
+            let before = |share: f64| tire.friction_coefficient(share * peak);
             prop_assert!(before(0.9) < before(0.99) && before(0.99) < tire.D);
         }
     }

@@ -3,12 +3,12 @@
 
 use crate::coefficients::Coefficients;
 use crate::real::Real;
-use crate::slip::{Forces, Relaxation, Slip, Validity};
+use crate::slip::{RelaxationLengths, TireForces, TireOperatingPoint, ValidityExcess};
 use crate::tire::Tire;
 use elementary::Number;
-use point::Point;
-use pure::Curve;
-use reciprocals::Reciprocals;
+use point::NormalizedOperatingPoint;
+use pure::PureSlipCurve;
+use reciprocals::CoefficientReciprocals;
 
 mod characteristics;
 mod check;
@@ -21,7 +21,7 @@ mod radii;
 mod reciprocals;
 mod set;
 
-pub use characteristics::{Characteristics, Peak};
+pub use characteristics::{FrictionPeak, TireCharacteristics};
 pub use check::{BadCoefficient, RANGES};
 pub use set::MfSet;
 
@@ -44,13 +44,13 @@ impl Default for FormulaConvention {
 #[derive(Clone, Copy, Debug)]
 pub struct MfTire<T = f64> {
     coefficients: Coefficients<T>,
-    reciprocals: Reciprocals<T>,
+    reciprocals: CoefficientReciprocals<T>,
     reading: FormulaConvention,
 }
 
 /// What a tire gives beside its forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Details<T = f64> {
+pub struct TireForceDetails<T = f64> {
     /// Friction factors of the pure curves [-].
     pub mu: [T; 2],
     /// Longitudinal slip stiffness ∂F_x/∂κ [N].
@@ -65,8 +65,8 @@ pub struct Details<T = f64> {
 
 impl MfTire {
     /// The same tire as constants of another number type.
-    pub fn lift<T: Number>(&self) -> MfTire<T> {
-        MfTire::made_of(self.coefficients.lift(), self.reading)
+    pub fn cast<T: Number>(&self) -> MfTire<T> {
+        MfTire::from_checked_coefficients(self.coefficients.cast(), self.reading)
     }
 }
 
@@ -78,7 +78,7 @@ impl<T: Number> MfTire<T> {
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn new(coefficients: Coefficients<T>) -> Result<Self, BadCoefficient> {
         coefficients.check()?;
-        Ok(Self::made_of(coefficients, FormulaConvention::default()))
+        Ok(Self::from_checked_coefficients(coefficients, FormulaConvention::default()))
     }
 
     /// The same tire by another reading of the equations.
@@ -88,7 +88,7 @@ impl<T: Number> MfTire<T> {
 
     /// The same tire with factors to the frictions `LMUX`, `LMUY` [-] and to the stiffnesses `LKX`, `LKY` [-], all above 0, such as those of
     /// another temperature. Unlike [`MfTire::new`] it checks nothing, so it can be called for every sample.
-    pub fn scaled(mut self, [mu_x, mu_y, k_x, k_y]: [T; 4]) -> Self {
+    pub fn with_scale_factors(mut self, [mu_x, mu_y, k_x, k_y]: [T; 4]) -> Self {
         let c = &mut self.coefficients;
         c.LMUX *= mu_x;
         c.LMUY *= mu_y;
@@ -100,8 +100,8 @@ impl<T: Number> MfTire<T> {
 
 impl<T: Real> MfTire<T> {
     /// A tire of coefficients that were checked.
-    fn made_of(coefficients: Coefficients<T>, reading: FormulaConvention) -> Self {
-        Self { reciprocals: Reciprocals::of(&coefficients), coefficients, reading }
+    fn from_checked_coefficients(coefficients: Coefficients<T>, reading: FormulaConvention) -> Self {
+        Self { reciprocals: CoefficientReciprocals::from_coefficients(&coefficients), coefficients, reading }
     }
 
     /// The coefficients that it was made of.
@@ -112,42 +112,46 @@ impl<T: Real> MfTire<T> {
     /// The lateral curve, and the pure forces [N]: longitudinal, lateral, and the lateral one that acts at the trail, which is that
     /// of the upright wheel since 6.1.
     #[inline(always)]
-    fn pure(&self, p: &Point<T>, longitudinal: &Curve<T>) -> (Curve<T>, [T; 3]) {
-        let upright = p.gamma.constant(0.0);
-        if self.coefficients.version.is_before_61() || p.gamma_star.is_always(0.0) {
+    fn pure_slip_forces(
+        &self,
+        p: &NormalizedOperatingPoint<T>,
+        longitudinal: &PureSlipCurve<T>,
+    ) -> (PureSlipCurve<T>, [T; 3]) {
+        let upright = p.gamma.constant_like(0.0);
+        if self.coefficients.version.is_before_61() || p.gamma_star.is_exactly_constant(0.0) {
             let [K] = self.cornering_stiffness(p, [p.gamma_star]);
-            let lateral = self.lateral(p, p.gamma_star, K);
-            let [F_x0, F_y0] = Curve::forces([longitudinal, &lateral]);
+            let lateral = self.lateral_curve(p, p.gamma_star, K);
+            let [F_x0, F_y0] = PureSlipCurve::forces([longitudinal, &lateral]);
             return (lateral, [F_x0, F_y0, F_y0]);
         }
         let [K, K_upright] = self.cornering_stiffness(p, [p.gamma_star, upright]);
-        let lateral = self.lateral(p, p.gamma_star, K);
-        let at_trail = self.lateral(p, upright, K_upright);
-        (lateral, Curve::forces([longitudinal, &lateral, &at_trail]))
+        let lateral = self.lateral_curve(p, p.gamma_star, K);
+        let at_trail = self.lateral_curve(p, upright, K_upright);
+        (lateral, PureSlipCurve::forces([longitudinal, &lateral, &at_trail]))
     }
 
     /// Forces and what they are made of.
     #[inline(always)]
-    pub fn details(&self, slip: &Slip<T>) -> (Forces<T>, Details<T>) {
-        let p = self.point(slip);
-        let longitudinal = self.longitudinal(&p);
-        let (lateral, [F_x0, F_y0, F_y0_trail]) = self.pure(&p, &longitudinal);
-        let aligning = self.aligning(&p, &longitudinal, &lateral);
-        let ([G_xa, G_yk], shrunk) = self.weights_beside(&p, aligning.shape, aligning.slip);
+    pub fn forces_and_details(&self, slip: &TireOperatingPoint<T>) -> (TireForces<T>, TireForceDetails<T>) {
+        let p = self.normalized_point(slip);
+        let longitudinal = self.longitudinal_curve(&p);
+        let (lateral, [F_x0, F_y0, F_y0_trail]) = self.pure_slip_forces(&p, &longitudinal);
+        let aligning = self.aligning_moment_curve(&p, &longitudinal, &lateral);
+        let ([G_xa, G_yk], shrunk) = self.weights_and_cosine(&p, aligning.shape, aligning.slip);
         let F_x = G_xa * (F_x0 * p.direction);
-        let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);
+        let F_y = G_yk * self.direction_corrected_force(&p, F_y0) + self.S_Vyk(&p, &lateral);
         let trail = aligning.peak * shrunk;
-        let M_z = -trail * (G_yk * self.directed(&p, F_y0_trail))
+        let M_z = -trail * (G_yk * self.direction_corrected_force(&p, F_y0_trail))
             + aligning.residual
-            + self.lever(&p, F_y) * F_x;
-        let forces = Forces {
+            + self.longitudinal_force_lever(&p, F_y) * F_x;
+        let forces = TireForces {
             F_x,
             F_y,
-            M_x: self.overturning(&p, F_y),
-            M_y: self.rolling(&p, slip, F_x),
+            M_x: self.overturning_moment(&p, F_y),
+            M_y: self.rolling_resistance_moment(&p, slip, F_x),
             M_z,
         };
-        let details = Details {
+        let details = TireForceDetails {
             mu: [longitudinal.mu, lateral.mu],
             K_xk: longitudinal.K,
             K_ya: lateral.K,
@@ -159,38 +163,38 @@ impl<T: Real> MfTire<T> {
 }
 
 impl<T: Number> Tire<T> for MfTire<T> {
-    fn forces(&self, slip: &Slip<T>) -> Forces<T> {
-        self.details(slip).0
+    fn forces(&self, slip: &TireOperatingPoint<T>) -> TireForces<T> {
+        self.forces_and_details(slip).0
     }
 
-    fn F_xy(&self, slip: &Slip<T>) -> [T; 2] {
-        let p = self.point(slip);
+    fn F_xy(&self, slip: &TireOperatingPoint<T>) -> [T; 2] {
+        let p = self.normalized_point(slip);
         let [K] = self.cornering_stiffness(&p, [p.gamma_star]);
-        let lateral = self.lateral(&p, p.gamma_star, K);
-        let [F_x0, F_y0] = Curve::forces([&self.longitudinal(&p), &lateral]);
-        let [G_xa, G_yk] = self.weights(&p);
-        let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);
+        let lateral = self.lateral_curve(&p, p.gamma_star, K);
+        let [F_x0, F_y0] = PureSlipCurve::forces([&self.longitudinal_curve(&p), &lateral]);
+        let [G_xa, G_yk] = self.combined_slip_weights(&p);
+        let F_y = G_yk * self.direction_corrected_force(&p, F_y0) + self.S_Vyk(&p, &lateral);
         [G_xa * (F_x0 * p.direction), F_y]
     }
 
-    fn F_xy_M_z(&self, slip: &Slip<T>) -> [T; 3] {
-        let Forces { F_x, F_y, M_z, .. } = self.forces(slip);
+    fn F_xy_M_z(&self, slip: &TireOperatingPoint<T>) -> [T; 3] {
+        let TireForces { F_x, F_y, M_z, .. } = self.forces(slip);
         [F_x, F_y, M_z]
     }
 
-    fn relaxation(&self, slip: &Slip<T>) -> Relaxation<T> {
-        self.relaxation_lengths(&self.point(slip))
+    fn relaxation(&self, slip: &TireOperatingPoint<T>) -> RelaxationLengths<T> {
+        self.relaxation_lengths(&self.normalized_point(slip))
     }
 
-    fn effective_radius(&self, slip: &Slip<T>) -> Option<T> {
+    fn effective_radius(&self, slip: &TireOperatingPoint<T>) -> Option<T> {
         Some(self.rolling_radius(slip).0)
     }
 
-    fn loaded_radius(&self, slip: &Slip<T>, forces: &Forces<T>) -> Option<T> {
-        Some(self.rest_radius(slip, forces))
+    fn loaded_radius(&self, slip: &TireOperatingPoint<T>, forces: &TireForces<T>) -> Option<T> {
+        Some(self.loaded_radius_for_forces(slip, forces))
     }
 
-    fn validity(&self, slip: &Slip<T>) -> Validity {
+    fn validity_excess(&self, slip: &TireOperatingPoint<T>) -> ValidityExcess {
         let c = &self.coefficients;
         let excess = |x: T, low: T, high: T| {
             let (x, low, high) = (x.re(), low.re(), high.re());
@@ -205,7 +209,7 @@ impl<T: Number> Tire<T> for MfTire<T> {
             }
         };
         let F_z = if slip.F_z.re() <= 0.0 { 0.0 } else { excess(slip.F_z, c.FZMIN, c.FZMAX) };
-        Validity {
+        ValidityExcess {
             kappa: excess(slip.kappa, c.KPUMIN, c.KPUMAX),
             alpha: excess(slip.alpha, c.ALPMIN, c.ALPMAX),
             gamma: excess(slip.gamma, c.CAMMIN, c.CAMMAX),

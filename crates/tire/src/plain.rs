@@ -2,7 +2,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use crate::magic_formula::MagicFormula;
-use crate::slip::{Forces, Relaxation, Slip, Validity};
+use crate::slip::{RelaxationLengths, TireForces, TireOperatingPoint, ValidityExcess};
 use crate::tire::Tire;
 use elementary::Number;
 
@@ -11,13 +11,13 @@ use elementary::Number;
 ///
 /// Moments are 0. There is no load under 0, no effect of camber, speed and pressure, and no limit of validity.
 impl<T: Number> Tire<T> for MagicFormula<T> {
-    fn forces(&self, slip: &Slip<T>) -> Forces<T> {
+    fn forces(&self, slip: &TireOperatingPoint<T>) -> TireForces<T> {
         let [F_x, F_y] = self.F_xy(slip);
         let zero = T::from(0.0);
-        Forces { F_x, F_y, M_x: zero, M_y: zero, M_z: zero }
+        TireForces { F_x, F_y, M_x: zero, M_y: zero, M_z: zero }
     }
 
-    fn F_xy(&self, slip: &Slip<T>) -> [T; 2] {
+    fn F_xy(&self, slip: &TireOperatingPoint<T>) -> [T; 2] {
         let zero = T::from(0.0);
         let F_z = if slip.F_z < zero { zero } else { slip.F_z };
         let centred = Self { S_h: zero, S_v: zero, ..*self };
@@ -26,33 +26,33 @@ impl<T: Number> Tire<T> for MagicFormula<T> {
         let square = x * x + y * y;
         // The root has no derivative at 0; the curve there is its tangent.
         let secant = if square == zero {
-            self.stiffness()
+            self.cornering_stiffness_per_load()
         } else {
             let length = square.sqrt();
-            centred.coefficient(length) / length
+            centred.friction_coefficient(length) / length
         };
         let reverse = if slip.v_x < zero { -1.0 } else { 1.0 };
         [slip.mu * F_z * secant * x * reverse, slip.mu * F_z * (secant * y + self.S_v)]
     }
 
-    fn F_xy_M_z(&self, slip: &Slip<T>) -> [T; 3] {
+    fn F_xy_M_z(&self, slip: &TireOperatingPoint<T>) -> [T; 3] {
         let [F_x, F_y] = self.F_xy(slip);
         [F_x, F_y, T::from(0.0)]
     }
 
-    fn relaxation(&self, _: &Slip<T>) -> Relaxation<T> {
-        Relaxation { x: T::from(0.0), y: T::from(0.0) }
+    fn relaxation(&self, _: &TireOperatingPoint<T>) -> RelaxationLengths<T> {
+        RelaxationLengths { x: T::from(0.0), y: T::from(0.0) }
     }
 
-    fn effective_radius(&self, _: &Slip<T>) -> Option<T> {
+    fn effective_radius(&self, _: &TireOperatingPoint<T>) -> Option<T> {
         None
     }
 
-    fn loaded_radius(&self, _: &Slip<T>, _: &Forces<T>) -> Option<T> {
+    fn loaded_radius(&self, _: &TireOperatingPoint<T>, _: &TireForces<T>) -> Option<T> {
         None
     }
 
-    fn validity(&self, _: &Slip<T>) -> Validity {
-        Validity::default()
+    fn validity_excess(&self, _: &TireOperatingPoint<T>) -> ValidityExcess {
+        ValidityExcess::default()
     }
 }

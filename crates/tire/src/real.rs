@@ -25,17 +25,17 @@ pub trait Real:
     type Mask: Copy;
 
     /// A constant of the same kind.
-    fn constant(self, value: f64) -> Self;
+    fn constant_like(self, value: f64) -> Self;
     /// Whether it is smaller than another; false for what is no number.
-    fn below(self, other: Self) -> Self::Mask;
+    fn is_less_than(self, other: Self) -> Self::Mask;
     /// Whether it is this value.
-    fn equals(self, value: f64) -> Self::Mask;
+    fn is_equal_to(self, value: f64) -> Self::Mask;
     /// Whether it is no number.
     fn is_not_a_number(self) -> Self::Mask;
     /// Whether a comparison holds anywhere.
-    fn any(self, truth: Self::Mask) -> bool;
+    fn is_true_anywhere(self, truth: Self::Mask) -> bool;
     /// Whether it is this value everywhere and carries no derivative, so that a term which it switches off can be left out.
-    fn is_always(self, value: f64) -> bool;
+    fn is_exactly_constant(self, value: f64) -> bool;
     /// One value where a comparison holds, the other elsewhere.
     fn select(truth: Self::Mask, yes: Self, no: Self) -> Self;
 
@@ -64,7 +64,7 @@ pub trait Real:
 
     /// Arc tangents of independent numbers, which need not wait for one another.
     #[inline(always)]
-    fn atans<const N: usize>(x: [Self; N]) -> [Self; N] {
+    fn arctangents<const N: usize>(x: [Self; N]) -> [Self; N] {
         x.map(Self::atan)
     }
     /// Sines of independent numbers.
@@ -93,17 +93,17 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     type Mask = bool;
 
     #[inline(always)]
-    fn constant(self, value: f64) -> Self {
+    fn constant_like(self, value: f64) -> Self {
         T::from(value)
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> bool {
+    fn is_less_than(self, other: Self) -> bool {
         self.re() < other.re()
     }
 
     #[inline(always)]
-    fn equals(self, value: f64) -> bool {
+    fn is_equal_to(self, value: f64) -> bool {
         self.re() == value
     }
 
@@ -113,12 +113,12 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     }
 
     #[inline(always)]
-    fn any(self, truth: bool) -> bool {
+    fn is_true_anywhere(self, truth: bool) -> bool {
         truth
     }
 
     #[inline(always)]
-    fn is_always(self, value: f64) -> bool {
+    fn is_exactly_constant(self, value: f64) -> bool {
         T::NDERIV == 0 && self.re() == value
     }
 
@@ -129,7 +129,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
 
     #[inline(always)]
     fn abs(self) -> Self {
-        signed::magnitude(self)
+        signed::absolute_value(self)
     }
 
     #[inline(always)]
@@ -148,7 +148,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
 mod signed {
     /// Absolute value, where [`Real`](super::Real) is out of scope, which has a method of this name too.
     #[inline(always)]
-    pub fn magnitude<T: elementary::Number>(x: T) -> T {
+    pub fn absolute_value<T: elementary::Number>(x: T) -> T {
         x.abs()
     }
 }

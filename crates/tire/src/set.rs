@@ -1,6 +1,6 @@
 //! Names the tires of a car with two axles, so that all four wheels can be asked at once.
 
-use crate::slip::{Forces, Slip};
+use crate::slip::{TireForces, TireOperatingPoint};
 use crate::tire::Tire;
 use elementary::Number;
 
@@ -10,7 +10,7 @@ pub trait TireSet<T: Number> {
     type Tire: Tire<T>;
 
     /// The tires of the front and the rear axle.
-    fn axles(&self) -> [&Self::Tire; 2];
+    fn axle_tires(&self) -> [&Self::Tire; 2];
 
     /// Slip angles [rad] of the wheels from their tangents.
     #[inline]
@@ -21,8 +21,8 @@ pub trait TireSet<T: Number> {
     /// Forces and moments of the wheels front left, front right, rear left and rear right, each in the axes of its own operating
     /// point: for a right wheel, that of its mirror image.
     #[inline]
-    fn forces(&self, slips: &[Slip<T>; 4]) -> [Forces<T>; 4] {
-        let [front, rear] = self.axles();
+    fn forces(&self, slips: &[TireOperatingPoint<T>; 4]) -> [TireForces<T>; 4] {
+        let [front, rear] = self.axle_tires();
         let [fl, fr, rl, rr] = slips;
         [front.forces(fl), front.forces(fr), rear.forces(rl), rear.forces(rr)]
     }
@@ -32,7 +32,7 @@ impl<T: Number, W: Tire<T>> TireSet<T> for [W; 2] {
     type Tire = W;
 
     #[inline]
-    fn axles(&self) -> [&W; 2] {
+    fn axle_tires(&self) -> [&W; 2] {
         self.each_ref()
     }
 }

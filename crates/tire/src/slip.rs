@@ -7,7 +7,7 @@ use elementary::Number;
 ///
 /// The default is a free wheel that rolls without load.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slip<T = f64> {
+pub struct TireOperatingPoint<T = f64> {
     /// Longitudinal slip −V_sx / V_x = (ω R_e − V_x) / V_x [-]: −1 for a locked wheel, in both directions of travel.
     pub kappa: T,
     /// Slip angle [rad] with tan α = V_sy / |V_x|: positive while the contact point moves to the left, so F_y < 0.
@@ -24,24 +24,16 @@ pub struct Slip<T = f64> {
     pub mu: T,
 }
 
-impl<T: Number> Default for Slip<T> {
+impl<T: Number> Default for TireOperatingPoint<T> {
     fn default() -> Self {
         let zero = T::from(0.0);
-        Self {
-            kappa: zero,
-            alpha: zero,
-            gamma: zero,
-            F_z: zero,
-            v_x: zero,
-            pressure: None,
-            mu: T::from(1.0),
-        }
+        Self { kappa: zero, alpha: zero, gamma: zero, F_z: zero, v_x: zero, pressure: None, mu: T::from(1.0) }
     }
 }
 
 /// Forces and moments of the road on a tire, at the contact point in ISO-W axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Forces<T = f64> {
+pub struct TireForces<T = f64> {
     /// Longitudinal force [N]: positive drives forward.
     pub F_x: T,
     /// Lateral force [N]: positive to the left.
@@ -59,7 +51,7 @@ pub struct Forces<T = f64> {
 ///
 /// The forces are those at the nearest valid input; this tells that they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Validity {
+pub struct ValidityExcess {
     /// Longitudinal slip over `KPUMAX` or under `KPUMIN` [-].
     pub kappa: f64,
     /// Slip angle over `ALPMAX` or under `ALPMIN` [rad].
@@ -72,14 +64,14 @@ pub struct Validity {
     pub pressure: f64,
 }
 
-impl Validity {
+impl ValidityExcess {
     /// Whether all inputs are inside. An input that is not a number is not.
     pub fn is_valid(&self) -> bool {
-        self.excesses().iter().all(|(_, excess)| *excess == 0.0)
+        self.input_excesses().iter().all(|(_, excess)| *excess == 0.0)
     }
 
     /// Each input and how far it is outside.
-    pub fn excesses(&self) -> [(&'static str, f64); 5] {
+    pub fn input_excesses(&self) -> [(&'static str, f64); 5] {
         let Self { kappa, alpha, gamma, F_z, pressure } = *self;
         [("kappa", kappa), ("alpha", alpha), ("gamma", gamma), ("F_z", F_z), ("pressure", pressure)]
     }
@@ -87,7 +79,7 @@ impl Validity {
 
 /// Relaxation lengths [m]: the way that a wheel rolls while its slip builds up to 63 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Relaxation<T = f64> {
+pub struct RelaxationLengths<T = f64> {
     /// Longitudinal, σ_κ [m].
     pub x: T,
     /// Lateral, σ_α [m].

@@ -7,7 +7,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use tire::{Coefficients, FormulaConvention, Key, MfTire, Slip, Tire, Version};
+use tire::{
+    CoefficientKey, Coefficients, FormulaConvention, MagicFormulaVersion, MfTire, Tire, TireOperatingPoint,
+};
 
 /// So much of the largest value of a column may be wrong.
 const TOLERANCE: f64 = 1e-12;
@@ -45,11 +47,11 @@ fn coefficients(name: &str, path: &Path) -> Result<Coefficients, Failed> {
     let mut found = Coefficients::default();
     for (key, value) in values {
         let value = value.as_f64().ok_or_else(|| format!("{key} is no number"))?;
-        match Key::named(key) {
+        match CoefficientKey::from_name(key) {
             Some(key) => key.set(&mut found, value),
-            None if key == "FITTYP" && value == 61.0 => found.version = Version::Mf61,
-            None if key == "FITTYP" && value == 62.0 => found.version = Version::Mf62,
-            None if key == "FITTYP" => found.version = Version::Mf52,
+            None if key == "FITTYP" && value == 61.0 => found.version = MagicFormulaVersion::Mf61,
+            None if key == "FITTYP" && value == 62.0 => found.version = MagicFormulaVersion::Mf62,
+            None if key == "FITTYP" => found.version = MagicFormulaVersion::Mf52,
             None => return Err(format!("no key {key}").into()),
         }
     }
@@ -79,8 +81,7 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
         true => (format!("{name}.json"), format!("{name}.csv")),
         false => ("params.json".to_owned(), format!("{name}.csv.gz")),
     };
-    let tire =
-        MfTire::new(coefficients(name, &folder.join(parameters))?).map_err(|it| it.to_string())?;
+    let tire = MfTire::new(coefficients(name, &folder.join(parameters))?).map_err(|it| it.to_string())?;
     let text = table(&folder.join(rows))?;
     let mut lines = text.lines();
     let head: Vec<_> = lines.next().ok_or("an empty table")?.split(',').collect();
@@ -89,8 +90,7 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
     let mut count = 0;
     for line in lines {
         let fields: Vec<_> = line.split(',').collect();
-        let at =
-            |column: &str| fields[place(column).unwrap_or(0)].parse::<f64>().unwrap_or(f64::NAN);
+        let at = |column: &str| fields[place(column).unwrap_or(0)].parse::<f64>().unwrap_or(f64::NAN);
         let mode = fields[1];
         let tire = tire.with_convention(FormulaConvention {
             limits: mode.starts_with('1'),
@@ -120,18 +120,15 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
         let known = LOST_DIGITS.iter().find(|it| (it.0, it.1) == (name, column));
         known.map_or(TOLERANCE, |it| it.2)
     };
-    let wrong =
-        columns.iter().filter(|it| it.worst.0 > bound(it.name) * it.largest || it.worst.0.is_nan());
+    let wrong = columns.iter().filter(|it| it.worst.0 > bound(it.name) * it.largest || it.worst.0.is_nan());
     Ok(wrong
-        .map(|it| {
-            format!("{}: off by {:e} of {:e}: {}", it.name, it.worst.0, it.largest, it.worst.1)
-        })
+        .map(|it| format!("{}: off by {:e} of {:e}: {}", it.name, it.worst.0, it.largest, it.worst.1))
         .collect())
 }
 
 /// Each column that a tire computes; nothing where the table is not to be trusted.
 fn values(tire: &MfTire, at: &impl Fn(&str) -> f64) -> Vec<(&'static str, Option<f64>)> {
-    let slip = Slip {
+    let slip = TireOperatingPoint {
         kappa: at("kappa"),
         alpha: at("alpha_rad"),
         gamma: at("gamma_rad"),
@@ -140,10 +137,10 @@ fn values(tire: &MfTire, at: &impl Fn(&str) -> f64) -> Vec<(&'static str, Option
         pressure: Some(at("P_Pa")),
         mu: 1.0,
     };
-    let (forces, details) = tire.details(&slip);
+    let (forces, details) = tire.forces_and_details(&slip);
     let relaxation = tire.relaxation(&slip);
     let moment = match tire.coefficients().version {
-        Version::Mf52 => "Mz_consistent_Nm",
+        MagicFormulaVersion::Mf52 => "Mz_consistent_Nm",
         _ => "Mz_Nm",
     };
     // The table lets the moment of a wheel that turns backwards fade with VXLOW + VXLOW / |V_x| instead of 1 + VXLOW / |V_x|.
@@ -152,7 +149,7 @@ fn values(tire: &MfTire, at: &impl Fn(&str) -> f64) -> Vec<(&'static str, Option
     let pressed = slip.F_z > tire.coefficients().FZMIN;
     let loaded = tire
         .loaded_radius(&slip, &forces)
-        .filter(|_| pressed && tire.coefficients().version != Version::Mf52);
+        .filter(|_| pressed && tire.coefficients().version != MagicFormulaVersion::Mf52);
     vec![
         ("Fx_N", Some(forces.F_x)),
         ("Fy_N", Some(forces.F_y)),

@@ -1,6 +1,6 @@
 //! Asks tires for forces at random points, far beyond all limits: every answer is a finite number.
 
-use tire::{Coefficients, FormulaConvention, MfTire, Slip, Tire, Version};
+use tire::{Coefficients, FormulaConvention, MagicFormulaVersion, MfTire, Tire, TireOperatingPoint};
 
 #[test]
 fn no_input_gives_nan() {
@@ -12,15 +12,13 @@ fn no_input_gives_nan() {
     let usual = Coefficients::sports_tire();
     // Some files have neither a least load nor a low speed.
     let bare = Coefficients { FZMIN: 0.0, VXLOW: 0.0, ..usual };
-    let versions = [Version::Mf52, Version::Mf61, Version::Mf62];
+    let versions = [MagicFormulaVersion::Mf52, MagicFormulaVersion::Mf61, MagicFormulaVersion::Mf62];
     for (version, tire) in versions.into_iter().flat_map(|it| [(it, usual), (it, bare)]) {
         let coefficients = Coefficients { version, ..tire };
-        let tire = MfTire::new(coefficients)
-            .expect("a tire")
-            .with_convention(FormulaConvention::default());
+        let tire = MfTire::new(coefficients).expect("a tire").with_convention(FormulaConvention::default());
         for case in 0..100_000 {
             let far = [1.0, 10.0, 0.0][case % 3];
-            let slip = Slip {
+            let slip = TireOperatingPoint {
                 kappa: far * random(-1.5, 1.5),
                 alpha: far * random(-1.6, 1.6),
                 gamma: far * random(-0.3, 0.3),

@@ -20,10 +20,7 @@
 //! # Ok::<(), track::Error>(())
 //! ```
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod angle;
 mod error;
@@ -36,12 +33,12 @@ mod spline;
 mod steering;
 mod survey;
 
-pub use angle::wrap;
+pub use angle::wrap_angle;
 pub use error::Error;
-pub use ggv::{Ggv, Limits, Road};
-pub use line::{Line, LinePoint};
-pub use profile::{Bounds, Profile};
-pub use projection::Station;
+pub use ggv::{AccelerationLimits, GgvDiagram, RoadGeometry};
+pub use line::{LinePoint, TrackLine};
+pub use profile::{SpeedBounds, SpeedProfile};
+pub use projection::LineStation;
 pub use speed::{SpeedCommand, SpeedLaw};
-pub use steering::{Handling, Motion, RoadLoad, Steering};
-pub use survey::Survey;
+pub use steering::{HeadingAndSpeed, PathSteeringLaw, RoadLoad, SteadyStateHandling};
+pub use survey::TrackSurvey;

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Ggv, Line, Road};
+use crate::{Error, GgvDiagram, RoadGeometry, TrackLine};
 
 /// Speeds that a profile keeps below, and those at the ends of an open line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
+pub struct SpeedBounds {
     /// Highest speed [m/s].
     pub top: f64,
     /// Speed at the beginning of an open line [m/s]; the highest possible one without it.
@@ -15,15 +15,15 @@ pub struct Bounds {
     pub end: Option<f64>,
 }
 
-impl Default for Bounds {
+impl Default for SpeedBounds {
     fn default() -> Self {
-        Bounds { top: f64::INFINITY, start: None, end: None }
+        SpeedBounds { top: f64::INFINITY, start: None, end: None }
     }
 }
 
 /// Speeds along a line, at equidistant stations; the square of the speed is linear between them, so the acceleration is constant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Profile {
+pub struct SpeedProfile {
     closed: bool,
     step: f64,
     length: f64,
@@ -36,7 +36,7 @@ const SETTLED: f64 = 1e-9;
 /// after some on a line that is nearly a circle.
 const ROUNDS: usize = 1000;
 
-impl Profile {
+impl SpeedProfile {
     /// The fastest profile of a line within a g-g-v diagram, by a pass forward and one backward.
     ///
     /// At first each station has the highest speed of its bend. The forward pass lets the car accelerate from station to station no faster than
@@ -47,20 +47,17 @@ impl Profile {
     ///
     /// # Errors
     /// Where the tires do not hold the car on the bank at rest, or where the engine does not take it up a grade.
-    pub fn of(line: &Line, ggv: &Ggv, bounds: &Bounds) -> Result<Self, Error> {
-        let top = bounds.top.min(ggv.top());
+    pub fn fastest_on_line(line: &TrackLine, ggv: &GgvDiagram, bounds: &SpeedBounds) -> Result<Self, Error> {
+        let top = bounds.top.min(ggv.top_speed());
         if top.is_nan() || top <= 0.0 {
-            return Err(Error::Limits(format!(
-                "expected a top speed above 0 m/s, found {top} m/s"
-            )));
+            return Err(Error::Limits(format!("expected a top speed above 0 m/s, found {top} m/s")));
         }
-        let roads: Vec<Road> = line.stations().map(|s| line.road(s)).collect();
+        let roads: Vec<RoadGeometry> = line.knot_stations().map(|s| line.road_at(s)).collect();
         let mut most = Vec::with_capacity(roads.len());
-        for (road, s) in roads.iter().zip(line.stations()) {
-            let speed = ggv.cornering(road, top).ok_or_else(|| {
+        for (road, s) in roads.iter().zip(line.knot_stations()) {
+            let speed = ggv.max_cornering_speed(road, top).ok_or_else(|| {
                 let bank = road.bank.to_degrees();
-                let message =
-                    format!("the tires do not hold the car on a bank of {bank:.1} degrees");
+                let message = format!("the tires do not hold the car on a bank of {bank:.1} degrees");
                 Error::Place { s, message }
             })?;
             most.push(speed);
@@ -70,23 +67,28 @@ impl Profile {
             most[0] = most[0].min(bounds.start.unwrap_or(top));
             most[last] = most[last].min(bounds.end.unwrap_or(top));
         }
-        let passes = Passes { ggv, step: line.step(), roads, closed: line.is_closed() };
-        let speeds = passes.settle(most)?;
+        let passes = SpeedPasses { ggv, step: line.knot_spacing(), roads, closed: line.is_closed() };
+        let speeds = passes.iterate_passes(most)?;
         let squares = speeds.iter().map(|v| v * v).collect();
-        Ok(Profile { closed: line.is_closed(), step: line.step(), length: line.length(), squares })
+        Ok(SpeedProfile {
+            closed: line.is_closed(),
+            step: line.knot_spacing(),
+            length: line.length(),
+            squares,
+        })
     }
 
     /// Speed at a station [m/s].
     #[must_use]
-    pub fn speed(&self, s: f64) -> f64 {
-        let ([a, b], t) = self.between(s);
+    pub fn speed_at(&self, s: f64) -> f64 {
+        let ([a, b], t) = self.surrounding_squared_speeds(s);
         (a + t * (b - a)).max(0.0).sqrt()
     }
 
     /// Acceleration along the line at a station [m/s²].
     #[must_use]
-    pub fn acceleration(&self, s: f64) -> f64 {
-        let ([a, b], _) = self.between(s);
+    pub fn acceleration_at(&self, s: f64) -> f64 {
+        let ([a, b], _) = self.surrounding_squared_speeds(s);
         if !self.closed && !(0.0..=self.length).contains(&s) {
             return 0.0;
         }
@@ -95,7 +97,7 @@ impl Profile {
 
     /// Time from the beginning of the line to its end [s].
     #[must_use]
-    pub fn duration(&self) -> f64 {
+    pub fn travel_time(&self) -> f64 {
         let count = self.squares.len();
         let last = if self.closed { count } else { count - 1 };
         let speed = |i: usize| self.squares[i % count].sqrt();
@@ -104,12 +106,12 @@ impl Profile {
 
     /// Lowest and highest speed [m/s].
     #[must_use]
-    pub fn extremes(&self) -> [f64; 2] {
+    pub fn speed_range(&self) -> [f64; 2] {
         let low = self.squares.iter().copied().fold(f64::INFINITY, f64::min);
         [low.sqrt(), self.squares.iter().copied().fold(0.0, f64::max).sqrt()]
     }
 
-    fn between(&self, s: f64) -> ([f64; 2], f64) {
+    fn surrounding_squared_speeds(&self, s: f64) -> ([f64; 2], f64) {
         let count = self.squares.len();
         let place = match self.closed {
             true => s.rem_euclid(self.length) / self.step,
@@ -122,10 +124,10 @@ impl Profile {
 }
 
 /// Both passes over a line.
-struct Passes<'a> {
-    ggv: &'a Ggv,
+struct SpeedPasses<'a> {
+    ggv: &'a GgvDiagram,
     step: f64,
-    roads: Vec<Road>,
+    roads: Vec<RoadGeometry>,
     closed: bool,
 }
 
@@ -136,15 +138,15 @@ enum PassDirection {
     Backward,
 }
 
-impl Passes<'_> {
-    fn settle(&self, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
+impl SpeedPasses<'_> {
+    fn iterate_passes(&self, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
         let count = speeds.len();
         let slowest = (0..count).min_by(|a, b| speeds[*a].total_cmp(&speeds[*b])).unwrap_or(0);
         let begin = if self.closed { slowest } else { 0 };
         for _ in 0..ROUNDS {
             let before = speeds.clone();
-            self.pass(&mut speeds, begin, PassDirection::Forward)?;
-            self.pass(&mut speeds, begin, PassDirection::Backward)?;
+            self.limit_speeds_in_pass(&mut speeds, begin, PassDirection::Forward)?;
+            self.limit_speeds_in_pass(&mut speeds, begin, PassDirection::Backward)?;
             let changes = speeds.iter().zip(&before).map(|(now, before)| (now - before).abs());
             if changes.fold(0.0, f64::max) <= SETTLED {
                 return Ok(speeds);
@@ -154,7 +156,12 @@ impl Passes<'_> {
     }
 
     /// Lowers speeds that the car cannot reach from the station before it in this direction.
-    fn pass(&self, speeds: &mut [f64], begin: usize, way: PassDirection) -> Result<(), Error> {
+    fn limit_speeds_in_pass(
+        &self,
+        speeds: &mut [f64],
+        begin: usize,
+        way: PassDirection,
+    ) -> Result<(), Error> {
         let count = speeds.len();
         let steps = if self.closed { count } else { count - 1 };
         for k in 0..steps {
@@ -165,7 +172,7 @@ impl Passes<'_> {
                     (begin + 2 * count - k - 1 - usize::from(!self.closed)) % count,
                 ),
             };
-            let reached = self.reached(speeds[from], speeds[to], from, to, way);
+            let reached = self.reachable_speed(speeds[from], speeds[to], from, to, way);
             if reached <= 0.0 && way == PassDirection::Forward && speeds[to] > 0.0 {
                 let grade = self.roads[to].grade.to_degrees();
                 let message = format!("the car does not get up a grade of {grade:.1} degrees");
@@ -178,10 +185,10 @@ impl Passes<'_> {
 
     /// The highest speed at `to`, up to `most`, when the car has the speed `v` at `from`: v_to² = v² + Δs (a_from + a_to), where a_to
     /// is that at v_to. An explicit step would overshoot where the lateral grip is used up, as the ellipse is vertical there.
-    fn reached(&self, v: f64, most: f64, from: usize, to: usize, way: PassDirection) -> f64 {
+    fn reachable_speed(&self, v: f64, most: f64, from: usize, to: usize, way: PassDirection) -> f64 {
         let gain = |v: f64, at: usize| match way {
-            PassDirection::Forward => self.ggv.range(v, &self.roads[at])[1],
-            PassDirection::Backward => -self.ggv.range(v, &self.roads[at])[0],
+            PassDirection::Forward => self.ggv.acceleration_range(v, &self.roads[at])[1],
+            PassDirection::Backward => -self.ggv.acceleration_range(v, &self.roads[at])[0],
         };
         let known = v * v + self.step * gain(v, from);
         let excess = |x: f64| x * x - known - self.step * gain(x, to);

@@ -32,7 +32,7 @@ impl SpeedLaw {
     /// The integral stands still while the command is at a limit that the error would push it further into (conditional integration,
     /// K. Åström and T. Hägglund, Advanced PID Control, 2006, section 3.5), and is itself within the limits.
     #[must_use]
-    pub fn acceleration(
+    pub fn commanded_acceleration(
         &self,
         wanted: &SpeedCommand,
         v: f64,
@@ -64,7 +64,7 @@ mod tests {
         let (law, mut v, mut integral) = (SpeedLaw::default(), 10.0, 0.0);
         for _ in 0..6000 {
             let wanted = SpeedCommand { speed: 20.0, acceleration: 0.0 };
-            v += H * (law.acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H) - 1.5);
+            v += H * (law.commanded_acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H) - 1.5);
         }
         assert_relative_eq!(v, 20.0, epsilon = 1e-3);
         assert_relative_eq!(integral, 1.5, epsilon = 1e-2);
@@ -75,7 +75,7 @@ mod tests {
         let (law, mut v, mut integral, mut highest) = (SpeedLaw::default(), 0.0, 0.0, 0.0_f64);
         for _ in 0..2000 {
             let wanted = SpeedCommand { speed: 50.0, acceleration: 0.0 };
-            v += H * law.acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H);
+            v += H * law.commanded_acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H);
             highest = highest.max(v);
         }
         assert!(highest < 50.5 && (v - 50.0).abs() < 0.5, "{highest} {v}");
@@ -87,7 +87,7 @@ mod tests {
         for (speed, wanted) in [(100.0, 3.0), (-100.0, -8.0)] {
             let mut integral = 0.0;
             let wanted_speed = SpeedCommand { speed, acceleration: 0.0 };
-            let found = law.acceleration(&wanted_speed, 0.0, [-8.0, 3.0], &mut integral, H);
+            let found = law.commanded_acceleration(&wanted_speed, 0.0, [-8.0, 3.0], &mut integral, H);
             assert_eq!((found, integral), (wanted, 0.0));
         }
     }

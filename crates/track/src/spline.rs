@@ -4,7 +4,7 @@
 /// more, from the last knot to the first.
 ///
 /// Ends are parabolic (M_0 = M_1), so a line that starts in a bend keeps the curvature of the bend.
-pub(crate) fn moments(spacing: &[f64], values: &[f64]) -> Vec<f64> {
+pub(crate) fn spline_moments(spacing: &[f64], values: &[f64]) -> Vec<f64> {
     let count = values.len();
     let slope = |i: usize| (values[(i + 1) % count] - values[i]) / spacing[i];
     if spacing.len() == count {
@@ -15,7 +15,7 @@ pub(crate) fn moments(spacing: &[f64], values: &[f64]) -> Vec<f64> {
                 [h, 2.0 * (h + next), next, 6.0 * (slope(i) - slope(before(i)))]
             })
             .collect();
-        return cyclic(&rows);
+        return solve_cyclic_tridiagonal(&rows);
     }
     let mut rows = vec![[0.0, 1.0, -1.0, 0.0]; count];
     for i in 1..count - 1 {
@@ -23,12 +23,12 @@ pub(crate) fn moments(spacing: &[f64], values: &[f64]) -> Vec<f64> {
         rows[i] = [h, 2.0 * (h + next), next, 6.0 * (slope(i) - slope(i - 1))];
     }
     rows[count - 1] = [-1.0, 1.0, 0.0, 0.0];
-    tridiagonal(&rows)
+    solve_tridiagonal(&rows)
 }
 
 /// Solves a system whose rows are [lower, diagonal, upper, right side], by elimination without pivots: the rows of splines
 /// are diagonally dominant.
-fn tridiagonal(rows: &[[f64; 4]]) -> Vec<f64> {
+fn solve_tridiagonal(rows: &[[f64; 4]]) -> Vec<f64> {
     let mut eliminated: Vec<[f64; 2]> = Vec::with_capacity(rows.len());
     for &[lower, diagonal, upper, right] in rows {
         let [c, d] = eliminated.last().copied().unwrap_or_default();
@@ -46,14 +46,14 @@ fn tridiagonal(rows: &[[f64; 4]]) -> Vec<f64> {
 
 /// Solves the same with the lower entry of the first row in the last column and the upper one of the last row in the first
 /// column, by the formula of Sherman and Morrison.
-fn cyclic(rows: &[[f64; 4]]) -> Vec<f64> {
+fn solve_cyclic_tridiagonal(rows: &[[f64; 4]]) -> Vec<f64> {
     let last = rows.len() - 1;
     let (corner_up, corner_down) = (rows[0][0], rows[last][2]);
     let gamma = -rows[0][1];
     let mut inner = rows.to_vec();
     inner[0][1] -= gamma;
     inner[last][1] -= corner_down * corner_up / gamma;
-    let first = tridiagonal(&inner);
+    let first = solve_tridiagonal(&inner);
     for (i, row) in inner.iter_mut().enumerate() {
         row[3] = match i {
             0 => gamma,
@@ -61,7 +61,7 @@ fn cyclic(rows: &[[f64; 4]]) -> Vec<f64> {
             _ => 0.0,
         };
     }
-    let second = tridiagonal(&inner);
+    let second = solve_tridiagonal(&inner);
     let along = |of: &[f64]| of[0] + corner_up / gamma * of[last];
     let factor = along(&first) / (1.0 + along(&second));
     first.iter().zip(&second).map(|(a, b)| a - factor * b).collect()
@@ -70,7 +70,7 @@ fn cyclic(rows: &[[f64; 4]]) -> Vec<f64> {
 /// Value and first two derivatives on the segment of length `h` between two knots with values and moments, at the share
 /// `t` of it, from 0 to 1.
 #[inline]
-pub(crate) fn segment(h: f64, t: f64, values: [f64; 2], moments: [f64; 2]) -> [f64; 3] {
+pub(crate) fn evaluate_segment(h: f64, t: f64, values: [f64; 2], moments: [f64; 2]) -> [f64; 3] {
     let a = 1.0 - t;
     let [y0, y1] = values;
     let [m0, m1] = moments;
@@ -98,11 +98,11 @@ mod tests {
         let mut spacing: Vec<f64> = knots.windows(2).map(|it| it[1] - it[0]).collect();
         spacing.push(knots[0] + TAU - knots[count - 1]);
         let values: Vec<f64> = knots.iter().map(|it| it.sin()).collect();
-        let m = moments(&spacing, &values);
+        let m = spline_moments(&spacing, &values);
         for i in 0..count {
             let j = (i + 1) % count;
             let at = knots[i] + 0.4 * spacing[i];
-            let [y, dy, ddy] = segment(spacing[i], 0.4, [values[i], values[j]], [m[i], m[j]]);
+            let [y, dy, ddy] = evaluate_segment(spacing[i], 0.4, [values[i], values[j]], [m[i], m[j]]);
             assert_relative_eq!(y, at.sin(), epsilon = 1e-5);
             assert_relative_eq!(dy, at.cos(), epsilon = 2e-4);
             assert_relative_eq!(ddy, -at.sin(), epsilon = 1e-2);
@@ -113,7 +113,7 @@ mod tests {
     fn a_parabola_is_its_own_spline() {
         let knots = [0.0_f64, 0.5, 2.0, 3.0, 3.5];
         let spacing: Vec<f64> = knots.windows(2).map(|it| it[1] - it[0]).collect();
-        let m = moments(&spacing, &knots.map(|it| 1.5 * it * it - it));
+        let m = spline_moments(&spacing, &knots.map(|it| 1.5 * it * it - it));
         for it in m {
             assert_relative_eq!(it, 3.0, max_relative = 1e-12);
         }

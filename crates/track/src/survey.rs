@@ -4,7 +4,7 @@ use crate::Error;
 
 /// Points of a line as they stand in a table.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Survey {
+pub struct TrackSurvey {
     /// Positions [m].
     pub points: Vec<[f64; 2]>,
     /// Whether the first point follows the last one.
@@ -21,7 +21,7 @@ pub struct Survey {
 
 /// What a column is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Meaning {
+enum ColumnMeaning {
     X,
     Y,
     Z,
@@ -34,51 +34,51 @@ enum Meaning {
 }
 
 /// Spellings of the columns, without their units.
-const NAMES: [(Meaning, &[&str]); 9] = [
-    (Meaning::X, &["x", "x_ref", "east", "easting", "pos_x", "center_x", "x_center"]),
-    (Meaning::Y, &["y", "y_ref", "north", "northing", "pos_y", "center_y", "y_center"]),
-    (Meaning::Z, &["z", "height", "elevation", "altitude"]),
-    (Meaning::Left, &["left", "w_left", "w_tr_left", "width_left", "left_width"]),
-    (Meaning::Right, &["right", "w_right", "w_tr_right", "width_right", "right_width"]),
-    (Meaning::Width, &["width", "w"]),
-    (Meaning::HalfWidth, &["half_width"]),
-    (Meaning::Bank, &["bank", "banking", "cross_slope"]),
-    (Meaning::Grade, &["grade", "slope", "gradient"]),
+const NAMES: [(ColumnMeaning, &[&str]); 9] = [
+    (ColumnMeaning::X, &["x", "x_ref", "east", "easting", "pos_x", "center_x", "x_center"]),
+    (ColumnMeaning::Y, &["y", "y_ref", "north", "northing", "pos_y", "center_y", "y_center"]),
+    (ColumnMeaning::Z, &["z", "height", "elevation", "altitude"]),
+    (ColumnMeaning::Left, &["left", "w_left", "w_tr_left", "width_left", "left_width"]),
+    (ColumnMeaning::Right, &["right", "w_right", "w_tr_right", "width_right", "right_width"]),
+    (ColumnMeaning::Width, &["width", "w"]),
+    (ColumnMeaning::HalfWidth, &["half_width"]),
+    (ColumnMeaning::Bank, &["bank", "banking", "cross_slope"]),
+    (ColumnMeaning::Grade, &["grade", "slope", "gradient"]),
 ];
 
 /// How the numbers of a column become SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
+enum ColumnScale {
     Factor(f64),
     /// A slope in percent becomes an angle.
     Percent,
 }
 
-impl Scale {
-    fn apply(self, value: f64) -> f64 {
+impl ColumnScale {
+    fn to_si(self, value: f64) -> f64 {
         match self {
-            Scale::Factor(factor) => factor * value,
-            Scale::Percent => (0.01 * value).atan(),
+            ColumnScale::Factor(factor) => factor * value,
+            ColumnScale::Percent => (0.01 * value).atan(),
         }
     }
 }
 
 /// Ends of names that are units.
-const UNITS: [(&str, Scale); 7] = [
-    ("_m", Scale::Factor(1.0)),
-    ("_km", Scale::Factor(1e3)),
-    ("_rad", Scale::Factor(1.0)),
-    ("_deg", Scale::Factor(std::f64::consts::PI / 180.0)),
-    ("_percent", Scale::Percent),
-    ("_pct", Scale::Percent),
-    ("_%", Scale::Percent),
+const UNITS: [(&str, ColumnScale); 7] = [
+    ("_m", ColumnScale::Factor(1.0)),
+    ("_km", ColumnScale::Factor(1e3)),
+    ("_rad", ColumnScale::Factor(1.0)),
+    ("_deg", ColumnScale::Factor(std::f64::consts::PI / 180.0)),
+    ("_percent", ColumnScale::Percent),
+    ("_pct", ColumnScale::Percent),
+    ("_%", ColumnScale::Percent),
 ];
 
 /// A column that means something here.
 #[derive(Debug, Clone, Copy)]
-struct Column {
-    meaning: Meaning,
-    scale: Scale,
+struct SurveyColumn {
+    meaning: ColumnMeaning,
+    scale: ColumnScale,
 }
 
 /// Two consecutive points closer than this are one [m].
@@ -88,7 +88,7 @@ const SAME: f64 = 1e-3;
 /// long as the median way between two points.
 const CLOSING_GAP: f64 = 2.0;
 
-impl Survey {
+impl TrackSurvey {
     /// Reads a table: a row for each point, with fields between commas, semicolons, tabs or blanks.
     ///
     /// Columns are named by a first row, which may be a comment: `x`, `y`, and, where known, `left` and `right` (or
@@ -100,29 +100,29 @@ impl Survey {
     /// # Errors
     /// With the line of the text: columns that are missing or there twice, fields that are no numbers, points that repeat
     /// the one before, widths below zero; fewer than four points.
-    pub fn read(text: &str) -> Result<Self, Error> {
-        let mut rows = Rows::default();
+    pub fn from_table_text(text: &str) -> Result<Self, Error> {
+        let mut rows = SurveyReader::default();
         for (number, line) in text.lines().enumerate() {
-            rows.take(number + 1, line.trim().trim_start_matches('\u{feff}'))?;
+            rows.read_line(number + 1, line.trim().trim_start_matches('\u{feff}'))?;
         }
-        rows.finish()
+        rows.into_survey()
     }
 }
 
 /// What was read so far.
 #[derive(Default)]
-struct Rows {
-    columns: Option<Vec<Option<Column>>>,
+struct SurveyReader {
+    columns: Option<Vec<Option<SurveyColumn>>>,
     /// Names, as written.
     header: Vec<String>,
     closed: Option<bool>,
-    survey: Survey,
+    survey: TrackSurvey,
     /// Line of the last point.
     last: usize,
 }
 
-impl Rows {
-    fn take(&mut self, number: usize, line: &str) -> Result<(), Error> {
+impl SurveyReader {
+    fn read_line(&mut self, number: usize, line: &str) -> Result<(), Error> {
         let wrong = |message: String| Error::Line { line: number, message };
         let comment = line.strip_prefix('#').or_else(|| line.strip_prefix("//"));
         if let Some(comment) = comment {
@@ -131,23 +131,23 @@ impl Rows {
                 "open" => self.closed = Some(false),
                 _ if !self.survey.points.is_empty() => {}
                 _ => {
-                    let names = fields(comment);
-                    let columns: Vec<_> = names.iter().map(|it| column(it)).collect();
-                    if has(&columns, Meaning::X) && has(&columns, Meaning::Y) {
-                        self.name(columns, names).map_err(wrong)?;
+                    let names = split_fields(comment);
+                    let columns: Vec<_> = names.iter().map(|it| parse_column_name(it)).collect();
+                    if has_column(&columns, ColumnMeaning::X) && has_column(&columns, ColumnMeaning::Y) {
+                        self.set_columns(columns, names).map_err(wrong)?;
                     }
                 }
             }
             return Ok(());
         }
-        let found = fields(line);
+        let found = split_fields(line);
         if found.is_empty() {
             return Ok(());
         }
         let first = self.survey.points.is_empty();
         if first && found.iter().all(|it| it.parse::<f64>().is_err()) {
-            let columns: Vec<_> = found.iter().map(|it| column(it)).collect();
-            return self.name(columns, found).map_err(wrong);
+            let columns: Vec<_> = found.iter().map(|it| parse_column_name(it)).collect();
+            return self.set_columns(columns, found).map_err(wrong);
         }
         if self.columns.is_none() {
             if found.len() != 2 {
@@ -156,36 +156,34 @@ impl Rows {
                     "expected x and y, found {count} numbers; name the columns in a first row, such as x, y, left, right"
                 )));
             }
-            let columns = ["x", "y"].map(column).to_vec();
-            self.name(columns, vec!["x".to_owned(), "y".to_owned()]).map_err(wrong)?;
+            let columns = ["x", "y"].map(parse_column_name).to_vec();
+            self.set_columns(columns, vec!["x".to_owned(), "y".to_owned()]).map_err(wrong)?;
         }
-        self.point(number, &found)
+        self.push_point(number, &found)
     }
 
-    fn name(&mut self, columns: Vec<Option<Column>>, names: Vec<String>) -> Result<(), String> {
-        let count = |of| columns.iter().flatten().filter(|it: &&Column| it.meaning == of).count();
+    fn set_columns(&mut self, columns: Vec<Option<SurveyColumn>>, names: Vec<String>) -> Result<(), String> {
+        let count = |of| columns.iter().flatten().filter(|it: &&SurveyColumn| it.meaning == of).count();
         for (meaning, spellings) in NAMES {
             let (name, found) = (spellings[0], count(meaning));
             if found > 1 {
                 return Err(format!("expected one column `{name}`, found {found} in {names:?}"));
             }
-            if found == 0 && matches!(meaning, Meaning::X | Meaning::Y) {
+            if found == 0 && matches!(meaning, ColumnMeaning::X | ColumnMeaning::Y) {
                 return Err(format!("expected a column `{name}`, found {names:?}"));
             }
         }
-        if count(Meaning::Left) != count(Meaning::Right) {
+        if count(ColumnMeaning::Left) != count(ColumnMeaning::Right) {
             return Err("expected `left` and `right`, found one of them".to_owned());
         }
-        if count(Meaning::Left) + count(Meaning::Width) + count(Meaning::HalfWidth) > 1 {
-            return Err(
-                "expected `left` and `right`, `width` or `half_width`, found more".to_owned()
-            );
+        if count(ColumnMeaning::Left) + count(ColumnMeaning::Width) + count(ColumnMeaning::HalfWidth) > 1 {
+            return Err("expected `left` and `right`, `width` or `half_width`, found more".to_owned());
         }
         (self.columns, self.header) = (Some(columns), names);
         Ok(())
     }
 
-    fn point(&mut self, number: usize, found: &[String]) -> Result<(), Error> {
+    fn push_point(&mut self, number: usize, found: &[String]) -> Result<(), Error> {
         let wrong = |message: String| Error::Line { line: number, message };
         let columns = self.columns.as_deref().unwrap_or_default();
         if found.len() < columns.len() {
@@ -194,24 +192,23 @@ impl Rows {
         }
         let mut values = [None; NAMES.len()];
         for ((field, column), name) in found.iter().zip(columns).zip(&self.header) {
-            let Some(Column { meaning, scale }) = column else { continue };
+            let Some(SurveyColumn { meaning, scale }) = column else { continue };
             let number = field.parse::<f64>().ok().filter(|it| it.is_finite());
-            let number = number.ok_or_else(|| {
-                wrong(format!("expected a number in column `{name}`, found `{field}`"))
-            })?;
-            values[*meaning as usize] = Some(scale.apply(number));
+            let number = number
+                .ok_or_else(|| wrong(format!("expected a number in column `{name}`, found `{field}`")))?;
+            values[*meaning as usize] = Some(scale.to_si(number));
         }
-        let of = |meaning: Meaning| values[meaning as usize];
-        let point = [Meaning::X, Meaning::Y].map(|it| of(it).unwrap_or_default());
-        let sides = of(Meaning::Left).zip(of(Meaning::Right)).map(|(left, right)| [left, right]);
-        let half = of(Meaning::HalfWidth).or(of(Meaning::Width).map(|width| 0.5 * width));
+        let of = |meaning: ColumnMeaning| values[meaning as usize];
+        let point = [ColumnMeaning::X, ColumnMeaning::Y].map(|it| of(it).unwrap_or_default());
+        let sides = of(ColumnMeaning::Left).zip(of(ColumnMeaning::Right)).map(|(left, right)| [left, right]);
+        let half = of(ColumnMeaning::HalfWidth).or(of(ColumnMeaning::Width).map(|width| 0.5 * width));
         let widths = sides.or(half.map(|half| [half; 2]));
         if let Some([left, right]) = widths.filter(|it| it.iter().any(|it| *it < 0.0)) {
             let message = format!("expected widths of at least 0 m, found {left} and {right} m");
             return Err(wrong(message));
         }
         let survey = &mut self.survey;
-        if survey.points.last().is_some_and(|last| distance(*last, point) < SAME) {
+        if survey.points.last().is_some_and(|last| point_distance(*last, point) < SAME) {
             let last = self.last;
             return Err(wrong(format!("expected another point than that of line {last}")));
         }
@@ -222,20 +219,20 @@ impl Rows {
                 list.get_or_insert_default().push(value);
             }
         };
-        keep(&mut survey.bank, of(Meaning::Bank));
-        keep(&mut survey.grade, of(Meaning::Grade));
-        keep(&mut survey.height, of(Meaning::Z));
+        keep(&mut survey.bank, of(ColumnMeaning::Bank));
+        keep(&mut survey.grade, of(ColumnMeaning::Grade));
+        keep(&mut survey.height, of(ColumnMeaning::Z));
         if let Some(widths) = widths {
             survey.widths.get_or_insert_default().push(widths);
         }
         Ok(())
     }
 
-    fn finish(self) -> Result<Survey, Error> {
+    fn into_survey(self) -> Result<TrackSurvey, Error> {
         let mut survey = self.survey;
         let ends = survey.points.first().copied().zip(survey.points.last().copied());
-        let gap = ends.map_or(0.0, |(first, last)| distance(first, last));
-        let ways = survey.points.windows(2).map(|it| distance(it[0], it[1]));
+        let gap = ends.map_or(0.0, |(first, last)| point_distance(first, last));
+        let ways = survey.points.windows(2).map(|it| point_distance(it[0], it[1]));
         let mut ways: Vec<f64> = ways.collect();
         ways.sort_unstable_by(f64::total_cmp);
         let median = ways.get(ways.len() / 2).copied().unwrap_or_default();
@@ -250,23 +247,20 @@ impl Rows {
         }
         let count = survey.points.len();
         if count < 4 {
-            return Err(Error::Table(format!(
-                "expected at least 4 points of a line, found {count}"
-            )));
+            return Err(Error::Table(format!("expected at least 4 points of a line, found {count}")));
         }
         Ok(survey)
     }
 }
 
 /// Parts of a row.
-fn fields(line: &str) -> Vec<String> {
+fn split_fields(line: &str) -> Vec<String> {
     let separated = line.contains([',', ';', '\t']);
     let split: Vec<&str> = match separated {
         true => line.split([',', ';', '\t']).collect(),
         false => line.split_whitespace().collect(),
     };
-    let mut fields: Vec<String> =
-        split.iter().map(|it| it.trim().trim_matches('"').to_owned()).collect();
+    let mut fields: Vec<String> = split.iter().map(|it| it.trim().trim_matches('"').to_owned()).collect();
     // A separator at the end of the row starts no field.
     if fields.last().is_some_and(String::is_empty) {
         fields.pop();
@@ -275,20 +269,20 @@ fn fields(line: &str) -> Vec<String> {
 }
 
 /// What a name means.
-fn column(name: &str) -> Option<Column> {
+fn parse_column_name(name: &str) -> Option<SurveyColumn> {
     let name = name.trim().to_lowercase();
     let plain = name.replace(['[', '('], "_").replace([']', ')', ' '], "").replace("__", "_");
     let unit = UNITS.iter().find_map(|(end, scale)| Some((plain.strip_suffix(end)?, *scale)));
-    let (plain, scale) = unit.unwrap_or((&plain, Scale::Factor(1.0)));
+    let (plain, scale) = unit.unwrap_or((&plain, ColumnScale::Factor(1.0)));
     let meaning = NAMES.iter().find(|(_, spellings)| spellings.contains(&plain))?.0;
-    Some(Column { meaning, scale })
+    Some(SurveyColumn { meaning, scale })
 }
 
-fn has(columns: &[Option<Column>], meaning: Meaning) -> bool {
+fn has_column(columns: &[Option<SurveyColumn>], meaning: ColumnMeaning) -> bool {
     columns.iter().flatten().any(|it| it.meaning == meaning)
 }
 
-pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn point_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnitError {
     /// A word is in no table.
-    #[error("unknown unit `{word}` at byte {at} of `{text}`: {}", expected(*.meant))]
+    #[error("unknown unit `{word}` at byte {at} of `{text}`: {}", suggestion_text(*.meant))]
     Unknown {
         /// The unknown word.
         word: String,
@@ -56,12 +56,11 @@ pub enum UnitError {
     },
 }
 
-fn expected(meant: Option<&str>) -> String {
+fn suggestion_text(meant: Option<&str>) -> String {
     match meant {
         Some(meant) => format!("did you mean `{meant}`?"),
         None => {
-            "expected names such as kg, m, s, N, Pa, W, rad, deg, rpm, joined by `.`, `*` or `/`"
-                .to_owned()
+            "expected names such as kg, m, s, N, Pa, W, rad, deg, rpm, joined by `.`, `*` or `/`".to_owned()
         }
     }
 }
@@ -69,7 +68,7 @@ fn expected(meant: Option<&str>) -> String {
 impl UnitError {
     /// The word that is in no table and is no known spelling either: a name to compare with the known ones.
     #[must_use]
-    pub fn unknown(&self) -> Option<&str> {
+    pub fn unknown_word(&self) -> Option<&str> {
         match self {
             Self::Unknown { word, meant: None, .. } => Some(word),
             _ => None,
@@ -78,15 +77,11 @@ impl UnitError {
 
     /// The bytes of the unit text that the error is about; none of a definition by numbers.
     #[must_use]
-    pub fn span(&self) -> Range<usize> {
+    pub fn byte_range(&self) -> Range<usize> {
         match self {
-            Self::Unknown { word, at, .. } | Self::Shifted { word, at, .. } => {
-                *at..*at + word.len()
-            }
+            Self::Unknown { word, at, .. } | Self::Shifted { word, at, .. } => *at..*at + word.len(),
             Self::Factor { .. } | Self::Offset { .. } => 0..0,
-            Self::Syntax { at, text, .. } => {
-                *at..*at + text[*at..].chars().next().map_or(0, char::len_utf8)
-            }
+            Self::Syntax { at, text, .. } => *at..*at + text[*at..].chars().next().map_or(0, char::len_utf8),
         }
     }
 }

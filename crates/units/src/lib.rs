@@ -24,8 +24,8 @@ mod table;
 mod unit_prefix;
 
 pub use error::UnitError;
-use parser::Parser;
-pub use spelling::{normalized, unit_of_spelling};
+use parser::UnitParser;
+pub use spelling::{normalized_unit_text, unit_for_spelling};
 pub use table::STANDARD_GRAVITY;
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
 pub use unit_prefix::leading_unit_length;
@@ -37,7 +37,7 @@ pub const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 const RAD: usize = 7;
 
 /// The names of all units that a text may consist of: for suggestions, and for a reference.
-pub fn known() -> impl Iterator<Item = &'static str> {
+pub fn known_unit_names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(|(name, ..)| *name).chain(SCALES.iter().map(|(name, ..)| *name))
 }
 
@@ -67,10 +67,10 @@ impl Unit {
     /// # Errors
     /// When the factor is 0, or a number is none or beyond all units: conversions would give such numbers, too.
     pub fn try_from_base(exponents: [i8; 8], factor: f64, offset: f64) -> Result<Self, UnitError> {
-        if !is_size(factor) {
+        if !is_plausible_magnitude(factor) {
             return Err(UnitError::Factor { found: factor });
         }
-        if offset != 0.0 && !is_size(offset) {
+        if offset != 0.0 && !is_plausible_magnitude(offset) {
             return Err(UnitError::Offset { found: offset });
         }
         Ok(Self::from_base(exponents, factor, offset))
@@ -86,7 +86,7 @@ impl Unit {
         if let Some((_, factor, offset)) = SCALES.iter().find(|(name, ..)| *name == word) {
             return Ok(Self::from_base(TEMPERATURE, *factor, *offset));
         }
-        Parser::read(text).map_err(|error| match unit_of_spelling(word) {
+        UnitParser::parse_unit(text).map_err(|error| match unit_for_spelling(word) {
             Some(meant) => {
                 let (word, text) = (word.to_owned(), text.to_owned());
                 let at = text.find(word.as_str()).unwrap_or_default();
@@ -104,7 +104,7 @@ impl Unit {
 
     /// A name of a unit of this size without an offset, if there is one: K of the differences of degC.
     #[must_use]
-    pub fn plain_name(&self) -> Option<&'static str> {
+    pub fn offset_free_name(&self) -> Option<&'static str> {
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let of_size = |(_, exponents, factor): &&(&str, [i8; 8], f64)| {
             *exponents == self.exponents && same(*factor, self.factor)
@@ -129,14 +129,13 @@ impl Unit {
             return None;
         }
         let scale = if same(from.factor, to.factor) { 1.0 } else { from.factor / to.factor };
-        let offset =
-            if same(from.offset, to.offset) { 0.0 } else { (from.offset - to.offset) / to.factor };
+        let offset = if same(from.offset, to.offset) { 0.0 } else { (from.offset - to.offset) / to.factor };
         Some((scale, offset))
     }
 
     /// The dimension in base units, for messages: `m/s`, `kg.m2/(s2.rad)`, or `1` for none.
     #[must_use]
-    pub fn dimension(&self) -> String {
+    pub fn dimension_text(&self) -> String {
         let powers = |sign: i8| -> Vec<String> {
             let power = |(name, exponent): (&str, i8)| match exponent.unsigned_abs() {
                 1 => name.to_owned(),
@@ -174,14 +173,13 @@ impl Unit {
             }
             Some(raised)
         };
-        let exponents =
-            raised(self.exponents).or_else(|| raised(self.without_angle().exponents))?;
+        let exponents = raised(self.exponents).or_else(|| raised(self.without_angle().exponents))?;
         Self::try_from_base(exponents, self.factor.powf(power), 0.0).ok()
     }
 
     /// `self * other^exponent`, or nothing when a power leaves the range of `i8`, or the factor is beyond all units.
     #[must_use]
-    pub fn times(self, other: Self, exponent: i8) -> Option<Self> {
+    pub fn times_power(self, other: Self, exponent: i8) -> Option<Self> {
         let mut exponents = self.exponents;
         for (sum, power) in exponents.iter_mut().zip(other.exponents) {
             *sum = sum.checked_add(power.checked_mul(exponent)?)?;
@@ -192,7 +190,7 @@ impl Unit {
 }
 
 /// Whether a factor or an offset is of a size that units have; the ratio of any two of them is finite, and no 0.
-fn is_size(number: f64) -> bool {
+fn is_plausible_magnitude(number: f64) -> bool {
     (1e-150..=1e150).contains(&number.abs())
 }
 

@@ -12,39 +12,38 @@ pub(crate) fn name_length(text: &str) -> usize {
     let letters = text.find(|c| !is_name(c)).unwrap_or(text.len());
     let known = |name: &&str| name.ends_with(|c: char| c.is_ascii_digit());
     let mut numbered = NAMES.iter().map(|(name, ..)| *name).filter(known);
-    let full =
-        |name: &&str| name.trim_end_matches(|c: char| c.is_ascii_digit()) == &text[..letters];
+    let full = |name: &&str| name.trim_end_matches(|c: char| c.is_ascii_digit()) == &text[..letters];
     numbered.find(|name| full(name) && text.starts_with(name)).map_or(letters, str::len)
 }
 
-pub(crate) struct Parser<'a> {
+pub(crate) struct UnitParser<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
 }
 
-impl<'a> Parser<'a> {
+impl<'a> UnitParser<'a> {
     /// Reads the whole text.
-    pub(crate) fn read(text: &'a str) -> Result<Unit, UnitError> {
-        let mut parser = Parser { text, at: 0, depth: 0 };
-        let unit = parser.product()?;
-        match parser.peek() {
+    pub(crate) fn parse_unit(text: &'a str) -> Result<Unit, UnitError> {
+        let mut parser = UnitParser { text, at: 0, depth: 0 };
+        let unit = parser.parse_product()?;
+        match parser.peek_nonblank() {
             None => Ok(unit),
-            Some(_) => Err(parser.expected("`.`, `*`, `/` or the end")),
+            Some(_) => Err(parser.expected_error("`.`, `*`, `/` or the end")),
         }
     }
 
-    fn product(&mut self) -> Result<Unit, UnitError> {
+    fn parse_product(&mut self) -> Result<Unit, UnitError> {
         let mut unit = Unit::ONE;
         let mut sign = 1;
         loop {
-            let (factor, exponent) = self.power()?;
-            unit = unit.times(factor, sign * exponent).ok_or_else(|| {
-                self.expected(
+            let (factor, exponent) = self.parse_power()?;
+            unit = unit.times_power(factor, sign * exponent).ok_or_else(|| {
+                self.expected_error(
                     "powers within -128..=127, and a factor of 1e-150 to 1e150, before this place",
                 )
             })?;
-            sign = match self.peek() {
+            sign = match self.peek_nonblank() {
                 Some('.' | '*') => 1,
                 Some('/') => -1,
                 _ => return Ok(unit),
@@ -53,14 +52,14 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn power(&mut self) -> Result<(Unit, i8), UnitError> {
-        let unit = match self.peek() {
+    fn parse_power(&mut self) -> Result<(Unit, i8), UnitError> {
+        let unit = match self.peek_nonblank() {
             Some('(') if self.depth < DEEPEST => {
                 self.at += 1;
                 self.depth += 1;
-                let unit = self.product()?;
-                if self.peek() != Some(')') {
-                    return Err(self.expected("`)`"));
+                let unit = self.parse_product()?;
+                if self.peek_nonblank() != Some(')') {
+                    return Err(self.expected_error("`)`"));
                 }
                 self.at += 1;
                 self.depth -= 1;
@@ -70,18 +69,18 @@ impl<'a> Parser<'a> {
                 self.at += 1;
                 return Ok((Unit::ONE, 1));
             }
-            _ => self.name()?,
+            _ => self.parse_name()?,
         };
-        Ok((unit, self.exponent()?))
+        Ok((unit, self.parse_exponent()?))
     }
 
-    fn name(&mut self) -> Result<Unit, UnitError> {
+    fn parse_name(&mut self) -> Result<Unit, UnitError> {
         let at = self.at;
         let length = name_length(&self.text[at..]);
         self.at += length;
         let word = &self.text[at..self.at];
         if word.is_empty() {
-            return Err(self.expected("a unit name, `1` or `(`"));
+            return Err(self.expected_error("a unit name, `1` or `(`"));
         }
         let (word, text) = (word.to_owned(), self.text.to_owned());
         if let Some((_, exponents, factor)) = NAMES.iter().find(|(name, ..)| *name == word) {
@@ -89,19 +88,19 @@ impl<'a> Parser<'a> {
         } else if SCALES.iter().any(|(name, ..)| *name == word) {
             Err(UnitError::Shifted { word, at, text })
         } else {
-            let meant = spelling::unit_of_spelling(&word);
+            let meant = spelling::unit_for_spelling(&word);
             Err(UnitError::Unknown { word, at, text, meant })
         }
     }
 
     /// The exponent directly after a name: `2`, `^2`, `-1` or `^-1`; 1 when there is none.
-    fn exponent(&mut self) -> Result<i8, UnitError> {
+    fn parse_exponent(&mut self) -> Result<i8, UnitError> {
         let start = self.at;
         let marked = self.text[self.at..].starts_with('^');
         self.at += usize::from(marked);
         let number = self.at;
         self.at += usize::from(self.text[self.at..].starts_with(['-', '+']));
-        let digits = self.take(|c| c.is_ascii_digit());
+        let digits = self.take_while(|c| c.is_ascii_digit());
         if digits.is_empty() && self.at == start {
             return Ok(1);
         }
@@ -111,11 +110,11 @@ impl<'a> Parser<'a> {
             .filter(|exponent| *exponent != i8::MIN)
             .ok_or_else(|| {
                 self.at = number;
-                self.expected("a whole exponent within -127..=127")
+                self.expected_error("a whole exponent within -127..=127")
             })
     }
 
-    fn take(&mut self, accepted: impl Fn(char) -> bool) -> &str {
+    fn take_while(&mut self, accepted: impl Fn(char) -> bool) -> &str {
         let rest = &self.text[self.at..];
         let length = rest.find(|c| !accepted(c)).unwrap_or(rest.len());
         self.at += length;
@@ -123,12 +122,12 @@ impl<'a> Parser<'a> {
     }
 
     /// The next character that is not blank; it stays to be read.
-    fn peek(&mut self) -> Option<char> {
-        self.take(char::is_whitespace);
+    fn peek_nonblank(&mut self) -> Option<char> {
+        self.take_while(char::is_whitespace);
         self.text[self.at..].chars().next()
     }
 
-    fn expected(&self, expected: &'static str) -> UnitError {
+    fn expected_error(&self, expected: &'static str) -> UnitError {
         let found = match self.text[self.at..].chars().next() {
             Some(c) => format!("`{c}`"),
             None => "the end".to_owned(),

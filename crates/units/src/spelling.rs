@@ -141,7 +141,7 @@ const SPELLINGS: &[(&str, &str)] = &[
 
 /// The unit that a common spelling such as `kmh`, `degrees` or `PSI` stands for.
 #[must_use]
-pub fn unit_of_spelling(text: &str) -> Option<&'static str> {
+pub fn unit_for_spelling(text: &str) -> Option<&'static str> {
     let find = |text: &str| SPELLINGS.iter().find(|(spelling, _)| *spelling == text);
     find(text).or_else(|| find(&text.to_lowercase())).map(|(_, unit)| *unit)
 }
@@ -169,22 +169,21 @@ const SIGNS: [(&str, &str); 9] = [
 /// assert_eq!(units::normalized("furlong/sec"), None);
 /// ```
 #[must_use]
-pub fn normalized(text: &str) -> Option<String> {
+pub fn normalized_unit_text(text: &str) -> Option<String> {
     let signed = |text: String, (sign, name): (&str, &str)| text.replace(sign, name);
     let plain = SIGNS.into_iter().fold(text.trim().replace(" per ", "/"), signed);
     let is_unit = |text: &str| Unit::parse(text).is_ok();
     if is_unit(&plain) {
         return Some(plain);
     }
-    if let Some(unit) = unit_of_spelling(text.trim()).or_else(|| unit_of_spelling(&plain)) {
+    if let Some(unit) = unit_for_spelling(text.trim()).or_else(|| unit_for_spelling(&plain)) {
         return Some(unit.to_owned());
     }
     let (mut product, mut rest) = (String::new(), plain.as_str());
     while !rest.is_empty() {
         let letters = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
-        let (word, after) =
-            rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
-        product += if letters == 0 || is_unit(word) { word } else { unit_of_spelling(word)? };
+        let (word, after) = rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
+        product += if letters == 0 || is_unit(word) { word } else { unit_for_spelling(word)? };
         rest = after;
     }
     is_unit(&product).then_some(product)

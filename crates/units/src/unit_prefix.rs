@@ -25,50 +25,51 @@ const DEEPEST: usize = 8;
 #[must_use]
 pub fn leading_unit_length(text: &str) -> usize {
     match text.strip_prefix("1/") {
-        Some(rest) => term(rest, 0).map_or(0, |length| 2 + length + joined(&rest[length..], 0)),
-        None => product(text, 0).unwrap_or(0),
+        Some(rest) => {
+            term_length(rest, 0).map_or(0, |length| 2 + length + joined_factors_length(&rest[length..], 0))
+        }
+        None => product_length(text, 0).unwrap_or(0),
     }
 }
 
 /// Bytes of the first factor and of those that are joined to it.
-fn product(text: &str, depth: usize) -> Option<usize> {
-    let first = term(text, depth)?;
-    Some(first + joined(&text[first..], depth))
+fn product_length(text: &str, depth: usize) -> Option<usize> {
+    let first = term_length(text, depth)?;
+    Some(first + joined_factors_length(&text[first..], depth))
 }
 
 /// Bytes of all further factors with their joints.
-fn joined(text: &str, depth: usize) -> usize {
+fn joined_factors_length(text: &str, depth: usize) -> usize {
     let mut at = 0;
     while text[at..].starts_with(['.', '*', '/']) {
-        let Some(length) = term(&text[at + 1..], depth) else { break };
+        let Some(length) = term_length(&text[at + 1..], depth) else { break };
         at += 1 + length;
     }
     at
 }
 
 /// Bytes of a name or of a product in parentheses, with the exponent.
-fn term(text: &str, depth: usize) -> Option<usize> {
+fn term_length(text: &str, depth: usize) -> Option<usize> {
     let length = match text.strip_prefix('(') {
         Some(inside) if depth < DEEPEST => {
-            let length = product(inside, depth + 1)?;
+            let length = product_length(inside, depth + 1)?;
             inside[length..].starts_with(')').then_some(length + 2)?
         }
         Some(_) => return None,
-        None => name(text)?,
+        None => known_name_length(text)?,
     };
-    Some(length + exponent(&text[length..]))
+    Some(length + exponent_length(&text[length..]))
 }
 
 /// Bytes of a known name that does not go on as the name of a signal or of a function.
-fn name(text: &str) -> Option<usize> {
+fn known_name_length(text: &str) -> Option<usize> {
     let length = name_length(text);
     let word = &text[..length];
-    let known = NAMES.iter().any(|(name, ..)| *name == word)
-        || SCALES.iter().any(|(name, ..)| *name == word);
-    let rest = &text[length + exponent(&text[length..])..];
+    let known = NAMES.iter().any(|(name, ..)| *name == word) || SCALES.iter().any(|(name, ..)| *name == word);
+    let rest = &text[length + exponent_length(&text[length..])..];
     let goes_on = match rest.strip_prefix('.') {
         Some(next) if next.starts_with(|c: char| c.is_alphabetic() || c == '_') => {
-            name(next).is_none()
+            known_name_length(next).is_none()
         }
         _ => rest.starts_with(|c: char| c.is_alphanumeric() || matches!(c, '_' | '(' | '[')),
     };
@@ -76,7 +77,7 @@ fn name(text: &str) -> Option<usize> {
 }
 
 /// Bytes of the exponent: `2`, `^2` or `^-2`. A bare minus is a subtraction.
-fn exponent(text: &str) -> usize {
+fn exponent_length(text: &str) -> usize {
     let marked = usize::from(text.starts_with('^'));
     let sign = usize::from(marked == 1 && text[1..].starts_with('-'));
     let digits = &text[marked + sign..];

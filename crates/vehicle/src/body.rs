@@ -13,7 +13,7 @@ pub const G: f64 = 9.81;
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Body {
+pub struct VehicleBody {
     /// Mass [kg].
     pub m: f64,
     /// Yaw moment of inertia about the centre of gravity [kg·m²].
@@ -26,13 +26,13 @@ pub struct Body {
     pub h: f64,
 }
 
-impl Default for Body {
+impl Default for VehicleBody {
     fn default() -> Self {
         Self { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }
     }
 }
 
-impl Body {
+impl VehicleBody {
     /// Distance between the axles [m].
     #[inline]
     pub fn wheelbase(&self) -> f64 {
@@ -58,19 +58,13 @@ impl Body {
     /// transfer has no delay. An axle that would be pulled off the road carries nothing, the other
     /// one all.
     #[inline]
-    pub fn axle_loads<T: Number>(
-        &self,
-        downforce: [T; 2],
-        F_long: T,
-        mu_f: T,
-        sin_delta: T,
-    ) -> [T; 2] {
-        self.loads_under(T::from(self.m * G), downforce, F_long, mu_f, sin_delta)
+    pub fn axle_loads<T: Number>(&self, downforce: [T; 2], F_long: T, mu_f: T, sin_delta: T) -> [T; 2] {
+        self.axle_loads_with_weight(T::from(self.m * G), downforce, F_long, mu_f, sin_delta)
     }
 
     /// The same with another weight that presses on the road [N], as on a slope.
     #[inline]
-    pub(crate) fn loads_under<T: Number>(
+    pub(crate) fn axle_loads_with_weight<T: Number>(
         &self,
         weight: T,
         downforce: [T; 2],
@@ -100,7 +94,7 @@ impl Body {
 /// wind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Aero {
+pub struct Aerodynamics {
     /// Air density [kg/m³].
     pub rho: f64,
     /// Frontal area [m²].
@@ -113,13 +107,13 @@ pub struct Aero {
     pub C_lr: f64,
 }
 
-impl Default for Aero {
+impl Default for Aerodynamics {
     fn default() -> Self {
         Self { rho: 1.225, area: 1.5, C_d: 0.3, C_lf: 0.0, C_lr: 0.0 }
     }
 }
 
-impl Aero {
+impl Aerodynamics {
     /// Drag [N] at a forward speed [m/s], against the direction of travel: ½ ρ A C_d v_x |v_x|.
     #[inline]
     pub fn drag<T: Number>(&self, v_x: T) -> T {
@@ -143,7 +137,7 @@ mod tests {
 
     #[test]
     fn rest_is_the_lever_law() {
-        let body = Body::default();
+        let body = VehicleBody::default();
         let loads = body.axle_loads([0.0; 2], 0.0, 0.7, 0.0);
         assert_relative_eq!(loads[0], 4080.96, max_relative = 1e-14);
         assert_relative_eq!(loads[1], 3570.84, max_relative = 1e-14);
@@ -153,7 +147,7 @@ mod tests {
 
     #[test]
     fn lifted_axle_hands_over_all_weight() {
-        let body = Body::default();
+        let body = VehicleBody::default();
         let weight = body.m * G;
         assert_eq!(body.axle_loads([0.0; 2], 4e4, 0.0, 0.0), [0.0, weight], "wheelie");
         assert_eq!(body.axle_loads([0.0; 2], -4e4, 0.0, 0.0), [weight, 0.0], "stoppie");
@@ -161,7 +155,7 @@ mod tests {
 
     #[test]
     fn drag_opposes_motion() {
-        let aero = Aero::default();
+        let aero = Aerodynamics::default();
         assert_relative_eq!(aero.drag(80.0), 1764.0, max_relative = 1e-14);
         assert_eq!(aero.drag(-80.0), -aero.drag(80.0));
     }
@@ -172,7 +166,7 @@ mod tests {
             F_long in -8e3..8e3, mu_f in -1.6..1.6, delta in -0.4..0.4f64,
             F_df in 0.0..2e3, F_dr in 0.0..2e3,
         ) {
-            let body = Body::default();
+            let body = VehicleBody::default();
             let [F_zf, F_zr] = body.axle_loads([F_df, F_dr], F_long, mu_f, delta.sin());
             assert_relative_eq!(F_zf + F_zr, body.m * G + F_df + F_dr, max_relative = 1e-14);
             // Moments about the centre of gravity: here tire forces act at the distance h below.

@@ -9,19 +9,19 @@ mod parameters;
 mod state;
 
 use nalgebra::SVector;
-use tire::{Number, Slip, TireSet};
+use tire::{Number, TireOperatingPoint, TireSet};
 
-pub use motion::{AxleMotion, Motion};
-pub use parameters::{Actuator, Options, Parameters, SHORTEST_LAG};
-pub use state::{Input, STATES, State};
+pub use motion::{AxleForcesAndSlips, DetailedTrackEvaluation};
+pub use parameters::{DetailedSingleTrackParameters, SHORTEST_LAG, SteeringActuator, WheelDynamicsOptions};
+pub use state::{DetailedSingleTrackInput, DetailedSingleTrackState, STATES};
 
-use crate::body::{Body, G};
-use crate::driven::all_driven;
+use crate::body::{G, VehicleBody};
+use crate::driven::all_tire_forces_for_F_x;
 use crate::dual_track::{
-    BUILD_UP, BadParameter, CarTire, ContactPoint, PerAxle, REVERSAL, TireDynamics, Wheel,
+    BUILD_UP, BadParameter, ContactPoint, PerAxle, REVERSAL, TireDynamics, TireWithFadingSpeed, WheelState,
     axle_positions,
 };
-use crate::integrate::{rk4_steps, substeps};
+use crate::integrate::{rk4_steps, substep_count_and_length};
 
 /// Time in which forces move load between the axles [s]. It opens the loop of loads and tire forces.
 const LAG: f64 = 0.005;
@@ -31,7 +31,7 @@ const REACH: f64 = 2.5;
 
 /// How the two tires of an axle are mounted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mounting {
+pub enum TireMounting {
     /// The right one is the mirror image of the left one, so that their asymmetries cancel.
     Mirrored,
     /// Both are the axle's curve with half of its load each.
@@ -41,9 +41,9 @@ pub enum Mounting {
 /// Single-track car with options. [`DetailedTrack::new`] checks its parameters and fits its tires.
 #[derive(Clone, Debug)]
 pub struct DetailedTrack<S> {
-    parameters: Parameters,
+    parameters: DetailedSingleTrackParameters,
     tires: S,
-    mounting: Mounting,
+    mounting: TireMounting,
     fitted: PerAxle<TireDynamics>,
     radius: PerAxle<f64>,
     pole: f64,
@@ -51,26 +51,30 @@ pub struct DetailedTrack<S> {
 
 impl<S: TireSet<f64>> DetailedTrack<S>
 where
-    S::Tire: CarTire<f64>,
+    S::Tire: TireWithFadingSpeed<f64>,
 {
     /// A car of these parameters on these tires, of which an axle has two.
     ///
     /// # Errors
     /// When a parameter describes no car that can be integrated.
-    pub fn new(parameters: Parameters, tires: S, mounting: Mounting) -> Result<Self, BadParameter> {
+    pub fn new(
+        parameters: DetailedSingleTrackParameters,
+        tires: S,
+        mounting: TireMounting,
+    ) -> Result<Self, BadParameter> {
         parameters.check()?;
         let loads = parameters.body.static_loads().map(|load| 0.5 * load);
-        let fit =
-            |axle: usize| TireDynamics::new(tires.axles()[axle], &parameters.rims, loads[axle]);
+        let fit = |axle: usize| TireDynamics::new(tires.axle_tires()[axle], &parameters.rims, loads[axle]);
         let fitted = [fit(0), fit(1)];
-        let radius = [0, 1].map(|axle| fitted[axle].load_dependence.at(loads[axle], 0.0)[0]);
+        let radius =
+            [0, 1].map(|axle| fitted[axle].load_dependence.radii_and_relaxation_lengths(loads[axle], 0.0)[0]);
         let pole = fastest_pole(&parameters, &fitted);
         Ok(Self { parameters, tires, mounting, fitted, radius, pole })
     }
 }
 
 /// Upper bound of the poles that options add [1/s].
-fn fastest_pole(p: &Parameters, fitted: &PerAxle<TireDynamics>) -> f64 {
+fn fastest_pole(p: &DetailedSingleTrackParameters, fitted: &PerAxle<TireDynamics>) -> f64 {
     let spin = fitted.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
     let rolling = spin + 1.0 / BUILD_UP;
     let held = spin + p.brakes.fastest_pole(p.rims.I_yy);
@@ -86,10 +90,10 @@ fn fastest_pole(p: &Parameters, fitted: &PerAxle<TireDynamics>) -> f64 {
 }
 
 /// The wheels of both axles, and the rates of their states.
-type Axles<T> = (PerAxle<AxleMotion<T>>, PerAxle<Wheel<T>>);
+type AxleForcesAndRates<T> = (PerAxle<AxleForcesAndSlips<T>>, PerAxle<WheelState<T>>);
 
 /// What the wheels of an axle get from the car.
-struct Axle<T> {
+struct AxleInput<T> {
     place: ContactPoint<T>,
     /// Demanded longitudinal force [N].
     F_x: T,
@@ -97,7 +101,7 @@ struct Axle<T> {
 
 impl<S> DetailedTrack<S> {
     /// The parameters that it was made of.
-    pub fn parameters(&self) -> &Parameters {
+    pub fn parameters(&self) -> &DetailedSingleTrackParameters {
         &self.parameters
     }
 
@@ -119,49 +123,58 @@ impl<S> DetailedTrack<S> {
     }
 
     /// The state of a car with this motion, its wheels rolling freely and its steering at an angle [rad].
-    pub fn rolling(&self, planar: crate::State, delta: f64) -> State {
+    pub fn rolling_state(&self, planar: crate::PlanarState, delta: f64) -> DetailedSingleTrackState {
         let axle =
-            |axle: usize| Wheel { omega: planar.v_x / self.radius[axle], ..Wheel::default() };
-        State { planar, axles: [axle(0), axle(1)], delta, ..State::default() }
+            |axle: usize| WheelState { omega: planar.v_x / self.radius[axle], ..WheelState::default() };
+        DetailedSingleTrackState {
+            planar,
+            axles: [axle(0), axle(1)],
+            delta,
+            ..DetailedSingleTrackState::default()
+        }
     }
 
     /// Forces and accelerations of the car.
     #[inline]
-    pub fn evaluate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Motion<T>
+    pub fn evaluate<T: Number>(
+        &self,
+        state: &DetailedSingleTrackState<T>,
+        input: &DetailedSingleTrackInput<T>,
+    ) -> DetailedTrackEvaluation<T>
     where
         S: TireSet<T>,
     {
         let p = &self.parameters;
-        let Body { m, I_zz, l_f, l_r, .. } = p.body;
-        let demanded = if p.steering.lags() { state.delta } else { input.delta };
+        let VehicleBody { m, I_zz, l_f, l_r, .. } = p.body;
+        let demanded = if p.steering.has_lag() { state.delta } else { input.delta };
         let delta = demanded - state.F_yf * p.steering.compliance;
         let (sin, cos) = delta.sin_cos();
-        let (pressing, down) = input.road.gravity();
+        let (pressing, down) = input.road.gravity_components();
         let drag = p.aero.drag(state.planar.v_x);
-        let loads = self.loads(state, pressing);
-        let (axles, rates) = self.axles(state, input, delta, (sin, cos), loads);
+        let loads = self.axle_loads(state, pressing);
+        let (axles, rates) = self.axle_forces_and_rates(state, input, delta, (sin, cos), loads);
         let [front, rear] = &axles;
 
         let F_long = front.F_x * cos - front.F_y * sin + rear.F_x - drag;
         let lateral_f = front.F_y * cos + front.F_x * sin;
-        let M_diff = self.differential(state, rear);
+        let M_diff = self.differential_yaw_moment(state, rear);
         let M_z = lateral_f * l_f - rear.F_y * l_r + front.M_z + rear.M_z + M_diff;
         let (a_x, a_y) = (F_long / m, (lateral_f + rear.F_y) / m);
-        let derivative = State {
-            planar: state.planar.moving(a_x - down[0], a_y - down[1], M_z / I_zz),
+        let derivative = DetailedSingleTrackState {
+            planar: state.planar.derivative_from_accelerations(a_x - down[0], a_y - down[1], M_z / I_zz),
             axles: rates,
             delta: self.steering_rate(state, input),
             F_x: (F_long - state.F_x) / LAG,
             F_yf: (lateral_f - state.F_yf) / LAG,
         };
-        Motion { derivative, a_x, a_y, axles, delta, M_diff, drag }
+        DetailedTrackEvaluation { derivative, a_x, a_y, axles, delta, M_diff, drag }
     }
 
     /// Loads of the axles [N]: weight, air, and what longitudinal forces have moved. An axle that would be pulled off the road
     /// carries nothing, the other one all.
     #[inline]
-    fn loads<T: Number>(&self, state: &State<T>, pressing: T) -> PerAxle<T> {
-        let Body { m, l_f: _, l_r, h, .. } = self.parameters.body;
+    fn axle_loads<T: Number>(&self, state: &DetailedSingleTrackState<T>, pressing: T) -> PerAxle<T> {
+        let VehicleBody { m, l_f: _, l_r, h, .. } = self.parameters.body;
         let L = self.parameters.body.wheelbase();
         let [D_f, D_r] = self.parameters.aero.downforce(state.planar.v_x);
         let weight = pressing * (m * G);
@@ -178,9 +191,13 @@ impl<S> DetailedTrack<S> {
 
     /// Rate of the steering behind its actuator [rad/s].
     #[inline]
-    fn steering_rate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> T {
+    fn steering_rate<T: Number>(
+        &self,
+        state: &DetailedSingleTrackState<T>,
+        input: &DetailedSingleTrackInput<T>,
+    ) -> T {
         let actuator = &self.parameters.steering;
-        if !actuator.lags() {
+        if !actuator.has_lag() {
             return T::zero();
         }
         let rate = (input.delta - state.delta) / actuator.time_constant();
@@ -190,88 +207,96 @@ impl<S> DetailedTrack<S> {
 
     /// Yaw moment of the rear differential [N m]: the faster wheel, the outer one, hands force to the slower one.
     #[inline]
-    fn differential<T: Number>(&self, state: &State<T>, rear: &AxleMotion<T>) -> T {
+    fn differential_yaw_moment<T: Number>(
+        &self,
+        state: &DetailedSingleTrackState<T>,
+        rear: &AxleForcesAndSlips<T>,
+    ) -> T {
         let (radius, half) = (self.radius[1], 0.5 * self.parameters.track_r);
         let turn = state.planar.r * (half / radius);
         let speeds = [rear.omega - turn, rear.omega + turn];
-        self.parameters.lock.held(speeds, rear.F_x * radius) * (half / radius)
+        self.parameters.lock.locking_torque(speeds, rear.F_x * radius) * (half / radius)
     }
 
     /// Splits a longitudinal force [N] between the axles.
     #[inline]
-    fn split<T: Number>(&self, F_x: T) -> PerAxle<T> {
+    fn split_force<T: Number>(&self, F_x: T) -> PerAxle<T> {
         let p = &self.parameters;
         let front = F_x * if F_x < 0.0 { p.brakes.front_share } else { p.front_drive };
         [front, F_x - front]
     }
 
     #[inline]
-    fn axles<T: Number>(
+    fn axle_forces_and_rates<T: Number>(
         &self,
-        state: &State<T>,
-        input: &Input<T>,
+        state: &DetailedSingleTrackState<T>,
+        input: &DetailedSingleTrackInput<T>,
         delta: T,
         turn: (T, T),
         loads: PerAxle<T>,
-    ) -> Axles<T>
+    ) -> AxleForcesAndRates<T>
     where
         S: TireSet<T>,
     {
-        let crate::State { v_x, v_y, r, .. } = state.planar;
+        let crate::PlanarState { v_x, v_y, r, .. } = state.planar;
         let position = axle_positions(&self.parameters.body);
-        let split = self.split(input.F_x);
+        let split = self.split_force(input.F_x);
         let turns = [turn, (T::zero(), T::one())];
         let axles = [0, 1].map(|axle| {
             let v = [v_x, v_y + r * position[axle]];
             let (mu, F_z) = (input.road.mu[axle], loads[axle] * 0.5);
             let place = ContactPoint { v, turn: turns[axle], gamma: T::zero(), F_z, mu, side: 1.0 };
-            Axle { place, F_x: split[axle] }
+            AxleInput { place, F_x: split[axle] }
         });
         if self.parameters.options.spin {
-            self.spinning(state, input, &axles)
+            self.axle_forces_with_spin(state, input, &axles)
         } else {
-            self.carried(state, &axles, delta)
+            self.axle_forces_without_spin(state, &axles, delta)
         }
     }
 
     /// The sides of an axle: 1, and −1 for a right tire that is the mirror image of the left one.
-    fn sides(&self) -> [f64; 2] {
+    fn side_signs(&self) -> [f64; 2] {
         match self.mounting {
-            Mounting::Mirrored => [1.0, -1.0],
-            Mounting::Alike => [1.0, 1.0],
+            TireMounting::Mirrored => [1.0, -1.0],
+            TireMounting::Alike => [1.0, 1.0],
         }
     }
 
     /// Wheels whose slip makes all force: I ω' = −R_l F_x + M_y + T, where T drives and brakes.
     #[inline]
-    fn spinning<T: Number>(
+    fn axle_forces_with_spin<T: Number>(
         &self,
-        state: &State<T>,
-        input: &Input<T>,
-        axles: &PerAxle<Axle<T>>,
-    ) -> Axles<T>
+        state: &DetailedSingleTrackState<T>,
+        input: &DetailedSingleTrackInput<T>,
+        axles: &PerAxle<AxleInput<T>>,
+    ) -> AxleForcesAndRates<T>
     where
         S: TireSet<T>,
     {
         let p = &self.parameters;
-        let sides = self.sides();
-        let asked = [0, 1].map(|i| self.fitted[i].ask(&state.axles[i], &axles[i].place));
+        let sides = self.side_signs();
+        let asked = [0, 1].map(|i| self.fitted[i].tire_query(&state.axles[i], &axles[i].place));
         let alphas = self.tires.slip_angles([0, 0, 1, 1].map(|i: usize| asked[i].tan_alpha));
-        let slips = std::array::from_fn(|i| asked[i / 2].at(alphas[i], sides[i % 2]));
+        let slips = std::array::from_fn(|i| asked[i / 2].operating_point(alphas[i], sides[i % 2]));
         let forces = self.tires.forces(&slips);
-        let capacity = p.brakes.capacity(input.F_x, self.radius);
+        let capacity = p.brakes.brake_torque_capacity(input.F_x, self.radius);
         let rolled = [0, 1].map(|i| {
             let both = [0, 1].map(|side| {
-                asked[i].answered(&forces[2 * i + side], alphas[2 * i], sides[side], p.rims.I_yy)
+                asked[i].wheel_forces_and_rates(
+                    &forces[2 * i + side],
+                    alphas[2 * i],
+                    sides[side],
+                    p.rims.I_yy,
+                )
             });
             let [(left, mut rate), (right, other)] = both;
-            let Wheel { omega, brake, .. } = state.axles[i];
-            let driving =
-                if axles[i].F_x > 0.0 { axles[i].F_x * (0.5 * self.radius[i]) } else { T::zero() };
-            let (braking, brake_rate) = p.brakes.torque(capacity[i], omega, brake);
+            let WheelState { omega, brake, .. } = state.axles[i];
+            let driving = if axles[i].F_x > 0.0 { axles[i].F_x * (0.5 * self.radius[i]) } else { T::zero() };
+            let (braking, brake_rate) = p.brakes.brake_torque_and_rate(capacity[i], omega, brake);
             rate.omega = (rate.omega + other.omega) * 0.5 + (driving - braking) / p.rims.I_yy;
             rate.brake = brake_rate;
-            let motion = AxleMotion {
+            let motion = AxleForcesAndSlips {
                 F_x: left.F_x + right.F_x,
                 F_y: left.F_y + right.F_y,
                 F_z: left.F_z + right.F_z,
@@ -287,34 +312,39 @@ impl<S> DetailedTrack<S> {
 
     /// Wheels that transmit the demanded force, as far as combined slip lets them.
     #[inline]
-    fn carried<T: Number>(&self, state: &State<T>, axles: &PerAxle<Axle<T>>, delta: T) -> Axles<T>
+    fn axle_forces_without_spin<T: Number>(
+        &self,
+        state: &DetailedSingleTrackState<T>,
+        axles: &PerAxle<AxleInput<T>>,
+        delta: T,
+    ) -> AxleForcesAndRates<T>
     where
         S: TireSet<T>,
     {
         let p = &self.parameters;
-        let crate::State { v_x, v_y, r, .. } = state.planar;
+        let crate::PlanarState { v_x, v_y, r, .. } = state.planar;
         let steady = p.body.slip_angles(v_x, v_y, r, delta).map(|alpha| -alpha);
-        let sides = self.sides();
+        let sides = self.side_signs();
         let omegas: PerAxle<T> = std::array::from_fn(|i| {
             let ContactPoint { v, turn: (sin, cos), .. } = axles[i].place;
             (v[0] * cos + v[1] * sin) / self.radius[i]
         });
         let asked = [0, 1].map(|i| {
-            let free = Wheel { omega: omegas[i], kappa: T::zero(), ..state.axles[i] };
-            self.fitted[i].ask(&free, &axles[i].place)
+            let free = WheelState { omega: omegas[i], kappa: T::zero(), ..state.axles[i] };
+            self.fitted[i].tire_query(&free, &axles[i].place)
         });
         let alphas = match p.options.relaxation {
             true => asked.each_ref().map(|it| it.tan_alpha.atan()),
             false => steady,
         };
-        let slips = std::array::from_fn(|i| Slip {
+        let slips = std::array::from_fn(|i| TireOperatingPoint {
             kappa: T::zero(),
-            ..asked[i / 2].at(alphas[i / 2], sides[i % 2])
+            ..asked[i / 2].operating_point(alphas[i / 2], sides[i % 2])
         });
         let forces = self.tires.forces(&slips);
         let shares = std::array::from_fn(|i: usize| axles[i / 2].F_x * 0.5);
         let pulled: [[T; 2]; 4] = match p.options.combined {
-            true => all_driven(&self.tires, &slips, shares, &forces),
+            true => all_tire_forces_for_F_x(&self.tires, &slips, shares, &forces),
             false => std::array::from_fn(|i| [shares[i], forces[i].F_y]),
         };
         let zero = T::zero();
@@ -327,7 +357,7 @@ impl<S> DetailedTrack<S> {
                 }
             }
             let [F_x, F_y, M_z] = sums;
-            let motion = AxleMotion {
+            let motion = AxleForcesAndSlips {
                 F_x,
                 F_y,
                 F_z: axles[i].place.F_z * 2.0,
@@ -337,7 +367,7 @@ impl<S> DetailedTrack<S> {
                 omega: omegas[i],
             };
             let tan_alpha = if p.options.relaxation { asked[i].alpha_rate() } else { zero };
-            (motion, Wheel { omega: zero, kappa: zero, tan_alpha, brake: zero })
+            (motion, WheelState { omega: zero, kappa: zero, tan_alpha, brake: zero })
         });
         (carried.map(|(motion, _)| motion), carried.map(|(_, rate)| rate))
     }
@@ -353,17 +383,18 @@ impl<S> DetailedTrack<S> {
     /// `step` must not be negative and `max_substep` must be positive.
     pub fn advance<T: Number>(
         &self,
-        state: &State<T>,
-        input: &Input<T>,
+        state: &DetailedSingleTrackState<T>,
+        input: &DetailedSingleTrackInput<T>,
         step: f64,
         max_substep: f64,
-    ) -> State<T>
+    ) -> DetailedSingleTrackState<T>
     where
         S: TireSet<T>,
     {
-        let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
-        let rates =
-            |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
+        let (n, h) = substep_count_and_length(step, max_substep.min(self.longest_substep()));
+        let rates = |x: &SVector<T, STATES>| {
+            self.evaluate(&DetailedSingleTrackState::from(*x), input).derivative.into()
+        };
         rk4_steps((*state).into(), n, h, rates).into()
     }
 }

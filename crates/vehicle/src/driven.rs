@@ -1,7 +1,7 @@
 //! Finds the slip at which a tire transmits a longitudinal force, for cars that know no wheel speeds.
 #![allow(non_snake_case, reason = "forces are written as in the equations")]
 
-use tire::{Forces, Number, Slip, Tire, TireSet};
+use tire::{Number, Tire, TireForces, TireOperatingPoint, TireSet};
 
 /// Longitudinal slip [-] that a tire is never given more of: beyond it a wheel locks or spins.
 pub(crate) const MOST_SLIP: f64 = 0.2;
@@ -10,7 +10,7 @@ pub(crate) const MOST_SLIP: f64 = 0.2;
 const SECANTS: usize = 7;
 
 /// The secant method for the slip of a force. It carries derivatives along, which are exact one step after the slip is.
-struct Search<T> {
+struct SlipSecantSearch<T> {
     /// The force [N].
     F_x: T,
     /// The slip [-] that is tried next.
@@ -21,10 +21,10 @@ struct Search<T> {
     is_over: bool,
 }
 
-impl<T: Number> Search<T> {
+impl<T: Number> SlipSecantSearch<T> {
     /// Begins with what the tire transmits without slip.
     #[inline]
-    fn new(F_x: T, slip: &Slip<T>, free: T) -> Self {
+    fn new(F_x: T, slip: &TireOperatingPoint<T>, free: T) -> Self {
         // A force from a hundredth of slip gives the stiffness: all tires have their peak far beyond it.
         let kappa: T = if F_x > 0.0 { 0.01.into() } else { (-0.01).into() };
         let is_over = F_x == 0.0 || slip.F_z <= 0.0;
@@ -33,7 +33,7 @@ impl<T: Number> Search<T> {
 
     /// Goes on from the force that the slip has.
     #[inline]
-    fn learn(&mut self, force: T) {
+    fn update_slip(&mut self, force: T) {
         let miss = force - self.F_x;
         let (dk, df) = (self.kappa - self.before.0, miss - self.before.1);
         // Past the peak, or on the spot: there is no better slip.
@@ -55,39 +55,43 @@ impl<T: Number> Search<T> {
 
 /// Forces [N] of a tire that transmits the longitudinal force `F_x` [N], or as much of it as it can at [`MOST_SLIP`].
 #[inline]
-pub(crate) fn driven<T: Number>(tire: &impl Tire<T>, slip: Slip<T>, F_x: T) -> [T; 2] {
+pub(crate) fn tire_forces_for_F_x<T: Number>(
+    tire: &impl Tire<T>,
+    slip: TireOperatingPoint<T>,
+    F_x: T,
+) -> [T; 2] {
     let mut forces = tire.F_xy(&slip);
-    let mut search = Search::new(F_x, &slip, forces[0]);
+    let mut search = SlipSecantSearch::new(F_x, &slip, forces[0]);
     for _ in 0..=SECANTS {
         if search.is_over {
             break;
         }
-        forces = tire.F_xy(&Slip { kappa: search.kappa, ..slip });
-        search.learn(forces[0]);
+        forces = tire.F_xy(&TireOperatingPoint { kappa: search.kappa, ..slip });
+        search.update_slip(forces[0]);
     }
     forces
 }
 
 /// The same of all four tires of a car, which answer together; `free` is what they do without slip.
 #[inline]
-pub(crate) fn all_driven<T: Number>(
+pub(crate) fn all_tire_forces_for_F_x<T: Number>(
     tires: &impl TireSet<T>,
-    slips: &[Slip<T>; 4],
+    slips: &[TireOperatingPoint<T>; 4],
     F_x: [T; 4],
-    free: &[Forces<T>; 4],
+    free: &[TireForces<T>; 4],
 ) -> [[T; 2]; 4] {
     let mut found = free.each_ref().map(|it| [it.F_x, it.F_y]);
-    let mut searches: [_; 4] = std::array::from_fn(|i| Search::new(F_x[i], &slips[i], free[i].F_x));
+    let mut searches: [_; 4] = std::array::from_fn(|i| SlipSecantSearch::new(F_x[i], &slips[i], free[i].F_x));
     for _ in 0..=SECANTS {
         if searches.iter().all(|it| it.is_over) {
             break;
         }
-        let tried = std::array::from_fn(|i| Slip { kappa: searches[i].kappa, ..slips[i] });
+        let tried = std::array::from_fn(|i| TireOperatingPoint { kappa: searches[i].kappa, ..slips[i] });
         let forces = tires.forces(&tried);
         for ((search, it), found) in searches.iter_mut().zip(&forces).zip(&mut found) {
             if !search.is_over {
                 *found = [it.F_x, it.F_y];
-                search.learn(it.F_x);
+                search.update_slip(it.F_x);
             }
         }
     }

@@ -18,10 +18,7 @@
 //! assert!(end.r > 0.0 && end.Y > 0.0);
 //! ```
 #![forbid(unsafe_code)]
-#![allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "units stand in brackets, which rustdoc takes for links"
-)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 mod axle;
 mod body;
@@ -38,14 +35,14 @@ mod tire_car;
 mod wheel;
 
 pub use axle::AxleForces;
-pub use body::{Aero, Body, G};
-pub use integrate::rk4;
+pub use body::{Aerodynamics, G, VehicleBody};
+pub use integrate::rk4_step;
 pub use linear::NominalCar;
-pub use road::Road;
+pub use road::RoadConditions;
 
-pub use single_track::{Input, Motion, State, Vehicle};
+pub use single_track::{PlanarState, SingleTrackCar, SingleTrackEvaluation, SingleTrackInput};
 pub use slip::SLIP_SPEED_FLOOR;
-pub use table::{BadTable, Curve, Map};
+pub use table::{BadTable, BilinearMap, PiecewiseLinearCurve};
 pub use tire::{MagicFormula, Number};
-pub use tire_car::{MotionDual, TireCar};
-pub use wheel::{Differential, Lock, Wheel, slip_ratio};
+pub use tire_car::{TireCar, VelocityDual};
+pub use wheel::{DifferentialLock, LimitedSlipDifferential, WheelRadiusModel, slip_ratio};

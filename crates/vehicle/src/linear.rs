@@ -45,10 +45,7 @@ impl NominalCar {
     #[inline]
     fn axle_forces<T: Number>(&self, x: &SVector<T, 6>, delta: T) -> [T; 2] {
         let v = slip_speed(x[0]);
-        [
-            (delta - (x[1] + x[2] * self.l_f) / v) * self.C_f,
-            -(x[1] - x[2] * self.l_r) / v * self.C_r,
-        ]
+        [(delta - (x[1] + x[2] * self.l_f) / v) * self.C_f, -(x[1] - x[2] * self.l_r) / v * self.C_r]
     }
 
     /// Gradients of both axle forces with respect to v_x, v_y and r.
@@ -69,7 +66,7 @@ impl NominalCar {
     /// v_x' = v_y r + (F_x + ξ_x) / m, v_y' = (F_yf + F_yr + ξ_y) / m − v_x r,
     /// I_zz r' = l_f F_yf − l_r F_yr + ξ_ψ.
     #[inline]
-    pub fn rates<T: Number>(&self, x: &SVector<T, 6>, F_x: T, delta: T) -> SVector<T, 6> {
+    pub fn state_derivative<T: Number>(&self, x: &SVector<T, 6>, F_x: T, delta: T) -> SVector<T, 6> {
         let [F_yf, F_yr] = self.axle_forces(x, delta);
         SVector::from([
             x[1] * x[2] + (F_x + x[3]) / self.m,
@@ -83,7 +80,7 @@ impl NominalCar {
 
     /// Derivative of [`rates`](Self::rates) with respect to the state; neither input enters it.
     #[inline]
-    pub fn jacobian(&self, x: &SVector<f64, 6>) -> SMatrix<f64, 6, 6> {
+    pub fn state_jacobian(&self, x: &SVector<f64, 6>) -> SMatrix<f64, 6, 6> {
         let [f, r] = self.axle_force_gradients(x);
         let mut A = SMatrix::zeros();
         A[(0, 1)] = x[2];
@@ -132,7 +129,7 @@ impl NominalCar {
     #[inline]
     pub fn advance(&self, x: &SVector<f64, 6>, F_x: f64, delta: f64, step: f64) -> SVector<f64, 6> {
         let n = (step * self.pole_bound(x[0]) / 2.5).ceil().max(2.0);
-        rk4_steps(*x, n as usize, step / n, |x| self.rates(x, F_x, delta))
+        rk4_steps(*x, n as usize, step / n, |x| self.state_derivative(x, F_x, delta))
     }
 
     /// Sum of the sway and the yaw pole of the tires alone [1/s].
@@ -145,7 +142,7 @@ impl NominalCar {
 
     /// Yaw moment [N m] of the tires with the wheels straight, without ξ_ψ: a steering controller cancels it. Steering adds l_f C_f δ to it.
     #[inline]
-    pub fn unsteered_moment(&self, x: &SVector<f64, 6>) -> f64 {
+    pub fn yaw_moment_without_steering(&self, x: &SVector<f64, 6>) -> f64 {
         let [F_yf, F_yr] = self.axle_forces(x, 0.0);
         self.l_f * F_yf - self.l_r * F_yr
     }

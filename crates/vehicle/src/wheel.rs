@@ -13,7 +13,7 @@ use crate::slip::slip_speed;
 /// Default: 0.3 m, rigid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Wheel {
+pub struct WheelRadiusModel {
     /// Radius without load and at rest [m].
     pub radius: f64,
     /// Vertical stiffness of one tire [N/m]; without it the tire is rigid.
@@ -24,13 +24,13 @@ pub struct Wheel {
     pub growth: f64,
 }
 
-impl Default for Wheel {
+impl Default for WheelRadiusModel {
     fn default() -> Self {
         Self { radius: 0.3, stiffness: None, growth: 0.0 }
     }
 }
 
-impl Wheel {
+impl WheelRadiusModel {
     /// Rolling radius [m] at a wheel speed [rad/s] under the load [N] of an axle with two wheels.
     ///
     /// r_dyn = ⅔ (r + d ω²) + ⅓ (r − F_z / 2c): Schabauer et al., "Experimental Investigation and Semi-physical
@@ -54,7 +54,7 @@ pub fn slip_ratio(omega: f64, radius: f64, v: f64) -> f64 {
 /// for high performance vehicle applications", AVEC 2018).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Differential {
+pub struct LimitedSlipDifferential {
     /// Difference of the wheel torques over their sum while driving [-], from 0 to 1.
     pub drive_lock: f64,
     /// Difference of the wheel torques over their sum while the engine brakes [-], from 0 to 1.
@@ -74,7 +74,7 @@ pub struct Differential {
 ///
 /// The default is open: it locks nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Lock {
+pub struct DifferentialLock {
     /// Difference of the wheel torques over their sum while driving [-], from 0 to 1.
     pub drive: f64,
     /// Difference of the wheel torques over their sum while the engine brakes [-], from 0 to 1.
@@ -85,11 +85,11 @@ pub struct Lock {
     pub sensitivity: f64,
 }
 
-impl Lock {
+impl DifferentialLock {
     /// Torque of the right wheel minus that of the left one [N m], from the speeds of the left and the right wheel
     /// [rad/s] and the sum of both torques [N m].
     #[inline]
-    pub fn held<T: Number>(&self, omega: [T; 2], torque: T) -> T {
+    pub fn locking_torque<T: Number>(&self, omega: [T; 2], torque: T) -> T {
         let share = if torque > 0.0 { self.drive } else { self.coast };
         let locked = torque.abs() * share;
         let most = if locked > self.preload { locked } else { self.preload.into() };
@@ -100,7 +100,7 @@ impl Lock {
     }
 }
 
-impl Differential {
+impl LimitedSlipDifferential {
     /// Yaw moment on the car [N m], positive to the left, from the speeds of the left and the right wheel [rad/s], the
     /// longitudinal force of their axle [N] and their radius [m].
     ///
@@ -108,13 +108,13 @@ impl Differential {
     /// turns the car to the left.
     pub fn yaw_moment(&self, omega: [f64; 2], F_x: f64, radius: f64) -> f64 {
         let torque = (F_x * radius).max(-self.engine_brake);
-        self.lock().held(omega, torque) / radius * 0.5 * self.track
+        self.lock_parameters().locking_torque(omega, torque) / radius * 0.5 * self.track
     }
 
     /// Its friction.
-    fn lock(&self) -> Lock {
+    fn lock_parameters(&self) -> DifferentialLock {
         let Self { drive_lock: drive, coast_lock: coast, preload, sensitivity, .. } = *self;
-        Lock { drive, coast, preload, sensitivity }
+        DifferentialLock { drive, coast, preload, sensitivity }
     }
 }
 
@@ -126,11 +126,11 @@ mod tests {
 
     #[test]
     fn radius_grows_with_speed_and_sinks_under_load() {
-        let wheel = Wheel { radius: 0.3, stiffness: Some(2e5), growth: 2e-7 };
+        let wheel = WheelRadiusModel { radius: 0.3, stiffness: Some(2e5), growth: 2e-7 };
         assert_relative_eq!(wheel.dynamic_radius(0.0, 0.0), 0.3);
         // ⅔ · 2e-7 · 200² = 5.333 mm up, ⅓ · 4000 / 4e5 = 3.333 mm down.
         assert_relative_eq!(wheel.dynamic_radius(200.0, 4000.0), 0.302, max_relative = 1e-12);
-        assert_eq!(Wheel::default().dynamic_radius(100.0, 4000.0), 0.3);
+        assert_eq!(WheelRadiusModel::default().dynamic_radius(100.0, 4000.0), 0.3);
     }
 
     #[test]
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn differential_turns_towards_the_faster_wheel() {
-        let lsd = Differential {
+        let lsd = LimitedSlipDifferential {
             drive_lock: 0.2,
             coast_lock: 0.5,
             preload: 100.0,
@@ -153,10 +153,7 @@ mod tests {
         assert_relative_eq!(locked(10_000.0), 0.2 * 3000.0 / 0.3 * 0.75, max_relative = 1e-12);
         assert_relative_eq!(locked(-10_000.0), 0.5 * 800.0 / 0.3 * 0.75, max_relative = 1e-12);
         assert_relative_eq!(locked(0.0), 100.0 / 0.3 * 0.75, max_relative = 1e-12);
-        assert_eq!(
-            lsd.yaw_moment([10.0, 90.0], 5000.0, 0.3),
-            -lsd.yaw_moment([90.0, 10.0], 5000.0, 0.3)
-        );
+        assert_eq!(lsd.yaw_moment([10.0, 90.0], 5000.0, 0.3), -lsd.yaw_moment([90.0, 10.0], 5000.0, 0.3));
         assert_eq!(lsd.yaw_moment([50.0, 50.0], 5000.0, 0.3), 0.0);
     }
 }

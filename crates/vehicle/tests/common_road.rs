@@ -44,13 +44,12 @@ const INTERVAL: f64 = 0.01;
 fn main() {
     let arguments = Arguments::from_args();
     let folder = shared();
-    let trial =
-        |name: String, test: fn(&Model, &Path, &str) -> Result<(), Failed>, model, file: String| {
-            let folder = folder.clone();
-            Trial::test(name, move || test(model, &folder, &file))
-                .with_kind("needs data/oracles/vehicle")
-                .with_ignored_flag(true)
-        };
+    let trial = |name: String, test: fn(&Model, &Path, &str) -> Result<(), Failed>, model, file: String| {
+        let folder = folder.clone();
+        Trial::test(name, move || test(model, &folder, &file))
+            .with_kind("needs data/oracles/vehicle")
+            .with_ignored_flag(true)
+    };
     let mut trials = Vec::new();
     for model in &MODELS {
         let name = model.0;
@@ -132,13 +131,8 @@ impl Differences {
 
     fn judge(&self, tolerance: f64) -> Result<(), Failed> {
         let share = |[worst, largest]: &[f64; 2]| if *worst == 0.0 { 0.0 } else { worst / largest };
-        let wrong: Vec<_> =
-            self.0.iter().map(share).enumerate().filter(|it| it.1 > tolerance).collect();
-        if wrong.is_empty() {
-            Ok(())
-        } else {
-            Err(format!("states and differences: {wrong:?}").into())
-        }
+        let wrong: Vec<_> = self.0.iter().map(share).enumerate().filter(|it| it.1 > tolerance).collect();
+        if wrong.is_empty() { Ok(()) } else { Err(format!("states and differences: {wrong:?}").into()) }
     }
 }
 
@@ -175,8 +169,8 @@ fn ahead<const N: usize>(
     rates: &impl Fn(&SVector<f64, N>) -> SVector<f64, N>,
     halves: u32,
 ) -> SVector<f64, N> {
-    let half = |x| vehicle::rk4(x, 0.5 * step, rates);
-    let (whole, first) = (vehicle::rk4(&x, step, rates), half(&x));
+    let half = |x| vehicle::rk4_step(x, 0.5 * step, rates);
+    let (whole, first) = (vehicle::rk4_step(&x, step, rates), half(&x));
     let second = half(&first);
     let off = |i: usize| (whole[i] - second[i]).abs() > 1e-12 * (second[i].abs() + 1e-3);
     if halves == 0 || !(0..N).any(off) {

@@ -3,17 +3,17 @@
 
 use std::collections::BTreeMap;
 
-use plugin::{ConfigError, File};
+use plugin::{ConfigError, ConfigFile};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use tire::{Axes, Coefficients};
-use tire_bench::{CHANNELS, Constant, FileUnits, Options, Reading};
+use tire::{Coefficients, TireAxes};
+use tire_bench::{BenchReadOptions, CHANNELS, ChannelConstant, FileUnits, TireFitOptions};
 
 /// Fits a Magic Formula 6.1 with temperature terms to data of a test bench: the files of `[analysis.files]`, which are tables as text (also packed by
 /// gzip), MAT files or TYDEX.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Bench {
+pub struct BenchConfig {
     /// Axes of the files.
     #[serde(default)]
     pub axes: BenchAxes,
@@ -48,11 +48,11 @@ pub struct Bench {
     /// Files of the scenario, from `[analysis.files]`.
     #[serde(default)]
     #[schemars(skip)]
-    pub files: BTreeMap<String, File>,
+    pub files: BTreeMap<String, ConfigFile>,
 }
 
 /// Channel, column and unit; channels with one value.
-pub type Said<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<Constant<'a>>);
+pub type DeclaredChannels<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<ChannelConstant<'a>>);
 
 /// The value of a channel, or the values of channels of one file.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -100,16 +100,18 @@ pub struct BenchColumn {
 }
 
 impl BenchConstant {
-    fn is_of_file(&self) -> bool {
+    fn is_file_specific(&self) -> bool {
         matches!(self, Self::OfFile(_))
     }
 
     /// The constants under a name, which is that of a channel or of a file.
-    fn all<'a>(&'a self, name: &'a str) -> Vec<Constant<'a>> {
+    fn constants<'a>(&'a self, name: &'a str) -> Vec<ChannelConstant<'a>> {
         match self {
-            Self::Value(value) => vec![Constant { file: None, channel: name, value: *value }],
+            Self::Value(value) => {
+                vec![ChannelConstant { file: None, channel: name, value: *value }]
+            }
             Self::OfFile(values) => {
-                let constant = |(channel, value): (&'a String, &f64)| Constant {
+                let constant = |(channel, value): (&'a String, &f64)| ChannelConstant {
                     file: Some(name),
                     channel,
                     value: *value,
@@ -120,7 +122,7 @@ impl BenchConstant {
     }
 }
 
-impl Bench {
+impl BenchConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let numbers = [
             ("unloaded_radius", self.unloaded_radius, "m"),
@@ -130,72 +132,73 @@ impl Bench {
         for (key, value, unit) in numbers {
             if !(value.is_finite() && value > 0.0) {
                 let message = format!("expected a number above 0 {unit}, found {value}");
-                return Err(ConfigError::at(key, message));
+                return Err(ConfigError::at_key(key, message));
             }
         }
         let unknown = |name: &&String| !CHANNELS.iter().any(|(known, _)| known == name);
         let no_channel = |key: &str, name: &str| {
             let known: Vec<_> = CHANNELS.iter().map(|(name, _)| *name).collect();
             let message = format!("no channel `{name}`; known: {}", known.join(", "));
-            ConfigError::at(key, message)
+            ConfigError::at_key(key, message)
         };
         if let Some(name) = self.columns.keys().find(unknown) {
             return Err(no_channel("columns", name));
         }
-        for name in self.constants.iter().filter_map(|(name, it)| it.is_of_file().then_some(name)) {
+        for name in self.constants.iter().filter_map(|(name, it)| it.is_file_specific().then_some(name)) {
             if !self.files.contains_key(name) {
                 let files: Vec<_> = self.files.keys().map(String::as_str).collect();
-                let message =
-                    format!("no file `{name}` in [analysis.files]; known: {}", files.join(", "));
-                return Err(ConfigError::at("constants", message));
+                let message = format!("no file `{name}` in [analysis.files]; known: {}", files.join(", "));
+                return Err(ConfigError::at_key("constants", message));
             }
         }
-        for Constant { file, channel, value } in self.said().1 {
+        for ChannelConstant { file, channel, value } in self.declared_channels().1 {
             let key = file.map_or("constants".to_owned(), |file| format!("constants.{file}"));
             if unknown(&&channel.to_owned()) {
                 return Err(no_channel(&key, channel));
             }
             if !value.is_finite() {
                 let message = format!("expected a number, found {value}");
-                return Err(ConfigError::at(&format!("{key}.{channel}"), message));
+                return Err(ConfigError::at_key(&format!("{key}.{channel}"), message));
             }
         }
         if self.files.is_empty() {
-            let message = "expected files of a bench in [analysis.files], such as cornering = \"cornering.csv\"";
+            let message =
+                "expected files of a bench in [analysis.files], such as cornering = \"cornering.csv\"";
             return Err(message.to_owned().into());
         }
         Ok(())
     }
 
     /// What the user says of the files; `columns` and `constants` are those of [`Self::said`].
-    pub fn reading<'a>(&self, (columns, constants): &'a Said<'a>) -> Reading<'a> {
+    pub fn reading_options<'a>(
+        &self,
+        (columns, constants): &'a DeclaredChannels<'a>,
+    ) -> BenchReadOptions<'a> {
         let units = self.units.map(|it| match it {
             BenchUnits::TtcMetric => FileUnits::TtcMetric,
             BenchUnits::TtcEnglish => FileUnits::TtcEnglish,
         });
-        Reading { axes: self.axes(), columns, constants, units, radius: self.unloaded_radius }
+        BenchReadOptions { axes: self.file_axes(), columns, constants, units, radius: self.unloaded_radius }
     }
 
     /// The columns and constants that the user names.
-    pub fn said(&self) -> Said<'_> {
-        let columns = self
-            .columns
-            .iter()
-            .map(|(name, it)| (name.as_str(), it.column.as_str(), it.unit.as_deref()));
-        let constants = self.constants.iter().flat_map(|(name, it)| it.all(name));
+    pub fn declared_channels(&self) -> DeclaredChannels<'_> {
+        let columns =
+            self.columns.iter().map(|(name, it)| (name.as_str(), it.column.as_str(), it.unit.as_deref()));
+        let constants = self.constants.iter().flat_map(|(name, it)| it.constants(name));
         (columns.collect(), constants.collect())
     }
 
-    fn axes(&self) -> Axes {
+    fn file_axes(&self) -> TireAxes {
         match self.axes {
-            BenchAxes::Iso => Axes::Iso,
-            BenchAxes::Sae => Axes::Sae,
-            BenchAxes::AdaptedSae => Axes::AdaptedSae,
+            BenchAxes::Iso => TireAxes::Iso,
+            BenchAxes::Sae => TireAxes::Sae,
+            BenchAxes::AdaptedSae => TireAxes::AdaptedSae,
         }
     }
 
     /// What the fit is given.
-    pub fn options(&self) -> Options {
+    pub fn fit_options(&self) -> TireFitOptions {
         let tire = Coefficients {
             UNLOADED_RADIUS: self.unloaded_radius,
             FNOMIN: self.nominal_load,
@@ -203,6 +206,6 @@ impl Bench {
             INFLPRES: self.nominal_pressure,
             ..Coefficients::default()
         };
-        Options { tire, extended: self.extended, draws: self.draws, seed: self.seed }
+        TireFitOptions { tire, extended: self.extended, draws: self.draws, seed: self.seed }
     }
 }

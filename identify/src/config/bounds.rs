@@ -36,12 +36,12 @@ impl BoundsChoice {
             Self::Named(bounds) => *bounds,
             Self::Ranges(_) => Bounds::default(),
         };
-        self.given().for_each(|(parameter, range)| bounds.set(parameter, range));
+        self.given_ranges().for_each(|(parameter, range)| bounds.set_range(parameter, range));
         bounds
     }
 
     /// The ranges that were given.
-    pub fn given(&self) -> impl Iterator<Item = (Parameter, [f64; 2])> {
+    pub fn given_ranges(&self) -> impl Iterator<Item = (Parameter, [f64; 2])> {
         let ranges = match self {
             Self::Named(_) => None,
             Self::Ranges(ranges) => Some(ranges),
@@ -50,12 +50,12 @@ impl BoundsChoice {
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        self.given().try_for_each(|(parameter, range)| {
-            let key = format!("bounds.{}", parameter.name());
-            rules::rising(&key, range)?;
+        self.given_ranges().try_for_each(|(parameter, range)| {
+            let key = format!("bounds.{}", parameter.symbol());
+            rules::check_rising(&key, range)?;
             match parameter {
                 Parameter::B | Parameter::C | Parameter::D => {
-                    rules::demand(range[0] > 0.0, &key, "bounds above 0", range[0])
+                    rules::check_rule(range[0] > 0.0, &key, "bounds above 0", range[0])
                 }
                 Parameter::E | Parameter::S_h | Parameter::S_v => Ok(()),
             }
@@ -66,13 +66,13 @@ impl BoundsChoice {
 /// Not as an untagged enum, whose errors have no path.
 impl<'de> Deserialize<'de> for BoundsChoice {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        from.deserialize_any(Choice)
+        from.deserialize_any(BoundsChoiceVisitor)
     }
 }
 
-struct Choice;
+struct BoundsChoiceVisitor;
 
-impl<'de> Visitor<'de> for Choice {
+impl<'de> Visitor<'de> for BoundsChoiceVisitor {
     type Value = BoundsChoice;
 
     fn expecting(&self, to: &mut fmt::Formatter) -> fmt::Result {

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use drive_inference::likelihood::DriveNoise;
-use drive_inference::model_selection::Mode;
-use drive_inference::regression::Weights;
+use drive_inference::model_selection::EstimationMode;
+use drive_inference::regression::ResidualWeights;
 use drive_inference::smoothing::SmootherOptions;
-use drive_inference::{DriveOptions, ErrorOptions, Formulation, Noises};
+use drive_inference::{DriveOptions, ErrorOptions, FitFormulation, NoiseOption};
 use plugin::ConfigError;
 use preparation::SystematicError;
 use schemars::JsonSchema;
@@ -14,20 +14,20 @@ use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
 use tire_inference::prior::Prior;
 
-use super::car::DrivenCar;
-use super::rules::{self, demand};
-use super::{BoundsChoice, plant, prior};
+use super::car::ClosedLoopCarConfig;
+use super::rules::{self, check_rule};
+use super::{BoundsChoice, plant, prior_with_overrides};
 
 /// Identifies the tires of both axles from drives under closed-loop control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosedLoop {
     /// The car, which is needed: its data have no default.
-    pub car: DrivenCar,
+    pub car: ClosedLoopCarConfig,
     /// Formulation of the fit that decides.
-    pub method: Formulation,
+    pub method: FitFormulation,
     /// Further formulations, for comparison.
-    pub compare: Vec<Formulation>,
+    pub compare: Vec<FitFormulation>,
     /// Lowest and highest values of B, C, D, E of both axles: `"wide"` by default, `"goblirsch2025"` for Table I of Goblirsch et
     /// al. (2025), or ranges by parameter.
     pub bounds: BoundsChoice,
@@ -39,7 +39,7 @@ pub struct ClosedLoop {
     /// λ_sim: weight of the difference between both tires [-], in the same standard deviations.
     pub axle_coupling: f64,
     /// Weights of residuals in fits to smoothed states.
-    pub weights: Weights,
+    pub weights: ResidualWeights,
     /// Adds three odd terms to fits to accelerations.
     pub odd_terms: bool,
     /// Number of starts of fits to smoothed states.
@@ -57,7 +57,7 @@ pub struct ClosedLoop {
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
     /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
-    pub errors: BTreeMap<SystematicError, Mode>,
+    pub errors: BTreeMap<SystematicError, EstimationMode>,
     /// Errors of sensors that are estimated by themselves, too, on rows some hundredths of a second apart, from all of the drive and from its
     /// halves, such as `["v_y_lever", "v_y_delay", "steering_offset"]`. They are told and nothing is corrected.
     pub calibrate: Vec<SystematicError>,
@@ -123,7 +123,7 @@ impl Default for ClosedLoop {
     fn default() -> Self {
         let usual = DriveOptions::default();
         Self {
-            car: DrivenCar::default(),
+            car: ClosedLoopCarConfig::default(),
             method: usual.method,
             compare: usual.compare,
             errors: BTreeMap::new(),
@@ -154,34 +154,34 @@ impl ClosedLoop {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         rules::not_negative("regularisation", self.regularisation)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
-        if let Weights::Variance { clamp } = self.weights {
-            rules::positive("weights.clamp", clamp)?;
+        if let ResidualWeights::Variance { clamp } = self.weights {
+            rules::check_positive("weights.clamp", clamp)?;
         }
         rules::at_least("starts", 1, self.starts)?;
-        let pem = self.method == Formulation::PredictionError;
+        let pem = self.method == FitFormulation::PredictionError;
         let expected = "false, as only method = \"pem\" has a likelihood";
-        demand(pem || !self.profile, "profile", expected, true)?;
+        check_rule(pem || !self.profile, "profile", expected, true)?;
         let expected = "false, as it fits the posterior of method = \"pem\"";
-        demand(pem && self.posterior || !self.svi, "svi", expected, true)?;
+        check_rule(pem && self.posterior || !self.svi, "svi", expected, true)?;
         self.check_tires()?;
         self.check_noise()?;
         self.check_times()?;
-        self.car.read().map(drop)
+        self.car.to_vehicle().map(drop)
     }
 
     fn check_tires(&self) -> Result<(), ConfigError> {
         let shift = |parameter: &Parameter| [Parameter::S_h, Parameter::S_v].contains(parameter);
-        let bounds = self.bounds.given().map(|(parameter, _)| ("bounds", parameter));
+        let bounds = self.bounds.given_ranges().map(|(parameter, _)| ("bounds", parameter));
         let typical = self.typical.keys().map(|&parameter| ("typical", parameter));
         if let Some((table, parameter)) = bounds.chain(typical).find(|(_, it)| shift(it)) {
-            let name = parameter.name();
+            let name = parameter.symbol();
             let message = format!("`{name}` is not fitted to drives; expected B, C, D or E");
-            return Err(ConfigError::at(&format!("{table}.{name}"), message));
+            return Err(ConfigError::at_key(&format!("{table}.{name}"), message));
         }
         self.bounds.check()?;
         for (parameter, value) in &self.typical {
-            let key = format!("typical.{}", parameter.name());
-            demand(value.is_finite(), &key, "a finite typical value", value)?;
+            let key = format!("typical.{}", parameter.symbol());
+            check_rule(value.is_finite(), &key, "a finite typical value", value)?;
         }
         Ok(())
     }
@@ -189,7 +189,7 @@ impl ClosedLoop {
     fn check_noise(&self) -> Result<(), ConfigError> {
         let Some(KnownNoise { v_x, v_y, r, a_y, process }) = self.noise else { return Ok(()) };
         for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("a_y", a_y)] {
-            rules::positive(&format!("noise.{name}"), std)?;
+            rules::check_positive(&format!("noise.{name}"), std)?;
         }
         let Some(KnownProcess { v_x, v_y, r, xi_x }) = process else { return Ok(()) };
         for (name, std) in [("v_x", v_x), ("v_y", v_y), ("r", r), ("xi_x", xi_x)] {
@@ -199,14 +199,14 @@ impl ClosedLoop {
     }
 
     fn check_times(&self) -> Result<(), ConfigError> {
-        self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
+        self.gap.map_or(Ok(()), |gap| rules::check_positive("gap", gap))?;
         for (cause, std) in &self.error_std {
-            rules::positive(&format!("error_std.{}", cause.describe().name), *std)?;
+            rules::check_positive(&format!("error_std.{}", cause.describe().name), *std)?;
         }
         for (place, cause) in self.calibrate.iter().enumerate() {
             let first = !self.calibrate[..place].contains(cause);
             let name = cause.describe().name;
-            demand(
+            check_rule(
                 first,
                 &format!("calibrate.{place}"),
                 "each error once",
@@ -218,20 +218,19 @@ impl ClosedLoop {
         let of_car = errors.chain(self.error_std.keys().map(|cause| ("error_std", cause)));
         for (table, cause) in of_car.filter(|(_, cause)| SystematicError::CAR.contains(cause)) {
             let name = cause.describe().name;
-            let expected =
-                "an error of a sensor; those of the car are standard deviations in `car`";
-            demand(false, &format!("{table}.{name}"), expected, format_args!("`{name}`"))?;
+            let expected = "an error of a sensor; those of the car are standard deviations in `car`";
+            check_rule(false, &format!("{table}.{name}"), expected, format_args!("`{name}`"))?;
         }
         for (index, window) in self.windows.iter().enumerate() {
-            rules::rising(&format!("windows.{index}"), *window)?;
+            rules::check_rising(&format!("windows.{index}"), *window)?;
         }
         let mut names = BTreeSet::new();
         for (index, HoldOut { name, from, until }) in self.validate.iter().enumerate() {
             let rise = from < until && from.is_finite() && until.is_finite();
             let after = format!("a time after from = {from}");
-            demand(rise, &format!("validate.{index}.until"), &after, until)?;
+            check_rule(rise, &format!("validate.{index}.until"), &after, until)?;
             let key = format!("validate.{index}.name");
-            demand(names.insert(name), &key, "a name of its own", format_args!("`{name}` twice"))?;
+            check_rule(names.insert(name), &key, "a name of its own", format_args!("`{name}` twice"))?;
         }
         Ok(())
     }
@@ -240,8 +239,8 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// When data of the car are missing or make no sense.
-    pub fn options(&self) -> Result<DriveOptions, ConfigError> {
-        let (car, uncertainty) = self.car.read()?;
+    pub fn drive_options(&self) -> Result<DriveOptions, ConfigError> {
+        let (car, uncertainty) = self.car.to_vehicle()?;
         let mut causes = ErrorOptions::default();
         self.errors.iter().for_each(|(cause, mode)| causes.wanted.0[*cause as usize] = *mode);
         self.error_std.iter().for_each(|(cause, std)| causes.std[*cause] = *std);
@@ -251,14 +250,16 @@ impl ClosedLoop {
             causes,
             method: self.method,
             compare: self.compare.clone(),
-            prior: prior(Prior::lateral(), &self.bounds, &self.typical),
+            prior: prior_with_overrides(Prior::lateral(), &self.bounds, &self.typical),
             regularisation: self.regularisation,
             axle_coupling: self.axle_coupling,
             weights: self.weights,
             odd_terms: self.odd_terms,
             starts: self.starts,
             seed: self.seed,
-            noises: self.noise.map_or(Noises::Estimated, |noise| Noises::Known(noise.all())),
+            noises: self
+                .noise
+                .map_or(NoiseOption::Estimated, |noise| NoiseOption::Known(noise.to_drive_noise())),
             smoothing: SmootherOptions { em_passes: self.em_passes },
             posterior: self.posterior,
             svi: self.svi,
@@ -268,13 +269,11 @@ impl ClosedLoop {
 }
 
 impl KnownNoise {
-    fn all(self) -> DriveNoise {
+    fn to_drive_noise(self) -> DriveNoise {
         let Self { v_x, v_y, r, a_y, process } = self;
-        let noise = DriveNoise::of_sensors([v_x, v_y, r, a_y]);
+        let noise = DriveNoise::from_sensor_stds([v_x, v_y, r, a_y]);
         match process {
-            Some(KnownProcess { v_x, v_y, r, xi_x }) => {
-                DriveNoise { process: [v_x, v_y, r, xi_x], ..noise }
-            }
+            Some(KnownProcess { v_x, v_y, r, xi_x }) => DriveNoise { process: [v_x, v_y, r, xi_x], ..noise },
             None => noise,
         }
     }

@@ -11,7 +11,7 @@ use super::rules;
 /// Looks for errors in a log. What is known of the car makes more checks possible; none of it is needed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Doctor {
+pub struct DoctorConfig {
     /// Distance between the axles [m].
     pub wheelbase: Option<f64>,
     /// Distance from the centre of gravity to the front axle [m].
@@ -25,18 +25,17 @@ pub struct Doctor {
     pub staircase: bool,
 }
 
-impl Doctor {
+impl DoctorConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let Self { wheelbase, l_f, l_r, m, staircase } = *self;
         let length = wheelbase.is_some() || (l_f.is_some() && l_r.is_some());
-        rules::demand(!staircase || length, "staircase", "`wheelbase` with it", "none")?;
+        rules::check_rule(!staircase || length, "staircase", "`wheelbase` with it", "none")?;
         for (name, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", m)] {
-            value.map_or(Ok(()), |value| rules::positive(name, value))?;
+            value.map_or(Ok(()), |value| rules::check_positive(name, value))?;
         }
         let rest = |arm: Option<f64>| wheelbase.zip(arm).is_none_or(|(whole, arm)| arm < whole);
-        let expected = |name: &str| {
-            ConfigError::at(name, "expected less than the wheelbase, of which it is a part")
-        };
+        let expected =
+            |name: &str| ConfigError::at_key(name, "expected less than the wheelbase, of which it is a part");
         match (rest(l_f), rest(l_r)) {
             (false, _) => return Err(expected("l_f")),
             (_, false) => return Err(expected("l_r")),
@@ -46,11 +45,11 @@ impl Doctor {
         let (Some(whole), Some(l_f), Some(l_r)) = (wheelbase, l_f, l_r) else { return Ok(()) };
         let agree = (l_f + l_r - whole).abs() <= 0.01;
         let sum = format!("l_f + l_r = {} m, or one of the three left out", l_f + l_r);
-        rules::demand(agree, "wheelbase", &sum, whole)
+        rules::check_rule(agree, "wheelbase", &sum, whole)
     }
 
     /// What is known of the car; of three lengths two are enough.
-    pub fn car(&self) -> CarData {
+    pub fn car_data(&self) -> CarData {
         let Self { wheelbase, l_f, l_r, m, .. } = *self;
         let rest = |arm: Option<f64>| Some(wheelbase? - arm?);
         let axles = l_f.or(rest(l_r)).zip(l_r.or(rest(l_f)));

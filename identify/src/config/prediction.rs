@@ -1,30 +1,30 @@
 //! Configuration of `task = "prediction"`.
 
 use drive_prediction::EvenDrive;
-use drive_prediction::car::{Car, Steering, Variation};
-use drive_prediction::resampling::Sampling;
+use drive_prediction::car::{CarSpecification, ParameterVariation, SteeringSignalKind};
+use drive_prediction::resampling::ResamplingOptions;
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::car::SteeredCar;
-use super::rules::{self, demand};
+use super::car::PredictionCarConfig;
+use super::rules::{self, check_rule};
 
 /// Identifies a car that predicts its motion from speed and steering, and judges it on parts that were not fitted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Prediction {
+pub struct PredictionConfig {
     /// The car; `body` is needed.
-    car: SteeredCar,
+    car: PredictionCarConfig,
     /// What the signal `delta` is: the angle of the wheels `"measured"` there, or what an actuator is `"commanded"`, which follows late and
     /// with an offset of the day.
-    steering: Source,
+    steering: SteeringSource,
     /// Points `[command, angle in rad]` in rising order, if `delta` is a command in a unit of its own: `task = "doctor"` with `staircase` finds them.
     pub steering_map: Vec<[f64; 2]>,
     /// Half width of the play between the angle and the wheels [rad].
     pub steering_play: f64,
     /// How far apart the logs are: `"laps"` of one day, or `"days"` with other floors, tires and trims.
-    logs: Apart,
+    logs: LogVariation,
     /// Rows per second [Hz]; by default that of the slowest signal, at most 100.
     rate: Option<f64>,
     /// Corner of the zero-phase low pass of velocities, yaw rate and acceleration [Hz]; 0 for signals that are smooth already.
@@ -32,7 +32,7 @@ pub struct Prediction {
     /// Slower rows do not count [m/s].
     pub least_speed: f64,
     /// Parts that are not fitted: the car is judged on them. Without any it is judged on what it was fitted to, and says so.
-    pub hold_out: Vec<Part>,
+    pub hold_out: Vec<LogPart>,
     /// Times over which the car is let go in open loop [s].
     pub horizons: Vec<f64>,
     /// `v_y` is for judging only: the car is fitted without it, and an estimator that does not see it says what it was.
@@ -47,7 +47,7 @@ pub struct Prediction {
 /// What the steering signal is.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum Source {
+enum SteeringSource {
     /// The angle of the road wheels, measured there.
     Measured,
     /// What an actuator is told.
@@ -57,7 +57,7 @@ enum Source {
 /// How far apart logs are.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum Apart {
+enum LogVariation {
     /// Laps of one day.
     Laps,
     /// Days.
@@ -67,7 +67,7 @@ enum Apart {
 /// A part of the logs: what all of its keys say.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Part {
+pub struct LogPart {
     /// Beginning [s]; the beginning of the log by default.
     from: Option<f64>,
     /// End [s]; the end of the log by default.
@@ -78,14 +78,14 @@ pub struct Part {
     log: Option<usize>,
 }
 
-impl Default for Prediction {
+impl Default for PredictionConfig {
     fn default() -> Self {
         Self {
-            car: SteeredCar::default(),
-            steering: Source::Measured,
+            car: PredictionCarConfig::default(),
+            steering: SteeringSource::Measured,
             steering_map: Vec::new(),
             steering_play: 0.0,
-            logs: Apart::Laps,
+            logs: LogVariation::Laps,
             rate: None,
             smooth: 5.0,
             least_speed: 5.0,
@@ -102,27 +102,27 @@ impl Default for Prediction {
 const FASTEST: f64 = 10_000.0;
 const LONGEST: f64 = 60.0;
 
-impl Prediction {
+impl PredictionConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        self.car()?;
+        self.car_specification()?;
         if let Some(rate) = self.rate {
             let fits = rate > 0.0 && rate <= FASTEST;
-            demand(fits, "rate", &format!("a rate above 0, at most {FASTEST} Hz"), rate)?;
+            check_rule(fits, "rate", &format!("a rate above 0, at most {FASTEST} Hz"), rate)?;
         }
         rules::not_negative("smooth", self.smooth)?;
         rules::not_negative("steering_play", self.steering_play)?;
         let points = &self.steering_map;
-        demand(points.len() != 1, "steering_map", "two points or more, or none", "one")?;
+        check_rule(points.len() != 1, "steering_map", "two points or more, or none", "one")?;
         for (index, pair) in points.windows(2).enumerate() {
             let rises = pair[0][0] < pair[1][0] && pair.iter().flatten().all(|it| it.is_finite());
             let key = format!("steering_map.{}", index + 1);
-            demand(rises, &key, "finite numbers, and a command above the one before", pair[1][0])?;
+            check_rule(rises, &key, "finite numbers, and a command above the one before", pair[1][0])?;
         }
-        rules::positive("least_speed", self.least_speed)?;
+        rules::check_positive("least_speed", self.least_speed)?;
         for (index, horizon) in self.horizons.iter().enumerate() {
             let fits = *horizon > 0.0 && *horizon <= LONGEST;
             let expected = format!("a time above 0, at most {LONGEST} s");
-            demand(fits, &format!("horizons.{index}"), &expected, horizon)?;
+            check_rule(fits, &format!("horizons.{index}"), &expected, horizon)?;
         }
         self.hold_out.iter().enumerate().try_for_each(|(index, part)| part.check(index))
     }
@@ -131,33 +131,33 @@ impl Prediction {
     ///
     /// # Errors
     /// With all that are missing, or the first that makes no sense.
-    pub fn car(&self) -> Result<Car, ConfigError> {
+    pub fn car_specification(&self) -> Result<CarSpecification, ConfigError> {
         let (body, [front_drive, front_brake]) =
-            self.car.read().map_err(|error| error.within("car"))?;
+            self.car.body_and_shares().map_err(|error| error.with_parent_key("car"))?;
         let steering = match self.steering {
-            Source::Measured => Steering::Measured,
-            Source::Commanded => Steering::Commanded,
+            SteeringSource::Measured => SteeringSignalKind::Measured,
+            SteeringSource::Commanded => SteeringSignalKind::Commanded,
         };
         let variation = match self.logs {
-            Apart::Laps => Variation::Laps,
-            Apart::Days => Variation::Days,
+            LogVariation::Laps => ParameterVariation::Laps,
+            LogVariation::Days => ParameterVariation::Days,
         };
-        Ok(Car { body, front_drive, front_brake, steering, variation })
+        Ok(CarSpecification { body, front_drive, front_brake, steering, variation })
     }
 
     /// How signals become rows.
-    pub fn sampling(&self) -> Sampling {
+    pub fn resampling_options(&self) -> ResamplingOptions {
         let smooth = (self.smooth > 0.0).then_some(self.smooth);
-        Sampling { rate: self.rate, smooth, least_speed: self.least_speed }
+        ResamplingOptions { rate: self.rate, smooth, least_speed: self.least_speed }
     }
 
     /// The rows that are fitted, and those that are held out, as drives of which only these count.
-    pub fn split(&self, drives: &[EvenDrive]) -> [Vec<EvenDrive>; 2] {
+    pub fn split_fitted_and_held_out(&self, drives: &[EvenDrive]) -> [Vec<EvenDrive>; 2] {
         [false, true].map(|held| {
             let part = |drive: &EvenDrive| {
                 let mut part = drive.clone();
-                for row in 0..drive.rows() {
-                    let out = self.hold_out.iter().any(|it| it.holds(drive, row));
+                for row in 0..drive.row_count() {
+                    let out = self.hold_out.iter().any(|it| it.contains(drive, row));
                     part.counts[row] &= out == held;
                 }
                 part
@@ -167,24 +167,24 @@ impl Prediction {
     }
 }
 
-impl Part {
+impl LogPart {
     fn check(&self, index: usize) -> Result<(), ConfigError> {
         let key = |name: &str| format!("hold_out.{index}.{name}");
         let said = self.from.is_some() || self.to.is_some();
         let said = said || self.lap.is_some() || self.log.is_some();
-        demand(said, &format!("hold_out.{index}"), "`from`, `to`, `lap` or `log`", "none of them")?;
+        check_rule(said, &format!("hold_out.{index}"), "`from`, `to`, `lap` or `log`", "none of them")?;
         let times = [("from", self.from), ("to", self.to), ("lap", self.lap)];
         for (name, value) in times {
             let finite = value.is_none_or(f64::is_finite);
-            demand(finite, &key(name), "a finite number", value.unwrap_or_default())?;
+            check_rule(finite, &key(name), "a finite number", value.unwrap_or_default())?;
         }
         let (from, to) = (self.from.unwrap_or(f64::NEG_INFINITY), self.to.unwrap_or(f64::INFINITY));
-        demand(from < to, &key("to"), &format!("a time after from = {from}"), to)?;
-        demand(self.log != Some(0), &key("log"), "the number of a log, from 1", 0)
+        check_rule(from < to, &key("to"), &format!("a time after from = {from}"), to)?;
+        check_rule(self.log != Some(0), &key("log"), "the number of a log, from 1", 0)
     }
 
     /// Whether a row is in this part.
-    fn holds(&self, drive: &EvenDrive, row: usize) -> bool {
+    fn contains(&self, drive: &EvenDrive, row: usize) -> bool {
         let lap = drive.lap.as_ref().map(|lap| lap[row]);
         self.from.is_none_or(|from| drive.motion.t[row] >= from)
             && self.to.is_none_or(|to| drive.motion.t[row] < to)
@@ -198,13 +198,13 @@ mod tests {
     use preparation::Drive;
 
     use super::*;
-    use crate::config::Config;
+    use crate::config::IdentifyConfig;
 
     const CAR: &str = "task = \"prediction\"\ncar = { drive_front_share = 0.0, body = { m = 982.0, I_zz = 1605.0, l_f = 1.33, l_r = 1.07, h = 0.45 } }\n";
 
-    fn read(more: &str) -> Result<Box<Prediction>, (Vec<String>, String)> {
-        match Config::read(&format!("{CAR}{more}")).map_err(|it| (it.path.clone(), it.message))? {
-            Config::Prediction(config) => Ok(config),
+    fn read(more: &str) -> Result<Box<PredictionConfig>, (Vec<String>, String)> {
+        match IdentifyConfig::parse(&format!("{CAR}{more}")).map_err(|it| (it.path.clone(), it.message))? {
+            IdentifyConfig::Prediction(config) => Ok(config),
             other => panic!("{other:?}"),
         }
     }
@@ -220,7 +220,7 @@ mod tests {
             motion: Drive { t: (0..6).map(f64::from).collect(), ..Drive::default() },
             ..EvenDrive::default()
         };
-        let [fitted, held] = config.split(&[drive(1), drive(2)]);
+        let [fitted, held] = config.split_fitted_and_held_out(&[drive(1), drive(2)]);
         let counts = |drives: &[EvenDrive]| -> Vec<String> {
             let shown = |counts: &bool| if *counts { 'x' } else { '.' };
             drives.iter().map(|drive| drive.counts.iter().map(shown).collect()).collect()
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(wrong("horizons = [0.6, -3.0]").0, ["horizons", "1"]);
         assert_eq!(wrong("rate = 0.0").0, ["rate"]);
         assert_eq!(wrong("least_speed = nan").0, ["least_speed"]);
-        let missing = Config::read("task = \"prediction\"\n").expect_err("no car").message;
+        let missing = IdentifyConfig::parse("task = \"prediction\"\n").expect_err("no car").message;
         assert!(missing.contains("`body.m`") && missing.contains("`body.l_r`"), "{missing}");
         assert!(missing.contains("`drive_front_share`"), "{missing}");
         assert_eq!(wrong("steering = \"guessed\"").0, ["steering"]);

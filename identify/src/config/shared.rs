@@ -2,14 +2,14 @@
 
 use plugin::ConfigError;
 use toml::{Table, Value};
-use vehicle::Aero;
+use vehicle::Aerodynamics;
 
-use super::Task;
+use super::IdentifyTask;
 
 /// Name of a parameter, and the key that takes it.
-type Row = (&'static str, &'static str);
+type ParameterKeyPair = (&'static str, &'static str);
 
-const CAR: [Row; 11] = [
+const CAR: [ParameterKeyPair; 11] = [
     ("body.m", "car.body.m"),
     ("body.I_zz", "car.body.I_zz"),
     ("body.l_f", "car.body.l_f"),
@@ -24,14 +24,14 @@ const CAR: [Row; 11] = [
 ];
 
 /// What a log tells besides: shares of the drive, and slip of the wheels.
-const LOGGED: [Row; 3] = [
+const LOGGED: [ParameterKeyPair; 3] = [
     ("drive.front_share", "car.drive_front_share"),
     ("wheel.radius", "car.wheel_f.radius"),
     ("wheel.radius", "car.wheel_r.radius"),
 ];
 
 /// Of a differential that the configuration has: the braking torque of the engine is no parameter of the FMUs.
-const DIFFERENTIAL: [Row; 5] = [
+const DIFFERENTIAL: [ParameterKeyPair; 5] = [
     ("diff_r.drive_lock", "car.differential.drive_lock"),
     ("diff_r.coast_lock", "car.differential.coast_lock"),
     ("diff_r.preload", "car.differential.preload"),
@@ -39,7 +39,7 @@ const DIFFERENTIAL: [Row; 5] = [
     ("body.track_r", "car.differential.track"),
 ];
 
-const STEERED: [Row; 7] = [
+const STEERED: [ParameterKeyPair; 7] = [
     ("body.m", "car.body.m"),
     ("body.I_zz", "car.body.I_zz"),
     ("body.l_f", "car.body.l_f"),
@@ -49,26 +49,29 @@ const STEERED: [Row; 7] = [
     ("drive.front_share", "car.drive_front_share"),
 ];
 
-const DOCTOR: [Row; 3] = [("body.m", "m"), ("body.l_f", "l_f"), ("body.l_r", "l_r")];
+const DOCTOR: [ParameterKeyPair; 3] = [("body.m", "m"), ("body.l_f", "l_f"), ("body.l_r", "l_r")];
 
 /// Replaces the values of `parameters`, by the names of variables, by keys of the car.
 ///
 /// # Errors
 /// When a value that is taken is no number, when the task has no car, or when a drive under control has one that is driven in front.
-pub(super) fn take(config: &mut Table, task: &Task) -> Result<(), ConfigError> {
+pub(super) fn apply_shared_parameters(config: &mut Table, task: &IdentifyTask) -> Result<(), ConfigError> {
     let Some(given) = config.remove("parameters") else { return Ok(()) };
-    let wrong = |message: String| ConfigError::at("parameters", message);
+    let wrong = |message: String| ConfigError::at_key("parameters", message);
     let Value::Table(given) = given else {
         return Err(wrong("expected values by the names of variables".to_owned()));
     };
     let differential = config.get("car").is_some_and(|car| car.get("differential").is_some());
-    let rows: Vec<Row> = match task {
-        Task::Tires if differential => [&CAR[..], &LOGGED, &DIFFERENTIAL].concat(),
-        Task::Tires => [&CAR[..], &LOGGED].concat(),
-        Task::ClosedLoop => CAR.to_vec(),
-        Task::Prediction => STEERED.to_vec(),
-        Task::Doctor => DOCTOR.to_vec(),
-        Task::Curve | Task::Bench | Task::ExcitationStudy | Task::SensitivityStudy => {
+    let rows: Vec<ParameterKeyPair> = match task {
+        IdentifyTask::Tires if differential => [&CAR[..], &LOGGED, &DIFFERENTIAL].concat(),
+        IdentifyTask::Tires => [&CAR[..], &LOGGED].concat(),
+        IdentifyTask::ClosedLoop => CAR.to_vec(),
+        IdentifyTask::Prediction => STEERED.to_vec(),
+        IdentifyTask::Doctor => DOCTOR.to_vec(),
+        IdentifyTask::Curve
+        | IdentifyTask::Bench
+        | IdentifyTask::ExcitationStudy
+        | IdentifyTask::SensitivityStudy => {
             let tasks = "\"tires\", \"closed_loop\", \"prediction\" and \"doctor\"";
             return Err(wrong(format!("expected none: of the tasks, {tasks} have a car")));
         }
@@ -79,26 +82,25 @@ pub(super) fn take(config: &mut Table, task: &Task) -> Result<(), ConfigError> {
         Some(Value::Integer(value)) => Ok(Some(*value as f64)),
         Some(other) => Err(wrong(format!("expected a number for `{name}`, found {other}"))),
     };
-    if let (Task::ClosedLoop, Some(share)) = (task, number("drive.front_share")?)
+    if let (IdentifyTask::ClosedLoop, Some(share)) = (task, number("drive.front_share")?)
         && share != 0.0
     {
-        let message =
-            "expected a car that is driven at the rear axle, drive.front_share = 0, found";
+        let message = "expected a car that is driven at the rear axle, drive.front_share = 0, found";
         return Err(wrong(format!("{message} {share}")));
     }
     for (name, key) in rows {
         if let Some(value) = number(name)? {
-            put(config, key, value);
+            insert_if_absent(config, key, value);
         } else if name == "aero.rho" && given.contains_key("aero.C_d") {
             // The air of the FMUs without this parameter.
-            put(config, key, Aero::default().rho);
+            insert_if_absent(config, key, Aerodynamics::default().rho);
         }
     }
     Ok(())
 }
 
 /// Puts a number where the configuration says nothing, or a standard deviation only.
-fn put(table: &mut Table, key: &str, number: f64) {
+fn insert_if_absent(table: &mut Table, key: &str, number: f64) {
     let Some((first, rest)) = key.split_once('.') else {
         match table.get_mut(key) {
             None => _ = table.insert(key.to_owned(), number.into()),
@@ -112,13 +114,13 @@ fn put(table: &mut Table, key: &str, number: f64) {
     let inner = table.entry(first).or_insert_with(|| Table::new().into());
     // What is no table says something else, such as `aero = "none"`.
     if let Value::Table(inner) = inner {
-        put(inner, rest, number);
+        insert_if_absent(inner, rest, number);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::config::Config;
+    use crate::config::IdentifyConfig;
 
     const PARAMETERS: &str = "[parameters]\n\"body.m\" = 1400\n\"body.I_zz\" = 2200.0\n\"body.l_f\" = 1.3\n\
         \"body.l_r\" = 1.25\n\"body.h\" = 0.48\n\"aero.area\" = 2.0\n\"aero.C_d\" = 0.33\n\"aero.C_lf\" = 0.02\n\
@@ -128,8 +130,8 @@ mod tests {
 
     fn closed_loop(own: &str, parameters: &str) -> Result<drive_inference::DriveOptions, String> {
         let text = format!("task = \"closed_loop\"\n{own}\n{parameters}");
-        match Config::read(&text).map_err(|error| format!("{:?} {}", error.path, error.message))? {
-            Config::ClosedLoop(config) => config.options().map_err(|error| error.message),
+        match IdentifyConfig::parse(&text).map_err(|error| format!("{:?} {}", error.path, error.message))? {
+            IdentifyConfig::ClosedLoop(config) => config.drive_options().map_err(|error| error.message),
             other => panic!("{other:?}"),
         }
     }
@@ -154,10 +156,10 @@ mod tests {
 
     #[test]
     fn a_log_takes_shares_wheels_and_a_differential_that_is_asked_for() {
-        let read = |own: &str| match Config::read(&format!("task = \"tires\"\n{own}\n{PARAMETERS}"))
+        let read = |own: &str| match IdentifyConfig::parse(&format!("task = \"tires\"\n{own}\n{PARAMETERS}"))
             .expect("a car")
         {
-            Config::Tires(config) => config.car().expect("a car").0,
+            IdentifyConfig::Tires(config) => config.car().expect("a car").0,
             other => panic!("{other:?}"),
         };
         let car = read("");
@@ -167,7 +169,7 @@ mod tests {
         let lock = lock.expect("a differential");
         assert_eq!((lock.drive_lock, lock.preload, lock.track), (0.35, 10.0, 1.5));
         let text = format!("task = \"doctor\"\n{PARAMETERS}");
-        let Config::Doctor(doctor) = Config::read(&text).expect("a car") else { panic!() };
+        let IdentifyConfig::Doctor(doctor) = IdentifyConfig::parse(&text).expect("a car") else { panic!() };
         assert_eq!((doctor.m, doctor.l_f, doctor.wheelbase), (Some(1400.0), Some(1.3), None));
     }
 
@@ -178,10 +180,9 @@ mod tests {
         assert!(missing.contains("`body.I_zz`") && !missing.contains("`body.m`"), "{missing}");
         let text = of(&PARAMETERS.replace("= 0.48", "= \"low\""));
         assert_eq!(text, "[\"parameters\"] expected a number for `body.h`, found \"low\"");
-        let front =
-            of(&PARAMETERS.replace("\"drive.front_share\" = 0.0", "\"drive.front_share\" = 0.6"));
+        let front = of(&PARAMETERS.replace("\"drive.front_share\" = 0.0", "\"drive.front_share\" = 0.6"));
         assert!(front.contains("driven at the rear axle"), "{front}");
-        let study = Config::read(&format!("task = \"excitation_study\"\n{PARAMETERS}"));
+        let study = IdentifyConfig::parse(&format!("task = \"excitation_study\"\n{PARAMETERS}"));
         assert!(study.expect_err("no car").message.contains("have a car"));
     }
 }

@@ -11,7 +11,7 @@ use super::rules;
 /// Judges windows of the log by themselves: whether each tells the lateral curves.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Windows {
+pub struct WindowConfig {
     /// Length of a window [s]; one begins where the last one ends.
     pub length: f64,
     /// Largest error of a curve inside the excited slip that is called identified, over its largest force there [-].
@@ -20,7 +20,7 @@ pub struct Windows {
     pub slip_offset: f64,
 }
 
-impl Default for Windows {
+impl Default for WindowConfig {
     fn default() -> Self {
         let CurveRequirement { tolerance, usual: StretchPrior { slip_offset, .. }, .. } =
             CurveRequirement::default();
@@ -28,15 +28,15 @@ impl Default for Windows {
     }
 }
 
-impl Windows {
+impl WindowConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        rules::positive("length", self.length)?;
-        rules::positive("tolerance", self.tolerance)?;
+        rules::check_positive("length", self.length)?;
+        rules::check_positive("tolerance", self.tolerance)?;
         rules::not_negative("slip_offset", self.slip_offset)
     }
 
     /// What is asked of a window.
-    pub fn claim(&self) -> CurveRequirement {
+    pub fn curve_requirement(&self) -> CurveRequirement {
         let usual = StretchPrior { slip_offset: self.slip_offset, ..StretchPrior::default() };
         CurveRequirement { tolerance: self.tolerance, usual, ..CurveRequirement::default() }
     }
@@ -45,30 +45,30 @@ impl Windows {
 /// Drift of stiffness and friction from stretch to stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Drift {
+pub struct DriftConfig {
     /// Length of a stretch [s].
     pub length: f64,
     /// Stretches are laps, as the signal `lap` has them, whatever `length` is.
     pub laps: bool,
 }
 
-impl Default for Drift {
+impl Default for DriftConfig {
     fn default() -> Self {
         Self { length: 20.0, laps: false }
     }
 }
 
-impl Drift {
+impl DriftConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        rules::positive("length", self.length)
+        rules::check_positive("length", self.length)
     }
 
     /// Demands the signal that tells laps.
     ///
     /// # Errors
     /// When laps are asked for without it.
-    pub fn demand_laps(&self, has: impl Fn(&str) -> bool) -> Result<(), ConfigError> {
+    pub fn check_lap_signal(&self, has: impl Fn(&str) -> bool) -> Result<(), ConfigError> {
         let message = "expected the signal `lap`, the number of the lap, found none: map it to a column, or leave `laps` out for stretches of `length`";
-        if self.laps && !has("lap") { Err(ConfigError::at("drift.laps", message)) } else { Ok(()) }
+        if self.laps && !has("lap") { Err(ConfigError::at_key("drift.laps", message)) } else { Ok(()) }
     }
 }

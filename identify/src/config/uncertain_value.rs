@@ -9,7 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use vehicle::Aero;
+use vehicle::Aerodynamics;
 
 /// A number of the car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -34,9 +34,7 @@ impl<'de> Visitor<'de> for UncertainValueVisitor {
     type Value = UncertainValue;
 
     fn expecting(&self, to: &mut Formatter) -> Written {
-        to.write_str(
-            "a number, or one with its standard deviation: { value = 1605.0, std = 160.0 }",
-        )
+        to.write_str("a number, or one with its standard deviation: { value = 1605.0, std = 160.0 }")
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<UncertainValue, E> {
@@ -84,48 +82,48 @@ impl JsonSchema for UncertainValue {
 /// Aerodynamics of the car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Air {
+pub enum AeroChoice {
     /// Neither drag nor downforce.
     None,
     /// Drag and downforce.
-    UncertainValue(Aero),
+    UncertainValue(Aerodynamics),
 }
 
-impl From<Air> for Aero {
-    fn from(air: Air) -> Self {
+impl From<AeroChoice> for Aerodynamics {
+    fn from(air: AeroChoice) -> Self {
         match air {
-            Air::None => Self { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, ..Self::default() },
-            Air::UncertainValue(aero) => aero,
+            AeroChoice::None => Self { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, ..Self::default() },
+            AeroChoice::UncertainValue(aero) => aero,
         }
     }
 }
 
-struct AirVisitor;
+struct AeroChoiceVisitor;
 
-impl<'de> Visitor<'de> for AirVisitor {
-    type Value = Air;
+impl<'de> Visitor<'de> for AeroChoiceVisitor {
+    type Value = AeroChoice;
 
     fn expecting(&self, to: &mut Formatter) -> Written {
         to.write_str("\"none\", or { rho = 1.2, area = 1.9, C_d = 0.4, C_lf = 0.1, C_lr = 0.2 }")
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<Air, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<AeroChoice, E> {
         let wrong = || E::invalid_value(serde::de::Unexpected::Str(text), &self);
-        (text == "none").then_some(Air::None).ok_or_else(wrong)
+        (text == "none").then_some(AeroChoice::None).ok_or_else(wrong)
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Air, A::Error> {
-        Aero::deserialize(MapAccessDeserializer::new(table)).map(Air::UncertainValue)
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<AeroChoice, A::Error> {
+        Aerodynamics::deserialize(MapAccessDeserializer::new(table)).map(AeroChoice::UncertainValue)
     }
 }
 
-impl<'de> Deserialize<'de> for Air {
+impl<'de> Deserialize<'de> for AeroChoice {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        from.deserialize_any(AirVisitor)
+        from.deserialize_any(AeroChoiceVisitor)
     }
 }
 
-impl JsonSchema for Air {
+impl JsonSchema for AeroChoice {
     fn schema_name() -> Cow<'static, str> {
         "Air".into()
     }
@@ -135,7 +133,7 @@ impl JsonSchema for Air {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let aero = Aero::json_schema(generator);
+        let aero = Aerodynamics::json_schema(generator);
         let none = json_schema!({ "const": "none", "description": "Neither drag nor downforce." });
         json_schema!({ "anyOf": [aero, { "type": "string", "oneOf": [none] }] })
     }

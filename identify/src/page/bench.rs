@@ -4,8 +4,8 @@
 use std::fmt::Write;
 
 use askama::Template;
-use html_page::{Axis, Plot};
-use tire_bench::{Channel, Fit, Point, Residuals};
+use html_page::{Plot, PlotAxis};
+use tire_bench::{ChannelFitSummary, FittedChannel, RevolutionMean, TireFit};
 
 use crate::page::filters;
 
@@ -20,76 +20,79 @@ const SWEPT: f64 = 0.05;
 
 #[derive(Template)]
 #[template(path = "bench.html")]
-struct Page<'a> {
+struct BenchPage<'a> {
     title: &'static str,
-    fit: &'a Fit,
+    fit: &'a TireFit,
     summary: &'a [String],
-    forces: Vec<Force<'a>>,
+    forces: Vec<ForceSection<'a>>,
 }
 
 /// What the fit misses of one force, and some of its sweeps.
-struct Force<'a> {
+struct ForceSection<'a> {
     name: &'static str,
     unit: &'static str,
-    residuals: &'a Residuals,
+    residuals: &'a ChannelFitSummary,
     sweeps: usize,
     shown: usize,
     plots: Vec<(String, Plot)>,
 }
 
 /// The page; `points` are all means over a revolution, in their order.
-pub fn page(fit: &Fit, points: &[Point], summary: &[String]) -> String {
-    let channels = [Channel::Longitudinal, Channel::Lateral, Channel::Aligning];
-    let forces = channels.into_iter().filter_map(|channel| force(fit, channel, points)).collect();
-    html_page::render(&Page { title: "Tire from a test bench", fit, summary, forces })
+pub fn render_bench_page(fit: &TireFit, points: &[RevolutionMean], summary: &[String]) -> String {
+    let channels = [FittedChannel::Longitudinal, FittedChannel::Lateral, FittedChannel::Aligning];
+    let forces = channels.into_iter().filter_map(|channel| force_section(fit, channel, points)).collect();
+    html_page::render_page(&BenchPage { title: "Tire from a test bench", fit, summary, forces })
 }
 
 /// Name and unit of a force.
-fn named(channel: Channel) -> [&'static str; 2] {
+fn channel_name_and_unit(channel: FittedChannel) -> [&'static str; 2] {
     match channel {
-        Channel::Longitudinal => ["F_x", "N"],
-        Channel::Lateral => ["F_y", "N"],
-        Channel::Aligning => ["M_z", "N m"],
+        FittedChannel::Longitudinal => ["F_x", "N"],
+        FittedChannel::Lateral => ["F_y", "N"],
+        FittedChannel::Aligning => ["M_z", "N m"],
     }
 }
 
-fn force<'a>(fit: &'a Fit, channel: Channel, points: &[Point]) -> Option<Force<'a>> {
-    let along = channel == Channel::Longitudinal;
-    let slip = |it: &Point| if along { it.sample.kappa } else { it.sample.alpha };
-    let own =
-        |a: &Point, b: &Point| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block);
-    let range = |sweep: &[Point]| {
-        let ends = sweep
-            .iter()
-            .map(slip)
-            .fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(x), high.max(x)]);
+fn force_section<'a>(
+    fit: &'a TireFit,
+    channel: FittedChannel,
+    points: &[RevolutionMean],
+) -> Option<ForceSection<'a>> {
+    let along = channel == FittedChannel::Longitudinal;
+    let slip = |it: &RevolutionMean| if along { it.sample.kappa } else { it.sample.alpha };
+    let own = |a: &RevolutionMean, b: &RevolutionMean| {
+        (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block)
+    };
+    let range = |sweep: &[RevolutionMean]| {
+        let ends =
+            sweep.iter().map(slip).fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(x), high.max(x)]);
         ends[1] - ends[0]
     };
     let sweeps: Vec<_> = points.chunk_by(own).filter(|sweep| range(sweep) > SWEPT).collect();
     let residuals = fit.residuals.iter().find(|it| it.channel == channel)?;
-    let [name, unit] = named(channel);
+    let [name, unit] = channel_name_and_unit(channel);
     let shown = sweeps.len().min(SWEEPS);
     let plot = |k: usize| {
         // Spread over the whole test, from its first sweep to its last.
         let place = if shown > 1 { k * (sweeps.len() - 1) / (shown - 1) } else { 0 };
-        let bands = fit.bands(channel, sweeps[place])?;
-        Some(figure(channel, sweeps[place], &bands, &slip))
+        let bands = fit.prediction_bands(channel, sweeps[place])?;
+        Some(sweep_figure(channel, sweeps[place], &bands, &slip))
     };
     let plots = (0..shown).filter_map(plot).collect();
-    Some(Force { name, unit, residuals, sweeps: sweeps.len(), shown, plots })
+    Some(ForceSection { name, unit, residuals, sweeps: sweeps.len(), shown, plots })
 }
 
-fn figure(
-    channel: Channel,
-    sweep: &[Point],
+fn sweep_figure(
+    channel: FittedChannel,
+    sweep: &[RevolutionMean],
     bands: &[[f64; 2]],
-    slip: &dyn Fn(&Point) -> f64,
+    slip: &dyn Fn(&RevolutionMean) -> f64,
 ) -> (String, Plot) {
-    let [name, unit] = named(channel);
-    let along = channel == Channel::Longitudinal;
+    let [name, unit] = channel_name_and_unit(channel);
+    let along = channel == FittedChannel::Longitudinal;
     // Angles are displayed in degrees.
-    let shown = |it: &Point| if along { slip(it) } else { slip(it).to_degrees() };
-    let measured: Vec<_> = sweep.iter().map(|it| (shown(it), channel.measured(it))).collect();
+    let shown = |it: &RevolutionMean| if along { slip(it) } else { slip(it).to_degrees() };
+    let measured: Vec<_> = sweep.iter().map(|it| (shown(it), channel.measured_value(it))).collect();
     let fitted: Vec<_> = sweep.iter().zip(bands).map(|(it, band)| (shown(it), band[0])).collect();
     let band: Vec<_> = sweep
         .iter()
@@ -97,19 +100,19 @@ fn figure(
         .map(|(it, [value, half])| (shown(it), [value - half, value + half]))
         .collect();
     let heights = measured.iter().map(|it| it.1).chain(band.iter().flat_map(|it| it.1));
-    let x = Axis::about(
+    let x = PlotAxis::around_values(
         if along { "slip ratio" } else { "slip angle [deg]" },
         measured.iter().map(|it| it.0),
     );
-    let mut plot = Plot::new(SIZE, x, Axis::about(&format!("{name} [{unit}]"), heights));
-    for (k, branch) in branches(&band).into_iter().enumerate() {
-        plot.band(&branch, "c1", if k == 0 { "95 % of means" } else { "" });
+    let mut plot = Plot::new(SIZE, x, PlotAxis::around_values(&format!("{name} [{unit}]"), heights));
+    for (k, branch) in split_sweep_branches(&band).into_iter().enumerate() {
+        plot.add_band(&branch, "c1", if k == 0 { "95 % of means" } else { "" });
     }
-    plot.line(&fitted, "c1", "fit");
+    plot.add_line(&fitted, "c1", "fit");
     // Over the line, which hides them where the fit is close.
-    plot.dots(&measured, 1.6, "data", "measured");
+    plot.add_dots(&measured, 1.6, "data", "measured");
     // Not -0.0.
-    let mean = |of: fn(&Point) -> f64| {
+    let mean = |of: fn(&RevolutionMean) -> f64| {
         (sweep.iter().map(of).sum::<f64>() / sweep.len() as f64 * 1e4).round() / 1e4 + 0.0
     };
     let mut title = format!(
@@ -125,10 +128,10 @@ fn figure(
 }
 
 /// A place on a curve, and the lower and the upper end of its band there.
-type Banded = (f64, [f64; 2]);
+type SweepBandPoint = (f64, [f64; 2]);
 
 /// The ways of a sweep between its least and its largest slip, each from left to right: on the way back the tire is warmer.
-fn branches(band: &[Banded]) -> Vec<Vec<Banded>> {
+fn split_sweep_branches(band: &[SweepBandPoint]) -> Vec<Vec<SweepBandPoint>> {
     let extreme = |sign: f64| {
         let order = |a: &usize, b: &usize| (sign * band[*a].0).total_cmp(&(sign * band[*b].0));
         (0..band.len()).max_by(order).unwrap_or(0)

@@ -2,28 +2,28 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use drive_inference::CarUncertainty;
-use numerics::text::{significant, with_std};
+use numerics::text::{format_significant, with_std};
 use preparation::{BrakeShare, Car};
-use vehicle::{Aero, Body, Vehicle};
+use vehicle::{Aerodynamics, SingleTrackCar, VehicleBody};
 
 /// Name and value.
-pub type Facts = Vec<(String, String)>;
+pub type NamedFacts = Vec<(String, String)>;
 
-fn body(body: &Body, aero: &Aero, uncertainty: &CarUncertainty) -> Facts {
+fn body_facts(body: &VehicleBody, aero: &Aerodynamics, uncertainty: &CarUncertainty) -> NamedFacts {
     let CarUncertainty { m, cg, I_zz, h, .. } = *uncertainty;
     let fact = |name: &str, value: f64, std: f64, unit: &str| {
         let known = if std > 0.0 { "" } else { " (taken as exact)" };
         (name.to_owned(), format!("{} {unit}{known}", with_std(value, std)))
     };
     let air = match aero {
-        Aero { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, .. } => "none".to_owned(),
-        Aero { rho, area, C_d, C_lf, C_lr } => format!(
+        Aerodynamics { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, .. } => "none".to_owned(),
+        Aerodynamics { rho, area, C_d, C_lf, C_lr } => format!(
             "C_d {}, C_lf {}, C_lr {} over {} m² in air of {} kg/m³",
-            significant(*C_d, 3),
-            significant(*C_lf, 3),
-            significant(*C_lr, 3),
-            significant(*area, 3),
-            significant(*rho, 4)
+            format_significant(*C_d, 3),
+            format_significant(*C_lf, 3),
+            format_significant(*C_lr, 3),
+            format_significant(*area, 3),
+            format_significant(*rho, 4)
         ),
     };
     vec![
@@ -37,11 +37,11 @@ fn body(body: &Body, aero: &Aero, uncertainty: &CarUncertainty) -> Facts {
 }
 
 /// The car of drives under closed-loop control.
-pub fn driven(car: &Vehicle, uncertainty: &CarUncertainty) -> Facts {
-    let mut facts = body(&car.body, &car.aero, uncertainty);
-    let share = significant(car.brake_front_share, 3);
+pub fn closed_loop_car_facts(car: &SingleTrackCar, uncertainty: &CarUncertainty) -> NamedFacts {
+    let mut facts = body_facts(&car.body, &car.aero, uncertainty);
+    let share = format_significant(car.brake_front_share, 3);
     facts.push(("share of the braking force at the front axle".to_owned(), share));
-    let gain = significant(100.0 * uncertainty.F_x_gain, 2);
+    let gain = format_significant(100.0 * uncertainty.F_x_gain, 2);
     let gain = match uncertainty.F_x_gain {
         0.0 => "1 (taken as exact)".to_owned(),
         _ => format!("1 ± {gain} %"),
@@ -51,14 +51,14 @@ pub fn driven(car: &Vehicle, uncertainty: &CarUncertainty) -> Facts {
 }
 
 /// The car of a log.
-pub fn logged(car: &Car, uncertainty: &CarUncertainty) -> Facts {
-    let mut facts = body(&car.body, &car.aero, uncertainty);
+pub fn logged_car_facts(car: &Car, uncertainty: &CarUncertainty) -> NamedFacts {
+    let mut facts = body_facts(&car.body, &car.aero, uncertainty);
     let brakes = match car.brake_front_share {
-        BrakeShare::Fixed(share) => significant(share, 3),
+        BrakeShare::Fixed(share) => format_significant(share, 3),
         BrakeShare::Rule(_) => "in proportion to the loads".to_owned(),
     };
     facts.push(("share of the braking force at the front axle".to_owned(), brakes));
-    let drive = significant(car.drive_front_share, 3);
+    let drive = format_significant(car.drive_front_share, 3);
     facts.push(("share of the driving force at the front axle".to_owned(), drive));
     facts
 }

@@ -1,41 +1,40 @@
 //! Draws how drives under closed-loop control are explained: innovations, accelerations, the search for noises, validation.
 
 use drive_inference::calibration::CalibrationAssessment;
-use drive_inference::replay::Replay;
-use drive_inference::smoothing::Report;
-use drive_inference::{Drive, Identification};
-use html_page::{Axis, Class, Markup, Plot};
-use numerics::text::significant;
+use drive_inference::replay::OpenLoopReplay;
+use drive_inference::smoothing::SmoothingReport;
+use drive_inference::{Drive, DriveIdentification};
+use html_page::{CssClass, Markup, Plot, PlotAxis};
+use numerics::text::format_significant;
 use tire_inference::axles::Axle;
 
-use crate::page::misfit::Misfit;
+use crate::page::misfit::MisfitOverSlip;
 
 /// What was identified from drives.
 #[derive(Clone, Debug)]
-pub struct Drives<'a> {
+pub struct DrivesSection<'a> {
     /// What was found.
-    pub found: &'a Identification,
+    pub found: &'a DriveIdentification,
     /// Errors of sensors that were estimated by themselves.
     pub calibration: &'a [CalibrationAssessment],
     /// The drives.
     pub recordings: &'a [Drive],
     /// Drives that were not used, by name, and how the identified car went along them.
-    pub replays: &'a [(&'a str, &'a Drive, &'a Replay)],
+    pub replays: &'a [(&'a str, &'a Drive, &'a OpenLoopReplay)],
 }
 
 const WIDE: [f64; 2] = [1080.0, 320.0];
 const HALF: [f64; 2] = [530.0, 260.0];
 /// Colours of the drives, in their order.
-const COLOURS: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
+const COLOURS: [CssClass; 5] = ["c0", "c1", "c2", "c3", "c4"];
 /// Steps of the time over which a long line is drawn by its lowest and its highest points.
 const BINS: usize = 540;
 /// Half the time of the close-up [s].
 const CLOSE: f64 = 3.0;
 /// Measured quantities and their units.
-pub const SENSORS: [(&str, &str); 4] =
-    [("v_x", "m/s"), ("v_y", "m/s"), ("r", "rad/s"), ("a_y", "m/s²")];
+pub const SENSORS: [(&str, &str); 4] = [("v_x", "m/s"), ("v_y", "m/s"), ("r", "rad/s"), ("a_y", "m/s²")];
 
-impl Drives<'_> {
+impl DrivesSection<'_> {
     /// What autocorrelations of white innovations stay below.
     pub fn chance(&self) -> f64 {
         2.0 / (0.5 * self.found.innovations.expected_cost).sqrt()
@@ -46,29 +45,29 @@ impl Drives<'_> {
         let mut figures = Vec::new();
         for (sensor, (name, _)) in SENSORS.into_iter().enumerate().skip(1) {
             for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
-                let misfit = Misfit::of_innovations(&self.found.series, axle, sensor);
+                let misfit = MisfitOverSlip::from_innovations(&self.found.series, axle, sensor);
                 let title = format!("{name} over the slip of the {side} axle");
-                figures.extend(misfit.of_sensor(side, name).map(|it| it.figure(&title)));
+                figures.extend(misfit.sensor_plot(side, name).map(|it| it.figure_with_legend(&title)));
             }
         }
         figures
     }
 
     /// Each drive with the report of its smoothing.
-    pub fn smoothed(&self) -> impl Iterator<Item = (&Drive, &Report)> {
+    pub fn smoothed(&self) -> impl Iterator<Item = (&Drive, &SmoothingReport)> {
         let reports = self.found.smoothed.iter().map(|smoothed| &smoothed.report);
         self.recordings.iter().zip(reports)
     }
 
     /// Measured, expected and reconstructed: all of it, and a close-up.
     pub fn acceleration(&self) -> Vec<Markup> {
-        let Drives { found, recordings, .. } = *self;
-        let measured = lines(recordings, |k| recordings[k].a_y.clone());
+        let DrivesSection { found, recordings, .. } = *self;
+        let measured = drive_lines(recordings, |k| recordings[k].a_y.clone());
         let expected = |k: usize| found.series[k].a_y_expected(&recordings[k]).collect();
         let curves = [
-            (lines(recordings, expected), "c0", "expected of the identified car, from all before"),
+            (drive_lines(recordings, expected), "c0", "expected of the identified car, from all before"),
             (
-                lines(recordings, |k| found.smoothed[k].a_y.clone()),
+                drive_lines(recordings, |k| found.smoothed[k].a_y.clone()),
                 "c1",
                 "reconstructed, with the disturbance of the nominal car as virtual force sensor",
             ),
@@ -85,18 +84,18 @@ impl Drives<'_> {
                 let joined = lines.iter().flat_map(|line| {
                     let line: Vec<_> = line.iter().filter(inside).copied().collect();
                     // What is no number is not drawn: a gap between drives.
-                    thin(&line, rows).into_iter().chain([(f64::NAN, f64::NAN)])
+                    thin_line(&line, rows).into_iter().chain([(f64::NAN, f64::NAN)])
                 });
                 joined.collect()
             };
             let dots: Vec<_> = cut(&measured);
-            let y = Axis::about("lateral acceleration [m/s²]", dots.iter().map(|point| point.1));
-            let mut plot = Plot::new(WIDE, Axis::linear("time [s]", from, until), y);
-            plot.dots(&dots, 1.6, "data", "measured");
+            let y = PlotAxis::around_values("lateral acceleration [m/s²]", dots.iter().map(|point| point.1));
+            let mut plot = Plot::new(WIDE, PlotAxis::linear("time [s]", from, until), y);
+            plot.add_dots(&dots, 1.6, "data", "measured");
             for (lines, class, name) in curves.iter().rev() {
-                plot.line(&cut(lines), class, name);
+                plot.add_line(&cut(lines), class, name);
             }
-            plot.figure(title)
+            plot.figure_with_legend(title)
         };
         let (from, until) = ((middle - CLOSE).max(first), (middle + CLOSE).min(last));
         vec![draw(first, last, "All of it"), draw(from, until, "Close-up of the largest")]
@@ -105,9 +104,8 @@ impl Drives<'_> {
     /// How EM found the noises.
     pub fn likelihoods(&self) -> Option<Markup> {
         let reports = self.found.smoothed.iter().map(|smoothed| &smoothed.report);
-        let traces: Vec<&[f64]> = reports
-            .filter_map(|report| Some(report.em.as_ref()?.log_likelihood.as_slice()))
-            .collect();
+        let traces: Vec<&[f64]> =
+            reports.filter_map(|report| Some(report.em.as_ref()?.log_likelihood.as_slice())).collect();
         if traces.is_empty() {
             return None;
         }
@@ -120,15 +118,13 @@ impl Drives<'_> {
         let most = all.iter().flatten().map(|point| point.1).fold(1.0, f64::max);
         let mut plot = Plot::new(
             WIDE,
-            Axis::linear("estimate", 0.0, longest - 1.0),
-            Axis::logarithmic("below the last [nat]", 0.1, 2.0 * most),
+            PlotAxis::linear("estimate", 0.0, longest - 1.0),
+            PlotAxis::logarithmic("below the last [nat]", 0.1, 2.0 * most),
         );
-        for ((line, class), recording) in
-            all.iter().zip(COLOURS.into_iter().cycle()).zip(self.recordings)
-        {
-            plot.line(line, class, &format!("from {} s", significant(recording.t[0], 4)));
+        for ((line, class), recording) in all.iter().zip(COLOURS.into_iter().cycle()).zip(self.recordings) {
+            plot.add_line(line, class, &format!("from {} s", format_significant(recording.t[0], 4)));
         }
-        Some(plot.figure("Log-likelihood while EM finds the noises"))
+        Some(plot.figure_with_legend("Log-likelihood while EM finds the noises"))
     }
 
     /// Measured and predicted quantities of drives that were not fitted.
@@ -136,22 +132,19 @@ impl Drives<'_> {
         let mut plots = Vec::new();
         for (name, recording, replay) in self.replays {
             let [_, _, r, a_y] = &replay.columns;
-            let pairs = [
-                ("lateral acceleration [m/s²]", &recording.a_y, a_y),
-                ("yaw rate [rad/s]", &recording.r, r),
-            ];
+            let pairs =
+                [("lateral acceleration [m/s²]", &recording.a_y, a_y), ("yaw rate [rad/s]", &recording.r, r)];
             for (label, measured, found) in pairs {
                 let line = |values: &[f64]| {
-                    let points: Vec<_> =
-                        recording.t.iter().copied().zip(values.iter().copied()).collect();
-                    thin(&points, points.len())
+                    let points: Vec<_> = recording.t.iter().copied().zip(values.iter().copied()).collect();
+                    thin_line(&points, points.len())
                 };
-                let y = Axis::about(label, measured.iter().chain(found).copied());
-                let x = Axis::linear("time [s]", replay.window[0], replay.window[1]);
+                let y = PlotAxis::around_values(label, measured.iter().chain(found).copied());
+                let x = PlotAxis::linear("time [s]", replay.window[0], replay.window[1]);
                 let mut plot = Plot::new(HALF, x, y);
-                plot.dots(&line(measured), 1.6, "data", "measured");
-                plot.line(&line(found), "c0", "identified car");
-                plots.push(plot.figure(name));
+                plot.add_dots(&line(measured), 1.6, "data", "measured");
+                plot.add_line(&line(found), "c0", "identified car");
+                plots.push(plot.figure_with_legend(name));
             }
         }
         plots
@@ -159,10 +152,7 @@ impl Drives<'_> {
 }
 
 /// A line for each drive, of a value for each of its rows.
-fn lines<'a>(
-    recordings: &'a [Drive],
-    values: impl Fn(usize) -> Vec<f64> + 'a,
-) -> Vec<Vec<(f64, f64)>> {
+fn drive_lines<'a>(recordings: &'a [Drive], values: impl Fn(usize) -> Vec<f64> + 'a) -> Vec<Vec<(f64, f64)>> {
     let line = |(k, recording): (usize, &Drive)| -> Vec<(f64, f64)> {
         recording.t.iter().copied().zip(values(k)).collect()
     };
@@ -170,7 +160,7 @@ fn lines<'a>(
 }
 
 /// A part of a line of `rows` points, of which each step of the time keeps no more than the lowest and the highest.
-fn thin(points: &[(f64, f64)], rows: usize) -> Vec<(f64, f64)> {
+fn thin_line(points: &[(f64, f64)], rows: usize) -> Vec<(f64, f64)> {
     if rows <= 2 * BINS {
         return points.to_vec();
     }
@@ -192,12 +182,11 @@ mod tests {
 
     #[test]
     fn thinning_keeps_what_stands_out() {
-        let mut points: Vec<(f64, f64)> =
-            (0..20_000).map(|i| (f64::from(i), f64::from(i % 100))).collect();
+        let mut points: Vec<(f64, f64)> = (0..20_000).map(|i| (f64::from(i), f64::from(i % 100))).collect();
         points[7777].1 = 500.0;
-        let thinned = thin(&points, points.len());
+        let thinned = thin_line(&points, points.len());
         assert!(thinned.len() <= 2 * BINS && thinned.contains(&(7777.0, 500.0)));
         assert!(thinned.windows(2).all(|pair| pair[0].0 <= pair[1].0));
-        assert_eq!(thin(&points[..50], 50), points[..50]);
+        assert_eq!(thin_line(&points[..50], 50), points[..50]);
     }
 }

@@ -5,32 +5,32 @@ use std::borrow::Borrow;
 
 use askama::{Result, Values};
 pub use html_page::filters::*;
-use numerics::text::decimals;
-use tire_inference::verdict::Verdict;
+use numerics::text::decimals_for_std;
+use tire_inference::verdict::Identifiability;
 
 use crate::names;
 
 /// A verdict in words.
 #[askama::filter_fn]
-pub fn words(verdict: impl Borrow<Verdict>, _: &dyn Values) -> Result<&'static str> {
-    Ok(names::words(*verdict.borrow()))
+pub fn words(verdict: impl Borrow<Identifiability>, _: &dyn Values) -> Result<&'static str> {
+    Ok(names::verdict_words(*verdict.borrow()))
 }
 
 /// The class of a verdict in the style.
 #[askama::filter_fn]
-pub fn class(verdict: impl Borrow<Verdict>, _: &dyn Values) -> Result<&'static str> {
-    Ok(names::class(*verdict.borrow()))
+pub fn class(verdict: impl Borrow<Identifiability>, _: &dyn Values) -> Result<&'static str> {
+    Ok(names::verdict_css_class(*verdict.borrow()))
 }
 
 /// The ends of an interval with the decimals of a value and its standard deviation.
 #[askama::filter_fn]
-pub fn interval<V: Number, S: Number>(
+pub fn interval<V: TemplateNumber, S: TemplateNumber>(
     ends: impl Borrow<[f64; 2]>,
     _: &dyn Values,
     value: V,
     std: S,
 ) -> Result<String> {
-    let decimals = decimals(value.number(), std.number());
+    let decimals = decimals_for_std(value.as_f64(), std.as_f64());
     let [low, high] = ends.borrow().map(|end| match end.is_finite() {
         true => format!("{end:.decimals$}"),
         false => "–".to_owned(),
@@ -40,7 +40,7 @@ pub fn interval<V: Number, S: Number>(
 
 /// A share in percent with one decimal, or a dash where there is none.
 #[askama::filter_fn]
-pub fn share(value: impl Number, _: &dyn Values) -> Result<String> {
-    let value = value.number();
+pub fn share(value: impl TemplateNumber, _: &dyn Values) -> Result<String> {
+    let value = value.as_f64();
     Ok(if value.is_nan() { "–".to_owned() } else { format!("{:.1} %", 100.0 * value) })
 }

@@ -1,12 +1,12 @@
 //! Writes the page of a prediction: each model's errors on the parts that were not fitted, in tables that a test report can take over.
 
 use askama::Template;
-use drive_prediction::agreement::Agreement;
+use drive_prediction::agreement::AgreementRating;
 use drive_prediction::score::{BAND, LateralScore, RolloutScore};
-use html_page::{Axis, Markup, Plot};
-use vehicle::Body;
+use html_page::{Markup, Plot, PlotAxis};
+use vehicle::VehicleBody;
 
-use crate::assessment::{ModelAssessment, ParameterAssessment, Trace};
+use crate::assessment::{ModelAssessment, ParameterAssessment, PredictionTrace};
 use crate::page::filters;
 
 /// The size of a figure [px].
@@ -14,83 +14,82 @@ const SIZE: [f64; 2] = [1000.0, 260.0];
 
 #[derive(Template)]
 #[template(path = "prediction.html")]
-struct Page<'a> {
+struct PredictionPage<'a> {
     title: &'static str,
     summary: &'a [String],
     parts: &'a str,
     models: &'a [ModelAssessment],
-    traces: &'a [Trace],
+    traces: &'a [PredictionTrace],
     parameters: &'a [ParameterAssessment],
-    car: &'a Body,
+    car: &'a VehicleBody,
 }
 
 /// The page: the first model is the one that is judged; `parts` says of which parts of the drives errors are.
-pub fn page(
+pub fn render_prediction_page(
     models: &[ModelAssessment],
     parameters: &[ParameterAssessment],
-    car: &Body,
-    traces: &[Trace],
+    car: &VehicleBody,
+    traces: &[PredictionTrace],
     summary: &[String],
     parts: &str,
 ) -> String {
     let title = "Prediction of drives";
-    html_page::render(&Page { title, summary, parts, models, traces, parameters, car })
+    html_page::render_page(&PredictionPage { title, summary, parts, models, traces, parameters, car })
 }
 
 /// A number with its 95 % interval, if there is one.
 #[derive(Clone, Copy)]
-struct Cell {
+struct ScoreCell {
     value: f64,
     interval: Option<[f64; 2]>,
     is_best: bool,
 }
 
 /// Scores of all models over one horizon, each with its errors of v_y, yaw rate and position.
-struct Horizon<'a> {
+struct HorizonTable<'a> {
     horizon: f64,
-    rows: Vec<(&'a str, RolloutScore, [Cell; 3])>,
+    rows: Vec<(&'a str, RolloutScore, [ScoreCell; 3])>,
 }
 
 /// The rating of one signal of a model.
-struct Rating<'a> {
+struct RatingRow<'a> {
     signal: &'static str,
     model: &'a str,
-    rating: &'a Agreement,
-    overall: Cell,
+    rating: &'a AgreementRating,
+    overall: ScoreCell,
 }
 
-impl Page<'_> {
-    fn lateral(&self) -> Vec<(&str, LateralScore, Cell)> {
-        let best = least(self.models.iter().filter_map(|it| it.a_y).map(|it| it.rmse));
+impl PredictionPage<'_> {
+    fn lateral(&self) -> Vec<(&str, LateralScore, ScoreCell)> {
+        let best = smallest_value(self.models.iter().filter_map(|it| it.a_y).map(|it| it.rmse));
         let scores = self.models.iter().filter_map(|it| Some((it.name.as_str(), it.a_y?)));
         let row = |(name, score): (_, LateralScore)| {
             let (value, interval) = (score.rmse, score.rmse_interval);
-            (name, score, Cell { value, interval, is_best: value <= best })
+            (name, score, ScoreCell { value, interval, is_best: value <= best })
         };
         scores.map(row).collect()
     }
 
-    fn horizons(&self) -> Vec<Horizon<'_>> {
+    fn horizons(&self) -> Vec<HorizonTable<'_>> {
         let longest = self.models.iter().map(|it| &it.open_loop).max_by_key(|it| it.len());
-        longest.into_iter().flatten().map(|it| self.open_loop(it.horizon)).collect()
+        longest.into_iter().flatten().map(|it| self.horizon_table(it.horizon)).collect()
     }
 
-    fn open_loop(&self, horizon: f64) -> Horizon<'_> {
-        let of =
-            |it: &ModelAssessment| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
+    fn horizon_table(&self, horizon: f64) -> HorizonTable<'_> {
+        let of = |it: &ModelAssessment| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
         let scores = self.models.iter().filter_map(|it| Some((it.name.as_str(), of(it)?)));
         let scores: Vec<(&str, RolloutScore)> = scores.collect();
         let errors = |score: &RolloutScore| [score.v_y, score.r, score.position];
-        let best = [0, 1, 2].map(|k| least(scores.iter().map(|(_, score)| errors(score)[k])));
+        let best = [0, 1, 2].map(|k| smallest_value(scores.iter().map(|(_, score)| errors(score)[k])));
         let cells = |score: &RolloutScore| {
-            [0, 1, 2].map(|k| Cell {
+            [0, 1, 2].map(|k| ScoreCell {
                 value: errors(score)[k],
                 interval: score.intervals.map(|it| it[k]),
                 is_best: errors(score)[k] <= best[k],
             })
         };
         let rows = scores.iter().map(|(name, score)| (*name, *score, cells(score))).collect();
-        Horizon { horizon, rows }
+        HorizonTable { horizon, rows }
     }
 
     /// The longest horizon of predictions [s].
@@ -99,9 +98,9 @@ impl Page<'_> {
     }
 
     /// Ratings by ISO/TS 18571, signal by signal.
-    fn ratings(&self) -> Vec<Rating<'_>> {
-        type Signal = (&'static str, fn(&ModelAssessment) -> Option<&Agreement>);
-        let signals: [Signal; 3] = [
+    fn ratings(&self) -> Vec<RatingRow<'_>> {
+        type RatedSignal = (&'static str, fn(&ModelAssessment) -> Option<&AgreementRating>);
+        let signals: [RatedSignal; 3] = [
             ("a_y", |it| it.iso_18571.a_y.as_ref()),
             ("yaw rate", |it| it.iso_18571.r.as_ref()),
             ("v_y", |it| it.iso_18571.v_y.as_ref()),
@@ -111,20 +110,20 @@ impl Page<'_> {
             self.models.iter().filter_map(move |model| {
                 let rating = of(model)?;
                 let (value, interval) = (rating.overall, rating.interval);
-                let overall = Cell { value, interval, is_best: value >= best };
-                Some(Rating { signal, model: &model.name, rating, overall })
+                let overall = ScoreCell { value, interval, is_best: value >= best };
+                Some(RatingRow { signal, model: &model.name, rating, overall })
             })
         });
         ratings.collect()
     }
 }
 
-fn least(values: impl Iterator<Item = f64>) -> f64 {
+fn smallest_value(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::INFINITY, f64::min)
 }
 
 /// Measured and predicted yaw rate and sideways velocity over time.
-fn plots(trace: &Trace) -> Vec<Markup> {
+fn plots(trace: &PredictionTrace) -> Vec<Markup> {
     let figures = [(1, "yaw rate [deg/s]", 180.0 / std::f64::consts::PI), (0, "v_y [m/s]", 1.0)];
     let plot = |(channel, label, factor): (usize, &str, f64)| {
         let measured: Vec<(f64, f64)> =
@@ -132,8 +131,8 @@ fn plots(trace: &Trace) -> Vec<Markup> {
         let heights = measured.iter().map(|it| it.1);
         let mut plot = Plot::new(
             SIZE,
-            Axis::about("time [s]", measured.iter().map(|it| it.0)),
-            Axis::about(label, heights),
+            PlotAxis::around_values("time [s]", measured.iter().map(|it| it.0)),
+            PlotAxis::around_values(label, heights),
         );
         for (k, piece) in trace.predicted.iter().enumerate() {
             let name = |text: &'static str| if k == 0 { text } else { "" };
@@ -145,13 +144,13 @@ fn plots(trace: &Trace) -> Vec<Markup> {
                 })
                 .collect();
             if !band.is_empty() {
-                plot.band(&band, "c1", name("95 % band"));
+                plot.add_band(&band, "c1", name("95 % band"));
             }
             let line: Vec<_> = piece.iter().map(|it| (it.0, factor * it.1[channel])).collect();
-            plot.line(&line, "c1", name("predicted"));
+            plot.add_line(&line, "c1", name("predicted"));
         }
-        plot.line(&measured, "truth", "measured");
-        plot.figure(if channel == 1 { &trace.name } else { "" })
+        plot.add_line(&measured, "truth", "measured");
+        plot.figure_with_legend(if channel == 1 { &trace.name } else { "" })
     };
     figures.map(plot).into()
 }

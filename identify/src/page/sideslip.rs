@@ -2,7 +2,7 @@
 
 use askama::Template;
 use drive_prediction::score::BAND;
-use html_page::{Axis, Markup, Plot};
+use html_page::{Markup, Plot, PlotAxis};
 
 use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
 use crate::page::filters;
@@ -12,7 +12,7 @@ const SIZE: [f64; 2] = [1000.0, 280.0];
 
 #[derive(Template)]
 #[template(path = "sideslip.html")]
-struct Page<'a> {
+struct SideslipPage<'a> {
     title: &'static str,
     summary: &'a [String],
     score: Option<SideslipScore>,
@@ -21,36 +21,33 @@ struct Page<'a> {
 }
 
 /// The page.
-pub fn page(
+pub fn render_sideslip_page(
     parameters: &[ParameterInterval],
     score: Option<SideslipScore>,
     stretches: &[(String, SideslipTrace)],
     summary: &[String],
 ) -> String {
     let stretches = stretches.iter().filter(|(_, rows)| !rows.is_empty());
-    let plots = stretches.map(|(name, rows)| plot(rows).figure(name)).collect();
+    let plots = stretches.map(|(name, rows)| sideslip_plot(rows).figure_with_legend(name)).collect();
     let title = "Sideslip without a sensor";
-    html_page::render(&Page { title, summary, score, plots, parameters })
+    html_page::render_page(&SideslipPage { title, summary, score, plots, parameters })
 }
 
 /// v_y over time with its band, and as it was measured.
-fn plot(rows: &SideslipTrace) -> Plot {
-    let band: Vec<_> = rows
-        .iter()
-        .map(|(t, v_y, std, _)| (*t, [v_y - BAND[0] * std, v_y + BAND[0] * std]))
-        .collect();
+fn sideslip_plot(rows: &SideslipTrace) -> Plot {
+    let band: Vec<_> =
+        rows.iter().map(|(t, v_y, std, _)| (*t, [v_y - BAND[0] * std, v_y + BAND[0] * std])).collect();
     let heights = band.iter().flat_map(|it| it.1);
     let times = rows.iter().map(|it| it.0);
-    let mut plot =
-        Plot::new(SIZE, Axis::about("time [s]", times), Axis::about("v_y [m/s]", heights));
-    plot.band(&band, "c1", "95 % band");
-    plot.line(&rows.iter().map(|it| (it.0, it.1)).collect::<Vec<_>>(), "c1", "estimated");
+    let mut plot = Plot::new(
+        SIZE,
+        PlotAxis::around_values("time [s]", times),
+        PlotAxis::around_values("v_y [m/s]", heights),
+    );
+    plot.add_band(&band, "c1", "95 % band");
+    plot.add_line(&rows.iter().map(|it| (it.0, it.1)).collect::<Vec<_>>(), "c1", "estimated");
     if rows.iter().any(|it| it.3.is_finite()) {
-        plot.line(
-            &rows.iter().map(|it| (it.0, it.3)).collect::<Vec<_>>(),
-            "truth",
-            "measured, not used",
-        );
+        plot.add_line(&rows.iter().map(|it| (it.0, it.3)).collect::<Vec<_>>(), "truth", "measured, not used");
     }
     plot
 }

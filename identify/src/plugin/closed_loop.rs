@@ -8,33 +8,33 @@ mod facts;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use drive_doctor::Examination;
+use drive_doctor::LogExamination;
 use drive_inference::calibration::CalibrationAssessment;
-use drive_inference::model_selection::Mode;
-use drive_inference::replay::{Replay, replay};
+use drive_inference::model_selection::EstimationMode;
+use drive_inference::replay::{OpenLoopReplay, replay_open_loop};
 use drive_inference::{
-    Drive, DriveOptions, FormulationFit, HOLD_OUT, Identification, SHORTEST, Sampling,
-    SegmentedDrive, Tires, identify, smoothing,
+    Drive, DriveIdentification, DriveOptions, FormulationFit, HOLD_OUT, SHORTEST, SamplingReport,
+    SegmentedDrive, Tires, identify_tires, smoothing,
 };
-use numerics::text::significant;
-use plugin::{Host, Request};
-use preparation::direction::Direction;
+use numerics::text::format_significant;
+use plugin::{AnalysisRequest, AnalysisServices};
+use preparation::direction::ForceDirection;
 use preparation::{DriveLog, Interpolation, Resampler, Signal, SystematicError, longest_step};
 use serde_json::{Value, json};
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::estimate::Estimate;
+use tire_inference::estimate::TireEstimate;
 use tire_inference::parameters::TireParameters;
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::quantity::{PerQuantity, Quantity};
-use vehicle::State;
+use vehicle::PlanarState;
 
 use crate::config::{ClosedLoop, HoldOut};
 use crate::names::SCATTER_ADDED;
-use crate::page::{self, Drives, Page, Section};
-use crate::plugin::{doctor, drive_log, go_on, leave_start_values};
-use crate::posterior_draws::{self, Dependence};
-use crate::summary::{CurveSummary, IdentificationSummary, forget_absent_peak};
+use crate::page::{self, DrivesSection, PageContent, TireSection};
+use crate::plugin::{doctor, drive_log, report_progress, write_start_values};
+use crate::posterior_draws::{self, DrawDependence};
+use crate::summary::{CurveSummary, IdentificationSummary, remove_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
@@ -44,14 +44,14 @@ const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 ///
 /// # Errors
 /// When one is missing, or they share no time.
-pub(super) fn drive(log: &DriveLog, gap: Option<f64>) -> Result<Drive, String> {
+pub(super) fn drive_from_log(log: &DriveLog, gap: Option<f64>) -> Result<Drive, String> {
     let mut signals = Vec::new();
     for name in SIGNALS {
         let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
         signals.push((name, log.get(name).ok_or_else(missing)?));
     }
     let (_, Signal { time, .. }) = signals[0];
-    let columns = signals.iter().map(|(_, signal)| at(signal, time, gap));
+    let columns = signals.iter().map(|(_, signal)| resample_at(signal, time, gap));
     let columns: Vec<Cow<[f64]>> = columns.collect();
     // A value that is no number stays where it is recorded, to be told with its row.
     let shared = |&row: &usize| {
@@ -75,7 +75,7 @@ pub(super) fn drive(log: &DriveLog, gap: Option<f64>) -> Result<Drive, String> {
 }
 
 /// Values of a signal at other times: on the line between neighbours, NaN outside of them or within a gap.
-fn at<'a>(signal: &'a Signal, time: &[f64], gap: Option<f64>) -> Cow<'a, [f64]> {
+fn resample_at<'a>(signal: &'a Signal, time: &[f64], gap: Option<f64>) -> Cow<'a, [f64]> {
     if *signal.time == *time {
         return Cow::Borrowed(&signal.value);
     }
@@ -88,10 +88,10 @@ fn at<'a>(signal: &'a Signal, time: &[f64], gap: Option<f64>) -> Cow<'a, [f64]> 
 }
 
 /// A drive that was not used, and how the identified car went along it.
-pub(super) struct Validation {
+pub(super) struct ValidationDrive {
     name: String,
     recording: Drive,
-    replay: Replay,
+    replay: OpenLoopReplay,
 }
 
 /// Does `task = "closed_loop"`.
@@ -100,33 +100,35 @@ pub(super) struct Validation {
 /// When the recording cannot be used, no start leads anywhere, or the program asked to give up.
 pub(super) fn closed_loop(
     config: &ClosedLoop,
-    request: &Request,
-    host: &mut dyn Host,
+    request: &AnalysisRequest,
+    host: &mut dyn AnalysisServices,
 ) -> Result<Value, String> {
     let raw = drive_log(request);
-    let mut recording = SegmentedDrive::new(&drive(&raw, config.gap)?, config.gap)
+    let mut recording = SegmentedDrive::new(&drive_from_log(&raw, config.gap)?, config.gap)
         .map_err(|error| error.to_string())?;
-    let used = used(config, &mut recording)?;
-    let kept =
-        config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
+    let used = stretches_to_identify(config, &mut recording)?;
+    let kept = config
+        .validate
+        .iter()
+        .map(|window| Ok((window.name.clone(), stretches_to_validate(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
-    let options = config.options().map_err(|error| error.to_string())?;
-    let log = doctor::of_drives(&used, &raw, &options.car.body);
-    let options = if log.refusal().is_some() { refused(options) } else { options };
-    let mut progress = |share, what: &str| host.progress(share, what);
-    let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
+    let options = config.drive_options().map_err(|error| error.to_string())?;
+    let log = doctor::examine_drives(&used, &raw, &options.car.body);
+    let options = if log.refusing_finding().is_some() { options_for_refused_log(options) } else { options };
+    let mut progress = |share, what: &str| host.report_progress(share, what);
+    let mut found = identify_tires(&used, &options, &mut progress).map_err(|error| error.to_string())?;
     let axles = &mut found.estimates;
     for estimate in [&mut axles.front, &mut axles.rear] {
-        forget_absent_peak(estimate);
-        doctor::cap(&log, estimate);
+        remove_absent_peak(estimate);
+        doctor::cap_estimate_verdicts(&log, estimate);
     }
     doctor::cap_causes(&log, &mut found.causes);
-    let calibration =
-        calibration::assess_sensors(config, &options, &used, &log, &found.model, host)?;
-    go_on(host, 0.95, "validating")?;
-    let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
+    let calibration = calibration::assess_sensors(config, &options, &used, &log, &found.model, host)?;
+    report_progress(host, 0.95, "validating")?;
+    let validate =
+        |(name, stretches): (_, Vec<_>)| replay_validation_drive(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
-    columns::record(&options.car, &used, &found, host);
+    columns::record_identification(&options.car, &used, &found, host);
     validations.iter().for_each(|validation| columns::record_validation(validation, host));
     let result = ClosedLoopResult {
         options: &options,
@@ -138,81 +140,80 @@ pub(super) fn closed_loop(
         validations: &validations,
     };
     let of_plant = posterior_draws::of_drives(&config.node, &found);
-    let verdict = result.summary().verdict();
-    leave_start_values(&of_plant, Dependence::Joint, &verdict, config.seed, host);
-    result.leave_page(host);
-    Ok(result.report())
+    let verdict = result.identification_summary().verdict();
+    write_start_values(&of_plant, DrawDependence::Joint, &verdict, config.seed, host);
+    result.write_page(host);
+    Ok(result.result_json())
 }
 
 /// Everything that the task found, for the result and the page.
 struct ClosedLoopResult<'a> {
     options: &'a DriveOptions,
-    log: &'a Examination,
+    log: &'a LogExamination,
     /// Stretches that tires were identified from.
     used: &'a [Drive],
-    sampling: &'a Sampling,
-    identification: &'a Identification,
+    sampling: &'a SamplingReport,
+    identification: &'a DriveIdentification,
     calibration: &'a [CalibrationAssessment],
-    validations: &'a [Validation],
+    validations: &'a [ValidationDrive],
 }
 
 /// The options for a log that nothing may be identified from: no search for causes that a fit cannot make up for, and no
 /// posterior of numbers that are wrong.
-fn refused(mut options: DriveOptions) -> DriveOptions {
-    for cause in
-        SystematicError::ALL.into_iter().filter(|cause| !SystematicError::CAR.contains(cause))
-    {
-        options.causes.wanted.0[cause as usize] = Mode::Off;
+fn options_for_refused_log(mut options: DriveOptions) -> DriveOptions {
+    for cause in SystematicError::ALL.into_iter().filter(|cause| !SystematicError::CAR.contains(cause)) {
+        options.causes.wanted.0[cause as usize] = EstimationMode::Off;
     }
     DriveOptions { posterior: false, svi: false, profile: false, ..options }
 }
 
 /// The stretches that tires are identified from.
-fn used(config: &ClosedLoop, recording: &mut SegmentedDrive) -> Result<Vec<Drive>, String> {
-    let drive = recording.drive();
+fn stretches_to_identify(config: &ClosedLoop, recording: &mut SegmentedDrive) -> Result<Vec<Drive>, String> {
+    let drive = recording.drive_without_repeats();
     let mut marked = vec![config.windows.is_empty(); drive.len()];
     let mut mark = |window, value| {
-        let rows = marked.iter_mut().zip(drive.during(window));
+        let rows = marked.iter_mut().zip(drive.time_window_mask(window));
         rows.filter(|(_, inside)| *inside).for_each(|(marked, _)| *marked = value);
     };
     config.windows.iter().for_each(|&window| mark(window, true));
     config.validate.iter().for_each(|HoldOut { from, until, .. }| mark([*from, *until], false));
-    let (stretches, short) = recording.stretches(&marked);
+    let (stretches, short) = recording.marked_stretches(&marked);
     recording.sampling.short = short;
     if stretches.is_empty() {
         return Err(format!(
             "expected {SHORTEST} successive rows or more to identify from, found fewer in the windows; the recording {}",
-            extent(recording)
+            describe_extent(recording)
         ));
     }
     Ok(stretches)
 }
 
 /// The stretches of a window that is kept for validation.
-fn kept(window: &HoldOut, recording: &SegmentedDrive) -> Result<Vec<Drive>, String> {
+fn stretches_to_validate(window: &HoldOut, recording: &SegmentedDrive) -> Result<Vec<Drive>, String> {
     let HoldOut { name, from, until } = window;
-    let (stretches, _) = recording.stretches(&recording.drive().during([*from, *until]));
+    let (stretches, _) =
+        recording.marked_stretches(&recording.drive_without_repeats().time_window_mask([*from, *until]));
     if stretches.is_empty() {
         return Err(format!(
             "`{name}`: expected {SHORTEST} successive rows or more from {from} to {until} s, found fewer; the recording {}",
-            extent(recording)
+            describe_extent(recording)
         ));
     }
     Ok(stretches)
 }
 
-fn extent(recording: &SegmentedDrive) -> String {
-    let Sampling { step, gap, gaps, .. } = &recording.sampling;
-    let [step, gap] = [step, gap].map(|time| significant(*time, 3));
+fn describe_extent(recording: &SegmentedDrive) -> String {
+    let SamplingReport { step, gap, gaps, .. } = &recording.sampling;
+    let [step, gap] = [step, gap].map(|time| format_significant(*time, 3));
     let gaps = match gaps.len() {
         0 => String::new(),
         count => format!(
             " and has {count} gaps: steps of more than {gap} s, the median being {step} s; `gap` sets the longest that is none"
         ),
     };
-    match (recording.drive().t.first(), recording.drive().t.last()) {
+    match (recording.drive_without_repeats().t.first(), recording.drive_without_repeats().t.last()) {
         (Some(first), Some(last)) => {
-            let [first, last] = [first, last].map(|time| significant(*time, 5));
+            let [first, last] = [first, last].map(|time| format_significant(*time, 5));
             format!("goes from {first} to {last} s{gaps}")
         }
         _ => "is empty".to_owned(),
@@ -220,58 +221,56 @@ fn extent(recording: &SegmentedDrive) -> String {
 }
 
 /// Lets the identified car drive what was kept, from the smoothed state at the begin of each stretch.
-fn validation(
+fn replay_validation_drive(
     name: String,
     stretches: &[Drive],
     options: &DriveOptions,
-    found: &Identification,
-) -> Result<Validation, String> {
+    found: &DriveIdentification,
+) -> Result<ValidationDrive, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
-    let car = found.errors.true_car(&options.car);
+    let car = found.errors.corrected_car(&options.car);
     let mut recording = Drive::default();
     let mut starts = Vec::new();
     for stretch in stretches {
         // The car and its inputs as they were found to be.
-        let stretch = &found.errors.true_inputs(stretch);
-        let smoothed =
-            smoothing::smooth_states(&car, stretch, &found.noise, &options.smoothing, || true)
-                .map_err(|error| failed(error.to_string()))?;
+        let stretch = &found.errors.corrected_inputs(stretch);
+        let smoothed = smoothing::smooth_states(&car, stretch, &found.noise, &options.smoothing, || true)
+            .map_err(|error| failed(error.to_string()))?;
         let [v_x, v_y, r, ..]: [f64; 6] = smoothed.states.states[0].mean.into();
-        starts.push((stretch.clone(), State { v_x, v_y, r, ..State::default() }));
-        recording.append(stretch);
+        starts.push((stretch.clone(), PlanarState { v_x, v_y, r, ..PlanarState::default() }));
+        recording.append_recording(stretch);
     }
     let starts: Vec<_> = starts.iter().map(|(stretch, start)| (stretch, *start)).collect();
-    let [front, rear] = found.tires.map(|tire| tire.curve()).into_array();
-    let replay = replay(&car.with_tires(front, rear), &starts, &found.noise);
-    Ok(Validation { name, recording, replay })
+    let [front, rear] = found.tires.map(|tire| tire.to_magic_formula()).into_array();
+    let replay = replay_open_loop(&car.with_tires(front, rear), &starts, &found.noise);
+    Ok(ValidationDrive { name, recording, replay })
 }
 
 impl ClosedLoopResult<'_> {
     /// What was found as a whole, in words.
-    fn summary(&self) -> IdentificationSummary<'_> {
+    fn identification_summary(&self) -> IdentificationSummary<'_> {
         let found = self.identification;
         let curve = |(name, axle)| CurveSummary {
             name,
-            direction: Direction::Lateral,
+            direction: ForceDirection::Lateral,
             estimate: &found.estimates[axle],
             prior: &self.options.prior,
         };
         let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(curve).to_vec();
         let (model, causes) = (found.model.clone(), found.causes.as_slice());
-        let mut summary =
-            IdentificationSummary { curves, model, causes, ..IdentificationSummary::default() };
+        let mut summary = IdentificationSummary { curves, model, causes, ..IdentificationSummary::default() };
         let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
-        if held_out.is_some_and(|test| !test.passed()) {
+        if held_out.is_some_and(|test| !test.has_passed()) {
             summary.widened = SCATTER_ADDED;
         }
-        doctor::tell(self.log, &mut summary);
+        doctor::add_findings_to_summary(self.log, &mut summary);
         let of_plant = posterior_draws::of_drives("", found);
-        summary.remarks.extend(posterior_draws::missing(&of_plant));
+        summary.remarks.extend(posterior_draws::reason_for_no_draws(&of_plant));
         summary
     }
 
     /// Estimates by method, and what else was found.
-    fn report(&self) -> Value {
+    fn result_json(&self) -> Value {
         let found = self.identification;
         let by_formulation: BTreeMap<_, _> =
             found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted)).collect();
@@ -279,10 +278,8 @@ impl ClosedLoopResult<'_> {
             let window = [recording.t.first(), recording.t.last()];
             json!({ "window": window, "rows": recording.len(), "smoothing": smoothed.report })
         });
-        let calibration: BTreeMap<_, _> =
-            self.calibration.iter().map(|it| (it.error.name, it)).collect();
-        let validations: BTreeMap<_, _> =
-            self.validations.iter().map(|it| (&it.name, &it.replay)).collect();
+        let calibration: BTreeMap<_, _> = self.calibration.iter().map(|it| (it.error.name, it)).collect();
+        let validations: BTreeMap<_, _> = self.validations.iter().map(|it| (&it.name, &it.replay)).collect();
         let numbers = [
             (self.options.method.name(), json!(found.estimates)),
             ("bounds", json!(self.options.prior.bounds)),
@@ -296,22 +293,22 @@ impl ClosedLoopResult<'_> {
             ("validate", json!(validations)),
             ("seconds", json!(found.seconds)),
         ];
-        let mut summary = self.summary();
-        summary.remarks.extend(calibration::sentences(self.calibration));
+        let mut summary = self.identification_summary();
+        summary.remarks.extend(calibration::describe_sensor_errors(self.calibration));
         let numbers = numbers.into_iter().map(|(key, value)| (key.to_owned(), value));
-        summary.result(Some(self.log), numbers.collect())
+        summary.result_json(Some(self.log), numbers.collect())
     }
 
     /// Leaves the page, with the deciding formulation first.
-    fn leave_page(&self, host: &mut dyn Host) {
+    fn write_page(&self, host: &mut dyn AnalysisServices) {
         let found = self.identification;
         let (decisive, others) = match found.formulations.split_last() {
             Some((decisive, others)) => (decisive.formulation.title(), others),
             None => ("", &[][..]),
         };
-        let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
+        let compared: Axles<Vec<TireEstimate>> = Axles::from_fn(|axle| {
             let decisive = &found.estimates[axle];
-            others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
+            others.iter().rev().map(|fitted| axle_estimate(fitted, axle, decisive)).collect()
         });
         let none = PosteriorSamples::default();
         let section = |(name, axle): (&'static str, Axle)| {
@@ -323,47 +320,39 @@ impl ClosedLoopResult<'_> {
             }];
             for (fitted, estimate) in others.iter().rev().zip(&compared[axle]) {
                 let name = fitted.formulation.title();
-                methods.push(page::MethodSection {
-                    name,
-                    estimate,
-                    posterior: &none,
-                    gaussian: None,
-                });
+                methods.push(page::MethodSection { name, estimate, posterior: &none, gaussian: None });
             }
-            Section {
+            TireSection {
                 name,
-                direction: Direction::Lateral,
+                direction: ForceDirection::Lateral,
                 samples: &found.samples[axle],
                 prior: &self.options.prior,
                 methods,
             }
         };
-        let replays: Vec<_> = self
-            .validations
-            .iter()
-            .map(|it| (it.name.as_str(), &it.recording, &it.replay))
-            .collect();
-        let page = Page {
+        let replays: Vec<_> =
+            self.validations.iter().map(|it| (it.name.as_str(), &it.recording, &it.replay)).collect();
+        let page = PageContent {
             title: "Tires from closed-loop driving",
-            overall: Some(&self.summary()),
-            car: &page::car::driven(&self.options.car, &self.options.uncertainty),
-            facts: &facts::facts(self.used, self.sampling),
+            overall: Some(&self.identification_summary()),
+            car: &page::car::closed_loop_car_facts(&self.options.car, &self.options.uncertainty),
+            facts: &facts::log_facts(self.used, self.sampling),
             sections: [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)].map(section).into(),
-            drives: Some(Drives {
+            drives: Some(DrivesSection {
                 found,
                 calibration: self.calibration,
                 recordings: self.used,
                 replays: &replays,
             }),
             log: Some(self.log),
-            ..Page::default()
+            ..PageContent::default()
         };
-        page::leave(&page, host);
+        page::write_page(&page, host);
     }
 }
 
 /// What a formulation says of one axle, which nobody judged.
-fn estimate(fitted: &FormulationFit, axle: Axle, decisive: &Estimate) -> Estimate {
+fn axle_estimate(fitted: &FormulationFit, axle: Axle, decisive: &TireEstimate) -> TireEstimate {
     let parameters = || TireParameters::<f64>::PARAMETERS.into_iter();
     let per_quantity = |tires: &Tires| -> PerQuantity {
         parameters().map(Quantity::from).zip(tires[axle].into_array()).collect()
@@ -371,7 +360,7 @@ fn estimate(fitted: &FormulationFit, axle: Axle, decisive: &Estimate) -> Estimat
     let mut mean = per_quantity(&fitted.tires);
     mean.insert(Quantity::K, fitted.tires[axle].stiffness());
     let at_bound = parameters().zip(fitted.at_bound[axle].into_array()).filter(|(_, is)| *is);
-    Estimate {
+    TireEstimate {
         mean,
         std: per_quantity(&fitted.std),
         at_bound: at_bound.map(|(parameter, _)| parameter).collect(),

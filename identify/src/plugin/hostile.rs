@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use plugin::{Analysis as _, NullHost, Request, Signal};
+use plugin::{Analysis as _, AnalysisRequest, NullAnalysisServices, Signal};
 
 use super::Identify;
 
@@ -13,7 +13,7 @@ pub(super) const STEP: f64 = 0.02;
 pub(super) const CAR: &str = "exact = true\nbody = { m = 780.0, I_zz = 1000.0, l_f = 1.4, l_r = 1.6, h = 0.35 }\naero = { rho = 1.225, area = 1.5, C_d = 0.3, C_lf = 0.0, C_lr = 0.0 }\nbrake_front_share = 0.6\n";
 
 /// A car that weaves, by the steady state of a linear model.
-pub(super) fn drive() -> Vec<(&'static str, Vec<f64>)> {
+pub(super) fn weaving_drive() -> Vec<(&'static str, Vec<f64>)> {
     let column = |of: &dyn Fn(f64) -> f64| (0..ROWS).map(|row| of(row as f64 * STEP)).collect();
     let (v_x, turn) = (20.0, |t: f64| 0.06 * (1.3 * t).sin() + 0.02 * (5.1 * t).cos());
     let r = move |t: f64| v_x * turn(t) / 3.0 / (1.0 + 0.002 * v_x * v_x);
@@ -29,9 +29,9 @@ pub(super) fn drive() -> Vec<(&'static str, Vec<f64>)> {
 }
 
 /// A name, and what becomes of a column.
-type Damage = (&'static str, fn(f64, usize) -> f64);
+type ColumnDamage = (&'static str, fn(f64, usize) -> f64);
 
-const DAMAGES: [Damage; 14] = [
+const DAMAGES: [ColumnDamage; 14] = [
     ("nothing", |value, _| value),
     ("0", |_, _| 0.0),
     ("a constant", |_, _| 0.7),
@@ -49,13 +49,13 @@ const DAMAGES: [Damage; 14] = [
 ];
 
 /// Signals that are damaged together.
-type Group = &'static [&'static str];
+type SignalGroup = &'static [&'static str];
 
 /// All that moves a car to its side.
-const LATERAL: Group = &["v_y", "r", "a_y", "delta"];
+const LATERAL: SignalGroup = &["v_y", "r", "a_y", "delta"];
 
 /// Runs a task with each of these groups of signals damaged in each way.
-fn survives(config: &str, signals: &[(&'static str, Vec<f64>)], groups: &[Group]) {
+fn run_with_damaged_signals(config: &str, signals: &[(&'static str, Vec<f64>)], groups: &[SignalGroup]) {
     let time: Vec<f64> = (0..ROWS).map(|row| row as f64 * STEP).collect();
     let mut fallen = Vec::new();
     for (what, damage) in DAMAGES {
@@ -68,10 +68,9 @@ fn survives(config: &str, signals: &[(&'static str, Vec<f64>)], groups: &[Group]
                 (*name, values.iter().enumerate().map(change).collect::<Vec<_>>())
             };
             let columns: Vec<_> = signals.iter().map(damaged).collect();
-            let lent =
-                columns.iter().map(|(name, values)| Signal { name, unit: "", time: &time, values });
-            let request = Request { config, signals: lent.collect() };
-            let ran = catch_unwind(AssertUnwindSafe(|| Identify::run(&request, &mut NullHost)));
+            let lent = columns.iter().map(|(name, values)| Signal { name, unit: "", time: &time, values });
+            let request = AnalysisRequest { config, signals: lent.collect() };
+            let ran = catch_unwind(AssertUnwindSafe(|| Identify::run(&request, &mut NullAnalysisServices)));
             let is_sound = what == "nothing";
             assert!(!is_sound || matches!(ran, Ok(Ok(_))), "a sound drive is refused: {ran:?}");
             if ran.is_err() {
@@ -84,30 +83,29 @@ fn survives(config: &str, signals: &[(&'static str, Vec<f64>)], groups: &[Group]
 
 #[test]
 fn the_doctor_survives_signals_that_no_car_has() {
-    let groups: [Group; 8] =
+    let groups: [SignalGroup; 8] =
         [&["v_x"], &["v_y"], &["r"], &["a_x"], &["a_y"], &["delta"], LATERAL, &["v_x", "r", "a_y"]];
-    survives("task = \"doctor\"", &drive(), &groups);
+    run_with_damaged_signals("task = \"doctor\"", &weaving_drive(), &groups);
 }
 
 #[test]
 fn the_identification_of_curves_survives_signals_that_no_car_has() {
     let front = "drive_front_share = 0.0";
     let config = format!("task = \"tires\"\nmethods = [\"least_squares\"]\n[car]\n{CAR}{front}\n");
-    survives(&config, &drive(), &[&["delta"], &["a_x"], LATERAL]);
+    run_with_damaged_signals(&config, &weaving_drive(), &[&["delta"], &["a_x"], LATERAL]);
 }
 
 #[test]
 fn the_identification_in_a_closed_loop_survives_signals_that_no_car_has() {
-    let signals: Vec<_> = drive().into_iter().filter(|(name, _)| *name != "a_x").collect();
-    survives(&format!("task = \"closed_loop\"\n[car]\n{CAR}"), &signals, &[LATERAL]);
+    let signals: Vec<_> = weaving_drive().into_iter().filter(|(name, _)| *name != "a_x").collect();
+    run_with_damaged_signals(&format!("task = \"closed_loop\"\n[car]\n{CAR}"), &signals, &[LATERAL]);
 }
 
 #[test]
 fn the_fit_of_one_curve_survives_points_that_no_tire_has() {
-    let column =
-        |of: &dyn Fn(f64) -> f64| (0..ROWS).map(|row| of(row as f64 / 150.0 - 1.0)).collect();
+    let column = |of: &dyn Fn(f64) -> f64| (0..ROWS).map(|row| of(row as f64 / 150.0 - 1.0)).collect();
     let slip = column(&|x| 0.2 * x);
     let force = column(&|x| 1.6 * (1.8 * (4.4 * x).atan()).sin() + 0.01 * (97.0 * x).sin());
     let config = "task = \"curve\"\ndirection = \"lateral\"\nmethods = [\"least_squares\"]";
-    survives(config, &[("slip", slip), ("force", force)], &[&["slip"], &["force"]]);
+    run_with_damaged_signals(config, &[("slip", slip), ("force", force)], &[&["slip"], &["force"]]);
 }

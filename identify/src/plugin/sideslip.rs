@@ -1,22 +1,23 @@
 //! Identifies tires without v_y and estimates it, and judges the estimate where v_y was measured and hidden.
 
-use drive_doctor::{COURSE_CLOCK, Examination};
+use drive_doctor::{COURSE_CLOCK, LogExamination};
 use drive_prediction::EvenDrive;
-use drive_prediction::car::{Car, Steering};
+use drive_prediction::car::{CarSpecification, SteeringSignalKind};
 use drive_prediction::hidden::{
-    BankMap, Channel, Estimate, Fit, Interval, NAMES, Setup, Signals, estimate, fit,
+    BankMap, EstimatorSetup, IntervalEstimate, NAMES, SensorChannel, SensorSignals, SideslipEstimate,
+    SideslipFit, filter_sideslip, fit_sideslip_model,
 };
 use drive_prediction::score::BAND;
-use numerics::text::significant;
-use plugin::{Host, ResultSummary, Table};
+use numerics::text::format_significant;
+use plugin::{AnalysisServices, ResultSummary, ResultTable};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
-use super::{doctor, go_on};
+use super::{doctor, report_progress};
 use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
-use crate::config::Prediction;
-use crate::names::words;
+use crate::config::PredictionConfig;
+use crate::names::verdict_words;
 use crate::page;
 
 /// Cars with a shorter wheelbase [m] are models, whose sensors are noisier.
@@ -28,62 +29,63 @@ const LAG: f64 = 0.06;
 ///
 /// # Errors
 /// When the drives cannot be fitted, or the program asked to give up.
-pub(super) fn sideslip(
-    (car, log): (&Car, &Examination),
-    config: &Prediction,
+pub(super) fn run_sideslip_estimation(
+    (car, log): (&CarSpecification, &LogExamination),
+    config: &PredictionConfig,
     [fitted, held]: [&[EvenDrive]; 2],
-    host: &mut dyn Host,
+    host: &mut dyn AnalysisServices,
 ) -> Result<Value, String> {
-    behind(fitted, held)?;
-    let setup = setup(car, config.least_speed);
-    go_on(host, 0.1, "fitting tires without v_y")?;
+    check_held_out_after_fitted(fitted, held)?;
+    let setup = estimator_setup(car, config.least_speed);
+    report_progress(host, 0.1, "fitting tires without v_y")?;
     // A course with another clock or sign would make the car slide that does not.
-    let is_doubted = log.serious().any(|it| it.channels.contains(&"course"))
+    let is_doubted = log.serious_findings().any(|it| it.channels.contains(&"course"))
         || log.not_told.iter().any(|it| it.check == COURSE_CLOCK);
-    let signals = |drive: &EvenDrive| signals(drive, !is_doubted);
-    let training: Vec<Signals> =
-        fitted.iter().map(|drive| signals(drive).first(last(drive))).collect();
-    let found = fit(&setup, &training, None).map_err(|error| error.to_string())?;
-    go_on(host, 0.7, "estimating v_y")?;
+    let signals = |drive: &EvenDrive| sensor_signals(drive, !is_doubted);
+    let training: Vec<SensorSignals> =
+        fitted.iter().map(|drive| signals(drive).first_rows(end_of_counted_rows(drive))).collect();
+    let found = fit_sideslip_model(&setup, &training, None).map_err(|error| error.to_string())?;
+    report_progress(host, 0.7, "estimating v_y")?;
     let judged_on = if held.is_empty() { fitted } else { held };
     let mut parts = Vec::new();
     for drive in judged_on {
         // Only a drive that was fitted too tells the bank of its road.
         let seen = fitted.iter().position(|it| it.log == drive.log);
         let map = seen.and_then(|place| BankMap::learn(&setup, &found, &training[place]));
-        let estimate = estimate(&setup, &found, &signals(drive), map.as_ref());
+        let estimate = filter_sideslip(&setup, &found, &signals(drive), map.as_ref());
         parts.push((drive, estimate, map.map(|map| map.lap)));
     }
-    let score = score(&parts);
-    let mut told = told(&found);
-    let refused = log.refusal().is_some();
+    let score = score_sideslip(&parts);
+    let mut told = parameter_intervals(&found);
+    let refused = log.refusing_finding().is_some();
     if refused {
-        told.iter_mut().for_each(|it| it.verdict = Verdict::NotIdentifiable);
+        told.iter_mut().for_each(|it| it.verdict = Identifiability::NotIdentifiable);
     }
-    let mut summary = summary(&found, score, &parts, !held.is_empty());
-    let has_course =
-        |drive: &EvenDrive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
+    let mut summary = sideslip_summary(&found, score, &parts, !held.is_empty());
+    let has_course = |drive: &EvenDrive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
     if is_doubted && fitted.iter().chain(held).any(has_course) {
-        summary.push("The course is not used: something is wrong with it, or nothing tells whether it is late.".to_owned());
+        summary.push(
+            "The course is not used: something is wrong with it, or nothing tells whether it is late."
+                .to_owned(),
+        );
     }
-    doctor::warn(log, &mut summary);
+    doctor::warn_about_findings(log, &mut summary);
     let shown: Vec<(String, SideslipTrace)> = parts
         .iter()
-        .map(|(drive, estimate, _)| (drive.name.clone(), shown(drive, estimate)))
+        .map(|(drive, estimate, _)| (drive.name.clone(), sideslip_trace(drive, estimate)))
         .collect();
-    host.file("prediction.html", &page::sideslip::page(&told, score, &shown, &summary));
-    let numbers: Map<String, Value> =
-        told.iter().map(|it| (it.name.replace('.', "_"), json!(it))).collect();
-    let tables = vec![Table::new(
+    host.write_file("prediction.html", &page::sideslip::render_sideslip_page(&told, score, &shown, &summary));
+    let numbers: Map<String, Value> = told.iter().map(|it| (it.name.replace('.', "_"), json!(it))).collect();
+    let tables = vec![ResultTable::new(
         ["parameter", "value", "95 % interval", "verdict"],
         told.iter().map(|it| {
-            let ends = it.interval.map(|end| significant(end, 4));
+            let ends = it.interval.map(|end| format_significant(end, 4));
             let interval = format!("{} to {}", ends[0], ends[1]);
-            [it.name.clone(), significant(it.value, 4), interval, words(it.verdict).to_owned()]
+            [it.name.clone(), format_significant(it.value, 4), interval, verdict_words(it.verdict).to_owned()]
         }),
     )];
     let words = ResultSummary { sound: found.converged && !refused, tables, summary };
-    Ok(json!(Outcome {
+    Ok(json!(SideslipResult {
         words,
         held_out: !held.is_empty(),
         converged: found.converged,
@@ -94,7 +96,7 @@ pub(super) fn sideslip(
 
 /// The result.
 #[derive(Serialize)]
-struct Outcome {
+struct SideslipResult {
     #[serde(flatten)]
     words: ResultSummary,
     held_out: bool,
@@ -108,10 +110,10 @@ struct Outcome {
 ///
 /// # Errors
 /// With the log in which one does not.
-fn behind(fitted: &[EvenDrive], held: &[EvenDrive]) -> Result<(), String> {
+fn check_held_out_after_fitted(fitted: &[EvenDrive], held: &[EvenDrive]) -> Result<(), String> {
     let before = |held: &&EvenDrive| {
         let first = held.counts.iter().position(|counts| *counts);
-        let last = fitted.iter().find(|it| it.log == held.log).map(last);
+        let last = fitted.iter().find(|it| it.log == held.log).map(end_of_counted_rows);
         first.zip(last).is_some_and(|(first, last)| first < last)
     };
     match held.iter().find(before) {
@@ -124,16 +126,16 @@ fn behind(fitted: &[EvenDrive], held: &[EvenDrive]) -> Result<(), String> {
     }
 }
 
-fn setup(car: &Car, least_speed: f64) -> Setup {
+fn estimator_setup(car: &CarSpecification, least_speed: f64) -> EstimatorSetup {
     let setup = match car.body.wheelbase() < MODEL {
-        true => Setup::small(car.body),
-        false => Setup::road(car.body),
+        true => EstimatorSetup::small_car(car.body),
+        false => EstimatorSetup::road_car(car.body),
     };
     let steering_lag = match car.steering {
-        Steering::Measured => 0.0,
-        Steering::Commanded => LAG,
+        SteeringSignalKind::Measured => 0.0,
+        SteeringSignalKind::Commanded => LAG,
     };
-    Setup {
+    EstimatorSetup {
         front_drive_share: car.front_drive,
         front_brake_share: car.front_brake,
         steering_lag,
@@ -143,18 +145,18 @@ fn setup(car: &Car, least_speed: f64) -> Setup {
 }
 
 /// The row behind the last one that counts: what is held out behind it is not seen by the fit.
-fn last(drive: &EvenDrive) -> usize {
+fn end_of_counted_rows(drive: &EvenDrive) -> usize {
     drive.counts.iter().rposition(|counts| *counts).map_or(0, |row| row + 1)
 }
 
 /// What sensors gave; v_y is no part of it, and the course only where nothing is wrong with it.
-fn signals(drive: &EvenDrive, with_course: bool) -> Signals {
+fn sensor_signals(drive: &EvenDrive, with_course: bool) -> SensorSignals {
     let sensors = drive.sensors.clone().unwrap_or_default();
-    let signals = Signals::new(drive.step, &drive.motion.delta)
-        .with(Channel::Speed, &sensors.v)
-        .with(Channel::YawRate, &sensors.r);
+    let signals = SensorSignals::new(drive.step, &drive.motion.delta)
+        .with_channel(SensorChannel::Speed, &sensors.v)
+        .with_channel(SensorChannel::YawRate, &sensors.r);
     let signals = match &sensors.a_y {
-        Some(a_y) => signals.with(Channel::LateralAcceleration, a_y),
+        Some(a_y) => signals.with_channel(SensorChannel::LateralAcceleration, a_y),
         None => signals,
     };
     let signals = match &sensors.a_x {
@@ -162,18 +164,18 @@ fn signals(drive: &EvenDrive, with_course: bool) -> Signals {
         None => signals,
     };
     let course = sensors.course.filter(|_| with_course);
-    let of_gnss = [(Channel::Course, course), (Channel::GroundSpeed, sensors.ground_speed)];
+    let of_gnss = [(SensorChannel::Course, course), (SensorChannel::GroundSpeed, sensors.ground_speed)];
     let signals = of_gnss.into_iter().fold(signals, |signals, (channel, values)| match values {
-        Some(values) => signals.with(channel, &values),
+        Some(values) => signals.with_channel(channel, &values),
         None => signals,
     });
     signals.without_repeats()
 }
 
-fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<SideslipScore> {
+fn score_sideslip(parts: &[(&EvenDrive, SideslipEstimate, Option<f64>)]) -> Option<SideslipScore> {
     let (mut squares, mut angles, mut inside, mut rows) = (0.0, 0.0, 0_usize, 0_usize);
     for (drive, estimate, _) in parts {
-        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+        for row in (0..drive.row_count()).filter(|row| drive.counts[*row]) {
             let (v_x, v_y) = (drive.motion.v_x[row], drive.motion.v_y[row]);
             if !v_y.is_finite() {
                 continue;
@@ -195,14 +197,14 @@ fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<SideslipScore>
     })
 }
 
-fn told(found: &Fit) -> Vec<ParameterInterval> {
-    let of = |name: &str, interval: &Interval, learned: f64| ParameterInterval {
+fn parameter_intervals(found: &SideslipFit) -> Vec<ParameterInterval> {
+    let of = |name: &str, interval: &IntervalEstimate, learned: f64| ParameterInterval {
         name: name.to_owned(),
         value: interval.value,
         interval: interval.ends,
-        verdict: Verdict::from_width(1.0 - learned),
+        verdict: Identifiability::from_width(1.0 - learned),
     };
-    let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
+    let width = |it: &IntervalEstimate| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
     let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);
     // A stiffness is known to a tenth or it is not much.
     let mut all: Vec<ParameterInterval> =
@@ -212,10 +214,10 @@ fn told(found: &Fit) -> Vec<ParameterInterval> {
     all
 }
 
-fn summary(
-    found: &Fit,
+fn sideslip_summary(
+    found: &SideslipFit,
     score: Option<SideslipScore>,
-    parts: &[(&EvenDrive, Estimate, Option<f64>)],
+    parts: &[(&EvenDrive, SideslipEstimate, Option<f64>)],
     held_out: bool,
 ) -> Vec<String> {
     let mut summary = Vec::new();
@@ -234,27 +236,22 @@ fn summary(
             100.0 * score.coverage
         ));
     } else {
-        summary
-            .push("v_y is estimated; nobody measured it, so nobody can judge it here.".to_owned());
+        summary.push("v_y is estimated; nobody measured it, so nobody can judge it here.".to_owned());
     }
     if let Some(lap) = parts.iter().find_map(|(_, _, lap)| *lap) {
-        summary.push(format!(
-            "The bank of the road is learnt over laps of {lap:.0} m from what was fitted."
-        ));
+        summary.push(format!("The bank of the road is learnt over laps of {lap:.0} m from what was fitted."));
     }
     summary
 }
 
 /// Ten rows a second are enough for a picture of a minute.
-fn shown(drive: &EvenDrive, estimate: &Estimate) -> SideslipTrace {
+fn sideslip_trace(drive: &EvenDrive, estimate: &SideslipEstimate) -> SideslipTrace {
     let stride = ((0.1 / drive.step).round() as usize).max(1);
     let first = drive.counts.iter().position(|counts| *counts).unwrap_or(0);
-    let rows = (first..drive.rows())
-        .take_while(|row| drive.motion.t[*row] < drive.motion.t[first] + 110.0);
+    let rows =
+        (first..drive.row_count()).take_while(|row| drive.motion.t[*row] < drive.motion.t[first] + 110.0);
     rows.step_by(stride)
         .filter(|row| drive.counts[*row])
-        .map(|row| {
-            (drive.motion.t[row], estimate.v_y[row], estimate.v_y_std[row], drive.motion.v_y[row])
-        })
+        .map(|row| (drive.motion.t[row], estimate.v_y[row], estimate.v_y_std[row], drive.motion.v_y[row]))
         .collect()
 }

@@ -1,27 +1,27 @@
 //! Looks at the draws that are left for a sweep.
 
-use preparation::samples::Samples;
-use tire_inference::estimate::{Answer, identify};
+use preparation::samples::CurveSamples;
+use tire_inference::estimate::{TireIdentification, identify_tire};
 use tire_inference::quantity::Quantity;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 use super::*;
 
 /// Noisy points of a tire.
-fn points(seed: u64) -> Samples {
-    let usual = Excitation { samples: 300, slip_std: 0.0, seed, ..Excitation::default() };
-    samples(&usual, 0.5)
+fn points(seed: u64) -> CurveSamples {
+    let usual = SyntheticExcitation { samples: 300, slip_std: 0.0, seed, ..SyntheticExcitation::default() };
+    synthetic_samples(&usual, 0.5)
 }
 
-fn found(seed: u64) -> Answer {
-    let settings = Settings::new(Direction::Lateral);
-    identify(&points(seed), &settings, &[Method::LeastSquares]).expect("a fit")
+fn found(seed: u64) -> TireIdentification {
+    let settings = IdentificationSettings::new(ForceDirection::Lateral);
+    identify_tire(&points(seed), &settings, &[FitMethod::LeastSquares]).expect("a fit")
 }
 
-fn drawn<'a>(tire: &'a str, answer: &'a Answer) -> TirePosterior<'a> {
+fn drawn<'a>(tire: &'a str, answer: &'a TireIdentification) -> TirePosterior<'a> {
     let estimate = &answer.estimates[0].1;
-    let tire = Tire { node: "plant", tire, estimate, direction: Direction::Lateral };
+    let tire = IdentifiedTire { node: "plant", tire, estimate, direction: ForceDirection::Lateral };
     TirePosterior { tire, posterior: &answer.posterior }
 }
 
@@ -50,11 +50,11 @@ fn covariance(a: &[f64], b: &[f64]) -> f64 {
 fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
     let (front, rear) = (found(1), found(2));
     let tires = [drawn("tire_f", &front), drawn("tire_r", &rear)];
-    assert_eq!(missing(&tires), None);
-    let text = write(&tires, Dependence::Independent, 7).expect("draws");
+    assert_eq!(reason_for_no_draws(&tires), None);
+    let text = draws_csv(&tires, DrawDependence::Independent, 7).expect("draws");
     let (heads, columns) = read(&text);
-    let expected = ["tire_f", "tire_r"]
-        .map(|tire| ["B", "C", "D", "E"].map(|name| format!("plant.{tire}.{name}")));
+    let expected =
+        ["tire_f", "tire_r"].map(|tire| ["B", "C", "D", "E"].map(|name| format!("plant.{tire}.{name}")));
     assert_eq!(heads, expected.as_flattened());
     for (axle, answer) in [&front, &rear].into_iter().enumerate() {
         let estimate = &answer.estimates[0].1;
@@ -70,8 +70,7 @@ fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
             }
         }
     }
-    let correlation =
-        |a: &[f64], b: &[f64]| covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt();
+    let correlation = |a: &[f64], b: &[f64]| covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt();
     let between = correlation(&columns[0], &columns[4]);
     assert!(between.abs() < 0.1, "the axles have nothing in common: {between}");
     let [first, last] = [&columns[0][..100], &columns[0][900..]].map(mean);
@@ -83,31 +82,31 @@ fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
 fn draws_that_belong_together_stay_on_one_line_and_a_seed_gives_the_same_bits() {
     let answer = found(1);
     let twins = [drawn("tire_f", &answer), drawn("tire_r", &answer)];
-    let text = write(&twins, Dependence::Joint, 7).expect("draws");
+    let text = draws_csv(&twins, DrawDependence::Joint, 7).expect("draws");
     let (_, columns) = read(&text);
     assert!(columns.iter().all(|column| column.len() == DRAWS));
     assert_eq!(columns[..4], columns[4..]);
-    assert_eq!(write(&twins, Dependence::Joint, 7).as_ref(), Some(&text));
-    assert_ne!(write(&twins, Dependence::Joint, 8).as_ref(), Some(&text));
-    let (_, apart) = read(&write(&twins, Dependence::Independent, 7).expect("draws"));
+    assert_eq!(draws_csv(&twins, DrawDependence::Joint, 7).as_ref(), Some(&text));
+    assert_ne!(draws_csv(&twins, DrawDependence::Joint, 8).as_ref(), Some(&text));
+    let (_, apart) = read(&draws_csv(&twins, DrawDependence::Independent, 7).expect("draws"));
     assert_ne!(apart[0], apart[4], "other axles, other lines");
 }
 
 #[test]
 fn where_there_is_nothing_to_draw_from_that_is_told() {
     let answer = found(1);
-    let told = |change: &dyn Fn(&mut Answer)| {
+    let told = |change: &dyn Fn(&mut TireIdentification)| {
         let mut changed = answer.clone();
         change(&mut changed);
         let tires = [drawn("tire_f", &answer), drawn("tire_r", &changed)];
-        assert_eq!(write(&tires, Dependence::Independent, 1), None);
-        missing(&tires).expect("a sentence")
+        assert_eq!(draws_csv(&tires, DrawDependence::Independent, 1), None);
+        reason_for_no_draws(&tires).expect("a sentence")
     };
     let no_posterior = told(&|answer| answer.estimates[0].1.source = UncertaintySource::Likelihood);
     assert_eq!(no_posterior, "No draws are left for a sweep: there is no posterior of tire_r.");
     let unknown = told(&|answer| {
         let verdicts = answer.estimates[0].1.identified.values_mut();
-        verdicts.for_each(|verdict| *verdict = Verdict::NotIdentifiable);
+        verdicts.for_each(|verdict| *verdict = Identifiability::NotIdentifiable);
     });
     assert!(unknown.contains("nothing of tire_r is identifiable"), "{unknown}");
     let infinite = told(&|answer| answer.posterior.samples[3][2] = f64::NAN);
@@ -118,7 +117,7 @@ fn where_there_is_nothing_to_draw_from_that_is_told() {
 
 #[test]
 fn odd_names_stay_one_column() {
-    assert_eq!(field("plant.tire_f.B"), "plant.tire_f.B");
-    assert_eq!(field("my \"plant\", no. 2.B"), "\"my \"\"plant\"\", no. 2.B\"");
-    assert_eq!(field("#1.B"), "\"#1.B\"");
+    assert_eq!(csv_field("plant.tire_f.B"), "plant.tire_f.B");
+    assert_eq!(csv_field("my \"plant\", no. 2.B"), "\"my \"\"plant\"\", no. 2.B\"");
+    assert_eq!(csv_field("#1.B"), "\"#1.B\"");
 }

@@ -1,27 +1,27 @@
 //! Tells from which excitation on each parameter is identified: the paper's Figures 2 and 3.
 
-use preparation::direction::Direction;
+use preparation::direction::ForceDirection;
 use serde::{Serialize, Serializer};
 use tire_inference::bounds::Bounds;
-use tire_inference::estimate::identify;
+use tire_inference::estimate::identify_tire;
 use tire_inference::fit::{FitError, FitOptions, SlipNoise};
 use tire_inference::parameters::{Theta, by_parameter};
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
-use tire_inference::verdict::Judgement;
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
+use tire_inference::verdict::QuantityJudgement;
 
 /// What was found at all levels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Study {
+pub struct ExcitationStudy {
     /// The data.
-    pub excitation: Excitation,
+    pub excitation: SyntheticExcitation,
     /// One result for each level.
-    pub levels: Vec<Level>,
+    pub levels: Vec<ExcitationLevel>,
 }
 
 /// What was found at one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Level {
+pub struct ExcitationLevel {
     /// Largest slip.
     pub level: f64,
     /// Least squares, all parameters free.
@@ -32,10 +32,10 @@ pub struct Level {
     pub nelder_mead: Theta,
     /// What the data can tell.
     #[serde(serialize_with = "by_quantity")]
-    pub judgements: Vec<Judgement>,
+    pub judgements: Vec<QuantityJudgement>,
 }
 
-fn by_quantity<S: Serializer>(judgements: &[Judgement], to: S) -> Result<S::Ok, S::Error> {
+fn by_quantity<S: Serializer>(judgements: &[QuantityJudgement], to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(judgements.iter().map(|judgement| (judgement.quantity.name(), judgement)))
 }
 
@@ -43,46 +43,46 @@ fn by_quantity<S: Serializer>(judgements: &[Judgement], to: S) -> Result<S::Ok, 
 ///
 /// # Errors
 /// If a level has no samples to fit.
-pub fn run(
-    excitation: &Excitation,
+pub fn run_excitation_study(
+    excitation: &SyntheticExcitation,
     go_on: &mut dyn FnMut(usize) -> bool,
-) -> Result<Option<Study>, FitError> {
+) -> Result<Option<ExcitationStudy>, FitError> {
     let mut levels = Vec::new();
     for (index, &level) in excitation.levels.iter().enumerate() {
         if !go_on(index) {
             return Ok(None);
         }
-        levels.push(judge_level(excitation, level)?);
+        levels.push(assess_level(excitation, level)?);
     }
-    Ok(Some(Study { excitation: excitation.clone(), levels }))
+    Ok(Some(ExcitationStudy { excitation: excitation.clone(), levels }))
 }
 
-fn judge_level(excitation: &Excitation, level: f64) -> Result<Level, FitError> {
-    let samples = samples(excitation, level);
-    let usual = Settings::new(Direction::Longitudinal);
-    let settings = Settings {
+fn assess_level(excitation: &SyntheticExcitation, level: f64) -> Result<ExcitationLevel, FitError> {
+    let samples = synthetic_samples(excitation, level);
+    let usual = IdentificationSettings::new(ForceDirection::Longitudinal);
+    let settings = IdentificationSettings {
         slip_noise: (excitation.slip_std > 0.0).then(|| SlipNoise::new(excitation.slip_std)),
-        prior: usual.prior.within(Bounds::GOBLIRSCH),
+        prior: usual.prior.with_bounds(Bounds::GOBLIRSCH),
         options: FitOptions { seed: excitation.seed, ..usual.options },
         ..usual
     };
-    let answer = identify(&samples, &settings, &[Method::LeastSquares, Method::NelderMead])?;
+    let answer = identify_tire(&samples, &settings, &[FitMethod::LeastSquares, FitMethod::NelderMead])?;
     let [least_squares, nelder_mead] = [0, 1].map(|index| answer.unrestricted[index].1.theta);
-    Ok(Level { level, least_squares, nelder_mead, judgements: answer.judgements })
+    Ok(ExcitationLevel { level, least_squares, nelder_mead, judgements: answer.judgements })
 }
 
 #[cfg(test)]
 mod tests {
-    use tire_inference::verdict::Verdict;
+    use tire_inference::verdict::Identifiability;
 
     use super::*;
 
-    fn at(levels: &[f64]) -> Study {
-        let excitation = Excitation { levels: levels.to_vec(), ..Excitation::default() };
-        run(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
+    fn at(levels: &[f64]) -> ExcitationStudy {
+        let excitation = SyntheticExcitation { levels: levels.to_vec(), ..SyntheticExcitation::default() };
+        run_excitation_study(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
     }
 
-    fn judgement<'a>(level: &'a Level, name: &str) -> &'a Judgement {
+    fn judgement<'a>(level: &'a ExcitationLevel, name: &str) -> &'a QuantityJudgement {
         level.judgements.iter().find(|judgement| judgement.quantity.name() == name).expect("judged")
     }
 
@@ -90,7 +90,7 @@ mod tests {
     fn the_peak_is_known_once_it_was_covered() {
         for level in at(&[0.08, 0.12, 0.3]).levels {
             assert!((level.least_squares[2] / 1.5 - 1.0).abs() < 0.01, "{level:?}");
-            assert_eq!(judgement(&level, "D").verdict, Verdict::Identified);
+            assert_eq!(judgement(&level, "D").verdict, Identifiability::Identified);
         }
     }
 
@@ -100,16 +100,16 @@ mod tests {
         for level in &study.levels[..2] {
             for name in ["C", "E"] {
                 let judgement = judgement(level, name);
-                assert_eq!(judgement.verdict, Verdict::NotIdentifiable, "{}", judgement.reason);
+                assert_eq!(judgement.verdict, Identifiability::NotIdentifiable, "{}", judgement.reason);
                 assert!(judgement.reason.contains("drive slips near"), "{}", judgement.reason);
             }
-            assert_ne!(judgement(level, "B").verdict, Verdict::Identified);
+            assert_ne!(judgement(level, "B").verdict, Identifiability::Identified);
             let stiffness = judgement(level, "K");
-            assert_eq!(stiffness.verdict, Verdict::Identified, "{}", stiffness.reason);
+            assert_eq!(stiffness.verdict, Identifiability::Identified, "{}", stiffness.reason);
         }
-        assert_eq!(judgement(&study.levels[0], "B").verdict, Verdict::NotIdentifiable);
+        assert_eq!(judgement(&study.levels[0], "B").verdict, Identifiability::NotIdentifiable);
         for judgement in &study.levels[2].judgements {
-            assert_eq!(judgement.verdict, Verdict::Identified, "{}", judgement.reason);
+            assert_eq!(judgement.verdict, Identifiability::Identified, "{}", judgement.reason);
         }
     }
 }

@@ -1,27 +1,36 @@
 //! Finds the influence of each parameter at each slip: the paper's Figure 4.
 
 use serde::Serialize;
-use tire_inference::parameters::{Theta, by_parameter, theta};
+use tire_inference::parameters::{Theta, by_parameter, theta_from_magic_formula};
 use vehicle::MagicFormula;
 
-use crate::sobol::{Indices, indices};
+use crate::sobol::{SobolIndices, sobol_indices};
 
 /// Sobol's indices over slip.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Study {
+pub struct SensitivityStudy {
     /// The tire.
     #[serde(serialize_with = "by_parameter")]
     pub centre: Theta,
     /// Half the range of each of B, C, D and E over its value.
     pub spread: f64,
     /// At slips from `limit` / `count` to `limit`.
-    pub indices: Vec<Indices>,
+    pub indices: Vec<SobolIndices>,
 }
 
 /// The study for `count` slips up to a limit.
-pub fn run(curve: &MagicFormula, spread: f64, limit: f64, count: usize) -> Study {
+pub fn run_sensitivity_study(
+    curve: &MagicFormula,
+    spread: f64,
+    limit: f64,
+    count: usize,
+) -> SensitivityStudy {
     let slips: Vec<f64> = (1..=count).map(|i| limit * i as f64 / count as f64).collect();
-    Study { centre: theta(curve), spread, indices: indices(curve, spread, &slips) }
+    SensitivityStudy {
+        centre: theta_from_magic_formula(curve),
+        spread,
+        indices: sobol_indices(curve, spread, &slips),
+    }
 }
 
 #[cfg(test)]
@@ -30,7 +39,7 @@ mod tests {
 
     #[test]
     fn stiffness_is_shared_at_low_slip_the_peak_is_d_and_the_sliding_range_is_c() {
-        let study = run(
+        let study = run_sensitivity_study(
             &MagicFormula { B: 15.0, C: 2.0, D: 1.5, E: 0.8, S_h: 0.0, S_v: 0.0 },
             0.1,
             1.0,

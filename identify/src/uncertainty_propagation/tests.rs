@@ -1,17 +1,17 @@
 //! The widths that a simulated error of the car asks for are those that are added.
 
 use approx::assert_relative_eq;
-use preparation::direction::Direction;
-use tire_inference::estimate::identify;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
+use preparation::direction::ForceDirection;
+use tire_inference::estimate::identify_tire;
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 use super::*;
 
-fn answer() -> Answer {
-    let excitation = Excitation { samples: 400, ..Excitation::default() };
-    let settings = Settings::new(Direction::Longitudinal);
-    identify(&samples(&excitation, 0.3), &settings, &[Method::LeastSquares]).expect("a fit")
+fn answer() -> TireIdentification {
+    let excitation = SyntheticExcitation { samples: 400, ..SyntheticExcitation::default() };
+    let settings = IdentificationSettings::new(ForceDirection::Longitudinal);
+    identify_tire(&synthetic_samples(&excitation, 0.3), &settings, &[FitMethod::LeastSquares]).expect("a fit")
 }
 
 #[test]
@@ -24,43 +24,38 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
         theta
     };
     let mut widening = PropagatedUncertainty::default();
-    widening.add("m", [moved(0.97), moved(1.03)]);
-    widening.add("h", [moved(1.04), moved(0.96)]);
+    widening.add_refits("m", [moved(0.97), moved(1.03)]);
+    widening.add_refits("h", [moved(1.04), moved(0.96)]);
     let mut after = before.clone();
-    widening.widen(&mut after, &Prior::longitudinal(), 1);
+    widening.widen_answer(&mut after, &Prior::longitudinal(), 1);
     let [old, new] = [&before, &after].map(|answer| &answer.estimates[0].1);
     let by = 0.05 * theta[2];
-    assert_relative_eq!(
-        new.std[&Quantity::D],
-        old.std[&Quantity::D].hypot(by),
-        max_relative = 1e-9
-    );
+    assert_relative_eq!(new.std[&Quantity::D], old.std[&Quantity::D].hypot(by), max_relative = 1e-9);
     assert_eq!(new.std[&Quantity::B], old.std[&Quantity::B], "B does not move");
     assert!(new.reason[&Quantity::D].contains("most of it by h"), "{}", new.reason[&Quantity::D]);
-    let width = |estimate: &Estimate| {
-        estimate.interval[&Quantity::D][1] - estimate.interval[&Quantity::D][0]
-    };
+    let width =
+        |estimate: &TireEstimate| estimate.interval[&Quantity::D][1] - estimate.interval[&Quantity::D][0];
     assert_relative_eq!(width(new), width(old).hypot(2.0 * NORMAL_95 * by), max_relative = 0.05);
     let place = new.parameters.iter().position(|it| *it == Parameter::D).expect("D");
     let grown = new.covariance[place][place] - old.covariance[place][place];
     assert_relative_eq!(grown, by * by, max_relative = 1e-9);
-    let spread = |answer: &Answer| {
-        numerics::statistics::std(&answer.posterior.values(Quantity::Parameter(Parameter::D)))
+    let spread = |answer: &TireIdentification| {
+        numerics::statistics::std(&answer.posterior.quantity_values(Quantity::Parameter(Parameter::D)))
     };
     assert_relative_eq!(spread(&after), spread(&before).hypot(by), max_relative = 0.1);
 
-    let band = |estimate: &Estimate| {
+    let band = |estimate: &TireEstimate| {
         let band = estimate.posterior.as_ref().and_then(|report| report.band.as_ref());
         band.map_or(f64::NAN, |band| band.upper[20] - band.lower[20])
     };
     assert!(band(new) > 3.0 * band(old), "the band of {} is {}", band(old), band(new));
 
-    assert_eq!(old.identified[&Quantity::K], Verdict::Identified);
+    assert_eq!(old.identified[&Quantity::K], Identifiability::Identified);
     let mut wide = PropagatedUncertainty::default();
-    wide.add("m", [moved(0.1), moved(1.9)]);
+    wide.add_refits("m", [moved(0.1), moved(1.9)]);
     let mut after = before.clone();
-    wide.widen(&mut after, &Prior::longitudinal(), 1);
-    assert_eq!(after.estimates[0].1.identified[&Quantity::D], Verdict::Weak);
+    wide.widen_answer(&mut after, &Prior::longitudinal(), 1);
+    assert_eq!(after.estimates[0].1.identified[&Quantity::D], Identifiability::Weak);
 }
 
 #[test]
@@ -68,7 +63,7 @@ fn an_exact_car_changes_nothing() {
     assert!(perturbed_cars(&Car::default(), &CarUncertainty::NONE).is_empty());
     let before = answer();
     let mut after = before.clone();
-    PropagatedUncertainty::default().widen(&mut after, &Prior::longitudinal(), 1);
+    PropagatedUncertainty::default().widen_answer(&mut after, &Prior::longitudinal(), 1);
     assert_eq!(before.estimates[0].1, after.estimates[0].1);
 }
 
@@ -97,12 +92,11 @@ fn no_peak_is_widened_to_the_other_side() {
         theta
     };
     let mut wide = PropagatedUncertainty::default();
-    wide.add("m", [moved(0.3), moved(1.7)]);
+    wide.add_refits("m", [moved(0.3), moved(1.7)]);
     let shifted = Prior { free: [true; 6], ..Prior::longitudinal() };
     let mut after = before.clone();
-    wide.widen(&mut after, &shifted, 1);
-    let [old, new] =
-        [&before, &after].map(|answer| answer.estimates[0].1.interval[&Quantity::PeakSlip]);
+    wide.widen_answer(&mut after, &shifted, 1);
+    let [old, new] = [&before, &after].map(|answer| answer.estimates[0].1.interval[&Quantity::PeakSlip]);
     assert!(new[0] >= 0.0 && new[0] < old[0] && new[1] > old[1], "{old:?} {new:?}");
 }
 
@@ -116,8 +110,5 @@ fn brakes_that_nobody_knows_are_moved_about_their_rule() {
         let BrakeShare::Fixed(share) = car.brake_front_share else { panic!("{car:?}") };
         assert_relative_eq!(share, front / (front + rear) + by);
     }
-    assert_eq!(
-        cars_with_other_brake_share(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }),
-        None
-    );
+    assert_eq!(cars_with_other_brake_share(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }), None);
 }

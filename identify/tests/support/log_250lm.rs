@@ -1,14 +1,14 @@
 //! Reads the recording of a 1964 Ferrari 250 LM, if it is at hand, and identifies its tires from parts of it by both tasks.
 #![allow(dead_code, reason = "each user needs a part")]
 
-use drive_inference::{Drive, Identification, identify};
-use identify::config::{ClosedLoop, Config, Tires};
-use preparation::direction::Direction;
-use preparation::{DriveLog, Pipeline};
+use drive_inference::{Drive, DriveIdentification, identify_tires};
+use identify::config::{ClosedLoop, IdentifyConfig, TiresConfig};
+use preparation::direction::ForceDirection;
+use preparation::{DriveLog, PreparationPipeline};
 use tire_inference::axles::Axles;
-use tire_inference::estimate::Estimate;
+use tire_inference::estimate::TireEstimate;
 use tire_inference::fit::FitOptions;
-use tire_inference::settings::{Method, Settings};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
 
 use crate::real_log::RealLog;
 
@@ -66,43 +66,42 @@ impl Log {
 
 /// `task = "closed_loop"` of this car; `more` are further lines of the configuration, `of_car` of its car.
 pub fn closed_loop(more: &str, of_car: &str) -> ClosedLoop {
-    let text =
-        format!("task = \"closed_loop\"\n{more}\n[car]\nbrake_front_share = 0.6\n{of_car}\n{CAR}");
-    match Config::read(&text) {
-        Ok(Config::ClosedLoop(config)) => *config,
+    let text = format!("task = \"closed_loop\"\n{more}\n[car]\nbrake_front_share = 0.6\n{of_car}\n{CAR}");
+    match IdentifyConfig::parse(&text) {
+        Ok(IdentifyConfig::ClosedLoop(config)) => *config,
         other => panic!("{other:?}"),
     }
 }
 
 /// `task = "tires"` of this car.
-pub fn tires(more: &str, of_car: &str) -> Tires {
+pub fn tires(more: &str, of_car: &str) -> TiresConfig {
     let text = format!(
         "task = \"tires\"\n{more}\n[car]\nbrake_front_share = \"by_load\"\ndrive_front_share = 0.0\n{of_car}\n{CAR}"
     );
-    match Config::read(&text) {
-        Ok(Config::Tires(config)) => *config,
+    match IdentifyConfig::parse(&text) {
+        Ok(IdentifyConfig::Tires(config)) => *config,
         other => panic!("{other:?}"),
     }
 }
 
 /// Both axles by prediction errors.
-pub fn by_drive(config: &ClosedLoop, drive: &Drive) -> Identification {
-    let options = config.options().expect("a car");
-    identify(std::slice::from_ref(drive), &options, &mut |_, _| true).expect("tires")
+pub fn by_drive(config: &ClosedLoop, drive: &Drive) -> DriveIdentification {
+    let options = config.drive_options().expect("a car");
+    identify_tires(std::slice::from_ref(drive), &options, &mut |_, _| true).expect("tires")
 }
 
 /// Both axles by their points, without what the car adds to their uncertainty.
-pub fn by_points(config: &Tires, log: &DriveLog) -> Axles<Estimate> {
+pub fn by_points(config: &TiresConfig, log: &DriveLog) -> Axles<TireEstimate> {
     let (car, _) = config.car().expect("a car");
-    let pipeline = Pipeline { car, ..config.prepare.clone() };
-    let prepared = pipeline.run(log).expect("points");
-    let of = |axle: &preparation::Axle| {
+    let pipeline = PreparationPipeline { car, ..config.prepare.clone() };
+    let prepared = pipeline.prepare(log).expect("points");
+    let of = |axle: &preparation::AxleCurvePoints| {
         let points = &axle.lateral;
-        let usual = config.lateral.settings(Direction::Lateral, points.shift, 0);
-        let settings = Settings { options: FitOptions::default(), ..usual };
-        let settings = config.lateral.loss.settle(settings, &points.samples).expect("a noise");
+        let usual = config.lateral.fit_settings(ForceDirection::Lateral, points.shift, 0);
+        let settings = IdentificationSettings { options: FitOptions::default(), ..usual };
+        let settings = config.lateral.loss.apply_to_settings(settings, &points.samples).expect("a noise");
         let found =
-            tire_inference::estimate::identify(&points.samples, &settings, &[Method::LeastSquares]);
+            tire_inference::estimate::identify_tire(&points.samples, &settings, &[FitMethod::LeastSquares]);
         found.expect("a tire").estimates.swap_remove(0).1
     };
     Axles { front: of(&prepared.front), rear: of(&prepared.rear) }

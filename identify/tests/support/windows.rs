@@ -3,14 +3,14 @@
 
 use std::time::Instant;
 
-use preparation::{BrakeShare, Car, DriveLog, Pipeline, Prepared, ShareRule};
+use preparation::{BrakeShare, Car, DriveLog, PreparationPipeline, PreparedRecording, ShareRule};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::local::{StretchFit, StretchPrior};
 use tire_inference::parameters::Theta;
-use tire_inference::window::{CurveRequirement, Window};
-use vehicle::{Aero, Body};
+use tire_inference::window::{CurveRequirement, WindowJudgement};
+use vehicle::{Aerodynamics, VehicleBody};
 
 use crate::real_log::RealLog;
 
@@ -18,7 +18,7 @@ use crate::real_log::RealLog;
 pub struct Log {
     pub name: &'static str,
     pub recording: DriveLog<'static>,
-    pub pipeline: Pipeline,
+    pub pipeline: PreparationPipeline,
     pub claims: Axles<CurveRequirement>,
 }
 
@@ -28,7 +28,7 @@ impl Log {
     fn read(
         name: &'static str,
         (time, columns): (&str, [&str; 6]),
-        pipeline: Pipeline,
+        pipeline: PreparationPipeline,
         slip_offsets: [f64; 2],
     ) -> Option<Self> {
         let log = RealLog::read(name)?;
@@ -45,36 +45,43 @@ impl Log {
 
     /// A 1964 Ferrari 250 LM on a race track.
     pub fn of_250lm() -> Option<Self> {
-        let body = Body { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
+        let body = VehicleBody { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
         let columns = ["vx_mps", "vy_mps", "ax_mps2", "ay_mps2", "yaw_rate_radps", "delta_rad"];
-        let pipeline = Pipeline { car: car(body, 0.0), min_speed: 12.0, ..Pipeline::default() };
+        let pipeline =
+            PreparationPipeline { car: car(body, 0.0), min_speed: 12.0, ..PreparationPipeline::default() };
         Self::read("revs_250lm.csv", ("t_s", columns), pipeline, [0.001; 2])
     }
 
     /// A 1:10 car, driven freely; its steering has a play of 0.015 rad, and its body stands in the frame of the cameras at 0.0075 rad.
     pub fn of_dart(name: &'static str) -> Option<Self> {
-        let body = Body { m: 1.58, I_zz: 0.0048, l_f: 0.0805, l_r: 0.093, h: 0.03 };
+        let body = VehicleBody { m: 1.58, I_zz: 0.0048, l_f: 0.0805, l_r: 0.093, h: 0.03 };
         let columns = ["v_x", "v_y", "a_x", "a_y", "yaw_rate", "steering_angle_lag_rad"];
         // Frames are smoothed already.
         let drop_held = false;
-        let pipeline =
-            Pipeline { car: car(body, 0.5), min_speed: 0.6, drop_held, ..Pipeline::default() };
+        let pipeline = PreparationPipeline {
+            car: car(body, 0.5),
+            min_speed: 0.6,
+            drop_held,
+            ..PreparationPipeline::default()
+        };
         Self::read(name, ("time_s", columns), pipeline, [0.015, 0.0075])
     }
 
     /// The curves of all data.
     pub fn of_all(&self) -> Axles<Theta> {
-        let all = self.pipeline.run(&self.recording).expect("points of all data");
+        let all = self.pipeline.prepare(&self.recording).expect("points of all data");
         let fit = |axle| {
             let (series, load) = self.axle(&all, axle);
-            StretchFit::fit(series, load, &self.claims[axle].usual)
-                .expect("a curve of all data")
-                .theta
+            StretchFit::fit(series, load, &self.claims[axle].usual).expect("a curve of all data").theta
         };
         Axles { front: fit(Axle::Front), rear: fit(Axle::Rear) }
     }
 
-    fn axle<'a>(&self, prepared: &'a Prepared, axle: Axle) -> (&'a preparation::Series, f64) {
+    fn axle<'a>(
+        &self,
+        prepared: &'a PreparedRecording,
+        axle: Axle,
+    ) -> (&'a preparation::PointTimeSeries, f64) {
         let [front, rear] = self.pipeline.car.body.static_loads();
         match axle {
             Axle::Front => (&prepared.front.lateral.series, front),
@@ -83,7 +90,7 @@ impl Log {
     }
 
     /// Both axles of a window from its raw signals, which know nothing of the rest; `None` where nothing is fast enough.
-    pub fn window(&self, from: f64, length: f64) -> Option<Axles<Window>> {
+    pub fn window(&self, from: f64, length: f64) -> Option<Axles<WindowJudgement>> {
         let mut part = DriveLog::default();
         for name in SIGNALS {
             let signal = self.recording.get(name)?;
@@ -91,17 +98,17 @@ impl Log {
                 ..signal.time.partition_point(|t| *t < from + length);
             part.insert(name, signal.time[rows.clone()].to_vec(), signal.value[rows].to_vec());
         }
-        let prepared = self.pipeline.run(&part).ok()?;
+        let prepared = self.pipeline.prepare(&part).ok()?;
         let of = |axle| {
             let (series, load) = self.axle(&prepared, axle);
-            Window::of(series, load, &self.claims[axle])
+            WindowJudgement::judge(series, load, &self.claims[axle])
         };
         Some(Axles { front: of(Axle::Front), rear: of(Axle::Rear) })
     }
 }
 
-fn car(body: Body, drive_front_share: f64) -> Car {
-    let aero = Aero { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, ..Aero::default() };
+fn car(body: VehicleBody, drive_front_share: f64) -> Car {
+    let aero = Aerodynamics { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, ..Aerodynamics::default() };
     let brake_front_share = BrakeShare::Rule(ShareRule::ByLoad);
     Car { body, aero, drive_front_share, brake_front_share, ..Car::default() }
 }
@@ -136,7 +143,7 @@ impl Tally {
             tally.windows += 1;
             for axle in Axle::ALL {
                 let claimed = found[axle].obstacle.is_none();
-                if let Some(error) = found[axle].error(&truth[axle]) {
+                if let Some(error) = found[axle].curve_error(&truth[axle]) {
                     tally.errors[axle].push((error, claimed));
                 }
             }

@@ -1,31 +1,31 @@
 //! The analysis of a manoeuvre: its characteristic values as numbers for checks, and as a table for the report.
 
 use diagnostics::Error;
-use manoeuvre::{CharacteristicValue, CharacteristicValues, Manoeuvre, ValueDescription};
+use manoeuvre::{CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, Manoeuvre};
 use serde_json::{Map, Value, json};
 
 /// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::log`].
 ///
 /// # Errors
 /// When the test did not take place.
-pub(super) fn run(
+pub(super) fn evaluate_manoeuvre(
     name: &str,
     manoeuvre: &Manoeuvre,
     time: &[f64],
     columns: &[Vec<f64>],
 ) -> Result<Value, Error> {
-    let failed = |what: String| Error::analysis(name, what);
+    let failed = |what: String| Error::analysis_failure(name, what);
     let Some((commands, inputs)) = columns.split_first_chunk::<3>() else {
         return Err(failed("its commands are not there".to_owned()));
     };
     let commands = commands.each_ref().map(Vec::as_slice);
-    let log = manoeuvre.log(time, commands, inputs).map_err(failed)?;
-    let values = manoeuvre.kind.evaluate(&manoeuvre.common, &log).map_err(failed)?;
-    Ok(result(manoeuvre, &values))
+    let log = manoeuvre.test_log(time, commands, inputs).map_err(failed)?;
+    let values = manoeuvre.kind.characteristic_values(&manoeuvre.common, &log).map_err(failed)?;
+    Ok(manoeuvre_result_json(manoeuvre, &values))
 }
 
 /// The values under their names, with a title and tables.
-fn result(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -> Value {
+fn manoeuvre_result_json(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -> Value {
     let known = manoeuvre.kind.value_descriptions();
     let about = |name: &str| known.iter().find(|it| it.name == name);
     let (mut all, mut rows, mut lists) = (Map::new(), Vec::new(), Vec::new());
@@ -34,7 +34,7 @@ fn result(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -> Value {
         match found {
             CharacteristicValue::Number(number) => {
                 all.insert((*name).to_owned(), json!(number));
-                let number = number.map_or("-".to_owned(), digits);
+                let number = number.map_or("-".to_owned(), format_four_digits);
                 rows.push(json!([name, number, known.unit, known.about]));
             }
             CharacteristicValue::List(list) => {
@@ -47,25 +47,25 @@ fn result(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -> Value {
     if !rows.is_empty() {
         tables.push(json!({ "head": ["value", "", "unit", ""], "rows": rows }));
     }
-    tables.extend(table(&lists));
-    all.insert("summary".to_owned(), json!([manoeuvre.kind.title()]));
+    tables.extend(value_lists_table(&lists));
+    all.insert("summary".to_owned(), json!([manoeuvre.kind.kind_title()]));
     all.insert("tables".to_owned(), Value::Array(tables));
     Value::Object(all)
 }
 
 /// Lists side by side, one row for each place.
-fn table(lists: &[(&ValueDescription, &Vec<f64>)]) -> Option<Value> {
+fn value_lists_table(lists: &[(&CharacteristicValueInfo, &Vec<f64>)]) -> Option<Value> {
     let longest = lists.iter().map(|(_, list)| list.len()).max()?;
-    let title = |known: &ValueDescription| format!("{} [{}]", known.name, known.unit);
+    let title = |known: &CharacteristicValueInfo| format!("{} [{}]", known.name, known.unit);
     let head: Vec<_> = lists.iter().map(|(known, _)| title(known)).collect();
     let cell =
-        |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), digits);
+        |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), format_four_digits);
     let row = |place| lists.iter().map(|(_, list)| cell(list, place)).collect::<Vec<_>>();
     Some(json!({ "head": head, "rows": (0..longest).map(row).collect::<Vec<_>>() }))
 }
 
 /// A number with four digits.
-fn digits(number: f64) -> String {
+fn format_four_digits(number: f64) -> String {
     if number != 0.0 && !(1e-3..1e5).contains(&number.abs()) {
         return format!("{number:.3e}");
     }
@@ -75,7 +75,7 @@ fn digits(number: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::digits;
+    use super::format_four_digits;
 
     #[test]
     fn numbers_have_four_digits() {
@@ -87,7 +87,7 @@ mod tests {
             (12_345.6, "12346"),
             (2.5e-5, "2.500e-5"),
         ] {
-            assert_eq!(digits(number), text);
+            assert_eq!(format_four_digits(number), text);
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use diagnostics::{Error, shown};
-use plugin::{Host as _, Request, Signal};
-use python::analysis::{AnalysisMessage, Column, DerivedSignals, Script};
+use diagnostics::{Error, escape_for_terminal};
+use plugin::{AnalysisRequest, AnalysisServices as _, Signal};
+use python::analysis::{AnalysisScript, DerivedSignals, ScriptMessage, SignalColumn};
 use scenario::plan::AnalysisPlan;
 use serde_json::{Number, Value};
 
@@ -17,88 +17,86 @@ const LARGEST: u64 = 1 << 30;
 ///
 /// # Errors
 /// When the script fails, or what it leaves cannot be written.
-pub(super) fn run(
+pub(super) fn run_analysis_script(
     plan: &AnalysisPlan,
-    waiting: &Mutex<Option<Script>>,
-    request: &Request,
+    waiting: &Mutex<Option<AnalysisScript>>,
+    request: &AnalysisRequest,
     host: &mut AnalysisHost,
 ) -> Result<Value, Error> {
     let name = &plan.name;
-    let failed = |what: String| Error::analysis(name, what);
+    let failed = |what: String| Error::analysis_failure(name, what);
     let script = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
     let mut script = match script {
         Some(script) => script,
-        None => Script::load(&plan.library).map_err(|failure| failed(failure.to_string()))?,
+        None => AnalysisScript::load_script(&plan.library).map_err(|failure| failed(failure.to_string()))?,
     };
-    let columns = request.signals.iter().map(|Signal { name, unit, time, values }| Column {
+    let columns = request.signals.iter().map(|Signal { name, unit, time, values }| SignalColumn {
         name,
         unit,
         time,
         values,
     });
-    let config = config(request.config).map_err(|error| failed(error.to_string()))?;
+    let config = toml_config_to_json(request.config).map_err(|error| failed(error.to_string()))?;
     let mut last = (0.0, String::new());
-    let outcome = script.analyse(&columns.collect::<Vec<_>>(), &config, &mut |told| {
+    let outcome = script.run_analysis(&columns.collect::<Vec<_>>(), &config, &mut |told| {
         match told {
-            AnalysisMessage::Printed(line) => eprintln!("{}: {}", shown(name), shown(&line)),
-            AnalysisMessage::Signals(derived) => record(host, &derived),
-            AnalysisMessage::Progress(news) => {
-                last = news.unwrap_or_else(|| std::mem::take(&mut last))
+            ScriptMessage::Printed(line) => {
+                eprintln!("{}: {}", escape_for_terminal(name), escape_for_terminal(&line))
             }
+            ScriptMessage::Signals(derived) => record_derived_signals(host, &derived),
+            ScriptMessage::Progress(news) => last = news.unwrap_or_else(|| std::mem::take(&mut last)),
         }
-        host.progress(last.0, &last.1)
+        host.report_progress(last.0, &last.1)
     });
     if let Some(error) = host.error.take() {
         return Err(error);
     }
     let result = outcome.map_err(|failure| failed(failure.to_string()))?;
-    take_files(&script, host)?;
+    store_script_files(&script, host)?;
     Ok(result)
 }
 
-fn record(host: &mut AnalysisHost, DerivedSignals { group, time, columns }: &DerivedSignals) {
+fn record_derived_signals(host: &mut AnalysisHost, DerivedSignals { group, time, columns }: &DerivedSignals) {
     let signals = columns.iter().map(|(name, unit, values)| Signal { name, unit, time, values });
-    host.record(group, &signals.collect::<Vec<_>>());
+    host.record_signals(group, &signals.collect::<Vec<_>>());
 }
 
 /// Puts the files of the script into the folder of the run.
-fn take_files(script: &Script, host: &mut AnalysisHost) -> Result<(), Error> {
-    let folder = script.files();
-    let wrong = |error: std::io::Error| Error::output(&folder, error);
-    let mut found: Vec<_> =
-        std::fs::read_dir(&folder).and_then(Iterator::collect).map_err(wrong)?;
+fn store_script_files(script: &AnalysisScript, host: &mut AnalysisHost) -> Result<(), Error> {
+    let folder = script.output_folder();
+    let wrong = |error: std::io::Error| Error::output_failure(&folder, error);
+    let mut found: Vec<_> = std::fs::read_dir(&folder).and_then(Iterator::collect).map_err(wrong)?;
     found.sort_by_key(std::fs::DirEntry::file_name);
     for entry in found {
         let (name, metadata) = (entry.file_name(), entry.metadata().map_err(wrong)?);
-        let Some(name) = name.to_str().filter(|_| metadata.is_file() && metadata.len() <= LARGEST)
-        else {
+        let Some(name) = name.to_str().filter(|_| metadata.is_file() && metadata.len() <= LARGEST) else {
             let what = format!(
                 "expected files of at most {LARGEST} bytes with names in UTF-8 in `run.folder`, and no folders, found {}",
                 name.display()
             );
-            return Err(Error::analysis(host.name, what));
+            return Err(Error::analysis_failure(host.name, what));
         };
-        host.write(name, std::fs::read(entry.path()).map_err(wrong)?)?;
+        host.write_result_file(name, std::fs::read(entry.path()).map_err(wrong)?)?;
     }
     Ok(())
 }
 
 /// The configuration as JSON. Dates are texts there, and what is no number is null.
-fn config(text: &str) -> Result<Value, toml::de::Error> {
-    fn plain(value: toml::Value) -> Value {
+fn toml_config_to_json(text: &str) -> Result<Value, toml::de::Error> {
+    fn toml_value_to_json(value: toml::Value) -> Value {
         match value {
             toml::Value::String(text) => text.into(),
             toml::Value::Integer(number) => number.into(),
             toml::Value::Float(number) => Number::from_f64(number).map_or(Value::Null, Value::from),
             toml::Value::Boolean(truth) => truth.into(),
             toml::Value::Datetime(date) => date.to_string().into(),
-            toml::Value::Array(list) => list.into_iter().map(plain).collect(),
+            toml::Value::Array(list) => list.into_iter().map(toml_value_to_json).collect(),
             toml::Value::Table(table) => {
-                table.into_iter().map(|(key, value)| (key, plain(value))).collect()
+                table.into_iter().map(|(key, value)| (key, toml_value_to_json(value))).collect()
             }
         }
     }
-    Ok(plain(toml::Value::Table(toml::from_str(text)?)))
+    Ok(toml_value_to_json(toml::Value::Table(toml::from_str(text)?)))
 }
 
 #[cfg(test)]
@@ -111,6 +109,6 @@ mod tests {
         let expected = serde_json::json!({
             "a": 1, "b": [1.5, null], "c": "2026-11-24", "d": { "e": true, "f": "x" },
         });
-        assert_eq!(config(text).expect("TOML"), expected);
+        assert_eq!(toml_config_to_json(text).expect("TOML"), expected);
     }
 }

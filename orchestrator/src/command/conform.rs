@@ -7,11 +7,11 @@ use clap::Args;
 use diagnostics::Error;
 use fmu_conformance::{self as conform, ConformanceError};
 
-use super::{print, print_json, this_program};
+use super::{current_program_path, print_json, print_text};
 
 /// Arguments of `trackside conform`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ConformArguments {
     /// The archive.
     fmu: PathBuf,
     /// Print JSON instead of lines.
@@ -35,33 +35,33 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When the FMU cannot be opened or judged.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_conform_command(arguments: &ConformArguments) -> Result<u8, Error> {
     let limit = match arguments.limit.map(Duration::try_from_secs_f64) {
-        Some(limit) => limit.map_err(|error| Error::input(format!("--limit: {error}")))?,
+        Some(limit) => limit.map_err(|error| Error::invalid_input(format!("--limit: {error}")))?,
         None => conform::TIME_LIMIT,
     };
     if let (Some(rule), Some(log)) = (&arguments.rule, &arguments.progress_log) {
         // A rule that hangs does not outlive who would end it; who is gone already sends no signal any more.
         #[cfg(target_os = "linux")]
-        let _ =
-            rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
-        if arguments.host.is_some_and(|host| !isolation::has_host(host)) {
-            return Err(Error::input("the process that judges by all rules has ended"));
+        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+        if arguments.host.is_some_and(|host| !isolation::is_host_alive(host)) {
+            return Err(Error::invalid_input("the process that judges by all rules has ended"));
         }
-        let report = conform::run_one(&arguments.fmu, rule, log, limit);
-        return report.map(|()| 0).map_err(not_judged);
+        let report = conform::check_one_rule(&arguments.fmu, rule, log, limit);
+        return report.map(|()| 0).map_err(conformance_error);
     }
-    let report = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
+    let report = conform::check_conformance(&current_program_path()?, &arguments.fmu, limit)
+        .map_err(conformance_error)?;
     match arguments.json {
         true => print_json(&serde_json::json!(report.findings)),
-        false => print(&conform::lines(&report.findings, report.version)),
+        false => print_text(&conform::report_lines(&report.findings, report.version)),
     }
     Ok(conform::exit_code(&report.findings))
 }
 
-fn not_judged(error: ConformanceError) -> Error {
+fn conformance_error(error: ConformanceError) -> Error {
     match error {
-        ConformanceError::ProgressLog { path, source } => Error::output(&path, source),
-        error => Error::input(error.to_string()),
+        ConformanceError::ProgressLog { path, source } => Error::output_failure(&path, source),
+        error => Error::invalid_input(error.to_string()),
     }
 }

@@ -9,18 +9,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use orchestrator::{Replay, RunContext, RunOptions};
+use orchestrator::{ReplayOutput, RunContext, RunOptions};
 use recording::table;
 use serde_json::Value;
 
 use self::columns::ColumnChoice;
-use self::corrections::{ColumnKeys, CorrectedTable, quoted};
-use super::{print, progress, tell};
+use self::corrections::{CorrectedColumn, CorrectedTable, toml_string};
+use super::{print_text, print_to_stderr, progress};
 
 /// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
 /// signal: `--v_x "Speed:km/h"`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct DoctorArguments {
     /// The log: CSV, MDF, MoTeC, VBOX, Parquet, Arrow, MAT or HDF5, a bag of ROS 2; or MCAP with all columns given.
     log: PathBuf,
     #[command(flatten)]
@@ -104,7 +104,7 @@ struct CarArguments {
 }
 
 impl ColumnArguments {
-    fn entries(&self) -> [(&'static str, &Option<String>); 16] {
+    fn columns_by_signal(&self) -> [(&'static str, &Option<String>); 16] {
         let Self { time, v_x, v_y, r, a_x, a_y, delta, F_x, omega_fl, .. } = self;
         let Self { omega_fr, omega_rl, omega_rr, roll, course, x, y, .. } = self;
         [
@@ -132,41 +132,46 @@ impl ColumnArguments {
 ///
 /// # Errors
 /// When the log cannot be read, lacks a column, or the plugin does not build.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let titles = table::titles(&arguments.log).map_err(|error| Error::input(error.to_string()))?;
-    let chosen = columns::choose(&arguments.log, &titles, &arguments.columns.entries())?;
+pub fn run_doctor_command(arguments: &DoctorArguments) -> Result<u8, Error> {
+    let titles =
+        table::read_titles(&arguments.log).map_err(|error| Error::invalid_input(error.to_string()))?;
+    let chosen = columns::choose_columns(&arguments.log, &titles, &arguments.columns.columns_by_signal())?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("target/runs/doctor").into());
     let scenario = out.join("doctor.toml");
-    let columns: Vec<ColumnKeys> =
-        chosen.iter().filter(|it| it.name != "time").map(ColumnKeys::of).collect();
-    write(&scenario, &text(arguments, &chosen, &columns, &toml::Table::new())?)?;
-    let options =
-        RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
-    let report = progress::run(&scenario, &options, &mut RunContext::default(), |_, _| ())?.report;
-    report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    let columns: Vec<CorrectedColumn> =
+        chosen.iter().filter(|it| it.name != "time").map(CorrectedColumn::from_choice).collect();
+    write_file_in_new_folder(
+        &scenario,
+        &doctor_scenario_text(arguments, &chosen, &columns, &toml::Table::new())?,
+    )?;
+    let options = RunOptions { out: Some(out.clone()), replay: ReplayOutput::Off, ..RunOptions::default() };
+    let report =
+        progress::run_with_progress_bar(&scenario, &options, &mut RunContext::default(), |_, _| ())?.report;
+    report.warnings.iter().for_each(|warning| print_to_stderr(&format!("warning: {warning}")));
     let result = &report.analyses[NAME];
-    print(&format!("the log is read as {}\n{}", titles.format, lines(&chosen, result)));
+    print_text(&format!("the log is read as {}\n{}", titles.format, describe_doctor_result(&chosen, result)));
     let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);
-    if let Some(CorrectedTable { columns, table }) = corrections::corrected_table(&chosen, findings)
+    if let Some(CorrectedTable { columns, table }) =
+        corrections::apply_corrections_to_table(&chosen, findings)
     {
         let path = out.join("corrected.toml");
-        write(&path, &text(arguments, &chosen, &columns, &table)?)?;
+        write_file_in_new_folder(&path, &doctor_scenario_text(arguments, &chosen, &columns, &table)?)?;
         let keys = table.iter().map(|(key, value)| format!("{key} = {value}"));
-        let lines: Vec<String> = keys.chain(columns.iter().map(ColumnKeys::line)).collect();
+        let lines: Vec<String> = keys.chain(columns.iter().map(CorrectedColumn::toml_line)).collect();
         let (path, lines) = (path.display(), lines.join("\n  "));
-        print(&format!("\nwith these corrections, to run again: {path}\n  {lines}\n"));
+        print_text(&format!("\nwith these corrections, to run again: {path}\n  {lines}\n"));
     }
-    print(&format!("\npage: {}\n", report.folder.join("doctor.html").display()));
+    print_text(&format!("\npage: {}\n", report.folder.join("doctor.html").display()));
     Ok(report.exit_code())
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Error> {
+fn write_file_in_new_folder(path: &Path, text: &str) -> Result<(), Error> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let write = || {
         std::fs::create_dir_all(folder)?;
         std::fs::write(path, text)
     };
-    write().map_err(|error| Error::output(path, error))
+    write().map_err(|error| Error::output_failure(path, error))
 }
 
 /// The name of the analysis.
@@ -176,23 +181,23 @@ const NAME: &str = "doctor";
 ///
 /// # Errors
 /// When the system does not say where the log is.
-fn text(
-    arguments: &Arguments,
+fn doctor_scenario_text(
+    arguments: &DoctorArguments,
     chosen: &[ColumnChoice],
-    columns: &[ColumnKeys],
+    columns: &[CorrectedColumn],
     table: &toml::Table,
 ) -> Result<String, Error> {
     let path = std::path::absolute(&arguments.log)
-        .map_err(|error| Error::input(format!("{}: {error}", arguments.log.display())))?;
-    let path = quoted(&path.display().to_string());
+        .map_err(|error| Error::invalid_input(format!("{}: {error}", arguments.log.display())))?;
+    let path = toml_string(&path.display().to_string());
     let mut text = format!(
         "title = \"What is wrong with a log\"\n\n[[analysis]]\nname = \"{NAME}\"\ncrate = \"identify\"\n\n[analysis.table]\npath = {path}\n",
     );
     for it in chosen.iter().filter(|it| it.name == "time") {
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "time = {}", quoted(&it.column));
+        let _ = writeln!(text, "time = {}", toml_string(&it.column));
         if let Some(unit) = it.unit.as_deref().filter(|_| !table.contains_key("time_unit")) {
-            let _ = writeln!(text, "time_unit = {}", quoted(unit));
+            let _ = writeln!(text, "time_unit = {}", toml_string(unit));
         }
     }
     for (key, value) in table {
@@ -201,7 +206,7 @@ fn text(
     // What is missing is for the doctor to see.
     text += "gaps = \"drop\"\n\n[analysis.table.columns]\n";
     for it in columns {
-        text += &it.line();
+        text += &it.toml_line();
         text.push('\n');
     }
     text += "\n[analysis.config]\ntask = \"doctor\"\n";
@@ -216,7 +221,7 @@ fn text(
 }
 
 /// What was looked at and what was found, for people.
-fn lines(chosen: &[ColumnChoice], result: &Value) -> String {
+fn describe_doctor_result(chosen: &[ColumnChoice], result: &Value) -> String {
     let mut lines = String::new();
     for it in chosen {
         let unit = it.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();

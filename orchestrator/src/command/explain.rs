@@ -9,12 +9,12 @@ use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
 use scenario::{document, reference};
 
-use super::print;
+use super::print_text;
 use super::progress::BuildLine;
 
 /// Arguments of `trackside explain`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ExplainArguments {
     /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`, when that is unique; all keys in Markdown
     /// without it.
     key: Option<String>,
@@ -27,27 +27,27 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When no key is called so, or several are; when the plugin cannot be loaded or does not describe its configuration.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_explain_command(arguments: &ExplainArguments) -> Result<u8, Error> {
     let (schema, title) = match &arguments.plugin {
         Some(plugin) => (config_schema(plugin)?, format!("Configuration of `{plugin}`")),
-        None => (document::schema().clone(), "Scenario reference".to_owned()),
+        None => (document::scenario_schema_value().clone(), "Scenario reference".to_owned()),
     };
     match &arguments.key {
-        Some(key) => print(&reference::explain(&schema, key).map_err(UnknownName::input)?),
-        None => print(&reference::markdown(&schema, &title)),
+        Some(key) => print_text(&reference::explain_key(&schema, key).map_err(UnknownName::into_error)?),
+        None => print_text(&reference::schema_to_markdown(&schema, &title)),
     }
     Ok(0)
 }
 
 /// The JSON schema of the configuration of a plugin.
 pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
-    let wrong = |what: String| Error::input(format!("--plugin {name}: {what}"));
+    let wrong = |what: String| Error::invalid_input(format!("--plugin {name}: {what}"));
     let path = match Path::new(name) {
         path if path.is_file() => path.to_owned(),
         _ => {
             let mut building = BuildLine::default();
             let mut progress = |progress: BuildProgress| building.show(&progress);
-            let library = package::library(name, &[Path::new(".")], &mut progress);
+            let library = package::build_or_find_library(name, &[Path::new(".")], &mut progress);
             library.map_err(|error| wrong(error.to_string()))?
         }
     };
@@ -56,7 +56,7 @@ pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
     let schema = plugin
         .config_schema()
         .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
-    let schema = serde_json::from_str(schema)
-        .map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
-    Ok(scenario::schema::normalize(&schema))
+    let schema =
+        serde_json::from_str(schema).map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
+    Ok(scenario::schema::normalize_schema(&schema))
 }

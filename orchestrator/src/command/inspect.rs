@@ -13,11 +13,11 @@ use scenario::plan::RunPlan;
 use scenario::resolve::{AnalysisLoading, Overrides};
 
 use super::progress::BuildLine;
-use super::{print, print_json};
+use super::{print_json, print_text};
 
 /// Arguments of `trackside inspect`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct InspectArguments {
     /// The archive of an FMU, a scenario, a system of SSP, or a log: MCAP, a bag of ROS 2 (file or folder), CSV, MoTeC, VBOX, Parquet, Arrow, MAT.
     file: PathBuf,
     /// Print JSON instead of lines.
@@ -35,7 +35,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When the archive cannot be opened, or the scenario is wrong.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_inspect_command(arguments: &InspectArguments) -> Result<u8, Error> {
     let is = |endings: &[&str]| {
         let ending = arguments.file.extension().map(|it| it.to_ascii_lowercase());
         ending.is_some_and(|ending| endings.iter().any(|it| ending == *it))
@@ -44,29 +44,28 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         return inspect_scenario(arguments);
     }
     if arguments.dot || arguments.variant.is_some() {
-        let message = format!(
-            "expected a scenario for `--dot` and `--variant`, found {}",
-            arguments.file.display()
-        );
-        return Err(Error::input(message));
+        let message =
+            format!("expected a scenario for `--dot` and `--variant`, found {}", arguments.file.display());
+        return Err(Error::invalid_input(message));
     }
     if !is(&["fmu"]) && !table::is_fmu(&arguments.file) {
-        let survey = table::survey(&arguments.file).map_err(|it| Error::input(it.to_string()))?;
+        let survey =
+            table::survey_file(&arguments.file).map_err(|it| Error::invalid_input(it.to_string()))?;
         match arguments.json {
-            true => print_json(&survey.json()),
-            false => print(&survey.lines()),
+            true => print_json(&survey.to_json()),
+            false => print_text(&survey.terminal_report()),
         }
         return Ok(0);
     }
-    let fmu = Fmu::open(&arguments.file).map_err(|error| Error::input(error.to_string()))?;
+    let fmu = Fmu::open(&arguments.file).map_err(|error| Error::invalid_input(error.to_string()))?;
     match arguments.json {
-        true => print_json(&inspect::json(&fmu)),
-        false => print(&inspect::lines(&fmu)),
+        true => print_json(&inspect::fmu_json(&fmu)),
+        false => print_text(&inspect::describe_fmu(&fmu)),
     }
     Ok(0)
 }
 
-fn inspect_scenario(arguments: &Arguments) -> Result<u8, Error> {
+fn inspect_scenario(arguments: &InspectArguments) -> Result<u8, Error> {
     let scenario = Scenario::read_variant(&arguments.file, arguments.variant.as_deref())?;
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
@@ -75,9 +74,9 @@ fn inspect_scenario(arguments: &Arguments) -> Result<u8, Error> {
     let overrides = Overrides { analyses: AnalysisLoading::Skip, ..Overrides::default() };
     let plan = RunPlan::resolve(&scenario, &built, &overrides, folder)?;
     match (arguments.json, arguments.dot) {
-        (true, _) => print_json(&inspect::scenario::json(&scenario, &plan)),
-        (_, true) => print(&inspect::scenario::dot(&plan.system)),
-        _ => print(&inspect::scenario::lines(&scenario, &plan)),
+        (true, _) => print_json(&inspect::scenario::scenario_json(&scenario, &plan)),
+        (_, true) => print_text(&inspect::scenario::system_dot_graph(&plan.system)),
+        _ => print_text(&inspect::scenario::describe_scenario(&scenario, &plan)),
     }
     Ok(0)
 }

@@ -5,7 +5,7 @@ use diagnostics::Error;
 
 /// Arguments of `trackside isolated`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct IsolatedArguments {
     /// The number of the process that started this one.
     host: u32,
 }
@@ -14,6 +14,6 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When nobody asks.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    cosim::node::serve(arguments.host).map(|()| 0)
+pub fn run_isolated_command(arguments: &IsolatedArguments) -> Result<u8, Error> {
+    cosim::node::serve_host_process(arguments.host).map(|()| 0)
 }

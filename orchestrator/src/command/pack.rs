@@ -9,14 +9,14 @@ mod system;
 
 use std::path::{Path, PathBuf};
 
-use ::system::expose::Choice;
+use ::system::expose::VariableChoice;
 use clap::{Args, ValueEnum};
 use diagnostics::Error;
-use fmu_export::pack::Version;
-use orchestrator::package::{BuildError, BuildProgress, Workspace};
+use fmu_export::pack::FmiVersion;
+use orchestrator::package::{BuildError, BuildProgress, CargoWorkspace};
 use scenario::BuildRequest;
 
-use super::print;
+use super::print_text;
 use super::progress::BuildLine;
 
 /// The packages whose FMUs make the closed loop.
@@ -28,7 +28,7 @@ const FOLDER: &str = "target/fmu";
 
 /// Arguments of `trackside pack`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct PackArguments {
     /// The packages [default: plant-fmu controller estimator friction-fmu plant-dual-fmu driver-fmu], or with `--ssp` the scenario files, with `--fmu` one of them.
     #[arg(value_name = "PACKAGES|SCENARIOS")]
     packages: Vec<String>,
@@ -61,7 +61,7 @@ pub struct Arguments {
     example: Vec<String>,
     /// The version of FMI; archives of 3.0 end in `_fmi3.fmu`.
     #[arg(long, value_name = "VERSION", default_value = "2")]
-    fmi: Fmi,
+    fmi: FmiVersionArg,
     /// The folder for the archives [default: target/fmu, with `--ssp` target/ssp]; with `--ssp` also the `.ssp` file itself.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -69,7 +69,7 @@ pub struct Arguments {
 
 /// A version of FMI.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Fmi {
+enum FmiVersionArg {
     /// FMI 2.0.
     #[value(name = "2", alias = "2.0")]
     Two,
@@ -78,11 +78,11 @@ enum Fmi {
     Three,
 }
 
-impl From<Fmi> for Version {
-    fn from(fmi: Fmi) -> Self {
+impl From<FmiVersionArg> for FmiVersion {
+    fn from(fmi: FmiVersionArg) -> Self {
         match fmi {
-            Fmi::Two => Version::Two,
-            Fmi::Three => Version::Three,
+            FmiVersionArg::Two => FmiVersion::Two,
+            FmiVersionArg::Three => FmiVersion::Three,
         }
     }
 }
@@ -91,21 +91,21 @@ impl From<Fmi> for Version {
 ///
 /// # Errors
 /// When a package is unknown, does not compile, or makes no FMU.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_pack_command(arguments: &PackArguments) -> Result<u8, Error> {
     if arguments.ssp {
-        return ssp::run(&arguments.packages, arguments.out.as_deref());
+        return ssp::pack_scenarios_as_ssp(&arguments.packages, arguments.out.as_deref());
     }
     if let Some(name) = &arguments.fmu {
         let (inputs, outputs) = (arguments.inputs.clone(), arguments.outputs.clone());
-        return system::run(&system::PackOptions {
+        return system::pack_scenario_as_fmu(&system::PackOptions {
             scenarios: &arguments.packages,
-            choice: Choice { name: name.clone(), inputs, outputs },
+            choice: VariableChoice { name: name.clone(), inputs, outputs },
             version: arguments.fmi.into(),
             out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
         });
     }
     if let Some(script) = &arguments.python {
-        return python::run(&python::PackOptions {
+        return python::pack_python_script(&python::PackOptions {
             script,
             name: arguments.name.as_deref(),
             class: arguments.class.as_deref(),
@@ -117,38 +117,41 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     refuse_scenarios(&arguments.packages)?;
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     let mut building = BuildLine::default();
-    let archives = Workspace::containing(Path::new(".")).and_then(|workspace| {
-        let products = products(&workspace, arguments)?;
+    let archives = CargoWorkspace::containing(Path::new(".")).and_then(|workspace| {
+        let products = package_build_requests(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
-        workspace.pack(&products, Some(out), arguments.fmi.into(), &mut progress)
+        workspace.build_and_pack(&products, Some(out), arguments.fmi.into(), &mut progress)
     });
-    let archives = archives.map_err(|error| Error::input(error.to_string()))?;
+    let archives = archives.map_err(|error| Error::invalid_input(error.to_string()))?;
     for archive in archives.values() {
-        print(&format!("{}\n", archive.display()));
+        print_text(&format!("{}\n", archive.display()));
     }
     Ok(0)
 }
 
 /// Packages have names without endings.
 fn refuse_scenarios(packages: &[String]) -> Result<(), Error> {
-    let scenario = packages.iter().find(|name| {
-        Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
-    });
+    let scenario = packages
+        .iter()
+        .find(|name| Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")));
     let Some(scenario) = scenario else { return Ok(()) };
-    let error = Error::input(format!("expected a package, found the scenario {scenario}"));
-    Err(error.help(format!(
+    let error = Error::invalid_input(format!("expected a package, found the scenario {scenario}"));
+    Err(error.with_help(format!(
         "to pack it as a system of SSP: trackside pack {scenario} --ssp; as one FMU: --fmu NAME"
     )))
 }
 
-fn products(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<BuildRequest>, BuildError> {
+fn package_build_requests(
+    workspace: &CargoWorkspace,
+    arguments: &PackArguments,
+) -> Result<Vec<BuildRequest>, BuildError> {
     let library = |package: &str| BuildRequest { package: package.to_owned(), example: None };
     let packages = arguments.packages.as_slice();
     match (arguments.example.as_slice(), packages) {
         ([], []) => Ok(FMUS.map(library).to_vec()),
         ([], packages) => Ok(packages.iter().map(|package| library(package)).collect()),
         (examples, packages) => {
-            examples.iter().map(|example| workspace.example(packages, example)).collect()
+            examples.iter().map(|example| workspace.find_example(packages, example)).collect()
         }
     }
 }

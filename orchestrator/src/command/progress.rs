@@ -4,23 +4,23 @@ use std::io::IsTerminal as _;
 use std::path::Path;
 use std::time::Duration;
 
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::BuildProgress;
-use orchestrator::{ProgressEvent, Run, RunContext, RunOptions};
+use orchestrator::{CompletedRun, ProgressEvent, RunContext, RunOptions};
 
 /// Runs a scenario with a progress bar; `show` shows the events that are not about a build.
 ///
 /// # Errors
 /// When the run fails.
-pub fn run(
+pub fn run_with_progress_bar(
     scenario: &Path,
     options: &RunOptions,
     context: &mut RunContext,
     show: impl Fn(&ProgressEvent, &ProgressBar),
-) -> Result<Run, Error> {
+) -> Result<CompletedRun, Error> {
     let (bar, mut building) = (progress_bar(scenario), BuildLine::default());
-    let outcome = orchestrator::run(scenario, options, context, &mut |event| match event {
+    let outcome = orchestrator::run_scenario(scenario, options, context, &mut |event| match event {
         ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
         event => show(&event, &bar),
     });
@@ -34,10 +34,9 @@ fn progress_bar(scenario: &Path) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}");
-    let bar =
-        ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let bar = ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let name = scenario.file_stem().unwrap_or_default().to_string_lossy();
-    bar.set_message(shown(&name).into_owned());
+    bar.set_message(escape_for_terminal(&name).into_owned());
     bar.tick();
     bar
 }
@@ -54,17 +53,17 @@ impl BuildLine {
     /// Shows how far the build is.
     pub fn show(&mut self, progress: &BuildProgress) {
         if std::io::stderr().is_terminal() {
-            self.draw(progress);
-        } else if let Some(line) = self.line(progress) {
-            super::tell(&line);
+            self.draw_spinner(progress);
+        } else if let Some(line) = self.begin_or_end_line(progress) {
+            super::print_to_stderr(&line);
         }
     }
 
-    fn draw(&mut self, progress: &BuildProgress) {
+    fn draw_spinner(&mut self, progress: &BuildProgress) {
         match progress {
             BuildProgress::Building { packages, elapsed, activity } => {
-                let spinner = self.spinner.get_or_insert_with(spinner);
-                let time = seconds(*elapsed);
+                let spinner = self.spinner.get_or_insert_with(build_spinner);
+                let time = format_seconds(*elapsed);
                 spinner.set_message(format!("building {packages} ... ({time}) {activity}"));
                 spinner.tick();
             }
@@ -77,15 +76,14 @@ impl BuildLine {
     }
 
     /// A plain line for the begin and for the end of a build.
-    fn line(&mut self, progress: &BuildProgress) -> Option<String> {
+    fn begin_or_end_line(&mut self, progress: &BuildProgress) -> Option<String> {
         match progress {
             BuildProgress::Building { packages, .. } => {
-                (!std::mem::replace(&mut self.announced, true))
-                    .then(|| format!("building {packages} ..."))
+                (!std::mem::replace(&mut self.announced, true)).then(|| format!("building {packages} ..."))
             }
             BuildProgress::Done { packages, elapsed, succeeded } => {
                 self.announced = false;
-                let time = seconds(*elapsed);
+                let time = format_seconds(*elapsed);
                 Some(match succeeded {
                     true => format!("built {packages} in {time}"),
                     false => format!("{packages} did not build, after {time}"),
@@ -96,13 +94,12 @@ impl BuildLine {
 }
 
 /// `{wide_msg}` cuts the text off at the edge of the terminal.
-fn spinner() -> ProgressBar {
+fn build_spinner() -> ProgressBar {
     let style = ProgressStyle::with_template("{spinner} {wide_msg}");
-    ProgressBar::new_spinner()
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+    ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
 }
 
-fn seconds(time: Duration) -> String {
+fn format_seconds(time: Duration) -> String {
     format!("{} s", time.as_secs())
 }
 
@@ -119,17 +116,13 @@ mod tests {
             elapsed: Duration::from_secs(seconds),
             activity,
         };
-        let done = |succeeded| BuildProgress::Done {
-            packages,
-            elapsed: Duration::from_secs(31),
-            succeeded,
-        };
+        let done = |succeeded| BuildProgress::Done { packages, elapsed: Duration::from_secs(31), succeeded };
         let begin = Some("building plant-fmu, controller ...".to_owned());
-        assert_eq!(line.line(&building(0, "Compiling nalgebra v0.35.0")), begin);
-        assert_eq!(line.line(&building(12, "Compiling vehicle v0.1.0")), None);
-        let end = line.line(&done(true));
+        assert_eq!(line.begin_or_end_line(&building(0, "Compiling nalgebra v0.35.0")), begin);
+        assert_eq!(line.begin_or_end_line(&building(12, "Compiling vehicle v0.1.0")), None);
+        let end = line.begin_or_end_line(&done(true));
         assert_eq!(end.as_deref(), Some("built plant-fmu, controller in 31 s"));
-        let end = line.line(&done(false));
+        let end = line.begin_or_end_line(&done(false));
         assert_eq!(end.as_deref(), Some("plant-fmu, controller did not build, after 31 s"));
     }
 }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::Error;
 
-use super::print;
+use super::print_text;
 
 /// Arguments of `trackside recover`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct RecoverArguments {
     /// The recording that was not finished.
     broken: PathBuf,
     /// The new file [default: BROKEN with `.recovered.mcap`].
@@ -24,17 +24,15 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When the broken recording cannot be read, or the new one not be written.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_recover_command(arguments: &RecoverArguments) -> Result<u8, Error> {
     let broken = &arguments.broken;
     let into = arguments.out.clone();
     let into = into.unwrap_or_else(|| broken.with_extension("recovered.mcap"));
-    let same = |a: &Path, b: &Path| {
-        a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a))
-    };
+    let same = |a: &Path, b: &Path| a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
     if into == *broken || same(&into, broken) {
-        return Err(Error::input("--out: expected another file than the broken one"));
+        return Err(Error::invalid_input("--out: expected another file than the broken one"));
     }
-    let found = recording::recover::recover(broken, &into, arguments.unchecked)?;
+    let found = recording::recover::recover_recording(broken, &into, arguments.unchecked)?;
     let of = found.of.filter(|of| *of != found.messages);
     let of = of.map(|of| format!(" of {of}")).unwrap_or_default();
     let (messages, channels, seconds) = (found.messages, found.channels, found.seconds);
@@ -47,12 +45,12 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         "{}: {messages}{of} messages of {channels} channels, {seconds:.3} s, {end}\n",
         into.display()
     );
-    for line in found.missing() {
+    for line in found.loss_descriptions() {
         text += &format!("  {line}\n");
     }
     if found.unverified > 0 {
         text += "  `--unchecked` takes what has no checksum, right or wrong\n";
     }
-    print(&text);
+    print_text(&text);
     Ok(0)
 }

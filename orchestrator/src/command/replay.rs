@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use orchestrator::sweep::{self, Plan};
-use orchestrator::{Replay, RunContext, RunOptions};
+use orchestrator::sweep::{self, SweepPlanFolder};
+use orchestrator::{ReplayOutput, RunContext, RunOptions};
 
-use super::run::{free, program_of_guests, warn};
-use super::{print, progress, sweep as sweeps, tell};
+use super::run::{free_fmus, guest_program_path, print_run_warnings};
+use super::{print_text, print_to_stderr, progress, sweep as sweeps};
 
 /// Arguments of `trackside replay`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ReplayArguments {
     /// The variant: the folder of the sweep and its number, such as `target/sweeps/lane_change/17`.
     #[arg(value_name = "SWEEP/VARIANT")]
     variant: PathBuf,
@@ -31,54 +31,53 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When there is no such variant, or its run fails.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_replay_command(arguments: &ReplayArguments) -> Result<u8, Error> {
     let (plan, variant) = sweeps::variant_of(&arguments.variant)?;
-    let replay = if arguments.no_rerun { Replay::Off } else { Replay::Save };
-    let out = arguments.out.clone().unwrap_or_else(|| folder(&plan, variant));
-    let options =
-        RunOptions { replay, csv: arguments.csv, out: Some(out), ..RunOptions::default() };
-    run_variant(&plan, variant, options)
+    let replay = if arguments.no_rerun { ReplayOutput::Off } else { ReplayOutput::Save };
+    let out = arguments.out.clone().unwrap_or_else(|| variant_run_folder(&plan, variant));
+    let options = RunOptions { replay, csv: arguments.csv, out: Some(out), ..RunOptions::default() };
+    rerun_variant(&plan, variant, options)
 }
 
 /// Runs a variant of a sweep that is over, unless it was recorded before.
 ///
 /// # Errors
 /// When its run fails by the input.
-pub(super) fn record(plan: &Plan, variant: u64) -> Result<(), Error> {
-    let out = folder(plan, variant);
+pub(super) fn record_variant_once(plan: &SweepPlanFolder, variant: u64) -> Result<(), Error> {
+    let out = variant_run_folder(plan, variant);
     if out.join(scenario::plan::REPORT).exists() {
         return Ok(());
     }
-    match run_variant(plan, variant, RunOptions { out: Some(out), ..RunOptions::default() }) {
+    match rerun_variant(plan, variant, RunOptions { out: Some(out), ..RunOptions::default() }) {
         // A variant that fails was chosen because it does.
         Err(error @ (Error::Input(_) | Error::Interrupted(_) | Error::Output { .. })) => Err(error),
         _ => Ok(()),
     }
 }
 
-fn folder(plan: &Plan, variant: u64) -> PathBuf {
+fn variant_run_folder(plan: &SweepPlanFolder, variant: u64) -> PathBuf {
     plan.folder.join("variants").join(variant.to_string())
 }
 
-fn run_variant(plan: &Plan, variant: u64, options: RunOptions) -> Result<u8, Error> {
-    let variant_overrides = plan.overrides_of(variant)?;
-    let overrides = plan.with_variant(&plan.overrides()?, &variant_overrides)?;
-    let program = Some(program_of_guests()?);
+fn rerun_variant(plan: &SweepPlanFolder, variant: u64, options: RunOptions) -> Result<u8, Error> {
+    let variant_overrides = plan.variant_overrides(variant)?;
+    let overrides = plan.with_variant(&plan.common_overrides()?, &variant_overrides)?;
+    let program = Some(guest_program_path()?);
     let options = RunOptions { overrides, program, ..options };
     let texts = variant_overrides.iter().map(|it| format!("{}={}", it.name, it.value));
-    tell(&format!("variant {variant}: {}", texts.collect::<Vec<_>>().join(" ")));
+    print_to_stderr(&format!("variant {variant}: {}", texts.collect::<Vec<_>>().join(" ")));
     let mut context = RunContext::default();
-    let scenario: &Path = &plan.scenario_file();
-    let run = progress::run(scenario, &options, &mut context, |_, _| {})?;
-    warn(&run.report);
-    print(&run.report.lines());
-    free(context);
-    match sweep::differences(plan, variant, &run.report)? {
-        None => tell("the sweep has no result of this variant yet"),
+    let scenario: &Path = &plan.scenario_path();
+    let run = progress::run_with_progress_bar(scenario, &options, &mut context, |_, _| {})?;
+    print_run_warnings(&run.report);
+    print_text(&run.report.terminal_lines());
+    free_fmus(context);
+    match sweep::differences_from_sweep_result(plan, variant, &run.report)? {
+        None => print_to_stderr("the sweep has no result of this variant yet"),
         Some(found) if found.is_empty() => {
-            print("  the same results as in the sweep, to the last bit\n")
+            print_text("  the same results as in the sweep, to the last bit\n")
         }
-        Some(found) => tell(&format!(
+        Some(found) => print_to_stderr(&format!(
             "warning: the sweep had other results: {}; an FMU that depends on more than its inputs gives such differences",
             found.join(", ")
         )),

@@ -6,17 +6,19 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use cosim::system::Algorithm;
-use diagnostics::{Error, Mistakes, shown};
+use diagnostics::{Error, ErrorCollector, escape_for_terminal};
 use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
-use orchestrator::{BranchRole, ProgressEvent, Replay, RunContext, RunOptions, suite};
+use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStartRole, suite};
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
-use super::{print, progress, report_error, standalone, supervised, tell, this_program};
+use super::{
+    current_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised,
+};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The scenario files; systems of SSP; or FMUs, each of which runs by itself with the experiment of its description.
     #[arg(required = true)]
     scenarios: Vec<PathBuf>,
@@ -108,7 +110,7 @@ pub(super) enum IsolateArg {
 }
 
 impl IsolateArg {
-    fn isolation(self) -> IsolationPolicy {
+    fn isolation_policy(self) -> IsolationPolicy {
         match self {
             IsolateArg::All => IsolationPolicy::Everything,
             IsolateArg::Foreign => IsolationPolicy::Foreign,
@@ -117,7 +119,7 @@ impl IsolateArg {
     }
 
     /// The argument of `trackside run`.
-    pub(super) fn argument(self) -> &'static str {
+    pub(super) fn argument_value(self) -> &'static str {
         match self {
             IsolateArg::All => "--isolate=all",
             IsolateArg::Foreign => "--isolate=foreign",
@@ -139,7 +141,7 @@ enum CouplingArg {
 }
 
 impl CouplingArg {
-    fn algorithm(self) -> Algorithm {
+    fn coupling_algorithm(self) -> Algorithm {
         match self {
             CouplingArg::GaussSeidel => Algorithm::GaussSeidel,
             CouplingArg::Jacobi => Algorithm::Jacobi,
@@ -164,42 +166,42 @@ enum ReplayArg {
 ///
 /// # Errors
 /// When an argument is wrong.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    let mut options = arguments.options()?;
+pub fn run_scenarios(arguments: &RunArguments) -> Result<u8, Error> {
+    let mut options = arguments.run_options()?;
     let scenarios = arguments.scenario_files()?;
     suite::check_names(&scenarios)?;
     if let Some(file) = &arguments.save_scenario {
-        standalone::save(file, &scenarios, &options.overrides)?;
+        standalone::save_fmu_scenario(file, &scenarios, &options.overrides)?;
     }
     if !arguments.branch.is_empty() {
         options.latest_stop = orchestrator::latest_stop(&scenarios, arguments.variant.as_deref())?;
     }
     let patience = Duration::try_from_secs_f64(arguments.patience)
-        .map_err(|error| Error::input(format!("--patience: {error}")))?;
+        .map_err(|error| Error::invalid_input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
-    fmu_import::start_watchdog(patience, |what| tell(&format!("\n{what}")));
-    (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
+    fmu_import::start_watchdog(patience, |what| print_to_stderr(&format!("\n{what}")));
+    (options.program, options.patience) = (Some(guest_program_path()?), Some(patience));
     if arguments.supervised {
-        options.identity = Some(supervised::tie_to_parent()?);
+        options.identity = Some(supervised::read_identity_and_watch_stdin()?);
     }
     // Branches share the nodes of the first run; each other run has a context of its own.
     let (mut worst, mut shared) = (0, None);
     for (place, path) in scenarios.iter().enumerate() {
         let rest = &scenarios[place + 1..];
-        let options = arguments.options_of(path, place, &options);
+        let options = arguments.scenario_run_options(path, place, &options);
         let mut context = shared.take().unwrap_or_default();
         worst = worst.max(run_one(path, &options, &mut context));
         // Without the checkpoint of the warm-up no branch can start.
-        let no_warm_start = options.role == BranchRole::WarmUp && !context.has_warm_start();
+        let no_warm_start = options.role == WarmStartRole::WarmUp && !context.has_warm_start();
         let end = fmu_import::termination_signal().is_some() || rest.is_empty() || no_warm_start;
         // All is told: what an FMU does when it is freed cannot change it any more.
         fmu_import::set_final_exit_code(end.then_some(worst));
         match arguments.branch.is_empty() || end {
-            true => free(context),
+            true => free_fmus(context),
             false => shared = Some(context),
         }
         if end {
-            rest.iter().for_each(|path| tell(&format!("not run: {}", path.display())));
+            rest.iter().for_each(|path| print_to_stderr(&format!("not run: {}", path.display())));
             break;
         }
     }
@@ -207,16 +209,16 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 }
 
 /// Frees the FMUs of a run, and prints their messages of that time.
-pub(super) fn free(context: RunContext) {
+pub(super) fn free_fmus(context: RunContext) {
     drop(context);
-    fmu_import::messages_while_freed().iter().for_each(|it| tell(&format!("warning: {it}")));
+    fmu_import::messages_while_freed().iter().for_each(|it| print_to_stderr(&format!("warning: {it}")));
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
-pub(super) fn program_of_guests() -> Result<PathBuf, Error> {
+pub(super) fn guest_program_path() -> Result<PathBuf, Error> {
     match cfg!(target_os = "linux") {
         true => Ok(PathBuf::from("/proc/self/exe")),
-        false => this_program(),
+        false => current_program_path(),
     }
 }
 
@@ -224,22 +226,22 @@ pub(super) fn program_of_guests() -> Result<PathBuf, Error> {
 ///
 /// # Errors
 /// When it is no positive number, with the name of the argument.
-pub(super) fn seconds(argument: &str, value: Option<f64>) -> Result<Option<Duration>, Error> {
+pub(super) fn parse_positive_seconds(argument: &str, value: Option<f64>) -> Result<Option<Duration>, Error> {
     let time = |value: f64| match Duration::try_from_secs_f64(value) {
         Ok(time) if !time.is_zero() => Ok(time),
-        _ => Err(Error::input(format!("{argument}: expected a time above 0 s, found {value} s"))),
+        _ => Err(Error::invalid_input(format!("{argument}: expected a time above 0 s, found {value} s"))),
     };
     value.map(time).transpose()
 }
 
-impl Arguments {
-    fn options(&self) -> Result<RunOptions, Error> {
+impl RunArguments {
+    fn run_options(&self) -> Result<RunOptions, Error> {
         let positive = |factor: &f64| *factor > 0.0 && factor.is_finite();
         if let Some(factor) = self.realtime.filter(|factor| !positive(factor)) {
             let message = format!("--realtime: expected a factor above 0, found {factor}");
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
-        let starts = starts(&self.set)?;
+        let starts = parse_start_values(&self.set)?;
         Ok(RunOptions {
             out: None,
             csv: self.csv,
@@ -252,23 +254,23 @@ impl Arguments {
                 starts,
                 seed: self.seed,
                 tolerance: self.tolerance,
-                coupling: self.coupling.map(CouplingArg::algorithm),
-                isolate: self.isolate.map(IsolateArg::isolation).unwrap_or_default(),
+                coupling: self.coupling.map(CouplingArg::coupling_algorithm),
+                isolate: self.isolate.map(IsolateArg::isolation_policy).unwrap_or_default(),
                 ..Overrides::default()
             },
             replay: match self.rerun {
-                ReplayArg::Save => Replay::Save,
-                ReplayArg::Connect => Replay::Connect(self.viewer.clone()),
-                ReplayArg::Serve => Replay::Serve(self.bind),
-                ReplayArg::Off => Replay::Off,
+                ReplayArg::Save => ReplayOutput::Save,
+                ReplayArg::Connect => ReplayOutput::Connect(self.viewer.clone()),
+                ReplayArg::Serve => ReplayOutput::Serve(self.bind),
+                ReplayArg::Off => ReplayOutput::Off,
             },
-            limit: seconds("--limit", self.limit)?,
+            limit: parse_positive_seconds("--limit", self.limit)?,
             identity: None,
             realtime: self.realtime,
             program: None,
             checkpoints: self.checkpoint.clone(),
             resume: self.resume.clone(),
-            role: BranchRole::Standalone,
+            role: WarmStartRole::Standalone,
             latest_stop: None,
             patience: None,
         })
@@ -277,71 +279,72 @@ impl Arguments {
     /// The scenario files in the order in which they run.
     fn scenario_files(&self) -> Result<Vec<PathBuf>, Error> {
         if self.bless && (self.resume.is_some() || !self.branch.is_empty()) {
-            let message =
-                "--bless: a run that goes on from a checkpoint has no beginning for a baseline";
-            return Err(Error::input(message));
+            let message = "--bless: a run that goes on from a checkpoint has no beginning for a baseline";
+            return Err(Error::invalid_input(message));
         }
         if !self.branch.is_empty() && (self.scenarios.len(), self.checkpoint.len()) != (1, 1) {
             let (scenarios, checkpoints) = (self.scenarios.len(), self.checkpoint.len());
             let message = format!(
                 "--branch: expected one scenario and one --checkpoint that all branches go on from, found {scenarios} and {checkpoints}"
             );
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
         Ok(self.scenarios.iter().chain(&self.branch).cloned().collect())
     }
 
     /// The options of the scenario at this place.
-    fn options_of(&self, path: &Path, place: usize, options: &RunOptions) -> RunOptions {
+    fn scenario_run_options(&self, path: &Path, place: usize, options: &RunOptions) -> RunOptions {
         let role = match (self.branch.is_empty(), place) {
-            (true, _) => BranchRole::Standalone,
-            (false, 0) => BranchRole::WarmUp,
-            (false, place) => BranchRole::Branch { last: place == self.branch.len() },
+            (true, _) => WarmStartRole::Standalone,
+            (false, 0) => WarmStartRole::WarmUp,
+            (false, place) => WarmStartRole::Branch { last: place == self.branch.len() },
         };
         let checkpoints = match role {
-            BranchRole::Branch { .. } => Vec::new(),
+            WarmStartRole::Branch { .. } => Vec::new(),
             _ => options.checkpoints.clone(),
         };
-        RunOptions { out: self.folder(path, role), role, checkpoints, ..options.clone() }
+        RunOptions { out: self.scenario_output_folder(path, role), role, checkpoints, ..options.clone() }
     }
 
     /// The folder of a scenario's files, if the user named one.
-    fn folder(&self, scenario: &Path, role: BranchRole) -> Option<PathBuf> {
+    fn scenario_output_folder(&self, scenario: &Path, role: WarmStartRole) -> Option<PathBuf> {
         let name = scenario.file_stem().unwrap_or_default();
         let Some(out) = self.out.as_ref() else {
             let resumed = format!("{}_resumed", name.to_string_lossy());
             return self.resume.is_some().then(|| Path::new("target/runs").join(resumed));
         };
         Some(match (self.scenarios.len(), role) {
-            (1, BranchRole::Standalone | BranchRole::WarmUp) => out.clone(),
+            (1, WarmStartRole::Standalone | WarmStartRole::WarmUp) => out.clone(),
             _ => out.join(name),
         })
     }
 }
 
 /// Start values of `--set`.
-pub(super) fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
+pub(super) fn parse_start_values(set: &[String]) -> Result<Vec<Override>, Error> {
     let starts = set.iter().map(|entry| {
         let parsed = Override::parse(entry, |file| file.into());
-        parsed.map_err(|message| Error::input(format!("--set: {message}")))
+        parsed.map_err(|message| Error::invalid_input(format!("--set: {message}")))
     });
-    Ok(Mistakes::all(starts)?.into_iter().flatten().collect())
+    Ok(ErrorCollector::collect_all(starts)?.into_iter().flatten().collect())
 }
 
 /// Tells the warnings of a run.
-pub(super) fn warn(report: &RunReport) {
-    report.warning_lines().iter().for_each(|warning| tell(&format!("warning: {warning}")));
+pub(super) fn print_run_warnings(report: &RunReport) {
+    report.warning_lines().iter().for_each(|warning| print_to_stderr(&format!("warning: {warning}")));
 }
 
 fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
-    let outcome = progress::run(path, options, context, |event, bar| show(event, bar, options));
+    let outcome = progress::run_with_progress_bar(path, options, context, |event, bar| {
+        show_progress_event(event, bar, options)
+    });
     let run = match outcome {
         Ok(run) => run,
-        Err(error) => return report_error(error),
+        Err(error) => return print_error(error),
     };
-    warn(&run.report);
-    print(&run.report.lines());
-    if matches!(options.replay, Replay::Serve(_)) {
+    print_run_warnings(&run.report);
+    print_text(&run.report.terminal_lines());
+    if matches!(options.replay, ReplayOutput::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
         while fmu_import::termination_signal().is_none() {
             std::thread::sleep(NAP);
@@ -353,11 +356,11 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
 /// A program that only waits looks this often whether it has to end.
 const NAP: Duration = Duration::from_millis(100);
 
-fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
+fn show_progress_event(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
     match event {
         ProgressEvent::Building(_) => {}
         ProgressEvent::Serving(url) => {
-            let all = matches!(&options.replay, Replay::Serve(address) if address.is_unspecified());
+            let all = matches!(&options.replay, ReplayOutput::Serve(address) if address.is_unspecified());
             let more = if all { " (elsewhere with this machine's name)" } else { "" };
             bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"));
         }
@@ -368,9 +371,9 @@ fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
         ProgressEvent::Analysis(name, share, what) => {
             bar.set_length(1000);
             bar.set_position((share * 1e3) as u64);
-            bar.set_message(shown(&format!("{name}: {what}")).into_owned());
+            bar.set_message(escape_for_terminal(&format!("{name}: {what}")).into_owned());
         }
-        ProgressEvent::Validation(name) => bar.set_message(shown(name).into_owned()),
-        ProgressEvent::Failed(report) => bar.suspend(|| warn(report)),
+        ProgressEvent::Validation(name) => bar.set_message(escape_for_terminal(name).into_owned()),
+        ProgressEvent::Failed(report) => bar.suspend(|| print_run_warnings(report)),
     }
 }

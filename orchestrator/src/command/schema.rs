@@ -5,11 +5,11 @@ use diagnostics::Error;
 use scenario::reference;
 
 use super::explain::config_schema;
-use super::print;
+use super::print_text;
 
 /// Arguments of `trackside schema`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct SchemaArguments {
     /// Print the schema of the configuration of this plugin: a library, or a package of the workspace.
     #[arg(long, value_name = "PATH|CRATE")]
     plugin: Option<String>,
@@ -19,10 +19,10 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When the plugin cannot be loaded or does not describe its configuration.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_schema_command(arguments: &SchemaArguments) -> Result<u8, Error> {
     match &arguments.plugin {
-        Some(plugin) => print(&reference::text(&config_schema(plugin)?)),
-        None => print(&reference::scenario_schema()),
+        Some(plugin) => print_text(&reference::format_schema(&config_schema(plugin)?)),
+        None => print_text(&reference::editor_schema_text()),
     }
     Ok(0)
 }

@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 use indicatif::{ProgressBar, ProgressStyle};
-use orchestrator::sweep::{self, ChunkProgress, EngineKind, FollowOutcome, Plan, SubmitOptions};
+use orchestrator::sweep::{self, ChunkProgress, EngineKind, FollowOutcome, SubmitOptions, SweepPlanFolder};
 
-use super::{print, tell, this_program};
+use super::{current_program_path, print_text, print_to_stderr};
 
 /// How to submit the chunks of a plan.
 #[derive(Args)]
@@ -41,7 +41,7 @@ enum EngineArg {
 ///
 /// # Errors
 /// When the engine refuses, chunks fail, or somebody ends this program.
-pub fn run(plan: &Plan, how: &SubmitArguments) -> Result<bool, Error> {
+pub fn submit_and_follow_chunks(plan: &SweepPlanFolder, how: &SubmitArguments) -> Result<bool, Error> {
     let engine = match how.engine {
         EngineArg::Slurm => EngineKind::Slurm,
         EngineArg::Hyperqueue => EngineKind::HyperQueue,
@@ -49,24 +49,25 @@ pub fn run(plan: &Plan, how: &SubmitArguments) -> Result<bool, Error> {
     };
     let (jobs, detach, options) = (how.jobs, how.detach, how.options.clone());
     let options = SubmitOptions { engine, jobs, detach, options };
-    let mut line = SubmitProgress::new(plan);
-    let followed = sweep::submit(plan, &options, &this_program()?, &mut |it| line.show(it));
+    let mut line = ChunkProgressDisplay::new(plan);
+    let followed =
+        sweep::submit_and_follow(plan, &options, &current_program_path()?, &mut |it| line.show_progress(it));
     line.bar.finish_and_clear();
     let folder = plan.folder.display();
     match followed? {
         FollowOutcome::Done => return Ok(true),
         FollowOutcome::Detached => {
-            print(&format!(
+            print_text(&format!(
                 "{}\n{folder}\nthe same command without --detach follows them\n",
                 progress_line(&line.last)
             ));
             return Ok(false);
         }
-        FollowOutcome::Left => tell(&format!(
+        FollowOutcome::Left => print_to_stderr(&format!(
             "{}; the tasks go on, and the same command follows them again: {folder}",
             progress_line(&line.last)
         )),
-        FollowOutcome::Stopped => tell(&format!(
+        FollowOutcome::Stopped => print_to_stderr(&format!(
             "{}; what is done is in {folder}, and the same command goes on",
             progress_line(&line.last)
         )),
@@ -87,38 +88,37 @@ fn progress_line(progress: &ChunkProgress) -> String {
 const PERIOD: Duration = Duration::from_secs(30);
 
 /// Shows how far the chunks are.
-struct SubmitProgress {
+struct ChunkProgressDisplay {
     bar: ProgressBar,
     last: ChunkProgress,
     last_line: Option<Instant>,
 }
 
-impl SubmitProgress {
-    fn new(plan: &Plan) -> Self {
+impl ChunkProgressDisplay {
+    fn new(plan: &SweepPlanFolder) -> Self {
         use std::io::IsTerminal as _;
         let bar = match std::io::stderr().is_terminal() {
             false => ProgressBar::hidden(),
             true => {
                 let style = ProgressStyle::with_template("{prefix} {wide_bar} {msg}");
                 let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-                ProgressBar::new(plan.chunks()).with_style(style)
+                ProgressBar::new(plan.chunk_count()).with_style(style)
             }
         };
-        bar.set_prefix(shown(&plan.metadata.scenario).into_owned());
-        SubmitProgress { bar, last: ChunkProgress::default(), last_line: None }
+        bar.set_prefix(escape_for_terminal(&plan.metadata.scenario).into_owned());
+        ChunkProgressDisplay { bar, last: ChunkProgress::default(), last_line: None }
     }
 
-    fn show(&mut self, progress: &ChunkProgress) {
-        if let Some(why) = progress.silent.as_ref().filter(|_| progress.silent != self.last.silent)
-        {
-            self.bar.suspend(|| tell(&format!("warning: the engine does not do it now: {why}")));
+    fn show_progress(&mut self, progress: &ChunkProgress) {
+        if let Some(why) = progress.silent.as_ref().filter(|_| progress.silent != self.last.silent) {
+            self.bar.suspend(|| print_to_stderr(&format!("warning: the engine does not do it now: {why}")));
         }
         if !self.bar.is_hidden() {
             self.bar.set_position(progress.done as u64);
             self.bar.set_message(progress_line(progress));
         } else if self.last_line.is_none_or(|last_line| last_line.elapsed() > PERIOD) {
             self.last_line = Some(Instant::now());
-            tell(&progress_line(progress));
+            print_to_stderr(&progress_line(progress));
         }
         self.last = progress.clone();
     }

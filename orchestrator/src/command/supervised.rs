@@ -15,9 +15,8 @@ const BESIDES: i32 = 3;
 ///
 /// # Errors
 /// When this process does not lead a group, or the input does not begin with a line.
-pub fn tie_to_parent() -> Result<String, Error> {
-    let wrong =
-        |what: String| Error::input(format!("--supervised is for `trackside test`: {what}"));
+pub fn read_identity_and_watch_stdin() -> Result<String, Error> {
+    let wrong = |what: String| Error::invalid_input(format!("--supervised is for `trackside test`: {what}"));
     if getpgrp() != getpid() {
         return Err(wrong("this process does not lead a group of processes".to_owned()));
     }
@@ -46,7 +45,7 @@ fn end_group_at_eof(mut input: BufReader<File>) {
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => {
                 // First what has left the group.
-                orphans::end_descendants();
+                orphans::kill_descendant_processes();
                 let _ = kill_process_group(getpgrp(), Signal::KILL);
             }
         }

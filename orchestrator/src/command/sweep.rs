@@ -5,19 +5,19 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 use indicatif::{ProgressBar, ProgressStyle};
-use orchestrator::sweep::{self, Plan, PlanOptions, SweepResult, VariantCounts};
+use orchestrator::sweep::{self, PlanOptions, SweepPlanFolder, SweepResult, VariantCounts};
 use scenario::resolve::Overrides;
 
 use super::progress::BuildLine;
-use super::run::{program_of_guests, starts};
-use super::{print, replay, submit, tell, this_program};
+use super::run::{guest_program_path, parse_start_values};
+use super::{current_program_path, print_text, print_to_stderr, replay, submit};
 
 /// Arguments of `trackside sweep`.
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true)]
-pub struct Arguments {
+pub struct SweepArguments {
     #[command(subcommand)]
     step: Option<SweepCommand>,
     #[command(flatten)]
@@ -37,7 +37,7 @@ enum SweepCommand {
         plan: PathBuf,
     },
     /// Let Slurm, HyperQueue or processes of this machine run the chunks, follow them, and put their results together.
-    Submit(SubmitCommand),
+    Submit(SweepSubmitArguments),
     /// For sweeps: run variants for the program that started this one.
     #[command(hide = true)]
     Worker {
@@ -85,7 +85,7 @@ struct PlanArguments {
 
 /// A plan, or what to make it of, and how to submit it.
 #[derive(Args)]
-struct SubmitCommand {
+struct SweepSubmitArguments {
     #[command(flatten)]
     planned: PlanArguments,
     #[command(flatten)]
@@ -109,44 +109,44 @@ struct ChunkArguments {
 ///
 /// # Errors
 /// When the input is wrong, or a result cannot be written.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_sweep_command(arguments: &SweepArguments) -> Result<u8, Error> {
     fmu_import::catch_termination_signals();
     match &arguments.step {
-        None => arguments.here.run(),
+        None => arguments.here.run_sweep(),
         Some(SweepCommand::Plan(planned)) => {
-            let plan = planned.plan()?;
-            print(&format!(
+            let plan = planned.create_plan()?;
+            print_text(&format!(
                 "{} variants in {} chunks\n{}\n",
-                plan.variants(),
-                plan.chunks(),
+                plan.variant_count(),
+                plan.chunk_count(),
                 plan.folder.display()
             ));
             Ok(0)
         }
-        Some(SweepCommand::Run(chunk)) => chunk.run(),
+        Some(SweepCommand::Run(chunk)) => chunk.run_chunk(),
         Some(SweepCommand::Gather { plan }) => {
-            let plan = Plan::look_at(plan)?;
-            conclude(&sweep::gather(&plan, None)?)
+            let plan = SweepPlanFolder::open_of_any_program(plan)?;
+            print_sweep_result(&sweep::gather_sweep_results(&plan, None)?)
         }
         Some(SweepCommand::Submit(submitted)) => {
-            let plan = submitted.plan()?;
-            match submit::run(&plan, &submitted.how)? {
-                true => conclude(&sweep::gather(&plan, None)?),
+            let plan = submitted.open_or_create_plan()?;
+            match submit::submit_and_follow_chunks(&plan, &submitted.how)? {
+                true => print_sweep_result(&sweep::gather_sweep_results(&plan, None)?),
                 false => Ok(0),
             }
         }
         Some(SweepCommand::Worker { host }) => {
-            sweep::serve(*host, &program_of_guests()?).map(|()| 0)
+            sweep::serve_sweep_worker(*host, &guest_program_path()?).map(|()| 0)
         }
     }
 }
 
 impl PlanArguments {
-    fn plan(&self) -> Result<Plan, Error> {
+    fn create_plan(&self) -> Result<SweepPlanFolder, Error> {
         let options = PlanOptions {
             out: self.out.clone(),
             overrides: Overrides {
-                starts: starts(&self.set)?,
+                starts: parse_start_values(&self.set)?,
                 seed: self.seed,
                 tolerance: self.tolerance,
                 ..Overrides::default()
@@ -154,19 +154,19 @@ impl PlanArguments {
             chunk: self.chunk_size,
             replace: self.replace,
         };
-        let Some(scenario) = &self.scenario else { return Err(Error::follow_up()) };
+        let Some(scenario) = &self.scenario else { return Err(Error::already_reported()) };
         let mut building = BuildLine::default();
-        sweep::create(scenario, &options, &this_program()?, &mut |progress| {
+        sweep::create_sweep_plan(scenario, &options, &current_program_path()?, &mut |progress| {
             building.show(&progress)
         })
     }
 }
 
-impl SubmitCommand {
+impl SweepSubmitArguments {
     /// The plan in a folder, or that of a scenario.
-    fn plan(&self) -> Result<Plan, Error> {
+    fn open_or_create_plan(&self) -> Result<SweepPlanFolder, Error> {
         let Some(folder) = self.planned.scenario.as_ref().filter(|it| it.is_dir()) else {
-            return self.planned.plan();
+            return self.planned.create_plan();
         };
         let PlanArguments { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
         let given = [
@@ -179,53 +179,50 @@ impl SubmitCommand {
         ];
         if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
             let folder = folder.display();
-            return Err(Error::input(format!(
-                "{option}: {folder} is a plan, which is made already"
-            ))
-            .help("name the scenario instead to make another plan"));
+            return Err(Error::invalid_input(format!("{option}: {folder} is a plan, which is made already"))
+                .with_help("name the scenario instead to make another plan"));
         }
-        Plan::open(folder, &this_program()?)
+        SweepPlanFolder::open(folder, &current_program_path()?)
     }
 }
 
 impl LocalArguments {
-    fn run(&self) -> Result<u8, Error> {
-        let mut plan = self.planned.plan()?;
+    fn run_sweep(&self) -> Result<u8, Error> {
+        let mut plan = self.planned.create_plan()?;
         for warning in &plan.metadata.warnings {
-            tell(&format!("warning: {warning}"));
+            print_to_stderr(&format!("warning: {warning}"));
         }
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        let all: Vec<u64> = (0..plan.chunks()).collect();
+        let all: Vec<u64> = (0..plan.chunk_count()).collect();
         let progress = SweepProgress::new(&plan);
-        let program = program_of_guests()?;
+        let program = guest_program_path()?;
         let jobs = self.jobs.unwrap_or(cores);
-        let show = |counts: &VariantCounts| progress.show(counts);
+        let show = |counts: &VariantCounts| progress.show_counts(counts);
         let found = match plan.metadata.is_search {
-            true => sweep::search(&mut plan, jobs, &program, &show)
+            true => sweep::search_in_batches(&mut plan, jobs, &program, &show)
                 .map(|found| (found.is_none(), found)),
-            false => sweep::run_chunks(&plan, &all, jobs, &program, &show)
-                .map(|ended| (ended.stopped, None)),
+            false => sweep::run_chunks(&plan, &all, jobs, &program, &show).map(|ended| (ended.stopped, None)),
         };
         progress.bar.finish_and_clear();
         let (stopped, found) = found?;
         if stopped {
-            return interrupted(&plan);
+            return report_interruption(&plan);
         }
-        let gathered = sweep::gather(&plan, found)?;
-        let code = conclude(&gathered)?;
+        let gathered = sweep::gather_sweep_results(&plan, found)?;
+        let code = print_sweep_result(&gathered)?;
         for variant in &gathered.recorded {
             if fmu_import::termination_signal().is_some() {
-                return interrupted(&plan);
+                return report_interruption(&plan);
             }
-            replay::record(&plan, *variant)?;
+            replay::record_variant_once(&plan, *variant)?;
         }
         Ok(code)
     }
 }
 
 /// What is done is kept.
-fn interrupted(plan: &Plan) -> Result<u8, Error> {
-    tell(&format!(
+fn report_interruption(plan: &SweepPlanFolder) -> Result<u8, Error> {
+    print_to_stderr(&format!(
         "the sweep ended before its end; what is done is in {}, and the same command goes on",
         plan.folder.display()
     ));
@@ -233,21 +230,20 @@ fn interrupted(plan: &Plan) -> Result<u8, Error> {
 }
 
 impl ChunkArguments {
-    fn run(&self) -> Result<u8, Error> {
-        let plan = Plan::open(&self.plan, &this_program()?)?;
-        if self.chunk >= plan.chunks() {
-            let (found, last) = (self.chunk, plan.chunks().saturating_sub(1));
-            let message =
-                format!("--chunk: expected 0 to {last}, the chunks of the plan, found {found}");
-            return Err(Error::input(message));
+    fn run_chunk(&self) -> Result<u8, Error> {
+        let plan = SweepPlanFolder::open(&self.plan, &current_program_path()?)?;
+        if self.chunk >= plan.chunk_count() {
+            let (found, last) = (self.chunk, plan.chunk_count().saturating_sub(1));
+            let message = format!("--chunk: expected 0 to {last}, the chunks of the plan, found {found}");
+            return Err(Error::invalid_input(message));
         }
-        let program = program_of_guests()?;
+        let program = guest_program_path()?;
         let ended = sweep::run_chunks(&plan, &[self.chunk], self.jobs, &program, &|_| {})?;
         if ended.stopped {
-            return interrupted(&plan);
+            return report_interruption(&plan);
         }
         let VariantCounts { done, passed, failed_to_run } = ended.counts;
-        print(&format!(
+        print_text(&format!(
             "chunk {}: {done} variants done, {passed} passed, {failed_to_run} did not come to their end\n",
             self.chunk
         ));
@@ -256,17 +252,17 @@ impl ChunkArguments {
 }
 
 /// Prints what came of a sweep.
-fn conclude(gathered: &SweepResult) -> Result<u8, Error> {
-    print(&lines(gathered));
+fn print_sweep_result(gathered: &SweepResult) -> Result<u8, Error> {
+    print_text(&describe_sweep_result(gathered));
     Ok(gathered.exit_code())
 }
 
-fn lines(gathered: &SweepResult) -> String {
+fn describe_sweep_result(gathered: &SweepResult) -> String {
     let SweepResult { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
     text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
     if let Some(found) = &gathered.search {
-        text += &format!("  {}\n", found.line());
+        text += &format!("  {}\n", found.describe_result());
     }
     if *failed > 0 {
         text += &format!("  in {failed} a check failed\n");
@@ -275,12 +271,7 @@ fn lines(gathered: &SweepResult) -> String {
         text += &format!("  {errors} did not come to their end\n");
     }
     for variant in &gathered.shown {
-        text += &format!(
-            "  {}  trackside replay {}/{}\n",
-            variant.why,
-            folder.display(),
-            variant.variant
-        );
+        text += &format!("  {}  trackside replay {}/{}\n", variant.why, folder.display(), variant.variant);
     }
     text + &format!("  {}\n", folder.display())
 }
@@ -296,9 +287,9 @@ struct SweepProgress {
 }
 
 impl SweepProgress {
-    fn new(plan: &Plan) -> Self {
+    fn new(plan: &SweepPlanFolder) -> Self {
         use std::io::IsTerminal as _;
-        let variants = plan.variants();
+        let variants = plan.variant_count();
         let bar = match std::io::stderr().is_terminal() {
             false => ProgressBar::hidden(),
             true => {
@@ -308,11 +299,11 @@ impl SweepProgress {
                 ProgressBar::new(variants).with_style(style)
             }
         };
-        bar.set_prefix(shown(&plan.metadata.scenario).into_owned());
+        bar.set_prefix(escape_for_terminal(&plan.metadata.scenario).into_owned());
         SweepProgress { bar, variants, last_line: Mutex::new(Instant::now()) }
     }
 
-    fn show(&self, counts: &VariantCounts) {
+    fn show_counts(&self, counts: &VariantCounts) {
         let VariantCounts { done, passed, failed_to_run } = *counts;
         let share = 100.0 * passed as f64 / done.max(1) as f64;
         let errors = match failed_to_run {
@@ -324,7 +315,7 @@ impl SweepProgress {
             let Ok(mut last_line) = self.last_line.try_lock() else { return };
             if last_line.elapsed() > PERIOD {
                 *last_line = Instant::now();
-                tell(&format!("{done} of {} variants done, {message}", self.variants));
+                print_to_stderr(&format!("{done} of {} variants done, {message}", self.variants));
             }
             return;
         }
@@ -334,13 +325,13 @@ impl SweepProgress {
 }
 
 /// The plan and the variant that a path such as `target/sweeps/lane_change/17` names.
-pub(super) fn variant_of(path: &Path) -> Result<(Plan, u64), Error> {
+pub(super) fn variant_of(path: &Path) -> Result<(SweepPlanFolder, u64), Error> {
     let variant = path.file_name().and_then(|name| name.to_str()?.parse().ok());
     let Some((folder, variant)) = path.parent().zip(variant) else {
-        return Err(Error::input(format!(
+        return Err(Error::invalid_input(format!(
             "expected the folder of a sweep and the number of a variant, such as target/sweeps/lane_change/17, found {}",
             path.display()
         )));
     };
-    Ok((Plan::look_at(folder)?, variant))
+    Ok((SweepPlanFolder::open_of_any_program(folder)?, variant))
 }

@@ -6,15 +6,15 @@ use std::sync::Mutex;
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::package::BuildProgress;
-use orchestrator::suite::{self, Program, ScenarioOutcome, TestResult};
+use orchestrator::suite::{self, ScenarioOutcome, TestResult, TracksideProgram};
 
 use super::progress::BuildLine;
-use super::run::{IsolateArg, seconds};
-use super::{print, this_program};
+use super::run::{IsolateArg, parse_positive_seconds};
+use super::{current_program_path, print_text};
 
 /// Arguments of `trackside test`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct TestArguments {
     /// Scenario files, or folders of them.
     #[arg(default_values = ["scenarios"])]
     paths: Vec<PathBuf>,
@@ -39,31 +39,30 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When there is no scenario, or the JUnit file cannot be written.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
     arguments.junit.as_deref().map_or(Ok(()), suite::check_junit)?;
-    let paths = suite::find(&arguments.paths)?;
+    let paths = suite::find_scenario_files(&arguments.paths)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, usize::from);
-    let path = this_program()?;
-    let mut more = vec![arguments.isolate.argument()];
+    let path = current_program_path()?;
+    let mut more = vec![arguments.isolate.argument_value()];
     more.extend(arguments.bless.then_some("--bless"));
-    let limit = seconds("--limit", arguments.limit)?;
-    let program = Program { path: &path, arguments: &more, limit };
+    let limit = parse_positive_seconds("--limit", arguments.limit)?;
+    let program = TracksideProgram { path: &path, arguments: &more, limit };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let terminal = Mutex::new(());
     let done = |result: &TestResult| {
         let _one_at_a_time = terminal.lock();
-        print(&test_line(result));
+        print_text(&test_line(result));
     };
     let results =
-        suite::run(program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
+        suite::run_scenario_tests(program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
     if let Some(path) = &arguments.junit {
         suite::write_junit(&results, path)?;
     }
-    let count = |is: fn(&ScenarioOutcome) -> bool| {
-        results.iter().filter(|result| is(&result.outcome)).count()
-    };
+    let count =
+        |is: fn(&ScenarioOutcome) -> bool| results.iter().filter(|result| is(&result.outcome)).count();
     let (failed, broken) = (
         count(|outcome| matches!(outcome, ScenarioOutcome::Failed(_))),
         count(|outcome| matches!(outcome, ScenarioOutcome::Broken(_))),
@@ -72,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         0 => String::new(),
         interrupted => format!(", {interrupted} not run to the end"),
     };
-    print(&format!(
+    print_text(&format!(
         "{} passed, {} failed, {} skipped{interrupted}\n",
         count(|outcome| *outcome == ScenarioOutcome::Passed),
         failed + broken,
@@ -89,9 +88,7 @@ fn test_line(result: &TestResult) -> String {
     let (word, text) = match &result.outcome {
         ScenarioOutcome::Passed => ("ok", String::new()),
         ScenarioOutcome::Skipped(reason) => ("skipped", format!("  ({reason})")),
-        ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => {
-            ("FAILED", format!("\n{text}"))
-        }
+        ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => ("FAILED", format!("\n{text}")),
         ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),
     };
     let messages: String = result.messages.iter().map(|it| format!("  warning: {it}\n")).collect();

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use diagnostics::{Error, read_bounded, shown};
-use tire::{Axes, MfTire};
-use tire_file::{Level, Message};
-use tire_report::{NamedTire, digits, figures};
+use diagnostics::{Error, escape_for_terminal, read_bounded};
+use tire::{MfTire, TireAxes};
+use tire_file::{TireFileMessage, TireMessageLevel};
+use tire_report::{NamedTire, format_four_digits, key_figures};
 
-use super::{print, tell};
+use super::{print_text, print_to_stderr};
 use orchestrator::nofollow;
 
 /// The largest file [B].
@@ -16,7 +16,7 @@ const LARGEST: u64 = 16 << 20;
 
 /// Arguments of `trackside tire`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct TireArguments {
     /// The tire.
     file: PathBuf,
     /// A second one, to compare.
@@ -43,12 +43,12 @@ enum AxesArg {
     AdaptedSae,
 }
 
-impl From<AxesArg> for Axes {
+impl From<AxesArg> for TireAxes {
     fn from(word: AxesArg) -> Self {
         match word {
-            AxesArg::Iso => Axes::Iso,
-            AxesArg::Sae => Axes::Sae,
-            AxesArg::AdaptedSae => Axes::AdaptedSae,
+            AxesArg::Iso => TireAxes::Iso,
+            AxesArg::Sae => TireAxes::Sae,
+            AxesArg::AdaptedSae => TireAxes::AdaptedSae,
         }
     }
 }
@@ -57,7 +57,7 @@ impl From<AxesArg> for Axes {
 ///
 /// # Errors
 /// When a file cannot be read or is no tire, or something cannot be written.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_tire_command(arguments: &TireArguments) -> Result<u8, Error> {
     if let Some(new) = &arguments.write {
         let canonical = |path: &PathBuf| path.canonicalize().ok();
         let is_read = |path: &PathBuf| canonical(path).is_some_and(|it| Some(it) == canonical(new));
@@ -66,68 +66,68 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
                 "--write: expected another file than those that are read, found {}: its comments and its axes would be lost",
                 new.display()
             );
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
     }
-    let first = read(&arguments.file, arguments.axes.into())?;
-    let second = arguments.other.as_ref().map(|path| read(path, Axes::Iso)).transpose()?;
-    print(&table(&first, second.as_ref()));
+    let first = read_tire_file(&arguments.file, arguments.axes.into())?;
+    let second = arguments.other.as_ref().map(|path| read_tire_file(path, TireAxes::Iso)).transpose()?;
+    print_text(&key_figure_table(&first, second.as_ref()));
     let folder = arguments.out.clone().unwrap_or_else(|| PathBuf::from("target/tires"));
-    std::fs::create_dir_all(&folder).map_err(|error| Error::output(&folder, error))?;
-    let page = folder.join(format!("{}.html", stem(&arguments.file)));
-    nofollow::write(&page, tire_report::page(&first, second.as_ref()))
-        .map_err(|error| Error::output(&page, error))?;
-    print(&format!("  {}\n", page.display()));
+    std::fs::create_dir_all(&folder).map_err(|error| Error::output_failure(&folder, error))?;
+    let page = folder.join(format!("{}.html", file_stem(&arguments.file)));
+    nofollow::write_without_following_links(&page, tire_report::tire_page(&first, second.as_ref()))
+        .map_err(|error| Error::output_failure(&page, error))?;
+    print_text(&format!("  {}\n", page.display()));
     if let Some(new) = &arguments.write {
         let about = format!("Written from {} by Trackside.", arguments.file.display());
-        let text = tire_file::write(first.tire.coefficients(), &[about]);
-        nofollow::write(new, text).map_err(|error| Error::output(new, error))?;
-        print(&format!("  {}\n", new.display()));
+        let text = tire_file::write_tir_text(first.tire.coefficients(), &[about]);
+        nofollow::write_without_following_links(new, text)
+            .map_err(|error| Error::output_failure(new, error))?;
+        print_text(&format!("  {}\n", new.display()));
     }
     Ok(0)
 }
 
-fn stem(path: &Path) -> String {
+fn file_stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| "tire".to_owned(), |it| it.to_string_lossy().into_owned())
 }
 
 /// The tire of a file, which is told about.
-fn read(path: &Path, axes: Axes) -> Result<NamedTire, Error> {
-    let name = shown(&path.display().to_string()).into_owned();
+fn read_tire_file(path: &Path, axes: TireAxes) -> Result<NamedTire, Error> {
+    let name = escape_for_terminal(&path.display().to_string()).into_owned();
     let bytes = read_bounded(path, LARGEST)
-        .map_err(|error| Error::input(format!("the tire {name} cannot be read: {error}")))?;
+        .map_err(|error| Error::invalid_input(format!("the tire {name} cannot be read: {error}")))?;
     let read = tire_file::read_bytes(&bytes, &name);
     let (coefficients, messages) = read.map_err(|error| {
-        Error::input(format!("{name} is no tire\n{}", shown(&error.to_string())))
+        Error::invalid_input(format!("{name} is no tire\n{}", escape_for_terminal(&error.to_string())))
     })?;
     let coefficients = coefficients.between_iso_and(axes);
-    let tire = MfTire::new(coefficients).map_err(|bad| Error::input(format!("{name}: {bad}")))?;
-    let applies = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
-    let first = tire_file::plausibility(&tire);
+    let tire = MfTire::new(coefficients).map_err(|bad| Error::invalid_input(format!("{name}: {bad}")))?;
+    let applies = |message: &TireFileMessage| axes == TireAxes::Iso || !message.text.contains("--axes");
+    let first = tire_file::check_plausibility(&tire);
     let mut printed = Vec::new();
     for message in std::iter::once(first).chain(messages).filter(applies) {
         let (level, mark) = match message.level {
-            Level::Note => ("note", ""),
-            Level::Warning => ("warning", "warning: "),
+            TireMessageLevel::Note => ("note", ""),
+            TireMessageLevel::Warning => ("warning", "warning: "),
         };
-        tell(&format!("{level}: {name}: {}", shown(&message.to_string())));
+        print_to_stderr(&format!("{level}: {name}: {}", escape_for_terminal(&message.to_string())));
         printed.push(format!("{mark}{message}"));
     }
     Ok(NamedTire { name, tire, messages: printed })
 }
 
 /// The key figures, one in a line.
-fn table(first: &NamedTire, second: Option<&NamedTire>) -> String {
-    let columns: Vec<_> = std::iter::once(first)
-        .chain(second)
-        .map(|named| (&named.name, figures(&named.tire)))
-        .collect();
+fn key_figure_table(first: &NamedTire, second: Option<&NamedTire>) -> String {
+    let columns: Vec<_> =
+        std::iter::once(first).chain(second).map(|named| (&named.name, key_figures(&named.tire))).collect();
     let mut text = format!("{}, {}\n", first.name, first.tire.coefficients().version);
     if let Some(second) = second {
         text += &format!("{}, {}\n", second.name, second.tire.coefficients().version);
     }
     for (row, figure) in columns[0].1.iter().enumerate() {
-        let values = columns.iter().map(|(_, column)| format!("{:>12}", digits(column[row].value)));
+        let values =
+            columns.iter().map(|(_, column)| format!("{:>12}", format_four_digits(column[row].value)));
         let values: String = values.collect();
         text += &format!("  {:<42}{values} {}\n", figure.name, figure.unit);
     }

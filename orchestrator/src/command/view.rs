@@ -7,7 +7,7 @@ use diagnostics::Error;
 
 /// Arguments of `trackside view`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ViewArguments {
     /// The folder of the run, or a recording.
     run: PathBuf,
     /// Another run to compare it with: its folder, or its run.mcap.
@@ -21,39 +21,39 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When a recording cannot be read, or the viewer does not start.
-pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+pub fn run_view_command(arguments: &ViewArguments) -> Result<u8, Error> {
     match &arguments.other {
-        None => view(&arguments.run),
-        Some(other) => compare(&arguments.run, other, arguments.save.as_deref()),
+        None => open_run_in_viewer(&arguments.run),
+        Some(other) => compare_runs_in_viewer(&arguments.run, other, arguments.save.as_deref()),
     }
 }
 
 #[cfg(feature = "rerun")]
-fn view(run: &Path) -> Result<u8, Error> {
-    replay::viewer::view(run, &mut |note| super::tell(&format!("note: {note}"))).map(|()| 0)
+fn open_run_in_viewer(run: &Path) -> Result<u8, Error> {
+    replay::viewer::view_run(run, &mut |note| super::print_to_stderr(&format!("note: {note}"))).map(|()| 0)
 }
 
 #[cfg(not(feature = "rerun"))]
-fn view(_run: &Path) -> Result<u8, Error> {
-    Err(without_rerun())
+fn open_run_in_viewer(_run: &Path) -> Result<u8, Error> {
+    Err(missing_rerun_error())
 }
 
 #[cfg(feature = "rerun")]
-fn compare(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
-    let mut note = |note: &str| super::tell(&format!("note: {note}"));
-    replay::viewer::compare(a, b, save, &mut note)?;
+fn compare_runs_in_viewer(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
+    let mut note = |note: &str| super::print_to_stderr(&format!("note: {note}"));
+    replay::viewer::compare_runs(a, b, save, &mut note)?;
     if let Some(path) = save {
-        super::print(&format!("{}\n", path.display()));
+        super::print_text(&format!("{}\n", path.display()));
     }
     Ok(0)
 }
 
 #[cfg(not(feature = "rerun"))]
-fn compare(_a: &Path, _b: &Path, _save: Option<&Path>) -> Result<u8, Error> {
-    Err(without_rerun())
+fn compare_runs_in_viewer(_a: &Path, _b: &Path, _save: Option<&Path>) -> Result<u8, Error> {
+    Err(missing_rerun_error())
 }
 
 #[cfg(not(feature = "rerun"))]
-fn without_rerun() -> Error {
+fn missing_rerun_error() -> Error {
     Error::input("this program was built without the feature `rerun`")
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-use super::metadata::Target;
+use super::metadata::CargoTarget;
 
 /// How often progress is reported when cargo itself says nothing.
 const TICK: Duration = Duration::from_millis(250);
@@ -44,14 +44,14 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(BuildProgress);
 pub(super) struct BuildMessage {
     reason: String,
     pub package_id: Option<String>,
-    pub target: Option<Target>,
+    pub target: Option<CargoTarget>,
     #[serde(default)]
     pub filenames: Vec<PathBuf>,
 }
 
 /// Cargo, without the variables that another cargo set for this program's own package: build scripts that
 /// look at them would find them changed, and everything that depends on those would be compiled again.
-pub(super) fn cargo() -> Command {
+pub(super) fn cargo_command() -> Command {
     const OF_PACKAGE: [&str; 5] =
         ["CARGO_MANIFEST_", "CARGO_PKG_", "CARGO_BIN_", "CARGO_CRATE_", "CARGO_PRIMARY_"];
     let mut cargo = Command::new("cargo");
@@ -68,7 +68,7 @@ pub(super) fn cargo() -> Command {
 ///
 /// # Errors
 /// With the messages of the compiler.
-pub(super) fn build(
+pub(super) fn run_cargo_build(
     mut cargo: Command,
     packages: &str,
     progress: OnProgress,
@@ -77,7 +77,7 @@ pub(super) fn build(
     let begin = Instant::now();
     let child = cargo.spawn().map_err(|error| format!("cannot start cargo: {error}"))?;
     let mut compiles = false;
-    let output = follow(child, |activity| {
+    let output = wait_for_cargo(child, |activity| {
         compiles |= !activity.is_empty();
         if compiles {
             progress(BuildProgress::Building { packages, elapsed: begin.elapsed(), activity });
@@ -109,11 +109,11 @@ enum CargoLine {
 }
 
 /// Waits for cargo; `active` gets its last status whenever there is another one, and every [`TICK`].
-fn follow(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<CargoOutput> {
+fn wait_for_cargo(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<CargoOutput> {
     let (sender, lines) = channel();
     let readers = [
-        child.stdout.take().map(|pipe| read(pipe, sender.clone(), artifact)),
-        child.stderr.take().map(|pipe| read(pipe, sender, status_or_message)),
+        child.stdout.take().map(|pipe| spawn_line_reader(pipe, sender.clone(), parse_artifact_line)),
+        child.stderr.take().map(|pipe| spawn_line_reader(pipe, sender, status_or_message)),
     ];
     let (mut artifacts, mut messages) = (Vec::new(), String::new());
     let mut status = String::new();
@@ -136,7 +136,7 @@ fn follow(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<Car
 }
 
 /// Sends the parsed lines of a pipe until it closes.
-fn read(
+fn spawn_line_reader(
     pipe: impl Read + Send + 'static,
     sender: Sender<CargoLine>,
     parse: fn(String) -> Option<CargoLine>,
@@ -152,7 +152,7 @@ fn read(
     })
 }
 
-fn artifact(line: String) -> Option<CargoLine> {
+fn parse_artifact_line(line: String) -> Option<CargoLine> {
     let message: BuildMessage = serde_json::from_str(&line).ok()?;
     (message.reason == "compiler-artifact").then_some(CargoLine::Artifact(message))
 }
@@ -195,7 +195,7 @@ mod tests {
 
     fn built(script: &str) -> (Result<usize, String>, Vec<String>) {
         let mut messages = Vec::new();
-        let result = build(shell(script), "plant-fmu, controller", &mut |progress| {
+        let result = run_cargo_build(shell(script), "plant-fmu, controller", &mut |progress| {
             messages.push(match progress {
                 BuildProgress::Building { packages, activity, .. } => {
                     format!("{packages}: {activity}")

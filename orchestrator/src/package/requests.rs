@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use diagnostics::{Error, Mistakes, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned};
 use scenario::{BuildArtifacts, BuildRequest, Scenario};
 
 use super::installed::InstalledPackages;
-use super::{BuildError, OnProgress, Workspace};
+use super::{BuildError, CargoWorkspace, OnProgress};
 
 /// A `crate` key of a scenario.
 struct CrateRequest<'a> {
@@ -20,37 +20,36 @@ struct CrateRequest<'a> {
 }
 
 impl<'a> CrateRequest<'a> {
-    fn all(scenario: &'a Scenario) -> Vec<Self> {
+    fn all_in_scenario(scenario: &'a Scenario) -> Vec<Self> {
         let request = |(package, example, product, is_plugin)| {
             let (package, example): (&'a Option<_>, &'a Option<_>) = (package, example);
             let (package, example) = (package.as_ref()?, example.as_ref());
             Some(CrateRequest { scenario, package, example, product: product?, is_plugin })
         };
         let document = &scenario.document;
-        let fmus =
-            document.fmu.iter().map(|it| (&it.package, &it.example, it.build_request(), false));
+        let fmus = document.fmu.iter().map(|it| (&it.package, &it.example, it.build_request(), false));
         let plugins = document.analysis.iter();
         let plugins = plugins.map(|it| (&it.package, &it.example, it.build_request(), true));
-        let validations = scenario.validations.iter().flat_map(Self::all);
+        let validations = scenario.validations.iter().flat_map(Self::all_in_scenario);
         fmus.chain(plugins).filter_map(request).chain(validations).collect()
     }
 
-    fn folder(&self) -> &'a Path {
-        self.scenario.source.folder(self.package.span())
+    fn source_folder(&self) -> &'a Path {
+        self.scenario.source.base_folder(self.package.span())
     }
 
     /// The workspace around the file that names it, or else around the current folder. A workspace inside an archive is not
     /// taken: its build scripts would run.
-    fn workspace(&self) -> Result<Workspace, BuildError> {
-        let current = || Workspace::containing(Path::new("."));
+    fn find_workspace(&self) -> Result<CargoWorkspace, BuildError> {
+        let current = || CargoWorkspace::containing(Path::new("."));
         if self.scenario.source.is_archived(self.package.span()) {
             return current();
         }
-        Workspace::containing(self.folder()).or_else(|error| current().map_err(|_| error))
+        CargoWorkspace::containing(self.source_folder()).or_else(|error| current().map_err(|_| error))
     }
 
     /// The error that no workspace makes the package, and that none was installed either.
-    fn missing(&self, error: &BuildError, installed: &InstalledPackages) -> Error {
+    fn missing_package_error(&self, error: &BuildError, installed: &InstalledPackages) -> Error {
         let example = matches!(error, BuildError::UnknownExample { .. });
         let word = self.example.filter(|_| example).unwrap_or(self.package);
         let lacks = match example {
@@ -59,12 +58,12 @@ impl<'a> CrateRequest<'a> {
                 format!(",\n{}", installed.missing_message(self.package.get_ref(), self.is_plugin))
             }
         };
-        let error_here = self.scenario.error(word, format!("{error}{lacks}"));
+        let error_here = self.scenario.error_at(word, format!("{error}{lacks}"));
         if !matches!(error, BuildError::Workspace { .. }) {
             return error_here;
         }
         let key = if self.is_plugin { "path = \"x.so\"" } else { "path = \"x.fmu\"" };
-        error_here.help(format!(
+        error_here.with_help(format!(
             "`crate` names a package of the cargo workspace that the scenario is in; a file needs `{key}`"
         ))
     }
@@ -74,7 +73,7 @@ impl<'a> CrateRequest<'a> {
 ///
 /// # Errors
 /// When there is none, with what was wrong with the first folder.
-pub fn library(
+pub fn build_or_find_library(
     package: &str,
     folders: &[&Path],
     progress: OnProgress,
@@ -82,9 +81,9 @@ pub fn library(
     let request = BuildRequest { package: package.to_owned(), example: None };
     let mut first = None;
     for folder in folders {
-        let built = Workspace::containing(folder).and_then(|workspace| {
-            workspace.check(&request)?;
-            workspace.make(&[], std::slice::from_ref(&request), progress)
+        let built = CargoWorkspace::containing(folder).and_then(|workspace| {
+            workspace.check_makes_library(&request)?;
+            workspace.build_fmus_and_plugins(&[], std::slice::from_ref(&request), progress)
         });
         match built.map(|mut built| built.plugins.remove(&request)) {
             Ok(Some(library)) => return Ok(library),
@@ -92,11 +91,10 @@ pub fn library(
             Err(error) => drop(first.get_or_insert(error)),
         }
     }
-    let installed = InstalledPackages::with_program();
+    let installed = InstalledPackages::beside_current_program();
     let why = first.map_or_else(|| "no workspace makes it".to_owned(), |error| error.to_string());
-    let missing =
-        || BuildError::Missing { why, installed: installed.missing_message(package, true) };
-    installed.file(&request, true).ok_or_else(missing)
+    let missing = || BuildError::Missing { why, installed: installed.missing_message(package, true) };
+    installed.find_file(&request, true).ok_or_else(missing)
 }
 
 /// Builds the packages that the scenario and its validations name by `crate`, and packs the FMUs among them.
@@ -105,8 +103,8 @@ pub fn library(
 ///
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
-pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    build_all(CrateRequest::all(scenario), progress)
+pub fn build_scenario_packages(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
+    build_crate_requests(CrateRequest::all_in_scenario(scenario), progress)
 }
 
 /// The same without plugins, for whoever looks at a scenario and does not run it.
@@ -114,12 +112,12 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts
 /// # Errors
 /// As of [`build`].
 pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    let requests = CrateRequest::all(scenario).into_iter().filter(|request| !request.is_plugin);
-    build_all(requests.collect(), progress)
+    let requests = CrateRequest::all_in_scenario(scenario).into_iter().filter(|request| !request.is_plugin);
+    build_crate_requests(requests.collect(), progress)
 }
 
-fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    let PackageSources { workspaces, installed } = PackageSources::of(requests)?;
+fn build_crate_requests(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<BuildArtifacts, Error> {
+    let PackageSources { workspaces, installed } = PackageSources::resolve(requests)?;
     let mut built = BuildArtifacts::default();
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
         refuse_duplicates(&built, &requests)?;
@@ -130,8 +128,8 @@ fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<BuildA
         };
         let first = &requests[0];
         let built_here = workspace
-            .make(&products(false), &products(true), progress)
-            .map_err(|error| first.scenario.error(first.package, error.to_string()))?;
+            .build_fmus_and_plugins(&products(false), &products(true), progress)
+            .map_err(|error| first.scenario.error_at(first.package, error.to_string()))?;
         built.archives.extend(built_here.archives);
         built.plugins.extend(built_here.plugins);
     }
@@ -148,7 +146,7 @@ fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<BuildA
 #[derive(Default)]
 struct PackageSources<'a> {
     /// Workspaces by their roots, with their requests.
-    workspaces: BTreeMap<PathBuf, (Workspace, Vec<CrateRequest<'a>>)>,
+    workspaces: BTreeMap<PathBuf, (CargoWorkspace, Vec<CrateRequest<'a>>)>,
     /// Requests for files that were installed, with their paths.
     installed: Vec<(CrateRequest<'a>, PathBuf)>,
 }
@@ -156,20 +154,20 @@ struct PackageSources<'a> {
 impl<'a> PackageSources<'a> {
     /// # Errors
     /// With the places in the files, for all packages that nobody makes.
-    fn of(requests: Vec<CrateRequest<'a>>) -> Result<Self, Error> {
-        let (mut makers, mut mistakes) = (PackageSources::default(), Mistakes::default());
-        let installed = InstalledPackages::with_program();
+    fn resolve(requests: Vec<CrateRequest<'a>>) -> Result<Self, Error> {
+        let (mut makers, mut mistakes) = (PackageSources::default(), ErrorCollector::default());
+        let installed = InstalledPackages::beside_current_program();
         // The root of the workspace that serves a folder, or why there is none.
         let mut roots: BTreeMap<&Path, Result<PathBuf, Rc<BuildError>>> = BTreeMap::new();
         let workspaces = &mut makers.workspaces;
         for request in requests {
-            let root = roots.entry(request.folder()).or_insert_with(|| {
-                let workspace = request.workspace()?;
+            let root = roots.entry(request.source_folder()).or_insert_with(|| {
+                let workspace = request.find_workspace()?;
                 let root = workspace.0.workspace_root.clone();
                 workspaces.entry(root.clone()).or_insert((workspace, Vec::new()));
                 Ok(root)
             });
-            let has = |root: PathBuf| match workspaces[&root].0.check(&request.product) {
+            let has = |root: PathBuf| match workspaces[&root].0.check_makes_library(&request.product) {
                 Ok(()) => Ok(root),
                 Err(error) => Err(Rc::new(error)),
             };
@@ -180,12 +178,12 @@ impl<'a> PackageSources<'a> {
                 }
                 Err(error) => error,
             };
-            match installed.file(&request.product, request.is_plugin) {
+            match installed.find_file(&request.product, request.is_plugin) {
                 Some(file) => makers.installed.push((request, file)),
-                None => mistakes.push(request.missing(&error, &installed)),
+                None => mistakes.push(request.missing_package_error(&error, &installed)),
             }
         }
-        mistakes.finish().map(|()| makers)
+        mistakes.into_result().map(|()| makers)
     }
 }
 
@@ -199,5 +197,5 @@ fn refuse_duplicates(built: &BuildArtifacts, requests: &[CrateRequest]) -> Resul
     let message = format!(
         "two workspaces, or one and the installed files, have a package `{name}` that the scenario needs"
     );
-    Err(twin.scenario.error(twin.package, message))
+    Err(twin.scenario.error_at(twin.package, message))
 }

@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use plugin::{ResultSummary, Table};
+use plugin::{ResultSummary, ResultTable};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -26,7 +26,7 @@ impl AnalysisSummary {
     }
 
     /// Lines for a terminal, under the name of the analysis.
-    pub(super) fn lines(&self, name: &str) -> String {
+    pub(super) fn summary_lines(&self, name: &str) -> String {
         if self.is_empty() {
             return String::new();
         }
@@ -42,14 +42,14 @@ impl AnalysisSummary {
     }
 }
 
-fn all(table: &Table) -> impl Iterator<Item = &Vec<String>> {
+fn head_and_rows(table: &ResultTable) -> impl Iterator<Item = &Vec<String>> {
     std::iter::once(&table.head).chain(table.rows.iter().map(|row| &row.0))
 }
 
-fn table_lines(table: &Table) -> String {
-    let columns = all(table).map(Vec::len).max().unwrap_or(0);
+fn table_lines(table: &ResultTable) -> String {
+    let columns = head_and_rows(table).map(Vec::len).max().unwrap_or(0);
     let width = |place: usize| {
-        let cells = all(table).filter_map(|row| row.get(place));
+        let cells = head_and_rows(table).filter_map(|row| row.get(place));
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0).min(WIDEST)
     };
     let widths: Vec<_> = (0..columns).map(width).collect();
@@ -57,7 +57,7 @@ fn table_lines(table: &Table) -> String {
         let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
         format!("    {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
     };
-    all(table).map(line).collect()
+    head_and_rows(table).map(line).collect()
 }
 
 #[cfg(test)]
@@ -74,21 +74,18 @@ mod tests {
             "tables": [{ "head": ["", "value"], "rows": [["speed [m/s]", "3"], ["µ", "0.9"]] }],
         });
         let expected = "  speed  It holds.\n    By far.\n                 value\n    speed [m/s]  3\n    µ            0.9\n";
-        assert_eq!(AnalysisSummary::new(&result).lines("speed"), expected);
+        assert_eq!(AnalysisSummary::new(&result).summary_lines("speed"), expected);
         let doubtful = json!({ "summary": ["It does <not> hold."], "sound": false });
-        let lines = AnalysisSummary::new(&doubtful).lines("speed");
+        let lines = AnalysisSummary::new(&doubtful).summary_lines("speed");
         assert_eq!(lines, "  speed  DOUBTFUL  It does <not> hold.\n");
     }
 
     #[test]
     fn a_result_of_another_shape_says_nothing() {
         for result in [json!({ "summary": 3, "tables": { "head": [] } }), json!(7), json!(null)] {
-            assert_eq!(AnalysisSummary::new(&result).lines("speed"), "");
+            assert_eq!(AnalysisSummary::new(&result).summary_lines("speed"), "");
         }
         let ragged = json!({ "tables": [{ "head": ["a"], "rows": [["1", "2"], [], [3]] }] });
-        assert_eq!(
-            AnalysisSummary::new(&ragged).lines("x"),
-            "  x  \n    a\n    1  2\n    \n    \n"
-        );
+        assert_eq!(AnalysisSummary::new(&ragged).summary_lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
     }
 }

@@ -4,62 +4,62 @@ mod pictures;
 
 use askama::Template;
 use cosim::coupling::LoopSummary;
-use diagnostics::Source;
+use diagnostics::SourceFiles;
 use serde_json::Value;
 
 use super::analysis_summary::AnalysisSummary;
-use super::text::seconds;
-use super::{FileReport, NodeReport, RunReport, RunVerdict};
-use crate::messages::{NodeMessage, Severity};
-use pictures::{Picture, SMALL, WIDE, picture};
+use super::text::format_seconds;
+use super::{FileHash, NodeReport, RunReport, RunVerdict};
+use crate::messages::{MessageSeverity, NodeMessage};
+use pictures::{CheckPlot, SMALL, WIDE, check_plot};
 
 /// The run and the files of its scenario, with pictures of failed and of passed checks.
 #[derive(Template)]
 #[template(path = "report.html")]
-struct Page<'a> {
+struct RunReportPage<'a> {
     title: &'a str,
     headline: String,
     report: &'a RunReport,
-    source: &'a Source,
-    failed: Vec<Picture<'a>>,
-    passed: Vec<Picture<'a>>,
+    source: &'a SourceFiles,
+    failed: Vec<CheckPlot<'a>>,
+    passed: Vec<CheckPlot<'a>>,
 }
 
 impl RunReport {
     /// The page; `source` are the files of the scenario.
     #[must_use]
-    pub(super) fn page(&self, source: &Source) -> String {
+    pub(super) fn html_page(&self, source: &SourceFiles) -> String {
         let pictures = |passed: bool, size: [f64; 2]| {
             let checks = self.checks.iter().filter(|check| check.passed == passed);
-            checks.filter_map(|check| picture(check, size)).collect()
+            checks.filter_map(|check| check_plot(check, size)).collect()
         };
         let (failed, passed) = (pictures(false, WIDE), pictures(true, SMALL));
         let headline = match self.verdict {
             // The error follows.
             RunVerdict::Error | RunVerdict::Interrupted => {
-                format!("stopped after {}", seconds(self.sim_seconds))
+                format!("stopped after {}", format_seconds(self.sim_seconds))
             }
-            RunVerdict::Pass | RunVerdict::Fail => self.headline(),
+            RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
         };
         let title = &self.title;
-        html_page::render(&Page { title, headline, report: self, source, failed, passed })
+        html_page::render_page(&RunReportPage { title, headline, report: self, source, failed, passed })
     }
 }
 
-impl Page<'_> {
+impl RunReportPage<'_> {
     /// Names and pictures of the baselines that the run left.
-    fn baselines(&self) -> Vec<(&str, String)> {
+    fn baseline_pictures(&self) -> Vec<(&str, String)> {
         let picture = |name| std::fs::read_to_string(self.report.folder.join(name)).ok();
         let all = self.report.baselines.iter();
         all.filter_map(|it| Some((it.name.as_str(), picture(it.picture.as_ref()?)?))).collect()
     }
 
     /// What is known of the run, by name; empty where there is nothing to say.
-    fn facts(&self) -> Vec<(&'static str, String)> {
+    fn named_run_facts(&self) -> Vec<(&'static str, String)> {
         let report = self.report;
         let made = &report.provenance;
         let versions = &made.versions;
-        let wall = seconds(report.wall_seconds);
+        let wall = format_seconds(report.wall_seconds);
         let fmi = match versions.fmi.as_str() {
             "" => String::new(),
             fmi => format!(", FMI {fmi}"),
@@ -67,7 +67,7 @@ impl Page<'_> {
         let late = |late| format!("{late} of {} communication points", report.steps);
         vec![
             ("Scenario", report.scenario.clone()),
-            ("Simulated", format!("{} in {} steps", seconds(report.sim_seconds), report.steps)),
+            ("Simulated", format!("{} in {} steps", format_seconds(report.sim_seconds), report.steps)),
             ("Took", format!("{wall}, {:.0} times real time", report.realtime_factor)),
             ("Command", made.command.join(" ")),
             ("Set from outside", made.set.join(", ")),
@@ -84,33 +84,33 @@ impl Page<'_> {
     }
 
     /// What was read, with the kind of each file.
-    fn files(&self) -> impl Iterator<Item = (&'static str, &FileReport)> {
+    fn read_files_with_kinds(&self) -> impl Iterator<Item = (&'static str, &FileHash)> {
         let made = &self.report.provenance;
         let kinds = [("plugin", &made.plugins), ("scenario", &made.sources), ("data", &made.data)];
         kinds.into_iter().flat_map(|(kind, files)| files.iter().map(move |file| (kind, file)))
     }
 
     /// Nodes that did a step.
-    fn nodes(&self) -> impl Iterator<Item = &NodeReport> {
+    fn nodes_with_steps(&self) -> impl Iterator<Item = &NodeReport> {
         self.report.nodes.iter().filter(|node| node.calls > 0)
     }
 }
 
-fn most_grave_first(messages: &[NodeMessage]) -> impl Iterator<Item = &NodeMessage> {
-    let summaries = messages.iter().filter(|it| it.level == Severity::Summary);
-    messages.iter().filter(|it| it.level != Severity::Summary).chain(summaries)
+fn most_severe_first(messages: &[NodeMessage]) -> impl Iterator<Item = &NodeMessage> {
+    let summaries = messages.iter().filter(|it| it.level == MessageSeverity::Summary);
+    messages.iter().filter(|it| it.level != MessageSeverity::Summary).chain(summaries)
 }
 
 /// Mean of the passes of a step.
-fn mean(account: &LoopSummary) -> f64 {
+fn mean_passes_per_step(account: &LoopSummary) -> f64 {
     account.passes as f64 / account.steps.max(1) as f64
 }
 
-fn json(result: &Value) -> String {
+fn pretty_json(result: &Value) -> String {
     serde_json::to_string_pretty(result).unwrap_or_default()
 }
 
-fn word(verdict: &RunVerdict) -> &'static str {
+fn verdict_word(verdict: &RunVerdict) -> &'static str {
     match verdict {
         RunVerdict::Pass => "PASSED",
         RunVerdict::Fail => "FAILED",
@@ -119,7 +119,7 @@ fn word(verdict: &RunVerdict) -> &'static str {
     }
 }
 
-fn class(verdict: &RunVerdict) -> &'static str {
+fn verdict_css_class(verdict: &RunVerdict) -> &'static str {
     match verdict {
         RunVerdict::Pass => "pass",
         RunVerdict::Fail => "fail",
@@ -130,13 +130,13 @@ fn class(verdict: &RunVerdict) -> &'static str {
 /// How templates of this page write numbers.
 mod filters {
     use askama::{Result, Values};
-    use html_page::filters::Number;
+    use html_page::filters::TemplateNumber;
     pub use html_page::filters::*;
 
     /// As many digits as a person compares.
     #[askama::filter_fn]
-    pub fn compact(value: impl Number, _: &dyn Values) -> Result<String> {
-        Ok(match value.number() {
+    pub fn four_decimals_or_exponent(value: impl TemplateNumber, _: &dyn Values) -> Result<String> {
+        Ok(match value.as_f64() {
             value if value.is_nan() => String::new(),
             value if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) => format!("{value:.3e}"),
             value => format!("{value:.4}"),
@@ -145,14 +145,14 @@ mod filters {
 
     /// A time [s] without the rounding error of `k h`.
     #[askama::filter_fn]
-    pub fn rounded(time: impl Number, _: &dyn Values) -> Result<f64> {
-        Ok(diagnostics::rounded(time.number()))
+    pub fn rounded_time(time: impl TemplateNumber, _: &dyn Values) -> Result<f64> {
+        Ok(diagnostics::rounded_time(time.as_f64()))
     }
 
     /// A time [s] with three digits and the unit that fits it.
     #[askama::filter_fn]
-    pub fn duration(time: impl Number, _: &dyn Values) -> Result<String> {
-        let time = time.number();
+    pub fn time_with_unit(time: impl TemplateNumber, _: &dyn Values) -> Result<String> {
+        let time = time.as_f64();
         let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")];
         let (size, unit) = units.into_iter().find(|(size, _)| time >= *size).unwrap_or(units[3]);
         let value = time / size;
@@ -172,7 +172,7 @@ mod tests {
         struct Link<'a> {
             name: &'a str,
         }
-        let link = |name| html_page::render(&Link { name });
+        let link = |name| html_page::render_page(&Link { name });
         assert_eq!(link("tires.html"), "./tires.html");
         assert_eq!(link("a b\"<\u{e9}>:?/"), "./a%20b%22%3C%C3%A9%3E%3A%3F%2F");
     }

@@ -17,13 +17,13 @@ pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, PAGE];
 
 /// Says which program wrote a report: this tells it from those of others.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Signature {
+pub(crate) struct ReportSignature {
     trackside: String,
 }
 
-impl Default for Signature {
+impl Default for ReportSignature {
     fn default() -> Self {
-        Signature { trackside: env!("CARGO_PKG_VERSION").to_owned() }
+        ReportSignature { trackside: env!("CARGO_PKG_VERSION").to_owned() }
     }
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct PreviousRun {
     /// The verdict, which every report has.
     pub verdict: String,
     /// The program, which every report names among its versions.
-    pub versions: Signature,
+    pub versions: ReportSignature,
     /// The files of analyses.
     #[serde(default)]
     pub files: Vec<String>,
@@ -53,17 +53,16 @@ pub(crate) struct PreviousValidation {
 
 impl PreviousRun {
     /// What the report in the folder says, or else what a killed run had said by then; none without either.
-    pub fn read(folder: &Path) -> Option<Self> {
-        let mut previous =
-            Self::parse(&folder.join(REPORT)).or_else(|| Self::parse(&folder.join(PARTIAL)))?;
-        let plain =
-            |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+    pub fn read_from_folder(folder: &Path) -> Option<Self> {
+        let mut previous = Self::parse_report_file(&folder.join(REPORT))
+            .or_else(|| Self::parse_report_file(&folder.join(PARTIAL)))?;
+        let plain = |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         previous.files.retain(plain);
         previous.validations.retain(|validation| plain(&validation.name));
         Some(previous)
     }
 
-    fn parse(path: &Path) -> Option<Self> {
+    fn parse_report_file(path: &Path) -> Option<Self> {
         // What a link leads to is not in this folder.
         let here = std::fs::symlink_metadata(path).is_ok_and(|it| it.is_file());
         here.then(|| serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()).flatten()
@@ -73,9 +72,9 @@ impl PreviousRun {
     ///
     /// # Errors
     /// When the note cannot be written.
-    pub fn note(folder: &Path, file: &str) -> Result<(), Error> {
+    pub fn note_file_before_writing(folder: &Path, file: &str) -> Result<(), Error> {
         let path = folder.join(PARTIAL);
-        let mut noted = Self::parse(&path).unwrap_or_default();
+        let mut noted = Self::parse_report_file(&path).unwrap_or_default();
         noted.files.push(file.to_owned());
         write_json(&path, &noted)
     }

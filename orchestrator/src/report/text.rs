@@ -2,18 +2,18 @@
 
 use std::fmt::Write as _;
 
-use assessment::check::Verdict;
-use diagnostics::in_markdown;
+use assessment::check::CheckVerdict;
+use diagnostics::escape_markdown;
 
 use super::analysis_summary::{AnalysisSummary, WIDEST};
 use super::{RunReport, RunVerdict, ValidationReport};
-use crate::messages::{self, Severity};
+use crate::messages::{self, MessageSeverity};
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.
     #[must_use]
-    pub fn markdown(&self) -> String {
-        let mut text = format!("**{}**\n\n", in_markdown(&self.headline()));
+    pub fn verdict_markdown(&self) -> String {
+        let mut text = format!("**{}**\n\n", escape_markdown(&self.verdict_headline()));
         let of_validations = |it: &ValidationReport| {
             let named = |check| (format!("{}: ", it.name), check);
             it.checks.clone().into_iter().map(named).collect::<Vec<_>>()
@@ -24,20 +24,19 @@ impl RunReport {
             text += "| check | | worst | limit | unit | at [s] |\n|---|---|---|---|---|---|\n";
         }
         for (of, check) in &checks {
-            let number =
-                |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+            let number = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
             let sign = if check.passed { "passed" } else { "**FAILED**" };
             let (name, worst, limit, at) =
                 (&check.name, number(check.value), number(check.limit), number(check.at));
             // Writing into a string cannot fail.
-            let unit = in_markdown(check.unit.as_deref().unwrap_or_default());
-            let name = in_markdown(&format!("{of}{name}"));
+            let unit = escape_markdown(check.unit.as_deref().unwrap_or_default());
+            let name = escape_markdown(&format!("{of}{name}"));
             let _ = writeln!(text, "| {name} | {sign} | {worst} | {limit} | {unit} | {at} |");
         }
         text
     }
 
-    pub(super) fn headline(&self) -> String {
+    pub(super) fn verdict_headline(&self) -> String {
         let count = |failed: usize, all: usize, what: &str| match (failed, all) {
             (0, 1) => format!("the {what} passed"),
             (0, _) => format!("all {all} {what}s passed"),
@@ -46,16 +45,12 @@ impl RunReport {
         let failed = self.checks.iter().filter(|check| !check.passed).count();
         let checks = (!self.checks.is_empty()).then(|| count(failed, self.checks.len(), "check"));
         let failed = self.validations.iter().filter(|it| it.verdict != RunVerdict::Pass).count();
-        let validations = (!self.validations.is_empty())
-            .then(|| count(failed, self.validations.len(), "validation"));
+        let validations =
+            (!self.validations.is_empty()).then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
             (RunVerdict::Pass | RunVerdict::Fail, _) => {
                 let parts: Vec<_> = checks.into_iter().chain(validations).collect();
-                if parts.is_empty() {
-                    "done, nothing was checked".to_owned()
-                } else {
-                    parts.join(", ")
-                }
+                if parts.is_empty() { "done, nothing was checked".to_owned() } else { parts.join(", ") }
             }
             (RunVerdict::Error | RunVerdict::Interrupted, Some(error)) => {
                 format!("stopped after {} s: {error}", self.sim_seconds)
@@ -69,39 +64,41 @@ impl RunReport {
     pub fn warning_lines(&self) -> Vec<String> {
         let of_validations =
             self.validations.iter().flat_map(|ValidationReport { name, messages, .. }| {
-                messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
+                messages::warning_and_error_lines(messages)
+                    .into_iter()
+                    .map(move |line| format!("{name}: {line}"))
             });
-        let own = messages::lines(&self.messages);
+        let own = messages::warning_and_error_lines(&self.messages);
         self.warnings.iter().cloned().chain(own).chain(of_validations).collect()
     }
 
     /// The lines that a person reads after a run.
     #[must_use]
-    pub fn lines(&self) -> String {
+    pub fn terminal_lines(&self) -> String {
         let analyses =
-            self.analyses.iter().map(|(name, result)| AnalysisSummary::new(result).lines(name));
+            self.analyses.iter().map(|(name, result)| AnalysisSummary::new(result).summary_lines(name));
         let analyses: String = analyses.collect();
-        let checks = lines(&self.checks, "  ");
-        let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);
-        let summaries: String = summaries.map(|it| format!("  {}\n", it.line())).collect();
+        let checks = check_lines(&self.checks, "  ");
+        let summaries = self.messages.iter().filter(|it| it.level == MessageSeverity::Summary);
+        let summaries: String = summaries.map(|it| format!("  {}\n", it.describe())).collect();
         let mut text = format!("{}: {}\n{summaries}{analyses}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let ValidationReport { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.
-            let _ = write!(text, "  {name}  {}\n{}", folder.display(), lines(checks, "    "));
+            let _ = write!(text, "  {name}  {}\n{}", folder.display(), check_lines(checks, "    "));
         }
-        let wall = seconds(self.wall_seconds);
+        let wall = format_seconds(self.wall_seconds);
         let _ = match self.steps {
             0 => writeln!(text, "  done in {wall}"),
             _ => writeln!(
                 text,
                 "  {} simulated in {wall}: {:.0} times real time",
-                seconds(self.sim_seconds),
+                format_seconds(self.sim_seconds),
                 self.realtime_factor
             ),
         };
         if let Some(resumed) = &self.resumed {
-            let _ = writeln!(text, "  {}", resumed.line());
+            let _ = writeln!(text, "  {}", resumed.describe_resumption());
         }
         let _ = writeln!(text, "  {}", self.folder.display());
         for baseline in &self.blessed {
@@ -110,13 +107,13 @@ impl RunReport {
         for file in &self.files {
             let _ = writeln!(text, "  {}", self.folder.join(file).display());
         }
-        let _ = writeln!(text, "{}", self.headline());
+        let _ = writeln!(text, "{}", self.verdict_headline());
         text
     }
 }
 
 /// A line for each check.
-fn lines(checks: &[Verdict], indent: &str) -> String {
+fn check_lines(checks: &[CheckVerdict], indent: &str) -> String {
     let mut text = String::new();
     let widths = checks.iter().map(|check| check.name.chars().count());
     let width = widths.max().unwrap_or(0).min(WIDEST);
@@ -138,6 +135,6 @@ fn lines(checks: &[Verdict], indent: &str) -> String {
     text
 }
 
-pub(super) fn seconds(value: f64) -> String {
+pub(super) fn format_seconds(value: f64) -> String {
     if value < 1.0 { format!("{:.0} ms", value * 1e3) } else { format!("{value:.1} s") }
 }

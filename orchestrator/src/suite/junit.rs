@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::{CheckResult, ScenarioOutcome, TestResult};
@@ -26,13 +26,12 @@ pub fn check_junit(path: &Path) -> Result<(), Error> {
     let read = |file: std::fs::File| file.take(BEGINNING).read_to_end(&mut beginning);
     let known = |bytes: &[u8]| bytes.is_empty() || bytes.windows(ROOT.len()).any(|it| it == ROOT);
     // A pipe or a device is no file that could be lost.
-    let may =
-        !kind.is_file() || std::fs::File::open(path).and_then(read).is_ok() && known(&beginning);
+    let may = !kind.is_file() || std::fs::File::open(path).and_then(read).is_ok() && known(&beginning);
     if may && !kind.is_dir() {
         return Ok(());
     }
     let message = format!("--junit: {} is there, and it holds no JUnit results", path.display());
-    Err(Error::input(message).help("name another file"))
+    Err(Error::invalid_input(message).with_help("name another file"))
 }
 
 /// The results as JUnit XML.
@@ -41,23 +40,23 @@ pub fn check_junit(path: &Path) -> Result<(), Error> {
 /// When the file cannot be written.
 pub fn write_junit(results: &[TestResult], path: &Path) -> Result<(), Error> {
     let mut report = Report::new("trackside");
-    report.add_test_suites(results.iter().map(suite));
-    let text = report.to_string().map_err(|error| Error::output(path, error))?;
-    std::fs::write(path, text).map_err(|error| Error::output(path, error))
+    report.add_test_suites(results.iter().map(junit_suite));
+    let text = report.to_string().map_err(|error| Error::output_failure(path, error))?;
+    std::fs::write(path, text).map_err(|error| Error::output_failure(path, error))
 }
 
-fn suite(result: &TestResult) -> TestSuite {
+fn junit_suite(result: &TestResult) -> TestSuite {
     let name = result.path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = shown(&name);
+    let name = escape_for_terminal(&name);
     let mut suite = TestSuite::new(name.as_ref());
     suite.set_time(result.time);
     let warnings = result.warnings.iter().chain(&result.messages);
     let warnings: String = warnings.map(|it| format!("warning: {it}\n")).collect();
     if !warnings.is_empty() {
-        suite.set_system_out(shown(&warnings).as_ref());
+        suite.set_system_out(escape_for_terminal(&warnings).as_ref());
     }
     let run_case = run_status(result).map(|status| {
-        let mut case = case(RUN, status, &result.path, 1);
+        let mut case = junit_test_case(RUN, status, &result.path, 1);
         case.set_time(result.time);
         case
     });
@@ -74,21 +73,21 @@ fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
     match &result.outcome {
         ScenarioOutcome::Skipped(reason) => {
             let mut status = TestCaseStatus::skipped();
-            status.set_message(shown(reason).as_ref());
+            status.set_message(escape_for_terminal(reason).as_ref());
             Some(status)
         }
         ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
-            Some(failure(NonSuccessKind::Error, &headline(text), text))
+            Some(failed_test_status(NonSuccessKind::Error, &error_headline(text), text))
         }
         ScenarioOutcome::Failed(text) if result.checks.iter().all(|it| it.verdict.passed) => {
-            Some(failure(NonSuccessKind::Failure, &headline(text), text))
+            Some(failed_test_status(NonSuccessKind::Failure, &error_headline(text), text))
         }
         _ => result.checks.is_empty().then(TestCaseStatus::success),
     }
 }
 
 /// The first words of an error, without the frame that terminals get.
-fn headline(text: &str) -> String {
+fn error_headline(text: &str) -> String {
     let mut lines = text.lines().map(|line| line.trim_matches([' ', '×', '│']));
     lines.find(|line| !line.is_empty()).unwrap_or("it failed without a word").to_owned()
 }
@@ -99,21 +98,23 @@ fn check_case(result: &CheckResult) -> TestCase {
         true => TestCaseStatus::success(),
         false => {
             let reason = verdict.reason.as_deref().unwrap_or("it does not hold");
-            failure(NonSuccessKind::Failure, reason, &format!("{}\n{reason}", verdict.that))
+            failed_test_status(NonSuccessKind::Failure, reason, &format!("{}\n{reason}", verdict.that))
         }
     };
-    case(&result.name(), status, &verdict.file, verdict.line)
+    junit_test_case(&result.qualified_name(), status, &verdict.file, verdict.line)
 }
 
-fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
+fn failed_test_status(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
-    status.set_message(shown(message).as_ref()).set_description(shown(text).as_ref());
+    status
+        .set_message(escape_for_terminal(message).as_ref())
+        .set_description(escape_for_terminal(text).as_ref());
     status
 }
 
-fn case(name: &str, status: TestCaseStatus, file: &Path, line: usize) -> TestCase {
-    let mut case = TestCase::new(shown(name).as_ref(), status);
-    case.extra.insert("file".into(), shown(&file.display().to_string()).as_ref().into());
+fn junit_test_case(name: &str, status: TestCaseStatus, file: &Path, line: usize) -> TestCase {
+    let mut case = TestCase::new(escape_for_terminal(name).as_ref(), status);
+    case.extra.insert("file".into(), escape_for_terminal(&file.display().to_string()).as_ref().into());
     case.extra.insert("line".into(), line.to_string().into());
     case
 }

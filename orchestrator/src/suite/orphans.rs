@@ -20,9 +20,7 @@ pub fn become_subreaper() {
 }
 
 /// Starts the process of a run, which [`end_orphans`] leaves alone until [`wait_for_run`].
-pub(super) fn start_run<T>(
-    spawn: impl FnOnce() -> std::io::Result<(Pid, T)>,
-) -> std::io::Result<T> {
+pub(super) fn spawn_run_process<T>(spawn: impl FnOnce() -> std::io::Result<(Pid, T)>) -> std::io::Result<T> {
     let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     let (process, started) = spawn()?;
     runs.push(process);
@@ -39,20 +37,20 @@ pub(super) fn wait_for_run<T>(run: Pid, wait: impl FnOnce() -> T) -> T {
 
 /// Ends what runs that are over have left: what this process has taken in, and all below it. What it started itself is a run, or belongs
 /// to its group.
-pub(super) fn end_orphans() {
+pub(super) fn kill_orphan_processes() {
     let own = getpgrp();
     for _ in 0..ROUNDS {
         // A run that begins meanwhile is not known yet.
         let runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = processes();
-        let mine = |it: &&Process| it.parent == getpid();
-        let strange = |it: &&Process| it.group != Some(own) && !runs.contains(&it.number);
+        let all = list_processes();
+        let mine = |it: &&ProcessEntry| it.parent == getpid();
+        let strange = |it: &&ProcessEntry| it.group != Some(own) && !runs.contains(&it.number);
         let orphans: Vec<_> = all.iter().filter(mine).filter(strange).collect();
         if orphans.is_empty() {
             return;
         }
         for orphan in orphans {
-            kill(orphan);
+            send_kill_signal(orphan);
             if orphan.ended {
                 let _ = waitpid(Some(orphan.number), WaitOptions::NOHANG);
             }
@@ -63,34 +61,33 @@ pub(super) fn end_orphans() {
 }
 
 /// Ends all processes below this one.
-pub fn end_descendants() {
+pub fn kill_descendant_processes() {
     for _ in 0..ROUNDS {
-        let all = processes();
+        let all = list_processes();
         let mut below = vec![getpid()];
         // As often as it takes: a child may come before its parent in the list.
         loop {
-            let new = |it: &&Process| below.contains(&it.parent) && !below.contains(&it.number);
+            let new = |it: &&ProcessEntry| below.contains(&it.parent) && !below.contains(&it.number);
             let Some(found) = all.iter().find(new) else { break };
             below.push(found.number);
         }
-        let living =
-            |it: &&Process| it.number != getpid() && !it.ended && below.contains(&it.number);
+        let living = |it: &&ProcessEntry| it.number != getpid() && !it.ended && below.contains(&it.number);
         let living: Vec<_> = all.iter().filter(living).collect();
         if living.is_empty() {
             return;
         }
-        living.into_iter().for_each(kill);
+        living.into_iter().for_each(send_kill_signal);
         std::thread::sleep(PAUSE);
     }
 }
 
-fn kill(process: &Process) {
+fn send_kill_signal(process: &ProcessEntry) {
     // It may have ended meanwhile.
     let _ = kill_process(process.number, Signal::KILL);
 }
 
 /// A process, as the system lists it.
-struct Process {
+struct ProcessEntry {
     number: Pid,
     parent: Pid,
     group: Option<Pid>,
@@ -99,7 +96,7 @@ struct Process {
 }
 
 /// All processes that can be seen; none where there is no `/proc`.
-fn processes() -> Vec<Process> {
+fn list_processes() -> Vec<ProcessEntry> {
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let read = |entry: std::fs::DirEntry| {
         let number: i32 = entry.file_name().to_str()?.parse().ok()?;
@@ -109,13 +106,13 @@ fn processes() -> Vec<Process> {
 }
 
 /// The process of a line such as `7 (a name) S 1 7 ...` (proc_pid_stat(5)): state, parent, group.
-fn parse_stat(number: i32, line: &str) -> Option<Process> {
+fn parse_stat(number: i32, line: &str) -> Option<ProcessEntry> {
     // The name may have parentheses and blanks of its own.
     let mut words = line.rsplit_once(')')?.1.split_whitespace();
     let state = words.next()?;
     let mut next = || words.next()?.parse().ok();
     let (parent, group): (i32, i32) = (next()?, next()?);
-    Some(Process {
+    Some(ProcessEntry {
         number: Pid::from_raw(number)?,
         parent: Pid::from_raw(parent)?,
         group: Pid::from_raw(group),

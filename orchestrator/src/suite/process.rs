@@ -8,11 +8,9 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use rustix::process::{
-    Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid,
-};
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid};
 
-use super::{Program, orphans};
+use super::{TracksideProgram, orphans};
 use crate::report::SUPERVISED;
 use crate::stop::GRACE;
 
@@ -45,21 +43,21 @@ pub(super) struct ProcessOutcome {
 }
 
 /// Runs the scenario at `path` into `folder`. Processes that it starts end with it, or with this program.
-pub(super) fn run(
-    Program { path: program, arguments, .. }: Program,
+pub(super) fn run_scenario_process(
+    TracksideProgram { path: program, arguments, .. }: TracksideProgram,
     path: &Path,
     folder: &Path,
     limit: Duration,
 ) -> std::io::Result<ProcessOutcome> {
     // A pipe would stay open as long as any process holds it.
-    let mut output = archive::nameless_file()?;
+    let mut output = archive::unnamed_temporary_file()?;
     let mut command = Command::new(program);
     command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).arg(SUPERVISED);
     command.arg("--limit").arg(limit.as_secs_f64().to_string());
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(output.try_clone()?);
     command.process_group(0);
     let mut child =
-        orphans::start_run(|| command.spawn().map(|child| (Pid::from_child(&child), child)))?;
+        orphans::spawn_run_process(|| command.spawn().map(|child| (Pid::from_child(&child), child)))?;
     let identity = format!("{:016x}", RandomState::new().hash_one(child.id()));
     // The run ends when this closes.
     let mut lifeline = child.stdin.take();
@@ -67,16 +65,20 @@ pub(super) fn run(
         // Who does not read it is seen by the report.
         let _ = writeln!(input, "{identity}");
     }
-    let kill_reason = wait(&child, &output, limit)?;
+    let kill_reason = wait_for_end_or_kill_reason(&child, &output, limit)?;
     // Until the process is waited for, nobody else has its number.
     kill_process_group(Pid::from_child(&child), Signal::KILL)?;
     let status = orphans::wait_for_run(Pid::from_child(&child), || child.wait())?;
-    orphans::end_orphans();
-    Ok(ProcessOutcome { status, kill_reason, stderr: tail(&mut output)?, identity })
+    orphans::kill_orphan_processes();
+    Ok(ProcessOutcome { status, kill_reason, stderr: stderr_tail(&mut output)?, identity })
 }
 
 /// Waits until the process ends, or must not go on.
-fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option<KillReason>> {
+fn wait_for_end_or_kill_reason(
+    child: &Child,
+    output: &File,
+    limit: Duration,
+) -> std::io::Result<Option<KillReason>> {
     let (begin, process) = (Instant::now(), Pid::from_child(child));
     let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
     let mut asked: Option<(u8, Instant)> = None;
@@ -106,7 +108,7 @@ fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option
     }
 }
 
-fn tail(output: &mut File) -> std::io::Result<String> {
+fn stderr_tail(output: &mut File) -> std::io::Result<String> {
     let length = output.metadata()?.len();
     output.seek(SeekFrom::Start(length.saturating_sub(STDERR_TAIL)))?;
     let mut bytes = Vec::new();

@@ -2,27 +2,27 @@
 
 use std::ops::Range;
 
-use ::sweep::design::{self, Correlation, Method, Points};
+use ::sweep::design::{self, AxisCorrelation, DesignMethod, DesignPoints};
 use ::sweep::distribution::Distribution;
-use ::sweep::table::{Column, Role, Table, Values};
+use ::sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 use diagnostics::Error;
 use scenario::document::Design;
-use scenario::plan::{Axis, AxisValues, SweepPlan};
+use scenario::plan::{AxisValues, SweepAxis, SweepPlan};
 use scenario::resolve::{Override, SEED};
 
 /// What the sample of Saltelli is called.
 const SALTELLI: &str = "saltelli";
 
 /// The values of all variants.
-pub(super) struct Assignment {
-    axes: Vec<Axis>,
+pub(super) struct VariantAssignment {
+    axes: Vec<SweepAxis>,
     /// One number for each axis: of levels the index, else the value.
-    points: Option<Points>,
+    points: Option<DesignPoints>,
     design: &'static str,
     fixed: Vec<String>,
 }
 
-impl Assignment {
+impl VariantAssignment {
     /// Those that a scenario asks for; what `--set` sets does not vary.
     ///
     /// # Errors
@@ -34,62 +34,62 @@ impl Assignment {
         // Of joint values the other names still vary.
         let varies = |place: &usize| !words.axes[*place].names.iter().all(|it| fixed.contains(it));
         let places: Vec<usize> = (0..words.axes.len()).filter(varies).collect();
-        let (method, design) = method(words.design);
-        let axes: Vec<Axis> = places.iter().map(|place| words.axes[*place].clone()).collect();
+        let (method, design) = design_method_and_name(words.design);
+        let axes: Vec<SweepAxis> = places.iter().map(|place| words.axes[*place].clone()).collect();
         let new_place = |place: usize| places.iter().position(|it| *it == place);
         let correlations = words.correlations.iter();
         let correlations = correlations.filter_map(|(first, second, coefficient)| {
             let (first, second) = (new_place(*first)?, new_place(*second)?);
-            Some(Correlation { first, second, coefficient: *coefficient })
+            Some(AxisCorrelation { first, second, coefficient: *coefficient })
         });
         // Its blocks have two points, and one for each axis.
-        let block = if method == Method::Saltelli { axes.len() as u64 + 2 } else { 1 };
-        let design_of = design::Design {
+        let block = if method == DesignMethod::Saltelli { axes.len() as u64 + 2 } else { 1 };
+        let design_of = design::ExperimentDesign {
             method,
-            axes: axes.iter().map(axis).collect(),
+            axes: axes.iter().map(design_axis).collect(),
             variants: words.variants * block,
             seed: words.seed,
             correlations: correlations.collect(),
         };
         // A search asks for its points as it goes on.
         let points = match words.search {
-            None => Some(design_of.points()?),
+            None => Some(design_of.design_points()?),
             Some(_) => None,
         };
         let design = if words.search.is_some() { "search" } else { design };
-        Ok(Assignment { axes, points, design, fixed })
+        Ok(VariantAssignment { axes, points, design, fixed })
     }
 
     /// How many there are.
-    pub fn count(&self) -> u64 {
-        self.points.as_ref().map_or(0, Points::count)
+    pub fn variant_count(&self) -> u64 {
+        self.points.as_ref().map_or(0, DesignPoints::point_count)
     }
 
     /// What the design is called.
-    pub fn design(&self) -> &'static str {
+    pub fn design_name(&self) -> &'static str {
         self.design
     }
 
     /// The names that do not vary because all variants have one value.
-    pub fn fixed(&self) -> impl Iterator<Item = &str> {
+    pub fn constant_names(&self) -> impl Iterator<Item = &str> {
         self.fixed.iter().map(String::as_str)
     }
 
     /// The names that vary.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub fn varied_names(&self) -> impl Iterator<Item = &str> {
         let names = self.axes.iter().flat_map(|axis| &axis.names);
         names.filter(|name| !self.fixed.contains(name)).map(String::as_str)
     }
 
     /// The names that get the value of another one.
-    pub fn also(&self) -> impl Iterator<Item = &str> {
+    pub fn names_coupled_to_others(&self) -> impl Iterator<Item = &str> {
         let axes = self.axes.iter().filter(|axis| !axis.is_joint);
         axes.flat_map(|axis| axis.names.iter().skip(1)).map(String::as_str)
     }
 
     /// The axes of the blocks of a sample of Saltelli.
-    pub fn blocks(&self) -> Option<Vec<String>> {
-        let name = |axis: &Axis| match axis.is_joint {
+    pub fn saltelli_axis_names(&self) -> Option<Vec<String>> {
+        let name = |axis: &SweepAxis| match axis.is_joint {
             true => axis.names.join(", "),
             false => axis.names[0].clone(),
         };
@@ -97,32 +97,33 @@ impl Assignment {
     }
 
     /// The values of the first variant or the last one; of a search, those at the ends of its ranges.
-    pub fn end_values(&self, last: bool) -> Table {
-        match self.count() {
+    pub fn first_or_last_values(&self, last: bool) -> SweepTable {
+        match self.variant_count() {
             0 => {
                 let ends = self.axes.iter().map(|axis| match axis.values {
                     AxisValues::Uniform(ends) => ends[usize::from(last)],
                     _ => 0.0,
                 });
-                self.table(0, &[ends.collect()])
+                self.table_of_points(0, &[ends.collect()])
             }
             count => {
                 let row = if last { count - 1 } else { 0 };
-                self.rows(row..row + 1)
+                self.variant_values(row..row + 1)
             }
         }
     }
 
     /// The values of some variants.
-    pub fn rows(&self, range: Range<u64>) -> Table {
+    pub fn variant_values(&self, range: Range<u64>) -> SweepTable {
         let point = |variant| self.points.as_ref().map(|points| points.point(variant));
-        self.table(range.start, &range.filter_map(point).collect::<Vec<_>>())
+        self.table_of_points(range.start, &range.filter_map(point).collect::<Vec<_>>())
     }
 
     /// The values at some points, as variants from this number on.
-    pub fn table(&self, first: u64, points: &[Vec<f64>]) -> Table {
+    pub fn table_of_points(&self, first: u64, points: &[Vec<f64>]) -> SweepTable {
         let numbers = (first..).take(points.len()).map(u64::cast_signed).collect();
-        let mut columns = vec![Column::new("variant", Role::Variant, Values::Integers(numbers))];
+        let mut columns =
+            vec![SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(numbers))];
         for (place, axis) in self.axes.iter().enumerate() {
             for (inner, (name, unit)) in axis.names.iter().zip(&axis.units).enumerate() {
                 if self.fixed.contains(name) {
@@ -131,64 +132,61 @@ impl Assignment {
                 let values = match &axis.values {
                     AxisValues::Levels(levels) => {
                         let all = levels.iter().map(|row| row[inner].as_str());
-                        let chosen =
-                            points.iter().map(|row| levels[row[place] as usize][inner].as_str());
-                        typed(all, chosen, name == SEED)
+                        let chosen = points.iter().map(|row| levels[row[place] as usize][inner].as_str());
+                        parse_column_values(all, chosen, name == SEED)
                     }
-                    _ => Values::Numbers(points.iter().map(|row| row[place]).collect()),
+                    _ => SweepColumnValues::Numbers(points.iter().map(|row| row[place]).collect()),
                 };
-                let role = if name == SEED { Role::Seed } else { Role::Parameter };
-                columns.push(Column::new(name, role, values).with_unit(unit.as_deref()));
+                let role = if name == SEED { SweepColumnRole::Seed } else { SweepColumnRole::Parameter };
+                columns.push(SweepColumn::new(name, role, values).with_unit(unit.as_deref()));
             }
         }
-        Table { columns }
+        SweepTable { columns }
     }
 }
 
 /// Texts as what all of them are: integers, numbers, true and false, or texts.
-fn typed<'a>(
+fn parse_column_values<'a>(
     all: impl Iterator<Item = &'a str> + Clone,
     chosen: impl Iterator<Item = &'a str>,
     is_seed: bool,
-) -> Values {
+) -> SweepColumnValues {
     let chosen: Vec<&str> = chosen.collect();
     let each = |fits: fn(&str) -> bool| all.clone().all(fits);
     if is_seed || each(|text| text.parse::<i64>().is_ok()) {
-        return Values::Integers(chosen.iter().map(|text| text.parse().unwrap_or(0)).collect());
+        return SweepColumnValues::Integers(chosen.iter().map(|text| text.parse().unwrap_or(0)).collect());
     }
     if each(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
-        return Values::Numbers(
+        return SweepColumnValues::Numbers(
             chosen.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect(),
         );
     }
     if each(|text| text.parse::<bool>().is_ok()) {
-        return Values::Booleans(chosen.iter().map(|text| text.parse().ok()).collect());
+        return SweepColumnValues::Booleans(chosen.iter().map(|text| text.parse().ok()).collect());
     }
-    Values::Texts(chosen.iter().map(|text| Some((*text).to_owned())).collect())
+    SweepColumnValues::Texts(chosen.iter().map(|text| Some((*text).to_owned())).collect())
 }
 
-fn axis(axis: &Axis) -> design::Axis {
+fn design_axis(axis: &SweepAxis) -> design::DesignAxis {
     let distribution = match axis.values {
         AxisValues::Levels(ref levels) => Distribution::Values(levels.len()),
         AxisValues::Uniform([low, high]) => Distribution::Uniform { low, high },
         AxisValues::Normal([mean, std]) => Distribution::Normal { mean, std },
         AxisValues::Lognormal([median, std_log]) => Distribution::LogNormal { median, std_log },
-        AxisValues::Truncated([mean, std, low, high]) => {
-            Distribution::Truncated { mean, std, low, high }
-        }
+        AxisValues::Truncated([mean, std, low, high]) => Distribution::Truncated { mean, std, low, high },
     };
-    design::Axis { name: axis.names.join(", "), distribution }
+    design::DesignAxis { name: axis.names.join(", "), distribution }
 }
 
-fn method(design: Design) -> (Method, &'static str) {
+fn design_method_and_name(design: Design) -> (DesignMethod, &'static str) {
     match design {
-        Design::Grid => (Method::Grid, "grid"),
+        Design::Grid => (DesignMethod::Grid, "grid"),
         // The lines of a file are one axis.
-        Design::List => (Method::Grid, "list"),
-        Design::Corners => (Method::Corners, "corners"),
-        Design::LatinHypercube => (Method::LatinHypercube, "latin_hypercube"),
-        Design::Sobol => (Method::Sobol, "sobol"),
-        Design::MonteCarlo => (Method::MonteCarlo, "monte_carlo"),
-        Design::Saltelli => (Method::Saltelli, SALTELLI),
+        Design::List => (DesignMethod::Grid, "list"),
+        Design::Corners => (DesignMethod::Corners, "corners"),
+        Design::LatinHypercube => (DesignMethod::LatinHypercube, "latin_hypercube"),
+        Design::Sobol => (DesignMethod::Sobol, "sobol"),
+        Design::MonteCarlo => (DesignMethod::MonteCarlo, "monte_carlo"),
+        Design::Saltelli => (DesignMethod::Saltelli, SALTELLI),
     }
 }

@@ -3,26 +3,30 @@
 use diagnostics::Error;
 
 use super::chunk;
-use super::plan::Plan;
-use super::variant::Outcome;
+use super::plan::SweepPlanFolder;
+use super::variant::VariantOutcome;
 use crate::report::RunReport;
 
 /// The differences between a run of a variant and its results in the sweep; nothing when the sweep has none of it.
 ///
 /// # Errors
 /// When the results of the sweep cannot be read.
-pub fn differences(
-    plan: &Plan,
+pub fn differences_from_sweep_result(
+    plan: &SweepPlanFolder,
     variant: u64,
     report: &RunReport,
 ) -> Result<Option<Vec<String>>, Error> {
     let chunk = plan.chunk_of(variant);
-    let Some(rows) = chunk::part(plan, chunk)? else { return Ok(None) };
+    let Some(rows) = chunk::read_completed_chunk(plan, chunk)? else { return Ok(None) };
     let found = rows.into_iter().find(|it| it.variant == variant);
-    Ok(found.map(|it| compare(plan, &it.outcome, report)))
+    Ok(found.map(|it| compare_report_with_outcome(plan, &it.outcome, report)))
 }
 
-fn compare(plan: &Plan, outcome: &Outcome, report: &RunReport) -> Vec<String> {
+fn compare_report_with_outcome(
+    plan: &SweepPlanFolder,
+    outcome: &VariantOutcome,
+    report: &RunReport,
+) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(failure) = &outcome.failure {
         if report.error.is_none() {

@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::sweep::table::{RowGroups, Writer};
-use cosim::system::{Body, System};
-use diagnostics::{Error, Mistakes};
-use scenario::bundle::{Bundle, Layout, SCENARIO};
+use ::sweep::table::{RowGroups, SweepTableWriter};
+use cosim::system::{NodeBody, System};
+use diagnostics::{Error, ErrorCollector};
+use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
 use scenario::document::VariantSelection;
 use scenario::plan::{RunPlan, SweepPlan};
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario};
 
-use super::assignment::Assignment;
-use super::digest::{digest, digest_of_program};
+use super::assignment::VariantAssignment;
+use super::digest::{plan_digest, program_sha256};
 use super::file_names::{GATHERED, PARTS, PLAN, SEARCHED, VARIANTS};
-use super::plan::Plan;
+use super::plan::SweepPlanFolder;
 use super::plan_metadata::{PlanMetadata, VERSION};
 use crate::{nofollow, package};
 
@@ -43,41 +43,41 @@ pub struct PlanOptions {
 ///
 /// # Errors
 /// When the scenario is wrong, a variant cannot be resolved, or the folder has the results of another plan.
-pub fn create(
+pub fn create_sweep_plan(
     path: &Path,
     options: &PlanOptions,
     program: &Path,
     progress: package::OnProgress,
-) -> Result<Plan, Error> {
+) -> Result<SweepPlanFolder, Error> {
     let scenario = Scenario::read(path)?;
-    let words = resolve::sweep(&scenario)?.ok_or_else(|| {
-        Error::input(format!("{}: the scenario has no variants", path.display())).help(
+    let words = resolve::resolve_sweep(&scenario)?.ok_or_else(|| {
+        Error::invalid_input(format!("{}: the scenario has no variants", path.display())).with_help(
             "say what varies: add [sweep], or run it once by trackside run; trackside explain sweep tells more",
         )
     })?;
     let default = || Path::new("target/sweeps").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
-    let built = package::build(&scenario, progress)?;
+    let built = package::build_scenario_packages(&scenario, progress)?;
     // All that is wrong is told with its places in the files of the user.
-    let plan = resolve_ends(&scenario, &built, &words, options)?;
+    let plan = resolve_first_and_last_variant(&scenario, &built, &words, options)?;
     let made = folder.with_extension("plan.partial");
-    clear(&made)?;
-    let result = write(&made, &scenario, &built, &words, &plan, options, program);
-    let result = result.and_then(|metadata| install(&made, &folder, &metadata, options));
+    remove_folder_if_present(&made)?;
+    let result = write_plan_folder(&made, &scenario, &built, &words, &plan, options, program);
+    let result = result.and_then(|metadata| install_plan_folder(&made, &folder, &metadata, options));
     let _ = std::fs::remove_dir_all(&made);
     result?;
-    Plan::open(&folder, program)
+    SweepPlanFolder::open(&folder, program)
 }
 
 /// Resolves the first variant and the last one, at the words that vary.
-fn resolve_ends(
+fn resolve_first_and_last_variant(
     scenario: &Scenario,
     built: &BuildArtifacts,
     words: &SweepPlan,
     options: &PlanOptions,
 ) -> Result<RunPlan, Error> {
-    let assignment = Assignment::new(words, &options.overrides.starts)?;
-    let folder = scenario.source.path().parent().unwrap_or(Path::new(""));
+    let assignment = VariantAssignment::new(words, &options.overrides.starts)?;
+    let folder = scenario.source.main_path().parent().unwrap_or(Path::new(""));
     let place = |name: &str| {
         let sweep = scenario.document.sweep.as_ref()?;
         let vary = sweep.vary.iter().find(|vary| vary.name.get_ref() == name);
@@ -85,22 +85,22 @@ fn resolve_ends(
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
     let resolve = |last: bool| {
-        let mut variant = Plan::overrides_of_row(&assignment.end_values(last), 0);
+        let mut variant = SweepPlanFolder::row_overrides(&assignment.first_or_last_values(last), 0);
         variant.iter_mut().for_each(|it| it.place = place(&it.name));
         let overrides = options.overrides.with_variant(&variant, folder);
-        RunPlan::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())
+        RunPlan::resolve(scenario, built, &overrides.map_err(Error::invalid_input)?, PathBuf::new())
     };
-    let mut mistakes = Mistakes::default();
-    let first = mistakes.take(resolve(false));
+    let mut mistakes = ErrorCollector::default();
+    let first = mistakes.ok_or_record(resolve(false));
     if first.is_some() {
-        mistakes.take(resolve(true));
+        mistakes.ok_or_record(resolve(true));
     }
-    mistakes.finish()?;
-    first.ok_or_else(Error::follow_up)
+    mistakes.into_result()?;
+    first.ok_or_else(Error::already_reported)
 }
 
 /// Writes all of a plan into a folder.
-fn write(
+fn write_plan_folder(
     folder: &Path,
     scenario: &Scenario,
     built: &BuildArtifacts,
@@ -110,24 +110,23 @@ fn write(
     program: &Path,
 ) -> Result<PlanMetadata, Error> {
     let bundle = folder.join(GATHERED);
-    std::fs::create_dir_all(&bundle).map_err(|error| Error::output(&bundle, error))?;
-    let layout = Layout { fmus: "fmus", others: "files", plugins: Some("plugins") };
-    let gathered = Bundle::gather(scenario, built, layout)?;
+    std::fs::create_dir_all(&bundle).map_err(|error| Error::output_failure(&bundle, error))?;
+    let layout = BundleLayout { fmus: "fmus", others: "files", plugins: Some("plugins") };
+    let gathered = ScenarioBundle::gather(scenario, built, layout)?;
     gathered.write(&bundle)?;
     let named = bundle.join(format!("{}.toml", scenario.name));
     let renamed = std::fs::rename(bundle.join(SCENARIO), &named);
-    renamed.map_err(|error| Error::output(&named, error))?;
+    renamed.map_err(|error| Error::output_failure(&named, error))?;
     let again = Scenario::read(&named)?;
-    let words = resolve::sweep(&again)?.unwrap_or_else(|| words.clone());
-    let assignment = Assignment::new(&words, &options.overrides.starts)?;
-    let variants = assignment.count();
+    let words = resolve::resolve_sweep(&again)?.unwrap_or_else(|| words.clone());
+    let assignment = VariantAssignment::new(&words, &options.overrides.starts)?;
+    let variants = assignment.variant_count();
     let is_search = words.search.is_some();
-    let chunk =
-        options.chunk.unwrap_or_else(|| variants.div_ceil(TARGET_CHUNKS).clamp(LEAST, CHUNK));
+    let chunk = options.chunk.unwrap_or_else(|| variants.div_ceil(TARGET_CHUNKS).clamp(LEAST, CHUNK));
     let path = folder.join(VARIANTS);
-    let mut writer = Writer::create(&path, &assignment.rows(0..0), RowGroups::Tables)?;
+    let mut writer = SweepTableWriter::create(&path, &assignment.variant_values(0..0), RowGroups::Tables)?;
     for first in (0..variants).step_by(chunk as usize) {
-        writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
+        writer.append(&assignment.variant_values(first..(first + chunk).min(variants)))?;
     }
     writer.finish()?;
     let mut warnings = plan.system.warnings.clone();
@@ -138,16 +137,16 @@ fn write(
         scenario: scenario.name.clone(),
         title: plan.header.title.clone(),
         digest: String::new(),
-        program: digest_of_program(program)?,
+        program: program_sha256(program)?,
         variants,
         chunk,
-        design: assignment.design().to_owned(),
+        design: assignment.design_name().to_owned(),
         set: options.overrides.starts.clone(),
         seed: options.overrides.seed,
         tolerance: options.overrides.tolerance,
-        blocks: assignment.blocks(),
-        also: assignment.also().map(str::to_owned).collect(),
-        units: units(scenario, &plan.system, assignment.names()),
+        blocks: assignment.saltelli_axis_names(),
+        also: assignment.names_coupled_to_others().map(str::to_owned).collect(),
+        units: units_of_names(scenario, &plan.system, assignment.varied_names()),
         is_search,
         checks: plan.checks.iter().map(|check| check.name.clone()).collect(),
         collected: plan
@@ -159,20 +158,17 @@ fn write(
         recorded: [worst, best, failed, every],
         warnings,
     };
-    metadata.digest = digest(&bundle, &path, &metadata)?;
+    metadata.digest = plan_digest(&bundle, &path, &metadata)?;
     let path = folder.join(PLAN);
     let text = serde_json::to_string_pretty(&metadata)
-        .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-    nofollow::write(&path, text).map_err(|error| Error::output(&path, error))?;
+        .map_err(|error| Error::invalid_input(format!("{}: {error}", path.display())))?;
+    nofollow::write_without_following_links(&path, text)
+        .map_err(|error| Error::output_failure(&path, error))?;
     Ok(metadata)
 }
 
 /// Warnings about what variants do without, and about names that do not vary.
-fn omission_warnings(
-    scenario: &Scenario,
-    notes: Vec<String>,
-    assignment: &Assignment,
-) -> Vec<String> {
+fn omission_warnings(scenario: &Scenario, notes: Vec<String>, assignment: &VariantAssignment) -> Vec<String> {
     let mut warnings = notes;
     if !scenario.document.validation.is_empty() {
         warnings.push("validations run in no variant; `trackside replay` runs them".to_owned());
@@ -182,50 +178,48 @@ fn omission_warnings(
     }
     warnings.extend(
         assignment
-            .fixed()
+            .constant_names()
             .map(|name| format!("--set {name} holds in all variants: it does not vary")),
     );
     warnings
 }
 
 /// Puts a plan that was made into its folder, unless the same one is there.
-fn install(
+fn install_plan_folder(
     made: &Path,
     folder: &Path,
     metadata: &PlanMetadata,
     options: &PlanOptions,
 ) -> Result<(), Error> {
-    let wrong = |error: std::io::Error| Error::output(folder, error);
+    let wrong = |error: std::io::Error| Error::output_failure(folder, error);
     if folder.join(PLAN).exists() {
-        let there = Plan::look_at(folder).ok().map(|plan| plan.metadata);
-        let same = |there: &PlanMetadata| {
-            (&there.digest, &there.program) == (&metadata.digest, &metadata.program)
-        };
+        let there = SweepPlanFolder::open_of_any_program(folder).ok().map(|plan| plan.metadata);
+        let same =
+            |there: &PlanMetadata| (&there.digest, &there.program) == (&metadata.digest, &metadata.program);
         if there.as_ref().is_some_and(same) {
             return Ok(());
         }
-        let has_results =
-            std::fs::read_dir(folder.join(PARTS)).is_ok_and(|mut files| files.next().is_some());
+        let has_results = std::fs::read_dir(folder.join(PARTS)).is_ok_and(|mut files| files.next().is_some());
         if has_results && !options.replace {
             let message = format!(
                 "{} has results of another sweep: the scenario, its files, --set or this program changed since",
                 folder.display()
             );
-            return Err(Error::input(message)
-                .help("--replace replaces them; --out FOLDER leaves them where they are"));
+            return Err(Error::invalid_input(message)
+                .with_help("--replace replaces them; --out FOLDER leaves them where they are"));
         }
         for file in [PLAN, VARIANTS].iter().chain(&RESULTS) {
             let _ = std::fs::remove_file(folder.join(file));
         }
         for inner in [GATHERED, PARTS, SEARCHED, "variants"] {
-            clear(&folder.join(inner))?;
+            remove_folder_if_present(&folder.join(inner))?;
         }
     } else if std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some()) {
-        return Err(Error::input(format!(
+        return Err(Error::invalid_input(format!(
             "the sweep cannot go to {}: it holds other files",
             folder.display()
         ))
-        .help("name another folder: --out FOLDER"));
+        .with_help("name another folder: --out FOLDER"));
     }
     std::fs::create_dir_all(folder).map_err(wrong)?;
     // What says that there is a plan comes last.
@@ -236,17 +230,17 @@ fn install(
 }
 
 /// Removes a folder, if it is there.
-fn clear(folder: &Path) -> Result<(), Error> {
+fn remove_folder_if_present(folder: &Path) -> Result<(), Error> {
     match std::fs::remove_dir_all(folder) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(Error::output(folder, error))
+            Err(Error::output_failure(folder, error))
         }
         _ => Ok(()),
     }
 }
 
 /// The units that variables and signals have by themselves.
-fn units<'a>(
+fn units_of_names<'a>(
     scenario: &Scenario,
     system: &System,
     names: impl Iterator<Item = &'a str>,
@@ -254,7 +248,7 @@ fn units<'a>(
     let variable = |name: &str| {
         let (node, variable) = name.split_once('.')?;
         let plan = system.nodes.iter().find(|plan| plan.name == node)?;
-        let Body::Fmu { fmu, .. } = &plan.body else { return None };
+        let NodeBody::Fmu { fmu, .. } = &plan.body else { return None };
         let found = fmu.description.variables.iter().find(|it| it.name == variable)?;
         found.unit.clone()
     };

@@ -12,32 +12,28 @@ use super::plan_metadata::PlanMetadata;
 ///
 /// # Errors
 /// When it cannot be read.
-pub(super) fn digest_of(path: &Path) -> Result<String, Error> {
+pub(super) fn file_sha256(path: &Path) -> Result<String, Error> {
     let bytes = std::fs::read(path)
-        .map_err(|error| Error::input(format!("cannot read {}: {error}", path.display())))?;
-    Ok(fmu_import::sha256(&bytes))
+        .map_err(|error| Error::invalid_input(format!("cannot read {}: {error}", path.display())))?;
+    Ok(fmu_import::sha256_hex(&bytes))
 }
 
 /// SHA-256 of this program, which is read once.
 ///
 /// # Errors
 /// When it cannot be read.
-pub(super) fn digest_of_program(path: &Path) -> Result<String, Error> {
+pub(super) fn program_sha256(path: &Path) -> Result<String, Error> {
     static DIGEST: OnceLock<String> = OnceLock::new();
     if let Some(digest) = DIGEST.get() {
         return Ok(digest.clone());
     }
-    digest_of(path).map(|digest| DIGEST.get_or_init(|| digest).clone())
+    file_sha256(path).map(|digest| DIGEST.get_or_init(|| digest).clone())
 }
 
 /// One digest of the files of a gathered scenario with their names, of the values, and of what holds in all variants.
-pub(super) fn digest(
-    bundle: &Path,
-    variants: &Path,
-    metadata: &PlanMetadata,
-) -> Result<String, Error> {
+pub(super) fn plan_digest(bundle: &Path, variants: &Path, metadata: &PlanMetadata) -> Result<String, Error> {
     let mut files = Vec::new();
-    list(bundle, &mut files)?;
+    list_files_recursively(bundle, &mut files)?;
     files.sort();
     files.push(variants.to_owned());
     let set = metadata.set.iter().map(|it| format!("{}={}", it.name, it.value));
@@ -45,17 +41,17 @@ pub(super) fn digest(
     let mut all = format!("{set:?} {:?} {:?}\n", metadata.seed, metadata.tolerance);
     for file in files {
         let name = file.strip_prefix(bundle).unwrap_or(Path::new(VARIANTS));
-        all += &format!("{} {}\n", name.display(), digest_of(&file)?);
+        all += &format!("{} {}\n", name.display(), file_sha256(&file)?);
     }
-    Ok(fmu_import::sha256(all.as_bytes()))
+    Ok(fmu_import::sha256_hex(all.as_bytes()))
 }
 
-fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Error> {
+fn list_files_recursively(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Error> {
     let wrong =
-        |error: std::io::Error| Error::input(format!("cannot read {}: {error}", folder.display()));
+        |error: std::io::Error| Error::invalid_input(format!("cannot read {}: {error}", folder.display()));
     for entry in std::fs::read_dir(folder).map_err(wrong)? {
         let path = entry.map_err(wrong)?.path();
-        if path.is_dir() { list(&path, files)? } else { files.push(path) }
+        if path.is_dir() { list_files_recursively(&path, files)? } else { files.push(path) }
     }
     Ok(())
 }

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use ::sweep::search::Status;
-use ::sweep::table::{self, RowGroups, Table, Values, Writer};
+use ::sweep::search::SearchStatus;
+use ::sweep::table::{self, RowGroups, SweepColumnValues, SweepTable, SweepTableWriter};
 use diagnostics::Error;
 use serde::Serialize;
 
 use super::notable::{NotableVariant, NotableVariants, notable_variants};
-use super::plan::Plan;
+use super::plan::SweepPlanFolder;
 use super::result_rows;
 use super::search::SearchResult;
 use super::worker_process::VariantCounts;
@@ -66,7 +66,7 @@ impl SweepResult {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         if let Some(found) = &self.search {
-            return u8::from(found.status != Status::Converged);
+            return u8::from(found.status != SearchStatus::Converged);
         }
         match (self.share >= self.pass_share, self.errors) {
             (true, _) => 0,
@@ -80,31 +80,34 @@ impl SweepResult {
 ///
 /// # Errors
 /// When chunks are missing, or a file cannot be read or written.
-pub fn gather(plan: &Plan, found: Option<SearchResult>) -> Result<SweepResult, Error> {
+pub fn gather_sweep_results(
+    plan: &SweepPlanFolder,
+    found: Option<SearchResult>,
+) -> Result<SweepResult, Error> {
     let mut missing = Vec::new();
-    for number in 0..plan.chunks() {
-        if chunk::part(plan, number)?.is_none() {
+    for number in 0..plan.chunk_count() {
+        if chunk::read_completed_chunk(plan, number)?.is_none() {
             missing.push(number);
         }
     }
     if !missing.is_empty() {
-        return Err(incomplete(plan, &missing));
+        return Err(missing_chunks_error(plan, &missing));
     }
     let path = plan.folder.join(TABLE);
-    let mut writer: Option<Writer> = None;
-    let names = |plan: &Plan| format!("{:?} {:?}", plan.metadata.checks, plan.metadata.collected);
-    let mut digest = fmu_import::sha256(names(plan).as_bytes());
+    let mut writer: Option<SweepTableWriter> = None;
+    let names = |plan: &SweepPlanFolder| format!("{:?} {:?}", plan.metadata.checks, plan.metadata.collected);
+    let mut digest = fmu_import::sha256_hex(names(plan).as_bytes());
     let mut counts = VariantCounts::default();
-    for number in 0..plan.chunks() {
-        let table = table::read(&plan.part(number))?;
-        for row in result_rows::outcomes(&plan.metadata, &table).unwrap_or_default() {
-            counts.count(&row.outcome);
+    for number in 0..plan.chunk_count() {
+        let table = table::read_table(&plan.chunk_result_path(number))?;
+        for row in result_rows::outcomes_from_table(&plan.metadata, &table).unwrap_or_default() {
+            counts.count_outcome(&row.outcome);
         }
-        digest = digest_with(digest, &table);
+        digest = add_rows_to_digest(digest, &table);
         match &mut writer {
             Some(writer) => writer.append(&table)?,
             None => {
-                let mut new = Writer::create(&path, &table, RowGroups::Even)?;
+                let mut new = SweepTableWriter::create(&path, &table, RowGroups::Even)?;
                 new.append(&table)?;
                 writer = Some(new);
             }
@@ -113,7 +116,7 @@ pub fn gather(plan: &Plan, found: Option<SearchResult>) -> Result<SweepResult, E
     if let Some(writer) = writer {
         writer.finish()?;
     }
-    let NotableVariants { shown, recorded } = notable_variants(&path, plan.recorded())?;
+    let NotableVariants { shown, recorded } = notable_variants(&path, plan.variants_to_record())?;
     let result = SweepResult {
         scenario: plan.metadata.scenario.clone(),
         title: plan.metadata.title.clone(),
@@ -132,26 +135,27 @@ pub fn gather(plan: &Plan, found: Option<SearchResult>) -> Result<SweepResult, E
         warnings: plan.metadata.warnings.clone(),
         folder: plan.folder.clone(),
     };
-    page::write(plan, &path, &plan.folder.join(PAGE), result.search.as_ref())?;
+    page::write_sweep_page(plan, &path, &plan.folder.join(PAGE), result.search.as_ref())?;
     let path = plan.folder.join(SUMMARY);
     let text = serde_json::to_string_pretty(&result)
-        .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-    nofollow::write(&path, text).map_err(|error| Error::output(&path, error))?;
+        .map_err(|error| Error::invalid_input(format!("{}: {error}", path.display())))?;
+    nofollow::write_without_following_links(&path, text)
+        .map_err(|error| Error::output_failure(&path, error))?;
     Ok(result)
 }
 
-fn incomplete(plan: &Plan, missing: &[u64]) -> Error {
+fn missing_chunks_error(plan: &SweepPlanFolder, missing: &[u64]) -> Error {
     const NAMED: usize = 20;
     let names: Vec<_> = missing.iter().take(NAMED).map(ToString::to_string).collect();
     let more = if missing.len() > NAMED { ", ..." } else { "" };
-    Error::input(format!(
+    Error::invalid_input(format!(
         "{} of {} chunks of {} are not done: {}{more}",
         missing.len(),
-        plan.chunks(),
+        plan.chunk_count(),
         plan.folder.display(),
         names.join(", ")
     ))
-    .help(format!(
+    .with_help(format!(
         "run them: trackside sweep run {} --chunk {}",
         plan.folder.display(),
         missing[0]
@@ -160,29 +164,29 @@ fn incomplete(plan: &Plan, missing: &[u64]) -> Error {
 
 /// The digest of the rows so far and of those of a table, of all columns but the times by the clock. It goes row by row, so chunks of any
 /// size give the same.
-fn digest_with(mut digest: String, table: &Table) -> String {
+fn add_rows_to_digest(mut digest: String, table: &SweepTable) -> String {
     let columns: Vec<_> = table.columns.iter().filter(|it| it.name != "seconds").collect();
     let mut bytes = Vec::new();
-    for row in 0..table.rows() {
+    for row in 0..table.row_count() {
         bytes.clear();
         bytes.extend_from_slice(digest.as_bytes());
         for column in &columns {
             match &column.values {
-                Values::Integers(all) => bytes.extend(all[row].to_le_bytes()),
+                SweepColumnValues::Integers(all) => bytes.extend(all[row].to_le_bytes()),
                 // Missing numbers are equal, whatever their bits.
-                Values::Numbers(all) if all[row].is_nan() => {
+                SweepColumnValues::Numbers(all) if all[row].is_nan() => {
                     bytes.extend(f64::NAN.to_bits().to_le_bytes());
                 }
-                Values::Numbers(all) => bytes.extend(all[row].to_bits().to_le_bytes()),
-                Values::Booleans(all) => bytes.push(all[row].map_or(2, u8::from)),
-                Values::Texts(all) => {
+                SweepColumnValues::Numbers(all) => bytes.extend(all[row].to_bits().to_le_bytes()),
+                SweepColumnValues::Booleans(all) => bytes.push(all[row].map_or(2, u8::from)),
+                SweepColumnValues::Texts(all) => {
                     bytes.push(u8::from(all[row].is_some()));
                     bytes.extend_from_slice(all[row].as_deref().unwrap_or_default().as_bytes());
                     bytes.push(0);
                 }
             }
         }
-        digest = fmu_import::sha256(&bytes);
+        digest = fmu_import::sha256_hex(&bytes);
     }
     digest
 }

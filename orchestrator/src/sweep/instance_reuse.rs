@@ -3,7 +3,7 @@
 use cosim::node::ReusableInstances;
 use scenario::resolve::Overrides;
 
-use super::variant::{Fingerprint, Outcome, VariantRunner};
+use super::variant::{RowFingerprint, VariantOutcome, VariantRunner};
 
 /// Whether a worker reuses FMU instances, by its test so far.
 pub(super) enum InstanceReuse {
@@ -20,11 +20,11 @@ pub(super) enum InstanceReuse {
 impl InstanceReuse {
     /// Runs a variant, on new instances until it is proven that others do as well. The proof is the second variant of a process, which
     /// runs twice: on the instances that the first one used, with other values, and on new ones.
-    pub fn run(&mut self, runner: &mut VariantRunner, overrides: &Overrides) -> Outcome {
+    pub fn run_variant(&mut self, runner: &mut VariantRunner, overrides: &Overrides) -> VariantOutcome {
         match std::mem::replace(self, InstanceReuse::Rejected) {
             InstanceReuse::Untested => {
                 let mut instances = ReusableInstances::default();
-                let outcome = runner.run(overrides, &mut instances, None);
+                let outcome = runner.run_variant(overrides, &mut instances, None);
                 // A failed run does not test a reset.
                 *self = match outcome.failure {
                     None => InstanceReuse::FirstRun(instances),
@@ -33,31 +33,28 @@ impl InstanceReuse {
                 outcome
             }
             InstanceReuse::FirstRun(mut instances) => {
-                let mut of_reset = Fingerprint::default();
-                let reset = runner.run(overrides, &mut instances, Some(&mut of_reset));
-                let mut of_new = Fingerprint::default();
-                let new =
-                    runner.run(overrides, &mut ReusableInstances::default(), Some(&mut of_new));
+                let mut of_reset = RowFingerprint::default();
+                let reset = runner.run_variant(overrides, &mut instances, Some(&mut of_reset));
+                let mut of_new = RowFingerprint::default();
+                let new = runner.run_variant(overrides, &mut ReusableInstances::default(), Some(&mut of_new));
                 let same = reset.failure.is_none() && new.failure.is_none() && of_reset == of_new;
-                if same && instances.refused().is_none() {
+                if same && instances.reuse_refusal().is_none() {
                     *self = InstanceReuse::Verified(instances);
                 }
                 new
             }
             InstanceReuse::Verified(mut instances) => {
-                let outcome = runner.run(overrides, &mut instances, None);
+                let outcome = runner.run_variant(overrides, &mut instances, None);
                 let failed = outcome.failure.is_some();
                 *self = InstanceReuse::Verified(instances);
                 // A failure counts when it is one on new instances.
                 if failed {
-                    runner.run(overrides, &mut ReusableInstances::default(), None)
+                    runner.run_variant(overrides, &mut ReusableInstances::default(), None)
                 } else {
                     outcome
                 }
             }
-            InstanceReuse::Rejected => {
-                runner.run(overrides, &mut ReusableInstances::default(), None)
-            }
+            InstanceReuse::Rejected => runner.run_variant(overrides, &mut ReusableInstances::default(), None),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ::sweep::table::{Reader, Role, Table};
+use ::sweep::table::{SweepColumnRole, SweepTable, SweepTableReader};
 use diagnostics::Error;
 use scenario::document::VariantSelection;
 use serde::Serialize;
@@ -30,16 +30,13 @@ pub(super) struct NotableVariants {
 ///
 /// # Errors
 /// When the table cannot be read.
-pub(super) fn notable_variants(
-    path: &Path,
-    limits: VariantSelection,
-) -> Result<NotableVariants, Error> {
+pub(super) fn notable_variants(path: &Path, limits: VariantSelection) -> Result<NotableVariants, Error> {
     let mut scan = NotableScan { limits, ..NotableScan::default() };
-    let reader = Reader::open(path)?;
-    for group in 0..reader.groups() {
-        scan.add(&reader.group(group)?);
+    let reader = SweepTableReader::open(path)?;
+    for group in 0..reader.row_group_count() {
+        scan.add_rows(&reader.read_row_group(group)?);
     }
-    Ok(NotableVariants { shown: scan.shown(), recorded: scan.recorded() })
+    Ok(NotableVariants { shown: scan.variants_to_show(), recorded: scan.variants_to_record() })
 }
 
 #[derive(Default)]
@@ -59,10 +56,10 @@ struct NotableScan {
 }
 
 impl NotableScan {
-    fn add(&mut self, table: &Table) {
-        let texts = |name: &str| table.column(name).and_then(|it| it.texts()).unwrap_or_default();
-        let variants = table.column("variant").and_then(|it| it.integers()).unwrap_or_default();
-        let margins: Vec<_> = table.of(Role::Margin).collect();
+    fn add_rows(&mut self, table: &SweepTable) {
+        let texts = |name: &str| table.column(name).and_then(|it| it.as_texts()).unwrap_or_default();
+        let variants = table.column("variant").and_then(|it| it.as_integers()).unwrap_or_default();
+        let margins: Vec<_> = table.columns_with_role(SweepColumnRole::Margin).collect();
         if self.smallest.is_empty() {
             let named = |name: &str| name.trim_start_matches("margin.").to_owned();
             let none = margins.iter().map(|it| (named(&it.name), f64::INFINITY, 0));
@@ -72,7 +69,7 @@ impl NotableScan {
             let verdict = texts("verdict").get(row).cloned().flatten().unwrap_or_default();
             let mut least = f64::INFINITY;
             for (column, smallest) in margins.iter().zip(&mut self.smallest) {
-                let margin = column.numbers().and_then(|all| all.get(row)).copied();
+                let margin = column.as_numbers().and_then(|all| all.get(row)).copied();
                 let Some(margin) = margin.filter(|margin| !margin.is_nan()) else { continue };
                 least = least.min(margin);
                 if margin < smallest.1 {
@@ -99,22 +96,20 @@ impl NotableScan {
         truncate_to_smallest(&mut self.best, self.limits.best);
     }
 
-    fn shown(&self) -> Vec<NotableVariant> {
+    fn variants_to_show(&self) -> Vec<NotableVariant> {
         let worst = self.smallest.iter().filter(|(_, margin, _)| margin.is_finite());
         let worst = worst.map(|(name, margin, variant)| {
             let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
             NotableVariant { variant: *variant, why: format!("{name}: {how} {:.4e}", margin.abs()) }
         });
         let error = self.error.iter();
-        let error =
-            error.map(|(variant, what)| NotableVariant { variant: *variant, why: what.clone() });
+        let error = error.map(|(variant, what)| NotableVariant { variant: *variant, why: what.clone() });
         worst.chain(error).collect()
     }
 
-    fn recorded(&self) -> Vec<u64> {
+    fn variants_to_record(&self) -> Vec<u64> {
         let of = |list: &[(f64, u64)]| list.iter().map(|it| it.1).collect::<Vec<_>>();
-        let mut all =
-            [of(&self.worst), of(&self.best), self.failed.clone(), self.every.clone()].concat();
+        let mut all = [of(&self.worst), of(&self.best), self.failed.clone(), self.every.clone()].concat();
         all.sort_unstable();
         all.dedup();
         all

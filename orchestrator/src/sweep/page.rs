@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use ::sweep::page::{self, About};
-use ::sweep::summary::Summary;
+use ::sweep::page::{self, SweepPageHeader};
+use ::sweep::summary::SweepSummary;
 use ::sweep::table;
 use diagnostics::Error;
 
-use super::plan::Plan;
+use super::plan::SweepPlanFolder;
 use super::search::SearchResult;
 use crate::nofollow;
 
@@ -18,26 +18,26 @@ const SEED: u64 = 1;
 ///
 /// # Errors
 /// When the table cannot be read, or the page cannot be written.
-pub(super) fn write(
-    plan: &Plan,
+pub(super) fn write_sweep_page(
+    plan: &SweepPlanFolder,
     table: &Path,
     page: &Path,
     found: Option<&SearchResult>,
 ) -> Result<(), Error> {
-    let table = table::read(table)?;
-    let summary = Summary::of(&table, plan.metadata.blocks.as_deref(), SEED);
-    let found = found.map(|found| format!(" {}.", found.line())).unwrap_or_default();
-    let about = About {
+    let table = table::read_table(table)?;
+    let summary = SweepSummary::from_table(&table, plan.metadata.blocks.as_deref(), SEED);
+    let found = found.map(|found| format!(" {}.", found.describe_result())).unwrap_or_default();
+    let about = SweepPageHeader {
         title: plan.metadata.title.clone(),
         plan: plan.folder.display().to_string(),
-        design: format!("{}{found}", sentence(&plan.metadata.design)),
+        design: format!("{}{found}", describe_design(&plan.metadata.design)),
     };
-    nofollow::write(page, page::page(&about, &table, &summary))
-        .map_err(|error| Error::output(page, error))
+    nofollow::write_without_following_links(page, page::sweep_page(&about, &table, &summary))
+        .map_err(|error| Error::output_failure(page, error))
 }
 
 /// How the variants were chosen.
-fn sentence(design: &str) -> &'static str {
+fn describe_design(design: &str) -> &'static str {
     match design {
         "grid" => "All combinations of the values.",
         "list" => "The variants of a file.",

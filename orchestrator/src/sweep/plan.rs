@@ -2,49 +2,49 @@
 
 use std::path::{Path, PathBuf};
 
-use ::sweep::table::{self, Column, Reader, Role, Table, Values};
+use ::sweep::table::{self, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, SweepTableReader};
 use diagnostics::Error;
 use scenario::Scenario;
 use scenario::document::VariantSelection;
 use scenario::resolve::{Override, OverrideValue, Overrides};
 
-use super::digest::{digest, digest_of_program};
+use super::digest::{plan_digest, program_sha256};
 use super::file_names::{GATHERED, PARTS, PLAN, SEARCHED, VARIANTS};
 use super::plan_metadata::{PlanMetadata, VERSION};
 
 /// The folder of a sweep.
-pub struct Plan {
+pub struct SweepPlanFolder {
     /// Where it is.
     pub folder: PathBuf,
     /// What it says about itself.
     pub metadata: PlanMetadata,
-    variants: Reader,
+    variants: SweepTableReader,
     /// The batches of a search so far.
-    batches: Vec<Table>,
+    batches: Vec<SweepTable>,
 }
 
-impl Plan {
+impl SweepPlanFolder {
     /// Opens the plan in a folder, which this build of the program made.
     ///
     /// # Errors
     /// When there is none, another program made it, or its files changed.
     pub fn open(folder: &Path, program: &Path) -> Result<Self, Error> {
-        let plan = Self::look_at(folder)?;
-        if plan.metadata.program != digest_of_program(program)? {
-            return Err(Error::input(format!(
+        let plan = Self::open_of_any_program(folder)?;
+        if plan.metadata.program != program_sha256(program)? {
+            return Err(Error::invalid_input(format!(
                 "the plan in {} was made by another build of this program, which may give other results",
                 folder.display()
             ))
-            .help("make it again with this one: trackside sweep plan SCENARIO"));
+            .with_help("make it again with this one: trackside sweep plan SCENARIO"));
         }
         let bundle = folder.join(GATHERED);
-        let found = digest(&bundle, &folder.join(VARIANTS), &plan.metadata)?;
+        let found = plan_digest(&bundle, &folder.join(VARIANTS), &plan.metadata)?;
         if found != plan.metadata.digest {
-            return Err(Error::input(format!(
+            return Err(Error::invalid_input(format!(
                 "the files of the plan in {} were changed after it was made",
                 folder.display()
             ))
-            .help("make it again: trackside sweep plan SCENARIO"));
+            .with_help("make it again: trackside sweep plan SCENARIO"));
         }
         Ok(plan)
     }
@@ -53,35 +53,35 @@ impl Plan {
     ///
     /// # Errors
     /// When there is none.
-    pub fn look_at(folder: &Path) -> Result<Self, Error> {
+    pub fn open_of_any_program(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(PLAN);
         let text = std::fs::read_to_string(&path).map_err(|error| {
-            Error::input(format!("there is no plan of a sweep in {}: {error}", folder.display()))
-                .help("make one: trackside sweep plan SCENARIO --out FOLDER")
+            Error::invalid_input(format!("there is no plan of a sweep in {}: {error}", folder.display()))
+                .with_help("make one: trackside sweep plan SCENARIO --out FOLDER")
         })?;
         let metadata: PlanMetadata = serde_json::from_str(&text)
-            .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+            .map_err(|error| Error::invalid_input(format!("{}: {error}", path.display())))?;
         if metadata.version != VERSION {
             let found = metadata.version;
             let message = format!("{}: expected version {VERSION}, found {found}", path.display());
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
-        let variants = Reader::open(&folder.join(VARIANTS))?;
-        if variants.rows() as u64 != metadata.variants {
-            let (rows, wanted) = (variants.rows(), metadata.variants);
-            return Err(Error::input(format!(
+        let variants = SweepTableReader::open(&folder.join(VARIANTS))?;
+        if variants.row_count() as u64 != metadata.variants {
+            let (rows, wanted) = (variants.row_count(), metadata.variants);
+            return Err(Error::invalid_input(format!(
                 "{}: expected {wanted} rows, found {rows}",
                 folder.join(VARIANTS).display()
             )));
         }
-        let mut plan = Plan { folder: folder.to_owned(), metadata, variants, batches: Vec::new() };
-        while plan.metadata.is_search && plan.batch(plan.batches.len()).exists() {
-            plan.batches.push(table::read(&plan.batch(plan.batches.len()))?);
+        let mut plan = SweepPlanFolder { folder: folder.to_owned(), metadata, variants, batches: Vec::new() };
+        while plan.metadata.is_search && plan.batch_path(plan.batches.len()).exists() {
+            plan.batches.push(table::read_table(&plan.batch_path(plan.batches.len()))?);
         }
         Ok(plan)
     }
 
-    fn batch(&self, number: usize) -> PathBuf {
+    fn batch_path(&self, number: usize) -> PathBuf {
         self.folder.join(SEARCHED).join(format!("{number:06}.parquet"))
     }
 
@@ -89,25 +89,25 @@ impl Plan {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(super) fn add(&mut self, batch: Table) -> Result<(), Error> {
-        let path = self.batch(self.batches.len());
+    pub(super) fn add_batch(&mut self, batch: SweepTable) -> Result<(), Error> {
+        let path = self.batch_path(self.batches.len());
         let folder = self.folder.join(SEARCHED);
-        std::fs::create_dir_all(&folder).map_err(|error| Error::output(&folder, error))?;
-        table::write(&path, &batch)?;
+        std::fs::create_dir_all(&folder).map_err(|error| Error::output_failure(&folder, error))?;
+        table::write_table(&path, &batch)?;
         self.batches.push(batch);
         Ok(())
     }
 
     /// How many variants there are; of a search, so far.
     #[must_use]
-    pub fn variants(&self) -> u64 {
-        let searched: usize = self.batches.iter().map(Table::rows).sum();
+    pub fn variant_count(&self) -> u64 {
+        let searched: usize = self.batches.iter().map(SweepTable::row_count).sum();
         self.metadata.variants + searched as u64
     }
 
     /// How many chunks it has.
     #[must_use]
-    pub fn chunks(&self) -> u64 {
+    pub fn chunk_count(&self) -> u64 {
         match self.metadata.is_search {
             true => self.batches.len() as u64,
             false => self.metadata.variants.div_ceil(self.metadata.chunk),
@@ -116,10 +116,10 @@ impl Plan {
 
     /// The variants of a chunk, from its first one to before the last.
     #[must_use]
-    pub fn range(&self, chunk: u64) -> std::ops::Range<u64> {
+    pub fn variants_of_chunk(&self, chunk: u64) -> std::ops::Range<u64> {
         if self.metadata.is_search {
-            let before = self.batches.iter().take(chunk as usize).map(Table::rows).sum::<usize>();
-            let own = self.batches.get(chunk as usize).map_or(0, Table::rows);
+            let before = self.batches.iter().take(chunk as usize).map(SweepTable::row_count).sum::<usize>();
+            let own = self.batches.get(chunk as usize).map_or(0, SweepTable::row_count);
             return before as u64..(before + own) as u64;
         }
         let first = chunk * self.metadata.chunk;
@@ -129,9 +129,9 @@ impl Plan {
     /// The chunk of a variant.
     #[must_use]
     pub fn chunk_of(&self, variant: u64) -> u64 {
-        let holds = |chunk: &u64| self.range(*chunk).contains(&variant);
+        let holds = |chunk: &u64| self.variants_of_chunk(*chunk).contains(&variant);
         match self.metadata.is_search {
-            true => (0..self.chunks()).find(holds).unwrap_or_default(),
+            true => (0..self.chunk_count()).find(holds).unwrap_or_default(),
             false => variant / self.metadata.chunk,
         }
     }
@@ -140,47 +140,47 @@ impl Plan {
     ///
     /// # Errors
     /// When they cannot be read.
-    pub fn values(&self, chunk: u64) -> Result<Table, Error> {
+    pub fn chunk_values(&self, chunk: u64) -> Result<SweepTable, Error> {
         match self.batches.get(chunk as usize) {
             Some(batch) => Ok(batch.clone()),
-            None => self.variants.group(chunk as usize),
+            None => self.variants.read_row_group(chunk as usize),
         }
     }
 
     /// The columns of the values.
     #[must_use]
-    pub fn columns(&self) -> &Table {
+    pub fn value_columns(&self) -> &SweepTable {
         self.variants.columns()
     }
 
     /// The overrides of a row of values.
     #[must_use]
-    pub fn overrides_of_row(values: &Table, row: usize) -> Vec<Override> {
-        let varied = values.columns.iter().filter(|it| it.role != Role::Variant);
-        varied.filter_map(|column| override_of_cell(column, row)).collect()
+    pub fn row_overrides(values: &SweepTable, row: usize) -> Vec<Override> {
+        let varied = values.columns.iter().filter(|it| it.role != SweepColumnRole::Variant);
+        varied.filter_map(|column| cell_override(column, row)).collect()
     }
 
     /// The overrides of a variant.
     ///
     /// # Errors
     /// When there is no such variant, or its values cannot be read.
-    pub fn overrides_of(&self, variant: u64) -> Result<Vec<Override>, Error> {
-        let (variants, folder) = (self.variants(), self.folder.display());
+    pub fn variant_overrides(&self, variant: u64) -> Result<Vec<Override>, Error> {
+        let (variants, folder) = (self.variant_count(), self.folder.display());
         if variant >= variants {
             let message = format!(
                 "the sweep in {folder} has the variants 0 to {}, found {variant}",
                 variants.saturating_sub(1)
             );
-            return Err(Error::input(message));
+            return Err(Error::invalid_input(message));
         }
         let chunk = self.chunk_of(variant);
-        let row = (variant - self.range(chunk).start) as usize;
-        Ok(Self::overrides_of_row(&self.values(chunk)?, row))
+        let row = (variant - self.variants_of_chunk(chunk).start) as usize;
+        Ok(Self::row_overrides(&self.chunk_values(chunk)?, row))
     }
 
     /// The gathered scenario.
     #[must_use]
-    pub fn scenario_file(&self) -> PathBuf {
+    pub fn scenario_path(&self) -> PathBuf {
         self.folder.join(GATHERED).join(format!("{}.toml", self.metadata.scenario))
     }
 
@@ -188,15 +188,15 @@ impl Plan {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub fn scenario(&self) -> Result<Scenario, Error> {
-        Scenario::read(&self.scenario_file())
+    pub fn read_scenario(&self) -> Result<Scenario, Error> {
+        Scenario::read(&self.scenario_path())
     }
 
     /// What all variants have.
     ///
     /// # Errors
     /// When an override has no form that a scenario takes.
-    pub fn overrides(&self) -> Result<Overrides, Error> {
+    pub fn common_overrides(&self) -> Result<Overrides, Error> {
         let PlanMetadata { seed, tolerance, set, .. } = &self.metadata;
         let all = Overrides { seed: *seed, tolerance: *tolerance, ..Overrides::default() };
         self.with_variant(&all, set)
@@ -207,31 +207,31 @@ impl Plan {
     /// # Errors
     /// When an override has no form that a scenario takes.
     pub fn with_variant(&self, all: &Overrides, variant: &[Override]) -> Result<Overrides, Error> {
-        all.with_variant(variant, &self.folder.join(GATHERED)).map_err(Error::input)
+        all.with_variant(variant, &self.folder.join(GATHERED)).map_err(Error::invalid_input)
     }
 
     /// The file of the results of a chunk.
     #[must_use]
-    pub fn part(&self, chunk: u64) -> PathBuf {
+    pub fn chunk_result_path(&self, chunk: u64) -> PathBuf {
         self.folder.join(PARTS).join(format!("{chunk:06}.parquet"))
     }
 
     /// Which variants run again with everything recorded.
     #[must_use]
-    pub fn recorded(&self) -> VariantSelection {
+    pub fn variants_to_record(&self) -> VariantSelection {
         let [worst, best, failed, every] = self.metadata.recorded;
         VariantSelection { worst, best, failed, every }
     }
 }
 
-fn override_of_cell(column: &Column, row: usize) -> Option<Override> {
+fn cell_override(column: &SweepColumn, row: usize) -> Option<Override> {
     let value = match &column.values {
-        Values::Numbers(all) => {
+        SweepColumnValues::Numbers(all) => {
             OverrideValue::Number { value: *all.get(row)?, unit: column.unit.clone() }
         }
-        Values::Integers(all) => OverrideValue::Integer(*all.get(row)?),
-        Values::Booleans(all) => OverrideValue::Boolean((*all.get(row)?)?),
-        Values::Texts(all) => OverrideValue::parse(all.get(row)?.as_ref()?),
+        SweepColumnValues::Integers(all) => OverrideValue::Integer(*all.get(row)?),
+        SweepColumnValues::Booleans(all) => OverrideValue::Boolean((*all.get(row)?)?),
+        SweepColumnValues::Texts(all) => OverrideValue::parse(all.get(row)?.as_ref()?),
     };
     Some(Override::new(&column.name, value))
 }

@@ -66,15 +66,13 @@ mod override_texts {
 
     pub fn serialize<S: Serializer>(all: &[Override], out: S) -> Result<S::Ok, S::Error> {
         out.collect_seq(
-            all.iter()
-                .map(|it| OverrideText { name: it.name.clone(), value: it.value.to_string() }),
+            all.iter().map(|it| OverrideText { name: it.name.clone(), value: it.value.to_string() }),
         )
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(texts: D) -> Result<Vec<Override>, D::Error> {
         let texts = Vec::<OverrideText>::deserialize(texts)?;
-        let all =
-            texts.into_iter().map(|it| Override::new(it.name, OverrideValue::parse(&it.value)));
+        let all = texts.into_iter().map(|it| Override::new(it.name, OverrideValue::parse(&it.value)));
         Ok(all.collect())
     }
 }

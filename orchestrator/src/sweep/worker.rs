@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use diagnostics::Error;
-use isolation::{Channel, Packet};
+use isolation::{ChannelPacket, ProcessChannel};
 use scenario::BuildArtifacts;
 use scenario::resolve::{self, FmuCache, Override, Overrides};
 use serde::{Deserialize, Serialize};
 
 use super::instance_reuse::InstanceReuse;
-use super::plan::Plan;
-use super::variant::{Outcome, VariantRunner};
+use super::plan::SweepPlanFolder;
+use super::variant::{VariantOutcome, VariantRunner};
 
 /// A request of the host.
 #[derive(Debug, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub(super) enum WorkerResponse {
     /// The plan is open, and what its scenario takes at most for a run [s], or why it is not.
     Opened(Result<f64, String>),
     /// What came of the variant, and whether instances of FMUs are used again.
-    Ran(Box<Outcome>, bool),
+    Ran(Box<VariantOutcome>, bool),
 }
 
 /// The limit of a variant whose scenario has none.
@@ -40,15 +40,15 @@ const LIMIT: Duration = Duration::from_secs(3600);
 ///
 /// # Errors
 /// When this process has no such host, or that has ended.
-pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
-    let wrong = |what: String| Error::input(format!("this is for workers of a sweep: {what}"));
-    let (channel, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+pub fn serve_sweep_worker(host: u32, program: &Path) -> Result<(), Error> {
+    let wrong = |what: String| Error::invalid_input(format!("this is for workers of a sweep: {what}"));
+    let (channel, _) = isolation::connect_to_host_process(host).map_err(|error| wrong(error.to_string()))?;
     fmu_import::ignore_termination_signals();
-    let check_host = || match isolation::has_host(host) {
+    let check_host = || match isolation::is_host_alive(host) {
         true => Ok(()),
         false => Err(wrong("the host has ended".to_owned())),
     };
-    let (mut talk, mut worker) = (Packet::default(), None);
+    let (mut talk, mut worker) = (ChannelPacket::default(), None);
     loop {
         channel.receive(&mut talk, check_host)?;
         let request = postcard::from_bytes::<WorkerRequest>(&talk.bytes);
@@ -59,63 +59,64 @@ pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
                 return Ok(());
             }
             WorkerRequest::Open(folder) => {
-                let opened = Worker::open(&folder, program);
+                let opened = SweepWorker::open(&folder, program);
                 let limit = opened.as_ref().map(|it| it.runner.limit.as_secs_f64());
                 let limit = limit.map_err(ToString::to_string);
                 worker = opened.ok();
-                respond(&channel, &WorkerResponse::Opened(limit), check_host)?;
+                send_response(&channel, &WorkerResponse::Opened(limit), check_host)?;
             }
             WorkerRequest::Run(overrides) => {
                 let Some(worker) = &mut worker else { return Err(wrong("no plan".to_owned())) };
-                let outcome = Box::new(worker.run(&overrides));
+                let outcome = Box::new(worker.run_variant(&overrides));
                 let reused = matches!(worker.reuse, InstanceReuse::Verified(_));
-                respond(&channel, &WorkerResponse::Ran(outcome, reused), check_host)?;
+                send_response(&channel, &WorkerResponse::Ran(outcome, reused), check_host)?;
             }
         }
     }
 }
 
-fn respond(
-    channel: &Channel,
+fn send_response(
+    channel: &ProcessChannel,
     response: &WorkerResponse,
     check_host: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
+    let bytes = postcard::to_stdvec(response).map_err(|error| Error::invalid_input(error.to_string()))?;
     channel.send(&[], &bytes, check_host)
 }
 
 /// A worker with its plan, and what it keeps from one variant to the next.
-struct Worker {
-    plan: Plan,
+struct SweepWorker {
+    plan: SweepPlanFolder,
     overrides: Overrides,
     runner: VariantRunner,
     reuse: InstanceReuse,
     /// For files of analyses; removed with the worker.
-    _scratch: archive::Folder,
+    _scratch: archive::TemporaryFolder,
 }
 
-impl Worker {
+impl SweepWorker {
     fn open(folder: &Path, program: &Path) -> Result<Self, Error> {
-        let plan = Plan::look_at(folder)?;
-        let scratch = archive::Folder::new().map_err(|error| Error::input(error.to_string()))?;
-        let scenario = plan.scenario()?;
-        let limit = resolve::limit(&scenario)?.unwrap_or(LIMIT);
+        let plan = SweepPlanFolder::open_of_any_program(folder)?;
+        let scratch =
+            archive::TemporaryFolder::new().map_err(|error| Error::invalid_input(error.to_string()))?;
+        let scenario = plan.read_scenario()?;
+        let limit = resolve::wall_clock_limit(&scenario)?.unwrap_or(LIMIT);
         let runner = VariantRunner {
             scenario,
             built: BuildArtifacts::default(),
             cache: FmuCache::default(),
-            folder: scratch.path().join("run"),
+            folder: scratch.folder_path().join("run"),
             program: program.to_owned(),
             limit,
         };
-        let overrides = plan.overrides()?;
-        Ok(Worker { plan, overrides, runner, reuse: InstanceReuse::Untested, _scratch: scratch })
+        let overrides = plan.common_overrides()?;
+        Ok(SweepWorker { plan, overrides, runner, reuse: InstanceReuse::Untested, _scratch: scratch })
     }
 
-    fn run(&mut self, variant: &[Override]) -> Outcome {
+    fn run_variant(&mut self, variant: &[Override]) -> VariantOutcome {
         match self.plan.with_variant(&self.overrides, variant) {
-            Ok(overrides) => self.reuse.run(&mut self.runner, &overrides),
-            Err(error) => Outcome::failed(&error),
+            Ok(overrides) => self.reuse.run_variant(&mut self.runner, &overrides),
+            Err(error) => VariantOutcome::from_error(&error),
         }
     }
 }
@@ -136,8 +137,7 @@ mod tests {
             OverrideValue::Typed("wet".to_owned()),
             OverrideValue::TextOf("front.tir".into()),
         ];
-        let overrides: Vec<_> =
-            values.iter().map(|value| Override::new("plant.x", value.clone())).collect();
+        let overrides: Vec<_> = values.iter().map(|value| Override::new("plant.x", value.clone())).collect();
         let bytes = postcard::to_stdvec(&WorkerRequest::Run(overrides)).expect("it is written");
         match postcard::from_bytes(&bytes).expect("it is read") {
             WorkerRequest::Run(read) => {

@@ -3,12 +3,12 @@
 use std::io::{Cursor, Write as _};
 use std::path::Path;
 
-use damage::{Pcg64, Target};
+use damage::{FuzzTarget, Pcg64};
 use rand::RngExt as _;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "archives",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../archive/tests/corpus/archives"),
     sound,
@@ -70,7 +70,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let into = folder.join("inside/of/this");
     let _ = std::fs::remove_dir_all(folder.join("inside"));
     std::fs::create_dir_all(&into).expect("a folder");
-    let taken = archive::unpack(Path::new("x.fmu"), ".fmu", bytes, &into, &mut (1 << 20)).is_ok();
+    let taken = archive::unpack_archive(Path::new("x.fmu"), ".fmu", bytes, &into, &mut (1 << 20)).is_ok();
     for (outside, only) in
         [(folder, "inside"), (&folder.join("inside"), "of"), (&folder.join("inside/of"), "this")]
     {

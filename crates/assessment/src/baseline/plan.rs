@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use recording::{ColumnIndex, Full};
+use recording::{AllVariables, ColumnIndex};
 use units::Unit;
 
 /// A recording and the signals of the run that it is compared with.
@@ -35,7 +35,7 @@ pub struct BaselineSignal {
     /// Its unit in the run.
     pub unit: Option<String>,
     /// Its column in the run.
-    pub column: ColumnIndex<Full>,
+    pub column: ColumnIndex<AllVariables>,
     /// Whether its values are equal or not, with nothing in between.
     pub exact: bool,
     /// Whether the scenario names it, so that the recording must have it.
@@ -60,7 +60,7 @@ impl BaselineSignal {
     ///
     /// # Errors
     /// In words, when they are not of one dimension.
-    pub fn conversion(&self, recorded: Option<&str>) -> Result<(f64, f64), String> {
+    pub fn conversion_from(&self, recorded: Option<&str>) -> Result<(f64, f64), String> {
         let (from, to) = (recorded.unwrap_or_default(), self.unit.as_deref().unwrap_or_default());
         if from == to {
             return Ok((1.0, 0.0));
@@ -71,7 +71,6 @@ impl BaselineSignal {
             "" => "without a unit".to_owned(),
             unit => format!("in [{unit}]"),
         };
-        conversion
-            .ok_or_else(|| format!("it was recorded {}, and is {} now", named(from), named(to)))
+        conversion.ok_or_else(|| format!("it was recorded {}, and is {} now", named(from), named(to)))
     }
 }

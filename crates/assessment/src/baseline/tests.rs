@@ -1,6 +1,6 @@
 //! What a run may do that its baseline did not.
 
-use recording::{Column, Direction, ValueKind};
+use recording::{Column, ValueKind, VariableDirection};
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn column(variable: &str, kind: ValueKind, unit: Option<&str>) -> Column {
     Column {
         node: "plant".to_owned(),
         variable: variable.to_owned(),
-        direction: Direction::Output,
+        direction: VariableDirection::Output,
         kind,
         unit: unit.map(str::to_owned),
         description: None,
@@ -18,7 +18,7 @@ fn column(variable: &str, kind: ValueKind, unit: Option<&str>) -> Column {
 }
 
 /// The columns of the run: a speed, a gear, and a mode.
-fn columns() -> Columns<Full> {
+fn columns() -> Columns<AllVariables> {
     let v = column("v", ValueKind::Real, Some("m/s"));
     [v, column("gear", ValueKind::Integer, None), column("mode", ValueKind::String, None)]
         .into_iter()
@@ -28,9 +28,9 @@ fn columns() -> Columns<Full> {
 fn plan() -> BaselinePlan {
     let columns = columns();
     let signal = |column: &Column| BaselineSignal {
-        name: column.name(),
+        name: column.qualified_name(),
         unit: column.unit.clone(),
-        column: columns.find(&column.name()).expect("a column"),
+        column: columns.find(&column.qualified_name()).expect("a column"),
         exact: column.kind != ValueKind::Real,
         named: false,
         size: SIZE,
@@ -49,7 +49,7 @@ fn plan() -> BaselinePlan {
 }
 
 /// The recording of a ramp, a gear that changes, and a mode.
-fn golden() -> Golden {
+fn golden() -> GoldenRecording {
     let of = |name: &str, unit: Option<&str>, values| GoldenColumn {
         name: name.to_owned(),
         unit: unit.map(str::to_owned),
@@ -61,49 +61,46 @@ fn golden() -> Golden {
         of("plant.gear", None, GoldenValues::Numbers(vec![1.0, 1.0, 2.0])),
         of("plant.mode", None, GoldenValues::Texts(texts)),
     ];
-    Golden::new(vec![0.0, 0.5, 1.0], columns)
+    GoldenRecording::new(vec![0.0, 0.5, 1.0], columns)
 }
 
 /// The recording with other columns.
-fn changed(change: impl FnOnce(&mut Vec<GoldenColumn>)) -> Golden {
+fn changed(change: impl FnOnce(&mut Vec<GoldenColumn>)) -> GoldenRecording {
     let golden = golden();
     let mut columns = golden.columns().to_vec();
     change(&mut columns);
-    Golden::new(golden.times, columns)
+    GoldenRecording::new(golden.times, columns)
 }
 
 /// The outcome of a run with a step of 0.25 s whose values are as recorded, but for an edit of each row.
 fn outcome(
     plan: BaselinePlan,
-    golden: Golden,
+    golden: GoldenRecording,
     rows: u32,
     edit: impl Fn(u32, &mut f64, &mut f64),
 ) -> BaselineOutcome {
-    let mut baselines = Baselines::new(vec![(plan, golden)], &columns(), 0.25);
+    let mut baselines = BaselineChecker::new(vec![(plan, golden)], &columns(), 0.25);
     for row in 0..rows {
         let time = f64::from(row) * 0.25;
         let (mut v, mut gear) = (2.0 * time, if time < 1.0 { 1.0 } else { 2.0 });
         edit(row, &mut v, &mut gear);
         let mode = if time < 1.0 { "off" } else { "on" };
         let row = Row::from_values(vec![v, gear], vec![mode.to_owned()]);
-        baselines.row(0, time, &row).expect("it is kept");
+        baselines.push_row(0, time, &row).expect("it is kept");
     }
     baselines.outcomes().remove(0)
 }
 
 fn reason(outcome: &BaselineOutcome) -> String {
-    outcome.verdict().reason.unwrap_or_default()
+    outcome.to_verdict().reason.unwrap_or_default()
 }
 
 #[test]
 fn the_same_run_with_another_step_passes() {
     let outcome = outcome(plan(), golden(), 5, |_, v, _| *v += 0.099);
-    let verdict = outcome.verdict();
+    let verdict = outcome.to_verdict();
     assert!(verdict.passed, "{verdict:?}");
-    assert_eq!(
-        (verdict.that.as_str(), verdict.during),
-        ("3 signals as in golden/run.mcap", [0.0, 1.0])
-    );
+    assert_eq!((verdict.that.as_str(), verdict.during), ("3 signals as in golden/run.mcap", [0.0, 1.0]));
     assert_eq!(outcome.warnings, [""; 0]);
 }
 
@@ -118,24 +115,20 @@ fn the_first_and_the_worst_deviation_are_told() {
         "1 of 3 signals differ, first `plant.v` [m/s]: 1.200000 outside of [0.900000, 1.100000] at 0.500 s; worst \
          2.000000 outside of [1.400000, 1.600000] at 0.750 s"
     );
-    let verdict = wrong.verdict();
+    let verdict = wrong.to_verdict();
     assert_eq!((verdict.at, verdict.value), (Some(0.75), Some(2.0)));
     let nan = outcome(plan(), golden(), 5, |row, v, _| {
         if row == 1 {
             *v = f64::NAN;
         }
     });
-    assert!(
-        reason(&nan).contains("NaN outside of [0.400000, 0.600000] at 0.250 s"),
-        "{}",
-        reason(&nan)
-    );
+    assert!(reason(&nan).contains("NaN outside of [0.400000, 0.600000] at 0.250 s"), "{}", reason(&nan));
     let gear = outcome(plan(), golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));
     assert!(reason(&gear).contains("`plant.gear`: 2 instead of 1 at 0.750 s"), "{}", reason(&gear));
     let mut late = plan();
     late.signals[1].size.time = 0.25;
     let late = outcome(late, golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));
-    assert!(late.verdict().passed, "{}", reason(&late));
+    assert!(late.to_verdict().passed, "{}", reason(&late));
 }
 
 #[test]
@@ -147,7 +140,7 @@ fn units_are_converted_or_told() {
         })
     };
     let same = outcome(plan(), in_unit(Some("km/h")), 5, |_, _, _| {});
-    assert!(same.verdict().passed, "{}", reason(&same));
+    assert!(same.to_verdict().passed, "{}", reason(&same));
     for (unit, says) in [
         (Some("N"), "it was recorded in [N], and is in [m/s] now"),
         (None, "it was recorded without a unit, and is in [m/s] now"),
@@ -160,30 +153,17 @@ fn units_are_converted_or_told() {
 #[test]
 fn what_is_missing_is_told() {
     let short = outcome(plan(), golden(), 3, |_, _, _| {});
-    assert!(
-        reason(&short).contains("the run ends at 0.500 s, before the recording"),
-        "{}",
-        reason(&short)
-    );
+    assert!(reason(&short).contains("the run ends at 0.500 s, before the recording"), "{}", reason(&short));
     let long = outcome(plan(), golden(), 9, |_, _, _| {});
-    assert!(
-        long.verdict().passed && long.warnings[0].contains("golden/run.mcap ends at 1 s, the rest")
-    );
+    assert!(long.to_verdict().passed && long.warnings[0].contains("golden/run.mcap ends at 1 s, the rest"));
     let mut window = plan();
     window.during = Some([0.5, 2.0]);
     let window = outcome(window, golden(), 9, |_, _, _| {});
-    assert!(
-        reason(&window)
-            .contains("the recording is from 0.000 s to 1.000 s, the window from 0.500 s")
-    );
+    assert!(reason(&window).contains("the recording is from 0.000 s to 1.000 s, the window from 0.500 s"));
     let fewer = changed(|columns| drop(columns.remove(0)));
     let fewer_signals = outcome(plan(), fewer.clone(), 5, |_, _, _| {});
-    assert!(fewer_signals.verdict().passed);
-    assert!(
-        fewer_signals.warnings[0].contains("so not compared: plant.v"),
-        "{:?}",
-        fewer_signals.warnings
-    );
+    assert!(fewer_signals.to_verdict().passed);
+    assert!(fewer_signals.warnings[0].contains("so not compared: plant.v"), "{:?}", fewer_signals.warnings);
     let mut named = plan();
     named.signals[0].named = true;
     let named = outcome(named, fewer, 5, |_, _, _| {});
@@ -194,17 +174,8 @@ fn what_is_missing_is_told() {
     );
     let more = changed(|columns| columns[0].name = "plant.u".to_owned());
     let lost = outcome(plan(), more, 5, |_, _, _| {});
-    assert!(
-        reason(&lost).contains("the run has no plant.u, which the recording has"),
-        "{}",
-        reason(&lost)
-    );
-    let infinite =
-        changed(|columns| columns[0].values = GoldenValues::Numbers(vec![0.0, f64::NAN, 2.0]));
+    assert!(reason(&lost).contains("the run has no plant.u, which the recording has"), "{}", reason(&lost));
+    let infinite = changed(|columns| columns[0].values = GoldenValues::Numbers(vec![0.0, f64::NAN, 2.0]));
     let infinite = outcome(plan(), infinite, 5, |_, _, _| {});
-    assert!(
-        reason(&infinite).contains("it is NaN in the recording at 0.500 s"),
-        "{}",
-        reason(&infinite)
-    );
+    assert!(reason(&infinite).contains("it is NaN in the recording at 0.500 s"), "{}", reason(&infinite));
 }

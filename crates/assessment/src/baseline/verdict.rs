@@ -1,14 +1,14 @@
 //! Makes the outcome of a comparison that of a check.
 
-use expression::Trace;
+use expression::ComparisonTrace;
 
 use super::{BaselineOutcome, SignalOutcome};
-use crate::check::Verdict;
+use crate::check::CheckVerdict;
 
 impl BaselineOutcome {
     /// The outcome as that of a check.
     #[must_use]
-    pub fn verdict(&self) -> Verdict {
+    pub fn to_verdict(&self) -> CheckVerdict {
         let failed: Vec<_> = self.signals.iter().filter(|signal| !signal.passed).collect();
         let first = |signal: &&&SignalOutcome| signal.first.map_or(f64::NEG_INFINITY, |it| it.time);
         let earliest = failed.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
@@ -16,13 +16,13 @@ impl BaselineOutcome {
             let SignalOutcome { signal: name, unit, reason, worst, .. } = signal;
             let unit = unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
             let worst = worst.filter(|worst| Some(*worst) != signal.first);
-            let worst = worst.map(|it| format!("; worst {}", it.words())).unwrap_or_default();
+            let worst = worst.map(|it| format!("; worst {}", it.describe())).unwrap_or_default();
             let reason = reason.as_deref().unwrap_or_default();
             let (count, all) = (failed.len(), self.signals.len());
             format!("{count} of {all} signals differ, first `{name}`{unit}: {reason}{worst}")
         });
         let worst = earliest.and_then(|signal| signal.worst);
-        Verdict {
+        CheckVerdict {
             name: self.name.clone(),
             that: format!("{} signals as in {}", self.signals.len(), self.recording.display()),
             file: self.place.0.clone(),
@@ -31,14 +31,14 @@ impl BaselineOutcome {
             during: self.during,
             tolerance: 0.0,
             samples: self.signals.len() as u64,
-            margin: worst.map(|worst| -worst.distance()),
+            margin: worst.map(|worst| -worst.distance_from_tube()),
             at: worst.map(|worst| worst.time),
             first: earliest.and_then(|signal| signal.first).map(|it| it.time),
             value: worst.map(|worst| worst.value),
             limit: worst.map(|it| if it.value > it.upper { it.upper } else { it.lower }),
             unit: earliest.and_then(|signal| signal.unit.clone()),
             reason: self.reason.clone().or(told),
-            trace: Trace::default(),
+            trace: ComparisonTrace::default(),
         }
     }
 }

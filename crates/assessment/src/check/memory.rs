@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Checks, Judge};
+use super::{CheckMonitor, RunChecks};
 
 /// What a check of signals remembers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CheckMemory {
+pub struct CheckState {
     name: String,
     that: String,
     /// First and last moment [s].
@@ -17,20 +17,20 @@ pub struct CheckMemory {
     samples: Vec<Vec<f64>>,
 }
 
-impl Checks {
+impl RunChecks {
     /// What the checks of signals remember.
     #[must_use]
-    pub fn memory(&self) -> Vec<CheckMemory> {
+    pub fn save_state(&self) -> Vec<CheckState> {
         let checks = self.checks.iter().zip(&self.unjudged);
         let checks = checks.filter_map(|((plan, judge), unjudged)| {
-            let Judge::Run(monitor) = judge else { return None };
-            Some(CheckMemory {
+            let CheckMonitor::Run(monitor) = judge else { return None };
+            Some(CheckState {
                 name: plan.name.clone(),
                 that: plan.that.clone(),
                 during: plan.during,
                 tolerance: plan.tolerance,
                 unjudged: unjudged.clone(),
-                samples: monitor.memory(),
+                samples: monitor.save_state(),
             })
         });
         checks.collect()
@@ -38,13 +38,13 @@ impl Checks {
 
     /// Goes on with what the checks of another run remembered up to communication point `tick` at `time` [s]. The names of the checks
     /// that should have seen more than that: their windows begin earlier, and nobody remembers for them.
-    pub fn recall(&mut self, memory: &[CheckMemory], tick: u64, time: f64) -> Vec<String> {
+    pub fn restore_state(&mut self, memory: &[CheckState], tick: u64, time: f64) -> Vec<String> {
         let mut late = Vec::new();
         let mut seen = vec![false; self.checks.len()];
         let checks = self.checks.iter_mut().zip(&mut self.unjudged).zip(&mut seen);
         for (((plan, judge), unjudged), seen) in checks {
-            let Judge::Run(monitor) = judge else { continue };
-            let same = |it: &&CheckMemory| {
+            let CheckMonitor::Run(monitor) = judge else { continue };
+            let same = |it: &&CheckState| {
                 (&it.name, &it.that, it.tolerance) == (&plan.name, &plan.that, plan.tolerance)
                     // The end of the run is the end of a window that nobody gave, and a window that goes on may end elsewhere.
                     && it.during[0] == plan.during[0]
@@ -53,7 +53,7 @@ impl Checks {
             };
             *seen = memory.iter().find(same).is_some_and(|it| {
                 unjudged.clone_from(&it.unjudged);
-                monitor.recall(&it.samples)
+                monitor.restore_state(&it.samples)
             });
             if !*seen && plan.during[0] < time - self.slack {
                 late.push(plan.name.clone());

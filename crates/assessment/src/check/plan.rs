@@ -3,28 +3,28 @@
 use std::path::PathBuf;
 
 use expression::Expression;
-use recording::{Full, IntegerIndex};
+use recording::{AllVariables, IntegerIndex};
 
 /// Marks rows of results of analyses and validations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Results;
+pub struct ResultSpace;
 
 /// What has to hold, and of what.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Condition {
+pub enum CheckCondition {
     /// Of signals, at each sample.
-    Run(Expression<Full>),
+    Run(Expression<AllVariables>),
     /// Of results of analyses and validations; a row has a number and a text for each of these names.
-    Results(Expression<Results>, Vec<ResultName>),
+    Results(Expression<ResultSpace>, Vec<ResultName>),
 }
 
-impl Condition {
+impl CheckCondition {
     /// The unit that both sides are compared in, if it is one comparison of values with a unit.
     #[must_use]
     pub fn compared_unit(&self) -> Option<&str> {
         match self {
-            Condition::Run(expression) => expression.compared_unit(),
-            Condition::Results(expression, _) => expression.compared_unit(),
+            CheckCondition::Run(expression) => expression.compared_unit(),
+            CheckCondition::Results(expression, _) => expression.compared_unit(),
         }
     }
 }
@@ -52,9 +52,9 @@ pub struct CheckPlan {
     /// Its line there, from 1 on.
     pub line: usize,
     /// The condition.
-    pub condition: Condition,
+    pub condition: CheckCondition,
     /// The integers of 64 bits that it is about, with their names: it cannot judge one that no number holds.
-    pub integers: Vec<(IntegerIndex<Full>, String)>,
+    pub integers: Vec<(IntegerIndex<AllVariables>, String)>,
     /// First and last moment [s].
     pub during: [f64; 2],
     /// Whether the scenario gives the window; a run that ends early must not have cut it short.

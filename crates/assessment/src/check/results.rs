@@ -6,26 +6,23 @@ use diagnostics::suggest;
 use recording::Row;
 use serde_json::Value;
 
-use super::{ResultName, Results};
+use super::{ResultName, ResultSpace};
 
 /// What the results say under some names: a number or a text for each; the place in the other list is left empty.
 ///
 /// # Errors
 /// In words, when there is no such result.
-pub fn look_up(
-    results: &BTreeMap<String, Value>,
-    names: &[ResultName],
-) -> Result<Row<Results>, String> {
+pub fn look_up(results: &BTreeMap<String, Value>, names: &[ResultName]) -> Result<Row<ResultSpace>, String> {
     let (mut numbers, mut texts) = (Vec::new(), Vec::new());
     for name in names {
-        match (find(results, name)?, name.is_text) {
+        match (find_result(results, name)?, name.is_text) {
             ((_, Value::String(text)), true) => {
                 numbers.push(f64::NAN);
                 texts.push(text.clone());
             }
             ((place, value), true) => return Err(format!("`{place}` is no text, but {value}")),
             ((place, value), false) => {
-                numbers.push(number(&place, value)?);
+                numbers.push(result_number(&place, value)?);
                 texts.push(String::new());
             }
         }
@@ -34,7 +31,7 @@ pub fn look_up(
 }
 
 /// What stands under a name, and its full path.
-fn find<'a>(
+fn find_result<'a>(
     results: &'a BTreeMap<String, Value>,
     name: &ResultName,
 ) -> Result<(String, &'a Value), String> {
@@ -45,8 +42,8 @@ fn find<'a>(
         return Ok((format!("{of}.{path}"), found));
     }
     let mut place = of.clone();
-    for part in parts(path) {
-        value = inner(value, part).map_err(|what| format!("`{place}` has no `{part}`{what}"))?;
+    for part in split_result_path(path) {
+        value = child_value(value, part).map_err(|what| format!("`{place}` has no `{part}`{what}"))?;
         place = match part.parse::<usize>() {
             Ok(_) => format!("{place}[{part}]"),
             Err(_) => format!("{place}.{part}"),
@@ -56,15 +53,13 @@ fn find<'a>(
 }
 
 /// The number; true is 1 and false is 0.
-fn number(place: &str, value: &Value) -> Result<f64, String> {
+fn result_number(place: &str, value: &Value) -> Result<f64, String> {
     match value {
         Value::Number(number) => number.as_f64().ok_or_else(|| format!("`{place}` is {number}")),
         Value::Bool(truth) => Ok(f64::from(u8::from(*truth))),
         Value::Null => Err(format!("`{place}` is no number")),
         Value::String(text) => Err(format!("`{place}` is no number, but \"{text}\"")),
-        Value::Array(list) => {
-            Err(format!("`{place}` is a list of {}: write `{place}[0]`", list.len()))
-        }
+        Value::Array(list) => Err(format!("`{place}` is a list of {}: write `{place}[0]`", list.len())),
         Value::Object(map) => {
             let names: Vec<_> = map.keys().map(String::as_str).collect();
             Err(format!("`{place}` holds {}", names.join(", ")))
@@ -73,12 +68,12 @@ fn number(place: &str, value: &Value) -> Result<f64, String> {
 }
 
 /// The parts of `levels[3].mean.D`: levels, 3, mean, D.
-fn parts(path: &str) -> impl Iterator<Item = &str> {
+fn split_result_path(path: &str) -> impl Iterator<Item = &str> {
     path.split(['.', '[', ']', ',']).map(str::trim).filter(|part| !part.is_empty())
 }
 
 /// A part of a value, or what there is instead.
-fn inner<'a>(value: &'a Value, part: &str) -> Result<&'a Value, String> {
+fn child_value<'a>(value: &'a Value, part: &str) -> Result<&'a Value, String> {
     match value {
         Value::Array(list) => part
             .parse()
@@ -86,7 +81,7 @@ fn inner<'a>(value: &'a Value, part: &str) -> Result<&'a Value, String> {
             .and_then(|index: usize| list.get(index))
             .ok_or_else(|| format!(", it is a list of {}", list.len())),
         Value::Object(map) => map.get(part).ok_or_else(|| {
-            let hint = suggest::hint(part, map.keys().map(String::as_str));
+            let hint = suggest::suggest_name(part, map.keys().map(String::as_str));
             hint.map(|hint| format!("; {hint}")).unwrap_or_default()
         }),
         _ => Err(String::new()),

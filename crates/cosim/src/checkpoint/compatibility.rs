@@ -3,11 +3,11 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Debug, Write as _};
 
-use fmu_import::{Causality, Description, Value, Variability};
+use fmu_import::{Causality, FmuDescription, Value, Variability};
 use serde::{Deserialize, Serialize};
 
-use crate::clock::At;
-use crate::system::{Body, InputChain, NodePlan, StartValue, System};
+use crate::clock::StepBoundary;
+use crate::system::{InputChain, NodeBody, NodePlan, StartValue, System};
 
 /// What a system is made of, before its first step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -25,9 +25,9 @@ pub struct SystemFingerprint {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct NodeFingerprint {
     name: String,
-    kind: Kind,
+    kind: FingerprintKind,
     starts: Vec<StartValue>,
-    links: Vec<Link>,
+    links: Vec<ConnectionFingerprint>,
     /// A fingerprint of its own step.
     step_ratio: u64,
     /// A fingerprint of the faults of its calls.
@@ -35,7 +35,7 @@ struct NodeFingerprint {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum Kind {
+enum FingerprintKind {
     Fmu {
         guid: String,
         sha256: String,
@@ -48,7 +48,7 @@ enum Kind {
 
 /// A connection, with fingerprints of what is on its way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Link {
+struct ConnectionFingerprint {
     from: String,
     to: String,
     at_start: bool,
@@ -59,7 +59,7 @@ struct Link {
 
 /// How a system fits a checkpoint.
 #[derive(Debug, Clone, Default)]
-pub struct Compatibility {
+pub struct CheckpointCompatibility {
     /// What is another and must not be.
     pub misfits: Vec<String>,
     /// What is another and may be.
@@ -69,9 +69,9 @@ pub struct Compatibility {
 }
 
 /// FNV-1a of a text as it is written.
-struct Fingerprint(u64);
+struct FnvHasher(u64);
 
-impl fmt::Write for Fingerprint {
+impl fmt::Write for FnvHasher {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for byte in text.bytes() {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
@@ -81,8 +81,8 @@ impl fmt::Write for Fingerprint {
 }
 
 /// A fingerprint of all that is in a value: numbers are written with all their digits.
-fn fingerprint(value: &impl Debug) -> u64 {
-    let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
+fn hash_debug_output(value: &impl Debug) -> u64 {
+    let mut fingerprint = FnvHasher(0xcbf2_9ce4_8422_2325);
     // Writing into a number cannot fail.
     let _ = write!(fingerprint, "{value:?}");
     fingerprint.0
@@ -91,44 +91,37 @@ fn fingerprint(value: &impl Debug) -> u64 {
 impl SystemFingerprint {
     /// That of a system that has not begun: later its effects remember something, and its signals are gone.
     #[must_use]
-    pub fn of(system: &System) -> Self {
-        let name = |node: &usize| label(&system.nodes[*node], system);
+    pub fn of_system(system: &System) -> Self {
+        let name = |node: &usize| node_label(&system.nodes[*node], system);
         SystemFingerprint {
             times: [system.clock.start, system.clock.step],
-            coupling: system.coupling.summary(),
-            coupled: fingerprint(&system.coupling),
+            coupling: system.coupling.describe_coupling(),
+            coupled: hash_debug_output(&system.coupling),
             tolerance: system.tolerance,
             order: system.order.iter().map(name).collect(),
-            nodes: system.nodes.iter().map(|plan| NodeFingerprint::of(plan, system)).collect(),
+            nodes: system.nodes.iter().map(|plan| NodeFingerprint::of_node(plan, system)).collect(),
         }
     }
 
     /// How a system with this fingerprint fits a checkpoint of another one; `system` has the descriptions of its FMUs.
     #[must_use]
-    pub fn compare(&self, checkpoint: &Self, system: &System) -> Compatibility {
-        let mut compatibility = Compatibility::default();
+    pub fn check_compatibility(&self, checkpoint: &Self, system: &System) -> CheckpointCompatibility {
+        let mut compatibility = CheckpointCompatibility::default();
         let times = ["start time", "communication step"].into_iter().zip(checkpoint.times);
         for ((what, then), now) in times.zip(self.times) {
             if then != now {
                 compatibility.misfits.push(format!("its {what} is {then} s, here it is {now} s"));
             }
         }
-        let names =
-            |fingerprint: &Self| fingerprint.nodes.iter().map(|it| it.name.clone()).collect();
+        let names = |fingerprint: &Self| fingerprint.nodes.iter().map(|it| it.name.clone()).collect();
         let (then, now): (Vec<_>, Vec<_>) = (names(checkpoint), names(self));
         let lost = then.iter().filter(|name| !now.contains(name));
-        compatibility
-            .misfits
-            .extend(lost.map(|name| format!("it has a node `{name}`, which is not here")));
+        compatibility.misfits.extend(lost.map(|name| format!("it has a node `{name}`, which is not here")));
         let new = now.iter().filter(|name| !then.contains(name));
-        compatibility
-            .misfits
-            .extend(new.map(|name| format!("it has no node `{name}`, which is here")));
+        compatibility.misfits.extend(new.map(|name| format!("it has no node `{name}`, which is here")));
         if compatibility.misfits.is_empty() && checkpoint.order != self.order {
             let [then, now] = [checkpoint, self].map(|fingerprint| fingerprint.order.join("`, `"));
-            compatibility
-                .misfits
-                .push(format!("its nodes step in the order `{then}`, here in `{now}`"));
+            compatibility.misfits.push(format!("its nodes step in the order `{then}`, here in `{now}`"));
         }
         let words = [
             ("coupling", &checkpoint.coupling, &self.coupling),
@@ -142,12 +135,12 @@ impl SystemFingerprint {
             let Some(then) = checkpoint.nodes.iter().find(|it| it.name == now.name) else {
                 continue;
             };
-            now.compare(then, system, &mut compatibility);
+            now.record_differences(then, system, &mut compatibility);
         }
         compatibility
     }
 
-    pub(super) fn is_coupled_as(&self, other: &Self) -> bool {
+    pub(super) fn has_same_coupling(&self, other: &Self) -> bool {
         self.coupled == other.coupled
     }
 }
@@ -157,72 +150,73 @@ fn tolerance_text(tolerance: Option<f64>) -> String {
 }
 
 impl NodeFingerprint {
-    fn of(plan: &NodePlan, system: &System) -> Self {
+    fn of_node(plan: &NodePlan, system: &System) -> Self {
         let (kind, starts) = match &plan.body {
-            Body::Fmu { fmu, starts, .. } => {
+            NodeBody::Fmu { fmu, starts, .. } => {
                 let (guid, sha256) = (fmu.description.guid.clone(), fmu.sha256.clone());
-                (Kind::Fmu { guid, sha256 }, starts.clone())
+                (FingerprintKind::Fmu { guid, sha256 }, starts.clone())
             }
-            Body::Signals(signals) => (Kind::Source(fingerprint(signals)), Vec::new()),
-            Body::Table(table) => (Kind::Source(fingerprint(table)), Vec::new()),
-            Body::Driver(driver) => (Kind::Source(fingerprint(driver)), Vec::new()),
-            Body::Own => (Kind::Own, Vec::new()),
-            Body::Inlet | Body::Outlet => (Kind::Connector, Vec::new()),
+            NodeBody::Signals(signals) => (FingerprintKind::Source(hash_debug_output(signals)), Vec::new()),
+            NodeBody::Table(table) => (FingerprintKind::Source(hash_debug_output(table)), Vec::new()),
+            NodeBody::Driver(driver) => (FingerprintKind::Source(hash_debug_output(driver)), Vec::new()),
+            NodeBody::Own => (FingerprintKind::Own, Vec::new()),
+            NodeBody::Inlet | NodeBody::Outlet => (FingerprintKind::Connector, Vec::new()),
         };
         let columns = &system.columns;
         let numbers = plan.connections.iter().zip(plan.inputs.indices()).map(|(link, input)| {
             let InputChain { factor, offset, map, effects, faults, accepts } = &link.input_chain;
-            Link {
-                from: columns[link.source.index].name(),
-                to: columns[input].name(),
-                at_start: link.source.at == At::Start,
-                conversion: fingerprint(&(factor, offset, map, accepts, link.extrapolation)),
-                effects: fingerprint(effects),
-                faults: fingerprint(faults),
+            ConnectionFingerprint {
+                from: columns[link.source.index].qualified_name(),
+                to: columns[input].qualified_name(),
+                at_start: link.source.at == StepBoundary::Start,
+                conversion: hash_debug_output(&(factor, offset, map, accepts, link.extrapolation)),
+                effects: hash_debug_output(effects),
+                faults: hash_debug_output(faults),
             }
         });
         let texts = plan.texts.connections.iter().zip(plan.texts.inputs.indices());
-        let texts = texts.map(|(source, input)| Link {
-            from: columns[source.index].name(),
-            to: columns[input].name(),
-            at_start: source.at == At::Start,
+        let texts = texts.map(|(source, input)| ConnectionFingerprint {
+            from: columns[source.index].qualified_name(),
+            to: columns[input].qualified_name(),
+            at_start: source.at == StepBoundary::Start,
             conversion: 0,
             effects: 0,
             faults: 0,
         });
-        let (name, links) = (label(plan, system), numbers.chain(texts).collect());
-        let [step_ratio, faults] = [fingerprint(&plan.step_ratio), fingerprint(&plan.faults)];
+        let (name, links) = (node_label(plan, system), numbers.chain(texts).collect());
+        let [step_ratio, faults] = [hash_debug_output(&plan.step_ratio), hash_debug_output(&plan.faults)];
         NodeFingerprint { name, kind, starts, links, step_ratio, faults }
     }
 
-    fn compare(&self, then: &Self, system: &System, compatibility: &mut Compatibility) {
+    fn record_differences(&self, then: &Self, system: &System, compatibility: &mut CheckpointCompatibility) {
         let name = &self.name;
         match (&then.kind, &self.kind) {
-            (Kind::Fmu { guid, sha256 }, Kind::Fmu { guid: own_guid, sha256: own })
+            (FingerprintKind::Fmu { guid, sha256 }, FingerprintKind::Fmu { guid: own_guid, sha256: own })
                 if sha256 != own =>
             {
                 let also = if guid == own_guid { "; both have one GUID" } else { "" };
                 compatibility.misfits.push(format!(
                     "the FMU of `{name}` is another file: SHA-256 {} there, {} here{also}",
-                    short(sha256),
-                    short(own)
+                    short_hash(sha256),
+                    short_hash(own)
                 ));
             }
-            (Kind::Source(one), Kind::Source(other)) => {
+            (FingerprintKind::Source(one), FingerprintKind::Source(other)) => {
                 let changed = (one != other).then(|| format!("the values of `{name}`"));
                 compatibility.changes.extend(changed);
             }
-            (Kind::Fmu { .. }, Kind::Fmu { .. }) => self.tune(then, system, compatibility),
-            (Kind::Own, Kind::Own) | (Kind::Connector, Kind::Connector) => {}
+            (FingerprintKind::Fmu { .. }, FingerprintKind::Fmu { .. }) => {
+                self.find_changed_starts(then, system, compatibility)
+            }
+            (FingerprintKind::Own, FingerprintKind::Own)
+            | (FingerprintKind::Connector, FingerprintKind::Connector) => {}
             _ => compatibility.misfits.push(format!("`{name}` is a node of another kind there")),
         }
         if self.step_ratio != then.step_ratio {
             compatibility.misfits.push(format!("`{name}` has steps of another length there"));
         }
-        compatibility
-            .changes
-            .extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
-        let by_input = |links: &[Link]| -> HashMap<String, Link> {
+        compatibility.changes.extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
+        let by_input = |links: &[ConnectionFingerprint]| -> HashMap<String, ConnectionFingerprint> {
             links.iter().map(|link| (link.to.clone(), link.clone())).collect()
         };
         let (before, own) = (by_input(&then.links), by_input(&self.links));
@@ -232,19 +226,21 @@ impl NodeFingerprint {
                     "`{}` is connected to `{}` there, and to nothing here",
                     link.to, link.from
                 )),
-                Some(own) => own.compare(link, compatibility),
+                Some(own) => own.record_differences(link, compatibility),
             }
         }
         let new = self.links.iter().filter(|it| !before.contains_key(&it.to));
-        compatibility.misfits.extend(new.map(|link| {
-            format!("`{}` is connected to `{}` here, and to nothing there", link.to, link.from)
-        }));
+        compatibility.misfits.extend(
+            new.map(|link| {
+                format!("`{}` is connected to `{}` here, and to nothing there", link.to, link.from)
+            }),
+        );
     }
 
     /// Finds the start values that are others, which the FMU has to be told at the checkpoint.
-    fn tune(&self, then: &Self, system: &System, compatibility: &mut Compatibility) {
+    fn find_changed_starts(&self, then: &Self, system: &System, compatibility: &mut CheckpointCompatibility) {
         let plan = system.nodes.iter().find(|plan| plan.name == self.name);
-        let Some(Body::Fmu { fmu, .. }) = plan.map(|plan| &plan.body) else { return };
+        let Some(NodeBody::Fmu { fmu, .. }) = plan.map(|plan| &plan.body) else { return };
         let about = &fmu.description;
         let by_name = |starts: &[StartValue]| -> HashMap<String, StartValue> {
             starts.iter().map(|start| (start.name.clone(), start.clone())).collect()
@@ -262,15 +258,13 @@ impl NodeFingerprint {
             if was == is {
                 continue;
             }
-            match settable(about, &start.name) {
+            match check_settable_between_steps(about, &start.name) {
                 Ok(()) => {
                     compatibility.changes.push(format!("`{name}`: {is} instead of {was}"));
                     references.insert(start.reference);
                 }
                 Err(why) => {
-                    compatibility
-                        .misfits
-                        .push(format!("`{name}` is {was} there and {is} here; {why}"));
+                    compatibility.misfits.push(format!("`{name}` is {was} there and {is} here; {why}"));
                 }
             }
         }
@@ -287,13 +281,13 @@ impl NodeFingerprint {
     }
 }
 
-fn start_value(about: &Description, name: &str) -> Option<Value> {
-    about.variables[about.find(name)?].start_value()
+fn start_value(about: &FmuDescription, name: &str) -> Option<Value> {
+    about.variables[about.find_variable(name)?].start_value()
 }
 
 /// Whether a variable may get another value between two steps.
-fn settable(about: &Description, name: &str) -> Result<(), &'static str> {
-    let variable = about.find(name).map(|index| &about.variables[index]);
+fn check_settable_between_steps(about: &FmuDescription, name: &str) -> Result<(), &'static str> {
+    let variable = about.find_variable(name).map(|index| &about.variables[index]);
     match variable.map(|it| (it.causality, it.variability)) {
         Some((Causality::Parameter, Variability::Tunable) | (Causality::Input, _)) => Ok(()),
         Some((Causality::Parameter | Causality::StructuralParameter, _)) => {
@@ -303,17 +297,13 @@ fn settable(about: &Description, name: &str) -> Result<(), &'static str> {
     }
 }
 
-impl Link {
-    fn compare(&self, then: &Self, compatibility: &mut Compatibility) {
+impl ConnectionFingerprint {
+    fn record_differences(&self, then: &Self, compatibility: &mut CheckpointCompatibility) {
         let (to, from, was) = (&self.to, &self.from, &then.from);
         if from != was {
-            compatibility
-                .misfits
-                .push(format!("`{to}` is connected to `{was}` there, and to `{from}` here"));
+            compatibility.misfits.push(format!("`{to}` is connected to `{was}` there, and to `{from}` here"));
         } else if self.at_start != then.at_start {
-            compatibility
-                .misfits
-                .push(format!("`{to}` takes its value at the other end of the step there"));
+            compatibility.misfits.push(format!("`{to}` takes its value at the other end of the step there"));
         }
         let parts = [
             ("the conversion", self.conversion, then.conversion),
@@ -326,14 +316,14 @@ impl Link {
 }
 
 /// The beginning of a hash, which is enough to tell two apart.
-fn short(sha256: &str) -> String {
+fn short_hash(sha256: &str) -> String {
     sha256.chars().take(12).collect()
 }
 
 /// The name of a node; that of a connector with its variable, since several may be of one name.
-fn label(plan: &NodePlan, system: &System) -> String {
-    let number = plan.outputs.indices().next().map(|output| system.columns[output].name());
-    let text = plan.texts.outputs.indices().next().map(|output| system.columns[output].name());
+fn node_label(plan: &NodePlan, system: &System) -> String {
+    let number = plan.outputs.indices().next().map(|output| system.columns[output].qualified_name());
+    let text = plan.texts.outputs.indices().next().map(|output| system.columns[output].qualified_name());
     match plan.is_connector() {
         true => number.or(text).unwrap_or_else(|| plan.name.clone()),
         false => plan.name.clone(),

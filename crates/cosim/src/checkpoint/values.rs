@@ -2,10 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use recording::{Column, Columns, Direction, Full, NumberIndex, Row, TextIndex};
+use recording::{AllVariables, Column, Columns, NumberIndex, Row, TextIndex, VariableDirection};
 use serde::{Deserialize, Serialize};
 
-use crate::system::{Body, NodePlan};
+use crate::system::{NodeBody, NodePlan};
 
 /// The values of a row.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -18,7 +18,7 @@ pub struct RowValues {
 impl RowValues {
     /// Those of a row.
     #[must_use]
-    pub fn of(row: &Row<Full>) -> Self {
+    pub fn from_row(row: &Row<AllVariables>) -> Self {
         let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
         RowValues { numbers, texts, integers: row.integers().to_vec() }
     }
@@ -37,8 +37,8 @@ pub struct RowNames {
 /// Outputs without a value.
 #[derive(Debug, Clone, Default)]
 pub struct MissingOutputs {
-    pub(crate) numbers: HashSet<NumberIndex<Full>>,
-    pub(crate) texts: HashSet<TextIndex<Full>>,
+    pub(crate) numbers: HashSet<NumberIndex<AllVariables>>,
+    pub(crate) texts: HashSet<TextIndex<AllVariables>>,
 }
 
 impl MissingOutputs {
@@ -50,15 +50,15 @@ impl MissingOutputs {
 }
 
 /// Whether it is an input, and its name.
-fn key(column: &Column) -> (bool, String) {
-    (column.direction == Direction::Input, column.name())
+fn column_key(column: &Column) -> (bool, String) {
+    (column.direction == VariableDirection::Input, column.qualified_name())
 }
 
 /// The outputs that nobody uses, which are never asked for.
-fn unused(plans: &[NodePlan]) -> MissingOutputs {
+fn unused_outputs(plans: &[NodePlan]) -> MissingOutputs {
     let mut unused = MissingOutputs::default();
     for plan in plans {
-        let Body::Fmu { outputs, .. } = &plan.body else { continue };
+        let NodeBody::Fmu { outputs, .. } = &plan.body else { continue };
         let mut numbers = plan.outputs.indices();
         for group in &outputs.numbers {
             let own = numbers.by_ref().take(group.places.len());
@@ -76,14 +76,14 @@ fn unused(plans: &[NodePlan]) -> MissingOutputs {
 impl RowNames {
     /// Those of a system.
     #[must_use]
-    pub fn of(plans: &[NodePlan], columns: &Columns<Full>) -> Self {
-        let unused = unused(plans);
-        let number = |(index, column)| (!unused.numbers.contains(&index)).then(|| key(column));
-        let text = |(index, column)| (!unused.texts.contains(&index)).then(|| key(column));
+    pub fn of_system(plans: &[NodePlan], columns: &Columns<AllVariables>) -> Self {
+        let unused = unused_outputs(plans);
+        let number = |(index, column)| (!unused.numbers.contains(&index)).then(|| column_key(column));
+        let text = |(index, column)| (!unused.texts.contains(&index)).then(|| column_key(column));
         RowNames {
-            numbers: columns.numbers().map(number).collect(),
-            texts: columns.texts().map(text).collect(),
-            integers: columns.integers().map(|(_, number)| number.position()).collect(),
+            numbers: columns.number_columns().map(number).collect(),
+            texts: columns.text_columns().map(text).collect(),
+            integers: columns.integer_columns().map(|(_, number)| number.position()).collect(),
         }
     }
 
@@ -91,11 +91,11 @@ impl RowNames {
     ///
     /// # Errors
     /// Says what is wrong when the values do not fit the names, or an input has none.
-    pub fn fill(
+    pub fn fill_row(
         &self,
         values: &RowValues,
-        columns: &Columns<Full>,
-        row: &mut Row<Full>,
+        columns: &Columns<AllVariables>,
+        row: &mut Row<AllVariables>,
     ) -> Result<MissingOutputs, String> {
         let sizes = [self.numbers.len(), self.texts.len(), self.integers.len()];
         if sizes != [values.numbers.len(), values.texts.len(), values.integers.len()] {
@@ -109,15 +109,15 @@ impl RowNames {
         let (numbers, texts) = (places(&self.numbers), places(&self.texts));
         let exact: HashMap<_, _> = self.integers.iter().copied().zip(&values.integers).collect();
         let absent = |column: &Column| match column.direction {
-            Direction::Input => Err(format!("it has no value of `{}`", column.name())),
-            Direction::Output => Ok(()),
+            VariableDirection::Input => Err(format!("it has no value of `{}`", column.qualified_name())),
+            VariableDirection::Output => Ok(()),
         };
-        for (index, column) in columns.numbers() {
-            match (numbers.get(&key(column)), columns.integer(index)) {
+        for (index, column) in columns.number_columns() {
+            match (numbers.get(&column_key(column)), columns.integer_index_of(index)) {
                 (Some(place), None) => row[index] = values.numbers[*place],
                 (Some(place), Some(integer)) => {
                     let value = exact.get(place).ok_or("it has a number in place of an integer")?;
-                    row.put((integer, index), **value);
+                    row.set_integer((integer, index), **value);
                 }
                 (None, _) => {
                     absent(column)?;
@@ -125,8 +125,8 @@ impl RowNames {
                 }
             }
         }
-        for (index, column) in columns.texts() {
-            match texts.get(&key(column)) {
+        for (index, column) in columns.text_columns() {
+            match texts.get(&column_key(column)) {
                 Some(place) => row[index].clone_from(&values.texts[*place]),
                 None => {
                     absent(column)?;

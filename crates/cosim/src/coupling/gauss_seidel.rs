@@ -2,9 +2,9 @@
 
 use diagnostics::Error;
 
-use super::Coupling;
+use super::CouplingAlgorithm;
 use super::initial::InitialLoops;
-use crate::exchange::{Exchange, Interruption};
+use crate::exchange::{Exchange, StepInterruption};
 
 /// Steps the nodes one after the other.
 #[derive(Debug, Default)]
@@ -18,13 +18,13 @@ impl GaussSeidel {
     }
 }
 
-impl Coupling for GaussSeidel {
+impl CouplingAlgorithm for GaussSeidel {
     fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
-        self.initial.run(exchange)
+        self.initial.solve_initial_loops(exchange)
     }
 
-    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
-        for &node in exchange.order() {
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption> {
+        for &node in exchange.node_order() {
             exchange.gather_inputs(node)?;
             exchange.step_node(node)?;
         }

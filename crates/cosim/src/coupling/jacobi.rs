@@ -2,29 +2,29 @@
 
 use diagnostics::Error;
 
-use super::Coupling;
+use super::CouplingAlgorithm;
 use super::initial::InitialLoops;
-use crate::exchange::{Exchange, Interruption};
+use crate::exchange::{Exchange, StepInterruption};
 
 /// Steps all nodes from the same values.
 #[derive(Debug, Default)]
-pub struct Jacobi {
+pub struct JacobiCoupling {
     initial: InitialLoops,
 }
 
-impl Jacobi {
+impl JacobiCoupling {
     pub(super) fn new(initial: InitialLoops) -> Self {
-        Jacobi { initial }
+        JacobiCoupling { initial }
     }
 }
 
-impl Coupling for Jacobi {
+impl CouplingAlgorithm for JacobiCoupling {
     fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
-        self.initial.run(exchange)
+        self.initial.solve_initial_loops(exchange)
     }
 
-    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
-        let order = exchange.order();
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption> {
+        let order = exchange.node_order();
         order.iter().try_for_each(|&node| exchange.gather_inputs(node))?;
         order.iter().try_for_each(|&node| exchange.step_node(node))
     }

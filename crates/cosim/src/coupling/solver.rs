@@ -5,9 +5,9 @@ mod newton;
 
 use serde::{Deserialize, Serialize};
 
-use self::anderson::Anderson;
-use self::newton::Newton;
-use crate::system::{Iteration, Method};
+use self::anderson::AndersonAcceleration;
+use self::newton::BroydenNewton;
+use crate::system::{LoopIteration, LoopSolverMethod};
 
 /// Change for a derivative by differences, relative to the size of the value [-]: between the noise of an FMU's own integration and
 /// the curvature of its outputs.
@@ -21,7 +21,7 @@ const FAR: f64 = 1e9;
 
 /// Solves `g(u) = u` for the values `u` of a loop.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Solver {
+pub(super) struct LoopEquationSolver {
     tolerance: f64,
     /// The largest size of each value that fitted.
     sizes: Vec<f64>,
@@ -29,45 +29,47 @@ pub(super) struct Solver {
     scales: Vec<f64>,
     /// Whether each value is a real number that changes continuously. Others take what they would get.
     smooth: Vec<bool>,
-    method: State,
+    method: SolverMethodState,
 }
 
 /// What a method remembers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-enum State {
+enum SolverMethodState {
     FixedPoint,
     Aitken { factor: f64, residual: Vec<f64> },
-    Anderson(Anderson),
-    Newton(Newton),
+    Anderson(AndersonAcceleration),
+    Newton(BroydenNewton),
 }
 
-impl Solver {
-    pub fn new(iteration: Iteration, smooth: Vec<bool>) -> Self {
+impl LoopEquationSolver {
+    pub fn new(iteration: LoopIteration, smooth: Vec<bool>) -> Self {
         let method = match iteration.method {
-            Method::FixedPoint => State::FixedPoint,
-            Method::Aitken => State::Aitken { factor: 1.0, residual: Vec::new() },
-            Method::Anderson => State::Anderson(Anderson::default()),
-            Method::Newton => State::Newton(Newton::default()),
+            LoopSolverMethod::FixedPoint => SolverMethodState::FixedPoint,
+            LoopSolverMethod::Aitken => SolverMethodState::Aitken { factor: 1.0, residual: Vec::new() },
+            LoopSolverMethod::Anderson => SolverMethodState::Anderson(AndersonAcceleration::default()),
+            LoopSolverMethod::Newton => SolverMethodState::Newton(BroydenNewton::default()),
         };
         let sizes = vec![0.0; smooth.len()];
-        Solver { tolerance: iteration.tolerance, sizes, scales: Vec::new(), smooth, method }
+        LoopEquationSolver { tolerance: iteration.tolerance, sizes, scales: Vec::new(), smooth, method }
     }
 
     /// Begins another step.
-    pub fn begin(&mut self) {
+    pub fn begin_step(&mut self) {
         self.scales.clear();
         match &mut self.method {
-            State::FixedPoint => {}
-            State::Aitken { residual, .. } => residual.clear(),
-            State::Anderson(anderson) => anderson.begin(),
-            State::Newton(newton) => newton.begin(),
+            SolverMethodState::FixedPoint => {}
+            SolverMethodState::Aitken { residual, .. } => residual.clear(),
+            SolverMethodState::Anderson(anderson) => anderson.begin_step(),
+            SolverMethodState::Newton(newton) => newton.begin_step(),
         }
     }
 
     /// Whether another one solves a loop of as many values by the same method.
-    pub fn is_alike(&self, other: &Self) -> bool {
+    pub fn is_compatible_with(&self, other: &Self) -> bool {
         let method = match (&self.method, &other.method) {
-            (State::Newton(_), State::Newton(newton)) => newton.fits(self.sizes.len()),
+            (SolverMethodState::Newton(_), SolverMethodState::Newton(newton)) => {
+                newton.is_sized_for(self.sizes.len())
+            }
             (one, other) => std::mem::discriminant(one) == std::mem::discriminant(other),
         };
         method && self.sizes.len() == other.sizes.len() && self.smooth == other.smooth
@@ -75,7 +77,7 @@ impl Solver {
 
     /// Takes the sizes of values that fit into account. A size doubles at most and halves at most from step to step: a single peak
     /// must not loosen the tolerance of the steps after it, nor a passage through 0 tighten it.
-    pub fn accept(&mut self, values: &[f64]) {
+    pub fn update_scales(&mut self, values: &[f64]) {
         for (size, value) in self.sizes.iter_mut().zip(values) {
             *size = match *size > 0.0 {
                 true => value.abs().clamp(0.5 * *size, 2.0 * *size),
@@ -90,18 +92,18 @@ impl Solver {
         if guess.iter().zip(&self.scales).any(ran_away) {
             return false;
         }
-        let State::Newton(newton) = &self.method else { return true };
+        let SolverMethodState::Newton(newton) = &self.method else { return true };
         let size = |place: usize| self.sizes[place].max(guess[place].abs()).max(f64::MIN_POSITIVE);
         let residual = (0..guess.len()).map(|it| match self.smooth[it] {
             true => (found[it] - guess[it]) / size(it),
             false => 0.0,
         });
-        let step = newton.way_to_go(residual.collect(), &size);
+        let step = newton.predicted_change(residual.collect(), &size);
         step.iter().all(|it| it.abs() <= NEAR * self.tolerance)
     }
 
     /// The place of the value that fits worst; none when all fit.
-    pub fn misfit(&self, guess: &[f64], found: &[f64]) -> Option<usize> {
+    pub fn worst_misfit_index(&self, guess: &[f64], found: &[f64]) -> Option<usize> {
         let misfit = |place: usize| {
             let difference = (found[place] - guess[place]).abs();
             match (difference == 0.0, self.smooth[place]) {
@@ -119,12 +121,12 @@ impl Solver {
     }
 
     /// Whether it waits for [`derivatives`](Self::derivatives).
-    pub fn wants_derivatives(&self) -> bool {
-        matches!(&self.method, State::Newton(newton) if newton.wants_derivatives())
+    pub fn needs_jacobian(&self) -> bool {
+        matches!(&self.method, SolverMethodState::Newton(newton) if newton.needs_jacobian())
     }
 
     /// How far to change a value for a derivative by differences.
-    pub fn nudge(&self, place: usize, value: f64) -> f64 {
+    pub fn perturbation(&self, place: usize, value: f64) -> f64 {
         let size = self.sizes[place].max(value.abs());
         let size = self.scales.get(place).copied().unwrap_or_default().max(size);
         match (self.smooth[place], size > 0.0) {
@@ -135,14 +137,14 @@ impl Solver {
     }
 
     /// Takes the derivatives of what the loop gives by each value that it gets.
-    pub fn derivatives(&mut self, columns: &[Vec<f64>]) {
-        if let State::Newton(newton) = &mut self.method {
-            newton.take(columns);
+    pub fn set_jacobian(&mut self, columns: &[Vec<f64>]) {
+        if let SolverMethodState::Newton(newton) = &mut self.method {
+            newton.set_jacobian(columns);
         }
     }
 
     /// Goes from a guess, and what the loop gave for it, to a better guess.
-    pub fn advance(&mut self, guess: &mut [f64], found: &[f64]) {
+    pub fn improve_guess(&mut self, guess: &mut [f64], found: &[f64]) {
         if self.scales.is_empty() {
             let sizes = guess.iter().zip(found).map(|(a, b)| a.abs().max(b.abs()));
             let sizes = sizes.zip(&self.sizes).map(|(now, before)| now.max(*before));
@@ -154,16 +156,16 @@ impl Solver {
         let smooth = |(place, value): (usize, f64)| if self.smooth[place] { value } else { 0.0 };
         let residual: Vec<f64> = residual.enumerate().map(smooth).collect();
         let step = match &mut self.method {
-            State::FixedPoint => residual,
-            State::Aitken { factor, residual: before } => {
+            SolverMethodState::FixedPoint => residual,
+            SolverMethodState::Aitken { factor, residual: before } => {
                 if !before.is_empty() {
-                    *factor = aitken(*factor, before, &residual);
+                    *factor = aitken_factor(*factor, before, &residual);
                 }
                 before.clone_from(&residual);
                 residual.iter().map(|it| *factor * it).collect()
             }
-            State::Anderson(anderson) => anderson.step(residual),
-            State::Newton(newton) => newton.step(residual, &scale),
+            SolverMethodState::Anderson(anderson) => anderson.guess_change(residual),
+            SolverMethodState::Newton(newton) => newton.guess_change(residual, &scale),
         };
         for place in 0..guess.len() {
             match self.smooth[place] {
@@ -175,7 +177,7 @@ impl Solver {
 }
 
 /// The factor of the next pass (Irons and Tuck 1969).
-fn aitken(factor: f64, before: &[f64], now: &[f64]) -> f64 {
+fn aitken_factor(factor: f64, before: &[f64], now: &[f64]) -> f64 {
     let change = || now.iter().zip(before).map(|(now, before)| now - before);
     let square: f64 = change().map(|it| it * it).sum();
     let along: f64 = change().zip(before).map(|(change, before)| change * before).sum();
@@ -189,35 +191,40 @@ mod tests {
 
     /// Passes until `g(u) = u` fits from a guess of zeros on; none if it does not.
     fn passes(
-        method: Method,
+        method: LoopSolverMethod,
         g: &dyn Fn(&[f64]) -> Vec<f64>,
         count: usize,
     ) -> (Option<u32>, Vec<f64>) {
-        let iteration = Iteration { method, tolerance: 1e-10, passes: 60 };
-        let mut solver = Solver::new(iteration, vec![true; count]);
+        let iteration = LoopIteration { method, tolerance: 1e-10, passes: 60 };
+        let mut solver = LoopEquationSolver::new(iteration, vec![true; count]);
         let mut guess = vec![0.0; count];
         for pass in 1..=iteration.passes {
             let found = g(&guess);
-            if solver.misfit(&guess, &found).is_none() && solver.is_near(&guess, &found) {
+            if solver.worst_misfit_index(&guess, &found).is_none() && solver.is_near(&guess, &found) {
                 return (Some(pass), guess);
             }
-            if solver.wants_derivatives() {
+            if solver.needs_jacobian() {
                 let columns: Vec<Vec<f64>> = (0..count)
                     .map(|place| {
                         let mut other = guess.clone();
-                        other[place] += solver.nudge(place, guess[place]);
+                        other[place] += solver.perturbation(place, guess[place]);
                         let by = other[place] - guess[place];
                         g(&other).iter().zip(&found).map(|(a, b)| (a - b) / by).collect()
                     })
                     .collect();
-                solver.derivatives(&columns);
+                solver.set_jacobian(&columns);
             }
-            solver.advance(&mut guess, &found);
+            solver.improve_guess(&mut guess, &found);
         }
         (None, guess)
     }
 
-    const ALL: [Method; 4] = [Method::FixedPoint, Method::Aitken, Method::Anderson, Method::Newton];
+    const ALL: [LoopSolverMethod; 4] = [
+        LoopSolverMethod::FixedPoint,
+        LoopSolverMethod::Aitken,
+        LoopSolverMethod::Anderson,
+        LoopSolverMethod::Newton,
+    ];
 
     #[test]
     fn each_method_solves_a_loop_of_low_gain() {
@@ -241,9 +248,9 @@ mod tests {
         for method in ALL {
             let (needed, found) = passes(method, &g, 3);
             match method {
-                Method::FixedPoint => assert_eq!(needed, None),
+                LoopSolverMethod::FixedPoint => assert_eq!(needed, None),
                 // One factor for three values is not enough.
-                Method::Aitken => {}
+                LoopSolverMethod::Aitken => {}
                 _ => {
                     let needed = needed.unwrap_or_else(|| panic!("{method:?}: {found:?}"));
                     assert!(needed <= 20, "{method:?}: {needed}");
@@ -252,7 +259,7 @@ mod tests {
             }
         }
         // One value with a gain of -30 is what Aitken's factor is for.
-        assert!(passes(Method::Aitken, &|u| vec![4.0 - 30.0 * u[0]], 1).0.is_some());
+        assert!(passes(LoopSolverMethod::Aitken, &|u| vec![4.0 - 30.0 * u[0]], 1).0.is_some());
     }
 
     #[test]
@@ -267,12 +274,12 @@ mod tests {
 
     #[test]
     fn whole_numbers_take_what_they_would_get() {
-        let mut solver = Solver::new(Iteration::default(), vec![false, true]);
+        let mut solver = LoopEquationSolver::new(LoopIteration::default(), vec![false, true]);
         let mut guess = [0.0, 0.0];
-        assert_eq!(solver.misfit(&guess, &[1.0, 0.0]), Some(0));
-        solver.derivatives(&[vec![0.0, 0.0], vec![0.0, 0.0]]);
-        solver.advance(&mut guess, &[1.0, 3.0]);
+        assert_eq!(solver.worst_misfit_index(&guess, &[1.0, 0.0]), Some(0));
+        solver.set_jacobian(&[vec![0.0, 0.0], vec![0.0, 0.0]]);
+        solver.improve_guess(&mut guess, &[1.0, 3.0]);
         assert_eq!(guess, [1.0, 3.0]);
-        assert_eq!(solver.misfit(&guess, &[1.0, 3.0]), None);
+        assert_eq!(solver.worst_misfit_index(&guess, &[1.0, 3.0]), None);
     }
 }

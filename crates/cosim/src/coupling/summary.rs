@@ -54,7 +54,7 @@ pub struct ConnectionError {
 
 impl ConnectionError {
     /// Takes the error of a part that began at a time [s].
-    pub(super) fn push(&mut self, error: f64, relative: f64, begin: f64) {
+    pub(super) fn record_error(&mut self, error: f64, relative: f64, begin: f64) {
         if error > self.largest {
             (self.largest, self.at) = (error, begin);
         }

@@ -7,35 +7,34 @@ use nalgebra::{Matrix4, Vector4};
 
 use self::mass::Mass;
 use crate::builder::{ConnectionOptions, SystemBuilder};
-use crate::clock::{At, Clock};
+use crate::clock::{CommunicationClock, StepBoundary};
 use crate::extrapolation::ExtrapolationOrder;
 use crate::node::{DirectionalDerivatives, Node, NodeState, Stateful};
 use crate::system::{
-    Algorithm, Block, BondPlan, Division, ErrorEstimate, Iteration, Method, StepRatio, System, Tear,
+    Algorithm, BondPlan, ErrorEstimate, LoopIteration, LoopSolverMethod, NodeBlock, StepDivision, StepRatio,
+    System, TearConnection,
 };
-use crate::testing::{Record, idle, play, play_at, system};
+use crate::testing::{RecordingSink, idle_node, mock_system, run_mock_system, run_mock_system_with_step};
 
 /// Two masses of 1 kg in a row, and the wall that the first one hangs on: position and speed of the first one go to the second one, its
 /// force comes back. Rows are `x_1`, `v_1`, `-F_1`, `x_2`, `v_2`, `F`, position and speed of the wall, then the inputs.
 fn two_masses(algorithm: Algorithm, step: f64, stop: f64) -> System {
-    let clock = Clock { start: 0.0, step, steps: (stop / step).round() as u64 };
+    let clock = CommunicationClock { start: 0.0, step, steps: (stop / step).round() as u64 };
     let mut builder = SystemBuilder::new(clock, algorithm);
     let outputs = ["x", "v", "F_0"];
-    builder.add_node("first", idle(), &["x_0", "v_0", "F"], &outputs).expect("a new name");
-    builder.add_node("second", idle(), &["x_0", "v_0"], &outputs).expect("a new name");
-    builder.add_node("wall", idle(), &[], &["x", "v"]).expect("a new name");
+    builder.add_node("first", idle_node(), &["x_0", "v_0", "F"], &outputs).expect("a new name");
+    builder.add_node("second", idle_node(), &["x_0", "v_0"], &outputs).expect("a new name");
+    builder.add_node("wall", idle_node(), &[], &["x", "v"]).expect("a new name");
     let extrapolation = (algorithm == Algorithm::Iterate).then_some(ExtrapolationOrder::Linear);
-    for (output, input) in
-        [("second.F_0", "first.F"), ("first.x", "second.x_0"), ("first.v", "second.v_0")]
-    {
+    for (output, input) in [("second.F_0", "first.F"), ("first.x", "second.x_0"), ("first.v", "second.v_0")] {
         let options = ConnectionOptions { extrapolation, ..ConnectionOptions::default() };
         builder.connect_with(output, input, options).expect("both are there");
     }
     for (output, input) in [("wall.x", "first.x_0"), ("wall.v", "first.v_0")] {
-        let options = ConnectionOptions { at: Some(At::Start), ..ConnectionOptions::default() };
+        let options = ConnectionOptions { at: Some(StepBoundary::Start), ..ConnectionOptions::default() };
         builder.connect_with(output, input, options).expect("both are there");
     }
-    builder.system().expect("a system").0
+    builder.build_system().expect("a system").0
 }
 
 const STIFF: [f64; 2] = [40.0, 25.0];
@@ -49,7 +48,7 @@ fn masses(damping: f64) -> Vec<Box<dyn Node>> {
 /// Masses, and the wall.
 fn hung(masses: Vec<Mass>) -> Vec<Box<dyn Node>> {
     let masses = masses.into_iter().map(|mass| Box::new(mass) as Box<dyn Node>);
-    masses.chain([idle()]).collect()
+    masses.chain([idle_node()]).collect()
 }
 
 /// Positions and speeds of both masses at a time [s]: `exp(A t)`.
@@ -69,13 +68,13 @@ fn state(row: &[f64]) -> Vector4<f64> {
     Vector4::new(row[0], row[1], row[3], row[4])
 }
 
-fn last(record: &Record) -> &[f64] {
+fn last(record: &RecordingSink) -> &[f64] {
     record.rows.last().expect("a row")
 }
 
-fn run(mut system: System, nodes: Vec<Box<dyn Node>>) -> Record {
+fn run(mut system: System, nodes: Vec<Box<dyn Node>>) -> RecordingSink {
     let step = system.clock.step;
-    let (record, _, result) = play_at(&mut system, nodes, step);
+    let (record, _, result) = run_mock_system_with_step(&mut system, nodes, step);
     result.expect("the run comes to its end");
     record
 }
@@ -87,20 +86,14 @@ fn error(algorithm: Algorithm, damping: f64, step: f64) -> f64 {
 
 #[test]
 fn iterate_converges_with_the_second_order_and_the_others_with_the_first() {
-    for (algorithm, from, to) in [
-        (Algorithm::Iterate, 1.95, 2.05),
-        (Algorithm::GaussSeidel, 0.8, 1.2),
-        (Algorithm::Jacobi, 0.8, 1.3),
-    ] {
+    for (algorithm, from, to) in
+        [(Algorithm::Iterate, 1.95, 2.05), (Algorithm::GaussSeidel, 0.8, 1.2), (Algorithm::Jacobi, 0.8, 1.3)]
+    {
         let errors = [0.005, 0.0025, 0.00125].map(|step| error(algorithm, 0.3, step));
         let orders = [0, 1].map(|place: usize| (errors[place] / errors[place + 1]).log2());
-        assert!(
-            orders.iter().all(|it| (from..to).contains(it)),
-            "{algorithm:?}: {errors:?} {orders:?}"
-        );
+        assert!(orders.iter().all(|it| (from..to).contains(it)), "{algorithm:?}: {errors:?} {orders:?}");
     }
-    let (iterate, seidel) =
-        (error(Algorithm::Iterate, 0.3, 0.01), error(Algorithm::GaussSeidel, 0.3, 0.01));
+    let (iterate, seidel) = (error(Algorithm::Iterate, 0.3, 0.01), error(Algorithm::GaussSeidel, 0.3, 0.01));
     assert!(iterate < seidel / 20.0, "{iterate:e} {seidel:e}");
 }
 
@@ -126,10 +119,8 @@ fn only_iterate_keeps_the_energy() {
 fn slopes_of_inputs_are_better_than_means() {
     let error = |takes_slopes| {
         let masses = [0.0, 0.1].into_iter().zip(STIFF);
-        let masses = masses.map(|(position, stiffness)| Mass {
-            takes_slopes,
-            ..Mass::new(stiffness, 0.3, position)
-        });
+        let masses =
+            masses.map(|(position, stiffness)| Mass { takes_slopes, ..Mass::new(stiffness, 0.3, position) });
         let record = run(two_masses(Algorithm::Iterate, 0.02, 2.0), hung(masses.collect()));
         (state(last(&record)) - exact(0.3, 2.0)).norm()
     };
@@ -143,7 +134,7 @@ fn a_tolerance_divides_steps_until_the_error_is_small() {
         let error = |tolerance| {
             let mut system = two_masses(algorithm, 0.1, 2.0);
             let control = Some((ErrorEstimate::Richardson, tolerance));
-            system.coupling.division = Some(Division { control, ..Division::default() });
+            system.coupling.division = Some(StepDivision { control, ..StepDivision::default() });
             let record = run(system, masses(0.3));
             assert_eq!(record.rows.len(), 21, "rows are those of communication points");
             // The largest speed is about 0.5 m/s.
@@ -161,13 +152,13 @@ fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
         let mut system = two_masses(Algorithm::GaussSeidel, 0.05, 2.0);
         let bond = BondPlan {
             name: "F, v".to_owned(),
-            effort: Tear { node: 0, place: 2 },
-            flow: Tear { node: 1, place: 1 },
+            effort: TearConnection { node: 0, place: 2 },
+            flow: TearConnection { node: 1, place: 1 },
         };
         let control = Some((ErrorEstimate::Energy, tolerance));
         system.coupling.division =
-            Some(Division { control, bonds: vec![bond], ..Division::default() });
-        let (record, progress, result) = play_at(&mut system, masses(0.3), 0.05);
+            Some(StepDivision { control, bonds: vec![bond], ..StepDivision::default() });
+        let (record, progress, result) = run_mock_system_with_step(&mut system, masses(0.3), 0.05);
         result.expect("the run comes to its end");
         let division = progress.coupling.division.expect("the division");
         assert_eq!(division.repeated, 0);
@@ -186,11 +177,11 @@ fn a_discarded_step_is_done_in_halves() {
         let second = Mass { longest, ..Mass::new(STIFF[1], 0.3, 0.1) };
         hung(vec![Mass::new(STIFF[0], 0.3, 0.0), second])
     };
-    let (.., result) = play_at(&mut system, nodes(0.03), 0.1);
+    let (.., result) = run_mock_system_with_step(&mut system, nodes(0.03), 0.1);
     let failed = result.expect_err("nobody halves").to_string();
     assert!(failed.contains("second") && failed.contains("is too long"), "{failed}");
-    system.coupling.division = Some(Division { halves_discarded: true, ..Division::default() });
-    let (record, progress, result) = play_at(&mut system, nodes(0.03), 0.1);
+    system.coupling.division = Some(StepDivision { halves_discarded: true, ..StepDivision::default() });
+    let (record, progress, result) = run_mock_system_with_step(&mut system, nodes(0.03), 0.1);
     result.expect("halves are short enough");
     assert_eq!(record.rows.len(), 11);
     let division = progress.coupling.division.expect("the division");
@@ -199,7 +190,7 @@ fn a_discarded_step_is_done_in_halves() {
     // After each success it tries a longer step again, so not all parts are the shortest.
     assert!((state(last(&record)) - state(last(&fine))).norm() < 1e-12);
     // No step is short enough.
-    let (.., result) = play_at(&mut system, nodes(1e-9), 0.1);
+    let (.., result) = run_mock_system_with_step(&mut system, nodes(1e-9), 0.1);
     result.expect_err("that is too short");
 }
 
@@ -221,43 +212,39 @@ impl Node for Adder {
         outputs[0] = self.gain * self.input + self.offset;
         Ok(())
     }
-    fn do_step(&mut self, _clock: &Clock, _tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, _clock: &CommunicationClock, _tick: u64) -> Result<(), CallError> {
         Ok(())
     }
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
-    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+    fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
         Some(self)
     }
 }
 
 impl DirectionalDerivatives for Adder {
-    fn directional_derivatives(
-        &mut self,
-        changes: &[f64],
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError> {
+    fn directional_derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
         outputs[0] = self.gain * changes[0];
         Ok(self.knows)
     }
 }
 
 impl Stateful for Adder {
-    fn save(&mut self) -> Result<NodeState, CallError> {
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(()))
     }
-    fn restore(&mut self, _state: &NodeState) -> Result<(), CallError> {
+    fn restore_state(&mut self, _state: &NodeState) -> Result<(), CallError> {
         Ok(())
     }
 }
 
 /// Two adders in a loop: `u = gain y + 1`, `y = u + 0.5`.
-fn adders(method: Method, passes: u32) -> System {
-    let mut system = system(2, &[(0, 1, At::End), (1, 0, At::End)], 3);
+fn adders(method: LoopSolverMethod, passes: u32) -> System {
+    let mut system = mock_system(2, &[(0, 1, StepBoundary::End), (1, 0, StepBoundary::End)], 3);
     system.coupling.algorithm = Algorithm::Iterate;
-    system.coupling.iteration = Iteration { method, tolerance: 1e-12, passes };
-    let block = Block { nodes: vec![0, 1], tears: vec![Tear { node: 0, place: 0 }] };
+    system.coupling.iteration = LoopIteration { method, tolerance: 1e-12, passes };
+    let block = NodeBlock { nodes: vec![0, 1], tears: vec![TearConnection { node: 0, place: 0 }] };
     system.coupling.blocks = vec![block.clone()];
     system.coupling.initial = vec![block];
     system
@@ -271,15 +258,15 @@ fn loop_of(gain: f64, knows: bool) -> Vec<Box<dyn Node>> {
 #[test]
 fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
     for (method, gain) in [
-        (Method::FixedPoint, 0.5),
-        (Method::Aitken, -30.0),
-        (Method::Anderson, -30.0),
-        (Method::Newton, -30.0),
-        (Method::Newton, 3.0),
+        (LoopSolverMethod::FixedPoint, 0.5),
+        (LoopSolverMethod::Aitken, -30.0),
+        (LoopSolverMethod::Anderson, -30.0),
+        (LoopSolverMethod::Newton, -30.0),
+        (LoopSolverMethod::Newton, 3.0),
     ] {
         for knows in [true, false] {
             let mut system = adders(method, 60);
-            let (record, progress, result) = play(&mut system, loop_of(gain, knows));
+            let (record, progress, result) = run_mock_system(&mut system, loop_of(gain, knows));
             result.expect("a solution");
             let y = 1.5 / (1.0 - gain);
             for row in &record.rows {
@@ -296,13 +283,13 @@ fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
 
 #[test]
 fn a_loop_without_a_solution_is_named_with_what_does_not_fit() {
-    let (.., result) = play(&mut adders(Method::FixedPoint, 20), loop_of(-30.0, true));
+    let (.., result) = run_mock_system(&mut adders(LoopSolverMethod::FixedPoint, 20), loop_of(-30.0, true));
     let error = result.expect_err("it diverges").to_string();
     assert!(error.contains("first communication point") && error.contains("n0.u0"), "{error}");
     // The same loop with a step in it is left to the step.
-    let mut system = adders(Method::FixedPoint, 20);
+    let mut system = adders(LoopSolverMethod::FixedPoint, 20);
     system.coupling.initial.clear();
-    let (record, _, result) = play(&mut system, loop_of(-30.0, true));
+    let (record, _, result) = run_mock_system(&mut system, loop_of(-30.0, true));
     let error = result.expect_err("it diverges").to_string();
     assert!(error.contains("not solved at t = 0 s after 20 passes"), "{error}");
     assert_eq!(record.rows.len(), 1);
@@ -325,8 +312,8 @@ impl Node for Clocked {
         outputs[0] = self.output;
         Ok(())
     }
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.steps.lock().expect("no panic").push((clock.at(tick), self.input));
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
+        self.steps.lock().expect("no panic").push((clock.time_at(tick), self.input));
         self.output = self.input + 100.0;
         Ok(())
     }
@@ -335,26 +322,22 @@ impl Node for Clocked {
 #[test]
 fn a_node_with_a_step_of_its_own_takes_inputs_where_its_step_begins_or_ends() {
     for (step_ratio, at, times, inputs) in [
-        (StepRatio::Coarser(2), At::End, vec![0.0, 1.0], vec![1.0, 2.0]),
-        (StepRatio::Coarser(2), At::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
-        (StepRatio::Finer(2), At::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
+        (StepRatio::Coarser(2), StepBoundary::End, vec![0.0, 1.0], vec![1.0, 2.0]),
+        (StepRatio::Coarser(2), StepBoundary::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
+        (StepRatio::Finer(2), StepBoundary::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
     ] {
-        let mut system = system(2, &[(0, 1, at)], 4);
+        let mut system = mock_system(2, &[(0, 1, at)], 4);
         system.nodes[1].step_ratio = Some(step_ratio);
         let steps = std::sync::Arc::default();
         let clocked = Clocked { input: 0.0, output: 0.0, steps: std::sync::Arc::clone(&steps) };
         let plan = &system.nodes[1];
-        let paced = crate::node::with_own_step(Box::new(clocked), plan, system.clock);
-        let clock = crate::testing::mock(|time, _| Ok(time));
-        let (record, _, result) = play(&mut system, vec![clock, paced]);
+        let paced = crate::node::wrap_sub_stepping(Box::new(clocked), plan, system.clock);
+        let clock = crate::testing::mock_node(|time, _| Ok(time));
+        let (record, _, result) = run_mock_system(&mut system, vec![clock, paced]);
         result.expect("the run comes to its end");
         let seen = steps.lock().expect("no panic").clone();
         let seen = &seen[..times.len()];
-        assert_eq!(
-            seen,
-            times.into_iter().zip(inputs).collect::<Vec<_>>(),
-            "{step_ratio:?} {at:?}"
-        );
+        assert_eq!(seen, times.into_iter().zip(inputs).collect::<Vec<_>>(), "{step_ratio:?} {at:?}");
         if let StepRatio::Coarser(_) = step_ratio {
             let shown: Vec<_> = record.rows.iter().map(|row| row[1]).collect();
             assert_eq!(shown[0], shown[1], "it keeps its output until its step ends");

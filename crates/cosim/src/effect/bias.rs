@@ -3,32 +3,32 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
 
 /// Sensor effect: added to the value, in the input's unit.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.02)]
-pub struct Bias(pub f64);
+pub struct SensorBias(pub f64);
 
-impl Effect for Bias {
-    fn stage(&self, _: &Context) -> Result<Box<dyn Stage>, String> {
-        let summand = number("bias", self.0, |_| true, "a finite number")?;
-        Ok(Box::new(Add { summand }))
+impl SensorEffect for SensorBias {
+    fn build_stage(&self, _: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let summand = check_number("bias", self.0, |_| true, "a finite number")?;
+        Ok(Box::new(BiasStage { summand }))
     }
 }
 
 #[derive(Debug, Clone)]
-struct Add {
+struct BiasStage {
     summand: f64,
 }
 
-impl Stage for Add {
-    fn apply(&mut self, sample: Sample) -> Sample {
-        Sample { value: sample.value + self.summand, ..sample }
+impl EffectStage for BiasStage {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
+        EffectSample { value: sample.value + self.summand, ..sample }
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

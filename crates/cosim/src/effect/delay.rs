@@ -5,32 +5,32 @@ use std::collections::VecDeque;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
 
 /// Sensor effect: dead time [s]. Between communication points the value is interpolated linearly; until the dead time
 /// has passed, it is the first value.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.015)]
-pub struct Delay(pub f64);
+pub struct SensorDelay(pub f64);
 
-impl Effect for Delay {
-    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
-        let delay = number("delay", self.0, |x| x >= 0.0, "a finite time [s] of at least 0")?;
-        Ok(Box::new(Line::new(delay / context.communication_step)))
+impl SensorEffect for SensorDelay {
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let delay = check_number("delay", self.0, |x| x >= 0.0, "a finite time [s] of at least 0")?;
+        Ok(Box::new(DelayLine::new(delay / context.communication_step)))
     }
 }
 
 /// A delay line whose length need not be a whole number of communication steps.
 #[derive(Debug, Clone)]
-struct Line {
+struct DelayLine {
     whole: usize,
     fraction: f64,
     /// The newest `whole + 2` values at most, the newest in front.
     past: VecDeque<f64>,
 }
 
-impl Line {
+impl DelayLine {
     fn new(steps: f64) -> Self {
         // 0.03 s are not exactly three steps of 0.01 s.
         let nearest = steps.round();
@@ -38,7 +38,7 @@ impl Line {
         Self { whole: steps as usize, fraction: steps.fract(), past: VecDeque::new() }
     }
 
-    fn value(&mut self, value: f64) -> f64 {
+    fn delay_sample(&mut self, value: f64) -> f64 {
         self.past.push_front(value);
         self.past.truncate(self.whole.saturating_add(2));
         let at = |age: usize| self.past.get(age).or(self.past.back()).copied();
@@ -52,23 +52,23 @@ impl Line {
     }
 }
 
-impl Stage for Line {
-    fn apply(&mut self, sample: Sample) -> Sample {
-        Sample { value: self.value(sample.value), ..sample }
+impl EffectStage for DelayLine {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
+        EffectSample { value: self.delay_sample(sample.value), ..sample }
     }
 
-    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+    fn saved_state(&self) -> Option<(&'static str, Vec<u64>)> {
         Some(("delay", self.past.iter().map(|value| value.to_bits()).collect()))
     }
 
-    fn recall(&mut self, words: &[u64]) -> bool {
+    fn restore_state(&mut self, words: &[u64]) -> bool {
         self.past = words.iter().copied().map(f64::from_bits).collect();
         // A delay of another length takes what it needs.
         self.past.truncate(self.whole.saturating_add(2));
         true
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

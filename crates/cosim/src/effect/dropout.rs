@@ -4,48 +4,50 @@ use rand::RngExt;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, Stream, number, stream_seed};
+use super::{
+    EffectContext, EffectSample, EffectStage, RandomStream, SensorEffect, check_number, stream_seed,
+};
 
 /// Sensor effect: probability from 0 to 1 that a sample is lost [1]. The sample before it stays.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.001)]
-pub struct Dropout(pub f64);
+pub struct SampleDropout(pub f64);
 
-impl Effect for Dropout {
-    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
+impl SensorEffect for SampleDropout {
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
         let is_share = |x: f64| (0.0..=1.0).contains(&x);
-        let probability = number("dropout", self.0, is_share, "a probability from 0 to 1")?;
-        let random = Stream::new(stream_seed(context.stream, "dropout"));
-        Ok(Box::new(Loss { probability, random, shown: None }))
+        let probability = check_number("dropout", self.0, is_share, "a probability from 0 to 1")?;
+        let random = RandomStream::new(stream_seed(context.stream, "dropout"));
+        Ok(Box::new(DropoutStage { probability, random, shown: None }))
     }
 }
 
 #[derive(Debug, Clone)]
-struct Loss {
+struct DropoutStage {
     probability: f64,
-    random: Stream,
+    random: RandomStream,
     /// The last sample that arrived.
     shown: Option<f64>,
 }
 
-impl Stage for Loss {
-    fn apply(&mut self, sample: Sample) -> Sample {
+impl EffectStage for DropoutStage {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
         let value = match self.shown {
             None => sample.value,
             Some(shown) if !sample.is_new || self.random.random_bool(self.probability) => shown,
             Some(_) => sample.value,
         };
         self.shown = Some(value);
-        Sample { value, ..sample }
+        EffectSample { value, ..sample }
     }
 
-    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+    fn saved_state(&self) -> Option<(&'static str, Vec<u64>)> {
         let shown = self.shown.map(f64::to_bits);
-        Some(("dropout", std::iter::once(self.random.drawn()).chain(shown).collect()))
+        Some(("dropout", std::iter::once(self.random.drawn_count()).chain(shown).collect()))
     }
 
-    fn recall(&mut self, words: &[u64]) -> bool {
+    fn restore_state(&mut self, words: &[u64]) -> bool {
         let (drawn, shown) = match *words {
             [drawn] => (drawn, None),
             [drawn, shown] => (drawn, Some(f64::from_bits(shown))),
@@ -56,7 +58,7 @@ impl Stage for Loss {
         true
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

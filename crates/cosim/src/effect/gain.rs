@@ -3,32 +3,32 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
 
 /// Sensor effect: factor on the value [1].
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 1.02)]
-pub struct Gain(pub f64);
+pub struct SensorGain(pub f64);
 
-impl Effect for Gain {
-    fn stage(&self, _: &Context) -> Result<Box<dyn Stage>, String> {
-        let factor = number("gain", self.0, |_| true, "a finite number")?;
-        Ok(Box::new(Multiply { factor }))
+impl SensorEffect for SensorGain {
+    fn build_stage(&self, _: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let factor = check_number("gain", self.0, |_| true, "a finite number")?;
+        Ok(Box::new(GainStage { factor }))
     }
 }
 
 #[derive(Debug, Clone)]
-struct Multiply {
+struct GainStage {
     factor: f64,
 }
 
-impl Stage for Multiply {
-    fn apply(&mut self, sample: Sample) -> Sample {
-        Sample { value: sample.value * self.factor, ..sample }
+impl EffectStage for GainStage {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
+        EffectSample { value: sample.value * self.factor, ..sample }
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

@@ -3,23 +3,23 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
 
 /// Sensor effect: sampling period [s]. Between two samples the value is held.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.02)]
-pub struct Hold(pub f64);
+pub struct SampleAndHold(pub f64);
 
-impl Effect for Hold {
-    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
-        let period = number("hold", self.0, |x| x >= 0.0, "a finite time [s] of at least 0")?;
-        Ok(Box::new(Sampler { period: period / context.communication_step, steps: 0, held: None }))
+impl SensorEffect for SampleAndHold {
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let period = check_number("hold", self.0, |x| x >= 0.0, "a finite time [s] of at least 0")?;
+        Ok(Box::new(SampleAndHoldStage { period: period / context.communication_step, steps: 0, held: None }))
     }
 }
 
 #[derive(Debug, Clone)]
-struct Sampler {
+struct SampleAndHoldStage {
     /// Communication steps per sampling period.
     period: f64,
     steps: u64,
@@ -27,8 +27,8 @@ struct Sampler {
     held: Option<(u64, f64)>,
 }
 
-impl Stage for Sampler {
-    fn apply(&mut self, sample: Sample) -> Sample {
+impl EffectStage for SampleAndHoldStage {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
         let step = self.steps;
         self.steps += 1;
         let period = match self.period > 1.0 {
@@ -37,7 +37,7 @@ impl Stage for Sampler {
             false => step,
         };
         match self.held {
-            Some((last, value)) if last == period => Sample { value, is_new: false },
+            Some((last, value)) if last == period => EffectSample { value, is_new: false },
             _ => {
                 self.held = Some((period, sample.value));
                 sample
@@ -45,12 +45,12 @@ impl Stage for Sampler {
         }
     }
 
-    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
+    fn saved_state(&self) -> Option<(&'static str, Vec<u64>)> {
         let held = self.held.iter().flat_map(|(period, value)| [*period, value.to_bits()]);
         Some(("hold", std::iter::once(self.steps).chain(held).collect()))
     }
 
-    fn recall(&mut self, words: &[u64]) -> bool {
+    fn restore_state(&mut self, words: &[u64]) -> bool {
         (self.steps, self.held) = match *words {
             [steps] => (steps, None),
             [steps, period, value] => (steps, Some((period, f64::from_bits(value)))),
@@ -59,7 +59,7 @@ impl Stage for Sampler {
         true
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

@@ -4,7 +4,9 @@ use rand_distr::{Distribution, StandardNormal};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Context, Effect, Sample, Stage, Stream, number, stream_seed};
+use super::{
+    EffectContext, EffectSample, EffectStage, RandomStream, SensorEffect, check_number, stream_seed,
+};
 
 /// Sensor effect: Gaussian white noise, with a new value at every communication step.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -18,38 +20,38 @@ pub struct Noise {
     pub seed: Option<u64>,
 }
 
-impl Effect for Noise {
-    fn stage(&self, context: &Context) -> Result<Box<dyn Stage>, String> {
-        let std = number("noise.std", self.std, |x| x >= 0.0, "a finite number of at least 0")?;
+impl SensorEffect for Noise {
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let std = check_number("noise.std", self.std, |x| x >= 0.0, "a finite number of at least 0")?;
         // Each effect has its own generator: adding one leaves the sequence of another unchanged.
         let seed = self.seed.unwrap_or_else(|| stream_seed(context.stream, "noise"));
-        Ok(Box::new(White { std, random: Stream::new(seed) }))
+        Ok(Box::new(WhiteNoiseStage { std, random: RandomStream::new(seed) }))
     }
 }
 
 #[derive(Debug, Clone)]
-struct White {
+struct WhiteNoiseStage {
     std: f64,
-    random: Stream,
+    random: RandomStream,
 }
 
-impl Stage for White {
-    fn apply(&mut self, sample: Sample) -> Sample {
+impl EffectStage for WhiteNoiseStage {
+    fn apply_effect(&mut self, sample: EffectSample) -> EffectSample {
         let normal: f64 = StandardNormal.sample(&mut self.random);
-        Sample { value: sample.value + self.std * normal, ..sample }
+        EffectSample { value: sample.value + self.std * normal, ..sample }
     }
 
-    fn memory(&self) -> Option<(&'static str, Vec<u64>)> {
-        Some(("noise", vec![self.random.drawn()]))
+    fn saved_state(&self) -> Option<(&'static str, Vec<u64>)> {
+        Some(("noise", vec![self.random.drawn_count()]))
     }
 
-    fn recall(&mut self, words: &[u64]) -> bool {
+    fn restore_state(&mut self, words: &[u64]) -> bool {
         let [drawn] = *words else { return false };
         self.random.skip_to(drawn);
         true
     }
 
-    fn boxed(&self) -> Box<dyn Stage> {
+    fn clone_box(&self) -> Box<dyn EffectStage> {
         Box::new(self.clone())
     }
 }

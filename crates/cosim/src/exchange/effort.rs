@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use super::histogram::Histogram;
+use super::histogram::DurationHistogram;
 
 /// How often a node was stepped, and how long that took. Of many short steps one in 32 is measured, and stands for those before it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Effort {
+pub struct NodeStepTiming {
     /// Number of steps.
     pub calls: u64,
     /// Time in them, with the values going in and coming out.
@@ -16,25 +16,25 @@ pub struct Effort {
     /// Communication steps whose time was longer than the deadline.
     pub misses: u64,
     /// The times in the communication steps.
-    times: Histogram,
+    times: DurationHistogram,
     /// The time in the step that goes on.
     now: Duration,
 }
 
-impl Effort {
+impl NodeStepTiming {
     /// The time [s] in a communication step that this share [-] of all steps does not exceed; nothing before the first one.
     #[must_use]
-    pub fn quantile(&self, share: f64) -> Option<f64> {
+    pub fn step_time_quantile(&self, share: f64) -> Option<f64> {
         // The middle of a place may be beyond all that was in it.
         self.times.quantile(share).map(|time| time.min(self.longest.as_secs_f64()))
     }
 
-    fn close(&mut self, weight: u32, deadline: Option<Duration>) {
+    fn finish_step(&mut self, weight: u32, deadline: Option<Duration>) {
         let time = std::mem::take(&mut self.now);
         self.time += time * weight;
         self.longest = self.longest.max(time);
         self.misses += u64::from(deadline.is_some_and(|deadline| time > deadline));
-        self.times.count(time, weight);
+        self.times.add_duration(time, weight);
     }
 }
 
@@ -48,8 +48,8 @@ const SHORT: Duration = Duration::from_micros(5);
 /// The effort of each node, and who is at work. A look at the clock costs as much as a short call, so there is at most one for each
 /// node and step: the end of one is the begin of the next.
 #[derive(Debug, Clone)]
-pub(super) struct Efforts {
-    all: Vec<Effort>,
+pub(super) struct TimingCollector {
+    all: Vec<NodeStepTiming>,
     busy: Option<usize>,
     since: Instant,
     /// When the step began.
@@ -68,17 +68,17 @@ pub(super) struct Efforts {
     deadline: Option<Duration>,
 }
 
-impl Default for Efforts {
+impl Default for TimingCollector {
     fn default() -> Self {
-        Efforts::of(0)
+        TimingCollector::for_nodes(0)
     }
 }
 
-impl Efforts {
+impl TimingCollector {
     /// Those of so many nodes, before the first step.
-    pub fn of(nodes: usize) -> Self {
-        let (all, now) = (vec![Effort::default(); nodes], Instant::now());
-        Efforts {
+    pub fn for_nodes(nodes: usize) -> Self {
+        let (all, now) = (vec![NodeStepTiming::default(); nodes], Instant::now());
+        TimingCollector {
             all,
             busy: None,
             since: now,
@@ -99,74 +99,74 @@ impl Efforts {
     }
 
     /// All of them, after the last step.
-    pub fn all(&mut self) -> &[Effort] {
-        self.close();
+    pub fn node_timings(&mut self) -> &[NodeStepTiming] {
+        self.finish_measured_step();
         &self.all
     }
 
     /// Begins a step: the time so far is nobody's.
     #[inline]
-    pub fn begin(&mut self) {
+    pub fn begin_step(&mut self) {
         if self.looks {
-            self.close();
-            self.choose();
+            self.finish_measured_step();
+            self.choose_next_measured_step();
         }
         self.steps += 1;
         if self.steps == self.next {
-            self.look();
+            self.start_measured_step();
         }
     }
 
-    fn look(&mut self) {
+    fn start_measured_step(&mut self) {
         self.weight = (self.steps - self.last) as u32;
         (self.looks, self.begin, self.busy) = (true, Instant::now(), None);
         self.since = self.begin;
     }
 
     /// Counts the time of each node in the step that was measured, and looks away.
-    fn close(&mut self) {
+    fn finish_measured_step(&mut self) {
         if std::mem::take(&mut self.looks) {
-            self.rest();
+            self.stop_timing_node();
             let (weight, deadline) = (self.weight, self.deadline);
-            self.all.iter_mut().for_each(|effort| effort.close(weight, deadline));
+            self.all.iter_mut().for_each(|effort| effort.finish_step(weight, deadline));
         }
     }
 
     /// Chooses the next step to be measured.
-    fn choose(&mut self) {
+    fn choose_next_measured_step(&mut self) {
         self.last = self.steps;
         self.next = self.steps + 1;
         let nodes = u32::try_from(self.all.len()).unwrap_or(u32::MAX);
         let short = self.since - self.begin < SHORT.saturating_mul(nodes) && self.steps > FIRST;
         if short && self.deadline.is_none() {
-            self.next += self.left_out();
+            self.next += self.random_skip_count();
         }
     }
 
     /// How many steps to leave out: the generator of Knuth's MMIX, whose upper bits are good enough.
-    fn left_out(&mut self) -> u64 {
+    fn random_skip_count(&mut self) -> u64 {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.random >> 33) % (LEFT_OUT + 1)
     }
 
     /// Counts a step of a node.
     #[inline]
-    pub fn count(&mut self, node: usize) {
+    pub fn count_step(&mut self, node: usize) {
         self.all[node].calls += 1;
     }
 
     /// Counts the time from here on as that of a node.
     #[inline]
-    pub fn turn_to(&mut self, node: usize) {
+    pub fn start_timing_node(&mut self, node: usize) {
         if self.looks && self.busy != Some(node) {
-            self.rest();
+            self.stop_timing_node();
             self.busy = Some(node);
         }
     }
 
     /// Ends the time of the node at work.
     #[inline]
-    pub fn rest(&mut self) {
+    pub fn stop_timing_node(&mut self) {
         if let Some(node) = self.busy.take() {
             let now = Instant::now();
             self.all[node].now += now - self.since;
@@ -180,20 +180,20 @@ mod tests {
     use super::*;
 
     /// Steps two nodes so often, which wait so long [us].
-    fn efforts(steps: u64, waits: [u64; 2], deadline: Option<Duration>) -> Vec<Effort> {
-        let mut efforts = Efforts::of(2);
+    fn efforts(steps: u64, waits: [u64; 2], deadline: Option<Duration>) -> Vec<NodeStepTiming> {
+        let mut efforts = TimingCollector::for_nodes(2);
         deadline.into_iter().for_each(|deadline| efforts.set_deadline(deadline));
         for _ in 0..steps {
-            efforts.begin();
+            efforts.begin_step();
             for (node, wait) in waits.into_iter().enumerate() {
-                efforts.count(node);
-                efforts.turn_to(node);
+                efforts.count_step(node);
+                efforts.start_timing_node(node);
                 let begin = Instant::now();
                 while begin.elapsed() < Duration::from_micros(wait) {}
-                efforts.rest();
+                efforts.stop_timing_node();
             }
         }
-        efforts.all().to_vec()
+        efforts.node_timings().to_vec()
     }
 
     #[test]
@@ -210,12 +210,12 @@ mod tests {
     fn times_of_steps_are_told_by_quantiles_and_the_longest() {
         for effort in efforts(2_000, [5, 50], None).iter().zip([5e-6, 50e-6]) {
             let (effort, least) = effort;
-            let [half, most] = [0.5, 0.99].map(|share| effort.quantile(share).expect("steps"));
+            let [half, most] = [0.5, 0.99].map(|share| effort.step_time_quantile(share).expect("steps"));
             let longest = effort.longest.as_secs_f64();
             assert!(half >= least * 0.98 && most >= half && longest >= most, "{effort:?}");
             assert_eq!(effort.misses, 0);
         }
-        assert_eq!(Effort::default().quantile(0.99), None);
+        assert_eq!(NodeStepTiming::default().step_time_quantile(0.99), None);
     }
 
     #[test]

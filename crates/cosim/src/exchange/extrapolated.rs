@@ -2,13 +2,13 @@
 
 use std::mem::take;
 
-use super::{Exchange, Interruption, set_typed_values};
+use super::{Exchange, StepInterruption, set_typed_values};
 use crate::extrapolation::ExtrapolatedInput;
 use crate::node::{InputPolynomial, set_extrapolated_inputs};
 use crate::system::NodePlan;
 
 /// The inputs of a node that are extrapolated within a step.
-pub(super) fn inputs(plan: &NodePlan) -> Vec<ExtrapolatedInput> {
+pub(super) fn extrapolated_inputs_of_node(plan: &NodePlan) -> Vec<ExtrapolatedInput> {
     let connections = plan.connections.iter().enumerate();
     let inputs = connections.filter_map(|(place, connection)| {
         Some(ExtrapolatedInput::new(place, connection.extrapolation?, connection.source.at))
@@ -20,19 +20,19 @@ impl Exchange<'_> {
     /// The extrapolated inputs with their last values, by the names of the inputs.
     pub(crate) fn extrapolated_inputs(&self) -> Vec<(String, ExtrapolatedInput)> {
         let all = self.plans.iter().zip(&self.extrapolated).flat_map(|(plan, inputs)| {
-            let name = |place| Some(self.columns[plan.inputs.index(place)?].name());
+            let name = |place| Some(self.columns[plan.inputs.nth_index(place)?].qualified_name());
             inputs.iter().filter_map(move |it| Some((name(it.place)?, *it)))
         });
         all.collect()
     }
 
     /// Goes on with the last values of inputs that are extrapolated in the same way.
-    pub(crate) fn recall_extrapolated_inputs(&mut self, saved: &[(String, ExtrapolatedInput)]) {
+    pub(crate) fn restore_extrapolated_inputs(&mut self, saved: &[(String, ExtrapolatedInput)]) {
         for (plan, inputs) in self.plans.iter().zip(&mut self.extrapolated) {
             for own in inputs {
-                let name = plan.inputs.index(own.place).map(|input| self.columns[input].name());
+                let name = plan.inputs.nth_index(own.place).map(|input| self.columns[input].qualified_name());
                 if let Some((_, saved)) = saved.iter().find(|(it, _)| Some(it) == name.as_ref()) {
-                    own.recall(saved);
+                    own.copy_history_from(saved);
                 }
             }
         }
@@ -40,8 +40,8 @@ impl Exchange<'_> {
 
     /// Hands a node its inputs with their polynomials, and lets it go to the end of the step. Inputs whose value at the end is known have it
     /// afterwards, since outputs may follow it.
-    pub(super) fn do_extrapolated_step(&mut self, node: usize) -> Result<(), Interruption> {
-        let ((clock, tick), span) = (self.part, self.span());
+    pub(super) fn do_extrapolated_step(&mut self, node: usize) -> Result<(), StepInterruption> {
+        let ((clock, tick), span) = (self.part, self.step_interval());
         let mut values = take(&mut self.input_buffer);
         let mut polynomials = take(&mut self.polynomial_buffer);
         let inputs = self.plans[node].inputs;
@@ -49,14 +49,13 @@ impl Exchange<'_> {
         values.extend_from_slice(&self.row[inputs]);
         polynomials.clear();
         for input in &mut self.extrapolated[node] {
-            let before = inputs.index(input.place).map(|index| self.start[index]);
+            let before = inputs.nth_index(input.place).map(|index| self.start[index]);
             let value = values[input.place];
-            input.push(&span, before.unwrap_or(value), value);
-            polynomials
-                .push(InputPolynomial { place: input.place, polynomial: input.polynomial() });
+            input.push_step_values(&span, before.unwrap_or(value), value);
+            polynomials.push(InputPolynomial { place: input.place, polynomial: input.step_polynomial() });
         }
         let updates = self.extrapolated[node].iter().any(ExtrapolatedInput::knows_end);
-        let done = self.call(node, |plan, node, row| {
+        let done = self.call_node(node, |plan, node, row| {
             set_typed_values(plan, node, row)?;
             set_extrapolated_inputs(node, &mut values, &polynomials, span)?;
             node.do_step(&clock, tick)?;

@@ -10,13 +10,13 @@ const PLACES: usize = ((OCTAVES - FINE + 1) << FINE) as usize;
 
 /// How many durations there were of each length. It allocates at the first of them only.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Histogram {
+pub(super) struct DurationHistogram {
     counts: Vec<u32>,
     total: u64,
 }
 
 /// The place of a duration [ns]. Those below 2^FINE have their own.
-fn place(time: u64) -> usize {
+fn bin_index(time: u64) -> usize {
     let octave = (time | 1).ilog2().max(FINE) - FINE;
     let place = (u64::from(octave) << FINE) + (time >> octave);
     // In an octave the leading one is counted with its number.
@@ -24,7 +24,7 @@ fn place(time: u64) -> usize {
 }
 
 /// The middle of the durations of a place [ns].
-fn middle(place: usize) -> f64 {
+fn bin_center(place: usize) -> f64 {
     let fine = 1_usize << FINE;
     let octave = (place >> FINE).saturating_sub(1);
     let first = place - (octave << FINE);
@@ -34,13 +34,13 @@ fn middle(place: usize) -> f64 {
     }
 }
 
-impl Histogram {
+impl DurationHistogram {
     /// Counts a duration so often.
-    pub fn count(&mut self, time: Duration, times: u32) {
+    pub fn add_duration(&mut self, time: Duration, times: u32) {
         if self.counts.is_empty() {
             self.counts = vec![0; PLACES];
         }
-        let place = place(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+        let place = bin_index(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
         self.counts[place] = self.counts[place].saturating_add(times);
         self.total += u64::from(times);
     }
@@ -53,7 +53,7 @@ impl Histogram {
             so_far += f64::from(*count);
             so_far >= wanted
         });
-        place.map(|place| middle(place) * 1e-9)
+        place.map(|place| bin_center(place) * 1e-9)
     }
 }
 
@@ -66,29 +66,29 @@ mod tests {
         let mut before = 0;
         for exponent in 0..390 {
             let time = 2.0_f64.powf(f64::from(exponent) * 0.1) as u64;
-            let now = place(time);
+            let now = bin_index(time);
             assert!(now >= before && now < PLACES, "{time}");
             before = now;
-            let off = (middle(now) - time as f64).abs();
-            assert!(off <= time as f64 / 64.0 + 0.5, "{time} ns is taken for {}", middle(now));
+            let off = (bin_center(now) - time as f64).abs();
+            assert!(off <= time as f64 / 64.0 + 0.5, "{time} ns is taken for {}", bin_center(now));
         }
-        assert_eq!(place(u64::MAX), PLACES - 1);
-        assert_eq!([0, 31, 32, 33, 63, 64, 65, 66].map(place), [0, 31, 32, 33, 63, 64, 64, 65]);
+        assert_eq!(bin_index(u64::MAX), PLACES - 1);
+        assert_eq!([0, 31, 32, 33, 63, 64, 65, 66].map(bin_index), [0, 31, 32, 33, 63, 64, 64, 65]);
     }
 
     #[test]
     fn a_quantile_is_that_of_the_counted_durations() {
-        let mut histogram = Histogram::default();
+        let mut histogram = DurationHistogram::default();
         assert_eq!(histogram.quantile(0.99), None);
         for micros in 1..=1000 {
-            histogram.count(Duration::from_micros(micros), 3);
+            histogram.add_duration(Duration::from_micros(micros), 3);
         }
         for share in [0.01, 0.5, 0.99, 1.0] {
             let found = histogram.quantile(share).expect("there are some") * 1e6;
             assert!((found / (share * 1000.0) - 1.0).abs() < 0.02, "{share}: {found} us");
         }
         let total = histogram.total;
-        histogram.count(Duration::MAX, 1);
+        histogram.add_duration(Duration::MAX, 1);
         assert_eq!(histogram.total, total + 1);
         assert!(histogram.quantile(1.0).expect("there are some") > 1000.0);
     }

@@ -5,17 +5,17 @@
 
 use std::ops::Range;
 
-use recording::{Full, NumberIndex, NumberRange};
+use recording::{AllVariables, NumberIndex, NumberRange};
 
-use super::{Exchange, Interruption, accept, exact};
-use crate::clock::At;
-use crate::system::{AcceptedValues, Body, NodePlan, NumberConnection};
+use super::{Exchange, StepInterruption, check_accepted_value, exact};
+use crate::clock::StepBoundary;
+use crate::system::{AcceptedValues, NodeBody, NodePlan, NumberConnection};
 
 /// A connection of numbers with a conversion of their unit at most.
 #[derive(Debug, Clone, Copy)]
 struct PlainConnection {
-    from: NumberIndex<Full>,
-    to: NumberIndex<Full>,
+    from: NumberIndex<AllVariables>,
+    to: NumberIndex<AllVariables>,
     at_start: bool,
     factor: f64,
     offset: f64,
@@ -27,7 +27,7 @@ pub(super) struct PlainNode {
     /// Its connections, if all of them are plain.
     connections: Option<Range<usize>>,
     /// Its outputs and its inputs, if it has numbers only.
-    pub numbers: Option<[NumberRange<Full>; 2]>,
+    pub numbers: Option<[NumberRange<AllVariables>; 2]>,
     /// Its outputs that may not be NaN, among those of all.
     needed: Range<usize>,
 }
@@ -37,24 +37,24 @@ pub(super) struct PlainNode {
 pub(super) struct PlainConnections {
     nodes: Vec<PlainNode>,
     connections: Vec<PlainConnection>,
-    needed: Vec<NumberIndex<Full>>,
+    needed: Vec<NumberIndex<AllVariables>>,
     /// Whether a node has texts.
     pub has_texts: bool,
 }
 
 impl PlainConnections {
-    pub fn of(plans: &[NodePlan]) -> Self {
+    pub fn from_plans(plans: &[NodePlan]) -> Self {
         let mut all = PlainConnections::default();
         for plan in plans {
             let NodePlan { texts, exact, body, .. } = plan;
             // An outlet takes its value when its outputs are read.
             let takes_numbers = texts.connections.is_empty()
                 && exact.connections.is_empty()
-                && !matches!(body, Body::Outlet);
+                && !matches!(body, NodeBody::Outlet);
             let gives_texts = !texts.unneeded && !texts.outputs.positions().is_empty();
             let gives_integers = !exact.unneeded && !exact.numbers.is_empty();
             let has_numbers = takes_numbers && !gives_integers && !gives_texts;
-            let connections = if takes_numbers { all.add(plan) } else { None };
+            let connections = if takes_numbers { all.add_node_connections(plan) } else { None };
             all.nodes.push(PlainNode {
                 connections,
                 numbers: has_numbers.then_some([plan.outputs, plan.inputs]),
@@ -67,7 +67,7 @@ impl PlainConnections {
     }
 
     /// Adds the connections of a node, if all of them are plain.
-    fn add(&mut self, plan: &NodePlan) -> Option<Range<usize>> {
+    fn add_node_connections(&mut self, plan: &NodePlan) -> Option<Range<usize>> {
         let is_plain = |connection: &NumberConnection| {
             let chain = &connection.input_chain;
             let unchanged = chain.map.is_empty() && chain.effects.is_empty();
@@ -81,7 +81,7 @@ impl PlainConnections {
         self.connections.extend(connections.map(|(connection, to)| PlainConnection {
             from: connection.source.index,
             to,
-            at_start: connection.source.at == At::Start,
+            at_start: connection.source.at == StepBoundary::Start,
             factor: connection.input_chain.factor,
             offset: connection.input_chain.offset,
         }));
@@ -95,7 +95,7 @@ impl PlainConnections {
 
     /// The outputs of a node that may not be NaN.
     #[inline]
-    pub fn needed(&self, node: usize) -> &[NumberIndex<Full>] {
+    pub fn needed_outputs(&self, node: usize) -> &[NumberIndex<AllVariables>] {
         &self.needed[self.nodes[node].needed.clone()]
     }
 }
@@ -115,8 +115,8 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When an input does not accept its value.
-    pub fn gather_inputs(&mut self, node: usize) -> Result<(), Interruption> {
-        self.efforts.turn_to(node);
+    pub fn gather_inputs(&mut self, node: usize) -> Result<(), StepInterruption> {
+        self.efforts.start_timing_node(node);
         if let Some(connections) = &self.plain.of_node(node).connections {
             for connection in &self.plain.connections[connections.clone()] {
                 let value = match connection.at_start {
@@ -130,8 +130,8 @@ impl Exchange<'_> {
         }
         match self.plans[node].body {
             // It gets its value when that is there.
-            Body::Outlet => Ok(()),
-            _ => self.gather(node, &[]),
+            NodeBody::Outlet => Ok(()),
+            _ => self.gather_all_inputs(node, &[]),
         }
     }
 
@@ -143,29 +143,29 @@ impl Exchange<'_> {
         &mut self,
         node: usize,
         guesses: &[GuessedInput],
-    ) -> Result<(), Interruption> {
+    ) -> Result<(), StepInterruption> {
         match guesses {
             [] => self.gather_inputs(node),
-            guesses => self.gather(node, guesses),
+            guesses => self.gather_all_inputs(node, guesses),
         }
     }
 
     /// Puts the inputs of a node into the row, also where connections are not plain.
-    pub(super) fn gather(
+    pub(super) fn gather_all_inputs(
         &mut self,
         node: usize,
         guesses: &[GuessedInput],
-    ) -> Result<(), Interruption> {
-        self.efforts.turn_to(node);
-        let span = self.span();
-        let time_of = |at| if at == At::End { span.end } else { span.start };
+    ) -> Result<(), StepInterruption> {
+        self.efforts.start_timing_node(node);
+        let span = self.step_interval();
+        let time_of = |at| if at == StepBoundary::End { span.end } else { span.start };
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         if !plan.exact.connections.is_empty() {
-            exact::check(plan, self.columns, Some(&self.start), row, &time_of)
-                .map_err(Interruption::Value)?;
+            exact::check_integer_inputs(plan, self.columns, Some(&self.start), row, &time_of)
+                .map_err(StepInterruption::Value)?;
         }
         // Faults begin and end at communication points.
-        let time = self.clock.at(self.tick);
+        let time = self.clock.time_at(self.tick);
         let connections = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
         for (place, (NumberConnection { source, input_chain, .. }, input)) in connections {
             if let Some(guess) = guesses.iter().find(|guess| guess.place == place) {
@@ -176,18 +176,18 @@ impl Exchange<'_> {
             if !self.samples && !input_chain.effects.is_empty() {
                 continue;
             }
-            let from = if source.at == At::Start { &self.start } else { &*row };
-            row[input] = input_chain.value(from[source.index], time);
-            accept(input_chain, self.columns, source.index, input, row[input], || {
+            let from = if source.at == StepBoundary::Start { &self.start } else { &*row };
+            row[input] = input_chain.next_input_value(from[source.index], time);
+            check_accepted_value(input_chain, self.columns, source.index, input, row[input], || {
                 time_of(source.at)
             })
-            .map_err(Interruption::Value)?;
+            .map_err(StepInterruption::Value)?;
         }
-        exact::carry(plan, Some(&self.start), row);
+        exact::carry_integer_inputs(plan, Some(&self.start), row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
-                At::Start => row[input].clone_from(&self.start[source.index]),
-                At::End => row.copy_text(source.index, input),
+                StepBoundary::Start => row[input].clone_from(&self.start[source.index]),
+                StepBoundary::End => row.copy_text(source.index, input),
             }
         }
         Ok(())

@@ -1,11 +1,11 @@
 //! The parts of an exchange that loops need: guessed inputs, and what those would get.
 
 use diagnostics::Error;
-use recording::{Full, NumberIndex};
+use recording::{AllVariables, NumberIndex};
 
-use super::{Exchange, Interruption};
-use crate::clock::At;
-use crate::system::{AcceptedValues, Body, OnFailure, Tear};
+use super::{Exchange, StepInterruption};
+use crate::clock::StepBoundary;
+use crate::system::{AcceptedValues, FmuFailurePolicy, NodeBody, TearConnection};
 
 /// The values at both ends of a connection, in the unit of the input.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,66 +19,68 @@ pub struct ConnectionValues {
 impl Exchange<'_> {
     /// The value that the input of a connection has.
     #[must_use]
-    pub fn input_value(&self, tear: Tear) -> f64 {
-        self.input(tear).map_or(0.0, |input| self.row[input])
+    pub fn input_value(&self, tear: TearConnection) -> f64 {
+        self.input_column(tear).map_or(0.0, |input| self.row[input])
     }
 
     /// The value that it had at the start of the step.
     #[must_use]
-    pub fn input_value_before(&self, tear: Tear) -> f64 {
-        self.input(tear).map_or(0.0, |input| self.start[input])
+    pub fn input_value_at_step_start(&self, tear: TearConnection) -> f64 {
+        self.input_column(tear).map_or(0.0, |input| self.start[input])
     }
 
     /// The value that it would get. Effects and faults of the connection go on by one step.
     ///
     /// # Errors
     /// When the input does not accept it.
-    pub fn source_value(&mut self, tear: Tear) -> Result<f64, Interruption> {
-        let (Some(input), end) = (self.input(tear), self.span().end) else { return Ok(0.0) };
-        let time = self.clock.at(self.tick);
+    pub fn source_value(&mut self, tear: TearConnection) -> Result<f64, StepInterruption> {
+        let (Some(input), end) = (self.input_column(tear), self.step_interval().end) else {
+            return Ok(0.0);
+        };
+        let time = self.clock.time_at(self.tick);
         let link = &mut self.plans[tear.node].connections[tear.place];
         if !self.samples && !link.input_chain.effects.is_empty() {
             return Ok(self.row[input]);
         }
-        let value = link.input_chain.value(self.row[link.source.index], time);
-        super::accept(&link.input_chain, self.columns, link.source.index, input, value, || end)
-            .map_err(Interruption::Value)?;
+        let value = link.input_chain.next_input_value(self.row[link.source.index], time);
+        super::check_accepted_value(&link.input_chain, self.columns, link.source.index, input, value, || end)
+            .map_err(StepInterruption::Value)?;
         Ok(value)
     }
 
     /// The same before the first step.
-    pub(crate) fn initial_source_value(&self, tear: Tear) -> f64 {
+    pub(crate) fn initial_source_value(&self, tear: TearConnection) -> f64 {
         let link = &self.plans[tear.node].connections[tear.place];
-        link.input_chain.convert(self.row[link.source.index])
+        link.input_chain.convert_and_map(self.row[link.source.index])
     }
 
     /// The value that an input has, and what its source shows now, both in the unit of the input.
     #[must_use]
-    pub fn both_ends(&self, tear: Tear) -> ConnectionValues {
+    pub fn connection_values(&self, tear: TearConnection) -> ConnectionValues {
         let source = self.initial_source_value(tear);
         ConnectionValues { input: self.input_value(tear), source }
     }
 
     /// Whether the input is a real number.
     #[must_use]
-    pub fn is_continuous(&self, tear: Tear) -> bool {
+    pub fn is_real_input(&self, tear: TearConnection) -> bool {
         let link = &self.plans[tear.node].connections[tear.place];
         matches!(link.input_chain.accepts, AcceptedValues::Real)
     }
 
     /// The name of the input.
     #[must_use]
-    pub fn input_name(&self, tear: Tear) -> String {
-        self.input(tear).map(|input| self.columns[input].name()).unwrap_or_default()
+    pub fn input_name(&self, tear: TearConnection) -> String {
+        self.input_column(tear).map(|input| self.columns[input].qualified_name()).unwrap_or_default()
     }
 
     /// Tells something at the end of the run.
-    pub fn notice(&mut self, what: String) {
+    pub fn add_notice(&mut self, what: String) {
         self.notices.push(what);
     }
 
-    fn input(&self, tear: Tear) -> Option<NumberIndex<Full>> {
-        self.plans[tear.node].inputs.index(tear.place)
+    fn input_column(&self, tear: TearConnection) -> Option<NumberIndex<AllVariables>> {
+        self.plans[tear.node].inputs.nth_index(tear.place)
     }
 
     /// How what each connection of a loop would get changes with what one of them has, without a step in between; none if a node does
@@ -86,13 +88,13 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When a node fails.
-    pub(crate) fn derivatives(
+    pub(crate) fn loop_derivatives(
         &mut self,
         nodes: &[usize],
-        tears: &[Tear],
-        by: Tear,
+        tears: &[TearConnection],
+        by: TearConnection,
         changes: &mut Vec<f64>,
-    ) -> Result<Option<Vec<f64>>, Interruption> {
+    ) -> Result<Option<Vec<f64>>, StepInterruption> {
         changes.clear();
         changes.resize(self.row.numbers().len(), 0.0);
         let mut given = Vec::new();
@@ -100,13 +102,11 @@ impl Exchange<'_> {
             let plan = &self.plans[node];
             given.clear();
             given.extend(plan.connections.iter().enumerate().map(|(place, link)| {
-                let here = Tear { node, place };
-                match (here == by, tears.contains(&here) || link.source.at == At::Start) {
+                let here = TearConnection { node, place };
+                match (here == by, tears.contains(&here) || link.source.at == StepBoundary::Start) {
                     (true, _) => 1.0,
                     (false, true) => 0.0,
-                    (false, false) => {
-                        link.input_chain.factor * changes[link.source.index.position()]
-                    }
+                    (false, false) => link.input_chain.factor * changes[link.source.index.position()],
                 }
             }));
             let outputs = plan.outputs.positions();
@@ -114,14 +114,14 @@ impl Exchange<'_> {
                 changes[outputs].copy_from_slice(&given);
                 continue;
             }
-            let known = match self.nodes[node].derivatives() {
+            let known = match self.nodes[node].as_directional_derivatives() {
                 Some(it) => it.directional_derivatives(&given, &mut changes[outputs]),
                 None => Ok(false),
             };
             match known {
                 Ok(true) => {}
                 Ok(false) => return Ok(None),
-                Err(error) => return Err(Interruption::Call { node, error }),
+                Err(error) => return Err(StepInterruption::Call { node, error }),
             }
         }
         let found = tears.iter().map(|tear| {
@@ -135,27 +135,26 @@ impl Exchange<'_> {
 /// Refuses nodes that go on after a failure, of those whose steps are repeated: their earlier states end with their process.
 pub(crate) fn check_failures(exchange: &Exchange, nodes: &[usize]) -> Result<(), Error> {
     let goes_on = |node: &&usize| match &exchange.plans[**node].body {
-        Body::Fmu { isolation: Some(isolation), .. } => isolation.on_failure != OnFailure::End,
+        NodeBody::Fmu { isolation: Some(isolation), .. } => isolation.on_failure != FmuFailurePolicy::End,
         _ => false,
     };
     let Some(node) = nodes.iter().find(goes_on) else { return Ok(()) };
     let message = format!(
         "[coupling] repeats steps of {}, whose states do not outlive the failure that its `on_failure` is for",
-        lacking(exchange, &[*node])
+        quoted_node_names(exchange, &[*node])
     );
-    Err(Error::input(message).help(
+    Err(Error::invalid_input(message).with_help(
         "leave `on_failure` out, or choose a coupling that repeats no steps: `gauss_seidel` or `jacobi`, with the estimate `energy` if with a `tolerance`",
     ))
 }
 
 /// Names a node that lacks what an algorithm needs.
-pub(crate) fn lacking(exchange: &Exchange, nodes: &[usize]) -> String {
-    let names: Vec<_> =
-        nodes.iter().map(|node| format!("`{}`", exchange.plans[*node].name)).collect();
+pub(crate) fn quoted_node_names(exchange: &Exchange, nodes: &[usize]) -> String {
+    let names: Vec<_> = nodes.iter().map(|node| format!("`{}`", exchange.plans[*node].name)).collect();
     names.join(", ")
 }
 
 /// An error of the coupling at a time [s].
-pub(crate) fn unsolved(message: String, help: &str) -> Interruption {
-    Interruption::Unsolved(Error::input(message).help(help.to_owned()))
+pub(crate) fn unsolved_loop_interruption(message: String, help: &str) -> StepInterruption {
+    StepInterruption::Unsolved(Error::invalid_input(message).with_help(help.to_owned()))
 }

@@ -1,21 +1,21 @@
 //! Takes nodes back to the start of a step, with all that their connections remember.
 
 use fmu_import::CallError;
-use recording::{Full, Row};
+use recording::{AllVariables, Row};
 
-use super::{Exchange, Interruption, NodeStop};
+use super::{Exchange, NodeTermination, StepInterruption};
 use crate::extrapolation::ExtrapolatedInput;
-use crate::node::{NodeState, state_of};
+use crate::node::{NodeState, stateful_node};
 use crate::system::InputChain;
 
 /// Nodes at a communication point.
-pub struct Snapshot {
+pub struct ExchangeSnapshot {
     nodes: Vec<(usize, NodeState)>,
     /// Sensor effects and faults, by node and place.
     chains: Vec<(usize, usize, InputChain)>,
     extrapolated: Vec<Vec<ExtrapolatedInput>>,
-    row: Row<Full>,
-    stop: Option<NodeStop>,
+    row: Row<AllVariables>,
+    stop: Option<NodeTermination>,
 }
 
 impl Exchange<'_> {
@@ -23,17 +23,17 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When a node cannot save its state.
-    pub fn save(
+    pub fn save_snapshot(
         &mut self,
         nodes: &[usize],
-        snapshot: &mut Option<Snapshot>,
-    ) -> Result<(), Interruption> {
+        snapshot: &mut Option<ExchangeSnapshot>,
+    ) -> Result<(), StepInterruption> {
         match snapshot {
             None => *snapshot = Some(self.first_snapshot(nodes)?),
             Some(kept) => {
                 for (node, state) in &mut kept.nodes {
-                    let saved = state_of(self.nodes[*node].as_mut());
-                    saved.and_then(|it| it.save_into(state)).map_err(failed(*node))?;
+                    let saved = stateful_node(self.nodes[*node].as_mut());
+                    saved.and_then(|it| it.save_into(state)).map_err(call_interruption(*node))?;
                 }
                 for (node, place, chain) in &mut kept.chains {
                     chain.clone_from(&self.plans[*node].connections[*place].input_chain);
@@ -48,18 +48,18 @@ impl Exchange<'_> {
         Ok(())
     }
 
-    fn first_snapshot(&mut self, nodes: &[usize]) -> Result<Snapshot, Interruption> {
+    fn first_snapshot(&mut self, nodes: &[usize]) -> Result<ExchangeSnapshot, StepInterruption> {
         let mut states = Vec::new();
         for &node in nodes {
-            let saved = state_of(self.nodes[node].as_mut()).and_then(|it| it.save());
-            states.push((node, saved.map_err(failed(node))?));
+            let saved = stateful_node(self.nodes[node].as_mut()).and_then(|it| it.save_state());
+            states.push((node, saved.map_err(call_interruption(node))?));
         }
         let chains = nodes.iter().flat_map(|&node| {
             let links = self.plans[node].connections.iter().enumerate();
             let chains = links.map(move |(place, link)| (node, place, link.input_chain.clone()));
             chains.filter(|(.., chain)| !chain.effects.is_empty() || !chain.faults.is_empty())
         });
-        Ok(Snapshot {
+        Ok(ExchangeSnapshot {
             nodes: states,
             chains: chains.collect(),
             extrapolated: nodes.iter().map(|node| self.extrapolated[*node].clone()).collect(),
@@ -72,10 +72,10 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When a node cannot restore its state.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Interruption> {
+    pub fn restore_snapshot(&mut self, snapshot: &ExchangeSnapshot) -> Result<(), StepInterruption> {
         for ((node, state), extrapolated) in snapshot.nodes.iter().zip(&snapshot.extrapolated) {
-            let restored = state_of(self.nodes[*node].as_mut()).and_then(|it| it.restore(state));
-            restored.map_err(failed(*node))?;
+            let restored = stateful_node(self.nodes[*node].as_mut()).and_then(|it| it.restore_state(state));
+            restored.map_err(call_interruption(*node))?;
             self.extrapolated[*node].clone_from(extrapolated);
         }
         for (node, place, chain) in &snapshot.chains {
@@ -90,13 +90,12 @@ impl Exchange<'_> {
 
     /// Those of these nodes that cannot go back to an earlier state.
     #[must_use]
-    pub fn cannot_go_back(&mut self, nodes: &[usize]) -> Vec<usize> {
-        let mut can_save =
-            |node: usize| self.nodes[node].state().is_some_and(|state| state.can_save());
+    pub fn nodes_without_rollback(&mut self, nodes: &[usize]) -> Vec<usize> {
+        let mut can_save = |node: usize| self.nodes[node].as_stateful().is_some_and(|state| state.can_save());
         nodes.iter().copied().filter(|node| !can_save(*node)).collect()
     }
 }
 
-fn failed(node: usize) -> impl Fn(CallError) -> Interruption {
-    move |error| Interruption::Call { node, error }
+fn call_interruption(node: usize) -> impl Fn(CallError) -> StepInterruption {
+    move |error| StepInterruption::Call { node, error }
 }

@@ -9,20 +9,20 @@ use super::{FaultAction, FaultKind};
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.1)]
-pub struct Bias(pub f64);
+pub struct BiasFault(pub f64);
 
-impl FaultKind for Bias {
-    fn action(&self) -> Option<Box<dyn FaultAction>> {
+impl FaultKind for BiasFault {
+    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }
 }
 
-impl FaultAction for Bias {
-    fn apply(&mut self, value: f64) -> f64 {
+impl FaultAction for BiasFault {
+    fn faulty_value(&mut self, value: f64) -> f64 {
         value + self.0
     }
 
-    fn boxed(&self) -> Box<dyn FaultAction> {
+    fn clone_box(&self) -> Box<dyn FaultAction> {
         Box::new(*self)
     }
 }

@@ -1,6 +1,6 @@
 //! A fault of the calls of a node: when it acts, and what happens then.
 
-use crate::clock::Clock;
+use crate::clock::CommunicationClock;
 use crate::effect::stream_seed;
 
 /// A fault of the calls of a node.
@@ -35,16 +35,15 @@ impl CallFault {
     /// Whether a step from `time` [s] on has the fault, in a run with these communication points. A part of a communication step, and
     /// a step that is repeated, have what the whole one has: chance remembers nothing.
     #[must_use]
-    pub fn acts(&self, time: f64, clock: &Clock) -> bool {
+    pub fn is_active(&self, time: f64, clock: &CommunicationClock) -> bool {
         // A time between two communication points belongs to the step around it; a millionth of a step is rounding.
         let tick = ((time - clock.start) / clock.step + 1e-6).floor().max(0.0) as u64;
-        let begin = clock.at(tick);
+        let begin = clock.time_at(tick);
         if begin < self.from || begin >= self.until {
             return false;
         }
         // The upper 53 bits are a number below 1.
-        let chance =
-            (stream_seed(self.stream, &tick.to_string()) >> 11) as f64 / (1_u64 << 53) as f64;
+        let chance = (stream_seed(self.stream, &tick.to_string()) >> 11) as f64 / (1_u64 << 53) as f64;
         self.probability >= 1.0 || chance < self.probability
     }
 }
@@ -55,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_share_of_the_steps_has_a_fault_and_parts_of_a_step_have_it_together() {
-        let clock = Clock { start: 0.0, step: 0.1, steps: 10_000 };
+        let clock = CommunicationClock { start: 0.0, step: 0.1, steps: 10_000 };
         let fault = |probability, stream| CallFault {
             from: 100.0,
             until: 900.0,
@@ -64,18 +63,18 @@ mod tests {
             kind: CallFaultKind::Discard,
         };
         let count = |fault: &CallFault| {
-            (0..10_000).filter(|tick| fault.acts(clock.at(*tick), &clock)).count()
+            (0..10_000).filter(|tick| fault.is_active(clock.time_at(*tick), &clock)).count()
         };
         assert_eq!((count(&fault(1.0, 1)), count(&fault(0.0, 1))), (8000, 0));
         let (one, other) = (fault(0.25, 1), fault(0.25, 2));
         assert!((1800..2200).contains(&count(&one)), "{}", count(&one));
         let ticks = |fault: &CallFault| {
-            (0..10_000).filter(|tick| fault.acts(clock.at(*tick), &clock)).collect::<Vec<u64>>()
+            (0..10_000).filter(|tick| fault.is_active(clock.time_at(*tick), &clock)).collect::<Vec<u64>>()
         };
         assert_ne!(ticks(&one), ticks(&other));
         for tick in 1000..2000 {
-            let half = clock.at(tick) + 0.5 * clock.step;
-            assert_eq!(one.acts(half, &clock), one.acts(clock.at(tick), &clock), "{tick}");
+            let half = clock.time_at(tick) + 0.5 * clock.step;
+            assert_eq!(one.is_active(half, &clock), one.is_active(clock.time_at(tick), &clock), "{tick}");
         }
     }
 }

@@ -9,36 +9,36 @@ use super::{FaultAction, FaultKind};
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = true)]
-pub struct Freeze(pub bool);
+pub struct FreezeFault(pub bool);
 
-impl FaultKind for Freeze {
-    fn action(&self) -> Option<Box<dyn FaultAction>> {
-        self.0.then(|| Box::new(Frozen(None)) as _)
+impl FaultKind for FreezeFault {
+    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
+        self.0.then(|| Box::new(FreezeAction(None)) as _)
     }
 }
 
 /// The last value before the fault.
 #[derive(Debug, Clone, Copy)]
-struct Frozen(Option<f64>);
+struct FreezeAction(Option<f64>);
 
-impl FaultAction for Frozen {
-    fn observe(&mut self, value: f64) {
+impl FaultAction for FreezeAction {
+    fn observe_before_fault(&mut self, value: f64) {
         self.0 = Some(value);
     }
 
-    fn apply(&mut self, value: f64) -> f64 {
+    fn faulty_value(&mut self, value: f64) -> f64 {
         *self.0.get_or_insert(value)
     }
 
-    fn memory(&self) -> Option<f64> {
+    fn saved_state(&self) -> Option<f64> {
         self.0
     }
 
-    fn recall(&mut self, memory: f64) {
+    fn restore_state(&mut self, memory: f64) {
         self.0 = Some(memory);
     }
 
-    fn boxed(&self) -> Box<dyn FaultAction> {
+    fn clone_box(&self) -> Box<dyn FaultAction> {
         Box::new(*self)
     }
 }

@@ -9,20 +9,20 @@ use super::{FaultAction, FaultKind};
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.5)]
-pub struct Gain(pub f64);
+pub struct GainFault(pub f64);
 
-impl FaultKind for Gain {
-    fn action(&self) -> Option<Box<dyn FaultAction>> {
+impl FaultKind for GainFault {
+    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }
 }
 
-impl FaultAction for Gain {
-    fn apply(&mut self, value: f64) -> f64 {
+impl FaultAction for GainFault {
+    fn faulty_value(&mut self, value: f64) -> f64 {
         value * self.0
     }
 
-    fn boxed(&self) -> Box<dyn FaultAction> {
+    fn clone_box(&self) -> Box<dyn FaultAction> {
         Box::new(*self)
     }
 }

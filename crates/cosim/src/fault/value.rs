@@ -9,20 +9,20 @@ use super::{FaultAction, FaultKind};
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.0)]
-pub struct Value(pub f64);
+pub struct FixedValueFault(pub f64);
 
-impl FaultKind for Value {
-    fn action(&self) -> Option<Box<dyn FaultAction>> {
+impl FaultKind for FixedValueFault {
+    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }
 }
 
-impl FaultAction for Value {
-    fn apply(&mut self, _: f64) -> f64 {
+impl FaultAction for FixedValueFault {
+    fn faulty_value(&mut self, _: f64) -> f64 {
         self.0
     }
 
-    fn boxed(&self) -> Box<dyn FaultAction> {
+    fn clone_box(&self) -> Box<dyn FaultAction> {
         Box::new(*self)
     }
 }

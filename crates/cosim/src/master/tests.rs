@@ -3,22 +3,22 @@
 use recording::{NumberRange, TextIndex, TextRange, ValueKind};
 
 use super::*;
-use crate::clock::{At, Clock};
-use crate::fault::{Bias, FaultKind, Freeze, Gain, Value};
+use crate::clock::{CommunicationClock, StepBoundary};
+use crate::fault::{BiasFault, FaultKind, FixedValueFault, FreezeFault, GainFault};
 use crate::node::TypedValues;
-use crate::system::{AcceptedValues, Algorithm, InputFault, Source, TextPlan};
-use crate::testing::{Record, STEP, columns, mock, play, system};
+use crate::system::{AcceptedValues, Algorithm, InputFault, InputSource, NodeTextColumns};
+use crate::testing::{RecordingSink, STEP, mock_columns, mock_node, mock_system, run_mock_system};
 
 /// A clock and two nodes that add one to what they get.
 fn chain() -> Vec<Box<dyn Node>> {
-    let adder = || mock(|_, inputs| Ok(inputs[0] + 1.0));
-    vec![mock(|time, _| Ok(time)), adder(), adder()]
+    let adder = || mock_node(|_, inputs| Ok(inputs[0] + 1.0));
+    vec![mock_node(|time, _| Ok(time)), adder(), adder()]
 }
 
 #[test]
 fn a_value_goes_through_the_whole_chain_within_a_step() {
-    let mut system = system(3, &[(0, 1, At::End), (1, 2, At::End)], 3);
-    let (record, progress, result) = play(&mut system, chain());
+    let mut system = mock_system(3, &[(0, 1, StepBoundary::End), (1, 2, StepBoundary::End)], 3);
+    let (record, progress, result) = run_mock_system(&mut system, chain());
     result.expect("the chain runs");
     assert_eq!(record.rows[3][..3], [1.5, 2.5, 3.5]);
     assert_eq!(record.rows[3][3..], [1.5, 2.5], "inputs are what the step was done with");
@@ -27,35 +27,35 @@ fn a_value_goes_through_the_whole_chain_within_a_step() {
 
 #[test]
 fn a_value_from_the_start_of_the_step_is_one_step_late() {
-    let mut system = system(3, &[(0, 1, At::Start), (1, 2, At::Start)], 3);
-    let (record, ..) = play(&mut system, chain());
+    let mut system = mock_system(3, &[(0, 1, StepBoundary::Start), (1, 2, StepBoundary::Start)], 3);
+    let (record, ..) = run_mock_system(&mut system, chain());
     assert_eq!(record.rows[3][..3], [1.5, 2.0, 2.5]);
 }
 
 #[test]
 fn a_node_that_comes_first_sees_the_start_of_the_step() {
-    let mut system = system(3, &[(0, 1, At::End), (1, 2, At::End)], 3);
+    let mut system = mock_system(3, &[(0, 1, StepBoundary::End), (1, 2, StepBoundary::End)], 3);
     system.order = vec![2, 1, 0];
-    let (record, ..) = play(&mut system, chain());
+    let (record, ..) = run_mock_system(&mut system, chain());
     assert_eq!(record.rows[3][..3], [1.5, 2.0, 2.5]);
 }
 
 #[test]
 fn units_are_converted_and_faults_begin_and_end_on_time() {
     let kinds: [(&dyn FaultKind, _); 4] = [
-        (&Freeze(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
-        (&Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
-        (&Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
-        (&Gain(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
+        (&FreezeFault(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
+        (&FixedValueFault(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
+        (&BiasFault(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
+        (&GainFault(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
     ];
     for (kind, expected) in kinds {
-        let action = kind.action().expect("an action");
-        let mut system = system(2, &[(0, 1, At::End)], 5);
+        let action = kind.build_action().expect("an action");
+        let mut system = mock_system(2, &[(0, 1, StepBoundary::End)], 5);
         let input_chain = &mut system.nodes[1].connections[0].input_chain;
         input_chain.factor = 2.0;
         input_chain.faults = vec![InputFault { from: 1.0, until: 2.0, action: action.clone() }];
-        let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
-        let (record, ..) = play(&mut system, nodes);
+        let nodes = vec![mock_node(|time, _| Ok(time)), mock_node(|_, inputs| Ok(inputs[0]))];
+        let (record, ..) = run_mock_system(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
         assert_eq!(seen, expected, "{action:?}");
     }
@@ -63,9 +63,9 @@ fn units_are_converted_and_faults_begin_and_end_on_time() {
 
 #[test]
 fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
-    let mut system = system(1, &[], 4);
-    let nodes = vec![mock(|time, _| Ok(if time > 1.0 { f64::NAN } else { time }))];
-    let (record, progress, result) = play(&mut system, nodes);
+    let mut system = mock_system(1, &[], 4);
+    let nodes = vec![mock_node(|time, _| Ok(if time > 1.0 { f64::NAN } else { time }))];
+    let (record, progress, result) = run_mock_system(&mut system, nodes);
     let error = result.expect_err("NaN").to_string();
     assert!(error.contains("n0") && error.contains("`y`") && error.contains("1.5 s"), "{error}");
     assert_eq!((record.rows.len(), progress.steps), (3, 2));
@@ -73,10 +73,10 @@ fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
 
 #[test]
 fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
-    let mut system = system(1, &[], 4);
+    let mut system = mock_system(1, &[], 4);
     let fail = || CallError::new("step", "returned an error");
-    let nodes = vec![mock(move |time, _| if time > 1.0 { Err(fail()) } else { Ok(0.0) })];
-    let (record, _, result) = play(&mut system, nodes);
+    let nodes = vec![mock_node(move |time, _| if time > 1.0 { Err(fail()) } else { Ok(0.0) })];
+    let (record, _, result) = run_mock_system(&mut system, nodes);
     let error = result.expect_err("a failure").to_string();
     assert_eq!(error, "node `n0`: step at t = 1 s returned an error");
     assert_eq!(record.events, ["1 n0: ouch"]);
@@ -84,10 +84,10 @@ fn a_failing_node_is_named_with_call_and_time_after_its_own_message() {
 
 #[test]
 fn a_node_may_end_the_run() {
-    let mut system = system(1, &[], 4);
+    let mut system = mock_system(1, &[], 4);
     let done = || CallError { terminated: Some(1.0), ..CallError::new("step", "finished") };
-    let nodes = vec![mock(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
-    let (record, progress, result) = play(&mut system, nodes);
+    let nodes = vec![mock_node(move |time, _| if time > 1.0 { Err(done()) } else { Ok(0.0) })];
+    let (record, progress, result) = run_mock_system(&mut system, nodes);
     result.expect("that is no error");
     assert_eq!(progress.steps, 2);
     assert!(record.events[0].contains("ended the simulation at 1 s"), "{:?}", record.events);
@@ -101,7 +101,7 @@ impl Node for Speaker {
     fn get_outputs(&mut self, _outputs: &mut [f64]) -> Result<(), CallError> {
         Ok(())
     }
-    fn do_step(&mut self, _clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, _clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         self.1 = self.0.as_ref().map_or(tick.to_string(), |given| format!("{given}!"));
         Ok(())
     }
@@ -130,30 +130,30 @@ impl TypedValues for Speaker {
 #[test]
 fn texts_travel_with_the_same_delay_as_numbers() {
     for (at, order, expected) in [
-        (At::End, [0, 1, 2], ["2", "2!", "2!!", "2", "2!"]),
-        (At::Start, [0, 1, 2], ["2", "1!", "0!!", "1", "0!"]),
-        (At::Start, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
-        (At::End, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
+        (StepBoundary::End, [0, 1, 2], ["2", "2!", "2!!", "2", "2!"]),
+        (StepBoundary::Start, [0, 1, 2], ["2", "1!", "0!!", "1", "0!"]),
+        (StepBoundary::Start, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
+        (StepBoundary::End, [2, 1, 0], ["2", "1!", "0!!", "1", "0!"]),
     ] {
-        let mut system = system(3, &[], 3);
+        let mut system = mock_system(3, &[], 3);
         system.order = order.to_vec();
-        system.columns = columns(5, ValueKind::String);
+        system.columns = mock_columns(5, ValueKind::String);
         for (index, plan) in system.nodes.iter_mut().enumerate() {
             plan.outputs = NumberRange::default();
             plan.needed.clear();
             plan.inputs = NumberRange::default();
             plan.texts = match index.checked_sub(1) {
-                None => TextPlan { outputs: TextRange::new(0..1), ..TextPlan::default() },
-                Some(source) => TextPlan {
+                None => NodeTextColumns { outputs: TextRange::new(0..1), ..NodeTextColumns::default() },
+                Some(source) => NodeTextColumns {
                     outputs: TextRange::new(index..index + 1),
                     inputs: TextRange::new(2 + index..3 + index),
-                    connections: vec![Source { index: TextIndex::new(source), at }],
+                    connections: vec![InputSource { index: TextIndex::new(source), at }],
                     unneeded: false,
                 },
             };
         }
         let speaker = || Box::new(Speaker::default()) as Box<dyn Node>;
-        let (record, _, result) = play(&mut system, vec![speaker(), speaker(), speaker()]);
+        let (record, _, result) = run_mock_system(&mut system, vec![speaker(), speaker(), speaker()]);
         result.expect("the chain runs");
         assert_eq!(record.texts[3], expected, "{at:?} {order:?}");
     }
@@ -161,10 +161,10 @@ fn texts_travel_with_the_same_delay_as_numbers() {
 
 #[test]
 fn a_number_that_the_input_does_not_take_ends_the_run() {
-    let mut system = system(2, &[(0, 1, At::End)], 4);
+    let mut system = mock_system(2, &[(0, 1, StepBoundary::End)], 4);
     system.nodes[1].connections[0].input_chain.accepts = AcceptedValues::Boolean;
-    let nodes = vec![mock(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock(|_, _| Ok(0.0))];
-    let (record, _, result) = play(&mut system, nodes);
+    let nodes = vec![mock_node(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock_node(|_, _| Ok(0.0))];
+    let (record, _, result) = run_mock_system(&mut system, nodes);
     let error = result.expect_err("0.5 is no truth").to_string();
     assert!(error.contains("`n1.u0` would get 0.5 from `n0.y` at t = 0.5 s"), "{error}");
     assert_eq!(record.rows.len(), 1);
@@ -173,9 +173,9 @@ fn a_number_that_the_input_does_not_take_ends_the_run() {
 #[test]
 fn jacobi_coupling_gives_every_node_the_start_of_the_step() {
     for order in [[0, 1, 2], [2, 1, 0], [1, 0, 2]] {
-        let mut system = system(3, &[(0, 1, At::Start), (1, 2, At::Start)], 3);
+        let mut system = mock_system(3, &[(0, 1, StepBoundary::Start), (1, 2, StepBoundary::Start)], 3);
         (system.coupling.algorithm, system.order) = (Algorithm::Jacobi, order.to_vec());
-        let (record, ..) = play(&mut system, chain());
+        let (record, ..) = run_mock_system(&mut system, chain());
         assert_eq!(record.rows[3], [1.5, 2.0, 2.5, 1.0, 1.5], "{order:?}");
     }
 }
@@ -185,8 +185,8 @@ struct InOrderOfFile {
     steps: u64,
 }
 
-impl Coupling for InOrderOfFile {
-    fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
+impl CouplingAlgorithm for InOrderOfFile {
+    fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption> {
         self.steps += 1;
         for node in 0..exchange.nodes.len() {
             exchange.gather_inputs(node)?;
@@ -199,10 +199,10 @@ impl Coupling for InOrderOfFile {
 
 #[test]
 fn another_coupling_algorithm_needs_no_change_of_the_master() {
-    let mut system = system(3, &[(0, 1, At::End), (1, 2, At::End)], 3);
+    let mut system = mock_system(3, &[(0, 1, StepBoundary::End), (1, 2, StepBoundary::End)], 3);
     system.order = vec![2, 1, 0];
     let (mut record, mut progress) =
-        (Record { step: STEP, ..Record::default() }, Progress::default());
+        (RecordingSink { step: STEP, ..RecordingSink::default() }, RunProgress::default());
     let mut coupling = InOrderOfFile { steps: 0 };
     run(&mut system, &mut chain(), &mut coupling, &mut record, &mut progress, &mut |_| Ok(()))
         .expect("the chain runs");

@@ -1,17 +1,17 @@
 //! Shows the driver of a manoeuvre as a node: at each communication point it measures, and commands until the next one.
 
 use fmu_import::CallError;
-use manoeuvre::{Driver, DriverState, OUTPUTS};
+use manoeuvre::{DriverState, ManoeuvreDriver, OUTPUTS};
 use serde::{Deserialize, Serialize};
 
 use super::{Node, NodeState, Stateful, state_error};
-use crate::clock::Clock;
+use crate::clock::CommunicationClock;
 use crate::system::DriverPlan;
 
 /// The driver of a manoeuvre.
 #[derive(Debug)]
 pub(super) struct DriverNode {
-    driver: Driver,
+    driver: ManoeuvreDriver,
     steering_ratio: f64,
     inputs: Vec<f64>,
     commands: [f64; OUTPUTS.len()],
@@ -19,7 +19,7 @@ pub(super) struct DriverNode {
 
 /// What the node remembers.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Memory {
+struct DriverNodeState {
     driver: DriverState,
     commands: [f64; OUTPUTS.len()],
 }
@@ -29,7 +29,7 @@ impl DriverNode {
     pub(super) fn new(plan: &DriverPlan) -> Self {
         let DriverPlan { manoeuvre, steering_ratio } = plan.clone();
         let inputs = vec![0.0; manoeuvre.kind.required_channels().len()];
-        let driver = Driver::new(manoeuvre);
+        let driver = ManoeuvreDriver::new(manoeuvre);
         DriverNode { driver, steering_ratio, inputs, commands: [0.0; OUTPUTS.len()] }
     }
 }
@@ -47,36 +47,36 @@ impl Node for DriverNode {
         Ok(())
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.commands = self.driver.step(clock.at(tick + 1), &self.inputs);
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
+        self.commands = self.driver.step_commands(clock.time_at(tick + 1), &self.inputs);
         Ok(())
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 }
 
 impl Stateful for DriverNode {
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        let driver = self.driver.state();
-        Ok(NodeState::new(Memory { driver, commands: self.commands }))
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
+        let driver = self.driver.saved_state();
+        Ok(NodeState::new(DriverNodeState { driver, commands: self.commands }))
     }
 
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        let Memory { driver, commands } = *state.get()?;
-        self.driver.restore(driver);
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let DriverNodeState { driver, commands } = *state.downcast_ref()?;
+        self.driver.restore_state(driver);
         self.commands = commands;
         Ok(())
     }
 
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        let memory: &Memory = state.get()?;
+    fn serialise_state(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let memory: &DriverNodeState = state.downcast_ref()?;
         postcard::to_stdvec(memory).map_err(|error| state_error(&error.to_string()))
     }
 
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        let memory: Result<Memory, _> = postcard::from_bytes(bytes);
+    fn deserialise_state(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        let memory: Result<DriverNodeState, _> = postcard::from_bytes(bytes);
         let unreadable = |_| state_error("these bytes are not what a driver remembers");
         memory.map(NodeState::new).map_err(unreadable)
     }

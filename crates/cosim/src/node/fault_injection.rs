@@ -2,30 +2,30 @@
 
 use std::time::Duration;
 
-use fmu_import::{CallError, Instance, Message, MessageLevel, Version};
+use fmu_import::{CallError, FmiVersion, FmuMessage, Instance, MessageLevel};
 
-use super::{FaultInjection, InjectedFault, Node, NodeState, SourceNode, Stateful, state_of};
-use crate::clock::Clock;
+use super::{FaultInjection, InjectedFault, Node, NodeState, SourceNode, Stateful, stateful_node};
+use crate::clock::CommunicationClock;
 use crate::fault::{CallFault, CallFaultKind};
 use crate::signal::Signal;
-use crate::system::{Body, System};
+use crate::system::{NodeBody, System};
 
 /// A node whose calls may fail. Its state is that of the node inside: which steps fail is known without memory.
 struct FaultyNode {
     node: Box<dyn Node>,
-    version: Version,
+    version: FmiVersion,
     /// The communication points of the run.
-    clock: Clock,
+    clock: CommunicationClock,
     faults: Vec<CallFault>,
     /// The outputs that are NaN since the last step.
     not_numbers: Vec<usize>,
-    messages: Vec<Message>,
+    messages: Vec<FmuMessage>,
 }
 
 /// Puts the FMUs with faulty calls, or the `others`, which may get some later, into nodes that let them fail.
 pub fn with_call_faults(system: &System, nodes: &mut [Box<dyn Node>], others: bool) {
     for (plan, node) in system.nodes.iter().zip(nodes) {
-        let Body::Fmu { fmu, .. } = &plan.body else { continue };
+        let NodeBody::Fmu { fmu, .. } = &plan.body else { continue };
         if plan.faults.is_empty() != others {
             continue;
         }
@@ -44,30 +44,30 @@ pub fn with_call_faults(system: &System, nodes: &mut [Box<dyn Node>], others: bo
 }
 
 impl FaultyNode {
-    fn log(&mut self, what: &str) {
+    fn log_injected_fault(&mut self, what: &str) {
         // The scenario asks for it: nobody has to be warned.
-        self.messages.push(Message::new(MessageLevel::Info, "fault", what));
+        self.messages.push(FmuMessage::new(MessageLevel::Info, "fault", what));
     }
 
-    fn failure(&self, what: &str) -> CallError {
+    fn injected_fault_error(&self, what: &str) -> CallError {
         let call = match self.version {
-            Version::Two => "fmi2DoStep",
-            Version::Three => "fmi3DoStep",
+            FmiVersion::Two => "fmi2DoStep",
+            FmiVersion::Three => "fmi3DoStep",
         };
         CallError::new(call, format!("{what}: a fault of the scenario"))
     }
 
-    fn discard(&self) -> CallError {
+    fn discard_error(&self) -> CallError {
         let status = match self.version {
-            Version::Two => "fmi2Discard",
-            Version::Three => "fmi3Discard",
+            FmiVersion::Two => "fmi2Discard",
+            FmiVersion::Three => "fmi3Discard",
         };
-        CallError { discarded: true, ..self.failure(&format!("returned {status}")) }
+        CallError { discarded: true, ..self.injected_fault_error(&format!("returned {status}")) }
     }
 }
 
 impl Node for FaultyNode {
-    fn inner(&self) -> Option<&dyn Node> {
+    fn inner_node(&self) -> Option<&dyn Node> {
         Some(self.node.as_ref())
     }
 
@@ -75,34 +75,34 @@ impl Node for FaultyNode {
         Some(self.node.as_mut())
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         self.not_numbers.clear();
-        let time = clock.at(tick);
+        let time = clock.time_at(tick);
         // A part of a step is shorter than this.
         let whole = clock.step > 0.999 * self.clock.step;
-        let acting = self.faults.iter().filter(|fault| fault.acts(time, &self.clock));
+        let acting = self.faults.iter().filter(|fault| fault.is_active(time, &self.clock));
         let acting: Vec<_> = acting.map(|fault| fault.kind.clone()).collect();
         for kind in acting {
             match kind {
                 CallFaultKind::Discard if whole => {
-                    self.log("a fault discards its step");
-                    return Err(self.discard());
+                    self.log_injected_fault("a fault discards its step");
+                    return Err(self.discard_error());
                 }
                 CallFaultKind::Discard => {}
                 CallFaultKind::Late(seconds) => {
-                    self.log("a fault lets its step last longer");
+                    self.log_injected_fault("a fault lets its step last longer");
                     if !self.inject_fault(InjectedFault::Wait(seconds)) {
                         std::thread::sleep(Duration::from_secs_f64(seconds));
                     }
                 }
                 CallFaultKind::NotANumber(outputs) => {
-                    self.log("a fault makes outputs NaN");
+                    self.log_injected_fault("a fault makes outputs NaN");
                     self.not_numbers.extend(outputs);
                 }
                 CallFaultKind::Crash => {
-                    self.log("a fault crashes it");
+                    self.log_injected_fault("a fault crashes it");
                     if !self.inject_fault(InjectedFault::Crash) {
-                        return Err(self.failure("crashed"));
+                        return Err(self.injected_fault_error("crashed"));
                     }
                 }
             }
@@ -122,17 +122,17 @@ impl Node for FaultyNode {
         !self.messages.is_empty() || self.node.has_messages()
     }
 
-    fn messages(&mut self) -> Vec<Message> {
+    fn take_messages(&mut self) -> Vec<FmuMessage> {
         let mut messages = std::mem::take(&mut self.messages);
-        messages.append(&mut self.node.messages());
+        messages.append(&mut self.node.take_messages());
         messages
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 
-    fn faults(&mut self) -> Option<&mut dyn FaultInjection> {
+    fn as_fault_injection(&mut self) -> Option<&mut dyn FaultInjection> {
         Some(self)
     }
 
@@ -143,10 +143,10 @@ impl Node for FaultyNode {
 
 impl FaultInjection for FaultyNode {
     fn inject_fault(&mut self, fault: InjectedFault) -> bool {
-        self.node.faults().is_some_and(|node| node.inject_fault(fault))
+        self.node.as_fault_injection().is_some_and(|node| node.inject_fault(fault))
     }
 
-    fn set_call_faults(&mut self, faults: &[CallFault], clock: &Clock) {
+    fn set_call_faults(&mut self, faults: &[CallFault], clock: &CommunicationClock) {
         (self.faults, self.clock) = (faults.to_vec(), *clock);
         self.not_numbers.clear();
     }
@@ -155,27 +155,27 @@ impl FaultInjection for FaultyNode {
 /// That of the node inside: what else it knows is about the step before.
 impl Stateful for FaultyNode {
     fn can_save(&mut self) -> bool {
-        self.node.state().is_some_and(|node| node.can_save())
+        self.node.as_stateful().is_some_and(|node| node.can_save())
     }
 
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        state_of(self.node.as_mut())?.save()
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
+        stateful_node(self.node.as_mut())?.save_state()
     }
 
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        state_of(self.node.as_mut())?.save_into(state)
+        stateful_node(self.node.as_mut())?.save_into(state)
     }
 
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
         self.not_numbers.clear();
-        state_of(self.node.as_mut())?.restore(state)
+        stateful_node(self.node.as_mut())?.restore_state(state)
     }
 
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        state_of(self.node.as_mut())?.serialise(state)
+    fn serialise_state(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        stateful_node(self.node.as_mut())?.serialise_state(state)
     }
 
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        state_of(self.node.as_mut())?.deserialise(bytes)
+    fn deserialise_state(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        stateful_node(self.node.as_mut())?.deserialise_state(bytes)
     }
 }

@@ -10,19 +10,19 @@ mod values;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value, Variable};
+use fmu_import::{CallError, Causality, Fmu, FmuMessage, Instance, Value, Variable};
 
 use self::derivatives::RealVariables;
-use self::events::Events;
-pub(in crate::node) use self::state::Bytes;
+use self::events::FmuEventState;
+pub(in crate::node) use self::state::FmuNodeStateBytes;
 use self::step_calls::StepCalls;
 use self::values::GroupValues;
-use super::refusal::Refusal;
+use super::refusal::FmuRefusal;
 use super::{
-    DirectionalDerivatives, Experiment, ExtrapolatedInputs, Node, SAME, Stateful,
-    TunableParameters, TypedValues,
+    DirectionalDerivatives, ExtrapolatedInputs, FmuExperiment, Node, SAME, Stateful, TunableParameters,
+    TypedValues,
 };
-use crate::clock::Clock;
+use crate::clock::CommunicationClock;
 use crate::system::{StartValue, VariableGroups};
 
 /// An FMU as a node.
@@ -38,7 +38,7 @@ pub struct FmuNode {
     input_values: GroupValues,
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
     output_values: GroupValues,
-    events: Events,
+    events: FmuEventState,
     real_variables: RealVariables,
     /// The calls of a step, if all values are handed over as they are.
     step_calls: Option<StepCalls>,
@@ -55,16 +55,16 @@ impl FmuNode {
         logging: bool,
         inputs: VariableGroups,
         outputs: VariableGroups,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, FmuRefusal> {
         let library = fmu
-            .load()
-            .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
-        let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
-        Ok(Self::of(instance, name, inputs, outputs))
+            .load_library()
+            .map_err(|error| FmuRefusal::Early(CallError::new("loading", error.to_string())))?;
+        let instance = Instance::with_events(library, name, logging).map_err(FmuRefusal::Early)?;
+        Ok(Self::from_instance(instance, name, inputs, outputs))
     }
 
     /// Takes an instance that is new, or as good as new.
-    pub(super) fn of(
+    pub(super) fn from_instance(
         instance: Instance,
         name: &str,
         inputs: VariableGroups,
@@ -73,11 +73,11 @@ impl FmuNode {
         let early = instance.may_return_early();
         FmuNode {
             name: name.to_owned(),
-            step_calls: if early { None } else { StepCalls::of(&inputs, &outputs) },
+            step_calls: if early { None } else { StepCalls::for_variables(&inputs, &outputs) },
             begin: 0.0,
-            input_values: GroupValues::of(&inputs),
-            output_values: GroupValues::of(&outputs),
-            events: Events::new(&instance),
+            input_values: GroupValues::for_groups(&inputs),
+            output_values: GroupValues::for_groups(&outputs),
+            events: FmuEventState::new(&instance),
             real_variables: RealVariables::new(&instance, &inputs, &outputs),
             instance,
             inputs,
@@ -92,12 +92,12 @@ impl FmuNode {
     ///
     /// # Errors
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
-    pub fn prepare(
+    pub fn set_experiment_and_starts(
         &mut self,
-        experiment: Experiment,
+        experiment: FmuExperiment,
         starts: Vec<StartValue>,
-    ) -> Result<(), Refusal> {
-        let Experiment { start, stop, tolerance } = experiment;
+    ) -> Result<(), FmuRefusal> {
+        let FmuExperiment { start, stop, tolerance } = experiment;
         (self.starts, self.begin) = (starts, start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
         self.instance.setup_experiment(start, stop, tolerance)?;
@@ -106,8 +106,8 @@ impl FmuNode {
         let sizes: Vec<_> = starts.iter().filter(structural).cloned().collect();
         if !sizes.is_empty() {
             let mut refused = Ok(());
-            let configured = instance.configure(|instance| {
-                refused = sizes.chunks(1).try_for_each(|start| give(instance, start));
+            let configured = instance.set_in_configuration_mode(|instance| {
+                refused = sizes.chunks(1).try_for_each(|start| set_start_values(instance, start));
                 Ok(())
             });
             refused?;
@@ -116,27 +116,27 @@ impl FmuNode {
         let early = |start: &StartValue| {
             !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
         };
-        variables(starts)
+        starts_by_variable(starts)
             .filter(|variable| early(&variable[0]))
-            .try_for_each(|variable| give(instance, variable))
+            .try_for_each(|variable| set_start_values(instance, variable))
     }
 
     /// Begins the initialisation; what the FMU did not keep of what it was told.
     ///
     /// # Errors
     /// When the FMU refuses the initialisation or a start value.
-    pub fn begin_initialization(&mut self) -> Result<Vec<String>, Refusal> {
+    pub fn begin_initialization(&mut self) -> Result<Vec<String>, FmuRefusal> {
         let FmuNode { name, instance, starts, .. } = self;
         instance.enter_initialization()?;
         let mut notices = Vec::new();
-        for variable in variables(&std::mem::take(starts)) {
+        for variable in starts_by_variable(&std::mem::take(starts)) {
             match variable[0].causality {
-                Causality::Input => give(instance, variable)?,
-                Causality::Parameter => notices.extend(insist(instance, name, variable)?),
+                Causality::Input => set_start_values(instance, variable)?,
+                Causality::Parameter => notices.extend(reapply_start_values(instance, name, variable)?),
                 _ => {}
             }
         }
-        self.read_start_values()?;
+        self.store_start_values()?;
         Ok(notices)
     }
 }
@@ -144,12 +144,10 @@ impl FmuNode {
 impl FmuNode {
     /// Adds to the error of a step [s] which one the FMU is made for, if it takes steps of one length and its description tells that.
     #[cold]
-    fn with_own_step(&self, mut error: CallError, step: f64) -> CallError {
+    fn add_step_size_hint(&self, mut error: CallError, step: f64) -> CallError {
         let about = self.instance.description();
-        let own = about.proposed_step().filter(|own| {
-            !about.variable_step
-                && (own - step).abs() > SAME * step
-                && error.call.ends_with("DoStep")
+        let own = about.default_step_size().filter(|own| {
+            !about.variable_step && (own - step).abs() > SAME * step && error.call.ends_with("DoStep")
         });
         if let Some(own) = own.filter(|_| error.terminated.is_none()) {
             error.what += &format!(
@@ -162,30 +160,30 @@ impl FmuNode {
 }
 
 /// Start values by variable: those of the elements of one array come together.
-fn variables(starts: &[StartValue]) -> impl Iterator<Item = &[StartValue]> {
+fn starts_by_variable(starts: &[StartValue]) -> impl Iterator<Item = &[StartValue]> {
     starts.chunk_by(|one, next| one.reference == next.reference && one.element.1 > 1)
 }
 
 /// Gives an instance the start values of a variable. Elements without one take that of the description.
-fn give(instance: &mut Instance, starts: &[StartValue]) -> Result<(), Refusal> {
+fn set_start_values(instance: &mut Instance, starts: &[StartValue]) -> Result<(), FmuRefusal> {
     let Some(StartValue { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(());
     };
-    let refused = |what: String| Refusal::Start(Box::new(starts[0].clone()), what);
+    let refused = |what: String| FmuRefusal::Start(Box::new(starts[0].clone()), what);
     let mut values = Vec::with_capacity(*count);
     for element in 0..*count {
         let given = starts.iter().find(|start| start.element.0 == element);
         values.push(match given {
             Some(start) => start.value.clone(),
-            None => described(instance, *reference, element).map_err(refused)?,
+            None => declared_start_value(instance, *reference, element).map_err(refused)?,
         });
     }
-    let given = instance.write(*storage, *reference, &values);
+    let given = instance.write_variable(*storage, *reference, &values);
     given.map_err(|error| refused(format!("{} {}", error.call, error.what)))
 }
 
 /// The start value that the description has for an element of an array.
-fn described(instance: &Instance, reference: u32, element: usize) -> Result<Value, String> {
+fn declared_start_value(instance: &Instance, reference: u32, element: usize) -> Result<Value, String> {
     let mut variables = instance.description().variables.iter();
     let found = variables.find(|it| it.reference == reference && it.element.0 == element);
     found.and_then(Variable::start_value).ok_or_else(|| {
@@ -196,16 +194,16 @@ fn described(instance: &Instance, reference: u32, element: usize) -> Result<Valu
 
 /// Gives a parameter its start values once more, if the instance did not keep them; what to tell if it does not keep them then.
 /// It may not be called after an error.
-fn insist(
+fn reapply_start_values(
     instance: &mut Instance,
     name: &str,
     starts: &[StartValue],
-) -> Result<Vec<String>, Refusal> {
+) -> Result<Vec<String>, FmuRefusal> {
     let Some(StartValue { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(Vec::new());
     };
-    let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Refusal> {
-        let kept = instance.read(*storage, *reference, *count)?;
+    let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, FmuRefusal> {
+        let kept = instance.read_variable(*storage, *reference, *count)?;
         let differs = |start: &StartValue| {
             let now = kept.get(start.element.0).filter(|now| **now != start.value)?;
             let StartValue { name: variable, value, .. } = start;
@@ -217,7 +215,7 @@ fn insist(
     if lost(instance)?.is_empty() {
         return Ok(Vec::new());
     }
-    give(instance, starts)?;
+    set_start_values(instance, starts)?;
     Ok(lost(instance)?.into_iter().map(|(told, now)| format!("{told}: it has {now}")).collect())
 }
 
@@ -228,7 +226,7 @@ impl Node for FmuNode {
 
     fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.instance.exit_initialization()?;
-        self.begin_events()
+        self.handle_first_event()
     }
 
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
@@ -239,25 +237,25 @@ impl Node for FmuNode {
         self.get_numbers(outputs)
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         let stepped = match self.instance.may_return_early() {
             true => self.step_with_events(clock, tick),
-            false => self.instance.step(clock.at(tick), clock.step),
+            false => self.instance.step(clock.time_at(tick), clock.step),
         };
-        stepped.map_err(|error| self.with_own_step(error, clock.step))
+        stepped.map_err(|error| self.add_step_size_hint(error, clock.step))
     }
 
-    fn do_step_with(
+    fn exchange_and_step(
         &mut self,
         inputs: &[f64],
-        clock: &Clock,
+        clock: &CommunicationClock,
         tick: u64,
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
         if let Some(calls) = &self.step_calls {
             calls
-                .make(&mut self.instance, inputs, clock.at(tick), clock.step, outputs)
-                .map_err(|error| self.with_own_step(error, clock.step))?;
+                .execute_step(&mut self.instance, inputs, clock.time_at(tick), clock.step, outputs)
+                .map_err(|error| self.add_step_size_hint(error, clock.step))?;
         } else {
             self.set_inputs(inputs)?;
             self.do_step(clock, tick)?;
@@ -274,11 +272,11 @@ impl Node for FmuNode {
         self.instance.has_messages()
     }
 
-    fn messages(&mut self) -> Vec<Message> {
-        self.instance.messages()
+    fn take_messages(&mut self) -> Vec<FmuMessage> {
+        self.instance.take_messages()
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 
@@ -287,14 +285,14 @@ impl Node for FmuNode {
     }
 
     fn extrapolated_inputs(&mut self) -> Option<&mut dyn ExtrapolatedInputs> {
-        if self.takes_input_derivatives() { Some(self) } else { None }
+        if self.can_set_input_derivatives() { Some(self) } else { None }
     }
 
-    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+    fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
         Some(self)
     }
 
-    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+    fn as_tunable_parameters(&mut self) -> Option<&mut dyn TunableParameters> {
         Some(self)
     }
 

@@ -11,21 +11,24 @@ use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use archive::Folder;
-use diagnostics::{Error, rounded, shown};
-use fmu_import::{CallError, CrashNote, Fmu, Message, MessageLevel};
-use isolation::{Guest, GuestEnd, NOTE, Packet};
+use archive::TemporaryFolder;
+use diagnostics::{Error, escape_for_terminal, rounded_time};
+use fmu_import::{CallError, CrashNote, Fmu, FmuMessage, MessageLevel};
+use isolation::{ChannelPacket, IsolatedGuest, NOTE, NoAnswerReason};
 
-pub use self::guest::serve;
-use self::protocol::{Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup};
-use super::refusal::Refusal;
+pub use self::guest::serve_host_process;
+use self::protocol::{
+    GuestCommand, GuestCommandOutcome, GuestRequest, GuestResponse, IsolatedNodeSetup, NonNumericValues,
+    SandboxPaths,
+};
+use super::refusal::FmuRefusal;
 use super::{InjectedFault, InstanceSettings, NodeState};
-use crate::clock::Clock;
-use crate::system::{Isolation, OnFailure, VariableGroups};
+use crate::clock::CommunicationClock;
+use crate::system::{FmuFailurePolicy, FmuIsolation, VariableGroups};
 
 /// What processes for FMUs need of the program that starts them.
 #[derive(Clone)]
-pub struct Host {
+pub struct FmuProcessOptions {
     /// The program with its arguments, which has to call [`serve`] with the number that comes after them.
     pub program: (PathBuf, Vec<String>),
     /// A call of an FMU that lasts longer than this is reported.
@@ -39,18 +42,18 @@ const SANDBOXED: &str = "; it is isolated, in a sandbox: with `isolate = true`, 
 
 /// An FMU in a process of its own, as a node.
 pub(super) struct IsolatedNode {
-    setup: Setup,
-    isolation: Isolation,
-    host: Host,
-    guest: Guest,
+    setup: IsolatedNodeSetup,
+    isolation: FmuIsolation,
+    host: FmuProcessOptions,
+    guest: IsolatedGuest,
     /// The folder that it works in; removed after the process has ended.
-    scratch: Folder,
+    scratch: TemporaryFolder,
     /// Keeps its files there.
     _fmu: Arc<Fmu>,
-    inputs: Values,
+    inputs: NodeValues,
     /// Whether the FMU does not know them yet.
     has_new_inputs: bool,
-    outputs: Values,
+    outputs: NodeValues,
     /// Whether they are those of now.
     has_outputs: bool,
     /// Whether the FMU failed, and its outputs stay as they are.
@@ -61,16 +64,16 @@ pub(super) struct IsolatedNode {
     dropped: Arc<Mutex<Vec<u64>>>,
     can_save: bool,
     takes_input_derivatives: bool,
-    talk: Packet,
-    messages: Vec<Message>,
+    talk: ChannelPacket,
+    messages: Vec<FmuMessage>,
     lacks: Vec<String>,
 }
 
 /// The values of one side.
 #[derive(Debug, Clone, Default)]
-struct Values {
+struct NodeValues {
     numbers: Vec<f64>,
-    others: OtherValues,
+    others: NonNumericValues,
 }
 
 /// A state of a process, by its number.
@@ -93,69 +96,69 @@ impl IsolatedNode {
     /// When it does not start; when the library does not load, or the FMU makes no instance or refuses the experiment.
     pub fn new(
         settings: InstanceSettings,
-        isolation: &Isolation,
-        host: &Host,
+        isolation: &FmuIsolation,
+        host: &FmuProcessOptions,
     ) -> Result<Self, Error> {
         let InstanceSettings { fmu, name, log, inputs, outputs, experiment, starts } = settings;
         let failed = |error: std::io::Error| {
-            Error::component(name, "its process", None, format!("does not start: {error}"))
+            Error::node_failure(name, "its process", None, format!("does not start: {error}"))
         };
-        let scratch = Folder::new().map_err(failed)?;
+        let scratch = TemporaryFolder::new().map_err(failed)?;
         let place = fmu.location();
         let sandbox = isolation.sandbox.then(|| {
             let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
-            SandboxPaths { read: read.collect(), write: vec![scratch.path().to_owned()] }
+            SandboxPaths { read: read.collect(), write: vec![scratch.folder_path().to_owned()] }
         });
         let name = name.to_owned();
-        let setup = Setup { name, fmu: place, log, inputs, outputs, experiment, starts, sandbox };
-        let guest = start(&setup, &scratch, host).map_err(failed)?;
+        let setup = IsolatedNodeSetup { name, fmu: place, log, inputs, outputs, experiment, starts, sandbox };
+        let guest = start_fmu_process(&setup, &scratch, host).map_err(failed)?;
         let mut node = IsolatedNode {
             isolation: isolation.clone(),
             host: host.clone(),
             guest,
             scratch,
             _fmu: Arc::clone(fmu),
-            inputs: Values::default(),
+            inputs: NodeValues::default(),
             has_new_inputs: false,
-            outputs: Values::default(),
+            outputs: NodeValues::default(),
             has_outputs: false,
             frozen: false,
             injected: None,
             dropped: Arc::default(),
             can_save: false,
             takes_input_derivatives: false,
-            talk: Packet::default(),
+            talk: ChannelPacket::default(),
             messages: Vec::new(),
             lacks: Vec::new(),
             setup,
         };
-        node.open().map_err(|refusal| node.refused(refusal))?;
+        node.open_in_process().map_err(|refusal| node.refusal_error(refusal))?;
         Ok(node)
     }
 
-    fn refused(&self, refusal: Refusal) -> Error {
+    fn refusal_error(&self, refusal: FmuRefusal) -> Error {
         let refusal = match refusal {
             // The place of its word did not travel.
-            Refusal::Start(start, what) => {
+            FmuRefusal::Start(start, what) => {
                 let known = self.setup.starts.iter().find(|known| known.name == start.name);
-                Refusal::Start(known.map_or(start, |known| Box::new(known.clone())), what)
+                FmuRefusal::Start(known.map_or(start, |known| Box::new(known.clone())), what)
             }
             other => other,
         };
         refusal.into_error(&self.setup.name, self.setup.experiment.start)
     }
 
-    fn open(&mut self) -> Result<(), Refusal> {
+    fn open_in_process(&mut self) -> Result<(), FmuRefusal> {
         let setup = Box::new(self.setup.clone());
-        let opened = self.ask(Command::Open(setup)).map_err(|mut refusal| {
-            if let Refusal::Early(error) | Refusal::Call(error) = &mut refusal
+        let opened = self.send_command(GuestCommand::Open(setup)).map_err(|mut refusal| {
+            if let FmuRefusal::Early(error) | FmuRefusal::Call(error) = &mut refusal
                 && self.setup.sandbox.is_some()
             {
                 error.what += SANDBOXED;
             }
             refusal
         })?;
-        if let Outcome::Opened { can_save, takes_input_derivatives, lacks } = opened {
+        if let GuestCommandOutcome::Opened { can_save, takes_input_derivatives, lacks } = opened {
             self.can_save = can_save;
             self.takes_input_derivatives = takes_input_derivatives;
             self.lacks = lacks;
@@ -164,13 +167,11 @@ impl IsolatedNode {
     }
 
     /// Asks the process, with the inputs that it does not know yet.
-    fn ask(&mut self, command: Command) -> Result<Outcome, Refusal> {
+    fn send_command(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, FmuRefusal> {
         let inputs = std::mem::take(&mut self.has_new_inputs);
         self.has_outputs = false;
-        let request = Request {
-            dropped: std::mem::take(
-                &mut self.dropped.lock().unwrap_or_else(PoisonError::into_inner),
-            ),
+        let request = GuestRequest {
+            dropped: std::mem::take(&mut self.dropped.lock().unwrap_or_else(PoisonError::into_inner)),
             inputs: inputs.then(|| self.inputs.others.clone()),
             command,
         };
@@ -186,29 +187,31 @@ impl IsolatedNode {
         let (name, mut next) = (&self.setup.name, host.patience);
         let give_up = |note: &dyn Fn() -> [u8; NOTE]| {
             if begin.elapsed() > next {
-                report(name, &CrashNote::read(&note()), begin.elapsed());
+                report_long_call(name, &CrashNote::from_note_bytes(&note()), begin.elapsed());
                 next *= 2;
             }
             late() || (host.give_up)()
         };
-        guest.ask(numbers, &bytes, talk, give_up).map_err(|end| lost(guest, end, late()))?;
-        let response = postcard::from_bytes::<Response>(&talk.bytes);
-        let Response { outcome, messages } = response.map_err(unfit)?;
+        guest
+            .request_answer(numbers, &bytes, talk, give_up)
+            .map_err(|end| lost_process_error(guest, end, late()))?;
+        let response = postcard::from_bytes::<GuestResponse>(&talk.bytes);
+        let GuestResponse { outcome, messages } = response.map_err(unfit)?;
         self.messages.extend(messages);
         let outcome = outcome?;
-        if let Outcome::Outputs(others) = outcome {
+        if let GuestCommandOutcome::Outputs(others) = outcome {
             std::mem::swap(&mut self.outputs.numbers, &mut self.talk.numbers);
             self.outputs.others = others;
             self.has_outputs = true;
-            return Ok(Outcome::Done);
+            return Ok(GuestCommandOutcome::Done);
         }
         Ok(outcome)
     }
 
-    fn call(&mut self, command: Command) -> Result<Outcome, CallError> {
-        self.ask(command).map_err(|refusal| match refusal {
-            Refusal::Early(error) | Refusal::Call(error) => error,
-            Refusal::Start(start, what) => {
+    fn call_guest(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, CallError> {
+        self.send_command(command).map_err(|refusal| match refusal {
+            FmuRefusal::Early(error) | FmuRefusal::Call(error) => error,
+            FmuRefusal::Start(start, what) => {
                 CallError::new("its start value", format!("`{}`: {what}", start.name))
             }
         })
@@ -218,23 +221,29 @@ impl IsolatedNode {
     ///
     /// # Errors
     /// With that failure when it may not, and with the next one when the new process fails, too.
-    fn recover(&mut self, failure: CallError, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn recover_from_failure(
+        &mut self,
+        failure: CallError,
+        clock: &CommunicationClock,
+        tick: u64,
+    ) -> Result<(), CallError> {
         if failure.terminated.is_some() || (self.host.give_up)() {
             return Err(failure);
         }
-        let time = rounded(clock.at(tick));
+        let time = rounded_time(clock.time_at(tick));
         match self.isolation.on_failure {
-            OnFailure::End => Err(failure),
-            OnFailure::Hold => {
-                self.log(format!(
+            FmuFailurePolicy::End => Err(failure),
+            FmuFailurePolicy::Hold => {
+                self.log_message(format!(
                     "{failure} in the step from {time} s on; its outputs keep their values"
                 ));
                 self.frozen = true;
                 Ok(())
             }
-            OnFailure::Restart => {
-                self.log(format!("{failure} in the step from {time} s on; it starts again there"));
-                let again = self.restart(clock.at(tick)).and_then(|()| self.try_step(clock, tick));
+            FmuFailurePolicy::Restart => {
+                self.log_message(format!("{failure} in the step from {time} s on; it starts again there"));
+                let again =
+                    self.restart_process(clock.time_at(tick)).and_then(|()| self.try_step(clock, tick));
                 again.map_err(|mut error| {
                     error.what += ", after a restart in the same step";
                     error
@@ -243,54 +252,53 @@ impl IsolatedNode {
         }
     }
 
-    fn log(&mut self, what: String) {
-        self.messages.push(Message::new(MessageLevel::Error, "", &what));
+    fn log_message(&mut self, what: String) {
+        self.messages.push(FmuMessage::new(MessageLevel::Error, "", &what));
     }
 
-    fn try_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn try_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         match self.injected.take() {
-            Some(InjectedFault::Wait(seconds)) => drop(self.call(Command::Wait(seconds))?),
+            Some(InjectedFault::Wait(seconds)) => drop(self.call_guest(GuestCommand::Wait(seconds))?),
             Some(InjectedFault::Crash) => {
-                let crashed = self.call(Command::Crash).map(|_| ());
+                let crashed = self.call_guest(GuestCommand::Crash).map(|_| ());
                 return crashed.map_err(|error| {
-                    CallError::new(
-                        error.call,
-                        format!("crashed, a fault of the scenario: {}", error.what),
-                    )
+                    CallError::new(error.call, format!("crashed, a fault of the scenario: {}", error.what))
                 });
             }
             None => {}
         }
-        self.call(Command::DoStep(*clock, tick)).map(|_| ())
+        self.call_guest(GuestCommand::DoStep(*clock, tick)).map(|_| ())
     }
 
     /// Starts again at a time [s], with the start values and the inputs of this step.
-    fn restart(&mut self, time: f64) -> Result<(), CallError> {
+    fn restart_process(&mut self, time: f64) -> Result<(), CallError> {
         let unstarted = |what: String| CallError::new("its process", what);
         self.setup.experiment.start = time;
-        self.guest = start(&self.setup, &self.scratch, &self.host)
+        self.guest = start_fmu_process(&self.setup, &self.scratch, &self.host)
             .map_err(|error| unstarted(format!("does not start: {error}")))?;
         self.dropped = Arc::default();
         self.has_new_inputs = false;
-        self.open().map_err(|refusal| unstarted(self.refused(refusal).to_string()))?;
-        self.call(Command::EnterInitialization)?;
+        self.open_in_process().map_err(|refusal| unstarted(self.refusal_error(refusal).to_string()))?;
+        self.call_guest(GuestCommand::EnterInitialization)?;
         self.has_new_inputs = true;
-        self.call(Command::ExitInitialization)?;
+        self.call_guest(GuestCommand::ExitInitialization)?;
         self.has_new_inputs = true;
         Ok(())
     }
 
     /// The number of a state in the process of now.
-    fn number(&self, state: &NodeState) -> Result<u64, CallError> {
-        let state = state.get::<RemoteState>()?;
+    fn remote_state_number(&self, state: &NodeState) -> Result<u64, CallError> {
+        let state = state.downcast_ref::<RemoteState>()?;
         if !Arc::ptr_eq(&state.dropped, &self.dropped) {
             return Err(CallError::new("the state", "is that of another process"));
         }
         Ok(state.number)
     }
 
-    fn remote_state(&self, outcome: &Outcome) -> Result<NodeState, CallError> {
-        let Outcome::State(number) = *outcome else { return Err(unexpected()) };
+    fn remote_state(&self, outcome: &GuestCommandOutcome) -> Result<NodeState, CallError> {
+        let GuestCommandOutcome::State(number) = *outcome else {
+            return Err(invalid_response_error());
+        };
         let dropped = Arc::clone(&self.dropped);
         Ok(NodeState::new(RemoteState { number, dropped }))
     }
@@ -298,51 +306,53 @@ impl IsolatedNode {
 
 impl Drop for IsolatedNode {
     fn drop(&mut self) {
-        let request = Request { dropped: Vec::new(), inputs: None, command: Command::Exit };
+        let request = GuestRequest { dropped: Vec::new(), inputs: None, command: GuestCommand::Exit };
         // The folder goes after the process.
         let left = postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.shut_down(&bytes));
         if !left {
             let name = &self.setup.name;
             let what = "did not end well after the run, whose results are complete";
-            eprintln!("{}", shown(&format!("warning: `{name}` {what}")));
+            eprintln!("{}", escape_for_terminal(&format!("warning: `{name}` {what}")));
         }
     }
 }
 
-fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest> {
+fn start_fmu_process(
+    setup: &IsolatedNodeSetup,
+    scratch: &TemporaryFolder,
+    host: &FmuProcessOptions,
+) -> std::io::Result<IsolatedGuest> {
     let (program, arguments) = &host.program;
     let mut command = process::Command::new(program);
-    command.args(arguments).current_dir(scratch.path()).env("TMPDIR", scratch.path());
+    command.args(arguments).current_dir(scratch.folder_path()).env("TMPDIR", scratch.folder_path());
     #[cfg(unix)]
     command.arg0("trackside");
-    let count = |ports: &VariableGroups| {
-        ports.numbers.iter().map(|group| group.places.len()).sum::<usize>()
-    };
-    Guest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
+    let count = |ports: &VariableGroups| ports.numbers.iter().map(|group| group.places.len()).sum::<usize>();
+    IsolatedGuest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
 }
 
 /// Reports a call that goes on for long.
-fn report(name: &str, CrashNote { call, time, .. }: &CrashNote, since: Duration) {
+fn report_long_call(name: &str, CrashNote { call, time, .. }: &CrashNote, since: Duration) {
     let call = if call.is_empty() { "its process" } else { call };
-    let at = time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default();
+    let at = time.map(|time| format!(" at t = {} s", rounded_time(time))).unwrap_or_default();
     let since = since.as_secs_f64();
     let text = format!("\nnode `{name}`: {call}{at} has been running for {since:.0} s");
-    eprintln!("{}", shown(&text));
+    eprintln!("{}", escape_for_terminal(&text));
 }
 
-fn unexpected() -> CallError {
+fn invalid_response_error() -> CallError {
     CallError::new("its process", "gave an answer without meaning")
 }
 
 /// The error of a process that did not answer, with the call that it was in.
-fn lost(guest: &Guest, end: GuestEnd, late: bool) -> CallError {
-    let CrashNote { call, words, .. } = CrashNote::read(&guest.note());
+fn lost_process_error(guest: &IsolatedGuest, end: NoAnswerReason, late: bool) -> CallError {
+    let CrashNote { call, words, .. } = CrashNote::from_note_bytes(&guest.last_note());
     let what = match end {
         _ if !words.is_empty() => words,
-        GuestEnd::Cancelled if late => {
+        NoAnswerReason::Cancelled if late => {
             "did not return within `call_limit`; its process was ended".to_owned()
         }
-        GuestEnd::Cancelled => {
+        NoAnswerReason::Cancelled => {
             "did not return when the run had to end; its process was ended".to_owned()
         }
         end => format!("did not return: {end}"),

@@ -3,10 +3,10 @@
 use diagnostics::Error;
 
 use super::fault_injection::with_call_faults;
-use super::isolated::{Host, IsolatedNode};
-use super::{Experiment, InstanceSettings, Node, SourceNode, with_own_step};
+use super::isolated::{FmuProcessOptions, IsolatedNode};
+use super::{FmuExperiment, InstanceSettings, Node, SourceNode, wrap_sub_stepping};
 use crate::signal::Signal;
-use crate::system::{Body, Isolation, System};
+use crate::system::{FmuIsolation, NodeBody, System};
 
 /// The second FMUs do what the first did, so a call that lasts longer than this does not return [s].
 const PATIENCE: f64 = 60.0;
@@ -18,21 +18,18 @@ const PATIENCE: f64 = 60.0;
 pub fn isolated_copies(
     system: &System,
     nodes: &mut [Box<dyn Node>],
-    host: &Host,
+    host: &FmuProcessOptions,
 ) -> Result<Vec<Box<dyn Node>>, Error> {
-    let experiment = Experiment {
-        start: system.clock.start,
-        stop: system.announced_stop,
-        tolerance: system.tolerance,
-    };
+    let experiment =
+        FmuExperiment { start: system.clock.start, stop: system.announced_stop, tolerance: system.tolerance };
     let mut fmus = Vec::new();
     for plan in &system.nodes {
-        let Body::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {
+        let NodeBody::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {
             continue;
         };
-        let isolation = isolation.clone().unwrap_or_else(Isolation::plain);
+        let isolation = isolation.clone().unwrap_or_else(FmuIsolation::process_only);
         let call_limit = isolation.call_limit.or(Some(PATIENCE));
-        let isolation = Isolation { call_limit, ..isolation };
+        let isolation = FmuIsolation { call_limit, ..isolation };
         let settings = InstanceSettings {
             fmu,
             name: &plan.name,
@@ -43,11 +40,11 @@ pub fn isolated_copies(
             starts: starts.clone(),
         };
         let node: Box<dyn Node> = Box::new(IsolatedNode::new(settings, &isolation, host)?);
-        fmus.push(with_own_step(node, plan, system.clock));
+        fmus.push(wrap_sub_stepping(node, plan, system.clock));
     }
     let mut fmus = fmus.into_iter().peekable();
     let nodes = system.nodes.iter().zip(nodes).map(|(plan, node)| -> Box<dyn Node> {
-        match fmus.next_if(|_| matches!(plan.body, Body::Fmu { .. })) {
+        match fmus.next_if(|_| matches!(plan.body, NodeBody::Fmu { .. })) {
             Some(fmu) => fmu,
             None => std::mem::replace(node, Box::new(SourceNode::new(Vec::<Signal>::new()))),
         }
@@ -60,7 +57,7 @@ pub fn isolated_copies(
 /// Puts the nodes back that [`isolated_copies`] took out, and frees the others.
 pub fn return_sources(system: &System, nodes: &mut [Box<dyn Node>], copies: Vec<Box<dyn Node>>) {
     for ((plan, place), node) in system.nodes.iter().zip(nodes).zip(copies) {
-        if !matches!(plan.body, Body::Fmu { .. }) {
+        if !matches!(plan.body, NodeBody::Fmu { .. }) {
             *place = node;
         }
     }

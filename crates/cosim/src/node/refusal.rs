@@ -8,7 +8,7 @@ use crate::system::StartValue;
 
 /// What an FMU refused before the first step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub enum Refusal {
+pub enum FmuRefusal {
     /// A call before there is a time.
     Early(CallError),
     /// A call at the first communication point.
@@ -17,20 +17,20 @@ pub enum Refusal {
     Start(Box<StartValue>, String),
 }
 
-impl From<CallError> for Refusal {
+impl From<CallError> for FmuRefusal {
     fn from(error: CallError) -> Self {
-        Refusal::Call(error)
+        FmuRefusal::Call(error)
     }
 }
 
-impl Refusal {
+impl FmuRefusal {
     /// The error of the node called `name`, whose first communication point is at `begin` [s].
     #[must_use]
     pub fn into_error(self, name: &str, begin: f64) -> Error {
         match self {
-            Refusal::Early(error) => Error::component(name, &error.call, None, error.what),
-            Refusal::Call(error) => Error::component(name, &error.call, Some(begin), error.what),
-            Refusal::Start(start, what) => start.refused(name, &what),
+            FmuRefusal::Early(error) => Error::node_failure(name, &error.call, None, error.what),
+            FmuRefusal::Call(error) => Error::node_failure(name, &error.call, Some(begin), error.what),
+            FmuRefusal::Start(start, what) => start.refusal_error(name, &what),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use fmu_import::{Causality, Fmu, Instance};
 
 use super::Node;
-use crate::system::{Body, StartValue, System};
+use crate::system::{NodeBody, StartValue, System};
 
 /// Instances of runs that are over, by the names of their nodes and the digests of their archives.
 #[derive(Default)]
@@ -17,9 +17,9 @@ pub struct ReusableInstances {
 
 impl ReusableInstances {
     /// Keeps the instances of a run that came to its end. The other nodes are freed.
-    pub fn keep(&mut self, system: &System, nodes: Vec<Box<dyn Node>>) {
+    pub fn keep_instances(&mut self, system: &System, nodes: Vec<Box<dyn Node>>) {
         for (plan, node) in system.nodes.iter().zip(nodes) {
-            let Body::Fmu { fmu, .. } = &plan.body else { continue };
+            let NodeBody::Fmu { fmu, .. } = &plan.body else { continue };
             // Of some FMUs a process can hold one instance only, and a new one may be wanted.
             if fmu.description.only_once {
                 continue;
@@ -37,17 +37,12 @@ impl ReusableInstances {
 
     /// Why one of them could not be used again, if there was one.
     #[must_use]
-    pub fn refused(&self) -> Option<&str> {
+    pub fn reuse_refusal(&self) -> Option<&str> {
         self.refused.as_deref()
     }
 
     /// An instance for a node, as good as new as far as its FMU says so.
-    pub(super) fn take(
-        &mut self,
-        node: &str,
-        fmu: &Fmu,
-        starts: &[StartValue],
-    ) -> Option<Instance> {
+    pub(super) fn take_instance(&mut self, node: &str, fmu: &Fmu, starts: &[StartValue]) -> Option<Instance> {
         let mut instance = self.instances.remove(&(node.to_owned(), fmu.sha256.clone()))?;
         // The library would have to unlearn the sizes of arrays.
         if starts.iter().any(|start| start.causality == Causality::StructuralParameter) {

@@ -5,10 +5,10 @@ use std::ops::Range;
 use fmu_import::{CallError, Instance};
 
 use super::{
-    ExtrapolatedInputs, InputPolynomial, Node, NodeState, Stateful, TypedValues,
-    set_extrapolated_inputs, state_error, state_of,
+    ExtrapolatedInputs, InputPolynomial, Node, NodeState, Stateful, TypedValues, set_extrapolated_inputs,
+    state_error, stateful_node,
 };
-use crate::clock::{At, Clock};
+use crate::clock::{CommunicationClock, StepBoundary};
 use crate::system::{NodePlan, StepRatio};
 
 /// A node with a step of its own.
@@ -38,10 +38,15 @@ struct SubSteppingState {
 }
 
 impl SubSteppingNode {
-    pub fn new(inner: Box<dyn Node>, plan: &NodePlan, step_ratio: StepRatio, clock: Clock) -> Self {
-        let own = step_ratio.of(&clock).step;
+    pub fn new(
+        inner: Box<dyn Node>,
+        plan: &NodePlan,
+        step_ratio: StepRatio,
+        clock: CommunicationClock,
+    ) -> Self {
+        let own = step_ratio.node_clock(&clock).step;
         let links = plan.connections.iter().enumerate();
-        let at_start = links.filter(|(_, link)| link.source.at == At::Start);
+        let at_start = links.filter(|(_, link)| link.source.at == StepBoundary::Start);
         let at_start = at_start.map(|(place, _)| (place, 0.0)).collect();
         SubSteppingNode {
             inner,
@@ -70,8 +75,8 @@ impl SubSteppingNode {
     }
 
     /// Several steps of its own in the step from point `tick` on.
-    fn do_finer_steps(&mut self, clock: &Clock, tick: u64, times: u64) -> Result<(), CallError> {
-        let own = clock.finer(times);
+    fn do_finer_steps(&mut self, clock: &CommunicationClock, tick: u64, times: u64) -> Result<(), CallError> {
+        let own = clock.refined_by(times);
         self.set_typed_values()?;
         if self.polynomials.is_empty() {
             self.inner.set_inputs(&self.inputs)?;
@@ -79,7 +84,7 @@ impl SubSteppingNode {
         for step in times * tick..times * (tick + 1) {
             if !self.polynomials.is_empty() {
                 let mut inputs = self.inputs.clone();
-                let span = own.at(step)..own.at(step + 1);
+                let span = own.time_at(step)..own.time_at(step + 1);
                 set_extrapolated_inputs(self.inner.as_mut(), &mut inputs, &self.polynomials, span)?;
             }
             self.inner.do_step(&own, step)?;
@@ -88,7 +93,12 @@ impl SubSteppingNode {
     }
 
     /// One step of its own when so many steps are over.
-    fn do_coarser_step(&mut self, clock: &Clock, tick: u64, times: u64) -> Result<(), CallError> {
+    fn do_coarser_step(
+        &mut self,
+        clock: &CommunicationClock,
+        tick: u64,
+        times: u64,
+    ) -> Result<(), CallError> {
         if self.begins {
             for (place, value) in &mut self.at_start {
                 *value = self.inputs[*place];
@@ -98,13 +108,13 @@ impl SubSteppingNode {
         if !(tick + 1).is_multiple_of(times) {
             return Ok(());
         }
-        let (own, step) = (clock.coarser(times), tick / times);
+        let (own, step) = (clock.coarsened_by(times), tick / times);
         let mut inputs = self.inputs.clone();
         for (place, value) in &self.at_start {
             inputs[*place] = *value;
         }
         self.set_typed_values()?;
-        let span = own.at(step)..own.at(step + 1);
+        let span = own.time_at(step)..own.time_at(step + 1);
         set_extrapolated_inputs(self.inner.as_mut(), &mut inputs, &self.polynomials, span)?;
         self.begins = true;
         self.inner.do_step(&own, step)
@@ -112,7 +122,7 @@ impl SubSteppingNode {
 }
 
 impl Node for SubSteppingNode {
-    fn inner(&self) -> Option<&dyn Node> {
+    fn inner_node(&self) -> Option<&dyn Node> {
         Some(self.inner.as_ref())
     }
 
@@ -136,7 +146,7 @@ impl Node for SubSteppingNode {
         self.inner.get_outputs(outputs)
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         // A communication step may be divided, so the ratio is that of the moment. Steps are no longer than its own.
         let times = match self.is_coarser {
             false => (clock.step / self.own - 1e-6).ceil().max(1.0),
@@ -153,7 +163,7 @@ impl Node for SubSteppingNode {
         if self.begins { self.inner.update_outputs(inputs) } else { Ok(()) }
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 
@@ -217,46 +227,42 @@ impl ExtrapolatedInputs for SubSteppingNode {
 
 impl Stateful for SubSteppingNode {
     fn can_save(&mut self) -> bool {
-        self.inner.state().is_some_and(|inner| inner.can_save())
+        self.inner.as_stateful().is_some_and(|inner| inner.can_save())
     }
 
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        let inner = state_of(self.inner.as_mut())?.save()?;
-        Ok(NodeState::new(SubSteppingState {
-            inner,
-            at_start: self.at_start.clone(),
-            begins: self.begins,
-        }))
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
+        let inner = stateful_node(self.inner.as_mut())?.save_state()?;
+        Ok(NodeState::new(SubSteppingState { inner, at_start: self.at_start.clone(), begins: self.begins }))
     }
 
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        let saved = state.get_mut::<SubSteppingState>()?;
+        let saved = state.downcast_mut::<SubSteppingState>()?;
         saved.at_start.clone_from(&self.at_start);
         saved.begins = self.begins;
-        state_of(self.inner.as_mut())?.save_into(&mut saved.inner)
+        stateful_node(self.inner.as_mut())?.save_into(&mut saved.inner)
     }
 
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        let saved = state.get::<SubSteppingState>()?;
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let saved = state.downcast_ref::<SubSteppingState>()?;
         self.at_start.clone_from(&saved.at_start);
         self.begins = saved.begins;
-        state_of(self.inner.as_mut())?.restore(&saved.inner)
+        stateful_node(self.inner.as_mut())?.restore_state(&saved.inner)
     }
 
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        let SubSteppingState { inner, at_start, begins } = state.get()?;
-        let inner = state_of(self.inner.as_mut())?.serialise(inner)?;
-        postcard::to_stdvec(&(inner, at_start, begins)).map_err(no_state)
+    fn serialise_state(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let SubSteppingState { inner, at_start, begins } = state.downcast_ref()?;
+        let inner = stateful_node(self.inner.as_mut())?.serialise_state(inner)?;
+        postcard::to_stdvec(&(inner, at_start, begins)).map_err(invalid_state_error)
     }
 
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+    fn deserialise_state(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         let (inner, at_start, begins) =
-            postcard::from_bytes::<(Vec<u8>, _, _)>(bytes).map_err(no_state)?;
-        let inner = state_of(self.inner.as_mut())?.deserialise(&inner)?;
+            postcard::from_bytes::<(Vec<u8>, _, _)>(bytes).map_err(invalid_state_error)?;
+        let inner = stateful_node(self.inner.as_mut())?.deserialise_state(&inner)?;
         Ok(NodeState::new(SubSteppingState { inner, at_start, begins }))
     }
 }
 
-fn no_state(error: postcard::Error) -> CallError {
+fn invalid_state_error(error: postcard::Error) -> CallError {
     state_error(&format!("the state is none: {error}"))
 }

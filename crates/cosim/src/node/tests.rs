@@ -2,14 +2,14 @@
 
 use std::io::Write as _;
 
-use recording::table::{ReadRequest, Table};
+use recording::table::{ReadRequest, TimeSeriesTable};
 
-use super::{Node, NodeState, SourceNode, state_of};
-use crate::clock::Clock;
+use super::{Node, NodeState, SourceNode, stateful_node};
+use crate::clock::CommunicationClock;
 use crate::signal::shape::{Chirp, Multisine, ShapeParameters};
-use crate::signal::{Signal, SignalPart, Window};
+use crate::signal::{Signal, SignalPart, SignalWindow};
 
-const CLOCK: Clock = Clock { start: 0.0, step: 0.01, steps: 20 };
+const CLOCK: CommunicationClock = CommunicationClock { start: 0.0, step: 0.01, steps: 20 };
 
 /// The outputs after each of five steps from `first` on, as bits.
 fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
@@ -24,31 +24,26 @@ fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
 }
 
 fn restores(mut node: impl Node, outputs: usize) {
-    assert!(node.state().is_some_and(|state| state.can_save()));
+    assert!(node.as_stateful().is_some_and(|state| state.can_save()));
     let before = five_steps(&mut node, 0, outputs);
-    let state = state_of(&mut node).and_then(|it| it.save()).expect("a state");
+    let state = stateful_node(&mut node).and_then(|it| it.save_state()).expect("a state");
     let first = five_steps(&mut node, 5, outputs);
-    state_of(&mut node).and_then(|it| it.restore(&state)).expect("its own state");
+    stateful_node(&mut node).and_then(|it| it.restore_state(&state)).expect("its own state");
     assert_eq!(five_steps(&mut node, 5, outputs), first);
     assert_ne!(before, first, "the outputs move");
     drop(state);
     let foreign = NodeState::new("another kind of state");
-    assert!(state_of(&mut node).and_then(|it| it.restore(&foreign)).is_err());
+    assert!(stateful_node(&mut node).and_then(|it| it.restore_state(&foreign)).is_err());
 }
 
 #[test]
 fn signals_repeat_their_steps_from_a_saved_state() {
-    let multisine = Multisine {
-        peak: 0.5,
-        frequencies: vec![0.3, 4.1],
-        weights: None,
-        phases: None,
-        seed: None,
-    };
+    let multisine =
+        Multisine { peak: 0.5, frequencies: vec![0.3, 4.1], weights: None, phases: None, seed: None };
     let chirp = Chirp { amplitude: 1.0, f_start: 0.1, f_end: 9.0, duration: 0.2, phase: 0.0 };
     let shapes: [&dyn ShapeParameters; 2] = [&multisine, &chirp];
     let signals = shapes.map(|shape| {
-        let part = SignalPart::new(shape, Window::whole(CLOCK.stop()), 1).expect("a shape");
+        let part = SignalPart::new(shape, SignalWindow::whole_run(CLOCK.stop_time()), 1).expect("a shape");
         Signal::new(vec![part])
     });
     restores(SourceNode::new(signals.to_vec()), 2);
@@ -58,6 +53,6 @@ fn signals_repeat_their_steps_from_a_saved_state() {
 fn a_table_repeats_its_steps_from_a_saved_state() {
     let mut file = tempfile::Builder::new().suffix(".csv").tempfile().expect("a file");
     file.write_all(b"t,v\n0,1\n0.045,3\n0.06,-7\n0.1,2.5\n").expect("a file");
-    let table = Table::read(file.path(), &ReadRequest::plain("t", &["v"])).expect("a table");
+    let table = TimeSeriesTable::read(file.path(), &ReadRequest::from_names("t", &["v"])).expect("a table");
     restores(SourceNode::new(table), 1);
 }

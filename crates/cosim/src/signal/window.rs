@@ -6,7 +6,7 @@ use super::EDGE;
 
 /// A window of time, at whose ends a part of a signal rises from zero and falls to zero.
 #[derive(Clone, PartialEq)]
-pub struct Window {
+pub struct SignalWindow {
     /// Its beginning [s].
     pub from: f64,
     /// Its end [s].
@@ -20,30 +20,30 @@ pub struct Window {
 }
 
 /// All that its weight depends on: without a fade-out the end of the run is no part of it.
-impl fmt::Debug for Window {
+impl fmt::Debug for SignalWindow {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Window { from, until, fade_in, fade_out, end } = self;
+        let SignalWindow { from, until, fade_in, fade_out, end } = self;
         let fades = (*fade_out > 0.0).then_some((fade_out, end));
         write!(out, "{from:?} to {until:?}, {fade_in:?}, {fades:?}")
     }
 }
 
-impl Window {
+impl SignalWindow {
     /// A whole run that ends at `stop` [s], without fades.
     #[must_use]
-    pub fn whole(stop: f64) -> Self {
-        Window { from: 0.0, until: f64::INFINITY, fade_in: 0.0, fade_out: 0.0, end: stop }
+    pub fn whole_run(stop: f64) -> Self {
+        SignalWindow { from: 0.0, until: f64::INFINITY, fade_in: 0.0, fade_out: 0.0, end: stop }
     }
 
     /// 0 outside, 1 inside, and between them while it fades.
-    pub(super) fn weight(&self, time: f64) -> f64 {
+    pub(super) fn window_weight(&self, time: f64) -> f64 {
         if time + EDGE < self.from || time + EDGE >= self.until {
             return 0.0;
         }
-        self.fade(time)
+        self.fade_weight(time)
     }
 
-    pub(super) fn fade(&self, time: f64) -> f64 {
+    pub(super) fn fade_weight(&self, time: f64) -> f64 {
         let mut weight = 1.0_f64;
         if self.fade_in > 0.0 {
             weight = weight.min((time - self.from) / self.fade_in);

@@ -1,6 +1,6 @@
 //! The numbers that an input accepts.
 
-use fmu_import::description::{EnumerationItem, Storage, describe_items};
+use fmu_import::description::{EnumerationItem, StorageType, describe_items};
 
 /// Which numbers an input can take.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -8,7 +8,7 @@ pub enum AcceptedValues {
     /// A `Real` takes any, and leaves it to the run what a NaN does.
     Real,
     /// An integer takes those whole numbers of its form that `f64` holds exactly.
-    Integer(Storage),
+    Integer(StorageType),
     /// A `Boolean` takes 0 and 1.
     Boolean,
     /// An `Enumeration` takes the values of its items.
@@ -19,57 +19,54 @@ impl AcceptedValues {
     /// Whether the number is a value of the type.
     #[must_use]
     #[inline]
-    pub fn holds(&self, value: f64) -> bool {
+    pub fn contains(&self, value: f64) -> bool {
         // The conversion saturates, so only a whole number is the same afterwards.
-        let whole = |form: Storage| {
-            let inside = form
-                .exact_integers()
-                .is_some_and(|[low, high]| (low..=high).contains(&(value as i128)));
+        let whole = |form: StorageType| {
+            let inside =
+                form.exact_integers().is_some_and(|[low, high]| (low..=high).contains(&(value as i128)));
             inside && value as i128 as f64 == value
         };
         match self {
             AcceptedValues::Real => true,
             AcceptedValues::Integer(form) => whole(*form),
             AcceptedValues::Boolean => value == 0.0 || value == 1.0,
-            AcceptedValues::Enumeration(items) if items.is_empty() => whole(Storage::Int32),
-            AcceptedValues::Enumeration(items) => {
-                items.iter().any(|item| item.value as f64 == value)
-            }
+            AcceptedValues::Enumeration(items) if items.is_empty() => whole(StorageType::Int32),
+            AcceptedValues::Enumeration(items) => items.iter().any(|item| item.value as f64 == value),
         }
     }
 
     /// Whether an integer is a value of the type, also where no number holds it.
     #[must_use]
-    pub fn holds_integer(&self, value: i128) -> bool {
+    pub fn contains_integer(&self, value: i128) -> bool {
         match self {
             AcceptedValues::Integer(form) => {
-                form.integers().is_some_and(|[low, high]| (low..=high).contains(&value))
+                form.integer_range().is_some_and(|[low, high]| (low..=high).contains(&value))
             }
             AcceptedValues::Enumeration(items) if !items.is_empty() => {
                 items.iter().any(|item| i128::from(item.value) == value)
             }
-            _ => self.holds(value as f64),
+            _ => self.contains(value as f64),
         }
     }
 
     /// The accepted integers, for a message about one that no number may hold.
     #[must_use]
-    pub fn expected_integers(&self) -> String {
+    pub fn describe_integers(&self) -> String {
         match self {
             AcceptedValues::Integer(form) => {
-                let [low, high] = form.integers().unwrap_or_default();
+                let [low, high] = form.integer_range().unwrap_or_default();
                 format!("an {form:?}, which takes whole numbers from {low} to {high}")
             }
-            other => other.expected(),
+            other => other.describe_values(),
         }
     }
 
     /// The accepted numbers, for a message.
     #[must_use]
-    pub fn expected(&self) -> String {
+    pub fn describe_values(&self) -> String {
         match self {
             AcceptedValues::Real => "a Real, which takes any number".to_owned(),
-            AcceptedValues::Integer(Storage::Int32) => {
+            AcceptedValues::Integer(StorageType::Int32) => {
                 "an Integer, which takes whole numbers of 32 bits".to_owned()
             }
             AcceptedValues::Integer(form) => {
@@ -108,11 +105,11 @@ mod tests {
             (f64::NAN, false, false, false),
             (f64::INFINITY, false, false, false),
         ] {
-            assert!(AcceptedValues::Real.holds(value));
-            assert_eq!(AcceptedValues::Integer(Storage::Int32).holds(value), integer, "{value}");
-            assert_eq!(unknown.holds(value), integer, "{value}");
-            assert_eq!(AcceptedValues::Boolean.holds(value), boolean, "{value}");
-            assert_eq!(mode.holds(value), one_of, "{value}");
+            assert!(AcceptedValues::Real.contains(value));
+            assert_eq!(AcceptedValues::Integer(StorageType::Int32).contains(value), integer, "{value}");
+            assert_eq!(unknown.contains(value), integer, "{value}");
+            assert_eq!(AcceptedValues::Boolean.contains(value), boolean, "{value}");
+            assert_eq!(mode.contains(value), one_of, "{value}");
         }
     }
 
@@ -120,16 +117,16 @@ mod tests {
     fn an_integer_takes_what_fits_its_form_and_a_number_exactly() {
         let exact = 2.0_f64.powi(53);
         for (form, low, high) in [
-            (Storage::Int8, -128.0, 127.0),
-            (Storage::UInt8, 0.0, 255.0),
-            (Storage::UInt32, 0.0, 4_294_967_295.0),
-            (Storage::Int64, -exact, exact),
-            (Storage::UInt64, 0.0, exact),
+            (StorageType::Int8, -128.0, 127.0),
+            (StorageType::UInt8, 0.0, 255.0),
+            (StorageType::UInt32, 0.0, 4_294_967_295.0),
+            (StorageType::Int64, -exact, exact),
+            (StorageType::UInt64, 0.0, exact),
         ] {
             let accepts = AcceptedValues::Integer(form);
-            assert!(accepts.holds(low) && accepts.holds(high), "{form:?}");
-            assert!(!accepts.holds(low - 2.0) && !accepts.holds(high + 2.0), "{form:?}");
-            assert!(!accepts.holds(0.5));
+            assert!(accepts.contains(low) && accepts.contains(high), "{form:?}");
+            assert!(!accepts.contains(low - 2.0) && !accepts.contains(high + 2.0), "{form:?}");
+            assert!(!accepts.contains(0.5));
         }
     }
 }

@@ -1,16 +1,16 @@
 //! The coupling of a run: its algorithm, its loops, and the division of its steps.
 
-use crate::clock::{At, Clock};
+use crate::clock::{CommunicationClock, StepBoundary};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The properties of a coupling algorithm that are known before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CouplingRules {
+pub struct CouplingProperties {
     /// The name in messages.
     pub name: &'static str,
     /// The end of the step at which an input takes the output of an FMU unless the connection sets `at`.
-    pub default_at: At,
+    pub default_at: StepBoundary,
     /// Whether a connection may set `at = "end"`.
     pub allows_end: bool,
     /// Whether it solves loops of values that need each other.
@@ -36,7 +36,7 @@ pub enum Algorithm {
 impl Algorithm {
     /// The word for it in a scenario.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn keyword(self) -> &'static str {
         match self {
             Algorithm::GaussSeidel => "gauss_seidel",
             Algorithm::Jacobi => "jacobi",
@@ -46,7 +46,7 @@ impl Algorithm {
 
     /// The rules of the algorithm.
     #[must_use]
-    pub fn rules(self) -> CouplingRules {
+    pub fn properties(self) -> CouplingProperties {
         let name = match self {
             Algorithm::GaussSeidel => "Gauss-Seidel",
             Algorithm::Jacobi => "Jacobi",
@@ -54,9 +54,9 @@ impl Algorithm {
         };
         let ends = self != Algorithm::Jacobi;
         let iterates = self == Algorithm::Iterate;
-        CouplingRules {
+        CouplingProperties {
             name,
-            default_at: if ends { At::End } else { At::Start },
+            default_at: if ends { StepBoundary::End } else { StepBoundary::Start },
             allows_end: ends,
             solves_loops: iterates,
             order: if iterates { 2 } else { 1 },
@@ -67,7 +67,7 @@ impl Algorithm {
 /// Method that solves a loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum LoopSolverMethod {
     /// Newton's method. The derivatives come from the FMUs where all of a loop give them, else from differences; between two steps and
     /// two passes they are corrected by what was seen (Broyden).
     #[default]
@@ -98,46 +98,46 @@ pub struct CouplingPlan {
     /// The algorithm.
     pub algorithm: Algorithm,
     /// Solution of loops.
-    pub iteration: Iteration,
+    pub iteration: LoopIteration,
     /// The nodes in the order in which they step, those of a loop together, for an algorithm that solves loops.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<NodeBlock>,
     /// The loops of the initialisation.
-    pub initial: Vec<Block>,
+    pub initial: Vec<NodeBlock>,
     /// All loops of connections, broken or not.
-    pub loops: Vec<Loop>,
+    pub loops: Vec<ConnectionLoop>,
     /// Division of communication steps; without it none is divided.
-    pub division: Option<Division>,
+    pub division: Option<StepDivision>,
 }
 
 /// Solution of loops.
 #[derive(Debug, Clone, Copy)]
-pub struct Iteration {
+pub struct LoopIteration {
     /// The method.
-    pub method: Method,
+    pub method: LoopSolverMethod,
     /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-].
     pub tolerance: f64,
     /// Passes through a loop, after which a step fails.
     pub passes: u32,
 }
 
-impl Default for Iteration {
+impl Default for LoopIteration {
     fn default() -> Self {
-        Iteration { method: Method::default(), tolerance: 1e-8, passes: 50 }
+        LoopIteration { method: LoopSolverMethod::default(), tolerance: 1e-8, passes: 50 }
     }
 }
 
 /// Nodes that step together.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Block {
+pub struct NodeBlock {
     /// Their indices, in the order in which they step.
     pub nodes: Vec<usize>,
     /// The connections from a node of the block to itself or to an earlier one. Without them, there is no loop.
-    pub tears: Vec<Tear>,
+    pub tears: Vec<TearConnection>,
 }
 
 /// A connection of a number. In a block, its value is guessed until it fits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tear {
+pub struct TearConnection {
     /// The node that takes the value.
     pub node: usize,
     /// The place of the connection among those of numbers of the node.
@@ -146,31 +146,31 @@ pub struct Tear {
 
 /// Nodes that get values from each other.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Loop {
+pub struct ConnectionLoop {
     /// Their indices.
     pub nodes: Vec<usize>,
     /// The connections among them.
-    pub links: Vec<Link>,
+    pub links: Vec<LoopConnection>,
     /// Whether the outputs follow the inputs all the way round, without a step in between.
     pub is_algebraic: bool,
 }
 
 /// A connection of a loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Link {
+pub struct LoopConnection {
     /// `producer.output -> consumer.input`.
     pub label: String,
     /// The node that gives the value, and the one that takes it.
     pub ends: (usize, usize),
     /// The end of the step at which the value is taken.
-    pub at: At,
+    pub at: StepBoundary,
     /// Whether an output of the receiver follows the input without a step in between.
     pub needed: bool,
 }
 
 /// Division of communication steps into halves.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Division {
+pub struct StepDivision {
     /// The estimate of the error of the coupling, and how much of it a step may add, relative to the size of a value [-].
     pub control: Option<(ErrorEstimate, f64)>,
     /// Whether a step that an FMU discards is repeated in halves.
@@ -186,9 +186,9 @@ pub struct BondPlan {
     /// The names of the effort and of the flow.
     pub name: String,
     /// The connection of the effort.
-    pub effort: Tear,
+    pub effort: TearConnection,
     /// The connection of the flow.
-    pub flow: Tear,
+    pub flow: TearConnection,
 }
 
 /// The step of a node beside the communication step.
@@ -203,10 +203,10 @@ pub enum StepRatio {
 impl StepRatio {
     /// The steps of the node in a run with these communication points.
     #[must_use]
-    pub fn of(self, clock: &Clock) -> Clock {
+    pub fn node_clock(self, clock: &CommunicationClock) -> CommunicationClock {
         match self {
-            StepRatio::Finer(times) => clock.finer(times),
-            StepRatio::Coarser(times) => clock.coarser(times),
+            StepRatio::Finer(times) => clock.refined_by(times),
+            StepRatio::Coarser(times) => clock.coarsened_by(times),
         }
     }
 }
@@ -214,17 +214,16 @@ impl StepRatio {
 impl CouplingPlan {
     /// The coupling in a few words.
     #[must_use]
-    pub fn summary(&self) -> String {
+    pub fn describe_coupling(&self) -> String {
         let mut parts = vec![match self.algorithm {
-            Algorithm::GaussSeidel | Algorithm::Jacobi => self.algorithm.word().to_owned(),
+            Algorithm::GaussSeidel | Algorithm::Jacobi => self.algorithm.keyword().to_owned(),
             Algorithm::Iterate => {
-                let Iteration { method, tolerance, passes } = self.iteration;
-                let method =
-                    format!("{method:?}").to_lowercase().replace("fixedpoint", "fixed_point");
+                let LoopIteration { method, tolerance, passes } = self.iteration;
+                let method = format!("{method:?}").to_lowercase().replace("fixedpoint", "fixed_point");
                 format!("iterate by {method}, up to {passes} passes, tolerance {tolerance:e}")
             }
         }];
-        if let Some(Division { control, halves_discarded, .. }) = &self.division {
+        if let Some(StepDivision { control, halves_discarded, .. }) = &self.division {
             parts.extend(control.map(|(estimate, tolerance)| match estimate {
                 ErrorEstimate::Richardson => {
                     format!("steps divided to the tolerance {tolerance:e} by repeating them")

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use manoeuvre::{Manoeuvre, OutputDescription};
+use manoeuvre::{DriverOutputInfo, Manoeuvre};
 
 /// The driver of a manoeuvre, whose inputs are what it measures.
 #[derive(Debug, Clone)]
@@ -15,14 +15,14 @@ pub struct DriverPlan {
 
 impl DriverPlan {
     /// The output after those of [`manoeuvre::OUTPUTS`].
-    pub const HAND_WHEEL: OutputDescription = OutputDescription {
+    pub const HAND_WHEEL: DriverOutputInfo = DriverOutputInfo {
         name: "hand_wheel",
         unit: "rad",
         about: "Angle of the steering wheel, positive to the left",
     };
 
     /// All outputs.
-    pub fn outputs() -> impl Iterator<Item = OutputDescription> {
+    pub fn output_descriptions() -> impl Iterator<Item = DriverOutputInfo> {
         manoeuvre::OUTPUTS.into_iter().chain([Self::HAND_WHEEL])
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::AcceptedValues;
-use crate::effect::Chain;
+use crate::effect::EffectChain;
 use crate::fault::FaultAction;
 
 /// The way of a number to an input. A clone has the same state.
@@ -16,7 +16,7 @@ pub struct InputChain {
     /// Numbers that then become others.
     pub map: Vec<[f64; 2]>,
     /// Sensor effects.
-    pub effects: Chain,
+    pub effects: EffectChain,
     /// Faults with their times.
     pub faults: Vec<InputFault>,
     /// The values that the input accepts.
@@ -36,15 +36,15 @@ pub struct InputFault {
 
 /// What the way of a number remembers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct ChainMemory {
+pub struct InputChainState {
     /// That of sensor effects, by their keys.
     effects: Vec<(String, Vec<u64>)>,
     /// The value before the faults, or what they keep of it, for each fault.
-    faults: Vec<FaultMemory>,
+    faults: Vec<InputFaultState>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct FaultMemory {
+struct InputFaultState {
     from: f64,
     until: f64,
     kept: Option<f64>,
@@ -53,7 +53,7 @@ struct FaultMemory {
 impl InputChain {
     /// Whether the value arrives as it is.
     #[must_use]
-    pub fn is_plain(&self) -> bool {
+    pub fn is_identity(&self) -> bool {
         let as_it_is = (self.factor, self.offset) == (1.0, 0.0) && self.map.is_empty();
         as_it_is && self.effects.is_empty() && self.faults.is_empty()
     }
@@ -61,28 +61,28 @@ impl InputChain {
     /// The value in the unit of the input, before numbers become others.
     #[must_use]
     #[inline]
-    pub fn scale(&self, value: f64) -> f64 {
+    pub fn convert_unit(&self, value: f64) -> f64 {
         value * self.factor + self.offset
     }
 
     /// The value in the unit of the input.
     #[must_use]
     #[inline]
-    pub fn convert(&self, value: f64) -> f64 {
-        let value = self.scale(value);
+    pub fn convert_and_map(&self, value: f64) -> f64 {
+        let value = self.convert_unit(value);
         let other = self.map.iter().find(|[from, _]| *from == value);
         other.map_or(value, |[_, to]| *to)
     }
 
     /// What it remembers.
     #[must_use]
-    pub fn memory(&self) -> ChainMemory {
+    pub fn saved_state(&self) -> InputChainState {
         let fault = |it: &InputFault| {
             let InputFault { from, until, ref action } = *it;
-            FaultMemory { from, until, kept: action.memory() }
+            InputFaultState { from, until, kept: action.saved_state() }
         };
         let faults = self.faults.iter().map(fault).collect();
-        ChainMemory { effects: self.effects.memory(), faults }
+        InputChainState { effects: self.effects.saved_states(), faults }
     }
 
     /// Goes on with what the way to the same input remembered, perhaps with other effects and faults: those of the same key, or of
@@ -90,34 +90,34 @@ impl InputChain {
     ///
     /// # Errors
     /// With the key of an effect that cannot remember this.
-    pub fn recall(&mut self, memory: &ChainMemory, last: f64) -> Result<(), String> {
+    pub fn restore_state(&mut self, memory: &InputChainState, last: f64) -> Result<(), String> {
         for fault in &mut self.faults {
-            let same = |it: &&FaultMemory| (it.from, it.until) == (fault.from, fault.until);
+            let same = |it: &&InputFaultState| (it.from, it.until) == (fault.from, fault.until);
             match memory.faults.iter().find(same).and_then(|it| it.kept) {
-                Some(kept) => fault.action.recall(kept),
-                None => fault.action.observe(last),
+                Some(kept) => fault.action.restore_state(kept),
+                None => fault.action.observe_before_fault(last),
             }
         }
-        self.effects.recall(&memory.effects)
+        self.effects.restore_states(&memory.effects)
     }
 
     /// The value of the input in the step that starts at `time` [s], when the output is `value`.
     #[inline]
-    pub fn value(&mut self, value: f64, time: f64) -> f64 {
-        let value = self.effects.apply(self.convert(value));
-        self.faults.iter_mut().fold(value, |value, fault| fault.apply(value, time))
+    pub fn next_input_value(&mut self, value: f64, time: f64) -> f64 {
+        let value = self.effects.apply_effects(self.convert_and_map(value));
+        self.faults.iter_mut().fold(value, |value, fault| fault.faulty_value(value, time))
     }
 }
 
 impl InputFault {
-    fn apply(&mut self, value: f64, time: f64) -> f64 {
+    fn faulty_value(&mut self, value: f64, time: f64) -> f64 {
         if time < self.from {
-            self.action.observe(value);
+            self.action.observe_before_fault(value);
             return value;
         }
         if time >= self.until {
             return value;
         }
-        self.action.apply(value)
+        self.action.faulty_value(value)
     }
 }

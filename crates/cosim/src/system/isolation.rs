@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// What a failure of an isolated FMU does.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum OnFailure {
+pub enum FmuFailurePolicy {
     /// It ends the run.
     #[default]
     End,
@@ -21,9 +21,9 @@ pub enum OnFailure {
 
 /// How an FMU in a process of its own is dealt with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Isolation {
+pub struct FmuIsolation {
     /// What its failure does.
-    pub on_failure: OnFailure,
+    pub on_failure: FmuFailurePolicy,
     /// A call may last this long [s].
     pub call_limit: Option<f64>,
     /// Whether its process is shut in a sandbox.
@@ -32,12 +32,12 @@ pub struct Isolation {
     pub may_read: Vec<PathBuf>,
 }
 
-impl Isolation {
+impl FmuIsolation {
     /// A process of its own and nothing else: what the FMU does there is what it does in this process.
     #[must_use]
-    pub fn plain() -> Self {
-        Isolation {
-            on_failure: OnFailure::End,
+    pub fn process_only() -> Self {
+        FmuIsolation {
+            on_failure: FmuFailurePolicy::End,
             call_limit: None,
             sandbox: false,
             may_read: Vec::new(),
@@ -46,7 +46,7 @@ impl Isolation {
 
     /// Tells that a node has such a process, and why.
     #[must_use]
-    pub fn notice(node: &str, why: &str) -> String {
+    pub fn isolation_notice(node: &str, why: &str) -> String {
         format!("`{node}` runs in a process of its own, as with `isolate = true`: {why}")
     }
 }

@@ -1,6 +1,6 @@
 //! All formats whose inputs are damaged; each one stands beside the tests of its package.
 
-use damage::Target;
+use damage::FuzzTarget;
 
 #[path = "../../.."]
 pub mod archive {
@@ -104,7 +104,7 @@ pub mod system {
 
 /// What reads them, for the program.
 #[allow(dead_code, reason = "the tests name each by itself")]
-pub const ALL: [&Target; 15] = [
+pub const ALL: [&FuzzTarget; 15] = [
     &archive::archives::TARGET,
     &bench::damaged::TARGET,
     &expression::expressions::TARGET,

@@ -11,20 +11,22 @@ mod removed_delays;
 mod terms;
 mod witnesses;
 
-use log_errors::{A_Y_DELAY, LOG_ERRORS, check_name, describe_size, largest, smallest};
-use relation_sums::{NUISANCES, RelationSums};
+use log_errors::{
+    A_Y_DELAY, LOG_ERRORS, check_name, describe_size, largest_first_order_error, smallest_relevant_error,
+};
+use relation_sums::{NUISANCES, RelationNormalEquations};
 use removed_delays::RemovedDelays;
-use terms::{Relation, Terms};
+use terms::{MotionRelation, SmoothedSignals};
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::{ErrorDescription, ErrorKind};
 
 use super::clocks::behind_yaw_rate;
-use crate::blocks::{Blocks, Fit};
-use crate::case::Case;
-use crate::correction::Correction;
-use crate::finding::{Certainty, Finding};
-use crate::motion::Motion;
+use crate::blocks::{BlockNormalEquations, LeastSquaresFit};
+use crate::case::ExaminedLog;
+use crate::correction::LogCorrection;
+use crate::finding::{Certainty, LogFinding};
+use crate::motion::ResampledChannels;
 
 /// Most errors at once.
 const MOST: usize = 6;
@@ -48,18 +50,17 @@ const ROUNDS: usize = 8;
 const LONG: f64 = 0.1;
 
 /// Looks for errors in what is left of the relations.
-pub(crate) fn check(case: &mut Case) {
-    if !case.has(&["v_x", "r", "a_y", "v_y"]) {
+pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
+    if !case.has_channels(&["v_x", "r", "a_y", "v_y"]) {
         let reason =
-            "small delays, offsets and places of sensors show in v_x, v_y, r and a_y together"
-                .to_owned();
-        case.cannot_tell("calibration", reason, "Give all four, and delta.");
+            "small delays, offsets and places of sensors show in v_x, v_y, r and a_y together".to_owned();
+        case.add_open_question("calibration", reason, "Give all four, and delta.");
         return;
     }
     if !case.cut_off.is_empty() {
         let names = case.cut_off.join(", ");
         let reason = format!("what is left of `{names}` is not a fair part of the drive");
-        case.cannot_tell("calibration", reason, "Widen the range of the sensor.");
+        case.add_open_question("calibration", reason, "Widen the range of the sensor.");
         return;
     }
     if case.is_one_sided {
@@ -67,36 +68,34 @@ pub(crate) fn check(case: &mut Case) {
     }
     let mut taken = RemovedDelays::default();
     // So late that to first order nothing is seen of it.
-    if let Some(late) = Motion::of(case).and_then(|motion| behind_yaw_rate(&motion)) {
-        taken.take(case, A_Y_DELAY, late);
+    if let Some(late) = ResampledChannels::from_log(case).and_then(|motion| behind_yaw_rate(&motion)) {
+        taken.remove_delay(case, A_Y_DELAY, late);
     }
     let mut rounds = 0;
     let (measured, found) = loop {
         rounds += 1;
-        let Some((measured, found)) = round(case, &taken) else { return };
-        let long = found.as_ref().map_or(Vec::new(), |found| taken.long(found));
+        let Some((measured, found)) = search_errors_once(case, &taken) else { return };
+        let long = found.as_ref().map_or(Vec::new(), |found| taken.remaining_long_delays(found));
         if long.is_empty() || rounds == ROUNDS {
             break (measured, found);
         }
-        long.into_iter().for_each(|(cause, value)| taken.take(case, cause, value));
-        taken.settle(case);
+        long.into_iter().for_each(|(cause, value)| taken.remove_delay(case, cause, value));
+        taken.restore_common_delay(case);
     };
     let missing = |relation| measured.iter().all(|it| it.relation != relation);
-    if missing(Relation::Rear) {
+    if missing(MotionRelation::Rear) {
         let reason =
-            "the rear slip does not fall with its force in gentle driving, as that of a tire does"
-                .to_owned();
-        case.cannot_tell(
+            "the rear slip does not fall with its force in gentle driving, as that of a tire does".to_owned();
+        case.add_open_question(
             "place and clock of v_y",
             reason,
             "Check v_y and r: their clocks and places contradict each other.",
         );
     }
-    if missing(Relation::Front) && case.has(&["delta"]) {
-        let reason =
-            "the front slip does not grow with its force in gentle driving, as that of a tire does"
-                .to_owned();
-        case.cannot_tell(
+    if missing(MotionRelation::Front) && case.has_channels(&["delta"]) {
+        let reason = "the front slip does not grow with its force in gentle driving, as that of a tire does"
+            .to_owned();
+        case.add_open_question(
             "offset and delay of delta",
             reason,
             "Drive slaloms of moderate lateral acceleration.",
@@ -104,35 +103,38 @@ pub(crate) fn check(case: &mut Case) {
     }
     let Some(found) = found else { return };
     for (place, &cause) in found.causes.iter().enumerate() {
-        report(case, &measured, &found, place, cause);
+        report_sensor_error(case, &measured, &found, place, cause);
     }
 }
 
 /// Looks for errors once, on a log from which delays were taken. `None` where it cannot tell any.
-fn round(case: &mut Case, taken: &RemovedDelays) -> Option<(Vec<RelationSums>, Option<ErrorFit>)> {
-    let motion = Motion::of(case)?;
-    let terms = match Terms::new(&motion) {
+fn search_errors_once(
+    case: &mut ExaminedLog,
+    taken: &RemovedDelays,
+) -> Option<(Vec<RelationNormalEquations>, Option<ErrorFit>)> {
+    let motion = ResampledChannels::from_log(case)?;
+    let terms = match SmoothedSignals::new(&motion) {
         Ok(terms) => terms,
         Err(name) => {
             let reason = format!("`{name}` is mostly noise where its rate of change is needed");
-            case.cannot_tell("calibration", reason, "Drive harder, or use a better sensor.");
+            case.add_open_question("calibration", reason, "Drive harder, or use a better sensor.");
             return None;
         }
     };
-    let (mut measured, mut found) = (terms.measure(case, &[]), None);
+    let (mut measured, mut found) = (terms.all_normal_equations(case, &[]), None);
     if measured.is_empty() {
         let reason = "too few rows have all of v_x, v_y, r and a_y while the car drives".to_owned();
-        case.cannot_tell("calibration", reason, "Record some minutes.");
+        case.add_open_question("calibration", reason, "Record some minutes.");
         return None;
     }
     // Which rows are off a fit, only a fit with the errors says.
     for _ in 0..3 {
-        found = search(&mut measured, SUSPECTED, taken);
+        found = search_plausible_errors(&mut measured, SUSPECTED, taken);
         let Some(errors) = &found else { break };
-        measured = terms.measure(case, &errors.left());
+        measured = terms.all_normal_equations(case, &errors.remaining_errors());
     }
     if found.is_some() {
-        found = search(&mut measured, 1.0, taken);
+        found = search_plausible_errors(&mut measured, 1.0, taken);
     }
     Some((measured, found))
 }
@@ -143,7 +145,7 @@ struct ErrorFit {
     causes: Vec<usize>,
     /// Those that explain about as much as each.
     rivals: Vec<Vec<usize>>,
-    fit: Fit,
+    fit: LeastSquaresFit,
     /// What was taken out of the log of each before; the fit has it too.
     taken: Vec<f64>,
     /// Columns of the fit before those of the errors.
@@ -152,22 +154,26 @@ struct ErrorFit {
 
 impl ErrorFit {
     /// What the log still has of each error.
-    fn left(&self) -> Vec<(usize, f64)> {
+    fn remaining_errors(&self) -> Vec<(usize, f64)> {
         let values = self.fit.values[self.before..].iter().zip(&self.taken);
         self.causes.iter().copied().zip(values.map(|(all, taken)| all - taken)).collect()
     }
 }
 
 /// Searches errors of a share of the usual limits; relations of axles whose slip is still not that of a tire are left out.
-fn search(measured: &mut Vec<RelationSums>, limit: f64, taken: &RemovedDelays) -> Option<ErrorFit> {
+fn search_plausible_errors(
+    measured: &mut Vec<RelationNormalEquations>,
+    limit: f64,
+    taken: &RemovedDelays,
+) -> Option<ErrorFit> {
     while !measured.is_empty() {
-        let found = among(measured, limit, taken);
+        let found = select_errors_stepwise(measured, limit, taken);
         let all: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
-        let alone = || balanced(measured, &all).fit(&all);
+        let alone = || variance_weighted_equations(measured, &all).fit_columns(&all);
         let fit = found.as_ref().map(|found| found.fit.clone()).or_else(alone)?;
-        let is_wrong = |it: &RelationSums| {
+        let is_wrong = |it: &RelationNormalEquations| {
             let place = it.own.first().and_then(|own| all.iter().position(|column| column == own));
-            place.is_some_and(|place| !it.relation.is_of_a_tire(fit.t(place)))
+            place.is_some_and(|place| !it.relation.is_tire_like(fit.t_value(place)))
         };
         let Some(wrong) = measured.iter().position(is_wrong) else { return found };
         measured.remove(wrong);
@@ -175,11 +181,15 @@ fn search(measured: &mut Vec<RelationSums>, limit: f64, taken: &RemovedDelays) -
     None
 }
 
-fn among(measured: &[RelationSums], limit: f64, taken: &RemovedDelays) -> Option<ErrorFit> {
+fn select_errors_stepwise(
+    measured: &[RelationNormalEquations],
+    limit: f64,
+    taken: &RemovedDelays,
+) -> Option<ErrorFit> {
     let own: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
     // An error of which a part was taken is one, however little is left.
-    let is_taken = |cause: &usize| taken.of(*cause) != 0.0;
-    let here = |cause: &usize| measured.iter().any(|it| it.blocks.has(NUISANCES + cause));
+    let is_taken = |cause: &usize| taken.removed_delay(*cause) != 0.0;
+    let here = |cause: &usize| measured.iter().any(|it| it.blocks.has_column(NUISANCES + cause));
     let mut causes: Vec<usize> =
         (0..LOG_ERRORS.len()).filter(|cause| is_taken(cause) && here(cause)).collect();
     let mut rivals: Vec<Vec<usize>> = vec![Vec::new(); causes.len()];
@@ -187,15 +197,16 @@ fn among(measured: &[RelationSums], limit: f64, taken: &RemovedDelays) -> Option
         own.iter().copied().chain(causes.iter().map(|cause| NUISANCES + cause)).collect()
     };
     while causes.len() < MOST {
-        let all = balanced(measured, &columns(&causes));
-        let left = squares(&all, &columns(&causes))?;
+        let all = variance_weighted_equations(measured, &columns(&causes));
+        let left = residual_squares(&all, &columns(&causes))?;
         let with = |&cause: &usize| {
             let more: Vec<usize> = causes.iter().copied().chain([cause]).collect();
-            let fit = all.fit(&columns(&more))?;
+            let fit = all.fit_columns(&columns(&more))?;
             let last = fit.values.len() - 1;
             let (size, error) = (fit.values[last].abs(), LOG_ERRORS[cause]);
-            let counts = fit.t(last).abs() > limit * POSSIBLE
-                && (limit * WORTH * smallest(error)..largest(error.describe().kind))
+            let counts = fit.t_value(last).abs() > limit * POSSIBLE
+                && (limit * WORTH * smallest_relevant_error(error)
+                    ..largest_first_order_error(error.describe().kind))
                     .contains(&size);
             let explains = (left - fit.squares) / left;
             (counts && explains > EXPLAINS).then_some((cause, explains))
@@ -205,33 +216,31 @@ fn among(measured: &[RelationSums], limit: f64, taken: &RemovedDelays) -> Option
         let Some(&(best, most)) = candidates.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             break;
         };
-        let others = candidates
-            .iter()
-            .filter(|(cause, explains)| *cause != best && *explains > RIVAL * most);
+        let others = candidates.iter().filter(|(cause, explains)| *cause != best && *explains > RIVAL * most);
         rivals.push(others.map(|(cause, _)| *cause).collect());
         causes.push(best);
     }
     // An error that was a part of another one is none.
     loop {
-        let all = balanced(measured, &columns(&causes));
+        let all = variance_weighted_equations(measured, &columns(&causes));
         let fit = match columns(&causes).is_empty() {
             true => return None,
-            false => all.fit(&columns(&causes))?,
+            false => all.fit_columns(&columns(&causes))?,
         };
         let fades = |place: &usize| {
             let index = own.len() + place;
             let (size, error) = (fit.values[index].abs(), LOG_ERRORS[causes[*place]]);
-            let most = largest(error.describe().kind);
-            let matters = (limit * WORTH * smallest(error)..most).contains(&size);
-            !matters || fit.t(index).abs() < limit * POSSIBLE
+            let most = largest_first_order_error(error.describe().kind);
+            let matters = (limit * WORTH * smallest_relevant_error(error)..most).contains(&size);
+            !matters || fit.t_value(index).abs() < limit * POSSIBLE
         };
         let fades = |place: &usize| !is_taken(&causes[*place]) && fades(place);
         let Some(place) = (0..causes.len()).rev().find(fades) else {
-            let taken: Vec<f64> = causes.iter().map(|cause| taken.of(*cause)).collect();
+            let taken: Vec<f64> = causes.iter().map(|cause| taken.removed_delay(*cause)).collect();
             let fit = taken
                 .iter()
                 .enumerate()
-                .fold(fit, |fit, (place, taken)| fit.moved(own.len() + place, *taken));
+                .fold(fit, |fit, (place, taken)| fit.with_shifted_coefficient(own.len() + place, *taken));
             return Some(ErrorFit { causes, rivals, fit, taken, before: own.len() });
         };
         causes.remove(place);
@@ -240,81 +249,84 @@ fn among(measured: &[RelationSums], limit: f64, taken: &RemovedDelays) -> Option
 }
 
 /// The sums of all relations, each weighted by the variance that a fit of these columns leaves of it.
-fn balanced(measured: &[RelationSums], columns: &[usize]) -> Blocks {
+fn variance_weighted_equations(
+    measured: &[RelationNormalEquations],
+    columns: &[usize],
+) -> BlockNormalEquations {
     let mut weights = vec![1.0; measured.len()];
     for (weight, it) in weights.iter_mut().zip(measured) {
-        let own =
-            it.blocks.fit(&it.own).map_or_else(|| it.blocks.left(&[], &[]), |fit| fit.squares);
+        let own = it
+            .blocks
+            .fit_columns(&it.own)
+            .map_or_else(|| it.blocks.residual_sum_of_squares(&[], &[]), |fit| fit.squares);
         *weight = it.blocks.rows as f64 / own;
     }
     for _ in 0..3 {
-        let parts: Vec<(&Blocks, f64)> =
+        let parts: Vec<(&BlockNormalEquations, f64)> =
             measured.iter().map(|it| &it.blocks).zip(weights.iter().copied()).collect();
-        let all = Blocks::weighted(&parts);
-        let Some(fit) = all.fit(columns) else { return all };
+        let all = BlockNormalEquations::weighted_sum(&parts);
+        let Some(fit) = all.fit_columns(columns) else { return all };
         for (weight, it) in weights.iter_mut().zip(measured) {
-            *weight =
-                it.blocks.rows as f64 / it.blocks.left(columns, &fit.values).max(f64::MIN_POSITIVE);
+            *weight = it.blocks.rows as f64
+                / it.blocks.residual_sum_of_squares(columns, &fit.values).max(f64::MIN_POSITIVE);
         }
     }
-    let parts: Vec<(&Blocks, f64)> = measured.iter().map(|it| &it.blocks).zip(weights).collect();
-    Blocks::weighted(&parts)
+    let parts: Vec<(&BlockNormalEquations, f64)> =
+        measured.iter().map(|it| &it.blocks).zip(weights).collect();
+    BlockNormalEquations::weighted_sum(&parts)
 }
 
 /// A sentence within another one.
-fn lower(sentence: &str) -> String {
+fn lowercase_first_letter(sentence: &str) -> String {
     let mut letters = sentence.chars();
     letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
-fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
+fn residual_squares(all: &BlockNormalEquations, columns: &[usize]) -> Option<f64> {
     match columns.is_empty() {
-        true => Some(all.left(&[], &[])),
-        false => Some(all.fit(columns)?.squares),
+        true => Some(all.residual_sum_of_squares(&[], &[])),
+        false => Some(all.fit_columns(columns)?.squares),
     }
 }
 
 /// The error with what else may be: rivals, halves that disagree, a sensor that holds its values [s].
-fn sentence(
+fn describe_error(
     found: &ErrorFit,
     place: usize,
     (constant, rivals, held): (Option<bool>, &[String], Option<f64>),
 ) -> String {
     let at = found.before + place;
     let error = LOG_ERRORS[found.causes[place]];
-    let mut sentence = describe_size(error, found.fit.values[at], found.fit.interval(at));
+    let mut sentence = describe_size(error, found.fit.values[at], found.fit.coefficient_interval(at));
     if !rivals.is_empty() {
         sentence += &format!(" Or else {}.", rivals.join(" or "));
     }
     match (constant, &found.fit.halves) {
         (Some(false), Some(halves)) => {
-            let [first, second] = [0, 1].map(|half| significant(halves[half].0[at], 2));
-            sentence += &format!(
-                " The halves of the log disagree ({first} and {second}): it is no constant."
-            );
+            let [first, second] = [0, 1].map(|half| format_significant(halves[half].0[at], 2));
+            sentence +=
+                &format!(" The halves of the log disagree ({first} and {second}): it is no constant.");
         }
         (None, _) => sentence += " One half of the log alone does not tell it.",
         _ => (),
     }
     if let Some(held) = held {
-        let held = significant(held, 2);
-        sentence += &format!(
-            " But a sensor holds its values for {held} s: it can be the clock of that one."
-        );
+        let held = format_significant(held, 2);
+        sentence += &format!(" But a sensor holds its values for {held} s: it can be the clock of that one.");
     }
     sentence
 }
 
-fn report(
-    case: &mut Case,
-    measured: &[RelationSums],
+fn report_sensor_error(
+    case: &mut ExaminedLog,
+    measured: &[RelationNormalEquations],
     found: &ErrorFit,
     place: usize,
     index: usize,
 ) {
     let (error, at) = (LOG_ERRORS[index], found.before + place);
     let ErrorDescription { channel, kind, .. } = *error.describe();
-    let (value, interval) = (found.fit.values[at], found.fit.interval(at));
+    let (value, interval) = (found.fit.values[at], found.fit.coefficient_interval(at));
     let is_told = match (channel, kind) {
         ("delta", ErrorKind::Gain) => case.is_ratio_rough,
         ("r", ErrorKind::Delay) => case.r_moved != 0.0,
@@ -325,50 +337,50 @@ fn report(
     }
     let rivals: Vec<String> =
         found.rivals[place].iter().map(|&rival| check_name(LOG_ERRORS[rival])).collect();
-    let constant = found.fit.agrees(at);
+    let constant = found.fit.is_same_in_both_halves(at);
     let contradiction = match (channel, kind) {
         ("v_y", ErrorKind::Lever | ErrorKind::Delay | ErrorKind::MountingAngle) => {
-            witnesses::contradiction(measured, found, place)
+            witnesses::relation_contradiction(measured, found, place)
         }
         _ => None,
     };
     let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
-    let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
+    let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t_value(at).abs()) {
         _ if kind == ErrorKind::RelaxationLength => Certainty::Possible,
         _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Certainty::Possible,
-        _ if value.abs() < smallest(error) => Certainty::Possible,
+        _ if value.abs() < smallest_relevant_error(error) => Certainty::Possible,
         (true, CERTAIN..) => Certainty::Certain,
         (true, LIKELY..) => Certainty::Likely,
         _ => Certainty::Possible,
     };
     let held = is_within_hold.then_some(case.held);
-    let mut sentence = sentence(found, place, (constant, &rivals, held));
+    let mut sentence = describe_error(found, place, (constant, &rivals, held));
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
-        case.cannot_tell(
+        case.add_open_question(
             "place and clock of v_y",
-            format!("its witnesses differ: {}", lower(contradiction)),
+            format!("its witnesses differ: {}", lowercase_first_letter(contradiction)),
             "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
         );
     }
     let correction = match (constant, sure) {
-        (Some(false), _) => Correction::advice("None: no constant corrects it."),
+        (Some(false), _) => LogCorrection::from_advice("None: no constant corrects it."),
         (_, Certainty::Possible) if kind != ErrorKind::RelaxationLength => {
-            Correction::advice("None as long as it is only possible.")
+            LogCorrection::from_advice("None as long as it is only possible.")
         }
-        _ => log_errors::correction(error, value),
+        _ => log_errors::error_correction(error, value),
     };
-    case.report(Finding {
+    case.add_finding(LogFinding {
         check: check_name(error),
         channels: vec![channel],
         sure,
         value: Some(value),
         interval: Some(interval),
-        unit: log_errors::unit(error),
+        unit: log_errors::error_unit(error),
         sentence,
-        consequence: log_errors::consequence(error).to_owned(),
+        consequence: log_errors::error_consequence(error).to_owned(),
         correction,
         refuses: kind == ErrorKind::Delay && value.abs() > LONG,
     });

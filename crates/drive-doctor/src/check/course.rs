@@ -1,13 +1,13 @@
 //! Looks for a course over ground that is behind the motion, as a receiver of GNSS that filters it makes it.
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::ColumnKey;
 
-use super::clocks::late_course;
-use crate::case::Case;
-use crate::correction::Correction;
-use crate::finding::{Certainty, Finding};
-use crate::motion::Motion;
+use super::clocks::course_delay;
+use crate::case::ExaminedLog;
+use crate::correction::LogCorrection;
+use crate::finding::{Certainty, LogFinding};
+use crate::motion::ResampledChannels;
 
 /// The question whether a course is late, where it has no answer.
 pub const COURSE_CLOCK: &str = "clock of the course";
@@ -16,15 +16,15 @@ pub const COURSE_CLOCK: &str = "clock of the course";
 const LEAST: f64 = 0.05;
 
 /// Compares the course with the yaw rate, whose own clock was looked at before.
-pub(crate) fn check(case: &mut Case) {
-    if !case.has(&["v_x", "r", "course"]) {
+pub(crate) fn check_course_delay(case: &mut ExaminedLog) {
+    if !case.has_channels(&["v_x", "r", "course"]) {
         return;
     }
-    let motion = Motion::of(case).filter(|_| !case.is_one_sided);
-    let delay = motion.and_then(|motion| late_course(case, &motion));
+    let motion = ResampledChannels::from_log(case).filter(|_| !case.is_one_sided);
+    let delay = motion.and_then(|motion| course_delay(case, &motion));
     let Some((late, interval, is_constant)) = delay else {
         let reason = "no turns to both sides show whether it is late".to_owned();
-        case.cannot_tell(COURSE_CLOCK, reason, "Drive left and right turns for half a minute.");
+        case.add_open_question(COURSE_CLOCK, reason, "Drive left and right turns for half a minute.");
         return;
     };
     let [low, high] = interval;
@@ -36,12 +36,12 @@ pub(crate) fn check(case: &mut Case) {
         true => [late, low, high],
         false => [-late, -high, -low],
     }
-    .map(|time| significant(time, 2));
+    .map(|time| format_significant(time, 2));
     let mut sentence = format!("`course` is {shown} s [{least}, {most}] {word} for the yaw rate.");
     if !is_constant {
         sentence += " The halves of the log disagree: it is no constant.";
     }
-    case.report(Finding {
+    case.add_finding(LogFinding {
         check: "course_delay".to_owned(),
         channels: vec!["course"],
         sure: Certainty::Likely,
@@ -51,10 +51,10 @@ pub(crate) fn check(case: &mut Case) {
         sentence,
         consequence: "It would tell a sideslip that is not there at the ends of turns.".to_owned(),
         correction: match is_constant {
-            true => Correction::column(&[ColumnKey::Delay(late).into()]),
-            false => Correction::advice("Leave the column out."),
+            true => LogCorrection::from_column_keys(&[ColumnKey::Delay(late).into()]),
+            false => LogCorrection::from_advice("Leave the column out."),
         },
         refuses: false,
     });
-    case.correct("course", 1.0, late);
+    case.correct_channel("course", 1.0, late);
 }

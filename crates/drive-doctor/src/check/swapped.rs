@@ -2,14 +2,14 @@
 //! of the other side.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 
-use super::units::misfit;
-use crate::blocks::{Blocks, split};
-use crate::case::Case;
-use crate::correction::Correction;
-use crate::finding::{Certainty, Finding};
-use crate::motion::{Motion, moves};
+use super::units::relation_misfit;
+use crate::blocks::{BlockNormalEquations, assign_rows_to_blocks};
+use crate::case::ExaminedLog;
+use crate::correction::LogCorrection;
+use crate::finding::{Certainty, LogFinding};
+use crate::motion::{ResampledChannels, moving_rows};
 
 /// Channels that are mistaken for each other.
 const CHANNELS: [&str; 6] = ["v_x", "v_y", "r", "a_x", "a_y", "delta"];
@@ -25,27 +25,28 @@ const TRACKS: [f64; 2] = [0.08, 3.0];
 const SIDES: [[&str; 2]; 2] = [["omega_fl", "omega_fr"], ["omega_rl", "omega_rr"]];
 
 /// Finds two channels that are swapped, and gives each its own values.
-pub(crate) fn channels(case: &mut Case) {
-    let Some(as_it_is) = Motion::coarse(case, COARSE).map(|motion| misfit(case, &motion, true))
+pub(crate) fn correct_swapped_channels(case: &mut ExaminedLog) {
+    let Some(as_it_is) = ResampledChannels::from_log_with_minimum_step(case, COARSE)
+        .map(|motion| relation_misfit(case, &motion, true))
     else {
         return;
     };
-    let present: Vec<&str> = CHANNELS.into_iter().filter(|name| case.has(&[name])).collect();
+    let present: Vec<&str> = CHANNELS.into_iter().filter(|name| case.has_channels(&[name])).collect();
     let mut best: Option<(f64, [&'static str; 2])> = None;
     for (place, &a) in present.iter().enumerate() {
         for &b in &present[place + 1..] {
-            case.swap(a, b);
-            let swapped =
-                Motion::coarse(case, COARSE).map(|motion| RARE + misfit(case, &motion, false));
-            case.swap(a, b);
+            case.swap_channels(a, b);
+            let swapped = ResampledChannels::from_log_with_minimum_step(case, COARSE)
+                .map(|motion| RARE + relation_misfit(case, &motion, false));
+            case.swap_channels(a, b);
             if let Some(swapped) = swapped.filter(|it| best.is_none_or(|(least, _)| *it < least)) {
                 best = Some((swapped, [a, b]));
             }
         }
     }
     let Some((_, [a, b])) = best.filter(|(swapped, _)| swapped + BETTER < as_it_is) else { return };
-    case.swap(a, b);
-    report(
+    case.swap_channels(a, b);
+    report_swapped_channels(
         case,
         [a, b],
         format!(
@@ -57,32 +58,32 @@ pub(crate) fn channels(case: &mut Case) {
 }
 
 /// Finds wheels of one axle that are swapped: the outer wheel is the faster one.
-pub(crate) fn wheels(case: &mut Case) {
-    if !case.has(&["v_x", "r"]) {
+pub(crate) fn correct_swapped_wheels(case: &mut ExaminedLog) {
+    if !case.has_channels(&["v_x", "r"]) {
         return;
     }
     for [left, right] in SIDES {
-        if !case.has(&[left, right]) {
+        if !case.has_channels(&[left, right]) {
             continue;
         }
-        let Some(motion) = Motion::of(case) else { return };
-        let smooth = |column: &[f64]| motion.smooth(column, SLOW, 0);
-        let v_x = smooth(&motion.raw("v_x"));
-        let share =
-            motion.combine(left, right, |left, right| 2.0 * (right - left) / (right + left));
-        let faster: Vec<f64> =
-            smooth(&share).iter().zip(&v_x).map(|(share, v_x)| share * v_x).collect();
-        let (r, one) = (smooth(&motion.raw("r")), vec![1.0; v_x.len()]);
-        let blocks = split(&moves(&v_x));
-        let Some(fit) = Blocks::of(&[&r, &one], &faster, |k| blocks[k]).fit(&[0, 1]) else {
+        let Some(motion) = ResampledChannels::from_log(case) else { return };
+        let smooth = |column: &[f64]| motion.gaussian_filter(column, SLOW, 0);
+        let v_x = smooth(&motion.channel_values("v_x"));
+        let share = motion.combine_channels(left, right, |left, right| 2.0 * (right - left) / (right + left));
+        let faster: Vec<f64> = smooth(&share).iter().zip(&v_x).map(|(share, v_x)| share * v_x).collect();
+        let (r, one) = (smooth(&motion.channel_values("r")), vec![1.0; v_x.len()]);
+        let blocks = assign_rows_to_blocks(&moving_rows(&v_x));
+        let Some(fit) =
+            BlockNormalEquations::from_columns(&[&r, &one], &faster, |k| blocks[k]).fit_columns(&[0, 1])
+        else {
             continue;
         };
-        if fit.t(0) > -SURE || !(TRACKS[0]..TRACKS[1]).contains(&-fit.values[0]) {
+        if fit.t_value(0) > -SURE || !(TRACKS[0]..TRACKS[1]).contains(&-fit.values[0]) {
             continue;
         }
-        let track = significant(-fit.values[0], 2);
-        case.swap(left, right);
-        report(
+        let track = format_significant(-fit.values[0], 2);
+        case.swap_channels(left, right);
+        report_swapped_channels(
             case,
             [left, right],
             format!(
@@ -94,14 +95,14 @@ pub(crate) fn wheels(case: &mut Case) {
     }
 }
 
-fn report(
-    case: &mut Case,
+fn report_swapped_channels(
+    case: &mut ExaminedLog,
     channels: [&'static str; 2],
     sentence: String,
     consequence: &str,
     refuses: bool,
 ) {
-    case.report(Finding {
+    case.add_finding(LogFinding {
         check: "swapped".to_owned(),
         channels: channels.to_vec(),
         sure: Certainty::Certain,
@@ -110,7 +111,7 @@ fn report(
         unit: "1",
         sentence,
         consequence: consequence.to_owned(),
-        correction: Correction::swapped(channels),
+        correction: LogCorrection::for_swapped_channels(channels),
         refuses,
     });
 }

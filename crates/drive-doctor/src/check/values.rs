@@ -1,21 +1,21 @@
 //! Looks at the values of each channel: spikes, values that are held for several rows, coarse steps.
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::ColumnKey;
 
-use crate::case::{Case, unit};
-use crate::correction::{Correction, Key};
-use crate::finding::{Certainty, Finding};
-use crate::statistics::{ends, median_step, quantile};
+use crate::case::{ExaminedLog, channel_unit};
+use crate::correction::{CorrectionKey, LogCorrection};
+use crate::finding::{Certainty, LogFinding};
+use crate::statistics::{median_step, quantile, value_range};
 
 /// Checks all channels. Spikes and repeats are left out of all that follows.
-pub(crate) fn check(case: &mut Case) {
+pub(crate) fn check_channel_values(case: &mut ExaminedLog) {
     let names: Vec<_> = case.signals.keys().copied().collect();
     for name in names {
         if case.signals[name].value.len() >= 50 {
-            spikes(case, name);
-            if !coarse(case, name) {
-                held(case, name);
+            report_spikes(case, name);
+            if !report_coarse_steps(case, name) {
+                report_held_values(case, name);
             }
         }
     }
@@ -24,17 +24,16 @@ pub(crate) fn check(case: &mut Case) {
 /// Rows on either side that a spike is compared with.
 const REACH: usize = 4;
 
-fn spikes(case: &mut Case, name: &'static str) {
+fn report_spikes(case: &mut ExaminedLog, name: &'static str) {
     let Some(signal) = case.signals.get_mut(name) else { return };
-    let range =
-        quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
+    let range = quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
     let rows = signal.value.len();
     let apart: Vec<f64> = signal.value.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let usual = quantile(apart, 0.5);
     let least = (0.5 * range).max(12.0 * usual);
     let off = |k: usize| {
         let near = k.saturating_sub(REACH)..(k + REACH + 1).min(rows);
-        let [low, high] = ends(&signal.value[near.clone()]);
+        let [low, high] = value_range(&signal.value[near.clone()]);
         if high - low <= least {
             return false;
         }
@@ -49,13 +48,13 @@ fn spikes(case: &mut Case, name: &'static str) {
     }
     let first = spikes[0];
     let (signal_value, middle) = (signal.value[first], quantile(signal.value.iter().copied(), 0.5));
-    let [value, at] = [signal_value, signal.time[first]].map(|x| significant(x, 5));
+    let [value, at] = [signal_value, signal.time[first]].map(|x| format_significant(x, 5));
     let mut next = spikes.iter().peekable();
     let kept: Vec<usize> = (0..rows).filter(|k| next.next_if_eq(&k).is_none()).collect();
-    *signal = signal.pick(kept.into_iter());
+    *signal = signal.select_rows(kept.into_iter());
     let count = spikes.len();
     let gross = (signal_value - middle).abs() > 3.0 * range;
-    case.report(Finding {
+    case.add_finding(LogFinding {
         check: format!("{name}_spikes"),
         channels: vec![name],
         sure: if gross { Certainty::Likely } else { Certainty::Possible },
@@ -67,20 +66,19 @@ fn spikes(case: &mut Case, name: &'static str) {
             if count == 1 { "" } else { "s" }
         ),
         consequence: "Least squares follow a leap with all parameters.".to_owned(),
-        correction: Correction::column(&[Key::Gaps("interpolate")])
-            .noting("once the leaps are empty cells in the file"),
+        correction: LogCorrection::from_column_keys(&[CorrectionKey::Gaps("interpolate")])
+            .with_note("once the leaps are empty cells in the file"),
         refuses: false,
     });
 }
 
 /// Steps of a value that are a hundredth of its range or more.
-fn coarse(case: &mut Case, name: &'static str) -> bool {
+fn report_coarse_steps(case: &mut ExaminedLog, name: &'static str) -> bool {
     let signal = &case.signals[name];
     let mut levels = signal.value.to_vec();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
-    let range =
-        quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
+    let range = quantile(signal.value.iter().copied(), 0.99) - quantile(signal.value.iter().copied(), 0.01);
     let quantum = quantile(levels.windows(2).map(|pair| pair[1] - pair[0]), 0.1);
     let whole = |pair: &&[f64]| {
         let steps = (pair[1] - pair[0]) / quantum;
@@ -90,36 +88,30 @@ fn coarse(case: &mut Case, name: &'static str) -> bool {
     if !(even && levels.len() > 2 && quantum > 0.01 * range) {
         return false;
     }
-    let text = significant(quantum, 3);
-    case.report(Finding {
+    let text = format_significant(quantum, 3);
+    case.add_finding(LogFinding {
         check: format!("{name}_coarse"),
         channels: vec![name],
         sure: Certainty::Possible,
         value: Some(quantum),
         interval: None,
-        unit: unit(name),
+        unit: channel_unit(name),
         sentence: format!("`{name}` moves in steps of {text}, {} levels in all.", levels.len()),
-        consequence:
-            "The rounding is an error that stays the same for many rows: intervals are too narrow."
-                .to_owned(),
-        correction: Correction::advice("Record it with more digits."),
+        consequence: "The rounding is an error that stays the same for many rows: intervals are too narrow."
+            .to_owned(),
+        correction: LogCorrection::from_advice("Record it with more digits."),
         refuses: false,
     });
     true
 }
 
-fn held(case: &mut Case, name: &'static str) {
+fn report_held_values(case: &mut ExaminedLog, name: &'static str) {
     let Some(signal) = case.signals.get_mut(name) else { return };
-    let first: Vec<usize> = (0..signal.value.len())
-        .filter(|&k| k == 0 || signal.value[k] != signal.value[k - 1])
-        .collect();
+    let first: Vec<usize> =
+        (0..signal.value.len()).filter(|&k| k == 0 || signal.value[k] != signal.value[k - 1]).collect();
     let rows = signal.value.len();
-    let ends = ends(&signal.value);
-    let stops = signal
-        .value
-        .windows(2)
-        .filter(|pair| pair[0] == pair[1] && ends.contains(&pair[0]))
-        .count();
+    let ends = value_range(&signal.value);
+    let stops = signal.value.windows(2).filter(|pair| pair[0] == pair[1] && ends.contains(&pair[0])).count();
     let share = 1.0 - (first.len() + stops) as f64 / rows as f64;
     // A plateau at a stop is no held sample: usual runs decide.
     let length = quantile(first.windows(2).map(|pair| (pair[1] - pair[0]) as f64), 0.5);
@@ -131,26 +123,26 @@ fn held(case: &mut Case, name: &'static str) {
     // An actuator that gets a command holds it: there is nothing between two of them.
     let actuator = ["F_x", "delta"].contains(&name);
     if held && !actuator {
-        *signal = signal.pick(first.iter().copied());
+        *signal = signal.select_rows(first.iter().copied());
         case.held = case.held.max(period);
     }
-    let percent = significant(100.0 * share, 2);
+    let percent = format_significant(100.0 * share, 2);
     let (sentence, correction) = match held {
         true => (
             format!(
                 "`{name}` is a held signal: a new value every {} s ({length} rows).",
-                significant(period, 3)
+                format_significant(period, 3)
             ),
-            Correction::column(&[ColumnKey::Delay(0.5 * (period - period / length)).into()])
-                .noting("half of the time for which a value is held"),
+            LogCorrection::from_column_keys(&[ColumnKey::Delay(0.5 * (period - period / length)).into()])
+                .with_note("half of the time for which a value is held"),
         ),
         false => (
             format!("`{name}` repeats the value before it in {percent} % of the rows."),
-            Correction::column(&[Key::Gaps("interpolate")])
-                .noting("once repeated values are empty cells in the file"),
+            LogCorrection::from_column_keys(&[CorrectionKey::Gaps("interpolate")])
+                .with_note("once repeated values are empty cells in the file"),
         ),
     };
-    case.report(Finding {
+    case.add_finding(LogFinding {
         check: format!("{name}_held"),
         channels: vec![name],
         sure: if held && !actuator { Certainty::Likely } else { Certainty::Possible },
@@ -158,7 +150,9 @@ fn held(case: &mut Case, name: &'static str) {
         interval: None,
         unit: "1",
         sentence,
-        consequence: "A held value is late by half of the time for which it is held, and is counted several times.".to_owned(),
+        consequence:
+            "A held value is late by half of the time for which it is held, and is counted several times."
+                .to_owned(),
         correction,
         refuses: false,
     });

@@ -30,8 +30,7 @@ impl Log {
         let recording = RealLog::read(self.file)?;
         let mut log = DriveLog::default();
         for (name, title, factor) in self.columns {
-            let (time, values) =
-                (recording.column(self.time, 1.0), recording.column(title, *factor));
+            let (time, values) = (recording.column(self.time, 1.0), recording.column(title, *factor));
             log.insert(name, time, values);
         }
         Some((log, CarData { axles: Some(self.axles), ..CarData::default() }))

@@ -1,17 +1,13 @@
 //! Lists mistakes that are made on purpose in a simulated log, and the names under which the doctor must find them.
-#![allow(
-    non_snake_case,
-    dead_code,
-    reason = "symbols as in vehicle dynamics; each user needs a part"
-)]
+#![allow(non_snake_case, dead_code, reason = "symbols as in vehicle dynamics; each user needs a part")]
 
 use std::f64::consts::PI;
 
-use drive_doctor::{CarData, Examination};
+use drive_doctor::{CarData, LogExamination};
 use drive_inference::{Drive, Tires};
 use preparation::DriveLog;
 use tire_inference::parameters::TireParameters;
-use vehicle::{Body, Vehicle};
+use vehicle::{SingleTrackCar, VehicleBody};
 
 use crate::drive;
 
@@ -27,25 +23,22 @@ pub struct Mistake {
 
 impl Mistake {
     /// Whether the first finding is the mistake, and nothing else is certain; for a clean log, whether there is none.
-    pub fn is_named(&self, found: &Examination) -> bool {
-        let serious: Vec<_> = found.serious().collect();
+    pub fn is_named(&self, found: &LogExamination) -> bool {
+        let serious: Vec<_> = found.serious_findings().collect();
         let right = |check: &String| self.checks.contains(&check.as_str());
         match self.checks.is_empty() {
             true => serious.is_empty(),
-            false => {
-                serious.iter().any(|it| right(&it.check))
-                    && serious.iter().all(|it| right(&it.check))
-            }
+            false => serious.iter().any(|it| right(&it.check)) && serious.iter().all(|it| right(&it.check)),
         }
     }
 }
 
 /// The cars: masses of 780, 300, 780 and 2100 kg, with tires inside and outside of usual boxes.
-pub const CARS: [(Body, Tires); 4] = [
-    (Body { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }, UNEQUAL),
-    (Body { m: 300.0, I_zz: 150.0, l_f: 0.8, l_r: 0.75, h: 0.3 }, STIFF),
-    (Body { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }, SOFT),
-    (Body { m: 2100.0, I_zz: 3600.0, l_f: 1.3, l_r: 1.6, h: 0.6 }, SOFT),
+pub const CARS: [(VehicleBody, Tires); 4] = [
+    (VehicleBody { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }, UNEQUAL),
+    (VehicleBody { m: 300.0, I_zz: 150.0, l_f: 0.8, l_r: 0.75, h: 0.3 }, STIFF),
+    (VehicleBody { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }, SOFT),
+    (VehicleBody { m: 2100.0, I_zz: 3600.0, l_f: 1.3, l_r: 1.6, h: 0.6 }, SOFT),
 ];
 const UNEQUAL: Tires = Tires {
     front: TireParameters { B: 12.0, C: 1.4, D: 1.2, E: -0.3 },
@@ -66,14 +59,9 @@ pub fn clean(car: usize, seed: u64) -> (Drive, CarData) {
 }
 
 /// A drive without a mistake.
-pub fn driven(
-    car: usize,
-    reference: &drive::Reference,
-    noise: &[f64; 4],
-    seed: u64,
-) -> (Drive, CarData) {
+pub fn driven(car: usize, reference: &drive::Reference, noise: &[f64; 4], seed: u64) -> (Drive, CarData) {
     let (body, tires) = CARS[car];
-    let vehicle = drive::on_tires(&Vehicle { body, ..Vehicle::default() }, &tires);
+    let vehicle = drive::on_tires(&SingleTrackCar { body, ..SingleTrackCar::default() }, &tires);
     let recording = drive::drive(&vehicle, reference, noise, seed);
     (recording, CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) })
 }
@@ -81,7 +69,7 @@ pub fn driven(
 /// A drive as the doctor takes it.
 pub fn log(recording: &Drive) -> DriveLog<'static> {
     let mut log = DriveLog::default();
-    for (name, column) in recording.columns().into_iter().skip(1) {
+    for (name, column) in recording.named_columns().into_iter().skip(1) {
         log.insert(name, recording.t.clone(), column.to_vec());
     }
     log
@@ -115,11 +103,7 @@ fn clip(column: &mut [f64], end: f64) {
     column.iter_mut().for_each(|value| *value = value.clamp(-end, end));
 }
 
-const fn mistake(
-    name: &'static str,
-    checks: &'static [&'static str],
-    make: fn(&mut Drive),
-) -> Mistake {
+const fn mistake(name: &'static str, checks: &'static [&'static str], make: fn(&mut Drive)) -> Mistake {
     Mistake { name, checks, make }
 }
 
@@ -146,9 +130,7 @@ pub const MISTAKES: [Mistake; 38] = [
     mistake("a_y mirrored", &["a_y_sign"], |log| scale(&mut log.a_y, -1.0)),
     mistake("delta mirrored", &["delta_sign"], |log| scale(&mut log.delta, -1.0)),
     mistake("F_x mirrored", &["F_x_sign"], |log| scale(&mut log.F_x, -1.0)),
-    mistake("steering wheel, ratio 15", &["delta_steering_wheel"], |log| {
-        scale(&mut log.delta, 15.0)
-    }),
+    mistake("steering wheel, ratio 15", &["delta_steering_wheel"], |log| scale(&mut log.delta, 15.0)),
     mistake("steering wheel in deg", &["delta_steering_wheel"], |log| {
         scale(&mut log.delta, 15.0 * 180.0 / PI)
     }),

@@ -16,9 +16,7 @@ impl RealLog {
         let folder = std::env::var_os("TRACKSIDE_DATA").map(PathBuf::from).or_else(beside);
         let text = folder.and_then(|folder| std::fs::read_to_string(folder.join(file)).ok());
         let Some(text) = text else {
-            eprintln!(
-                "skipped: no {file} in shared/data beside the repository, or in TRACKSIDE_DATA"
-            );
+            eprintln!("skipped: no {file} in shared/data beside the repository, or in TRACKSIDE_DATA");
             return None;
         };
         let mut lines = text.lines();

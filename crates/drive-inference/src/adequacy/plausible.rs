@@ -13,14 +13,14 @@ const LASTS: f64 = 1.0;
 const SLIGHT: f64 = 0.05;
 
 /// The name of the test of an error.
-pub fn name(error: &str) -> String {
+pub fn plausibility_test_name(error: &str) -> String {
     format!("plausibility of {error}")
 }
 
 /// The test of an error that would have to be `figure`, in words; `size` is in its standard deviations before any data.
-pub fn error(error: &str, title: &str, figure: &str, size: f64) -> FitTest {
+pub fn error_plausibility_test(error: &str, title: &str, figure: &str, size: f64) -> FitTest {
     FitTest {
-        name: name(error),
+        name: plausibility_test_name(error),
         statistic: size.abs(),
         limit: FAR,
         sentence: format!(
@@ -31,7 +31,7 @@ pub fn error(error: &str, title: &str, figure: &str, size: f64) -> FitTest {
 }
 
 /// The test of a noise of a channel, with its standard deviation, of which a share is correlated from row to row over a step [s].
-pub fn noise(
+pub fn noise_plausibility_test(
     error: &str,
     channel: usize,
     (std, [correlation, share]): (f64, [f64; 2]),
@@ -47,7 +47,7 @@ pub fn noise(
         "the bank of the road, the roll of the body under the accelerometer, or its drift",
     ][channel];
     FitTest {
-        name: name(error),
+        name: plausibility_test_name(error),
         statistic: if share < SLIGHT { 0.0 } else { lasts },
         limit: LASTS,
         sentence: format!(
@@ -63,25 +63,25 @@ mod tests {
 
     #[test]
     fn a_noise_is_slow_by_seconds_not_by_rows() {
-        let of =
-            |correlation, share, step| noise("colour_a_y", 3, (1.4, [correlation, share]), step);
-        assert!(of(0.98, 0.5, 0.01).passed());
-        assert!(!of(0.98, 0.5, 0.1).passed());
+        let of = |correlation, share, step| {
+            noise_plausibility_test("colour_a_y", 3, (1.4, [correlation, share]), step)
+        };
+        assert!(of(0.98, 0.5, 0.01).has_passed());
+        assert!(!of(0.98, 0.5, 0.1).has_passed());
         let slow = of(0.999, 0.5, 0.01);
-        assert!(!slow.passed());
+        assert!(!slow.has_passed());
         assert!(
-            slow.sentence.starts_with(
-                "a_y differs from the model by something slow, 0.99 m/s² that last for 10 s"
-            ),
+            slow.sentence
+                .starts_with("a_y differs from the model by something slow, 0.99 m/s² that last for 10 s"),
             "{}",
             slow.sentence
         );
-        assert!(of(0.999, 0.01, 0.01).passed());
+        assert!(of(0.999, 0.01, 0.01).has_passed());
     }
 
     #[test]
     fn an_error_beyond_three_standard_deviations_is_none_of_a_sensor() {
-        assert!(error("a_y_lever", "lever", "+1.40 m", 2.8).passed());
-        assert!(!error("a_y_lever", "lever", "-2.16 m", -4.3).passed());
+        assert!(error_plausibility_test("a_y_lever", "lever", "+1.40 m", 2.8).has_passed());
+        assert!(!error_plausibility_test("a_y_lever", "lever", "-2.16 m", -4.3).has_passed());
     }
 }

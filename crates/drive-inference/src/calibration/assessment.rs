@@ -2,10 +2,10 @@
 
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use serde::Serialize;
-use tire_inference::verdict::Verdict;
-use vehicle::Vehicle;
+use tire_inference::verdict::Identifiability;
+use vehicle::SingleTrackCar;
 
-use super::{CalibratedError, Calibration, Z_95, calibrate, std};
+use super::{CalibratedError, SensorCalibration, Z_95, calibrate_sensors, wide_error_stds};
 use crate::error::Error;
 use preparation::{Drive, SystematicError};
 
@@ -27,7 +27,7 @@ pub struct CalibrationAssessment {
     /// Values of the first and the second half with their standard deviations; `None` of a half that is too short.
     pub halves: Option<[[f64; 2]; 2]>,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
     /// Why, and what to drive.
     pub reason: String,
 }
@@ -37,16 +37,16 @@ pub struct CalibrationAssessment {
 /// # Errors
 ///
 /// [`Error`] if the recordings are unusable.
-pub fn assess(
-    car: &Vehicle,
+pub fn assess_sensor_errors(
+    car: &SingleTrackCar,
     recordings: &[Drive],
     wanted: &[SystematicError],
 ) -> Result<Vec<CalibrationAssessment>, Error> {
-    let Calibration { errors: whole, settled, .. } = calibrate(car, recordings, wanted)?;
-    let halves = halves(recordings).map(|half| calibrate(car, &half, wanted).ok());
-    let turned = sides(recordings);
+    let SensorCalibration { errors: whole, settled, .. } = calibrate_sensors(car, recordings, wanted)?;
+    let halves = split_into_halves(recordings).map(|half| calibrate_sensors(car, &half, wanted).ok());
+    let turned = turn_direction_shares(recordings);
     let judged = |(place, error): (usize, CalibratedError)| {
-        let of = |half: &Option<Calibration>| {
+        let of = |half: &Option<SensorCalibration>| {
             half.as_ref().and_then(|it| it.errors.get(place)).map(|it| [it.value, it.std])
         };
         let halves = match (of(&halves[0]), of(&halves[1])) {
@@ -54,67 +54,63 @@ pub fn assess(
             _ => None,
         };
         let (verdict, reason) = match settled {
-            true => verdict(&error, halves, turned),
-            false => (Verdict::NotIdentifiable, UNSETTLED.to_owned()),
+            true => calibration_verdict(&error, halves, turned),
+            false => (Identifiability::NotIdentifiable, UNSETTLED.to_owned()),
         };
         CalibrationAssessment { error, halves, verdict, reason }
     };
     Ok(whole.into_iter().enumerate().map(judged).collect())
 }
 
-fn verdict(
+fn calibration_verdict(
     error: &CalibratedError,
     halves: Option<[[f64; 2]; 2]>,
     turned: [f64; 2],
-) -> (Verdict, String) {
+) -> (Identifiability, String) {
     let told = |verdict, reason: &str| (verdict, reason.to_owned());
     if turned.iter().any(|share| *share < SIDE) {
         return told(
-            Verdict::NotIdentifiable,
+            Identifiability::NotIdentifiable,
             "The drive turns to one side, where an offset, a lever arm and the curve of a tire look alike: turn to both sides.",
         );
     }
-    if error.std > MAX_WIDTH_IDENTIFIED * std()[error.cause] {
+    if error.std > MAX_WIDTH_IDENTIFIED * wide_error_stds()[error.cause] {
         return told(
-            Verdict::NotIdentifiable,
+            Identifiability::NotIdentifiable,
             "The drive says little of it: drive slaloms to both sides at two speeds.",
         );
     }
     let Some([first, second]) = halves else {
         return told(
-            Verdict::Weak,
+            Identifiability::Weak,
             "The halves of the drive are too short to be compared: drive longer.",
         );
     };
     let apart = (first[0] - second[0]).abs();
     if apart > APART * first[1].hypot(second[1]) {
         let (factor, unit) = error.cause.describe().display;
-        let half = |[value, std]: [f64; 2]| {
-            format!("{:.3} ± {:.3} {unit}", factor * value, factor * Z_95 * std)
-        };
+        let half =
+            |[value, std]: [f64; 2]| format!("{:.3} ± {:.3} {unit}", factor * value, factor * Z_95 * std);
         let reason = format!(
             "The halves of the drive disagree: {} and {}, so it is no constant.",
             half(first),
             half(second)
         );
-        return (Verdict::NotIdentifiable, reason);
+        return (Identifiability::NotIdentifiable, reason);
     }
-    let of_v_y = [
-        SystematicError::SideslipOffset,
-        SystematicError::SideslipLever,
-        SystematicError::SideslipDelay,
-    ];
+    let of_v_y =
+        [SystematicError::SideslipOffset, SystematicError::SideslipLever, SystematicError::SideslipDelay];
     match of_v_y.contains(&error.cause) {
         true => told(
-            Verdict::Weak,
+            Identifiability::Weak,
             "No other channel witnesses it, and an error of the steering looks like it: measure the place of the sensor with a tape.",
         ),
-        false => told(Verdict::Identified, "The drive turns to both sides, and its halves agree."),
+        false => told(Identifiability::Identified, "The drive turns to both sides, and its halves agree."),
     }
 }
 
 /// Shares of rows that turn to the left and to the right.
-fn sides(recordings: &[Drive]) -> [f64; 2] {
+fn turn_direction_shares(recordings: &[Drive]) -> [f64; 2] {
     let rows = recordings.iter().map(Drive::len).sum::<usize>().max(1) as f64;
     let share = |side: f64| {
         let turns = recordings.iter().flat_map(|drive| &drive.a_y);
@@ -124,7 +120,7 @@ fn sides(recordings: &[Drive]) -> [f64; 2] {
 }
 
 /// The first and the second half of all rows.
-fn halves(recordings: &[Drive]) -> [Vec<Drive>; 2] {
+fn split_into_halves(recordings: &[Drive]) -> [Vec<Drive>; 2] {
     let half = recordings.iter().map(Drive::len).sum::<usize>() / 2;
     let (mut halves, mut before) = ([Vec::new(), Vec::new()], 0);
     for drive in recordings {
@@ -137,5 +133,5 @@ fn halves(recordings: &[Drive]) -> [Vec<Drive>; 2] {
         }
     }
     // What is left of a recording at the border is too short to be one.
-    halves.map(|half| half.into_iter().filter(|drive| drive.check().is_ok()).collect())
+    halves.map(|half| half.into_iter().filter(|drive| drive.check_columns().is_ok()).collect())
 }

@@ -1,19 +1,15 @@
 //! Drives the car in a closed loop: an observer with a wrong nominal car, a controller that inverts it, noisy sensors.
-#![allow(
-    non_snake_case,
-    dead_code,
-    reason = "symbols as in vehicle dynamics; each user needs a part"
-)]
+#![allow(non_snake_case, dead_code, reason = "symbols as in vehicle dynamics; each user needs a part")]
 
 use std::f64::consts::{PI, TAU};
 
 use drive_inference::{Drive, Tires};
-use kalman::{Gaussian, discretise, predict, update};
+use kalman::{Gaussian, discretise, measurement_update, predict};
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
-use vehicle::{Input, NominalCar, State, Vehicle};
+use vehicle::{NominalCar, PlanarState, SingleTrackCar, SingleTrackInput};
 
 /// Period of the loop [s].
 pub const STEP: f64 = 0.01;
@@ -34,9 +30,8 @@ fn samples(seconds: f64) -> impl Iterator<Item = f64> {
 fn multisine(t: f64, duration: f64, peak: f64, turn: f64) -> f64 {
     let parts = [(0.25, 1.0), (0.45, 0.8), (0.7, 0.6), (1.0, 0.5), (1.4, 0.35)];
     let wave = |t: f64| -> f64 {
-        let part = |(n, (f, w)): (usize, &(f64, f64))| {
-            w * (TAU * f * t + turn - PI * (n * n) as f64 / 5.0).sin()
-        };
+        let part =
+            |(n, (f, w)): (usize, &(f64, f64))| w * (TAU * f * t + turn - PI * (n * n) as f64 / 5.0).sin();
         parts.iter().enumerate().map(part).sum()
     };
     let highest = samples(duration).map(|t| wave(t).abs()).fold(0.0, f64::max);
@@ -53,8 +48,7 @@ pub fn limit(speeds: &[f64], long: f64) -> Reference {
     for &v in speeds {
         reference.extend(samples(4.0).map(|t| [before + (v - before) * (t / 3.5).min(1.0), 0.0]));
         for (share, turn) in [(0.9, 0.3), (1.7, 1.7)] {
-            reference
-                .extend(samples(long).map(|t| [v, multisine(t, long, share * g / v, turn + v)]));
+            reference.extend(samples(long).map(|t| [v, multisine(t, long, share * g / v, turn + v)]));
         }
         if v <= 40.0 {
             reference.extend(samples(8.0).map(|t| {
@@ -75,8 +69,8 @@ pub fn chirp(seconds: f64) -> Reference {
 }
 
 /// The car on these tires.
-pub fn on_tires(car: &Vehicle, tires: &Tires) -> Vehicle {
-    car.with_tires(tires.front.curve(), tires.rear.curve())
+pub fn on_tires(car: &SingleTrackCar, tires: &Tires) -> SingleTrackCar {
+    car.with_tires(tires.front.to_magic_formula(), tires.rear.to_magic_formula())
 }
 
 struct Observer {
@@ -100,32 +94,32 @@ impl Observer {
         }
     }
 
-    fn step(&mut self, input: &Input, y: &SVector<f64, 4>) {
+    fn step(&mut self, input: &SingleTrackInput, y: &SVector<f64, 4>) {
         let x = self.belief.mean;
-        let (F, Q) = discretise(&self.car.jacobian(&x), &self.Q_c, STEP);
+        let (F, Q) = discretise(&self.car.state_jacobian(&x), &self.Q_c, STEP);
         let after = self.car.advance(&x, input.F_x, input.delta, STEP);
         let prior = predict(&self.belief, after, &F, &Q);
         let residual = y - self.car.measurement(&prior.mean, input.delta);
         let H = self.car.measurement_jacobian(&prior.mean);
-        self.belief = update(&prior, &residual, &H, &self.R).expect("finite measurements").0;
+        self.belief = measurement_update(&prior, &residual, &H, &self.R).expect("finite measurements").0;
     }
 
     /// Driving force and steering that make the nominal car with its disturbances follow the reference.
-    fn command(&self, [v, r]: [f64; 2], r_next: f64) -> Input {
+    fn command(&self, [v, r]: [f64; 2], r_next: f64) -> SingleTrackInput {
         let (car, x) = (&self.car, &self.belief.mean);
         let F_x = car.m * (4.0 * (v - x[0]) - x[1] * x[2]) - x[3];
         let moment = car.I_zz * ((r_next - r) / STEP + 12.0 * (r - x[2]));
-        let delta = (moment - car.unsteered_moment(x) - x[5]) / (car.C_f * car.l_f);
+        let delta = (moment - car.yaw_moment_without_steering(x) - x[5]) / (car.C_f * car.l_f);
         // The front axle may go past its peak, but not so far that more steering helps no longer.
         let rolling = (x[1] + car.l_f * x[2]).atan2(x[0].max(1.0));
         let delta = delta.clamp(rolling - 0.25, rolling + 0.25).clamp(-0.3, 0.3);
-        Input { F_x: F_x.clamp(-6000.0, 6000.0), delta }
+        SingleTrackInput { F_x: F_x.clamp(-6000.0, 6000.0), delta }
     }
 }
 
 /// A car whose slip angles follow the motion over a length: σ dα'/dt + v α' = v α (first-order relaxation).
 struct Relaxed {
-    car: Vehicle,
+    car: SingleTrackCar,
     length: f64,
     slips: [f64; 2],
 }
@@ -134,13 +128,13 @@ impl Relaxed {
     /// Steps so short that the slip may be held at its lag [s].
     const SUBSTEP: f64 = 1e-4;
 
-    fn advance(&mut self, state: &State, input: &Input) -> State {
+    fn advance(&mut self, state: &PlanarState, input: &SingleTrackInput) -> PlanarState {
         if self.length == 0.0 {
             return self.car.advance(state, input, STEP, 0.002);
         }
         let mut state = *state;
         for _ in 0..(STEP / Self::SUBSTEP).round() as usize {
-            let State { v_x, v_y, r, .. } = state;
+            let PlanarState { v_x, v_y, r, .. } = state;
             let now = self.car.body.slip_angles(v_x, v_y, r, input.delta);
             let share = 1.0 - (-v_x * Self::SUBSTEP / self.length).exp();
             for (slip, now) in self.slips.iter_mut().zip(now) {
@@ -156,25 +150,25 @@ impl Relaxed {
 }
 
 /// What sensors record while a car follows a reference.
-pub fn drive(car: &Vehicle, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
+pub fn drive(car: &SingleTrackCar, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
     drive_relaxed(car, reference, noise, seed, 0.0)
 }
 
 /// The same on tires with a relaxation length [m].
 pub fn drive_relaxed(
-    car: &Vehicle,
+    car: &SingleTrackCar,
     reference: &Reference,
     noise: &[f64; 4],
     seed: u64,
     relaxation: f64,
 ) -> Drive {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut state = State { v_x: reference[0][0], ..State::default() };
+    let mut state = PlanarState { v_x: reference[0][0], ..PlanarState::default() };
     let [C_f, C_r] = car.body.static_loads().map(|load| 50.0 * load);
-    let vehicle::Body { m, I_zz, l_f, l_r, .. } = car.body;
+    let vehicle::VehicleBody { m, I_zz, l_f, l_r, .. } = car.body;
     let nominal = NominalCar { m, I_zz, l_f, l_r, C_f, C_r };
     let mut observer = Observer::new(nominal, state.v_x, noise);
-    let mut input = Input::default();
+    let mut input = SingleTrackInput::default();
     let mut recording = Drive::default();
     let mut relaxed = Relaxed { car: *car, length: relaxation, slips: [0.0; 2] };
     for k in 0..reference.len() {

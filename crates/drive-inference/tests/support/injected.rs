@@ -1,9 +1,5 @@
 //! Simulates a car like the 250 LM with the noise of its log, and makes errors of sensors in it on purpose.
-#![allow(
-    non_snake_case,
-    dead_code,
-    reason = "symbols as in vehicle dynamics; each user needs a part"
-)]
+#![allow(non_snake_case, dead_code, reason = "symbols as in vehicle dynamics; each user needs a part")]
 
 use drive_inference::{Drive, Tires};
 use preparation::{Interpolation, SystematicError};
@@ -11,15 +7,15 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use tire_inference::parameters::TireParameters;
-use vehicle::{Body, Input, State, Vehicle};
+use vehicle::{PlanarState, SingleTrackCar, SingleTrackInput, VehicleBody};
 
 use crate::drive::{STEP, on_tires};
 use crate::real_log::RealLog;
 
 /// The car (docs/identification.md).
-pub fn car() -> Vehicle {
-    let body = Body { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
-    Vehicle { body, ..Vehicle::default() }
+pub fn car() -> SingleTrackCar {
+    let body = VehicleBody { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
+    SingleTrackCar { body, ..SingleTrackCar::default() }
 }
 
 /// Tires near those of a least-squares fit to the log, with more grip behind, so that no noise of a driver spins the car.
@@ -70,9 +66,9 @@ fn course() -> Course {
 pub fn clean(tires: &Tires) -> Drive {
     let Course { v_x, r, delta } = course();
     let car = on_tires(&car(), tires);
-    let mut state = State { v_x: v_x[0], r: r[0], ..State::default() };
+    let mut state = PlanarState { v_x: v_x[0], r: r[0], ..PlanarState::default() };
     let mut drive = Drive::default();
-    let mut input = Input::default();
+    let mut input = SingleTrackInput::default();
     for k in 0..v_x.len() {
         // As a drive has it: what sensors show at the end of a step, and the inputs that were held during it.
         let a_y = car.evaluate(&state, &input).a_y;
@@ -85,7 +81,7 @@ pub fn clean(tires: &Tires) -> Drive {
         let wanted = (v_x[next] - v_x[k]) / STEP + 2.0 * (v_x[k] - state.v_x);
         // A driver takes back what the car turns too much.
         let steered = delta[k] + 2.0 * car.body.wheelbase() / state.v_x * (r[k] - state.r);
-        input = Input { F_x: car.body.m * (wanted - state.v_y * state.r), delta: steered };
+        input = SingleTrackInput { F_x: car.body.m * (wanted - state.v_y * state.r), delta: steered };
         state = car.advance(&state, &input, STEP, 0.005);
     }
     drive
@@ -193,8 +189,7 @@ impl Injected {
             _ => &mut drive.delta,
         };
         let (first, last) = (clean.t[0], clean.t[clean.t.len() - 1]);
-        let before: Vec<f64> =
-            clean.t.iter().map(|t| (t - self.delay).clamp(first, last)).collect();
+        let before: Vec<f64> = clean.t.iter().map(|t| (t - self.delay).clamp(first, last)).collect();
         *column = Interpolation::Linear.resample(&clean.t, column, &before);
         drive.delta.iter_mut().for_each(|delta| *delta += self.offset);
         let mut rng = Pcg64Mcg::seed_from_u64(seed);

@@ -1,24 +1,20 @@
 //! Makes drives with something wrong in the log or in the car, and knows by what name it should be found.
-#![allow(
-    non_snake_case,
-    dead_code,
-    reason = "symbols as in vehicle dynamics; each user needs a part"
-)]
+#![allow(non_snake_case, dead_code, reason = "symbols as in vehicle dynamics; each user needs a part")]
 
-use drive_inference::{Drive, Identification, Tires};
+use drive_inference::{Drive, DriveIdentification, Tires};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use tire_inference::parameters::TireParameters;
-use vehicle::{Body, Vehicle};
+use vehicle::{SingleTrackCar, VehicleBody};
 
 use crate::drive::{self, Reference, STEP, USUAL, on_tires};
 
 /// A cart, the demo car, and a heavy car.
-pub const CARS: [(&str, Body); 3] = [
-    ("780 kg", Body { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }),
-    ("300 kg", Body { m: 300.0, I_zz: 200.0, l_f: 0.85, l_r: 0.75, h: 0.3 }),
-    ("2100 kg", Body { m: 2100.0, I_zz: 3600.0, l_f: 1.45, l_r: 1.55, h: 0.6 }),
+pub const CARS: [(&str, VehicleBody); 3] = [
+    ("780 kg", VehicleBody { m: 780.0, I_zz: 1000.0, l_f: 1.4, l_r: 1.6, h: 0.35 }),
+    ("300 kg", VehicleBody { m: 300.0, I_zz: 200.0, l_f: 0.85, l_r: 0.75, h: 0.3 }),
+    ("2100 kg", VehicleBody { m: 2100.0, I_zz: 3600.0, l_f: 1.45, l_r: 1.55, h: 0.6 }),
 ];
 
 /// Tires that no scenario has.
@@ -40,7 +36,7 @@ pub const TIRES: [(&str, Tires); 2] = [
 ];
 
 /// What is done to the true car, given what the configuration says, before it drives.
-type Changed = fn(&mut Body);
+type Changed = fn(&mut VehicleBody);
 /// What is done to a clean log.
 type Spoilt = fn(&mut Drive, u64);
 
@@ -171,30 +167,21 @@ fn coloured(drive: &mut Drive, seed: u64) {
 
 impl Mistake {
     /// A drive of a car that the configuration has as `assumed`.
-    pub fn drive(
-        &self,
-        assumed: &Vehicle,
-        tires: &Tires,
-        reference: &Reference,
-        seed: u64,
-    ) -> Drive {
+    pub fn drive(&self, assumed: &SingleTrackCar, tires: &Tires, reference: &Reference, seed: u64) -> Drive {
         let mut car = *assumed;
         (self.car)(&mut car.body);
         let on_tires = on_tires(&car, tires);
-        let mut recording =
-            drive::drive_relaxed(&on_tires, reference, &USUAL, seed, self.relaxation);
+        let mut recording = drive::drive_relaxed(&on_tires, reference, &USUAL, seed, self.relaxation);
         (self.log)(&mut recording, seed);
         recording
     }
 
     /// Whether the first sentence names it.
-    pub fn is_named(&self, found: &Identification) -> bool {
+    pub fn is_named(&self, found: &DriveIdentification) -> bool {
         let first = found.causes.iter().find(|cause| cause.gain.is_some());
-        let failed = found.model.tests.iter().filter(|test| !test.passed());
-        let mut names = first
-            .map(|it| it.name.as_str())
-            .into_iter()
-            .chain(failed.map(|test| test.name.as_str()));
+        let failed = found.model.tests.iter().filter(|test| !test.has_passed());
+        let mut names =
+            first.map(|it| it.name.as_str()).into_iter().chain(failed.map(|test| test.name.as_str()));
         self.causes.is_empty() || names.any(|name| self.causes.contains(&name))
     }
 }

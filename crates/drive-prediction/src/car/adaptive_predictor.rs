@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::car::bands::{Bands, EndedPrediction, NormalisedError, PredictionError};
+use crate::car::bands::{CompletedPrediction, NormalisedError, PredictionBands, PredictionError};
 use crate::car::fit::FittedCar;
 use crate::car::motion::{DriveWithRates, Dual, LaggedSteering};
 use crate::car::parameter_track::ParameterTrack;
-use crate::car::parameters::{LAG, Parameters, VARYING};
-use crate::car::section::starts;
+use crate::car::parameters::{CarParameters, LAG, VARYING};
+use crate::car::section::rollout_starts;
 use crate::drive::EvenDrive;
-use crate::predictor::{Predictor, State};
+use crate::predictor::{LateralState, MotionPredictor};
 
 /// For people.
 pub(super) const NAME: &str = "identified";
@@ -21,7 +21,7 @@ const HORIZON: f64 = 0.6;
 #[derive(Clone, Debug)]
 pub struct AdaptivePredictor<'a> {
     fitted: &'a FittedCar,
-    bands: Option<&'a Bands>,
+    bands: Option<&'a PredictionBands>,
     driven: DriveWithRates,
     past: ParameterTrack,
     surprises: Vec<NormalisedError>,
@@ -32,16 +32,16 @@ pub struct AdaptivePredictor<'a> {
 impl<'a> AdaptivePredictor<'a> {
     /// Goes along a drive that the car was not fitted to.
     #[must_use]
-    pub fn new(fitted: &'a FittedCar, bands: Option<&'a Bands>, drive: &EvenDrive) -> Self {
+    pub fn new(fitted: &'a FittedCar, bands: Option<&'a PredictionBands>, drive: &EvenDrive) -> Self {
         let driven = DriveWithRates::new(drive);
         let past = ParameterTrack::new(fitted, &driven);
         let a_y = a_y(fitted, &driven, &past);
-        let mut course =
-            Self { fitted, bands, driven, past, surprises: Vec::new(), a_y, a_y_spread: None };
+        let mut course = Self { fitted, bands, driven, past, surprises: Vec::new(), a_y, a_y_spread: None };
         if let Some(bands) = bands {
-            course.surprises = course.short().iter().map(|it| bands.surprise(it)).collect();
+            course.surprises =
+                course.short_predictions().iter().map(|it| bands.normalised_error(it)).collect();
             let errors = course.a_y_errors();
-            let spread = bands.a_y_spread(&errors, &course.driven.drive.counts, drive.step);
+            let spread = bands.a_y_stds(&errors, &course.driven.drive.counts, drive.step);
             course.a_y_spread = Some(spread);
         }
         course
@@ -49,14 +49,14 @@ impl<'a> AdaptivePredictor<'a> {
 
     /// What is known of the parameters while the drive goes on.
     #[must_use]
-    pub fn past(&self) -> &ParameterTrack {
+    pub fn parameter_track(&self) -> &ParameterTrack {
         &self.past
     }
 
     /// Predictions over `horizon` [s] that started every half a second; every `stride`-th row is read.
     #[must_use]
-    pub fn predictions(&self, horizon: f64, stride: usize) -> Vec<EndedPrediction> {
-        let (starts, ahead) = starts(&self.driven.drive, horizon, EVERY);
+    pub fn open_loop_predictions(&self, horizon: f64, stride: usize) -> Vec<CompletedPrediction> {
+        let (starts, ahead) = rollout_starts(&self.driven.drive, horizon, EVERY);
         let one = |start: &usize| {
             let states = self.with_variance(*start, ahead);
             let drive = &self.driven.drive;
@@ -67,15 +67,15 @@ impl<'a> AdaptivePredictor<'a> {
                 PredictionError { time: k as f64 * drive.step, error, variance }
             };
             let readings = (stride..=ahead).step_by(stride).map(reading).collect();
-            EndedPrediction { start: *start, end: start + ahead, readings }
+            CompletedPrediction { start: *start, end: start + ahead, readings }
         };
         starts.par_iter().map(one).collect()
     }
 
     /// The predictions by which it is known how it went lately.
     #[must_use]
-    pub fn short(&self) -> Vec<EndedPrediction> {
-        self.predictions(HORIZON, 1)
+    pub fn short_predictions(&self) -> Vec<CompletedPrediction> {
+        self.open_loop_predictions(HORIZON, 1)
     }
 
     /// Predicted minus measured a_y [m/s²] in all rows.
@@ -85,9 +85,9 @@ impl<'a> AdaptivePredictor<'a> {
     }
 
     /// States, and their variances as far as they come from parameters.
-    fn with_variance(&self, start: usize, rows: usize) -> Vec<(State, State)> {
-        let known = self.past.at(start);
-        let states = self.driven.roll::<Dual>(&self.fitted.car, &known.x, start, rows);
+    fn with_variance(&self, start: usize, rows: usize) -> Vec<(LateralState, LateralState)> {
+        let known = self.past.estimate_at(start);
+        let states = self.driven.simulate_states::<Dual>(&self.fitted.car, &known.x, start, rows);
         let one = |state: &[Dual; 2]| {
             let variance = state.map(|number| {
                 let Some(along) = number.eps.0 else { return 0.0 };
@@ -102,8 +102,8 @@ impl<'a> AdaptivePredictor<'a> {
 
 /// a_y [m/s²] in all rows, from their measured states and what was known of the parameters then.
 fn a_y(fitted: &FittedCar, driven: &DriveWithRates, past: &ParameterTrack) -> Vec<f64> {
-    let rows = driven.drive.rows();
-    let known = past.all();
+    let rows = driven.drive.row_count();
+    let known = past.estimates();
     let part = |i: usize| {
         let until = known.get(i + 1).map_or(rows, |next| next.from);
         let one = &known[i];
@@ -111,43 +111,43 @@ fn a_y(fitted: &FittedCar, driven: &DriveWithRates, past: &ParameterTrack) -> Ve
             return Vec::new();
         }
         let steered = LaggedSteering::new(&driven.drive, one.x[LAG], one.from, until - 1);
-        let parameters = Parameters::new(&one.x);
+        let parameters = CarParameters::new(&one.x);
         let at = |row| driven.a_y(&fitted.car, &parameters, &steered, row);
         (one.from..until).map(at).collect()
     };
     (0..known.len()).into_par_iter().flat_map_iter(part).collect()
 }
 
-impl Predictor for AdaptivePredictor<'_> {
+impl MotionPredictor for AdaptivePredictor<'_> {
     fn name(&self) -> &str {
         NAME
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
         drive.motion.delta.clone()
     }
 
-    fn roll(&self, _: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
-        let known = self.past.at(start);
-        self.driven.roll::<f64>(&self.fitted.car, &known.x, start, rows)
+    fn simulate_states(&self, _: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
+        let known = self.past.estimate_at(start);
+        self.driven.simulate_states::<f64>(&self.fitted.car, &known.x, start, rows)
     }
 
     fn a_y(&self, _: &EvenDrive, _: &[f64], row: usize) -> Option<f64> {
         Some(self.a_y[row])
     }
 
-    fn spread(&self, drive: &EvenDrive, start: usize, rows: usize) -> Option<Vec<State>> {
+    fn state_stds(&self, drive: &EvenDrive, start: usize, rows: usize) -> Option<Vec<LateralState>> {
         let bands = self.bands?;
-        let lately = Bands::lately(&self.surprises, start, drive.step);
+        let lately = PredictionBands::recent_variance_factors(&self.surprises, start, drive.step);
         let states = self.with_variance(start, rows);
-        let one = |(k, (_, variance)): (usize, &(State, State))| {
-            let variance = bands.variance(k as f64 * drive.step, *variance);
+        let one = |(k, (_, variance)): (usize, &(LateralState, LateralState))| {
+            let variance = bands.error_variance(k as f64 * drive.step, *variance);
             [0, 1].map(|i| bands.scale[i] * (lately[i] * variance[i]).sqrt())
         };
         Some(states.iter().enumerate().map(one).collect())
     }
 
-    fn a_y_spread(&self, _: &EvenDrive, row: usize) -> Option<f64> {
+    fn a_y_std(&self, _: &EvenDrive, row: usize) -> Option<f64> {
         self.a_y_spread.as_ref().map(|it| it[row])
     }
 }

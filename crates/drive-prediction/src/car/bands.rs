@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::predictor::State;
+use crate::predictor::LateralState;
 
 /// After a start errors grow for about this long [s].
 const GROWTH: f64 = 0.15;
@@ -20,17 +20,17 @@ const A_Y_DELAY: f64 = 0.1;
 const MOST: f64 = 25.0;
 const A_Y_MOST: f64 = 9.0;
 /// Smallest standard deviations [m/s], [rad/s].
-const LEAST: State = [1e-4, 1e-4];
+const LEAST: LateralState = [1e-4, 1e-4];
 
 /// Widths of bands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Bands {
+pub struct PredictionBands {
     /// Standard deviations of the errors that no parameter explains, of v_y [m/s] and yaw rate [rad/s].
-    pub noise: State,
+    pub noise: LateralState,
     /// Factors on the standard deviations that the parameters' spread causes.
-    pub spread: State,
+    pub spread: LateralState,
     /// Factors that let 95 % of the errors of logs that were left out be inside.
-    pub scale: State,
+    pub scale: LateralState,
     /// Standard deviation of the errors of a_y [m/s²].
     pub a_y: f64,
     /// The factor that lets 95 % of them be inside.
@@ -39,7 +39,7 @@ pub struct Bands {
 
 /// One prediction that has ended.
 #[derive(Clone, Debug)]
-pub struct EndedPrediction {
+pub struct CompletedPrediction {
     /// Its first row.
     pub start: usize,
     /// Its last row.
@@ -54,7 +54,7 @@ pub struct NormalisedError {
     /// Its last row: it is known from then on.
     pub end: usize,
     /// Mean squares of the errors of v_y and yaw rate over their variances: 1 as expected.
-    pub square: State,
+    pub square: LateralState,
 }
 
 /// One instant of a prediction.
@@ -63,21 +63,21 @@ pub struct PredictionError {
     /// Time after the start [s].
     pub time: f64,
     /// Predicted minus measured v_y [m/s] and yaw rate [rad/s].
-    pub error: State,
+    pub error: LateralState,
     /// Their variances, as far as they come from parameters.
-    pub variance: State,
+    pub variance: LateralState,
 }
 
-impl Bands {
+impl PredictionBands {
     /// Without any noise, not scaled.
     #[must_use]
-    pub fn plain() -> Self {
+    pub fn without_noise() -> Self {
         Self { noise: [0.0; 2], spread: [1.0; 2], scale: [1.0; 2], a_y: 1.0, a_y_scale: 1.0 }
     }
 
     /// Variances of both errors, as far as they do not depend on how it went lately.
     #[must_use]
-    pub fn variance(&self, time: f64, variance: State) -> State {
+    pub fn error_variance(&self, time: f64, variance: LateralState) -> LateralState {
         let grown = 1.0 - (-time / GROWTH).exp();
         [0, 1].map(|i| {
             let own = (self.noise[i] * grown).powi(2);
@@ -87,10 +87,10 @@ impl Bands {
 
     /// How a prediction went.
     #[must_use]
-    pub fn surprise(&self, ended: &EndedPrediction) -> NormalisedError {
+    pub fn normalised_error(&self, ended: &CompletedPrediction) -> NormalisedError {
         let mut square = [0.0; 2];
         for reading in &ended.readings {
-            let variance = self.variance(reading.time, reading.variance);
+            let variance = self.error_variance(reading.time, reading.variance);
             for i in 0..2 {
                 square[i] += reading.error[i].powi(2) / variance[i];
             }
@@ -101,7 +101,7 @@ impl Bands {
 
     /// Factors on variances in a row, from predictions in order that have ended by then.
     #[must_use]
-    pub fn lately(surprises: &[NormalisedError], row: usize, step: f64) -> State {
+    pub fn recent_variance_factors(surprises: &[NormalisedError], row: usize, step: f64) -> LateralState {
         let mut sum = [EXPECTED; 2];
         let mut total = EXPECTED;
         let known = surprises.partition_point(|it| it.end <= row);
@@ -119,7 +119,7 @@ impl Bands {
 
     /// Standard deviations of a_y in all rows [m/s²], from errors of rows that count.
     #[must_use]
-    pub fn a_y_spread(&self, errors: &[f64], counts: &[bool], step: f64) -> Vec<f64> {
+    pub fn a_y_stds(&self, errors: &[f64], counts: &[bool], step: f64) -> Vec<f64> {
         let keep = (-step / A_Y_MEMORY).exp();
         let delay = (A_Y_DELAY / step).ceil() as usize;
         let (mut sum, mut total) = (0.0, 0.0);
@@ -143,30 +143,30 @@ impl Bands {
 mod tests {
     use super::*;
 
-    const BANDS: Bands =
-        Bands { noise: [0.1, 0.2], spread: [1.0; 2], scale: [1.0; 2], a_y: 0.5, a_y_scale: 1.0 };
+    const BANDS: PredictionBands =
+        PredictionBands { noise: [0.1, 0.2], spread: [1.0; 2], scale: [1.0; 2], a_y: 0.5, a_y_scale: 1.0 };
 
     #[test]
     fn bands_widen_where_predictions_went_wrong() {
-        let ended = |end: usize| EndedPrediction {
+        let ended = |end: usize| CompletedPrediction {
             start: end - 60,
             end,
             readings: vec![PredictionError { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
         };
         let wrong: Vec<NormalisedError> =
-            (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
-        let lately = Bands::lately(&wrong, 2100, 0.01);
+            (0..40).map(|k| BANDS.normalised_error(&ended(60 + 50 * k))).collect();
+        let lately = PredictionBands::recent_variance_factors(&wrong, 2100, 0.01);
         assert!(lately[0] > 6.0 && lately[0] < 9.0, "{lately:?}");
         assert!((lately[1] - 1.0).abs() < 1e-4, "{lately:?}");
         // What ends later is not known yet.
-        assert_eq!(Bands::lately(&wrong, 59, 0.01), [1.0; 2]);
+        assert_eq!(PredictionBands::recent_variance_factors(&wrong, 59, 0.01), [1.0; 2]);
     }
 
     #[test]
     fn the_band_of_a_y_does_not_know_the_present() {
         let mut errors = vec![0.5; 1000];
         errors[500..].fill(1.5);
-        let spread = BANDS.a_y_spread(&errors, &[true; 1000], 0.01);
+        let spread = BANDS.a_y_stds(&errors, &[true; 1000], 0.01);
         assert!((spread[505] - 0.5).abs() < 1e-9, "{}", spread[505]);
         assert!(spread[999] > 0.9, "{}", spread[999]);
     }

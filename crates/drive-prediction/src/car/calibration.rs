@@ -1,12 +1,12 @@
 //! Bands from logs that were left out of fits, one after the other.
 
-use numerics::simplex::{self, Limits};
+use numerics::simplex::{self, SimplexLimits};
 
 use crate::car::adaptive_predictor::AdaptivePredictor;
-use crate::car::bands::{Bands, EndedPrediction, NormalisedError, PredictionError};
+use crate::car::bands::{CompletedPrediction, NormalisedError, PredictionBands, PredictionError};
 use crate::car::fit::{FitError, FittedCar, fit_sections};
-use crate::car::section::Section;
-use crate::predictor::State;
+use crate::car::section::DriveSection;
+use crate::predictor::LateralState;
 use crate::score::BAND;
 
 /// Horizon of the predictions that bands are calibrated by [s], and how often they are read [s].
@@ -25,8 +25,8 @@ const BOX: [[f64; 2]; 2] = [[-6.0, -6.0], [3.0, 3.0]];
 struct HeldOutErrors {
     /// How much it counts.
     worth: f64,
-    long: Vec<EndedPrediction>,
-    short: Vec<EndedPrediction>,
+    long: Vec<CompletedPrediction>,
+    short: Vec<CompletedPrediction>,
     a_y: Vec<f64>,
     counts: Vec<bool>,
     step: f64,
@@ -36,7 +36,10 @@ struct HeldOutErrors {
 ///
 /// # Errors
 /// If the sections that are left cannot be fitted.
-pub fn calibrate(fitted: &FittedCar, sections: &[Section]) -> Result<Option<Bands>, FitError> {
+pub fn calibrate_bands(
+    fitted: &FittedCar,
+    sections: &[DriveSection],
+) -> Result<Option<PredictionBands>, FitError> {
     if sections.len() < 2 {
         return Ok(None);
     }
@@ -46,16 +49,16 @@ pub fn calibrate(fitted: &FittedCar, sections: &[Section]) -> Result<Option<Band
         let is_out = |j: usize| j * folds / sections.len() == fold;
         let part = |out: bool| {
             let kept = sections.iter().enumerate().filter(|(j, _)| is_out(*j) == out);
-            kept.map(|(_, section)| section.clone()).collect::<Vec<Section>>()
+            kept.map(|(_, section)| section.clone()).collect::<Vec<DriveSection>>()
         };
         let without = fit_sections(&mut part(false), &fitted.car, Some(fitted))?;
-        all.extend(part(true).iter().map(|section| left_out(&without, section)));
+        all.extend(part(true).iter().map(|section| held_out_errors(&without, section)));
     }
     all.retain(|it| !it.long.is_empty());
     if all.is_empty() {
         return Ok(None);
     }
-    let mut bands = Bands {
+    let mut bands = PredictionBands {
         noise: [0.0; 2],
         spread: [1.0; 2],
         scale: [1.0; 2],
@@ -63,21 +66,21 @@ pub fn calibrate(fitted: &FittedCar, sections: &[Section]) -> Result<Option<Band
         a_y_scale: 1.0,
     };
     for i in 0..2 {
-        [bands.noise[i], bands.spread[i]] = parts(&all, i);
+        [bands.noise[i], bands.spread[i]] = fit_noise_and_spread(&all, i);
     }
-    bands.scale = scales(&all, &bands);
+    bands.scale = band_scales(&all, &bands);
     bands.a_y_scale = a_y_scale(&all, &bands);
     Ok(Some(bands))
 }
 
-fn left_out(without: &FittedCar, section: &Section) -> HeldOutErrors {
+fn held_out_errors(without: &FittedCar, section: &DriveSection) -> HeldOutErrors {
     let drive = &section.driven.drive;
     let course = AdaptivePredictor::new(without, None, drive);
     let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
     HeldOutErrors {
-        worth: section.worth(),
-        long: course.predictions(HORIZON, stride),
-        short: course.short(),
+        worth: section.independent_rollout_count(),
+        long: course.open_loop_predictions(HORIZON, stride),
+        short: course.short_predictions(),
         a_y: course.a_y_errors(),
         counts: drive.counts.clone(),
         step: drive.step,
@@ -85,12 +88,11 @@ fn left_out(without: &FittedCar, section: &Section) -> HeldOutErrors {
 }
 
 /// Noise and factor on the spread of one state that make the errors likeliest.
-fn parts(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
+fn fit_noise_and_spread(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
     let readings = |it: &HeldOutErrors| -> Vec<PredictionError> {
         it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
     };
-    let logs: Vec<(f64, Vec<PredictionError>)> =
-        all.iter().map(|it| (it.worth, readings(it))).collect();
+    let logs: Vec<(f64, Vec<PredictionError>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
     let mean = |of: &dyn Fn(&PredictionError) -> f64| {
         let log = |(worth, readings): &(f64, Vec<PredictionError>)| {
             worth * readings.iter().map(of).sum::<f64>() / readings.len() as f64
@@ -101,27 +103,27 @@ fn parts(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
     let of = |x: &[f64]| [size * x[0].exp(), x[1].exp()];
     let cost = |x: &[f64]| {
         let [noise, spread] = of(x);
-        let bands = Bands { noise: [noise; 2], spread: [spread; 2], ..Bands::plain() };
+        let bands =
+            PredictionBands { noise: [noise; 2], spread: [spread; 2], ..PredictionBands::without_noise() };
         mean(&|it| {
-            let variance = bands.variance(it.time, it.variance)[i];
+            let variance = bands.error_variance(it.time, it.variance)[i];
             0.5 * (variance.ln() + it.error[i].powi(2) / variance)
         }) + HOLD * x[1].powi(2)
     };
-    let limits = Limits { evaluations: 300, size: 1e-3, spread: 1e-6, restarts: 2 };
-    of(&simplex::minimise(&cost, &BOX[0], &BOX[1], &[0.0, 0.0], limits).x)
+    let limits = SimplexLimits { evaluations: 300, size: 1e-3, spread: 1e-6, restarts: 2 };
+    of(&simplex::minimise_nelder_mead(&cost, &BOX[0], &BOX[1], &[0.0, 0.0], limits).x)
 }
 
 /// What bands have to be multiplied by so that the share of errors is inside.
-fn scales(all: &[HeldOutErrors], bands: &Bands) -> State {
+fn band_scales(all: &[HeldOutErrors], bands: &PredictionBands) -> LateralState {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
         let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
-        let surprises: Vec<NormalisedError> =
-            it.short.iter().map(|it| bands.surprise(it)).collect();
+        let surprises: Vec<NormalisedError> = it.short.iter().map(|it| bands.normalised_error(it)).collect();
         for ended in &it.long {
-            let lately = Bands::lately(&surprises, ended.start, it.step);
+            let lately = PredictionBands::recent_variance_factors(&surprises, ended.start, it.step);
             for reading in &ended.readings {
-                let variance = bands.variance(reading.time, reading.variance);
+                let variance = bands.error_variance(reading.time, reading.variance);
                 for i in 0..2 {
                     let size = reading.error[i].abs() / (lately[i] * variance[i]).sqrt();
                     sizes[i].push((size, it.worth / count as f64));
@@ -129,7 +131,7 @@ fn scales(all: &[HeldOutErrors], bands: &Bands) -> State {
             }
         }
     }
-    sizes.map(|sizes| quantile(sizes, INSIDE) / BAND[0])
+    sizes.map(|sizes| weighted_quantile(sizes, INSIDE) / BAND[0])
 }
 
 fn a_y_noise(all: &[HeldOutErrors]) -> f64 {
@@ -143,20 +145,20 @@ fn a_y_noise(all: &[HeldOutErrors]) -> f64 {
     (sum / total).sqrt().max(1e-6)
 }
 
-fn a_y_scale(all: &[HeldOutErrors], bands: &Bands) -> f64 {
+fn a_y_scale(all: &[HeldOutErrors], bands: &PredictionBands) -> f64 {
     let mut sizes = Vec::new();
     for it in all {
-        let spread = bands.a_y_spread(&it.a_y, &it.counts, it.step);
+        let spread = bands.a_y_stds(&it.a_y, &it.counts, it.step);
         let count = it.counts.iter().filter(|counts| **counts).count().max(1) as f64;
         for row in (0..it.counts.len()).filter(|row| it.counts[*row]) {
             sizes.push((it.a_y[row].abs() / spread[row], it.worth / count));
         }
     }
-    quantile(sizes, INSIDE) / BAND[0]
+    weighted_quantile(sizes, INSIDE) / BAND[0]
 }
 
 /// The value that this share of weights does not exceed.
-fn quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
+fn weighted_quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|it| it.1).sum();
     let mut sum = 0.0;
@@ -174,8 +176,8 @@ mod tests {
     #[test]
     fn weights_count() {
         let values = vec![(3.0, 1.0), (1.0, 18.0), (2.0, 1.0)];
-        assert_eq!(quantile(values.clone(), 0.9), 1.0);
-        assert_eq!(quantile(values.clone(), 0.95), 2.0);
-        assert_eq!(quantile(values, 0.96), 3.0);
+        assert_eq!(weighted_quantile(values.clone(), 0.9), 1.0);
+        assert_eq!(weighted_quantile(values.clone(), 0.95), 2.0);
+        assert_eq!(weighted_quantile(values, 0.96), 3.0);
     }
 }

@@ -1,14 +1,14 @@
 //! A fitted car with its bands, before it goes along a drive.
 
 use crate::car::adaptive_predictor::{AdaptivePredictor, NAME};
-use crate::car::bands::Bands;
-use crate::car::calibration::calibrate;
+use crate::car::bands::PredictionBands;
+use crate::car::calibration::calibrate_bands;
 use crate::car::fit::{FitError, FittedCar, fit_sections};
-use crate::car::motion::{DriveWithRates, Inputs, LaggedSteering, forces};
-use crate::car::parameters::{Car, LAG, OFFSET, Parameters};
-use crate::car::section::sections;
+use crate::car::motion::{DriveWithRates, LaggedSteering, MotionInputs, lateral_axle_forces};
+use crate::car::parameters::{CarParameters, CarSpecification, LAG, OFFSET};
+use crate::car::section::split_into_sections;
 use crate::drive::EvenDrive;
-use crate::predictor::{Predictor, State};
+use crate::predictor::{LateralState, MotionPredictor};
 
 /// A car that was fitted, and how far its predictions are off.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct CarPredictor {
     /// Its parameters.
     pub fitted: FittedCar,
     /// Its bands, if there were logs to leave out.
-    pub bands: Option<Bands>,
+    pub bands: Option<PredictionBands>,
 }
 
 impl CarPredictor {
@@ -24,49 +24,48 @@ impl CarPredictor {
     ///
     /// # Errors
     /// If no part of the drives can be predicted.
-    pub fn new(drives: &[EvenDrive], car: &Car) -> Result<Self, FitError> {
-        let mut sections = sections(drives);
+    pub fn fit(drives: &[EvenDrive], car: &CarSpecification) -> Result<Self, FitError> {
+        let mut sections = split_into_sections(drives);
         let fitted = fit_sections(&mut sections, car, None)?;
-        let bands = calibrate(&fitted, &sections)?;
+        let bands = calibrate_bands(&fitted, &sections)?;
         Ok(Self { fitted, bands })
     }
 }
 
 /// Rate of the forward speed in a row [m/s²].
-fn slope(drive: &EvenDrive, row: usize) -> f64 {
-    let last = drive.rows() - 1;
+fn speed_rate(drive: &EvenDrive, row: usize) -> f64 {
+    let last = drive.row_count() - 1;
     let (before, behind) = (row.saturating_sub(1), (row + 1).min(last));
-    (drive.motion.v_x[behind] - drive.motion.v_x[before])
-        / (drive.step * (behind - before).max(1) as f64)
+    (drive.motion.v_x[behind] - drive.motion.v_x[before]) / (drive.step * (behind - before).max(1) as f64)
 }
 
 /// Without a past: as at the first row of any log.
-impl Predictor for CarPredictor {
+impl MotionPredictor for CarPredictor {
     fn name(&self) -> &str {
         NAME
     }
 
-    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
-        let Some(last) = drive.rows().checked_sub(1) else { return Vec::new() };
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        let Some(last) = drive.row_count().checked_sub(1) else { return Vec::new() };
         let steered = LaggedSteering::new(drive, self.fitted.common[LAG], 0, last);
         let offset = self.fitted.common[OFFSET];
         (0..=last).map(|row| steered.angle(row) + offset).collect()
     }
 
-    fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
-        DriveWithRates::new(drive).roll::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
+    fn simulate_states(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
+        DriveWithRates::new(drive).simulate_states::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
     }
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         let FittedCar { car, common, .. } = &self.fitted;
-        let p = Parameters::new(common);
-        let rate = slope(drive, row);
-        let u = Inputs { v_x: drive.motion.v_x[row], rate, delta: steering[row] };
-        let [front, rear] = forces(car, &p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
+        let p = CarParameters::new(common);
+        let rate = speed_rate(drive, row);
+        let u = MotionInputs { v_x: drive.motion.v_x[row], rate, delta: steering[row] };
+        let [front, rear] = lateral_axle_forces(car, &p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
         Some((front + rear) / car.body.m)
     }
 
-    fn along<'a>(&'a self, drive: &EvenDrive) -> Option<Box<dyn Predictor + 'a>> {
+    fn adapted_to_drive<'a>(&'a self, drive: &EvenDrive) -> Option<Box<dyn MotionPredictor + 'a>> {
         Some(Box::new(AdaptivePredictor::new(&self.fitted, self.bands.as_ref(), drive)))
     }
 }

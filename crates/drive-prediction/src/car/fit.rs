@@ -3,14 +3,14 @@
 use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
-use numerics::sqp::{self, Limits};
+use numerics::sqp::{self, SqpLimits};
 
-use crate::car::hierarchy::Hierarchy;
-use crate::car::information::Errors;
-use crate::car::parameters::{COUNT, Car, Prior, VARYING, Vector};
-use crate::car::section::{Section, sections};
+use crate::car::hierarchy::HierarchicalCost;
+use crate::car::information::RolloutErrors;
+use crate::car::parameters::{COUNT, CarSpecification, ParameterPrior, ParameterVector, VARYING};
+use crate::car::section::{DriveSection, split_into_sections};
 use crate::drive::EvenDrive;
-use crate::predictor::State;
+use crate::predictor::LateralState;
 
 /// The noise and the weights of sections follow from a fit, and the fit from them: this often.
 const ROUNDS: usize = 3;
@@ -20,23 +20,23 @@ const FIRST_NOISE: f64 = 0.3;
 const OUTLIER: f64 = 3.0;
 /// No car of this kind is right to less than this share of its motion, whatever a few logs say that do not contradict it: another log will.
 const TRUST: f64 = 0.1;
-const LIMITS: Limits = Limits { iterations: 25, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+const LIMITS: SqpLimits = SqpLimits { iterations: 25, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
 
 /// A car that was fitted to logs.
 #[derive(Clone, Debug)]
 pub struct FittedCar {
     /// What was known before.
-    pub car: Car,
+    pub car: CarSpecification,
     /// θ.
-    pub common: Vector,
+    pub common: ParameterVector,
     /// Standard deviations of θ.
-    pub common_std: Vector,
+    pub common_std: ParameterVector,
     /// Standard deviations of what a log that was not seen has of its own.
     pub spread: [f64; VARYING],
     /// Standard deviations of the errors of v_y [m/s] and yaw rate [rad/s] within 1.5 s.
-    pub noise: State,
+    pub noise: LateralState,
     /// The parameters of each section.
-    pub own: Vec<Vector>,
+    pub own: Vec<ParameterVector>,
     /// How many independent rollouts each section is worth.
     pub worth: Vec<f64>,
     /// The unknowns, from which a fit to similar logs can start.
@@ -71,77 +71,76 @@ impl std::error::Error for FitError {}
 ///
 /// # Errors
 /// If no part of the drives can be predicted.
-pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<FittedCar, FitError> {
-    let mut sections = sections(drives);
+pub fn fit_car(drives: &[EvenDrive], car: &CarSpecification) -> Result<FittedCar, FitError> {
+    let mut sections = split_into_sections(drives);
     fit_sections(&mut sections, car, None)
 }
 
 /// Fits sections, which get their weights. `near` is a fit to nearly the same ones, whose noise and θ are the start.
 pub(super) fn fit_sections(
-    sections: &mut [Section],
-    car: &Car,
+    sections: &mut [DriveSection],
+    car: &CarSpecification,
     near: Option<&FittedCar>,
 ) -> Result<FittedCar, FitError> {
     if sections.is_empty() {
         return Err(FitError::NoRollout);
     }
-    let prior = Prior::new(car);
-    let mut noise = near.map_or_else(|| first_noise(sections), |near| near.noise);
+    let prior = ParameterPrior::new(car);
+    let mut noise = near.map_or_else(|| initial_noise(sections), |near| near.noise);
     if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
         return Err(FitError::NoMotion);
     }
-    let floor = level(sections, car).map(|level| TRUST * level);
+    let floor = state_rms(sections, car).map(|level| TRUST * level);
     noise = [0, 1].map(|i| noise[i].max(floor[i]));
-    let size = Hierarchy::new(car, &prior, sections, noise).unknowns();
-    let start = |near: &FittedCar| {
-        DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 })
-    };
+    let size = HierarchicalCost::new(car, &prior, sections, noise).unknown_count();
+    let start =
+        |near: &FittedCar| DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 });
     let mut x = near.map_or_else(|| DVector::zeros(size), start);
     // Without a start, the first round finds one, the others the weights.
     let rounds = if near.is_some() { 1 } else { ROUNDS };
     let mut covariance = DMatrix::identity(size, size);
     for round in 0..rounds {
-        let hierarchy = Hierarchy::new(car, &prior, sections, noise);
-        let [lower, upper] = hierarchy.bounds();
-        let found = sqp::minimise(&hierarchy, &lower, &upper, &x, LIMITS);
+        let hierarchy = HierarchicalCost::new(car, &prior, sections, noise);
+        let [lower, upper] = hierarchy.unknown_bounds();
+        let found = sqp::minimise_sqp(&hierarchy, &lower, &upper, &x, LIMITS);
         if let Some(inverse) = found.model.hessian.try_inverse() {
             covariance = inverse;
         }
         x = found.x;
         if round + 1 < rounds {
-            let errors: Vec<Vec<Errors>> =
-                (0..sections.len()).map(|j| hierarchy.errors(&x, j)).collect();
-            sections.iter_mut().zip(&errors).for_each(|(section, errors)| section.weigh(errors));
-            let factor = spread(sections, &errors);
+            let errors: Vec<Vec<RolloutErrors>> =
+                (0..sections.len()).map(|j| hierarchy.section_errors(&x, j)).collect();
+            sections.iter_mut().zip(&errors).for_each(|(section, errors)| section.set_weight(errors));
+            let factor = normalised_rms_errors(sections, &errors);
             noise = [0, 1].map(|i| (noise[i] * factor[i]).max(floor[i]));
         }
     }
-    let hierarchy = Hierarchy::new(car, &prior, sections, noise);
-    let common_std: Vector =
+    let hierarchy = HierarchicalCost::new(car, &prior, sections, noise);
+    let common_std: ParameterVector =
         std::array::from_fn(|i| prior.std[i] * covariance[(i, i)].max(0.0).sqrt());
     Ok(FittedCar {
         car: *car,
-        common: hierarchy.common(&x),
+        common: hierarchy.common_parameters(&x),
         common_std,
         spread: std::array::from_fn(|i| match prior.between[i] {
             0.0 => 0.0,
             between => between.hypot(common_std[i]),
         }),
         noise,
-        own: (0..sections.len()).map(|j| hierarchy.own(&x, j)).collect(),
-        worth: sections.iter().map(Section::worth).collect(),
+        own: (0..sections.len()).map(|j| hierarchy.section_parameters(&x, j)).collect(),
+        worth: sections.iter().map(DriveSection::independent_rollout_count).collect(),
         unknowns: x,
     })
 }
 
 /// How large v_y and yaw rate are: root mean squares. v_y = l_r r + (v_y - l_r r): what the wheels roll, and what the tires slip; both of
 /// them can be wrong where their sum is small.
-fn level(sections: &[Section], car: &Car) -> State {
+fn state_rms(sections: &[DriveSection], car: &CarSpecification) -> LateralState {
     let mut sum = [0.0; 3];
     let mut count = 0;
     for section in sections {
         let drive = &section.driven.drive;
-        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+        for row in (0..drive.row_count()).filter(|row| drive.counts[*row]) {
             let rolls = car.body.l_r * drive.motion.r[row];
             count += 1;
             let parts = [rolls, drive.motion.v_y[row] - rolls, drive.motion.r[row]];
@@ -153,7 +152,7 @@ fn level(sections: &[Section], car: &Car) -> State {
 }
 
 /// From how much states change within rollouts.
-fn first_noise(sections: &[Section]) -> State {
+fn initial_noise(sections: &[DriveSection]) -> LateralState {
     let mut sum = [0.0; 2];
     let mut count = 0;
     for section in sections {
@@ -169,7 +168,7 @@ fn first_noise(sections: &[Section]) -> State {
 }
 
 /// Root mean squares of errors over their standard deviations: by how much those are too small.
-fn spread(sections: &[Section], errors: &[Vec<Errors>]) -> State {
+fn normalised_rms_errors(sections: &[DriveSection], errors: &[Vec<RolloutErrors>]) -> LateralState {
     let mut sum = [0.0; 2];
     let mut total = 0.0;
     for (section, errors) in sections.iter().zip(errors) {

@@ -4,17 +4,17 @@
 use nalgebra::{SVector, U1};
 use num_dual::{Derivative, DualSVec64};
 use vehicle::Number;
-use vehicle::{Body, rk4};
+use vehicle::{VehicleBody, rk4_step};
 
-use crate::car::parameters::{COUNT, Car, LAG, LEAST_LAG, Parameters, Vector};
+use crate::car::parameters::{COUNT, CarParameters, CarSpecification, LAG, LEAST_LAG, ParameterVector};
 use crate::drive::EvenDrive;
-use crate::predictor::State;
+use crate::predictor::LateralState;
 
 /// A number with its derivatives with respect to all parameters.
 pub type Dual = DualSVec64<COUNT>;
 
 /// Largest lateral speed [m/s] and yaw rate [rad/s] of a rollout: a car that has spun goes nowhere.
-const SPUN: State = [60.0, 40.0];
+const SPUN: LateralState = [60.0, 40.0];
 /// An axle keeps this share of its load at rest, and takes at most this much of it.
 const LOAD_SHARE: [f64; 2] = [0.1, 3.0];
 /// What the ellipse leaves at least of the lateral force, squared, and how smoothly it gets there.
@@ -26,7 +26,7 @@ const LONGEST: f64 = 5e-3;
 
 /// Inputs at one instant.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs<T> {
+pub struct MotionInputs<T> {
     /// Forward speed [m/s].
     pub v_x: f64,
     /// Its rate [m/s²].
@@ -37,14 +37,19 @@ pub struct Inputs<T> {
 
 /// Lateral forces of both axles along the body [N].
 #[inline]
-pub fn forces<T: Number>(car: &Car, p: &Parameters<T>, u: &Inputs<T>, [v_y, r]: [T; 2]) -> [T; 2] {
-    let Body { m, l_f, l_r, .. } = car.body;
+pub fn lateral_axle_forces<T: Number>(
+    car: &CarSpecification,
+    p: &CarParameters<T>,
+    u: &MotionInputs<T>,
+    [v_y, r]: [T; 2],
+) -> [T; 2] {
+    let VehicleBody { m, l_f, l_r, .. } = car.body;
     let v_x = T::from(u.v_x);
     // Inertial acceleration along the body.
     let a_x = -v_y * r + u.rate;
     let moved = a_x * p.h * (m / car.body.wheelbase());
     let rest = car.body.static_loads();
-    let loads = [load(-moved + rest[0], rest[0]), load(moved + rest[1], rest[1])];
+    let loads = [clamp_load(-moved + rest[0], rest[0]), clamp_load(moved + rest[1], rest[1])];
     let slips = [u.delta - (v_y + r * l_f).atan2(v_x), p.S_r - (v_y - r * l_r).atan2(v_x)];
     let mut mu = [T::zero(); 2];
     for i in 0..2 {
@@ -65,7 +70,7 @@ pub fn forces<T: Number>(car: &Car, p: &Parameters<T>, u: &Inputs<T>, [v_y, r]: 
 }
 
 #[inline]
-fn load<T: Number>(load: T, rest: f64) -> T {
+fn clamp_load<T: Number>(load: T, rest: f64) -> T {
     let [least, most] = LOAD_SHARE.map(|share| share * rest);
     if load.re() < least {
         T::from(least)
@@ -114,40 +119,40 @@ impl LaggedSteering {
         self.rows[row - self.first][0]
     }
 
-    fn between(&self, row: usize, share: f64) -> [f64; 2] {
+    fn interpolate(&self, row: usize, share: f64) -> [f64; 2] {
         let [a, b] = [self.rows[row - self.first], self.rows[row + 1 - self.first]];
         [0, 1].map(|i| a[i] + share * (b[i] - a[i]))
     }
 }
 
 /// A number for which an angle and its derivative with respect to the lag become one.
-pub trait Steer: Number {
+pub trait SteeringNumber: Number {
     /// The parameters that this number is differentiated by.
-    fn parameters(x: &Vector) -> [Self; COUNT];
+    fn from_parameters(x: &ParameterVector) -> [Self; COUNT];
     /// The angle as such a number.
-    fn steer(angle: [f64; 2]) -> Self;
+    fn from_angle(angle: [f64; 2]) -> Self;
 }
 
-impl Steer for f64 {
-    fn parameters(x: &Vector) -> [Self; COUNT] {
+impl SteeringNumber for f64 {
+    fn from_parameters(x: &ParameterVector) -> [Self; COUNT] {
         *x
     }
 
     #[inline]
-    fn steer(angle: [f64; 2]) -> Self {
+    fn from_angle(angle: [f64; 2]) -> Self {
         angle[0]
     }
 }
 
-impl Steer for Dual {
-    fn parameters(x: &Vector) -> [Self; COUNT] {
+impl SteeringNumber for Dual {
+    fn from_parameters(x: &ParameterVector) -> [Self; COUNT] {
         std::array::from_fn(|i| {
             Self::new(x[i], Derivative::derivative_generic(nalgebra::Const::<COUNT>, U1, i))
         })
     }
 
     #[inline]
-    fn steer([angle, by_lag]: [f64; 2]) -> Self {
+    fn from_angle([angle, by_lag]: [f64; 2]) -> Self {
         let mut along = SVector::<f64, COUNT>::zeros();
         along[LAG] = by_lag;
         Self::new(angle, Derivative::some(along))
@@ -183,15 +188,20 @@ impl DriveWithRates {
     }
 
     /// The states at `start` and the `rows` after it.
-    pub fn roll<T: Steer>(&self, car: &Car, x: &Vector, start: usize, rows: usize) -> Vec<[T; 2]> {
+    pub fn simulate_states<T: SteeringNumber>(
+        &self,
+        car: &CarSpecification,
+        x: &ParameterVector,
+        start: usize,
+        rows: usize,
+    ) -> Vec<[T; 2]> {
         let drive = &self.drive;
         let steered = LaggedSteering::new(drive, x[LAG], start, start + rows);
-        let p = Parameters::new(&T::parameters(x));
+        let p = CarParameters::new(&T::from_parameters(x));
         let substeps = (drive.step / LONGEST).ceil().max(1.0) as usize;
         let h = drive.step / substeps as f64;
         let m = car.body.m;
-        let mut state =
-            SVector::<T, 2>::new(drive.motion.v_y[start].into(), drive.motion.r[start].into());
+        let mut state = SVector::<T, 2>::new(drive.motion.v_y[start].into(), drive.motion.r[start].into());
         let mut states = Vec::with_capacity(rows + 1);
         states.push(state.into());
         for row in start..start + rows {
@@ -199,15 +209,15 @@ impl DriveWithRates {
                 // The middle of the sub-step stands for all of it.
                 let share = (part as f64 + 0.5) / substeps as f64;
                 let at = |of: &[f64]| of[row] + share * (of[row + 1] - of[row]);
-                let delta = T::steer(steered.between(row, share)) + p.offset;
-                let u = Inputs { v_x: at(&drive.motion.v_x), rate: at(&self.rate), delta };
+                let delta = T::from_angle(steered.interpolate(row, share)) + p.offset;
+                let u = MotionInputs { v_x: at(&drive.motion.v_x), rate: at(&self.rate), delta };
                 let rates = |x: &SVector<T, 2>| {
-                    let [front, rear] = forces(car, &p, &u, (*x).into());
+                    let [front, rear] = lateral_axle_forces(car, &p, &u, (*x).into());
                     let yaw = (front * car.body.l_f - rear * car.body.l_r) / p.I_zz;
                     SVector::<T, 2>::new((front + rear) / m - x[1] * u.v_x, yaw)
                 };
-                state = rk4(&state, h, rates);
-                state = SVector::<T, 2>::from_fn(|i, _| limited(state[i], SPUN[i]));
+                state = rk4_step(&state, h, rates);
+                state = SVector::<T, 2>::from_fn(|i, _| clamp_magnitude(state[i], SPUN[i]));
             }
             states.push(state.into());
         }
@@ -216,17 +226,23 @@ impl DriveWithRates {
 
     /// Lateral acceleration [m/s²] in a row from its measured state.
     #[must_use]
-    pub fn a_y(&self, car: &Car, p: &Parameters<f64>, steered: &LaggedSteering, row: usize) -> f64 {
+    pub fn a_y(
+        &self,
+        car: &CarSpecification,
+        p: &CarParameters<f64>,
+        steered: &LaggedSteering,
+        row: usize,
+    ) -> f64 {
         let drive = &self.drive;
         let delta = steered.angle(row) + p.offset;
-        let u = Inputs { v_x: drive.motion.v_x[row], rate: self.rate[row], delta };
-        let [front, rear] = forces(car, p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
+        let u = MotionInputs { v_x: drive.motion.v_x[row], rate: self.rate[row], delta };
+        let [front, rear] = lateral_axle_forces(car, p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
         (front + rear) / car.body.m
     }
 }
 
 #[inline]
-fn limited<T: Number>(x: T, most: f64) -> T {
+fn clamp_magnitude<T: Number>(x: T, most: f64) -> T {
     match x.re() {
         // What is not a number has spun too.
         re if re.is_nan() => T::from(most),

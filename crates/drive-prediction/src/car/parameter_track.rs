@@ -5,14 +5,14 @@ use numerics::loss::Loss;
 use rayon::prelude::*;
 
 use crate::car::fit::FittedCar;
-use crate::car::information::Errors;
+use crate::car::information::RolloutErrors;
 use crate::car::motion::DriveWithRates;
-use crate::car::parameters::{LAG, LEAST_LAG, VARYING, Vector};
-use crate::car::section::starts;
+use crate::car::parameters::{LAG, LEAST_LAG, ParameterVector, VARYING};
+use crate::car::section::rollout_starts;
 
 /// Covariance of what a log has of its own.
-pub type Covariance = SMatrix<f64, VARYING, VARYING>;
-type Own = SVector<f64, VARYING>;
+pub type ParameterCovariance = SMatrix<f64, VARYING, VARYING>;
+type OwnParameters = SVector<f64, VARYING>;
 
 /// Time between two starts of rollouts [s], and how long they last [s].
 const EVERY: f64 = 0.1;
@@ -32,9 +32,9 @@ pub struct ParameterEstimate {
     /// The row.
     pub from: usize,
     /// The parameters.
-    pub x: Vector,
+    pub x: ParameterVector,
     /// Covariance of those that differ between logs.
-    pub covariance: Covariance,
+    pub covariance: ParameterCovariance,
 }
 
 /// The parameters while a drive goes on.
@@ -45,20 +45,20 @@ impl ParameterTrack {
     /// Of a drive that the car was not fitted to. Derivatives are those at θ.
     #[must_use]
     pub fn new(fitted: &FittedCar, driven: &DriveWithRates) -> Self {
-        let (starts, ahead) = starts(&driven.drive, HORIZON, EVERY);
+        let (starts, ahead) = rollout_starts(&driven.drive, HORIZON, EVERY);
         let roll = |start: &usize| {
             let rows = (*start, ahead);
-            let errors = Errors::new(driven, &fitted.car, &fitted.common, rows, fitted.noise);
+            let errors = RolloutErrors::new(driven, &fitted.car, &fitted.common, rows, fitted.noise);
             (start + ahead, errors)
         };
-        let ended: Vec<(usize, Errors)> = starts.par_iter().map(roll).collect();
-        let mut state = Estimate::default();
-        let mut known = vec![state.known(fitted, 0)];
+        let ended: Vec<(usize, RolloutErrors)> = starts.par_iter().map(roll).collect();
+        let mut state = InformationEstimate::default();
+        let mut known = vec![state.parameter_estimate(fitted, 0)];
         let mut last = 0;
         for (end, errors) in &ended {
-            state.forget((end - last) as f64 * driven.drive.step);
-            state.learn(errors, &fitted.spread);
-            known.push(state.known(fitted, *end));
+            state.fade_information((end - last) as f64 * driven.drive.step);
+            state.add_information(errors, &fitted.spread);
+            known.push(state.parameter_estimate(fitted, *end));
             last = *end;
         }
         Self(known)
@@ -66,37 +66,37 @@ impl ParameterTrack {
 
     /// What the rows up to this one tell.
     #[must_use]
-    pub fn at(&self, row: usize) -> &ParameterEstimate {
+    pub fn estimate_at(&self, row: usize) -> &ParameterEstimate {
         &self.0[self.0.partition_point(|known| known.from <= row).max(1) - 1]
     }
 
     /// All that was ever known, in order.
     #[must_use]
-    pub fn all(&self) -> &[ParameterEstimate] {
+    pub fn estimates(&self) -> &[ParameterEstimate] {
         &self.0
     }
 }
 
 /// b over its standard deviation: normal with this information.
 #[derive(Clone, Debug, Default)]
-struct Estimate {
-    matrix: Covariance,
-    vector: Own,
-    mean: Own,
-    covariance: Option<Covariance>,
+struct InformationEstimate {
+    matrix: ParameterCovariance,
+    vector: OwnParameters,
+    mean: OwnParameters,
+    covariance: Option<ParameterCovariance>,
 }
 
-impl Estimate {
+impl InformationEstimate {
     /// Information fades, so that b may change; what is left without any is the prior.
-    fn forget(&mut self, time: f64) {
+    fn fade_information(&mut self, time: f64) {
         let keep = (-time / MEMORY).exp();
         self.matrix *= keep;
         self.vector *= keep;
     }
 
-    fn learn(&mut self, errors: &Errors, spread: &[f64; VARYING]) {
+    fn add_information(&mut self, errors: &RolloutErrors, spread: &[f64; VARYING]) {
         for (value, slope) in errors.values.iter().zip(&errors.slopes) {
-            let slope = Own::from_fn(|i, _| slope[i] * spread[i]);
+            let slope = OwnParameters::from_fn(|i, _| slope[i] * spread[i]);
             if !value.is_finite() || slope.iter().any(|slope| !slope.is_finite()) {
                 continue;
             }
@@ -105,20 +105,20 @@ impl Estimate {
             self.vector -= weight * *value * slope;
         }
         // With the identity of the prior there always is an inverse.
-        if let Some(covariance) = (self.matrix + Covariance::identity()).try_inverse() {
+        if let Some(covariance) = (self.matrix + ParameterCovariance::identity()).try_inverse() {
             self.mean = (covariance * self.vector).map(|it| it.clamp(-FARTHEST, FARTHEST));
             self.covariance = Some(covariance);
         }
     }
 
-    fn known(&self, fitted: &FittedCar, from: usize) -> ParameterEstimate {
+    fn parameter_estimate(&self, fitted: &FittedCar, from: usize) -> ParameterEstimate {
         let mut x = fitted.common;
         for (x, (spread, mean)) in x.iter_mut().zip(fitted.spread.iter().zip(self.mean.iter())) {
             *x += spread * mean;
         }
         x[LAG] = x[LAG].max(LEAST_LAG);
-        let covariance = self.covariance.unwrap_or_else(Covariance::identity);
+        let covariance = self.covariance.unwrap_or_else(ParameterCovariance::identity);
         let scaled = |i: usize, k: usize| covariance[(i, k)] * fitted.spread[i] * fitted.spread[k];
-        ParameterEstimate { from, x, covariance: Covariance::from_fn(scaled) }
+        ParameterEstimate { from, x, covariance: ParameterCovariance::from_fn(scaled) }
     }
 }

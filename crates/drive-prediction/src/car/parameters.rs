@@ -1,8 +1,8 @@
 //! The parameters of the car: what they are, what is known of them before, how much they differ between logs.
 #![allow(non_snake_case, reason = "parameters of the Magic Formula are written as in its source")]
 
-use vehicle::Body;
 use vehicle::Number;
+use vehicle::VehicleBody;
 
 /// Number of parameters.
 pub const COUNT: usize = 12;
@@ -10,7 +10,7 @@ pub const COUNT: usize = 12;
 pub const VARYING: usize = 8;
 
 /// Parameters as they are estimated; stiffness, peak and inertia as logarithms.
-pub type Vector = [f64; COUNT];
+pub type ParameterVector = [f64; COUNT];
 
 /// Shortest lag of the steering [s].
 pub const LEAST_LAG: f64 = 2e-3;
@@ -20,14 +20,12 @@ pub(super) const OFFSET: usize = 5;
 /// Place of the steering lag in a [`Vector`].
 pub const LAG: usize = 7;
 /// Names of the parameters, with units, in the order of a [`Vector`].
-pub const NAMES: [&str; COUNT] = [
-    "ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h",
-    "e",
-];
+pub const NAMES: [&str; COUNT] =
+    ["ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h", "e"];
 
 /// The parameters, as the equations use them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters<T> {
+pub struct CarParameters<T> {
     /// Cornering stiffness over load, front and rear [1/rad].
     pub K: [T; 2],
     /// Peak of the force over load.
@@ -46,7 +44,7 @@ pub struct Parameters<T> {
     pub e: T,
 }
 
-impl<T: Number> Parameters<T> {
+impl<T: Number> CarParameters<T> {
     /// From the numbers that are estimated. The lag is no part of the motion: [`super::motion::LaggedSteering`] has it.
     pub fn new(x: &[T; COUNT]) -> Self {
         Self {
@@ -64,7 +62,7 @@ impl<T: Number> Parameters<T> {
 
 /// What the steering signal is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Steering {
+pub enum SteeringSignalKind {
     /// The angle of the road wheels, measured there.
     #[default]
     Measured,
@@ -74,7 +72,7 @@ pub enum Steering {
 
 /// How far apart the logs are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Variation {
+pub enum ParameterVariation {
     /// Laps of one day: tires warm up and wear.
     #[default]
     Laps,
@@ -84,45 +82,45 @@ pub enum Variation {
 
 /// What is known of the car before any log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Car {
+pub struct CarSpecification {
     /// Mass, inertia and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Share of the driving force at the front axle.
     pub front_drive: f64,
     /// Share of the braking force at the front axle.
     pub front_brake: f64,
     /// What the steering signal is.
-    pub steering: Steering,
+    pub steering: SteeringSignalKind,
     /// How far apart the logs are.
-    pub variation: Variation,
+    pub variation: ParameterVariation,
 }
 
 /// Prior of θ, spread of b, and the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
+pub struct ParameterPrior {
     /// Mean of θ.
-    pub mean: Vector,
+    pub mean: ParameterVector,
     /// Standard deviation of θ.
-    pub std: Vector,
+    pub std: ParameterVector,
     /// Standard deviation of b; 0 where logs do not differ.
-    pub between: Vector,
+    pub between: ParameterVector,
     /// Bounds of θ.
-    pub bounds: [Vector; 2],
+    pub bounds: [ParameterVector; 2],
 }
 
-impl Prior {
+impl ParameterPrior {
     /// Of cars on rubber and asphalt: K 12 per rad, within a factor of two or so, and a peak near 1.
     #[must_use]
-    pub fn new(car: &Car) -> Self {
-        let Body { I_zz, h, .. } = car.body;
+    pub fn new(car: &CarSpecification) -> Self {
+        let VehicleBody { I_zz, h, .. } = car.body;
         let (lag, lag_std, lag_between) = match car.steering {
-            Steering::Measured => (5e-3, 2e-3, 0.0),
-            Steering::Commanded => (0.05, 0.02, 0.02),
+            SteeringSignalKind::Measured => (5e-3, 2e-3, 0.0),
+            SteeringSignalKind::Commanded => (0.05, 0.02, 0.02),
         };
         // A day changes a rubber floor's peak by 10 % and the trim of a small servo by 0.02 rad; laps change less.
         let b = match car.variation {
-            Variation::Days => [0.2, 0.1, 0.2, 0.02, 0.01],
-            Variation::Laps => [0.1, 0.05, 0.1, 3e-3, 3e-3],
+            ParameterVariation::Days => [0.2, 0.1, 0.2, 0.02, 0.01],
+            ParameterVariation::Laps => [0.1, 0.05, 0.1, 3e-3, 3e-3],
         };
         let (stiffness, inertia) = (12.0_f64.ln(), I_zz.ln());
         // Friction falls with load: of a transfer of load, some 60 % arrives as force.

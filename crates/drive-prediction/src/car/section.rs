@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::car::information::Errors;
+use crate::car::information::RolloutErrors;
 use crate::car::motion::{DriveWithRates, WARM_UP};
 use crate::drive::EvenDrive;
-use crate::predictor::State;
+use crate::predictor::LateralState;
 
 /// A drive is divided into sections of about this long [s]: tires change within minutes.
 const LENGTH: f64 = 80.0;
@@ -21,7 +21,7 @@ const UNCORRELATED: f64 = 0.05;
 
 /// A part of a drive.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub struct DriveSection {
     /// The drive, of which only the rows of the part count.
     pub driven: Arc<DriveWithRates>,
     /// First rows of the rollouts.
@@ -32,27 +32,27 @@ pub struct Section {
     pub weight: f64,
 }
 
-impl Section {
+impl DriveSection {
     /// How much it says: independent rollouts.
     #[must_use]
-    pub fn worth(&self) -> f64 {
+    pub fn independent_rollout_count(&self) -> f64 {
         self.weight * self.starts.len() as f64
     }
 
     /// Weighs it by the time for which the errors of its rollouts stay alike: one-way circles say the same again and again.
-    pub fn weigh(&mut self, errors: &[Errors]) {
-        let means: Vec<State> = errors.iter().map(Errors::means).collect();
-        let alike = |i: usize| correlated(&means.iter().map(|mean| mean[i]).collect::<Vec<_>>());
+    pub fn set_weight(&mut self, errors: &[RolloutErrors]) {
+        let means: Vec<LateralState> = errors.iter().map(RolloutErrors::mean_errors).collect();
+        let alike = |i: usize| correlation_length(&means.iter().map(|mean| mean[i]).collect::<Vec<_>>());
         self.weight = 1.0 / alike(0).max(alike(1));
     }
 }
 
 /// The sections of drives that have rollouts.
 #[must_use]
-pub fn sections(drives: &[EvenDrive]) -> Vec<Section> {
+pub fn split_into_sections(drives: &[EvenDrive]) -> Vec<DriveSection> {
     let all: Vec<DriveWithRates> = drives.iter().map(DriveWithRates::new).collect();
-    let mut sections: Vec<Section> =
-        all.iter().flat_map(|driven| parts(&driven.drive, all.len() == 1)).collect();
+    let mut sections: Vec<DriveSection> =
+        all.iter().flat_map(|driven| sections_of_drive(&driven.drive, all.len() == 1)).collect();
     let rollouts: usize = sections.iter().map(|section| section.starts.len()).sum();
     for section in &mut sections {
         let kept = section.starts.iter().step_by(rollouts.div_ceil(MOST_ROLLOUTS).max(1));
@@ -62,8 +62,8 @@ pub fn sections(drives: &[EvenDrive]) -> Vec<Section> {
 }
 
 /// The sections of one drive.
-fn parts(drive: &EvenDrive, alone: bool) -> Vec<Section> {
-    let rows: Vec<usize> = (0..drive.rows()).filter(|row| drive.counts[*row]).collect();
+fn sections_of_drive(drive: &EvenDrive, alone: bool) -> Vec<DriveSection> {
+    let rows: Vec<usize> = (0..drive.row_count()).filter(|row| drive.counts[*row]).collect();
     let seconds = rows.len() as f64 * drive.step;
     let mut parts = (seconds / LENGTH).round().max(1.0) as usize;
     if alone && seconds >= 2.0 * SHORTEST {
@@ -73,39 +73,37 @@ fn parts(drive: &EvenDrive, alone: bool) -> Vec<Section> {
     let part = |part: usize| {
         let [from, to] = [part, part + 1].map(|it| it * rows.len() / parts);
         let (first, last) = (*rows.get(from)?, *rows.get(to.checked_sub(1)?)?);
-        let one = cut(drive, first, last);
-        let (starts, ahead) = starts(&one, HORIZON, EVERY);
+        let one = restrict_counted_rows(drive, first, last);
+        let (starts, ahead) = rollout_starts(&one, HORIZON, EVERY);
         let driven = Arc::new(DriveWithRates::new(&one));
-        (!starts.is_empty()).then_some(Section { driven, starts, ahead, weight: 1.0 })
+        (!starts.is_empty()).then_some(DriveSection { driven, starts, ahead, weight: 1.0 })
     };
     (0..parts).filter_map(part).collect()
 }
 
 /// The rows from `first` to `last` alone count; of the others only those stay that a lag of the steering remembers.
-fn cut(drive: &EvenDrive, first: usize, last: usize) -> EvenDrive {
+fn restrict_counted_rows(drive: &EvenDrive, first: usize, last: usize) -> EvenDrive {
     let begin = first.saturating_sub((WARM_UP / drive.step).ceil() as usize);
-    let end = (last + 2).min(drive.rows());
+    let end = (last + 2).min(drive.row_count());
     EvenDrive {
         name: drive.name.clone(),
         log: drive.log,
         step: drive.step,
         motion: drive.motion.slice(begin..end),
         r_dot: drive.r_dot.get(begin..end).map_or(Vec::new(), <[f64]>::to_vec),
-        counts: (begin..end)
-            .map(|row| (first..=last).contains(&row) && drive.counts[row])
-            .collect(),
+        counts: (begin..end).map(|row| (first..=last).contains(&row) && drive.counts[row]).collect(),
         lap: None,
         sensors: None,
     }
 }
 
 /// The first rows of rollouts over `horizon` [s], one each `every` [s], all of whose rows count; and their number of rows.
-pub(super) fn starts(drive: &EvenDrive, horizon: f64, every: f64) -> (Vec<usize>, usize) {
+pub(super) fn rollout_starts(drive: &EvenDrive, horizon: f64, every: f64) -> (Vec<usize>, usize) {
     let rows = |time: f64| ((time / drive.step).round() as usize).max(1);
     let (ahead, every) = (rows(horizon), rows(every));
     let mut starts = Vec::new();
     let mut row = 0;
-    while row + ahead + 1 < drive.rows() {
+    while row + ahead + 1 < drive.row_count() {
         match (row..=row + ahead).rev().find(|it| !drive.counts[*it]) {
             // The next start that can be free of this row.
             Some(wrong) => row = (wrong + 1).div_ceil(every) * every,
@@ -119,7 +117,7 @@ pub(super) fn starts(drive: &EvenDrive, horizon: f64, every: f64) -> (Vec<usize>
 }
 
 /// For how many of its steps a series stays alike: 1 + 2 Σ of its correlations about zero.
-fn correlated(series: &[f64]) -> f64 {
+fn correlation_length(series: &[f64]) -> f64 {
     let square: f64 = series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64;
     if square <= 0.0 {
         return 1.0;
@@ -141,11 +139,11 @@ mod tests {
     #[test]
     fn a_constant_error_is_one_error() {
         let n = 90;
-        let constant = correlated(&vec![0.3; n]);
+        let constant = correlation_length(&vec![0.3; n]);
         assert!(constant > 0.6 * n as f64, "{constant}");
         let alternating: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
-        assert_eq!(correlated(&alternating), 1.0);
-        assert_eq!(correlated(&[]), 1.0);
+        assert_eq!(correlation_length(&alternating), 1.0);
+        assert_eq!(correlation_length(&[]), 1.0);
     }
 
     #[test]
@@ -163,7 +161,7 @@ mod tests {
             ..EvenDrive::default()
         };
         drive.counts[420] = false;
-        let (starts, ahead) = starts(&drive, 1.5, 1.0);
+        let (starts, ahead) = rollout_starts(&drive, 1.5, 1.0);
         assert_eq!((starts, ahead), (vec![0, 100, 200, 500, 600, 700, 800], 150));
     }
 
@@ -186,10 +184,10 @@ mod tests {
             ..EvenDrive::default()
         };
         drive.motion.v_y[100] = f64::NAN;
-        let sections = sections(&[drive]);
+        let sections = split_into_sections(&[drive]);
         assert_eq!(sections.len(), 5);
         for section in &sections {
-            let rows = section.driven.drive.rows();
+            let rows = section.driven.drive.row_count();
             assert!((7_999..8_300).contains(&rows), "{rows}");
             assert!(section.starts.len() >= 77, "{}", section.starts.len());
         }

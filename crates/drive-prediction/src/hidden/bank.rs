@@ -1,7 +1,7 @@
 //! The bank of a road that is driven again and again: lateral gravity over the distance of a lap, learnt from earlier laps.
 
-use super::filter::speed_of;
-use super::signals::{CHANNELS, Signals};
+use super::filter::measured_speed;
+use super::signals::{CHANNELS, SensorSignals};
 
 /// Lateral gravity over the distance of a lap, from where the signals begin that it was learnt from. Other signals must begin at the same place.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ const REACH: f64 = 20.0;
 
 impl BankMap {
     /// The mean over all laps of what was seen at each distance driven [m].
-    pub(super) fn mean(lap: f64, distance: &[f64], bank: &[f64]) -> Self {
+    pub(super) fn mean_over_laps(lap: f64, distance: &[f64], bank: &[f64]) -> Self {
         let places = (lap / SPACING).round().max(1.0) as usize;
         let spacing = lap / places as f64;
         let (mut sums, mut weights) = (vec![0.0; places], vec![0.0; places]);
@@ -34,28 +34,27 @@ impl BankMap {
                 weights[k] += weight;
             }
         }
-        let values =
-            sums.iter().zip(&weights).map(|(sum, weight)| sum / weight.max(1e-9)).collect();
+        let values = sums.iter().zip(&weights).map(|(sum, weight)| sum / weight.max(1e-9)).collect();
         Self { lap, values }
     }
 
     /// Lateral gravity in every row of a drive [m/s²].
-    pub(super) fn along(&self, signals: &Signals) -> Vec<f64> {
+    pub(super) fn bank_along_drive(&self, signals: &SensorSignals) -> Vec<f64> {
         let places = self.values.len();
         let at = |s: &f64| {
             let place = s.rem_euclid(self.lap) / self.lap * places as f64;
             let (below, share) = (place.floor() as usize % places, place.fract());
             self.values[below] * (1.0 - share) + self.values[(below + 1) % places] * share
         };
-        distance(signals).iter().map(at).collect()
+        driven_distance(signals).iter().map(at).collect()
     }
 }
 
 /// The distance driven at each row [m]; a speed that is missing stays as it was.
-pub(super) fn distance(signals: &Signals) -> Vec<f64> {
+pub(super) fn driven_distance(signals: &SensorSignals) -> Vec<f64> {
     let (mut speed, mut sum) = (0.0, 0.0);
     let next = |row: &[f64; CHANNELS]| {
-        speed = speed_of(row).unwrap_or(speed);
+        speed = measured_speed(row).unwrap_or(speed);
         sum += speed * signals.step;
         sum
     };

@@ -1,11 +1,11 @@
 //! Learns the bank of a closed road from a drive of several laps.
 
-use super::bank::{BankMap, distance};
-use super::filter::speed_of;
-use super::fit::Fit;
-use super::setup::Setup;
-use super::signals::{Channel, Signals};
-use super::track::smoothed;
+use super::bank::{BankMap, driven_distance};
+use super::filter::measured_speed;
+use super::fit::SideslipFit;
+use super::setup::EstimatorSetup;
+use super::signals::{SensorChannel, SensorSignals};
+use super::track::smooth_sideslip;
 
 /// Shortest lap [m], and the correlation of curvature a lap apart that makes it one.
 const SHORTEST: usize = 300;
@@ -14,20 +14,20 @@ const ALIKE: f64 = 0.9;
 impl BankMap {
     /// The map of signals of a closed road, with a fit of them; none where no lap repeats.
     #[must_use]
-    pub fn learn(setup: &Setup, fit: &Fit, signals: &Signals) -> Option<Self> {
-        let signals = signals.thinned();
-        let distance = distance(&signals);
-        let lap = lap(&signals, &distance)? as f64;
-        let bank = smoothed(setup, fit, &signals, None).bank;
-        Some(Self::mean(lap, &distance, &bank))
+    pub fn learn(setup: &EstimatorSetup, fit: &SideslipFit, signals: &SensorSignals) -> Option<Self> {
+        let signals = signals.averaged_over_blocks();
+        let distance = driven_distance(&signals);
+        let lap = lap_length(&signals, &distance)? as f64;
+        let bank = smooth_sideslip(setup, fit, &signals, None).bank;
+        Some(Self::mean_over_laps(lap, &distance, &bank))
     }
 }
 
 /// The length of a lap [m]: the distance after which curvature repeats best.
-fn lap(signals: &Signals, distance: &[f64]) -> Option<usize> {
+fn lap_length(signals: &SensorSignals, distance: &[f64]) -> Option<usize> {
     let (mut curvature, mut last) = (Vec::new(), 0.0);
     for (row, s) in signals.measured.iter().zip(distance) {
-        let ratio = row[Channel::YawRate as usize] / speed_of(row).unwrap_or(f64::NAN);
+        let ratio = row[SensorChannel::YawRate as usize] / measured_speed(row).unwrap_or(f64::NAN);
         if ratio.is_finite() {
             last = ratio;
         }

@@ -5,25 +5,28 @@
 use kalman::augmented::StateEstimate;
 use nalgebra::{SMatrix, SVector};
 
-use super::car::{BANK, COMMON, Car, GRADE, Input, Linear, MOVING, SLIP, STATES, State, TRIM};
-use super::parameters::Parameters;
-use super::setup::{GaussMarkov, Setup};
-use super::signals::{CHANNELS, Channel, Signals};
-use crate::lag::lag;
+use super::car::{
+    BANK, COMMON, FilterCarModel, FilterInput, FilterState, GRADE, LinearisedModel, MOVING, SLIP, STATES,
+    TRIM,
+};
+use super::parameters::SideslipModelParameters;
+use super::setup::{EstimatorSetup, GaussMarkov};
+use super::signals::{CHANNELS, SensorChannel, SensorSignals};
+use crate::lag::first_order_lag;
 
-pub(super) type Square = SMatrix<f64, STATES, STATES>;
+pub(super) type StateMatrix = SMatrix<f64, STATES, STATES>;
 
 /// Mean and covariance of the state.
-pub(super) type Estimate = StateEstimate<f64, STATES>;
+pub(super) type FilterEstimate = StateEstimate<f64, STATES>;
 
 /// What happened at a row.
 pub(super) struct FilterRow {
     /// Before the measurements.
-    pub prior: Estimate,
+    pub prior: FilterEstimate,
     /// After them.
-    pub posterior: Estimate,
+    pub posterior: FilterEstimate,
     /// Derivative of the prior's state by the state after the row before.
-    pub F: Square,
+    pub F: StateMatrix,
     /// Residuals and their variances, in the order of the channels; NaN where nothing was measured.
     pub residual: [f64; CHANNELS],
     pub variance: [f64; CHANNELS],
@@ -45,8 +48,8 @@ const ANY_HEADING: f64 = 100.0;
 const YAW_RATE: f64 = 1.0;
 
 /// A filter for one car.
-pub(super) struct Filter<'a> {
-    car: Car<'a>,
+pub(super) struct ExtendedKalmanFilter<'a> {
+    car: FilterCarModel<'a>,
     /// The states that are Gauss–Markov processes.
     disturbances: [(usize, GaussMarkov); 5],
     process: [f64; 3],
@@ -54,21 +57,25 @@ pub(super) struct Filter<'a> {
     noise: [f64; CHANNELS],
 }
 
-impl<'a> Filter<'a> {
+impl<'a> ExtendedKalmanFilter<'a> {
     /// With the variance of measured v_y [m²/s²], where the filter may see it.
-    pub fn new(setup: &'a Setup, parameters: &'a Parameters, v_y_variance: f64) -> Self {
+    pub fn new(
+        setup: &'a EstimatorSetup,
+        parameters: &'a SideslipModelParameters,
+        v_y_variance: f64,
+    ) -> Self {
         let it = &setup.disturbances;
         let [r, a_y, v_x] = parameters.sensor_noise().map(|std| std * std);
         let [course, speed] = setup.gnss.map(|std| std * std);
         let mut noise = [0.0; CHANNELS];
-        noise[Channel::Speed as usize] = v_x;
-        noise[Channel::YawRate as usize] = r;
-        noise[Channel::LateralAcceleration as usize] = a_y;
-        noise[Channel::LateralSpeed as usize] = v_y_variance;
-        noise[Channel::Course as usize] = course;
-        noise[Channel::GroundSpeed as usize] = speed;
+        noise[SensorChannel::Speed as usize] = v_x;
+        noise[SensorChannel::YawRate as usize] = r;
+        noise[SensorChannel::LateralAcceleration as usize] = a_y;
+        noise[SensorChannel::LateralSpeed as usize] = v_y_variance;
+        noise[SensorChannel::Course as usize] = course;
+        noise[SensorChannel::GroundSpeed as usize] = speed;
         Self {
-            car: Car::new(setup, parameters),
+            car: FilterCarModel::new(setup, parameters),
             disturbances: [
                 (GRADE, it.grade),
                 (BANK, it.bank),
@@ -82,10 +89,15 @@ impl<'a> Filter<'a> {
     }
 
     /// Shows every row of a drive, with the bank that a map gives for each, if any.
-    pub fn run(&self, signals: &Signals, bank: Option<&[f64]>, mut show: impl FnMut(&FilterRow)) {
+    pub fn filter_drive(
+        &self,
+        signals: &SensorSignals,
+        bank: Option<&[f64]>,
+        mut show: impl FnMut(&FilterRow),
+    ) {
         let setup = self.car.setup;
-        let steering = lag(&signals.delta, setup.steering_lag, signals.step);
-        let input = |row: usize| Input {
+        let steering = first_order_lag(&signals.delta, setup.steering_lag, signals.step);
+        let input = |row: usize| FilterInput {
             delta: steering[row],
             steering_rate: (steering[row] - steering[row.max(1) - 1]) / signals.step,
             a_x: signals.a_x.as_ref().map(|a_x| a_x[row]),
@@ -93,20 +105,20 @@ impl<'a> Filter<'a> {
         };
         let trim = setup.disturbances.trim;
         let mut trim = [0.0, trim * trim];
-        let mut estimate = self.first(&[f64::NAN; CHANNELS], trim);
+        let mut estimate = self.initial_estimate(&[f64::NAN; CHANNELS], trim);
         let (mut slow, mut last) = (true, setup.least_speed);
-        for row in 0..signals.rows() {
+        for row in 0..signals.row_count() {
             let measured = &signals.measured[row];
-            let speed = speed_of(measured);
+            let speed = measured_speed(measured);
             let start = slow && speed.is_some_and(|speed| speed >= setup.least_speed);
             if let Some(speed) = speed {
                 (slow, last) = (speed < setup.least_speed, speed);
             }
-            let mut F = Square::identity();
+            let mut F = StateMatrix::identity();
             if start || slow {
-                estimate = self.first(measured, trim);
+                estimate = self.initial_estimate(measured, trim);
             } else {
-                let parts = (signals.step * self.car.fastest(last) / STABLE).ceil();
+                let parts = (signals.step * self.car.fastest_settling_rate(last) / STABLE).ceil();
                 let inputs = [input(row - 1), input(row)];
                 let parts = parts.clamp(1.0, MOST_PARTS) as usize;
                 F = self.predict(&mut estimate, &inputs, signals.step, parts);
@@ -119,30 +131,21 @@ impl<'a> Filter<'a> {
             }
             let taken = measured.map(|value| value.is_finite() && !start && !slow);
             let posterior = estimate;
-            show(&FilterRow {
-                prior,
-                posterior,
-                F,
-                residual,
-                variance,
-                measured: taken,
-                start,
-                slow,
-            });
+            show(&FilterRow { prior, posterior, F, residual, variance, measured: taken, start, slow });
         }
     }
 
     /// The estimate where the car has just become fast enough.
-    fn first(&self, measured: &[f64; CHANNELS], [trim, variance]: [f64; 2]) -> Estimate {
-        let mut first = Estimate { x: [0.0; STATES], P: [[0.0; STATES]; STATES] };
-        let Estimate { x, P } = &mut first;
-        x[0] = speed_of(measured).unwrap_or(0.0).max(self.car.setup.least_speed);
-        let r = measured[Channel::YawRate as usize];
+    fn initial_estimate(&self, measured: &[f64; CHANNELS], [trim, variance]: [f64; 2]) -> FilterEstimate {
+        let mut first = FilterEstimate { x: [0.0; STATES], P: [[0.0; STATES]; STATES] };
+        let FilterEstimate { x, P } = &mut first;
+        x[0] = measured_speed(measured).unwrap_or(0.0).max(self.car.setup.least_speed);
+        let r = measured[SensorChannel::YawRate as usize];
         x[2] = if r.is_finite() { r } else { 0.0 };
         x[TRIM] = trim;
-        P[0][0] = 4.0 * self.noise[Channel::Speed as usize].max(1e-6);
+        P[0][0] = 4.0 * self.noise[SensorChannel::Speed as usize].max(1e-6);
         P[1][1] = (SIDESLIP * x[0]).powi(2);
-        let yaw = 4.0 * self.noise[Channel::YawRate as usize];
+        let yaw = 4.0 * self.noise[SensorChannel::YawRate as usize];
         P[2][2] = if r.is_finite() { yaw } else { YAW_RATE * YAW_RATE };
         P[3][3] = ANY_HEADING * ANY_HEADING;
         for (state, GaussMarkov { std, .. }) in self.disturbances {
@@ -155,31 +158,30 @@ impl<'a> Filter<'a> {
     /// Moves an estimate over a step [s] in parts; the derivative of the new state by the old one.
     fn predict(
         &self,
-        estimate: &mut Estimate,
-        [from, to]: &[Input; 2],
+        estimate: &mut FilterEstimate,
+        [from, to]: &[FilterInput; 2],
         step: f64,
         parts: usize,
-    ) -> Square {
+    ) -> StateMatrix {
         let h = step / parts as f64;
-        let mut all = Square::identity();
+        let mut all = StateMatrix::identity();
         for part in 0..parts {
             let share = (part as f64 + 0.5) / parts as f64;
             let between = |a: f64, b: f64| a + share * (b - a);
-            let input = Input {
+            let input = FilterInput {
                 delta: between(from.delta, to.delta),
                 a_x: from.a_x.zip(to.a_x).map(|(a, b)| between(a, b)),
                 bank: between(from.bank, to.bank),
                 ..*to
             };
             let (moved, F) = self.transition(&estimate.x, &input, h);
-            let rows: [[f64; STATES]; MOVING] =
-                std::array::from_fn(|i| std::array::from_fn(|j| F[(i, j)]));
+            let rows: [[f64; STATES]; MOVING] = std::array::from_fn(|i| std::array::from_fn(|j| F[(i, j)]));
             estimate.propagate_covariance(&rows);
             for (i, growth) in self.process.iter().enumerate() {
                 estimate.P[i][i] += growth * h;
             }
             for (state, disturbance) in self.disturbances {
-                let (correlation, variance) = disturbance.step(h);
+                let (correlation, variance) = disturbance.correlation_and_variance(h);
                 estimate.propagate_gauss_markov(state, correlation, variance);
             }
             estimate.x = moved;
@@ -189,12 +191,12 @@ impl<'a> Filter<'a> {
     }
 
     /// The states after `h` [s] by their Taylor series of second order, and the derivative of that by those before.
-    fn transition(&self, x: &[f64; STATES], input: &Input, h: f64) -> ([f64; STATES], Square) {
-        let x = State::from(*x);
-        let Linear { rates, A, .. } = self.car.linear(&x, input);
-        let mut whole = Square::zeros();
+    fn transition(&self, x: &[f64; STATES], input: &FilterInput, h: f64) -> ([f64; STATES], StateMatrix) {
+        let x = FilterState::from(*x);
+        let LinearisedModel { rates, A, .. } = self.car.linearise(&x, input);
+        let mut whole = StateMatrix::zeros();
         whole.fixed_view_mut::<MOVING, STATES>(0, 0).copy_from(&A);
-        let mut speed = State::zeros();
+        let mut speed = FilterState::zeros();
         speed.fixed_rows_mut::<MOVING>(0).copy_from(&rates);
         for (state, GaussMarkov { time, .. }) in self.disturbances {
             whole[(state, state)] = -1.0 / time;
@@ -202,9 +204,9 @@ impl<'a> Filter<'a> {
         }
         let bent = whole * speed;
         let moved = x + speed * h + bent * (0.5 * h * h);
-        let mut F = whole * whole * (0.5 * h * h) + whole * h + Square::identity();
+        let mut F = whole * whole * (0.5 * h * h) + whole * h + StateMatrix::identity();
         for (state, disturbance) in self.disturbances {
-            F[(state, state)] = disturbance.step(h).0;
+            F[(state, state)] = disturbance.correlation_and_variance(h).0;
         }
         (moved.into(), F)
     }
@@ -212,8 +214,8 @@ impl<'a> Filter<'a> {
     /// Takes in the measurements one after the other.
     fn update(
         &self,
-        estimate: &mut Estimate,
-        input: &Input,
+        estimate: &mut FilterEstimate,
+        input: &FilterInput,
         measured: &[f64; CHANNELS],
         residuals: &mut [f64; CHANNELS],
         variances: &mut [f64; CHANNELS],
@@ -221,15 +223,15 @@ impl<'a> Filter<'a> {
         if measured.iter().all(|value| value.is_nan()) {
             return;
         }
-        let prior = State::from(estimate.x);
-        let at = self.car.linear(&prior, input);
+        let prior = FilterState::from(estimate.x);
+        let at = self.car.linearise(&prior, input);
         for channel in (0..CHANNELS).filter(|channel| measured[*channel].is_finite()) {
-            let (expected, H) = self.expected(channel, &prior, &at, input);
+            let (expected, H) = self.predicted_measurement(channel, &prior, &at, input);
             let cross_covariance = estimate.P.map(|row| SVector::from(row).dot(&H));
             let variance = H.dot(&SVector::from(cross_covariance)) + self.noise[channel];
-            let moved = State::from(estimate.x) - prior;
+            let moved = FilterState::from(estimate.x) - prior;
             let mut residual = measured[channel] - expected - H.dot(&moved);
-            if channel == Channel::Course as usize {
+            if channel == SensorChannel::Course as usize {
                 residual -= std::f64::consts::TAU * (residual / std::f64::consts::TAU).round();
             }
             estimate.update(&cross_covariance, residual, variance);
@@ -238,29 +240,35 @@ impl<'a> Filter<'a> {
     }
 
     /// What a channel shows at a state, and its derivative.
-    fn expected(&self, channel: usize, x: &State, at: &Linear, input: &Input) -> (f64, State) {
-        let mut H = State::zeros();
-        let [r_delay, a_y_delay] = self.car.parameters.delays();
+    fn predicted_measurement(
+        &self,
+        channel: usize,
+        x: &FilterState,
+        at: &LinearisedModel,
+        input: &FilterInput,
+    ) -> (f64, FilterState) {
+        let mut H = FilterState::zeros();
+        let [r_delay, a_y_delay] = self.car.parameters.sensor_delays();
         let (v_x, v_y) = (x[0], x[1]);
         let square = v_x * v_x + v_y * v_y;
-        let value = if channel == Channel::LateralAcceleration as usize {
+        let value = if channel == SensorChannel::LateralAcceleration as usize {
             H = at.C;
             let moving = at.C.fixed_rows::<MOVING>(0).dot(&at.rates);
             let rate = moving + at.C[TRIM] * input.steering_rate;
             at.a_y + self.car.parameters.a_y_offset() - a_y_delay * rate
-        } else if channel == Channel::YawRate as usize {
+        } else if channel == SensorChannel::YawRate as usize {
             H = at.A.row(2).transpose() * -r_delay;
             H[2] += 1.0;
             x[2] - r_delay * at.rates[2]
-        } else if channel == Channel::Course as usize {
+        } else if channel == SensorChannel::Course as usize {
             (H[0], H[1], H[3]) = (-v_y / square, v_x / square, 1.0);
             x[3] + v_y.atan2(v_x)
-        } else if channel == Channel::GroundSpeed as usize {
+        } else if channel == SensorChannel::GroundSpeed as usize {
             let speed = square.sqrt();
             (H[0], H[1]) = (v_x / speed, v_y / speed);
             speed
         } else {
-            let state = usize::from(channel == Channel::LateralSpeed as usize);
+            let state = usize::from(channel == SensorChannel::LateralSpeed as usize);
             H[state] = 1.0;
             x[state]
         };
@@ -269,7 +277,7 @@ impl<'a> Filter<'a> {
 }
 
 /// The speed that a row shows [m/s].
-pub(super) fn speed_of(measured: &[f64; CHANNELS]) -> Option<f64> {
-    let shown = [Channel::Speed, Channel::GroundSpeed].map(|channel| measured[channel as usize]);
+pub(super) fn measured_speed(measured: &[f64; CHANNELS]) -> Option<f64> {
+    let shown = [SensorChannel::Speed, SensorChannel::GroundSpeed].map(|channel| measured[channel as usize]);
     shown.into_iter().find(|speed| speed.is_finite())
 }

@@ -4,13 +4,13 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::identifiability::MAX_WIDTH_WEAK;
-use numerics::sqp::{self, Limits, Objective};
+use numerics::sqp::{self, Objective, SqpLimits};
 
 use super::bank::BankMap;
-use super::likelihood::Posterior;
-use super::parameters::{NAMES, Parameters, SIZE, unknowns};
-use super::setup::Setup;
-use super::signals::{Channel, Signals};
+use super::likelihood::NegativeLogPosterior;
+use super::parameters::{NAMES, SIZE, SideslipModelParameters, fit_unknowns};
+use super::setup::EstimatorSetup;
+use super::signals::{SensorChannel, SensorSignals};
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,10 +51,7 @@ impl fmt::Display for Error {
         match self {
             Self::NoDrives => write!(f, "expected one drive or more, found none"),
             Self::Missing { drive, what, found, needed } => {
-                write!(
-                    f,
-                    "drive {drive}: expected {needed} values of {what} or more, found {found}"
-                )
+                write!(f, "drive {drive}: expected {needed} values of {what} or more, found {found}")
             }
             Self::Step { drive, step } => {
                 write!(f, "drive {drive}: expected rows at rising times, found a step of {step} s")
@@ -74,7 +71,7 @@ impl std::error::Error for Error {}
 
 /// A value with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
+pub struct IntervalEstimate {
     /// The value.
     pub value: f64,
     /// From and to.
@@ -83,13 +80,13 @@ pub struct Interval {
 
 /// What drives say of a car.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct SideslipFit {
     /// The most probable unknowns, noises for the rows of the likelihood.
-    pub parameters: Parameters,
+    pub parameters: SideslipModelParameters,
     /// Values with intervals, in the order of [`NAMES`].
-    pub intervals: [Interval; SIZE],
+    pub intervals: [IntervalEstimate; SIZE],
     /// Cornering stiffness over load of both axles [1/rad].
-    pub stiffness: [Interval; 2],
+    pub stiffness: [IntervalEstimate; 2],
     /// By how much the prior of each unknown was narrowed: 1 − (std after / std before); near 0 the drives say nothing of it.
     pub learned: [f64; SIZE],
     /// Negative logarithm of the posterior.
@@ -106,7 +103,7 @@ pub struct Fit {
 
 /// Values that a sensor must give: two seconds at 100 Hz, twenty at 10 Hz.
 const LEAST_VALUES: usize = 200;
-const LIMITS: Limits = Limits { iterations: 150, target: 2e-4, tolerance: 2e-3, damping: 1e-2 };
+const LIMITS: SqpLimits = SqpLimits { iterations: 150, target: 2e-4, tolerance: 2e-3, damping: 1e-2 };
 /// Half width of a 95 % interval.
 const Z_95: f64 = 1.959_964;
 
@@ -114,43 +111,46 @@ const Z_95: f64 = 1.959_964;
 ///
 /// # Errors
 /// If a drive lacks speed, yaw rate or rows that are fast enough, or nothing is finite at the first guess.
-pub fn fit(setup: &Setup, drives: &[Signals], map: Option<&BankMap>) -> Result<Fit, Error> {
-    check(setup, drives)?;
-    let banks = |drive: &Signals| map.map(|map| map.along(drive));
-    let thinned: Vec<(Signals, Option<Vec<f64>>)> = drives
+pub fn fit_sideslip_model(
+    setup: &EstimatorSetup,
+    drives: &[SensorSignals],
+    map: Option<&BankMap>,
+) -> Result<SideslipFit, Error> {
+    check_drives(setup, drives)?;
+    let banks = |drive: &SensorSignals| map.map(|map| map.bank_along_drive(drive));
+    let thinned: Vec<(SensorSignals, Option<Vec<f64>>)> = drives
         .iter()
-        .map(Signals::thinned)
+        .map(SensorSignals::averaged_over_blocks)
         .map(|drive| {
             let bank = banks(&drive);
             (drive, bank)
         })
         .collect();
-    let unknowns = unknowns(setup, drives.iter().all(|drive| drive.a_x.is_some()));
-    let posterior = Posterior { setup, unknowns: &unknowns, drives: &thinned };
+    let unknowns = fit_unknowns(setup, drives.iter().all(|drive| drive.a_x.is_some()));
+    let posterior = NegativeLogPosterior { setup, unknowns: &unknowns, drives: &thinned };
     let corner =
-        |end: usize| DVector::from_fn(SIZE, |i, _| unknowns[i].coordinate(unknowns[i].bounds[end]));
-    let start = DVector::from_fn(SIZE, |i, _| unknowns[i].coordinate(unknowns[i].start));
+        |end: usize| DVector::from_fn(SIZE, |i, _| unknowns[i].coordinate_of(unknowns[i].bounds[end]));
+    let start = DVector::from_fn(SIZE, |i, _| unknowns[i].coordinate_of(unknowns[i].start));
     if !posterior.cost(&start).is_finite() {
         return Err(Error::NoStart);
     }
-    let minimum = sqp::minimise(&posterior, &corner(0), &corner(1), &start, LIMITS);
-    let covariance = covariance(&posterior, &minimum, &unknowns.map(|it| it.std));
-    let parameters = posterior.parameters(&minimum.x);
+    let minimum = sqp::minimise_sqp(&posterior, &corner(0), &corner(1), &start, LIMITS);
+    let covariance = sandwich_covariance(&posterior, &minimum, &unknowns.map(|it| it.std));
+    let parameters = posterior.parameters_at(&minimum.x);
     let intervals = std::array::from_fn(|i| {
         let half = Z_95 * covariance[(i, i)].sqrt();
-        let ends = [-half, half].map(|half| unknowns[i].value(minimum.x[i] + half));
-        Interval { value: parameters.0[i], ends }
+        let ends = [-half, half].map(|half| unknowns[i].value_at_coordinate(minimum.x[i] + half));
+        IntervalEstimate { value: parameters.0[i], ends }
     });
     let stiffness = [0, 4].map(|first| {
         // The logarithm of B C D is the sum of theirs.
         let variance = covariance.view((first, first), (3, 3)).sum();
         let value = minimum.x.rows(first, 3).sum().exp();
         let factor = (Z_95 * variance.max(0.0).sqrt()).exp();
-        Interval { value, ends: [value / factor, value * factor] }
+        IntervalEstimate { value, ends: [value / factor, value * factor] }
     });
-    let learned =
-        std::array::from_fn(|i| 1.0 - (covariance[(i, i)].sqrt() / unknowns[i].std).min(1.0));
-    Ok(Fit {
+    let learned = std::array::from_fn(|i| 1.0 - (covariance[(i, i)].sqrt() / unknowns[i].std).min(1.0));
+    Ok(SideslipFit {
         parameters,
         intervals,
         stiffness,
@@ -166,11 +166,14 @@ pub fn fit(setup: &Setup, drives: &[Signals], map: Option<&BankMap>) -> Result<F
 
 /// Huber's sandwich H⁻¹ G H⁻¹, not below H⁻¹: G is the scatter of scores of blocks, H the information. Unknowns on a bound keep their prior's
 /// width.
-fn covariance(posterior: &Posterior, minimum: &sqp::Minimum, stds: &[f64; SIZE]) -> DMatrix<f64> {
+fn sandwich_covariance(
+    posterior: &NegativeLogPosterior,
+    minimum: &sqp::SqpMinimum,
+    stds: &[f64; SIZE],
+) -> DMatrix<f64> {
     let mut bread = minimum.model.hessian.clone();
-    let mut filling =
-        DMatrix::from_fn(SIZE, SIZE, |i, j| if i == j { stds[i].powi(-2) } else { 0.0 });
-    for score in posterior.scores(&minimum.x) {
+    let mut filling = DMatrix::from_fn(SIZE, SIZE, |i, j| if i == j { stds[i].powi(-2) } else { 0.0 });
+    for score in posterior.block_scores(&minimum.x) {
         filling += &score * score.transpose();
     }
     for i in (0..SIZE).filter(|i| minimum.at_bound[*i]) {
@@ -180,9 +183,9 @@ fn covariance(posterior: &Posterior, minimum: &sqp::Minimum, stds: &[f64; SIZE])
             matrix[(i, i)] = stds[i].powi(-2);
         }
     }
-    let inverse = bread.try_inverse().unwrap_or_else(|| {
-        DMatrix::from_fn(SIZE, SIZE, |i, j| if i == j { stds[i].powi(2) } else { 0.0 })
-    });
+    let inverse = bread
+        .try_inverse()
+        .unwrap_or_else(|| DMatrix::from_fn(SIZE, SIZE, |i, j| if i == j { stds[i].powi(2) } else { 0.0 }));
     let sandwich = &inverse * filling * &inverse;
     // The prior bounds what correlated errors leave open.
     let shrink = DVector::from_fn(SIZE, |i, _| {
@@ -192,7 +195,7 @@ fn covariance(posterior: &Posterior, minimum: &sqp::Minimum, stds: &[f64; SIZE])
     DMatrix::from_fn(SIZE, SIZE, |i, j| sandwich[(i, j)] * shrink[i] * shrink[j])
 }
 
-fn check(setup: &Setup, drives: &[Signals]) -> Result<(), Error> {
+fn check_drives(setup: &EstimatorSetup, drives: &[SensorSignals]) -> Result<(), Error> {
     if drives.is_empty() {
         return Err(Error::NoDrives);
     }
@@ -200,14 +203,15 @@ fn check(setup: &Setup, drives: &[Signals]) -> Result<(), Error> {
         if !(signals.step.is_finite() && signals.step > 0.0) {
             return Err(Error::Step { drive, step: signals.step });
         }
-        let speeds = signals.count(Channel::Speed).max(signals.count(Channel::GroundSpeed));
-        let yaw_rates = signals.count(Channel::YawRate);
+        let speeds =
+            signals.value_count(SensorChannel::Speed).max(signals.value_count(SensorChannel::GroundSpeed));
+        let yaw_rates = signals.value_count(SensorChannel::YawRate);
         for (what, found) in [("speed", speeds), ("yaw rate", yaw_rates)] {
             if found < LEAST_VALUES {
                 return Err(Error::Missing { drive, what, found, needed: LEAST_VALUES });
             }
         }
-        let pair = [Channel::Speed as usize, Channel::GroundSpeed as usize];
+        let pair = [SensorChannel::Speed as usize, SensorChannel::GroundSpeed as usize];
         let mut rows = signals.measured.iter();
         if !rows.any(|row| pair.iter().any(|channel| row[*channel] >= setup.least_speed)) {
             return Err(Error::TooSlow { drive, least: setup.least_speed });
@@ -216,7 +220,7 @@ fn check(setup: &Setup, drives: &[Signals]) -> Result<(), Error> {
     Ok(())
 }
 
-impl fmt::Display for Fit {
+impl fmt::Display for SideslipFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for ((name, it), learned) in NAMES.iter().zip(&self.intervals).zip(&self.learned) {
             let [low, high] = it.ends;

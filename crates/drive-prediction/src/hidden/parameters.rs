@@ -1,7 +1,7 @@
 //! The unknowns of a fit without v_y: tires, car, sensors and white noises, with the coordinates and the prior that a fit works in.
 #![allow(non_snake_case, reason = "parameters of the Magic Formula are written as in its source")]
 
-use super::setup::Setup;
+use super::setup::EstimatorSetup;
 
 /// Number of unknowns.
 pub(super) const SIZE: usize = 22;
@@ -66,29 +66,24 @@ impl AxleTire {
 
 /// The unknowns in the order of [`NAMES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters(pub [f64; SIZE]);
+pub struct SideslipModelParameters(pub [f64; SIZE]);
 
-impl Parameters {
+impl SideslipModelParameters {
     /// Tires of the front and the rear axle.
     #[must_use]
-    pub fn tires(&self) -> [AxleTire; 2] {
-        [0, 4].map(|i| AxleTire {
-            B: self.0[i],
-            C: self.0[i + 1],
-            D: self.0[i + 2],
-            E: self.0[i + 3],
-        })
+    pub fn axle_tires(&self) -> [AxleTire; 2] {
+        [0, 4].map(|i| AxleTire { B: self.0[i], C: self.0[i + 1], D: self.0[i + 2], E: self.0[i + 3] })
     }
 
     /// Yaw inertia [kg·m²].
     #[must_use]
-    pub fn inertia(&self) -> f64 {
+    pub fn yaw_inertia(&self) -> f64 {
         self.0[8]
     }
 
     /// Height of the centre of gravity [m].
     #[must_use]
-    pub fn height(&self) -> f64 {
+    pub fn centre_of_gravity_height(&self) -> f64 {
         self.0[9]
     }
 
@@ -103,7 +98,7 @@ impl Parameters {
     }
 
     /// Pitch under longitudinal acceleration times g, as a share of that acceleration.
-    pub(super) fn pitch(&self) -> f64 {
+    pub(super) fn pitch_gain(&self) -> f64 {
         self.0[12]
     }
 
@@ -123,12 +118,12 @@ impl Parameters {
     }
 
     /// How late r and a_y are behind steering and speed [s].
-    pub(super) fn delays(&self) -> [f64; 2] {
+    pub(super) fn sensor_delays(&self) -> [f64; 2] {
         [self.0[20], self.0[21]]
     }
 
     /// The same with noises of sensors that are sampled `times` as often: what matters to slow motion is their density.
-    pub(super) fn sampled(&self, times: f64) -> Self {
+    pub(super) fn with_sampling_factor(&self, times: f64) -> Self {
         let mut other = *self;
         for i in 14..17 {
             other.0[i] *= times.sqrt();
@@ -139,7 +134,7 @@ impl Parameters {
 
 /// How an unknown is searched for: in its logarithm or as it is, near a first guess.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unknown {
+pub(super) struct FitUnknown {
     /// Whether the coordinate is the logarithm.
     pub log: bool,
     /// Where the search starts, of the unknown itself.
@@ -152,43 +147,43 @@ pub(super) struct Unknown {
     pub bounds: [f64; 2],
 }
 
-impl Unknown {
-    fn log(start: f64, std: f64, bounds: [f64; 2]) -> Self {
+impl FitUnknown {
+    fn logarithmic(start: f64, std: f64, bounds: [f64; 2]) -> Self {
         Self { log: true, start, centre: start, std, bounds }
     }
 
-    fn plain(start: f64, std: f64, bounds: [f64; 2]) -> Self {
+    fn linear(start: f64, std: f64, bounds: [f64; 2]) -> Self {
         Self { log: false, start, centre: start, std, bounds }
     }
 
     /// The coordinate of a value.
-    pub fn coordinate(&self, value: f64) -> f64 {
+    pub fn coordinate_of(&self, value: f64) -> f64 {
         if self.log { value.ln() } else { value }
     }
 
     /// The value at a coordinate.
-    pub fn value(&self, coordinate: f64) -> f64 {
+    pub fn value_at_coordinate(&self, coordinate: f64) -> f64 {
         if self.log { coordinate.exp() } else { coordinate }
     }
 
     /// Step of the differences that stand for derivatives.
-    pub fn step(&self) -> f64 {
+    pub fn difference_step(&self) -> f64 {
         if self.log { 1e-4 } else { 1e-3 * self.std }
     }
 }
 
 /// All of them. Tires of road and race cars lie well inside the bounds; C, E, height, load sensitivity and combined slip are weak in most
 /// drives, so their priors matter.
-pub(super) fn unknowns(setup: &Setup, has_a_x: bool) -> [Unknown; SIZE] {
+pub(super) fn fit_unknowns(setup: &EstimatorSetup, has_a_x: bool) -> [FitUnknown; SIZE] {
     let tire = [
-        Unknown::log(10.0, 1.0, [2.0, 60.0]),
-        Unknown::log(1.35, 0.02, [1.0, 2.0]),
-        Unknown::log(1.1, 0.5, [0.2, 3.0]),
-        Unknown::plain(0.0, 0.6, [-4.0, 0.99]),
+        FitUnknown::logarithmic(10.0, 1.0, [2.0, 60.0]),
+        FitUnknown::logarithmic(1.35, 0.02, [1.0, 2.0]),
+        FitUnknown::logarithmic(1.1, 0.5, [0.2, 3.0]),
+        FitUnknown::linear(0.0, 0.6, [-4.0, 0.99]),
     ];
     let [inertia, height] = setup.body_uncertainty;
     let around = |guess: f64| [guess / 4.0, guess * 4.0];
-    let noise = |start: f64| Unknown::log(start, 2.0, [start * 1e-3, start * 1e2]);
+    let noise = |start: f64| FitUnknown::logarithmic(start, 2.0, [start * 1e-3, start * 1e2]);
     // Without an accelerometer the speed wanders as drivers push.
     let pushing = if has_a_x { 0.06 } else { 1.0 };
     let [r, a_y, v_x] = setup.sensor_noise;
@@ -203,20 +198,20 @@ pub(super) fn unknowns(setup: &Setup, has_a_x: bool) -> [Unknown; SIZE] {
         u[1],
         u[2],
         u[3],
-        Unknown::log(body.I_zz, inertia, around(body.I_zz)),
-        Unknown::log(body.h, height, around(body.h)),
-        Unknown::plain(0.1, 0.2, [-1.0, 2.0]),
-        Unknown::plain(1.0, 0.5, [0.0, 1.5]),
-        Unknown::plain(0.0, 0.05, [-0.3, 0.3]),
-        Unknown::plain(0.0, 0.2, [-2.0, 2.0]),
+        FitUnknown::logarithmic(body.I_zz, inertia, around(body.I_zz)),
+        FitUnknown::logarithmic(body.h, height, around(body.h)),
+        FitUnknown::linear(0.1, 0.2, [-1.0, 2.0]),
+        FitUnknown::linear(1.0, 0.5, [0.0, 1.5]),
+        FitUnknown::linear(0.0, 0.05, [-0.3, 0.3]),
+        FitUnknown::linear(0.0, 0.2, [-2.0, 2.0]),
         noise(r),
         noise(a_y),
         noise(v_x),
         noise(pushing),
         noise(0.05),
         noise(setup.yaw_process),
-        Unknown::plain(0.0, setup.delay, [-0.1, 0.1]),
-        Unknown::plain(0.0, setup.delay, [-0.1, 0.1]),
+        FitUnknown::linear(0.0, setup.delay, [-0.1, 0.1]),
+        FitUnknown::linear(0.0, setup.delay, [-0.1, 0.1]),
     ]
 }
 

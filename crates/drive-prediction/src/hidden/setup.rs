@@ -1,6 +1,6 @@
 //! What is known or decided before a fit without v_y: the car, its sensors, and the Gauss–Markov processes of its disturbances.
 
-use vehicle::Body;
+use vehicle::VehicleBody;
 
 /// A disturbance that wanders about zero: a Gauss–Markov process of first order (Ornstein–Uhlenbeck).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct GaussMarkov {
 
 impl GaussMarkov {
     /// Correlation over `h` [s], and the variance that it gains in that time.
-    pub(super) fn step(&self, h: f64) -> (f64, f64) {
+    pub(super) fn correlation_and_variance(&self, h: f64) -> (f64, f64) {
         let gained = -(-2.0 * h / self.time).exp_m1();
         ((-h / self.time).exp(), self.std * self.std * gained)
     }
@@ -61,9 +61,9 @@ impl Disturbances {
 
 /// The car and its sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setup {
+pub struct EstimatorSetup {
     /// Mass and lengths; yaw inertia and height of the centre of gravity are first guesses.
-    pub body: Body,
+    pub body: VehicleBody,
     /// How far the true yaw inertia and height may be from the guesses: standard deviations of their logarithms.
     pub body_uncertainty: [f64; 2],
     /// Time constant of the steering [s].
@@ -88,10 +88,10 @@ pub struct Setup {
     pub disturbances: Disturbances,
 }
 
-impl Setup {
+impl EstimatorSetup {
     /// A rear-driven car on a road.
     #[must_use]
-    pub fn road(body: Body) -> Self {
+    pub fn road_car(body: VehicleBody) -> Self {
         Self {
             body,
             body_uncertainty: [0.05, 0.1],
@@ -110,7 +110,7 @@ impl Setup {
 
     /// A small car without a longitudinal accelerometer.
     #[must_use]
-    pub fn small(body: Body) -> Self {
+    pub fn small_car(body: VehicleBody) -> Self {
         Self {
             body_uncertainty: [0.3, 0.2],
             drag: 0.0,
@@ -119,7 +119,7 @@ impl Setup {
             sensor_noise: [0.08, 2.5, 0.03],
             yaw_process: 2.0,
             disturbances: Disturbances::SMALL,
-            ..Self::road(body)
+            ..Self::road_car(body)
         }
     }
 }

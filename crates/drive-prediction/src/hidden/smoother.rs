@@ -4,18 +4,18 @@
 use kalman::{Gaussian, smooth_step};
 
 use super::car::STATES;
-use super::filter::{FilterRow, Square};
+use super::filter::{FilterRow, StateMatrix};
 
 /// What the smoother needs of a row.
-pub(super) struct Step {
+pub(super) struct SmootherStep {
     prior: Gaussian<STATES>,
     posterior: Gaussian<STATES>,
-    F: Square,
+    F: StateMatrix,
     /// Whether nothing before this row belongs to it.
     start: bool,
 }
 
-impl From<&FilterRow> for Step {
+impl From<&FilterRow> for SmootherStep {
     fn from(row: &FilterRow) -> Self {
         let FilterRow { prior, posterior, F, start, slow, .. } = row;
         let (prior, posterior) = (prior.into(), posterior.into());
@@ -24,7 +24,7 @@ impl From<&FilterRow> for Step {
 }
 
 /// Smoothed estimates; one before a prediction that is singular stays as it was filtered.
-pub(super) fn smooth(steps: &[Step]) -> Vec<Gaussian<STATES>> {
+pub(super) fn rts_smooth(steps: &[SmootherStep]) -> Vec<Gaussian<STATES>> {
     let mut smoothed: Vec<_> = steps.iter().map(|step| step.posterior).collect();
     for k in (0..steps.len().saturating_sub(1)).rev() {
         let next = &steps[k + 1];

@@ -7,19 +7,19 @@ use rayon::prelude::*;
 
 use super::bank::BankMap;
 use super::car::{BANK, STATES};
-use super::filter::Filter;
-use super::fit::Fit;
-use super::parameters::{Parameters, SIZE};
-use super::setup::Setup;
-use super::signals::Signals;
-use super::smoother::{Step, smooth};
+use super::filter::ExtendedKalmanFilter;
+use super::fit::SideslipFit;
+use super::parameters::{SIZE, SideslipModelParameters};
+use super::setup::EstimatorSetup;
+use super::signals::SensorSignals;
+use super::smoother::{SmootherStep, rts_smooth};
 
 /// What the filter or the smoother says in a row, and whether the car is too slow there to tell anything.
 type RowEstimate = (Gaussian<STATES>, bool);
 
 /// What is known of the motion in each row.
 #[derive(Clone, Debug, Default)]
-pub struct Estimate {
+pub struct SideslipEstimate {
     /// Velocity to the left [m/s].
     pub v_y: Vec<f64>,
     /// Its standard deviation [m/s].
@@ -34,43 +34,59 @@ pub struct Estimate {
 
 /// The estimate in each row from that row and those before it.
 #[must_use]
-pub fn estimate(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>) -> Estimate {
-    run(setup, fit, signals, map, false)
+pub fn filter_sideslip(
+    setup: &EstimatorSetup,
+    fit: &SideslipFit,
+    signals: &SensorSignals,
+    map: Option<&BankMap>,
+) -> SideslipEstimate {
+    estimate_sideslip(setup, fit, signals, map, false)
 }
 
 /// The estimate in each row from all rows.
 #[must_use]
-pub fn smoothed(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>) -> Estimate {
-    run(setup, fit, signals, map, true)
+pub fn smooth_sideslip(
+    setup: &EstimatorSetup,
+    fit: &SideslipFit,
+    signals: &SensorSignals,
+    map: Option<&BankMap>,
+) -> SideslipEstimate {
+    estimate_sideslip(setup, fit, signals, map, true)
 }
 
-fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both: bool) -> Estimate {
-    let bank = map.map(|map| map.along(signals));
+fn estimate_sideslip(
+    setup: &EstimatorSetup,
+    fit: &SideslipFit,
+    signals: &SensorSignals,
+    map: Option<&BankMap>,
+    both: bool,
+) -> SideslipEstimate {
+    let bank = map.map(|map| map.bank_along_drive(signals));
     let times = fit.step / signals.step;
     let mut blind = *setup;
     blind.disturbances.common_slip.std = setup.disturbances.blind_slip;
-    let estimates = |parameters: &Parameters| {
-        let parameters = parameters.sampled(times);
+    let estimates = |parameters: &SideslipModelParameters| {
+        let parameters = parameters.with_sampling_factor(times);
         // v_y is a secret here even where a drive shows it.
-        let hidden = signals.hiding_v_y();
-        let filter = Filter::new(&blind, &parameters, f64::INFINITY);
+        let hidden = signals.without_v_y();
+        let filter = ExtendedKalmanFilter::new(&blind, &parameters, f64::INFINITY);
         if !both {
-            let mut rows = Vec::with_capacity(signals.rows());
-            filter.run(&hidden, bank.as_deref(), |row| {
+            let mut rows = Vec::with_capacity(signals.row_count());
+            filter.filter_drive(&hidden, bank.as_deref(), |row| {
                 rows.push((Gaussian::from(&row.posterior), row.slow));
             });
             return rows;
         }
-        let (mut steps, mut slow) = (Vec::with_capacity(signals.rows()), Vec::new());
-        filter.run(&hidden, bank.as_deref(), |row| {
-            steps.push(Step::from(row));
+        let (mut steps, mut slow) = (Vec::with_capacity(signals.row_count()), Vec::new());
+        filter.filter_drive(&hidden, bank.as_deref(), |row| {
+            steps.push(SmootherStep::from(row));
             slow.push(row.slow);
         });
-        smooth(&steps).into_iter().zip(slow).collect()
+        rts_smooth(&steps).into_iter().zip(slow).collect()
     };
     let here = estimates(&fit.parameters);
     let unsure = parameter_variance(fit, &here, &estimates);
-    let mut estimate = Estimate::default();
+    let mut estimate = SideslipEstimate::default();
     for ((Gaussian { mean: x, cov }, slow), more) in here.iter().zip(unsure) {
         // Where the car is too slow to tell, its rear axle does not slip.
         let v_y = if *slow { setup.body.l_r * x[2] } else { x[1] };
@@ -86,9 +102,9 @@ fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both:
 }
 
 /// The variance of v_y in each row by what the fit does not know of its unknowns, along the principal axes of their covariance.
-fn parameter_variance<F>(fit: &Fit, here: &[RowEstimate], estimates: &F) -> Vec<f64>
+fn parameter_variance<F>(fit: &SideslipFit, here: &[RowEstimate], estimates: &F) -> Vec<f64>
 where
-    F: Fn(&Parameters) -> Vec<RowEstimate> + Sync,
+    F: Fn(&SideslipModelParameters) -> Vec<RowEstimate> + Sync,
 {
     let axes = fit.covariance.clone().symmetric_eigen();
     let moved = |k: usize| {
@@ -96,7 +112,7 @@ where
         // The estimate is far from linear over a whole standard deviation of what is hardly known.
         let share = 0.1;
         let x = &fit.coordinates + axes.eigenvectors.column(k) * (std * share);
-        let there = estimates(&fit.at(&x));
+        let there = estimates(&fit.parameters_at(&x));
         let square = |(there, here): (&RowEstimate, &RowEstimate)| {
             ((there.0.mean[1] - here.0.mean[1]) / share).powi(2)
         };
@@ -109,9 +125,9 @@ where
     sum
 }
 
-impl Fit {
+impl SideslipFit {
     /// The unknowns at some coordinates.
-    fn at(&self, x: &DVector<f64>) -> Parameters {
-        Parameters(std::array::from_fn(|i| if self.logarithms[i] { x[i].exp() } else { x[i] }))
+    fn parameters_at(&self, x: &DVector<f64>) -> SideslipModelParameters {
+        SideslipModelParameters(std::array::from_fn(|i| if self.logarithms[i] { x[i].exp() } else { x[i] }))
     }
 }

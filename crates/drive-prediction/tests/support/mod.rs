@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use drive_prediction::car::{Car, Steering, Variation};
+use drive_prediction::car::{CarSpecification, ParameterVariation, SteeringSignalKind};
 use drive_prediction::zero_phase::{derivative, low_pass};
-use drive_prediction::{EvenDrive, Sensors};
+use drive_prediction::{DriveSensors, EvenDrive};
 use preparation::Drive;
-use vehicle::Body;
+use vehicle::VehicleBody;
 
 /// The folder of the data; `TRACKSIDE_DATA` names another one.
 pub fn folder() -> PathBuf {
@@ -25,9 +25,8 @@ pub fn columns(folder: &Path, file: &str) -> Option<impl Fn(&str) -> Vec<f64> + 
     let mut lines = text.lines();
     let titles: Vec<String> =
         lines.next()?.trim_start_matches("# ").split(',').map(|t| t.trim().to_owned()).collect();
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
     Some(move |title: &str| {
         let place = titles.iter().position(|t| t == title).expect("the column is there");
         rows.iter().map(|row| row[place]).collect()
@@ -35,10 +34,10 @@ pub fn columns(folder: &Path, file: &str) -> Option<impl Fn(&str) -> Vec<f64> + 
 }
 
 /// The 1:10 car of DART: lengths from axle weights, inertia from a formula.
-pub fn dart_body() -> Body {
+pub fn dart_body() -> VehicleBody {
     let wheelbase = 0.1735;
     let (front, rear) = (0.847 / 1.58, 0.733 / 1.58);
-    Body { m: 1.58, I_zz: 0.00481, l_f: wheelbase * rear, l_r: wheelbase * front, h: 0.03 }
+    VehicleBody { m: 1.58, I_zz: 0.00481, l_f: wheelbase * rear, l_r: wheelbase * front, h: 0.03 }
 }
 
 /// Time constant of its steering [s].
@@ -55,12 +54,12 @@ pub fn dart_in(folder: &Path, name: &str) -> Option<EvenDrive> {
     let v_x = column("v_x");
     let gap = column("gap");
     let counts = v_x.iter().zip(&gap).map(|(v_x, gap)| *v_x > 0.6 && *gap == 0.0).collect();
-    let sensors = Sensors {
+    let sensors = DriveSensors {
         v: column("wheel_speed"),
         r: column("yaw_rate_imu").iter().map(|r| r / 1.028).collect(),
         a_y: Some(column("a_y_imu").iter().map(|a| a - 0.22).collect()),
         a_x: None,
-        ..Sensors::default()
+        ..DriveSensors::default()
     };
     Some(EvenDrive {
         name: name.to_owned(),
@@ -82,8 +81,8 @@ pub fn dart_in(folder: &Path, name: &str) -> Option<EvenDrive> {
 }
 
 /// The 250 LM.
-pub fn lm_body() -> Body {
-    Body { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 }
+pub fn lm_body() -> VehicleBody {
+    VehicleBody { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 }
 }
 
 /// The log of the 250 LM.
@@ -99,12 +98,12 @@ pub fn lm_in(folder: &Path) -> Option<EvenDrive> {
     let rows = v_x.len();
     let counts = (0..rows).map(|row| v_x[row] > 12.0 && (50..rows - 50).contains(&row)).collect();
     let r = smooth("yaw_rate_radps");
-    let sensors = Sensors {
+    let sensors = DriveSensors {
         v: column("vx_mps"),
         r: column("yaw_rate_radps"),
         a_y: Some(column("ay_mps2")),
         a_x: Some(column("ax_mps2")),
-        ..Sensors::default()
+        ..DriveSensors::default()
     };
     Some(EvenDrive {
         name: "250 LM".to_owned(),
@@ -126,23 +125,23 @@ pub fn lm_in(folder: &Path) -> Option<EvenDrive> {
 }
 
 /// The 1:10 car on rubber floors of several days: four driven wheels, a servo.
-pub fn dart_car() -> Car {
-    Car {
+pub fn dart_car() -> CarSpecification {
+    CarSpecification {
         body: dart_body(),
         front_drive: 0.5,
         front_brake: 0.5,
-        steering: Steering::Commanded,
-        variation: Variation::Days,
+        steering: SteeringSignalKind::Commanded,
+        variation: ParameterVariation::Days,
     }
 }
 
 /// The 250 LM in the laps of one run: rear-wheel drive.
-pub fn lm_car() -> Car {
-    Car {
+pub fn lm_car() -> CarSpecification {
+    CarSpecification {
         body: lm_body(),
         front_drive: 0.0,
         front_brake: 0.5,
-        steering: Steering::Measured,
-        variation: Variation::Laps,
+        steering: SteeringSignalKind::Measured,
+        variation: ParameterVariation::Laps,
     }
 }

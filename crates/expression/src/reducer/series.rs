@@ -1,55 +1,58 @@
 //! Keeps all samples of some quantities, for what can be said about whole signals only: how they agree.
 
-use rating::{Band, BandCoverage, Rating};
+use rating::{BandCoverage, SignalRating, ToleranceBand};
 
 use super::Accumulator;
 
 /// All samples of some quantities.
 #[derive(Debug, Clone)]
-pub(super) struct Series {
-    judge: fn(&Columns) -> Judged,
+pub(super) struct SampleSeries {
+    judge: fn(&SeriesColumns) -> SeriesResult,
     /// Numbers of a sample: the time [s], then the quantities.
     width: usize,
     samples: Vec<f64>,
 }
 
 /// The time [s] and the quantities.
-type Columns = [Vec<f64>];
+type SeriesColumns = [Vec<f64>];
 
 /// The result, and the index of the sample that decided it.
-type Judged = (f64, Option<usize>);
+type SeriesResult = (f64, Option<usize>);
 
-impl Series {
+impl SampleSeries {
     /// None so far, of so many quantities, which `judge` gets behind the time.
-    pub(super) fn of(quantities: usize, judge: fn(&Columns) -> Judged) -> Box<dyn Accumulator> {
+    pub(super) fn new_boxed(
+        quantities: usize,
+        judge: fn(&SeriesColumns) -> SeriesResult,
+    ) -> Box<dyn Accumulator> {
         Box::new(Self { judge, width: 1 + quantities, samples: Vec::new() })
     }
 
-    fn judged(&self) -> Judged {
+    fn evaluate_series(&self) -> SeriesResult {
         let column = |place| self.samples.iter().skip(place).step_by(self.width).copied().collect();
         (self.judge)(&(0..self.width).map(column).collect::<Vec<_>>())
     }
 }
 
-impl Accumulator for Series {
+impl Accumulator for SampleSeries {
     fn push(&mut self, time: f64, values: &[f64]) {
         self.samples.push(time);
         self.samples.extend_from_slice(values);
     }
 
     fn result(&self) -> f64 {
-        self.judged().0
+        self.evaluate_series().0
     }
 
-    fn at(&self) -> Option<f64> {
-        self.samples.get(self.judged().1? * self.width).copied()
+    fn sample_time(&self) -> Option<f64> {
+        self.samples.get(self.evaluate_series().1? * self.width).copied()
     }
 
-    fn memory(&self) -> Vec<f64> {
+    fn save_state(&self) -> Vec<f64> {
         self.samples.clone()
     }
 
-    fn recall(&mut self, memory: &[f64]) -> bool {
+    fn restore_state(&mut self, memory: &[f64]) -> bool {
         let fits = memory.len().is_multiple_of(self.width);
         if fits {
             memory.clone_into(&mut self.samples);
@@ -57,21 +60,25 @@ impl Accumulator for Series {
         fits
     }
 
-    fn boxed(&self) -> Box<dyn Accumulator> {
+    fn clone_boxed(&self) -> Box<dyn Accumulator> {
         Box::new(self.clone())
     }
 }
 
 /// A score of a signal against its reference; not a number where no rating is possible.
-pub(super) fn rated(columns: &Columns, score: fn(&Rating) -> f64) -> Judged {
+pub(super) fn evaluate_rating(columns: &SeriesColumns, score: fn(&SignalRating) -> f64) -> SeriesResult {
     let [time, candidate, reference] = columns else { return (f64::NAN, None) };
     let step = time.windows(2).next().map_or(f64::NAN, |pair| pair[1] - pair[0]);
-    (rating::rating(reference, candidate, step).map_or(f64::NAN, |it| score(&it)), None)
+    (rating::rate_signal(reference, candidate, step).map_or(f64::NAN, |it| score(&it)), None)
 }
 
 /// What is said of the points of a curve in the band around its reference; not a number where there is no band.
-pub(super) fn banded(columns: &Columns, judged: fn(&BandCoverage) -> Judged) -> Judged {
+pub(super) fn evaluate_band_coverage(
+    columns: &SeriesColumns,
+    judged: fn(&BandCoverage) -> SeriesResult,
+) -> SeriesResult {
     let [_, x, y, reference_x, reference_y, dx, dy] = columns else { return (f64::NAN, None) };
-    let inside = Band::new(reference_x, reference_y, dx, dy).and_then(|band| band.judge(x, y));
+    let inside =
+        ToleranceBand::new(reference_x, reference_y, dx, dy).and_then(|band| band.judge_points(x, y));
     inside.map_or((f64::NAN, None), |inside| judged(&inside))
 }

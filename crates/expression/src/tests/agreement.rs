@@ -3,19 +3,19 @@
 use super::*;
 
 /// Judges a condition over samples of `a.x`, `a.y`, `b.x` and `plant.tyre.f[1,2]`, 0.1 s apart.
-fn judged(text: &str, units: &[(&str, &str)], row: fn(f64) -> [f64; 4], samples: u32) -> Outcome {
+fn judged(text: &str, units: &[(&str, &str)], row: fn(f64) -> [f64; 4], samples: u32) -> ConditionOutcome {
     let expression = parse_in(text, units).unwrap_or_else(|error| panic!("{text}: {error:?}"));
-    let mut monitor = Monitor::new(expression, 0.0);
+    let mut monitor = ConditionMonitor::new(expression, 0.0);
     for k in 0..samples {
         let time = 0.1 * f64::from(k);
-        assert_eq!(monitor.sample(time, &TestedRow(&row(time), &[])), None);
+        assert_eq!(monitor.push_sample(time, &TestedRow(&row(time), &[])), None);
     }
     assert_eq!(
-        monitor.trace().points().len(),
+        monitor.comparison_trace().points().len(),
         0,
         "a deviation has no place in a picture of a signal"
     );
-    monitor.verdict()
+    monitor.outcome()
 }
 
 /// The value that a condition on it finds.
@@ -31,9 +31,8 @@ fn sines(time: f64) -> [f64; 4] {
 
 #[test]
 fn ratings_are_those_of_the_standard() {
-    let series =
-        |place: usize| (0..200).map(|k| sines(0.1 * f64::from(k))[place]).collect::<Vec<_>>();
-    let expected = rating::rating(&series(1), &series(0), 0.1).expect("a rating");
+    let series = |place: usize| (0..200).map(|k| sines(0.1 * f64::from(k))[place]).collect::<Vec<_>>();
+    let expected = rating::rate_signal(&series(1), &series(0), 0.1).expect("a rating");
     for (part, score) in [
         ("rating", expected.overall),
         ("rating_corridor", expected.corridor),
@@ -47,10 +46,7 @@ fn ratings_are_those_of_the_standard() {
     // 3 of at most 40 samples.
     assert!((expected.phase - 37.0 / 40.0).abs() < 1e-12);
     assert_eq!(found("rating(a.x - a.x, a.y - a.y)", sines), 1.0);
-    assert!(
-        found("rating(a.y, a.x)", sines) != expected.overall,
-        "the reference is the second one"
-    );
+    assert!(found("rating(a.y, a.x)", sines) != expected.overall, "the reference is the second one");
 }
 
 #[test]
@@ -139,10 +135,7 @@ fn a_log_is_judged_by_the_band_of_a_simulation_at_other_times() {
     };
     let text = "corridor(a.x, a.y, b.x, plant.tyre.f[1,2], 0.1 m/s2 + 0.06 * abs(b.x), 5 deg + 0.03 * abs(plant.tyre.f[1,2])) <= 1";
     let outcome = judged(text, &units, row, 41);
-    assert!(
-        outcome.passed && (outcome.value.expect("a value") - 4.0 / 7.4).abs() < 1e-9,
-        "{outcome:?}"
-    );
+    assert!(outcome.passed && (outcome.value.expect("a value") - 4.0 / 7.4).abs() < 1e-9, "{outcome:?}");
     assert_eq!(outcome.at, Some(4.0));
 }
 

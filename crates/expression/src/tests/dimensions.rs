@@ -36,7 +36,7 @@ fn typed(text: &str) -> Result<Expression<Tested>, ParseError> {
 fn value(text: &str) -> f64 {
     let expression = typed(text).unwrap_or_else(|error| panic!("{text}: {error:?}"));
     let numbers = [10.0, 36.0, 2.0, 0.5, 14.0, 90.0, 20.0, 1.0];
-    expression.value(3.0, &TestedRow(&numbers, &[]))
+    expression.evaluate(3.0, &TestedRow(&numbers, &[]))
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn the_unit_of_an_expression_is_known() {
         ("count($v > 1)", Some("1")),
     ] {
         let unit = typed(text).unwrap_or_else(|error| panic!("{text}: {error:?}")).unit();
-        let name = unit.map(|(unit, name)| name.unwrap_or_else(|| unit.dimension()));
+        let name = unit.map(|(unit, name)| name.unwrap_or_else(|| unit.dimension_text()));
         assert_eq!(name.as_deref(), expected, "{text}");
     }
 }

@@ -20,25 +20,25 @@ const CONDITIONS: [&str; 15] = [
     "corridor_share(a.x, a.y, a.y, 1, 0.1, 0.1) > rating_slope(a.x, b.x)",
 ];
 
-fn sample(monitor: &mut Monitor<Tested>, k: u32) {
+fn sample(monitor: &mut ConditionMonitor<Tested>, k: u32) {
     let x = if k == 77 { f64::NAN } else { f64::from(k * 7 % 13) / 3.0 };
-    monitor.sample(0.1 * f64::from(k), &TestedRow(&[x, -x, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0], &[]));
+    monitor.push_sample(0.1 * f64::from(k), &TestedRow(&[x, -x, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0], &[]));
 }
 
 /// What a monitor says, so that NaN equals itself.
-fn said(monitor: &Monitor<Tested>) -> String {
-    format!("{:?} {:?}", monitor.verdict(), monitor.trace())
+fn said(monitor: &ConditionMonitor<Tested>) -> String {
+    format!("{:?} {:?}", monitor.outcome(), monitor.comparison_trace())
 }
 
 #[test]
 fn a_run_in_two_parts_is_judged_as_in_one() {
     for condition in CONDITIONS {
         for (half, all) in [(0, 5), (3, 60), (70, 90), (80, 90), (1300, 2000)] {
-            let new = || Monitor::new(parse(condition).expect(condition), 0.1);
+            let new = || ConditionMonitor::new(parse(condition).expect(condition), 0.1);
             let [mut whole, mut one, mut other] = [new(), new(), new()];
             (0..all).for_each(|k| sample(&mut whole, k));
             (0..half).for_each(|k| sample(&mut one, k));
-            assert!(other.recall(&one.memory()), "{condition}");
+            assert!(other.restore_state(&one.save_state()), "{condition}");
             (half..all).for_each(|k| sample(&mut other, k));
             assert_eq!(said(&other), said(&whole), "{condition} from {half} on");
         }
@@ -48,9 +48,9 @@ fn a_run_in_two_parts_is_judged_as_in_one() {
 #[test]
 fn what_no_monitor_remembers_is_refused_and_changes_nothing() {
     for condition in CONDITIONS {
-        let mut monitor = Monitor::new(parse(condition).expect(condition), 0.0);
+        let mut monitor = ConditionMonitor::new(parse(condition).expect(condition), 0.0);
         (0..5).for_each(|k| sample(&mut monitor, k));
-        let (before, good) = (said(&monitor), monitor.memory());
+        let (before, good) = (said(&monitor), monitor.save_state());
         let mut wrong = vec![Vec::new(), good[..2].to_vec()];
         wrong.push(good.iter().cloned().chain([vec![1.0, f64::NAN, 1.0]]).collect());
         for list in 0..good.len() {
@@ -61,9 +61,9 @@ fn what_no_monitor_remembers_is_refused_and_changes_nothing() {
             }
         }
         for memory in wrong {
-            assert!(!monitor.recall(&memory), "{condition}: {memory:?}");
+            assert!(!monitor.restore_state(&memory), "{condition}: {memory:?}");
             assert_eq!(said(&monitor), before);
         }
-        assert!(monitor.recall(&good) && said(&monitor) == before);
+        assert!(monitor.restore_state(&good) && said(&monitor) == before);
     }
 }

@@ -15,18 +15,18 @@ fn the_first_sample_that_violates_a_condition_is_known() {
 #[test]
 fn a_trace_holds_what_is_compared() {
     let traced = |text: &str| {
-        let mut monitor = Monitor::new(parse(text).expect("a condition"), 0.0);
+        let mut monitor = ConditionMonitor::new(parse(text).expect("a condition"), 0.0);
         for x in [1.0, 5.0] {
-            monitor.sample(x, &TestedRow(&[x, -x, 2.0], &[]));
+            monitor.push_sample(x, &TestedRow(&[x, -x, 2.0], &[]));
         }
-        let points = monitor.trace().points();
+        let points = monitor.comparison_trace().points();
         let pairs = points.iter().map(|point| [point.value[0], point.limit[0]]);
-        (monitor.trace().of(), pairs.collect::<Vec<_>>())
+        (monitor.comparison_trace().content(), pairs.collect::<Vec<_>>())
     };
-    assert_eq!(traced("abs(a.y) < 2"), (Traced::Sides, vec![[1.0, 2.0], [5.0, 2.0]]));
-    assert_eq!(traced("max(a.x) > 3"), (Traced::Reduced, vec![[1.0, 3.0], [5.0, 3.0]]));
+    assert_eq!(traced("abs(a.y) < 2"), (TraceContent::Sides, vec![[1.0, 2.0], [5.0, 2.0]]));
+    assert_eq!(traced("max(a.x) > 3"), (TraceContent::Reduced, vec![[1.0, 3.0], [5.0, 3.0]]));
     let (of, points) = traced("rms(a.x) < 3");
-    assert!(of == Traced::Reduced && points[1][0] == 5.0 && points[1][1].is_nan());
-    assert_eq!(traced("a.x < 2 and a.x < 4"), (Traced::Margins, vec![[1.0, 0.0], [-3.0, 0.0]]));
+    assert!(of == TraceContent::Reduced && points[1][0] == 5.0 && points[1][1].is_nan());
+    assert_eq!(traced("a.x < 2 and a.x < 4"), (TraceContent::Margins, vec![[1.0, 0.0], [-3.0, 0.0]]));
     assert_eq!(traced("max(a.x) > min(a.y)").1, Vec::<[f64; 2]>::new());
 }

@@ -2,23 +2,23 @@
 
 use std::path::Path;
 
-use damage::Target;
+use damage::FuzzTarget;
 use expression::{
-    Expression, Monitor, NumberIndex, Operand, Signal, SignalUnit, TextIndex, Values,
+    ConditionMonitor, Expression, NumberIndex, ReadableRow, ResolvedSignal, SignalOperand, SignalUnit,
+    TextIndex,
 };
 use units::Unit;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "expressions",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../expression/tests/corpus/expressions"),
     sound,
     words: &[
-        "abs", "sqrt", "sin", "cos", "tan", "atan", "exp", "ln", "sign", "deg", "rad", "isfinite",
-        "atan2", "hypot", "min", "max", "mean", "rms", "std", "sum", "first", "last", "count",
-        "quantile", "rating", "corridor", " and ", " or ", " not ", "||", "&&", "!", "==", "!=",
-        "<=", ">=", "<", ">", "+", "-", "*", "/", "^", "(", ")", ",", "'", "\"", "`", " m",
-        " km/h", " deg", " degC", " 1/s", " ms", "time", "pi", "true", "a.x", "b.x", "a.state",
-        "r.either", "a.angle", "c.no", "0", "1e308", "1e-320", "0.5",
+        "abs", "sqrt", "sin", "cos", "tan", "atan", "exp", "ln", "sign", "deg", "rad", "isfinite", "atan2",
+        "hypot", "min", "max", "mean", "rms", "std", "sum", "first", "last", "count", "quantile", "rating",
+        "corridor", " and ", " or ", " not ", "||", "&&", "!", "==", "!=", "<=", ">=", "<", ">", "+", "-",
+        "*", "/", "^", "(", ")", ",", "'", "\"", "`", " m", " km/h", " deg", " degC", " 1/s", " ms", "time",
+        "pi", "true", "a.x", "b.x", "a.state", "r.either", "a.angle", "c.no", "0", "1e308", "1e-320", "0.5",
     ],
     own: None,
     attempt,
@@ -48,32 +48,31 @@ struct Tried;
 
 struct Row([f64; 5], [&'static str; 2]);
 
-impl Values<Tried> for Row {
-    fn number(&self, index: NumberIndex<Tried>) -> Option<f64> {
+impl ReadableRow<Tried> for Row {
+    fn number_at(&self, index: NumberIndex<Tried>) -> Option<f64> {
         self.0.get(index.position()).copied()
     }
 
-    fn text(&self, index: TextIndex<Tried>) -> Option<&str> {
+    fn text_at(&self, index: TextIndex<Tried>) -> Option<&str> {
         self.1.get(index.position()).copied()
     }
 }
 
-fn signal(name: &str) -> Option<Signal<Tried>> {
-    let number = |place| Operand::Number(NumberIndex::new(place));
-    let known = |name: &str| {
-        SignalUnit::Known(Unit::parse(name).expect("a unit of the table"), name.to_owned())
-    };
+fn signal(name: &str) -> Option<ResolvedSignal<Tried>> {
+    let number = |place| SignalOperand::Number(NumberIndex::new(place));
+    let known =
+        |name: &str| SignalUnit::Known(Unit::parse(name).expect("a unit of the table"), name.to_owned());
     let (operand, unit) = match name {
         "a.x" => (number(0), known("m")),
         "b.x" => (number(1), known("km")),
         "a.angle" => (number(2), known("rad")),
         "a.flag" | "b.flag" => (number(3), SignalUnit::Plain),
         "my node.a-b" => (number(4), SignalUnit::Missing),
-        "a.state" => (Operand::Text(TextIndex::new(0)), SignalUnit::Plain),
-        "r.either" => (Operand::Either(NumberIndex::new(3), TextIndex::new(1)), SignalUnit::Plain),
+        "a.state" => (SignalOperand::Text(TextIndex::new(0)), SignalUnit::Plain),
+        "r.either" => (SignalOperand::Either(NumberIndex::new(3), TextIndex::new(1)), SignalUnit::Plain),
         _ => return None,
     };
-    Some(Signal { operand, unit })
+    Some(ResolvedSignal { operand, unit })
 }
 
 /// Reads the condition and judges some samples by it, the strange ones among them.
@@ -88,15 +87,15 @@ fn attempt(bytes: &[u8], _: &Path) -> bool {
             return false;
         }
     };
-    let _ = (expression.bounds(), expression.unit(), expression.is_condition());
-    let _ = (expression.numbers(), expression.texts(), expression.compared_unit());
+    let _ = (expression.signal_bounds(), expression.unit(), expression.is_condition());
+    let _ = (expression.number_indices(), expression.text_indices(), expression.compared_unit());
     let numbers = [1.0, -2.5, 0.0, 1e308, f64::NAN, f64::INFINITY, 1e-320];
-    let mut monitor = Monitor::new(expression, 0.1);
+    let mut monitor = ConditionMonitor::new(expression, 0.1);
     for (tick, number) in numbers.into_iter().enumerate() {
         let row = Row([number, 1.0, -number, (tick % 2) as f64, 3.0], ["armed", "x"]);
-        monitor.sample(tick as f64, &row);
+        monitor.push_sample(tick as f64, &row);
     }
-    let outcome = monitor.verdict();
+    let outcome = monitor.outcome();
     assert_eq!(outcome.samples, numbers.len() as u64);
     assert!(!(outcome.passed && outcome.nan), "what is no number passed");
     true

@@ -8,11 +8,11 @@ use roxmltree::{Document, Node};
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 /// Gives the contents of an entry of the archive.
-type Entries<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+type ReadArchiveEntryFn<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
 /// A file that belongs to an experiment.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Source {
+pub(super) struct ExperimentFile {
     /// As the manifest names it.
     pub(super) name: String,
     /// Its path in the archive.
@@ -23,23 +23,23 @@ pub(super) struct Source {
 
 /// What to run, and what to compare with.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Experiment {
+pub(super) struct ReferenceExperiment {
     pub(super) name: String,
     /// [s], as the next two.
     pub(super) start: Option<f64>,
     pub(super) stop: Option<f64>,
     pub(super) step: Option<f64>,
     pub(super) tolerance: Option<f64>,
-    pub(super) parameters: Option<Source>,
-    pub(super) stimuli: Option<Source>,
-    pub(super) results: Option<Source>,
+    pub(super) parameters: Option<ExperimentFile>,
+    pub(super) stimuli: Option<ExperimentFile>,
+    pub(super) results: Option<ExperimentFile>,
 }
 
 /// The experiments of the archive, none when it brings none.
 ///
 /// # Errors
 /// When the manifest, or a file of experiments that it names, cannot be read.
-pub(super) fn experiments(entries: Entries) -> Result<Vec<Experiment>, String> {
+pub(super) fn parse_experiments(entries: ReadArchiveEntryFn) -> Result<Vec<ReferenceExperiment>, String> {
     let path = format!("{FOLDER}/fmi-ls-manifest.xml");
     let Some(bytes) = entries(&path) else { return Ok(Vec::new()) };
     let text = String::from_utf8_lossy(&bytes);
@@ -48,16 +48,17 @@ pub(super) fn experiments(entries: Entries) -> Result<Vec<Experiment>, String> {
     let mut found = in_element(root, FOLDER)?;
     for related in root.children().filter(|node| node.tag_name().name() == "Related") {
         let role = related.attribute("role").unwrap_or_default();
-        let Some(source) = source(related, FOLDER, "application/octet-stream")? else { continue };
+        let Some(source) = parse_experiment_file(related, FOLDER, "application/octet-stream")? else {
+            continue;
+        };
         match role.split('/').next() {
-            Some("result") => found.push(Experiment {
+            Some("result") => found.push(ReferenceExperiment {
                 name: source.name.clone(),
                 results: Some(source),
-                ..Experiment::default()
+                ..ReferenceExperiment::default()
             }),
             Some("experiment") => {
-                let lacks =
-                    || format!("the manifest names {:?}, which is not in the archive", source.name);
+                let lacks = || format!("the manifest names {:?}, which is not in the archive", source.name);
                 let bytes = entries(&source.path).ok_or_else(lacks)?;
                 let text = String::from_utf8_lossy(&bytes);
                 let wrong = |error: roxmltree::Error| format!("{}: {error}", source.name);
@@ -72,7 +73,7 @@ pub(super) fn experiments(entries: Entries) -> Result<Vec<Experiment>, String> {
 }
 
 /// The elements `Experiment` of an element of a file in this folder of the archive.
-fn in_element(root: Node, folder: &str) -> Result<Vec<Experiment>, String> {
+fn in_element(root: Node, folder: &str) -> Result<Vec<ReferenceExperiment>, String> {
     let experiments = root.children().filter(|node| node.tag_name().name() == "Experiment");
     let one = |node: Node| {
         let number = |name: &str| -> Result<Option<f64>, String> {
@@ -82,9 +83,9 @@ fn in_element(root: Node, folder: &str) -> Result<Vec<Experiment>, String> {
         };
         let file = |name: &str, kind: &str| {
             let child = node.children().find(|child| child.tag_name().name() == name);
-            child.map_or(Ok(None), |child| source(child, folder, kind))
+            child.map_or(Ok(None), |child| parse_experiment_file(child, folder, kind))
         };
-        Ok(Experiment {
+        Ok(ReferenceExperiment {
             name: node.attribute("name").unwrap_or("an experiment without a name").to_owned(),
             start: number("startTime")?,
             stop: number("stopTime")?,
@@ -99,7 +100,7 @@ fn in_element(root: Node, folder: &str) -> Result<Vec<Experiment>, String> {
 }
 
 /// The file that an element names relative to a folder of the archive (RFC 3986); none for one that is elsewhere.
-fn source(node: Node, folder: &str, kind: &str) -> Result<Option<Source>, String> {
+fn parse_experiment_file(node: Node, folder: &str, kind: &str) -> Result<Option<ExperimentFile>, String> {
     let element = node.tag_name().name();
     let name = node.attribute("source").ok_or_else(|| format!("<{element}> has no source"))?;
     if name.contains("://") {
@@ -113,15 +114,15 @@ fn source(node: Node, folder: &str, kind: &str) -> Result<Option<Source>, String
                 let outside = || format!("{name:?} of <{element}> leads out of the archive");
                 path.pop().ok_or_else(outside)?;
             }
-            part => path.push(decoded(part)),
+            part => path.push(percent_decode(part)),
         }
     }
     let kind = node.attribute("type").unwrap_or(kind).to_owned();
-    Ok(Some(Source { name: name.to_owned(), path: path.join("/"), kind }))
+    Ok(Some(ExperimentFile { name: name.to_owned(), path: path.join("/"), kind }))
 }
 
 /// `%20` and the like as the characters that they stand for.
-fn decoded(text: &str) -> String {
+fn percent_decode(text: &str) -> String {
     let bytes = text.as_bytes();
     let (mut found, mut at) = (Vec::new(), 0);
     while at < bytes.len() {
@@ -145,7 +146,7 @@ fn decoded(text: &str) -> String {
 ///
 /// # Errors
 /// When the text is no such set.
-pub(super) fn parameters(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
+pub(super) fn parse_parameter_set(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
     let text = String::from_utf8_lossy(bytes);
     let document = Document::parse(&text).map_err(|error| error.to_string())?;
     let root = document.root_element();
@@ -155,8 +156,7 @@ pub(super) fn parameters(bytes: &[u8]) -> Result<Vec<(String, String)>, String> 
     let all = document.descendants().filter(|node| node.tag_name().name() == "Parameter");
     let one = |node: Node| {
         let name = node.attribute("name").ok_or("<Parameter> has no name")?;
-        let typed =
-            node.children().find(|child| child.is_element() && child.has_attribute("value"));
+        let typed = node.children().find(|child| child.is_element() && child.has_attribute("value"));
         let value = typed.and_then(|typed| typed.attribute("value"));
         let value = value.ok_or_else(|| format!("the parameter {name:?} has no value"))?;
         Ok((name.to_owned(), value.to_owned()))

@@ -1,10 +1,10 @@
 //! Reads tables of results and stimuli: titles, a first column with the time, a cell of an array as values with blanks between.
 
-use fmu_import::{Type, Value, from_hex};
+use fmu_import::{FmiType, Value, from_hex};
 
 /// A table.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct CsvTable {
     /// The titles of the columns, that of the time too.
     pub(super) titles: Vec<String>,
     /// The time of each row [s].
@@ -12,21 +12,19 @@ pub(super) struct Table {
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl CsvTable {
     /// Reads the text of a CSV file.
     ///
     /// # Errors
     /// When it has no time, or a row of another length, or time that is no number or goes back.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self, String> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
         let titles = reader.headers().map_err(|error| error.to_string())?;
         let titles: Vec<String> = titles.iter().map(str::to_owned).collect();
         if titles.first().map(String::as_str) != Some("time") {
             let found = titles.first().map_or("nothing", String::as_str);
-            return Err(format!(
-                "expected the title \"time\" of the first column, found {found:?}"
-            ));
+            return Err(format!("expected the title \"time\" of the first column, found {found:?}"));
         }
         let (mut times, mut rows) = (Vec::new(), Vec::new());
         for (row, record) in reader.records().enumerate() {
@@ -48,14 +46,14 @@ impl Table {
         if times.is_empty() {
             return Err("expected rows, found titles only".to_owned());
         }
-        Ok(Table { titles, times, rows })
+        Ok(CsvTable { titles, times, rows })
     }
 
     /// The values in a cell: one of a text, else as many as there are between blanks.
-    pub(super) fn words(&self, row: usize, column: usize, kind: Type) -> Vec<&str> {
+    pub(super) fn cell_words(&self, row: usize, column: usize, kind: FmiType) -> Vec<&str> {
         let cell = self.rows[row].get(column).map_or("", String::as_str);
         match kind {
-            Type::String => vec![cell],
+            FmiType::String => vec![cell],
             _ => cell.split_whitespace().collect(),
         }
     }
@@ -67,23 +65,23 @@ impl Table {
 }
 
 /// The value that a word stands for; none when it is none of the type.
-pub(super) fn value(word: &str, kind: Type) -> Option<Value> {
+pub(super) fn parse_value(word: &str, kind: FmiType) -> Option<Value> {
     Some(match kind {
-        Type::Real => Value::Real(word.parse().ok()?),
-        Type::Integer | Type::Enumeration => Value::Integer(word.parse().ok()?),
-        Type::Boolean | Type::Clock => match word {
+        FmiType::Real => Value::Real(word.parse().ok()?),
+        FmiType::Integer | FmiType::Enumeration => Value::Integer(word.parse().ok()?),
+        FmiType::Boolean | FmiType::Clock => match word {
             "true" | "1" => Value::Boolean(true),
             "false" | "0" => Value::Boolean(false),
             _ => return None,
         },
-        Type::String => Value::String(word.to_owned()),
-        Type::Binary => Value::Binary(from_hex(word)?),
+        FmiType::String => Value::String(word.to_owned()),
+        FmiType::Binary => Value::Binary(from_hex(word)?),
     })
 }
 
 /// The relative difference of a written and a found value, less what the digits of the written one leave open; `scale` is the size of
 /// the values of the column. Infinite for values that are not numbers and differ.
-pub(super) fn difference(word: &str, expected: &Value, found: &Value, scale: f64) -> f64 {
+pub(super) fn relative_difference(word: &str, expected: &Value, found: &Value, scale: f64) -> f64 {
     match (expected, found) {
         (expected, found) if expected == found => 0.0,
         (Value::Real(expected), Value::Real(found)) => {

@@ -107,10 +107,10 @@ const OF_THREE: &[Damage] = &[
 #[test]
 fn each_damage_is_told_with_its_line() {
     for (xml, tables) in [(TWO, [BOTH, OF_TWO]), (THREE, [BOTH, OF_THREE])] {
-        assert_eq!(mistakes(xml), [""; 0]);
+        assert_eq!(schema_problems(xml), [""; 0]);
         for (from, to, says) in tables.concat() {
             assert!(xml.contains(from), "{from}");
-            let found = mistakes(&xml.replace(from, to));
+            let found = schema_problems(&xml.replace(from, to));
             let right = match says {
                 "" => found.is_empty(),
                 says => found.iter().any(|mistake| mistake.contains(says)),
@@ -123,14 +123,14 @@ fn each_damage_is_told_with_its_line() {
 #[test]
 fn the_tables_know_the_rows_that_they_name() {
     for rows in [fmi2::ROWS, fmi3::ROWS] {
-        for Row(name, ..) in rows {
+        for ElementRow(name, ..) in rows {
             let element =
-                element(rows, name).unwrap_or_else(|| panic!("{name} has a word of no meaning"));
+                find_element_rule(rows, name).unwrap_or_else(|| panic!("{name} has a word of no meaning"));
             for (child, row) in element.places.iter().flat_map(|it| &it.choices) {
                 assert!(rows.iter().any(|it| it.0 == *row), "{name}: no row {row} for {child}");
             }
             for attribute in &element.attributes {
-                let refused = is("\u{7f}", attribute.kind).err().unwrap_or_default();
+                let refused = check_value_type("\u{7f}", attribute.kind).err().unwrap_or_default();
                 assert!(!refused.contains("a type that the table has"), "{name}: {attribute:?}");
             }
         }
@@ -141,5 +141,5 @@ fn the_tables_know_the_rows_that_they_name() {
 fn a_deep_description_ends_no_program() {
     let deep = "<Annotations><Tool name='t'>".to_owned() + &"<a>".repeat(500) + &"</a>".repeat(500);
     let xml = TWO.replace("<Real/>", &format!("<Real/>{deep}</Tool></Annotations>"));
-    assert_eq!(mistakes(&xml), [""; 0]);
+    assert_eq!(schema_problems(&xml), [""; 0]);
 }

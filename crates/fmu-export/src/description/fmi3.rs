@@ -3,14 +3,18 @@
 use std::fmt::{self, Write};
 
 use super::{
-    DescribedVariable, SpaceSeparated, Table, XmlEscaped, write_categories, write_experiment,
-    write_head, write_quantity, write_units,
+    DescribedVariable, DescriptionTable, SpaceSeparated, XmlEscaped, write_categories, write_experiment,
+    write_quantity, write_units, write_variable_start_tag,
 };
-use crate::array::{self, Span};
-use crate::variable::{Causality, Dependencies, Kind, Row};
+use crate::array::{self, ArrayRowSpan};
+use crate::variable::{Causality, OutputDependencies, VariableKind, VariableRow};
 
-pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Result {
-    let Table { info, variables, capabilities, .. } = table;
+pub(super) fn write_fmi3_description(
+    out: &mut dyn Write,
+    token: &str,
+    table: &DescriptionTable,
+) -> fmt::Result {
+    let DescriptionTable { info, variables, capabilities, .. } = table;
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     write!(
         out,
@@ -44,7 +48,7 @@ pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Res
     write_categories(out, info.log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
-    let spans = spans(table);
+    let spans = array_row_spans(table);
     for span in &spans {
         write_variable(out, *span, variables)?;
     }
@@ -70,30 +74,30 @@ fn time_name(variables: &[DescribedVariable]) -> String {
 }
 
 /// The variables that the rows make.
-fn spans(table: &Table) -> Vec<Span> {
+fn array_row_spans(table: &DescriptionTable) -> Vec<ArrayRowSpan> {
     let rows = table.variables.iter().map(|it| (&it.row, it.kind));
     match table.arrays {
-        true => array::spans(rows),
-        false => (0..table.variables.len()).map(|first| Span { first, elements: 1 }).collect(),
+        true => array::group_array_rows(rows),
+        false => (0..table.variables.len()).map(|first| ArrayRowSpan { first, elements: 1 }).collect(),
     }
 }
 
-fn write_variable(out: &mut dyn Write, span: Span, variables: &[DescribedVariable]) -> fmt::Result {
+fn write_variable(out: &mut dyn Write, span: ArrayRowSpan, variables: &[DescribedVariable]) -> fmt::Result {
     let elements = &variables[span.first..span.first + span.elements];
     let variable = &variables[span.first];
     let kind = match variable.kind {
-        Kind::Real => "Float64",
-        Kind::Integer => "Int32",
-        Kind::Boolean => "Boolean",
-        Kind::String => "String",
+        VariableKind::Real => "Float64",
+        VariableKind::Integer => "Int32",
+        VariableKind::Boolean => "Boolean",
+        VariableKind::String => "String",
     };
     let mut about: Vec<_> = elements.iter().map(|it| it.row.description).collect();
     about.dedup();
-    let name = span.name(variable.row.name);
-    write_head(out, kind, span.first, name, &about.join("; "), &variable.row)?;
+    let name = span.array_name(variable.row.name);
+    write_variable_start_tag(out, kind, span.first, name, &about.join("; "), &variable.row)?;
     write_quantity(out, variable)?;
     let starts: Vec<_> = elements.iter().filter_map(|it| it.start.as_deref()).collect();
-    let text = variable.kind == Kind::String;
+    let text = variable.kind == VariableKind::String;
     if !starts.is_empty() && !text {
         write!(out, r#" start="{}""#, starts.join(" "))?;
     }
@@ -113,22 +117,22 @@ fn write_variable(out: &mut dyn Write, span: Span, variables: &[DescribedVariabl
     }
 }
 
-fn write_structure(out: &mut dyn Write, spans: &[Span], rows: &[DescribedVariable]) -> fmt::Result {
-    let references = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
-        let rows_of = |span: &Span| span.first..span.first + span.elements;
+fn write_structure(out: &mut dyn Write, spans: &[ArrayRowSpan], rows: &[DescribedVariable]) -> fmt::Result {
+    let references = |selected: &dyn Fn(&VariableRow) -> bool| -> Vec<usize> {
+        let rows_of = |span: &ArrayRowSpan| span.first..span.first + span.elements;
         let chosen = spans.iter().filter(|span| rows_of(span).any(|i| selected(&rows[i].row)));
         chosen.map(|span| span.first).collect()
     };
     writeln!(out, "  <ModelStructure>")?;
     for i in references(&|row| row.causality == Causality::Output) {
         write!(out, r#"    <Output valueReference="{i}""#)?;
-        if let Dependencies::On(names) = rows[i].row.depends {
+        if let OutputDependencies::On(names) = rows[i].row.depends {
             let inputs = references(&|row| names.contains(&row.name));
             write!(out, r#" dependencies="{}""#, SpaceSeparated(&inputs))?;
         }
         writeln!(out, "/>")?;
     }
-    for i in references(&Row::is_initial_unknown) {
+    for i in references(&VariableRow::is_initial_unknown) {
         writeln!(out, r#"    <InitialUnknown valueReference="{i}"/>"#)?;
     }
     writeln!(out, "  </ModelStructure>")

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use super::XmlEscaped;
 use crate::terminal::{MemberKind, Terminal};
 
-pub(super) fn write(out: &mut dyn Write, terminals: &[Terminal]) -> fmt::Result {
+pub(super) fn write_terminals(out: &mut dyn Write, terminals: &[Terminal]) -> fmt::Result {
     writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     writeln!(out, r#"<fmiTerminalsAndIcons fmiVersion="3.0">"#)?;
     writeln!(out, "  <Terminals>")?;

@@ -46,7 +46,7 @@ const NAMES: &[&str] = &["a", "tire_f.B", "x[1,2].y", "der(v)", r#"'odd & \"<nam
 const TEXTS: &[&str] = &["", "100 % <ok> & \"fine\"", "ä\u{1F697}", "two\nlines\ttab", "'"];
 
 /// A row of one of the legal combinations of FMI 2.0, section 2.2.7.
-fn legal_row(random: &mut Random, name: &'static str, clock: bool) -> (Row, bool) {
+fn legal_row(random: &mut Random, name: &'static str, clock: bool) -> (VariableRow, bool) {
     let description = random.of(TEXTS);
     let make = if clock {
         independent
@@ -152,15 +152,14 @@ fn assert_equal(found: &fmi2::ScalarVariable, variable: &Variable<Zoo>, zoo: &mu
     assert_eq!(format!("{:?}", found.causality), format!("{:?}", row.causality));
     assert_eq!(format!("{:?}", found.variability), format!("{:?}", row.variability));
     // fmi-rs gives inputs the initial that the standard implies.
-    let initial =
-        if row.causality == Causality::Input { Some(Initial::Exact) } else { row.initial };
+    let initial = if row.causality == Causality::Input { Some(Initial::Exact) } else { row.initial };
     assert_eq!(format!("{:?}", found.initial), format!("{initial:?}"));
     assert_eq!(found.variableType.name(), format!("{:?}", access.kind()));
     let start = match access {
-        Access::Real(at) => at(zoo).to_string(),
-        Access::Integer(at) => at(zoo).to_string(),
-        Access::Boolean(at) => at(zoo).to_string(),
-        Access::String(at) => at(zoo).clone(),
+        VariableAccess::Real(at) => at(zoo).to_string(),
+        VariableAccess::Integer(at) => at(zoo).to_string(),
+        VariableAccess::Boolean(at) => at(zoo).to_string(),
+        VariableAccess::String(at) => at(zoo).clone(),
     };
     assert_eq!(*found.variableType.start(), row.has_start().then_some(start));
     match &found.variableType {
@@ -188,10 +187,8 @@ fn assert_structure(read: &ModelDescription, variables: &[Variable<Zoo>]) {
     for (unknown, row) in read.outputs.iter().zip(outputs) {
         assert_eq!(unknown.index, index(row.name));
         let expected = match row.depends {
-            Dependencies::All => None,
-            Dependencies::On(names) => {
-                Some(names.iter().map(|name| index(name)).collect::<Vec<_>>())
-            }
+            OutputDependencies::All => None,
+            OutputDependencies::On(names) => Some(names.iter().map(|name| index(name)).collect::<Vec<_>>()),
         };
         assert_eq!(unknown.dependencies, expected);
     }
@@ -221,8 +218,8 @@ fn any_legal_table_reads_back_equal_and_valid() {
         assert_eq!(table_problems(&variables, &mut zoo), Vec::<String>::new());
         let info = Info::new("zoo", random.of(TEXTS), 0.01).stop(random.number().abs() + 1.0);
         let info = info.tolerance(1e-6).author("A & B").log_categories(&[("logZoo", "<animals>")]);
-        let table = Table::of_variables(info, &variables, &mut zoo, random.flip());
-        let text = table.xml("{0}");
+        let table = DescriptionTable::of_variables(info, &variables, &mut zoo, random.flip());
+        let text = table.fmi2_description_xml("{0}");
         let read = ModelDescription::from_string(&text).expect(&text);
         let found: Vec<_> = read.validate().into_iter().map(|problem| problem.message).collect();
         assert_eq!(found, Vec::<String>::new(), "{text}");
@@ -235,10 +232,7 @@ fn any_legal_table_reads_back_equal_and_valid() {
         assert_units(&read);
         let experiment = read.defaultExperiment.expect("an experiment");
         assert_eq!(number(&experiment.stopTime), info.stop);
-        assert_eq!(
-            (number(&experiment.stepSize), number(&experiment.tolerance)),
-            (Some(0.01), Some(1e-6))
-        );
+        assert_eq!((number(&experiment.stepSize), number(&experiment.tolerance)), (Some(0.01), Some(1e-6)));
         assert_eq!(read.logCategories.last().map(|category| &*category.name), Some("logZoo"));
         let library = read.coSimulation.expect("co-simulation");
         assert_eq!(library.providesDirectionalDerivative, table.capabilities.differentiable);
@@ -249,8 +243,7 @@ fn any_legal_table_reads_back_equal_and_valid() {
 #[test]
 fn combinations_that_fmi_does_not_allow_are_reported() {
     let assert_reported = |variable: Variable<Zoo>, part: &str| {
-        let mut zoo =
-            Zoo { real: [f64::NAN, 1.0], integer: [0, 1], boolean: true, text: String::new() };
+        let mut zoo = Zoo { real: [f64::NAN, 1.0], integer: [0, 1], boolean: true, text: String::new() };
         let problems = table_problems(&[variable], &mut zoo).join("; ");
         assert!(problems.contains(part), "expected {part:?}, found {problems:?}");
     };
@@ -277,10 +270,7 @@ fn combinations_that_fmi_does_not_allow_are_reported() {
     assert_reported(x.at_integer(|zoo| &mut zoo.integer[0]), "has no unit");
     assert_reported(output("x", "", "").min(0.0).at_boolean(|zoo| &mut zoo.boolean), "no limits");
     assert_reported(output("x", "", "").min(0.5).at_integer(|zoo| &mut zoo.integer[0]), "32-bit");
-    assert_reported(
-        output("x", "", "").nominal(1.0).at_integer(|zoo| &mut zoo.integer[0]),
-        "no nominal",
-    );
+    assert_reported(output("x", "", "").nominal(1.0).at_integer(|zoo| &mut zoo.integer[0]), "no nominal");
     assert_reported(x.min(2.0).max(1.0).at(|zoo| &mut zoo.real[1]), "no value");
     assert_reported(x.max(f64::INFINITY).at(|zoo| &mut zoo.real[1]), "not finite");
     assert_reported(x.nominal(0.0).at(|zoo| &mut zoo.real[1]), "not positive");

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use super::{DescribedVariable, XmlEscaped};
 use crate::unit::{self, Unit};
-use crate::variable::{Kind, Row};
+use crate::variable::{VariableKind, VariableRow};
 
 /// Units in which people read what is computed in the unit on the left.
 const DISPLAY_UNITS: [(&str, &str); 7] = [
@@ -69,11 +69,11 @@ fn write_display_unit(out: &mut dyn Write, unit: &Unit, display: &str) -> fmt::R
 }
 
 pub(super) fn has_unit(DescribedVariable { row, kind, .. }: &DescribedVariable) -> bool {
-    *kind == Kind::Real && !row.unit.is_empty()
+    *kind == VariableKind::Real && !row.unit.is_empty()
 }
 
 /// The unit that a variable is shown in, unless it is the one that it is in.
-pub(super) fn display_unit(row: &Row) -> Option<&'static str> {
+pub(super) fn display_unit(row: &VariableRow) -> Option<&'static str> {
     let usual = DISPLAY_UNITS.iter().find(|(from, _)| *from == row.unit).map(|(_, to)| *to);
     row.display_unit.or(usual).filter(|display| *display != row.unit)
 }

@@ -2,15 +2,17 @@
 
 use std::ffi::{c_char, c_void};
 
-use super::logger::Callback;
-use super::{Call, ExportedComponent, change_state, do_step, make, setup_experiment, values, with};
+use super::logger::LoggerCallback;
+use super::{
+    Call, ExportedComponent, change_state, do_step, make_component, setup_experiment, values, with_component,
+};
 use crate::abi::{Component, LogMessage, Status, ValueReference};
 use crate::co_simulation::CoSimulation;
 use crate::error::{FmiResult, reject};
-use crate::memory::{Destination, read, text, write};
+use crate::memory::{OutputArray, copy_c_text, read_array, write_result};
 pub use crate::value::ByteBoolean;
-use crate::value::Value;
-use crate::variable::Access;
+use crate::value::FmiValue;
+use crate::variable::VariableAccess;
 
 /// What an importer wants of the instance besides steps.
 #[derive(Debug, Clone, Copy)]
@@ -38,16 +40,14 @@ pub unsafe fn instantiate<S: CoSimulation>(
 ) -> Component {
     let Some(log) = log else { return std::ptr::null_mut() };
     // SAFETY: as the caller promises.
-    let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
+    let (name, token, resources) = unsafe { (copy_c_text(name), copy_c_text(token), copy_c_text(resources)) };
     let wrong = match options {
         InstantiationOptions { event_mode: true, .. } => Some("the FMU has no event mode"),
-        InstantiationOptions { intermediate: 1.., .. } => {
-            Some("the FMU has no intermediate update")
-        }
+        InstantiationOptions { intermediate: 1.., .. } => Some("the FMU has no intermediate update"),
         _ => None,
     };
-    let logger = Callback::Three(log);
-    make::<S>(name, token, resources, wrong, logger, environment, options.logging_on)
+    let logger = LoggerCallback::Three(log);
+    make_component::<S>(name, token, resources, wrong, logger, environment, options.logging_on)
 }
 
 /// `fmi3EnterInitializationMode`.
@@ -63,9 +63,7 @@ pub unsafe fn enter_initialization<S: CoSimulation>(
     // SAFETY: as the caller promises.
     unsafe {
         match setup_experiment::<S>(component, tolerance, start, stop) {
-            Status::Ok | Status::Warning => {
-                change_state::<S>(component, Call::EnterInitializationMode)
-            }
+            Status::Ok | Status::Warning => change_state::<S>(component, Call::EnterInitializationMode),
             status => status,
         }
     }
@@ -104,16 +102,16 @@ pub unsafe fn step<S: CoSimulation>(
     };
     if status != Status::Fatal {
         // SAFETY: as the caller promises. States may be asked for in every state but that.
-        let _ = unsafe { with::<S>(component, Call::FmuState, look) };
+        let _ = unsafe { with_component::<S>(component, Call::FmuState, look) };
     }
     // SAFETY: as the caller promises. An importer that does not want an answer may hand over null.
     unsafe {
         for (answer, value) in
             [(outputs.event, false), (outputs.terminate, terminate), (outputs.early, false)]
         {
-            let _ = write(answer, value);
+            let _ = write_result(answer, value);
         }
-        let _ = write(outputs.reached, reached);
+        let _ = write_result(outputs.reached, reached);
     }
     if terminate && status == Status::Discard { Status::Ok } else { status }
 }
@@ -122,7 +120,7 @@ pub unsafe fn step<S: CoSimulation>(
 ///
 /// # Safety
 /// `references` is valid for `count` values; as `with` demands of `component`.
-unsafe fn elements<S: CoSimulation>(
+unsafe fn call_on_elements<S: CoSimulation>(
     component: Component,
     call: Call,
     references: *const ValueReference,
@@ -136,8 +134,8 @@ unsafe fn elements<S: CoSimulation>(
     let mut all = Vec::new();
     let look = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        for reference in unsafe { read(references, count)? } {
-            match instance.elements(*reference) {
+        for reference in unsafe { read_array(references, count)? } {
+            match instance.element_count(*reference) {
                 0 => return reject(format!("no variable has the value reference {reference}")),
                 // Of a reference that is none, also of the largest, there is one element, which cannot be read.
                 elements => all.extend((0..elements as u32).map(|at| reference.wrapping_add(at))),
@@ -150,7 +148,7 @@ unsafe fn elements<S: CoSimulation>(
         reject(format!("expected {expected} values for {count} variables, found {length}"))
     };
     // SAFETY: as the caller promises.
-    match unsafe { with::<S>(component, call, look) } {
+    match unsafe { with_component::<S>(component, call, look) } {
         Status::Ok => body(all.as_ptr(), length),
         status => status,
     }
@@ -160,7 +158,7 @@ unsafe fn elements<S: CoSimulation>(
 ///
 /// # Safety
 /// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
-pub unsafe fn get<S: CoSimulation, T: Value>(
+pub unsafe fn get<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
     count: usize,
@@ -169,19 +167,19 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
 ) -> Status {
     // SAFETY: as the caller promises.
     let body = |references, count| unsafe {
-        values::get_by::<S, T>(component, references, count, values, get_or_time)
+        values::get_values_with::<S, T>(component, references, count, values, get_or_time)
     };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Get, references, count, length, body) }
+    unsafe { call_on_elements::<S>(component, Call::Get, references, count, length, body) }
 }
 
 /// Reads a variable, or the time that only this version has.
-fn get_or_time<S: CoSimulation, T: Value>(instance: &mut S, reference: u32) -> FmiResult<T> {
+fn get_or_time<S: CoSimulation, T: FmiValue>(instance: &mut S, reference: u32) -> FmiResult<T> {
     if instance.time_reference() != Some(reference) {
         return instance.get(reference);
     }
     let mut now = instance.lifecycle().now;
-    let time = T::read(&Access::Real(|now: &mut f64| now), &mut now);
+    let time = T::read_from_model(&VariableAccess::Real(|now: &mut f64| now), &mut now);
     time.map_or_else(|| reject("the time is of type Real"), Ok)
 }
 
@@ -189,7 +187,7 @@ fn get_or_time<S: CoSimulation, T: Value>(instance: &mut S, reference: u32) -> F
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn set<S: CoSimulation, T: Value>(
+pub unsafe fn set<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
     count: usize,
@@ -197,10 +195,9 @@ pub unsafe fn set<S: CoSimulation, T: Value>(
     length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body =
-        |references, count| unsafe { values::set::<S, T>(component, references, count, values) };
+    let body = |references, count| unsafe { values::set::<S, T>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Set, references, count, length, body) }
+    unsafe { call_on_elements::<S>(component, Call::Set, references, count, length, body) }
 }
 
 /// `fmi3GetString`: the texts stay valid until the next call of this function.
@@ -215,11 +212,9 @@ pub unsafe fn get_string<S: CoSimulation>(
     length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = |references, count| unsafe {
-        values::get_string::<S>(component, references, count, values)
-    };
+    let body = |references, count| unsafe { values::get_string::<S>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Get, references, count, length, body) }
+    unsafe { call_on_elements::<S>(component, Call::Get, references, count, length, body) }
 }
 
 /// `fmi3SetString`: the texts are copied.
@@ -234,18 +229,16 @@ pub unsafe fn set_string<S: CoSimulation>(
     length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
-    let body = |references, count| unsafe {
-        values::set_string::<S>(component, references, count, values)
-    };
+    let body = |references, count| unsafe { values::set_string::<S>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Set, references, count, length, body) }
+    unsafe { call_on_elements::<S>(component, Call::Set, references, count, length, body) }
 }
 
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
 ///
 /// # Safety
 /// `references` is valid for `count` values; as `with` demands of `component`.
-pub unsafe fn no_such_type<S: CoSimulation>(
+pub unsafe fn access_unsupported_type<S: CoSimulation>(
     component: Component,
     call: Call,
     references: *const ValueReference,
@@ -254,13 +247,13 @@ pub unsafe fn no_such_type<S: CoSimulation>(
 ) -> Status {
     let body = |_: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        match unsafe { read(references, count)? } {
+        match unsafe { read_array(references, count)? } {
             [] => Ok(()),
             [first, ..] => reject(format!("variable {first} is no {kind}; the FMU has none")),
         }
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, call, body) }
+    unsafe { with_component::<S>(component, call, body) }
 }
 
 /// `fmi3GetDirectionalDerivative`.
@@ -283,8 +276,8 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
     let call = Call::GetDirectionalDerivative;
     // SAFETY: as the caller promises.
     unsafe {
-        elements::<S>(component, call, knowns, columns, seeds, |knowns, columns| {
-            elements::<S>(component, call, unknowns, rows, room, |unknowns, rows| {
+        call_on_elements::<S>(component, call, knowns, columns, seeds, |knowns, columns| {
+            call_on_elements::<S>(component, call, unknowns, rows, room, |unknowns, rows| {
                 values::directional_derivative::<S>(
                     component, unknowns, rows, knowns, columns, changes, responses,
                 )
@@ -298,9 +291,13 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
 ///
 /// # Safety
 /// `count` is null or valid for a write; as `with` demands of `component`.
-pub unsafe fn none<S: CoSimulation>(component: Component, count: *mut usize, name: &str) -> Status {
+pub unsafe fn reject_unsupported_call<S: CoSimulation>(
+    component: Component,
+    count: *mut usize,
+    name: &str,
+) -> Status {
     // SAFETY: as the caller promises.
-    let nothing = unsafe { Destination::new(count, usize::from(!count.is_null())) };
+    let nothing = unsafe { OutputArray::new(count, usize::from(!count.is_null())) };
     let _ = nothing.and_then(|it| it.fill([Ok(0)]));
     // SAFETY: as the caller promises.
     unsafe { super::unsupported::<S>(component, Call::FmuState, name) }

@@ -59,40 +59,40 @@ macro_rules! export_fmi3 {
                 fmi3GetOutputDerivatives(c: Component, _r: References, _n: usize, _order: *const i32, _v: *mut f64, _l: usize)
                     => export::unsupported::<Instance>(c, Call::GetRealOutputDerivatives, "an output derivative");
                 fmi3GetNumberOfVariableDependencies(c: Component, _r: ValueReference, count: *mut usize)
-                    => fmi3::none::<Instance>(c, count, "a list of dependencies");
+                    => fmi3::reject_unsupported_call::<Instance>(c, count, "a list of dependencies");
                 fmi3GetVariableDependencies(c: Component, _r: ValueReference, _e: *mut usize, _i: *mut ValueReference, _ei: *mut usize, _k: *mut i32, _n: usize)
-                    => fmi3::none::<Instance>(c, std::ptr::null_mut(), "a list of dependencies");
+                    => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "a list of dependencies");
                 fmi3GetBinary(c: Component, r: References, n: usize, _s: *mut usize, _v: *mut *const u8, _l: usize)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Binary");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Binary");
                 fmi3SetBinary(c: Component, r: References, n: usize, _s: *const usize, _v: *const *const u8, _l: usize)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Binary");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Binary");
                 fmi3GetClock(c: Component, r: References, n: usize, _v: *mut bool)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3SetClock(c: Component, r: References, n: usize, _v: *const bool)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3GetIntervalDecimal(c: Component, r: References, n: usize, _v: *mut f64, _q: *mut i32)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetIntervalFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64, _q: *mut i32)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetShiftDecimal(c: Component, r: References, n: usize, _v: *mut f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetShiftFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3SetIntervalDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetIntervalFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetShiftDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetShiftFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
-                fmi3EnterConfigurationMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
-                fmi3ExitConfigurationMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
-                fmi3EnterEventMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "event mode");
-                fmi3EnterStepMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "event mode");
-                fmi3EvaluateDiscreteStates(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "event mode");
+                    => fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, "Clock");
+                fmi3EnterConfigurationMode(c: Component) => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "configuration mode");
+                fmi3ExitConfigurationMode(c: Component) => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "configuration mode");
+                fmi3EnterEventMode(c: Component) => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "event mode");
+                fmi3EnterStepMode(c: Component) => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "event mode");
+                fmi3EvaluateDiscreteStates(c: Component) => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "event mode");
                 fmi3UpdateDiscreteStates(c: Component, _again: *mut bool, _end: *mut bool, _nominals: *mut bool, _states: *mut bool, _defined: *mut bool, _next: *mut f64)
-                    => fmi3::none::<Instance>(c, std::ptr::null_mut(), "event mode");
+                    => fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "event mode");
             }
 
             $crate::absent_interfaces! {
@@ -170,7 +170,7 @@ macro_rules! absent_interfaces {
         $(
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $name(c: Component $(, $argument: $type)*) -> Status {
-                unsafe { fmi3::none::<Instance>(c, std::ptr::null_mut(), "any interface but co-simulation") }
+                unsafe { fmi3::reject_unsupported_call::<Instance>(c, std::ptr::null_mut(), "any interface but co-simulation") }
             }
         )*
     };
@@ -184,11 +184,11 @@ macro_rules! absent_types {
         $(
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $get(c: Component, r: References, n: usize, _v: *mut $type, _l: usize) -> Status {
-                unsafe { fmi3::no_such_type::<Instance>(c, Call::Get, r, n, $name) }
+                unsafe { fmi3::access_unsupported_type::<Instance>(c, Call::Get, r, n, $name) }
             }
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $set(c: Component, r: References, n: usize, _v: *const $type, _l: usize) -> Status {
-                unsafe { fmi3::no_such_type::<Instance>(c, Call::Set, r, n, $name) }
+                unsafe { fmi3::access_unsupported_type::<Instance>(c, Call::Set, r, n, $name) }
             }
         )*
     };

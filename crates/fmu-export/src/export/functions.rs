@@ -17,7 +17,7 @@ macro_rules! export {
                 context: *mut c_void,
                 take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
             ) {
-                unsafe { $crate::export::describe::<super::ExportedModel>(context, take) }
+                unsafe { $crate::export::pass_model_texts::<super::ExportedModel>(context, take) }
             }
         }
 

@@ -2,12 +2,12 @@
 
 use std::ptr;
 
-use super::{ExportedComponent, with};
+use super::{ExportedComponent, with_component};
 use crate::abi::{Component, FmuState, Status};
 use crate::co_simulation::CoSimulation;
 use crate::error::{FmiResult, reject};
 use crate::lifecycle::Call;
-use crate::memory::{Destination, read, write};
+use crate::memory::{OutputArray, read_array, write_result};
 
 /// `fmi2GetFMUstate`: an existing state is overwritten.
 ///
@@ -27,7 +27,7 @@ pub unsafe fn get_fmu_state<S: CoSimulation>(component: Component, state: *mut F
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }
 
 /// `fmi2SetFMUstate`. The stop time is that of the instance, which its importer was not told by the state: a run may go on longer than
@@ -39,22 +39,19 @@ pub unsafe fn set_fmu_state<S: CoSimulation>(component: Component, state: FmuSta
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         let own = instance.lifecycle().clone();
         // SAFETY: as the caller promises.
-        instance.restore(unsafe { held(state) }?)?;
-        instance.lifecycle().stop_as(&own);
+        instance.restore(unsafe { state_from_pointer(state) }?)?;
+        instance.lifecycle().copy_stop_time(&own);
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }
 
 /// `fmi2FreeFMUstate`: null is left alone.
 ///
 /// # Safety
 /// `state` points to null or to a state of this model that is not used again.
-pub unsafe fn free_fmu_state<S: CoSimulation>(
-    component: Component,
-    state: *mut FmuState,
-) -> Status {
+pub unsafe fn free_fmu_state<S: CoSimulation>(component: Component, state: *mut FmuState) -> Status {
     let body = |_: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         if let Some(state) = unsafe { state.as_mut() }
@@ -67,14 +64,14 @@ pub unsafe fn free_fmu_state<S: CoSimulation>(
         Ok(())
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }
 
 /// A state that the importer holds.
 ///
 /// # Safety
 /// `state` is null or a state of this model, which nobody frees meanwhile.
-unsafe fn held<'a, T>(state: FmuState) -> FmiResult<&'a T> {
+unsafe fn state_from_pointer<'a, T>(state: FmuState) -> FmiResult<&'a T> {
     // SAFETY: as the caller promises.
     unsafe { state.cast::<T>().as_ref() }.map_or_else(|| reject("an FMU state is null"), Ok)
 }
@@ -90,10 +87,10 @@ pub unsafe fn serialized_size<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        unsafe { write(size, instance.serialize(held(state)?)?.len()) }
+        unsafe { write_result(size, instance.serialize(state_from_pointer(state)?)?.len()) }
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }
 
 /// `fmi2SerializeFMUstate`.
@@ -108,7 +105,7 @@ pub unsafe fn serialize<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let (state, into) = unsafe { (held(state)?, Destination::new(into, length)?) };
+        let (state, into) = unsafe { (state_from_pointer(state)?, OutputArray::new(into, length)?) };
         let bytes = instance.serialize(state)?;
         if bytes.len() > length {
             return reject(format!("expected room for {} bytes, found {length}", bytes.len()));
@@ -116,7 +113,7 @@ pub unsafe fn serialize<S: CoSimulation>(
         into.fill(bytes.into_iter().map(Ok))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }
 
 /// `fmi2DeSerializeFMUstate`: a new state, to be freed like any other.
@@ -131,10 +128,10 @@ pub unsafe fn deserialize<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let (from, state) = unsafe { (read(from, length)?, Destination::new(state, 1)?) };
+        let (from, state) = unsafe { (read_array(from, length)?, OutputArray::new(state, 1)?) };
         let found = instance.deserialize(from)?;
         state.fill([Ok(Box::into_raw(Box::new(found)).cast())])
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::FmuState, body) }
+    unsafe { with_component::<S>(component, Call::FmuState, body) }
 }

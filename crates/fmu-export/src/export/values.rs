@@ -2,33 +2,33 @@
 
 use std::ffi::{CString, c_char, c_int};
 
-use super::{ExportedComponent, with};
+use super::{ExportedComponent, with_component};
 use crate::abi::{Component, Status, ValueReference};
 use crate::co_simulation::CoSimulation;
 use crate::error::{FmiResult, reject};
 use crate::lifecycle::Call;
-use crate::memory::{Destination, read, text};
-use crate::value::Value;
+use crate::memory::{OutputArray, copy_c_text, read_array};
+use crate::value::FmiValue;
 
 /// `fmi2GetReal`, `fmi2GetInteger` and `fmi2GetBoolean`.
 ///
 /// # Safety
 /// `references` and `values` are valid for `length` values; as `with` demands of `component`.
-pub unsafe fn get<S: CoSimulation, T: Value>(
+pub unsafe fn get<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
     length: usize,
     values: *mut T,
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { get_by::<S, T>(component, references, length, values, S::get) }
+    unsafe { get_values_with::<S, T>(component, references, length, values, S::get) }
 }
 
 /// Reads variables one by one in the given way.
 ///
 /// # Safety
 /// As [`get`].
-pub(super) unsafe fn get_by<S: CoSimulation, T: Value>(
+pub(super) unsafe fn get_values_with<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
     length: usize,
@@ -37,14 +37,14 @@ pub(super) unsafe fn get_by<S: CoSimulation, T: Value>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let references = unsafe { read(references, length)? };
+        let references = unsafe { read_array(references, length)? };
         // SAFETY: as the caller promises.
-        let values = unsafe { Destination::new(values, length)? };
-        instance.refresh()?;
+        let values = unsafe { OutputArray::new(values, length)? };
+        instance.refresh_outputs()?;
         values.fill(references.iter().map(|reference| read_one(instance, *reference)))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::Get, body) }
+    unsafe { with_component::<S>(component, Call::Get, body) }
 }
 
 /// `fmi2GetString`: the texts stay valid until the next call of this function.
@@ -59,10 +59,10 @@ pub unsafe fn get_string<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, texts, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let references = unsafe { read(references, length)? };
+        let references = unsafe { read_array(references, length)? };
         // SAFETY: as the caller promises.
-        let values = unsafe { Destination::new(values, length)? };
-        instance.refresh()?;
+        let values = unsafe { OutputArray::new(values, length)? };
+        instance.refresh_outputs()?;
         let found = references.iter().map(|reference| {
             CString::new(instance.get::<String>(*reference)?)
                 .or_else(|_| reject(format!("the text of variable {reference} has a zero in it")))
@@ -72,14 +72,14 @@ pub unsafe fn get_string<S: CoSimulation>(
         values.fill(texts.iter().map(|text| Ok(text.as_ptr())))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::Get, body) }
+    unsafe { with_component::<S>(component, Call::Get, body) }
 }
 
 /// `fmi2SetReal`, `fmi2SetInteger` and `fmi2SetBoolean`.
 ///
 /// # Safety
 /// As [`get`].
-pub unsafe fn set<S: CoSimulation, T: Value>(
+pub unsafe fn set<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
     length: usize,
@@ -87,11 +87,11 @@ pub unsafe fn set<S: CoSimulation, T: Value>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
+        let (references, values) = unsafe { (read_array(references, length)?, read_array(values, length)?) };
         instance.set(references, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::Set, body) }
+    unsafe { with_component::<S>(component, Call::Set, body) }
 }
 
 /// `fmi2SetString`: the texts are copied.
@@ -106,13 +106,13 @@ pub unsafe fn set_string<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
+        let (references, values) = unsafe { (read_array(references, length)?, read_array(values, length)?) };
         // SAFETY: as the caller promises.
-        let texts = values.iter().map(|value| unsafe { text(*value) });
+        let texts = values.iter().map(|value| unsafe { copy_c_text(*value) });
         instance.set(references, &texts.collect::<FmiResult<Vec<_>>>()?)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::Set, body) }
+    unsafe { with_component::<S>(component, Call::Set, body) }
 }
 
 /// `fmi2SetRealInputDerivatives`: for the next step, and until the input is set.
@@ -129,12 +129,13 @@ pub unsafe fn set_input_derivatives<S: CoSimulation>(
 ) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
-        let (references, orders, values) =
-            unsafe { (read(references, length)?, read(orders, length)?, read(values, length)?) };
+        let (references, orders, values) = unsafe {
+            (read_array(references, length)?, read_array(orders, length)?, read_array(values, length)?)
+        };
         instance.set_input_derivatives(references, orders, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::SetRealInputDerivatives, body) }
+    unsafe { with_component::<S>(component, Call::SetRealInputDerivatives, body) }
 }
 
 /// `fmi2GetDirectionalDerivative`.
@@ -154,12 +155,12 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| -> FmiResult {
         // SAFETY: as the caller promises.
         let (unknowns, responses) =
-            unsafe { (read(unknowns, rows)?, Destination::new(responses, rows)?) };
+            unsafe { (read_array(unknowns, rows)?, OutputArray::new(responses, rows)?) };
         // SAFETY: as the caller promises.
-        let (knowns, changes) = unsafe { (read(knowns, columns)?, read(changes, columns)?) };
+        let (knowns, changes) = unsafe { (read_array(knowns, columns)?, read_array(changes, columns)?) };
         let found = instance.directional_derivative(unknowns, knowns, changes)?;
         responses.fill(found.into_iter().map(Ok))
     };
     // SAFETY: as the caller promises.
-    unsafe { with::<S>(component, Call::GetDirectionalDerivative, body) }
+    unsafe { with_component::<S>(component, Call::GetDirectionalDerivative, body) }
 }

@@ -2,38 +2,36 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Instance, Snapshot, real, variable};
+use super::{Instance, InstanceSnapshot, find_variable, real_accessor};
 use crate::error::{FmiResult, reject};
 use crate::model::{Model, ModelError};
-use crate::variable::{Causality, Kind, Variability, Variable};
+use crate::variable::{Causality, Variability, Variable, VariableKind};
 
 /// Highest order of an input derivative. Extrapolation gains nothing from higher ones.
 const HIGHEST_ORDER: i32 = 4;
 
 /// A derivative of an input at the beginning of the next step.
 #[derive(Clone, Serialize, Deserialize)]
-pub(super) struct InputSlope {
+pub(super) struct InputDerivative {
     pub reference: u32,
     order: i32,
     value: f64,
 }
 
-impl InputSlope {
+impl InputDerivative {
     /// Rejects a derivative that the model cannot follow.
-    pub fn check<M: Model>(&self) -> FmiResult {
-        let InputSlope { reference, order, value } = *self;
-        let Variable { row, access } = variable::<M>(reference)?;
+    pub fn check_supported<M: Model>(&self) -> FmiResult {
+        let InputDerivative { reference, order, value } = *self;
+        let Variable { row, access } = find_variable::<M>(reference)?;
         let name = row.name;
         if row.causality != Causality::Input
             || row.variability != Variability::Continuous
-            || access.kind() != Kind::Real
+            || access.kind() != VariableKind::Real
         {
             return reject(format!("{name} is no continuous input and has no derivative"));
         }
         if !(1..=HIGHEST_ORDER).contains(&order) {
-            return reject(format!(
-                "expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"
-            ));
+            return reject(format!("expected an order of 1 .. {HIGHEST_ORDER} for {name}, found {order}"));
         }
         if !value.is_finite() {
             return reject(format!("the derivative {value} of {name} is not finite"));
@@ -42,7 +40,7 @@ impl InputSlope {
     }
 }
 
-impl<M: Model> Snapshot<M> {
+impl<M: Model> InstanceSnapshot<M> {
     /// Steps the model. With interpolated inputs it steps in sub-steps, each under the inputs of its
     /// middle: of the values that an input could be held at this one has an error of second order, and
     /// none for what integrates a ramp. The inputs stay at their values of the end.
@@ -55,19 +53,19 @@ impl<M: Model> Snapshot<M> {
         let start = self.interpolated_inputs();
         for i in 0..n as u64 {
             let at = step * (i as f64 / n);
-            self.move_inputs(&start, at + 0.5 * step / n);
+            self.extrapolate_inputs(&start, at + 0.5 * step / n);
             self.model.step(time + at, step / n)?;
         }
-        self.move_inputs(&start, step);
+        self.extrapolate_inputs(&start, step);
         Ok(())
     }
 
     /// The inputs with derivatives, and their values.
     fn interpolated_inputs(&mut self) -> Vec<(u32, f64)> {
         let mut inputs = Vec::new();
-        for InputSlope { reference, .. } in &self.slopes {
+        for InputDerivative { reference, .. } in &self.slopes {
             if inputs.iter().all(|(other, _)| other != reference)
-                && let Some(at) = real::<M>(*reference)
+                && let Some(at) = real_accessor::<M>(*reference)
             {
                 inputs.push((*reference, *at(&mut self.model)));
             }
@@ -76,14 +74,12 @@ impl<M: Model> Snapshot<M> {
     }
 
     /// Sets inputs to the sum of their Taylor series, `time` [s] after the beginning of the step.
-    fn move_inputs(&mut self, start: &[(u32, f64)], time: f64) {
+    fn extrapolate_inputs(&mut self, start: &[(u32, f64)], time: f64) {
         for (input, start) in start {
-            let Some(at) = real::<M>(*input) else { continue };
+            let Some(at) = real_accessor::<M>(*input) else { continue };
             let terms = self.slopes.iter().filter(|slope| slope.reference == *input);
             let change: f64 = terms
-                .map(|slope| {
-                    (1..=slope.order).fold(slope.value, |term, k| term * time / f64::from(k))
-                })
+                .map(|slope| (1..=slope.order).fold(slope.value, |term, k| term * time / f64::from(k)))
                 .sum();
             *at(&mut self.model) = start + change;
         }
@@ -92,7 +88,7 @@ impl<M: Model> Snapshot<M> {
 
 impl<M: Model> Instance<M> {
     /// Takes derivatives of inputs for the next step: all of them, or none.
-    pub(super) fn set_slopes(
+    pub(super) fn store_input_derivatives(
         &mut self,
         references: &[u32],
         orders: &[i32],
@@ -102,9 +98,9 @@ impl<M: Model> Instance<M> {
             .iter()
             .zip(orders)
             .zip(values)
-            .map(|((&reference, &order), &value)| InputSlope { reference, order, value });
+            .map(|((&reference, &order), &value)| InputDerivative { reference, order, value });
         let slopes: Vec<_> = slopes.collect();
-        slopes.iter().try_for_each(InputSlope::check::<M>)?;
+        slopes.iter().try_for_each(InputDerivative::check_supported::<M>)?;
         let kept = &mut self.current.slopes;
         for new in slopes {
             kept.retain(|slope| (slope.reference, slope.order) != (new.reference, new.order));

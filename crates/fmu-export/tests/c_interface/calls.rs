@@ -5,9 +5,7 @@
 use crate::support::{last_message, logged};
 use fmu_export::abi::Status;
 use fmu_export::export::{self, Call};
-use fmu_export::{
-    Info, Instance, Model, ModelError, Variable, description, input, output, parameter,
-};
+use fmu_export::{Info, Instance, Model, ModelError, Variable, description, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
 /// A mass on a line. Its parameter `mishap` makes it panic, fail or end.
@@ -54,7 +52,7 @@ impl Model for Mass {
         }
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         self.a = self.F / self.m;
     }
 }
@@ -74,11 +72,7 @@ fn mishap(instance: &TestInstance, value: i32) {
 
 fn another_guid_gives_no_instance_but_a_message() {
     assert!(TestInstance::with_guid("{0}", 0).0.is_null());
-    assert!(
-        last_message().contains("expected GUID") && last_message().contains("{0}"),
-        "{}",
-        last_message()
-    );
+    assert!(last_message().contains("expected GUID") && last_message().contains("{0}"), "{}", last_message());
 }
 
 fn a_run_gives_what_the_model_computes() {
@@ -92,11 +86,7 @@ fn a_run_gives_what_the_model_computes() {
     assert_eq!(instance.step(0.0, 0.5), Status::Ok);
     assert_eq!(instance.get(V), Ok(1.0));
     instance.set(F, 12.0);
-    assert_eq!(
-        (instance.get(A), instance.get(V)),
-        (Ok(3.0), Ok(1.0)),
-        "without a step only `a` follows"
-    );
+    assert_eq!((instance.get(A), instance.get(V)), (Ok(3.0), Ok(1.0)), "without a step only `a` follows");
     assert_eq!(instance.change_state(Call::Terminate), Status::Ok);
     assert_eq!(instance.change_state(Call::Reset), Status::Ok);
     assert_eq!(instance.setup(0.0, 1.0), Status::Ok);
@@ -204,21 +194,19 @@ fn only_enabled_categories_are_logged() {
     instance.change_state(Call::EnterInitializationMode);
     assert_eq!(count(), before, "events are not logged unless they are asked for");
     let events = [c"logEvents".as_ptr()];
-    let status =
-        unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, events.as_ptr()) };
+    let status = unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, events.as_ptr()) };
     assert_eq!(status, Status::Ok);
     instance.change_state(Call::ExitInitializationMode);
     assert_eq!(count(), before + 1);
     assert_eq!(instance.step(0.3, 0.1), Status::Error);
     assert_eq!(count(), before + 1, "errors are not among the categories that were asked for");
     let unknown = [c"gossip".as_ptr()];
-    let status =
-        unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, unknown.as_ptr()) };
+    let status = unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, unknown.as_ptr()) };
     assert_eq!(status, Status::Error);
 }
 
 fn the_description_says_what_the_table_says() {
-    let xml = description::xml::<Mass>();
+    let xml = description::fmi2_model_xml::<Mass>();
     for expected in [
         r#"<ScalarVariable name="m" valueReference="0" description="Mass" causality="parameter" variability="fixed" initial="exact"><Real unit="kg" min="0.000001" start="2"/>"#,
         r#"start="100 % mass""#,
@@ -228,8 +216,8 @@ fn the_description_says_what_the_table_says() {
     ] {
         assert!(xml.contains(expected), "{expected} is not in\n{xml}");
     }
-    assert_eq!(xml, description::xml::<Mass>());
-    assert_eq!(description::problems::<Mass>(), Vec::<String>::new());
+    assert_eq!(xml, description::fmi2_model_xml::<Mass>());
+    assert_eq!(description::model_problems::<Mass>(), Vec::<String>::new());
 }
 
 crate::tests![

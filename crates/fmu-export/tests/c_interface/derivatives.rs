@@ -5,7 +5,7 @@ use crate::support::last_message;
 use fmu_export::abi::Status::{self, Error, Ok as Fine};
 use fmu_export::export::Call;
 use fmu_export::{
-    Derivatives, Equations, Info, Model, ModelError, Number, Variable, description, input, output,
+    EquationDerivatives, Equations, Info, Model, ModelError, Number, Variable, description, input, output,
     parameter,
 };
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ impl Model for Mass {
         output("a", "m/s2", "Acceleration").at(|s| &mut s.a),
         output("P", "W", "Power").depends_on(&["F", "u"]).at(|s| &mut s.P),
     ];
-    const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
+    const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
         if self.mode == 2 && self.F > 1.0 {
@@ -61,7 +61,7 @@ impl Model for Mass {
         Ok(())
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         [self.a, self.P] = self.equations([self.F, self.u, self.c]);
     }
 }
@@ -116,28 +116,20 @@ fn a_missing_derivative_is_rejected() {
     assert!(instance.derivative(&[A], &[C], &[1.0]).is_ok());
     assert_eq!(instance.derivative(&[X], &[F], &[1.0]), Err(Error), "x has a start value");
     assert_eq!(instance.derivative(&[A], &[X], &[1.0]), Err(Error));
-    assert!(
-        last_message().contains("derivative of a with respect to x is not known"),
-        "{}",
-        last_message()
-    );
+    assert!(last_message().contains("derivative of a with respect to x is not known"), "{}", last_message());
     instance.change_state(Call::ExitInitializationMode);
     for (unknown, known) in [(F, A), (A, M), (A, X), (A, MODE), (MODE, F), (99, F), (A, 99)] {
-        assert_eq!(
-            instance.derivative(&[unknown], &[known], &[1.0]),
-            Err(Error),
-            "{unknown} {known}"
-        );
+        assert_eq!(instance.derivative(&[unknown], &[known], &[1.0]), Err(Error), "{unknown} {known}");
     }
     assert!(instance.derivative(&[A], &[F], &[1.0]).is_ok(), "no harm is done");
 }
 
 fn the_flag_is_set_for_models_with_equations_only() {
-    let xml = description::xml::<Mass>();
+    let xml = description::fmi2_model_xml::<Mass>();
     assert!(xml.contains(r#"providesDirectionalDerivative="true""#));
     assert!(xml.contains(r#"canInterpolateInputs="true""#));
-    assert!(!description::xml::<Wrong<1>>().contains("providesDirectionalDerivative"));
-    assert_eq!(description::problems::<Mass>(), Vec::<String>::new());
+    assert!(!description::fmi2_model_xml::<Wrong<1>>().contains("providesDirectionalDerivative"));
+    assert_eq!(description::model_problems::<Mass>(), Vec::<String>::new());
 }
 
 /// Models whose tables contradict their equations.
@@ -159,24 +151,23 @@ impl<const WHAT: u8> Model for Wrong<WHAT> {
     const INFO: Info = Info::new("wrong", "", 0.1);
     const VARIABLES: &'static [Variable<Self>] = &[
         input("u", "1", "").at(|s| &mut s.u),
-        if WHAT == 1 { output("y", "1", "").depends_on(&[]) } else { output("y", "1", "") }
-            .at(|s| &mut s.y),
+        if WHAT == 1 { output("y", "1", "").depends_on(&[]) } else { output("y", "1", "") }.at(|s| &mut s.y),
     ];
-    const DERIVATIVES: Option<Derivatives<Self>> =
-        if WHAT == 1 { None } else { Some(Derivatives::of()) };
+    const DERIVATIVES: Option<EquationDerivatives<Self>> =
+        if WHAT == 1 { None } else { Some(EquationDerivatives::of()) };
     fn step(&mut self, _time: f64, _step: f64) -> Result<(), ModelError> {
         Ok(())
     }
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         self.y = self.u;
     }
 }
 
 fn a_table_that_contradicts_the_model_is_reported() {
     for (problems, expected) in [
-        (description::problems::<Wrong<1>>(), "`y` depends on `u` but does not declare it"),
-        (description::problems::<Wrong<2>>(), "the equations use `w`"),
-        (description::problems::<Wrong<3>>(), "the equations give `y` = 1, the outputs 0"),
+        (description::model_problems::<Wrong<1>>(), "`y` depends on `u` but does not declare it"),
+        (description::model_problems::<Wrong<2>>(), "the equations use `w`"),
+        (description::model_problems::<Wrong<3>>(), "the equations give `y` = 1, the outputs 0"),
     ] {
         assert!(problems.join("; ").contains(expected), "{problems:?}");
     }

@@ -8,9 +8,7 @@ use std::ptr;
 use fmu_export::abi::{Component, Status};
 use fmu_export::export::fmi3::{self, ByteBoolean, InstantiationOptions, StepOutputs};
 use fmu_export::export::{self, Call};
-use fmu_export::{
-    Info, Instance, Model, ModelError, Variable, description, input, output, parameter,
-};
+use fmu_export::{Info, Instance, Model, ModelError, Variable, description, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
 crate::tests![
@@ -95,17 +93,11 @@ fn instantiate(token: &str, options: InstantiationOptions) -> Component {
 
 /// At the first communication point.
 fn ready() -> Component {
-    let c = instantiate(&description::guid::<Sum>(), PLAIN);
+    let c = instantiate(&description::model_guid::<Sum>(), PLAIN);
     assert!(!c.is_null(), "{}", last_message());
     unsafe {
-        assert_eq!(
-            fmi3::enter_initialization::<Instance<Sum>>(c, None, 0.0, Some(10.0)),
-            Status::Ok
-        );
-        assert_eq!(
-            export::change_state::<Instance<Sum>>(c, Call::ExitInitializationMode),
-            Status::Ok
-        );
+        assert_eq!(fmi3::enter_initialization::<Instance<Sum>>(c, None, 0.0, Some(10.0)), Status::Ok);
+        assert_eq!(export::change_state::<Instance<Sum>>(c, Call::ExitInitializationMode), Status::Ok);
     }
     c
 }
@@ -116,8 +108,7 @@ fn set(c: Component, reference: u32, value: f64) -> Status {
 
 fn get(c: Component, reference: u32) -> f64 {
     let mut value = f64::NAN;
-    let status =
-        unsafe { fmi3::get::<Instance<Sum>, f64>(c, &raw const reference, 1, &raw mut value, 1) };
+    let status = unsafe { fmi3::get::<Instance<Sum>, f64>(c, &raw const reference, 1, &raw mut value, 1) };
     assert_eq!(status, Status::Ok, "{}", last_message());
     value
 }
@@ -142,7 +133,7 @@ fn step(c: Component, time: f64, size: f64) -> (Status, bool, f64) {
 }
 
 fn an_importer_gets_no_instance_for_what_is_not_offered() {
-    let token = description::guid::<Sum>();
+    let token = description::model_guid::<Sum>();
     for (token, options, told) in [
         ("{0}", PLAIN, "expected GUID"),
         (&token, InstantiationOptions { event_mode: true, ..PLAIN }, "no event mode"),
@@ -154,14 +145,7 @@ fn an_importer_gets_no_instance_for_what_is_not_offered() {
     let nothing = ptr::null_mut();
     assert!(
         unsafe {
-            fmi3::instantiate::<Instance<Sum>>(
-                ptr::null(),
-                ptr::null(),
-                ptr::null(),
-                nothing,
-                None,
-                PLAIN,
-            )
+            fmi3::instantiate::<Instance<Sum>>(ptr::null(), ptr::null(), ptr::null(), nothing, None, PLAIN)
         }
         .is_null()
     );
@@ -205,7 +189,7 @@ fn a_step_says_how_it_ended() {
 fn the_time_that_the_description_adds_is_read_and_not_set() {
     let time = 5;
     let added = format!(r#"name="time" valueReference="{time}" causality="independent""#);
-    assert!(description::xml3::<Sum>().contains(&added));
+    assert!(description::fmi3_model_xml::<Sum>().contains(&added));
     let c = ready();
     assert_eq!(get(c, time), 0.0);
     assert_eq!(step(c, 0.0, 0.25), (Status::Ok, false, 0.25));
@@ -213,8 +197,7 @@ fn the_time_that_the_description_adds_is_read_and_not_set() {
     assert_eq!(set(c, time, 1.0), Status::Error);
     // FMI 2.0 has no such variable.
     let mut value = 0.0;
-    let status =
-        unsafe { export::get::<Instance<Sum>, f64>(c, &raw const time, 1, &raw mut value) };
+    let status = unsafe { export::get::<Instance<Sum>, f64>(c, &raw const time, 1, &raw mut value) };
     assert_eq!(status, Status::Error);
     unsafe { export::free_instance::<Instance<Sum>>(c) };
 }
@@ -243,7 +226,7 @@ fn numbers_of_values_and_types_are_checked() {
     let status = unsafe { fmi3::get::<Instance<Sum>, ByteBoolean>(c, &ON, 1, &raw mut boolean, 1) };
     assert_eq!((status, boolean), (Status::Ok, ByteBoolean(1)));
     let none = |count: usize| unsafe {
-        fmi3::no_such_type::<Instance<Sum>>(c, Call::Get, references.as_ptr(), count, "Int8")
+        fmi3::access_unsupported_type::<Instance<Sum>>(c, Call::Get, references.as_ptr(), count, "Int8")
     };
     assert_eq!((none(0), none(1)), (Status::Ok, Status::Error));
     assert!(last_message().contains("variable 0 is no Int8"), "{}", last_message());
@@ -251,10 +234,10 @@ fn numbers_of_values_and_types_are_checked() {
 }
 
 fn the_description_has_the_table_of_the_other_version() {
-    let xml = description::xml3::<Sum>();
+    let xml = description::fmi3_model_xml::<Sum>();
     for part in [
         "fmiVersion=\"3.0\"",
-        &format!("instantiationToken=\"{}\"", description::guid::<Sum>()),
+        &format!("instantiationToken=\"{}\"", description::model_guid::<Sum>()),
         "<Float64 name=\"u\" valueReference=\"0\"",
         "<Int32 name=\"mood\" valueReference=\"2\"",
         "<Boolean name=\"on\"",

@@ -86,8 +86,7 @@ fn instance(state: State) -> TestInstance {
 /// A name, the states that allow it, and the call.
 type Row = (&'static str, &'static [State], fn(&TestInstance) -> Status);
 
-const ALIVE: &[State] =
-    &[Instantiated, Initialization, StepComplete, StepFailed, Terminated, Failed];
+const ALIVE: &[State] = &[Instantiated, Initialization, StepComplete, StepFailed, Terminated, Failed];
 const READABLE: &[State] = &[Initialization, StepComplete, StepFailed, Terminated, Failed];
 
 fn status<T>(result: Result<T, Status>) -> Status {
@@ -111,14 +110,10 @@ const TABLE: &[Row] = &[
         Ok(state) => s.restore(state).max(s.free(state)),
         Err(status) => status,
     }),
-    ("SetRealInputDerivatives", &[Instantiated, Initialization, StepComplete], |s| {
-        s.slope(0, 1, 1.0)
-    }),
+    ("SetRealInputDerivatives", &[Instantiated, Initialization, StepComplete], |s| s.slope(0, 1, 1.0)),
     ("DoStep", &[StepComplete], |s| s.step(0.0, 1.0)),
     ("CancelStep", &[], |s| s.change_state(Call::CancelStep)),
-    ("GetRealStatus, GetBooleanStatus", &[StepComplete, StepFailed, Terminated], |s| {
-        status(s.last())
-    }),
+    ("GetRealStatus, GetBooleanStatus", &[StepComplete, StepFailed, Terminated], |s| status(s.last())),
     // Not supported, and rejected in every state.
     ("GetDirectionalDerivative", &[], |s| status(s.derivative(&[1], &[0], &[1.0]))),
     ("GetRealOutputDerivatives", &[], |s| unsafe {

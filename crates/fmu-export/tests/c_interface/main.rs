@@ -33,12 +33,8 @@ const MEMORY: &str = "no_test_touches_foreign_memory_or_leaks";
 
 /// Success but for the findings of valgrind, which end the program with 99. Possible losses are the test
 /// runner's own.
-const VALGRIND: [&str; 4] = [
-    "--quiet",
-    "--error-exitcode=99",
-    "--leak-check=full",
-    "--errors-for-leak-kinds=definite,indirect",
-];
+const VALGRIND: [&str; 4] =
+    ["--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect"];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -52,11 +48,8 @@ fn main() -> ExitCode {
         fmi3::TESTS,
         variables::TESTS,
     ];
-    let mut trials: Vec<_> = tests
-        .concat()
-        .into_iter()
-        .map(|(name, test)| Trial::test(name, move || run(test)))
-        .collect();
+    let mut trials: Vec<_> =
+        tests.concat().into_iter().map(|(name, test)| Trial::test(name, move || run(test))).collect();
     let memory = Trial::test(MEMORY, all_with_valgrind);
     trials.push(memory.with_kind("needs valgrind").with_ignored_flag(true));
     libtest_mimic::run(&arguments, trials).exit_code()

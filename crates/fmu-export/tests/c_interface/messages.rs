@@ -7,9 +7,7 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, Logger, Status};
 use fmu_export::export::{self, Call};
-use fmu_export::{
-    Info, Instance, Model, ModelError, SUMMARY, Variable, description, log, output, warn,
-};
+use fmu_export::{Info, Instance, Model, ModelError, SUMMARY, Variable, description, log, output, warn};
 use serde::{Deserialize, Serialize};
 
 use crate::support::{TestInstance, logged, text_of};
@@ -38,7 +36,7 @@ impl Model for Talker {
         if self.y > 1.0 { Err(ModelError::Discard("third".to_owned())) } else { Ok(()) }
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         log("talk", "outputs");
     }
 }
@@ -50,7 +48,7 @@ impl Drop for Talker {
 }
 
 fn messages_come_in_the_order_of_what_happened() {
-    let instance = TestInstance::<Talker>::with_guid(&description::guid::<Talker>(), 1);
+    let instance = TestInstance::<Talker>::with_guid(&description::model_guid::<Talker>(), 1);
     assert_eq!(instance.setup(0.0, 10.0), Status::Ok);
     instance.change_state(Call::EnterInitializationMode);
     let from = logged(0).len();
@@ -110,7 +108,7 @@ fn summaries_and_warnings_need_no_debug_logging() {
 fn what_is_logged_outside_of_a_call_reaches_no_other_instance() {
     drop(TestInstance::<Talker>::new());
     let from = logged(0).len();
-    let other = TestInstance::<Talker>::with_guid(&description::guid::<Talker>(), 1);
+    let other = TestInstance::<Talker>::with_guid(&description::model_guid::<Talker>(), 1);
     other.setup(0.0, 10.0);
     let texts: Vec<_> = logged(from).into_iter().map(|(_, _, text)| text).collect();
     assert_eq!(texts, ["instantiated"]);
@@ -157,17 +155,11 @@ fn a_logger_may_call_and_even_free_the_instance() {
         step_finished: None,
         environment: ptr::null_mut(),
     };
-    let guid = std::ffi::CString::new(description::guid::<Talker>()).expect("no zero in it");
+    let guid = std::ffi::CString::new(description::model_guid::<Talker>()).expect("no zero in it");
     unsafe {
         let (name, guid) = (c"again".as_ptr(), guid.as_ptr());
-        let c = export::instantiate::<Instance<Talker>>(
-            name,
-            1,
-            guid,
-            std::ptr::null(),
-            &raw const functions,
-            0,
-        );
+        let c =
+            export::instantiate::<Instance<Talker>>(name, 1, guid, std::ptr::null(), &raw const functions, 0);
         let one = [c"logStatusWarning".as_ptr()];
         export::set_debug_logging::<Instance<Talker>>(c, 1, 1, one.as_ptr());
         export::setup_experiment::<Instance<Talker>>(c, None, 0.0, None);

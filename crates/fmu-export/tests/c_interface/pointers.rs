@@ -7,7 +7,7 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, FmuState, Status};
 use fmu_export::export::{self, Lifecycle};
-use fmu_export::{Info, Instance, Model, ModelError, Value, Variable, description, input, output};
+use fmu_export::{FmiValue, Info, Instance, Model, ModelError, Variable, description, input, output};
 use serde::{Deserialize, Serialize};
 
 use crate::support::last_message;
@@ -38,11 +38,11 @@ impl Model for Echo {
 
 type TestInstance = crate::support::TestInstance<Echo>;
 
-fn get<T: Value>(c: &TestInstance, r: *const u32, length: usize, values: *mut T) -> Status {
+fn get<T: FmiValue>(c: &TestInstance, r: *const u32, length: usize, values: *mut T) -> Status {
     unsafe { export::get::<Instance<Echo>, T>(c.0, r, length, values) }
 }
 
-fn set<T: Value>(c: &TestInstance, r: *const u32, length: usize, values: *const T) -> Status {
+fn set<T: FmiValue>(c: &TestInstance, r: *const u32, length: usize, values: *const T) -> Status {
     unsafe { export::set::<Instance<Echo>, T>(c.0, r, length, values) }
 }
 
@@ -56,14 +56,8 @@ fn null_stands_for_an_empty_array_only() {
     assert!(last_message().contains("null"), "{}", last_message());
     unsafe {
         assert_eq!(export::do_step::<Instance<Echo>>(ptr::null_mut(), 0.0, 0.1), Status::Error);
-        assert_eq!(
-            export::get_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()),
-            Status::Error
-        );
-        assert_eq!(
-            export::set_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()),
-            Status::Error
-        );
+        assert_eq!(export::get_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()), Status::Error);
+        assert_eq!(export::set_fmu_state::<Instance<Echo>>(instance.0, ptr::null_mut()), Status::Error);
         let state = instance.state().expect("a state");
         assert_eq!(
             export::serialized_size::<Instance<Echo>>(instance.0, state, ptr::null_mut()),
@@ -75,10 +69,7 @@ fn null_stands_for_an_empty_array_only() {
         );
         instance.free(state);
         let into: *mut FmuState = ptr::null_mut();
-        assert_eq!(
-            export::deserialize::<Instance<Echo>>(instance.0, [0].as_ptr(), 1, into),
-            Status::Error
-        );
+        assert_eq!(export::deserialize::<Instance<Echo>>(instance.0, [0].as_ptr(), 1, into), Status::Error);
     }
 }
 
@@ -94,12 +85,7 @@ fn lengths_and_addresses_that_no_array_has_are_rejected() {
         let bytes = [0_u8; 4];
         let mut copy = ptr::null_mut();
         let status = unsafe {
-            export::deserialize::<Instance<Echo>>(
-                instance.0,
-                bytes.as_ptr(),
-                usize::MAX,
-                &raw mut copy,
-            )
+            export::deserialize::<Instance<Echo>>(instance.0, bytes.as_ptr(), usize::MAX, &raw mut copy)
         };
         assert_eq!((status, copy.is_null()), (Status::Error, true));
         instance.free(state);
@@ -116,9 +102,8 @@ fn results_may_go_into_uninitialised_memory() {
     assert_eq!(unsafe { value.assume_init() }, 2.5);
     let mut status = MaybeUninit::<Status>::uninit();
     let last: fn(&Lifecycle, c_int) -> Option<Status> = |lifecycle, _| Some(lifecycle.last_step());
-    let called = unsafe {
-        export::get_status::<Instance<Echo>, Status>(instance.0, 0, status.as_mut_ptr(), last)
-    };
+    let called =
+        unsafe { export::get_status::<Instance<Echo>, Status>(instance.0, 0, status.as_mut_ptr(), last) };
     assert_eq!((called, unsafe { status.assume_init() }), (Status::Ok, Status::Ok));
 }
 
@@ -145,9 +130,8 @@ fn texts_that_are_not_utf_8_are_rejected() {
     assert_eq!(instance.get_text(2).as_deref(), Ok(""));
     let unknown = [c"\xff".as_ptr(), ptr::null()];
     for category in unknown.as_slice().chunks(1) {
-        let status = unsafe {
-            export::set_debug_logging::<Instance<Echo>>(instance.0, 1, 1, category.as_ptr())
-        };
+        let status =
+            unsafe { export::set_debug_logging::<Instance<Echo>>(instance.0, 1, 1, category.as_ptr()) };
         assert_eq!(status, Status::Error);
     }
 }
@@ -193,7 +177,7 @@ fn bytes_of_an_impossible_state_are_rejected() {
 /// The struct of an importer that sets the logger and leaves the rest as the memory was.
 fn members_that_are_not_used_may_be_unset() {
     let mut functions = MaybeUninit::<CallbackFunctions>::uninit();
-    let guid = CString::new(description::guid::<Echo>()).expect("no zero in it");
+    let guid = CString::new(description::model_guid::<Echo>()).expect("no zero in it");
     let make = |functions: *const CallbackFunctions, name: *const c_char| unsafe {
         export::instantiate::<Instance<Echo>>(name, 1, guid.as_ptr(), ptr::null(), functions, 0)
     };

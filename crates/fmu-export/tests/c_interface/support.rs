@@ -9,7 +9,7 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, FmuState, Logger, Status};
 use fmu_export::export::{self, Call, FmiBoolean};
-use fmu_export::{Instance, Model, Value, description};
+use fmu_export::{FmiValue, Instance, Model, description};
 
 thread_local! {
     static LOG: RefCell<Vec<(Status, String, String)>> = const { RefCell::new(Vec::new()) };
@@ -57,7 +57,7 @@ pub struct TestInstance<M: Model>(pub Component, PhantomData<M>);
 
 impl<M: Model> TestInstance<M> {
     pub fn new() -> Self {
-        let instance = TestInstance::with_guid(&description::guid::<M>(), 0);
+        let instance = TestInstance::with_guid(&description::model_guid::<M>(), 0);
         assert!(!instance.0.is_null());
         instance
     }
@@ -111,25 +111,22 @@ impl<M: Model> TestInstance<M> {
         unsafe { export::do_step::<Instance<M>>(self.0, time, step) }
     }
 
-    pub fn set<T: Value>(&self, reference: u32, value: T) -> Status {
+    pub fn set<T: FmiValue>(&self, reference: u32, value: T) -> Status {
         unsafe { export::set::<Instance<M>, T>(self.0, &raw const reference, 1, &raw const value) }
     }
 
     pub fn set_text(&self, reference: u32, value: &CStr) -> Status {
         let value = value.as_ptr();
-        unsafe {
-            export::set_string::<Instance<M>>(self.0, &raw const reference, 1, &raw const value)
-        }
+        unsafe { export::set_string::<Instance<M>>(self.0, &raw const reference, 1, &raw const value) }
     }
 
     pub fn get(&self, reference: u32) -> Result<f64, Status> {
         self.get_as(reference, f64::NAN)
     }
 
-    pub fn get_as<T: Value>(&self, reference: u32, mut value: T) -> Result<T, Status> {
-        let status = unsafe {
-            export::get::<Instance<M>, T>(self.0, &raw const reference, 1, &raw mut value)
-        };
+    pub fn get_as<T: FmiValue>(&self, reference: u32, mut value: T) -> Result<T, Status> {
+        let status =
+            unsafe { export::get::<Instance<M>, T>(self.0, &raw const reference, 1, &raw mut value) };
         if status == Status::Ok { Ok(value) } else { Err(status) }
     }
 
@@ -139,9 +136,8 @@ impl<M: Model> TestInstance<M> {
 
     pub fn get_text(&self, reference: u32) -> Result<String, Status> {
         let mut value = ptr::null();
-        let status = unsafe {
-            export::get_string::<Instance<M>>(self.0, &raw const reference, 1, &raw mut value)
-        };
+        let status =
+            unsafe { export::get_string::<Instance<M>>(self.0, &raw const reference, 1, &raw mut value) };
         if status != Status::Ok {
             return Err(status);
         }
@@ -160,12 +156,7 @@ impl<M: Model> TestInstance<M> {
         }
     }
 
-    pub fn derivative(
-        &self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        changes: &[f64],
-    ) -> Result<Vec<f64>, Status> {
+    pub fn derivative(&self, unknowns: &[u32], knowns: &[u32], changes: &[f64]) -> Result<Vec<f64>, Status> {
         assert_eq!(knowns.len(), changes.len());
         let mut found = vec![f64::NAN; unknowns.len()];
         let status = unsafe {
@@ -200,12 +191,10 @@ impl<M: Model> TestInstance<M> {
 
     pub fn bytes(&self, state: FmuState) -> Vec<u8> {
         let mut size = 0;
-        let status =
-            unsafe { export::serialized_size::<Instance<M>>(self.0, state, &raw mut size) };
+        let status = unsafe { export::serialized_size::<Instance<M>>(self.0, state, &raw mut size) };
         assert_eq!(status, Status::Ok);
         let mut bytes = vec![0; size];
-        let status =
-            unsafe { export::serialize::<Instance<M>>(self.0, state, bytes.as_mut_ptr(), size) };
+        let status = unsafe { export::serialize::<Instance<M>>(self.0, state, bytes.as_mut_ptr(), size) };
         assert_eq!(status, Status::Ok);
         bytes
     }
@@ -225,10 +214,8 @@ impl<M: Model> TestInstance<M> {
             let time = &raw mut time;
             let outputs = &raw mut outputs;
             let of = |lifecycle: &export::Lifecycle, _| Some(i32::from(lifecycle.terminated));
-            export::get_status::<Instance<M>, f64>(self.0, 2, time, |lifecycle, _| {
-                Some(lifecycle.now)
-            })
-            .max(export::get_status::<Instance<M>, i32>(self.0, 3, outputs, of))
+            export::get_status::<Instance<M>, f64>(self.0, 2, time, |lifecycle, _| Some(lifecycle.now))
+                .max(export::get_status::<Instance<M>, i32>(self.0, 3, outputs, of))
         };
         if status == Status::Ok { Ok((time, outputs == 1)) } else { Err(status) }
     }

@@ -4,8 +4,8 @@ use crate::support::{last_message, logged};
 use fmu_export::abi::Status::{self, Error, Ok as Fine};
 use fmu_export::export::{self, Call, FmiBoolean};
 use fmu_export::{
-    Info, Instance, Model, ModelError, Variable, calculated_parameter, constant, description,
-    independent, input, local, log, output, parameter, warn,
+    Info, Instance, Model, ModelError, Variable, calculated_parameter, constant, description, independent,
+    input, local, log, output, parameter, warn,
 };
 use serde::{Deserialize, Serialize};
 
@@ -32,21 +32,7 @@ impl Default for Counter {
         let (word, echo, version) = ("100 %".to_owned(), String::new(), "1.0".to_owned());
         let (step, steps, gain, limit, guess, start) = (2.0, 0.0, 3.0, 10, 1.0, 5.0);
         let (on, count, running, time) = (true, 0, false, 0.0);
-        Counter {
-            step,
-            steps,
-            gain,
-            limit,
-            guess,
-            start,
-            on,
-            word,
-            count,
-            running,
-            echo,
-            time,
-            version,
-        }
+        Counter { step, steps, gain, limit, guess, start, on, word, count, running, echo, time, version }
     }
 }
 
@@ -62,19 +48,13 @@ impl Model for Counter {
         parameter("step", "", "Per step").at(|c| &mut c.step),
         calculated_parameter("steps", "", "Twice that").at(|c| &mut c.steps),
         parameter("gain", "", "Of the output").tunable().at(|c| &mut c.gain),
-        parameter("limit", "", "Last count")
-            .min(0.0)
-            .max(20.0)
-            .tunable()
-            .at_integer(|c| &mut c.limit),
+        parameter("limit", "", "Last count").min(0.0).max(20.0).tunable().at_integer(|c| &mut c.limit),
         output("guess", "m", "Solved from a guess").approx().at(|c| &mut c.guess),
         local("start", "K", "Kept").exact().at(|c| &mut c.start),
         input("on", "", "Whether to count").at_boolean(|c| &mut c.on),
         input("word", "", "To repeat").at_string(|c| &mut c.word),
         output("count", "", "How many").depends_on(&[]).at_integer(|c| &mut c.count),
-        output("running", "", "Whether it counts")
-            .depends_on(&["on"])
-            .at_boolean(|c| &mut c.running),
+        output("running", "", "Whether it counts").depends_on(&["on"]).at_boolean(|c| &mut c.running),
         output("echo", "", "The word").depends_on(&["word"]).at_string(|c| &mut c.echo),
         independent("time", "s", "Time").at(|c| &mut c.time),
         constant("version", "", "Of the model").at_string(|c| &mut c.version),
@@ -95,7 +75,7 @@ impl Model for Counter {
         Ok(())
     }
 
-    fn outputs(&mut self) {
+    fn compute_outputs(&mut self) {
         self.running = self.on;
         self.echo.clone_from(&self.word);
     }
@@ -138,16 +118,13 @@ fn settable(instance: &TestInstance) -> [Status; 13] {
 
 fn each_kind_can_be_set_when_fmi_says_so() {
     let instance = TestInstance::new();
-    let before =
-        [Fine, Error, Fine, Fine, Fine, Fine, Fine, Fine, Error, Error, Error, Error, Error];
+    let before = [Fine, Error, Fine, Fine, Fine, Fine, Fine, Fine, Error, Error, Error, Error, Error];
     assert_eq!(settable(&instance), before);
     let instance = TestInstance::initialising();
-    let during =
-        [Fine, Error, Fine, Fine, Error, Fine, Fine, Fine, Error, Error, Error, Error, Error];
+    let during = [Fine, Error, Fine, Fine, Error, Fine, Fine, Fine, Error, Error, Error, Error, Error];
     assert_eq!(settable(&instance), during, "a guess is taken before initialisation only");
     assert_eq!(instance.change_state(Call::ExitInitializationMode), Fine);
-    let after =
-        [Error, Error, Fine, Fine, Error, Error, Fine, Fine, Error, Error, Error, Error, Error];
+    let after = [Error, Error, Fine, Fine, Error, Error, Fine, Fine, Error, Error, Error, Error, Error];
     assert_eq!(settable(&instance), after);
     assert_eq!(instance.change_state(Call::Terminate), Fine);
     assert_eq!(settable(&instance), [Error; 13]);
@@ -199,32 +176,19 @@ fn null_texts_are_rejected_and_no_texts_are_fine() {
     let null: *const std::ffi::c_char = std::ptr::null();
     #[allow(unsafe_code, reason = "the functions under test are those of a C interface")]
     unsafe {
-        let rejected = export::set_string::<Instance<Counter>>(
-            instance.0,
-            [WORD].as_ptr(),
-            1,
-            &raw const null,
-        );
+        let rejected =
+            export::set_string::<Instance<Counter>>(instance.0, [WORD].as_ptr(), 1, &raw const null);
         assert_eq!(rejected, Error);
         let none = std::ptr::null();
-        assert_eq!(
-            export::set_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null()),
-            Fine
-        );
-        assert_eq!(
-            export::get_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null_mut()),
-            Fine
-        );
-        assert_eq!(
-            export::set::<Instance<Counter>, i32>(instance.0, none, 0, std::ptr::null()),
-            Fine
-        );
+        assert_eq!(export::set_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null()), Fine);
+        assert_eq!(export::get_string::<Instance<Counter>>(instance.0, none, 0, std::ptr::null_mut()), Fine);
+        assert_eq!(export::set::<Instance<Counter>, i32>(instance.0, none, 0, std::ptr::null()), Fine);
     }
     assert_eq!(instance.get_text(WORD).as_deref(), Ok("100 %"));
 }
 
 fn a_model_logs_in_its_own_category_and_warns() {
-    let instance = TestInstance::with_guid(&description::guid::<Counter>(), 1);
+    let instance = TestInstance::with_guid(&description::model_guid::<Counter>(), 1);
     instance.setup(0.0, 10.0);
     instance.set(LIMIT, 1);
     instance.change_state(Call::EnterInitializationMode);
@@ -236,8 +200,7 @@ fn a_model_logs_in_its_own_category_and_warns() {
         (Fine, "logCount", "2 % counted"),
         (Status::Warning, "logStatusWarning", "beyond the limit"),
     ];
-    let expected =
-        expected.map(|(status, category, text)| (status, category.to_owned(), text.to_owned()));
+    let expected = expected.map(|(status, category, text)| (status, category.to_owned(), text.to_owned()));
     assert_eq!(logged(from), expected);
     assert_eq!(instance.get_as(COUNT, 0), Ok(2), "a warning does not stop the step");
 }
@@ -254,8 +217,8 @@ fn instances_are_independent() {
 }
 
 fn the_description_has_what_the_information_says() {
-    assert_eq!(description::problems::<Counter>(), Vec::<String>::new());
-    let xml = description::xml::<Counter>();
+    assert_eq!(description::model_problems::<Counter>(), Vec::<String>::new());
+    let xml = description::fmi2_model_xml::<Counter>();
     for expected in [
         r#"author="Nobody" version="2.1""#,
         r#"<DefaultExperiment startTime="1" stopTime="9" tolerance="0.0001" stepSize="0.5"/>"#,

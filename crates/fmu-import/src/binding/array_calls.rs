@@ -3,9 +3,9 @@
 use std::ffi::CStr;
 
 use super::guarded_buffer::{AnyBitPattern, GuardedBuffer};
-use super::instance::name;
-use super::phase::Phase;
-use super::{Component, Instance, OK, Status, WARNING};
+use super::instance::call_name;
+use super::phase::InstancePhase;
+use super::{FmiStatus, Instance, InstancePointer, OK, WARNING};
 use crate::CallError;
 
 impl Instance {
@@ -14,20 +14,20 @@ impl Instance {
     /// # Errors
     /// As of [`run`](Self::run); also when the FMU writes past the end of the array.
     #[inline]
-    pub(super) fn fill<T: AnyBitPattern>(
+    pub(super) fn fill_array<T: AnyBitPattern>(
         &mut self,
         call: &'static CStr,
         values: &mut [T],
-        body: impl FnOnce(Component, *mut T) -> Status,
+        body: impl FnOnce(InstancePointer, *mut T) -> FmiStatus,
     ) -> Result<(), CallError> {
-        let array = self.guarded_buffer.lend(values);
+        let array = self.guarded_buffer.lend_array(values);
         let called = self.run_for_status(call, |component| body(component, array));
         // SAFETY: it was lent with these values just now, of a type that may have any bits.
-        let whole = unsafe { self.guarded_buffer.take_back(values) };
+        let whole = unsafe { self.guarded_buffer.copy_back_and_check_guard(values) };
         match called {
             Ok(OK | WARNING) if whole => Ok(()),
-            _ if !whole => Err(self.overrun(call, values.len())),
-            Ok(status) => Err(self.failure(call, status)),
+            _ if !whole => Err(self.overrun_error(call, values.len())),
+            Ok(status) => Err(self.status_error(call, status)),
             Err(error) => Err(error),
         }
     }
@@ -36,28 +36,27 @@ impl Instance {
     ///
     /// # Errors
     /// See [`fill`](Self::fill).
-    pub(super) fn fill_both<S: AnyBitPattern, T: AnyBitPattern>(
+    pub(super) fn fill_two_arrays<S: AnyBitPattern, T: AnyBitPattern>(
         &mut self,
         call: &'static CStr,
         sizes: &mut [S],
         values: &mut [T],
-        body: impl FnOnce(Component, *mut S, *mut T) -> Status,
+        body: impl FnOnce(InstancePointer, *mut S, *mut T) -> FmiStatus,
     ) -> Result<(), CallError> {
         let mut buffer = GuardedBuffer::default();
-        let array = buffer.lend(sizes);
-        let filled = self.fill(call, values, |component, values| body(component, array, values));
+        let array = buffer.lend_array(sizes);
+        let filled = self.fill_array(call, values, |component, values| body(component, array, values));
         // SAFETY: it was lent with these values just now, of a type that may have any bits.
-        let whole = unsafe { buffer.take_back(sizes) };
-        if whole { filled } else { Err(self.overrun(call, sizes.len())) }
+        let whole = unsafe { buffer.copy_back_and_check_guard(sizes) };
+        if whole { filled } else { Err(self.overrun_error(call, sizes.len())) }
     }
 
     #[cold]
-    pub(super) fn overrun(&mut self, call: &'static CStr, count: usize) -> CallError {
-        self.phase = Phase::Failed(name(call));
+    pub(super) fn overrun_error(&mut self, call: &'static CStr, count: usize) -> CallError {
+        self.phase = InstancePhase::Failed(call_name(call));
         let values = if count == 1 { "1 value".to_owned() } else { format!("{count} values") };
-        let what = format!(
-            "wrote past the end of the array that it was given: expected {values}, found more"
-        );
-        CallError::new(name(call), what)
+        let what =
+            format!("wrote past the end of the array that it was given: expected {values}, found more");
+        CallError::new(call_name(call), what)
     }
 }

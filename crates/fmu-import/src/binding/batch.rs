@@ -5,10 +5,8 @@
 
 use super::Instance;
 use super::process_end::call_notes_are_shared;
-use super::process_state::{
-    ProcessStateChanges, describe_changes, restore_process_state_after_step,
-};
-use crate::{CallError, Storage};
+use super::process_state::{ProcessStateChanges, describe_changes, restore_process_state_after_step};
+use crate::{CallError, StorageType};
 
 /// An instance in the middle of a step.
 #[derive(Debug)]
@@ -22,7 +20,7 @@ impl CallBatch<'_> {
     #[inline]
     pub fn set_numbers(
         &mut self,
-        storage: Storage,
+        storage: StorageType,
         references: &[u32],
         values: &[f64],
     ) -> Result<(), CallError> {
@@ -45,7 +43,7 @@ impl CallBatch<'_> {
     #[inline]
     pub fn get_numbers(
         &mut self,
-        storage: Storage,
+        storage: StorageType,
         references: &[u32],
         values: &mut [f64],
     ) -> Result<(), CallError> {
@@ -60,17 +58,17 @@ impl Instance {
     /// # Errors
     /// Those of the calls.
     #[inline]
-    pub fn batch(
+    pub fn batch_step_calls(
         &mut self,
         calls: impl FnOnce(&mut CallBatch<'_>) -> Result<(), CallError>,
     ) -> Result<(), CallError> {
         // Another process reads the notes, each of which is copied to it.
-        if self.is_lost() || call_notes_are_shared() {
+        if self.has_failed_fatally() || call_notes_are_shared() {
             return calls(&mut CallBatch(self));
         }
-        let (before, asks) = self.steps.begin();
+        let (before, asks) = self.steps.begin_step();
         // The instance stays where it is, and with it the activity: whoever makes the calls has a `CallBatch` only.
-        let (outer, called) = (self.activity.enter(), self.mailbox.enter());
+        let (outer, called) = (self.activity.mark_as_current(), self.mailbox.mark_as_current());
         self.in_batch = true;
         let done = calls(&mut CallBatch(self));
         self.in_batch = false;
@@ -78,21 +76,18 @@ impl Instance {
         let changes = restore_process_state_after_step(before.as_ref(), asks);
         self.activity.end_call();
         if changes != 0 {
-            self.tell_step(changes);
+            self.warn_about_process_changes(changes);
         }
         done
     }
 
     /// Tells what the calls of a step changed.
     #[cold]
-    fn tell_step(&self, changes: ProcessStateChanges) {
-        let call = super::named!(
-            self.library,
-            c"fmi2DoStep or a call beside it",
-            c"fmi3DoStep or a call beside it"
-        );
-        if let Some(news) = self.activity.unreported(changes) {
-            self.mailbox.warn(describe_changes(news, call));
+    fn warn_about_process_changes(&self, changes: ProcessStateChanges) {
+        let call =
+            super::named!(self.library, c"fmi2DoStep or a call beside it", c"fmi3DoStep or a call beside it");
+        if let Some(news) = self.activity.take_unreported_changes(changes) {
+            self.mailbox.add_warnings(describe_changes(news, call));
         }
     }
 }

@@ -12,7 +12,7 @@ use super::process_state::{self, ProcessStateChanges, ProcessStateSnapshot};
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next one.
-    fn trackside_copy_note(note: *const Note);
+    fn trackside_copy_note(note: *const CallNote);
     fn trackside_watch_crashes();
     /// Defined in `libraries.c`.
     fn trackside_note_libraries(who: *const c_char, kind: *const c_char);
@@ -21,7 +21,7 @@ unsafe extern "C" {
 /// What the handler of `crash.c` reads when the program dies.
 #[repr(C)]
 #[derive(Debug)]
-struct Note {
+struct CallNote {
     /// From `CString::into_raw`.
     who: *mut c_char,
     /// What is called: an FMU or a plugin.
@@ -35,7 +35,7 @@ struct Note {
 /// What an instance, a library or a plugin is doing.
 #[derive(Debug)]
 pub(super) struct CallMonitor {
-    note: Note,
+    note: CallNote,
     calls: AtomicU64,
     /// Whether a call that lasts long is worth a word.
     watched: bool,
@@ -61,26 +61,26 @@ fn harmless(who: &str) -> String {
 static ALL: Mutex<Vec<Weak<CallMonitor>>> = Mutex::new(Vec::new());
 
 /// The note of the call around another one, which counts again when that one ends, in whatever way.
-pub(super) struct NoteGuard(*const Note);
+pub(super) struct NoteGuard(*const CallNote);
 
 impl Drop for NoteGuard {
     #[inline]
     fn drop(&mut self) {
-        enter(self.0);
+        swap_current_note(self.0);
     }
 }
 
 thread_local! {
     /// The note of the call that this thread is in. It needs no begin and no end, so a handler of signals may read it.
-    static ENTERED: Cell<*const Note> = const { Cell::new(ptr::null()) };
+    static ENTERED: Cell<*const CallNote> = const { Cell::new(ptr::null()) };
 }
 
 /// That of the call which was entered or returned to last.
-static LATEST: AtomicPtr<Note> = AtomicPtr::new(ptr::null_mut());
+static LATEST: AtomicPtr<CallNote> = AtomicPtr::new(ptr::null_mut());
 
 /// Lets this thread be in the call of a note, or in none; the note of the call around it comes back: an FMU may host another.
 #[inline]
-fn enter(note: *const Note) -> *const Note {
+fn swap_current_note(note: *const CallNote) -> *const CallNote {
     let outer = ENTERED.replace(note);
     LATEST.store(note.cast_mut(), Relaxed);
     if call_notes_are_shared() {
@@ -92,35 +92,31 @@ fn enter(note: *const Note) -> *const Note {
 
 /// For `crash.c`.
 #[unsafe(no_mangle)]
-extern "C" fn trackside_entered() -> *const Note {
+extern "C" fn trackside_entered() -> *const CallNote {
     ENTERED.get()
 }
 
 /// For `crash.c`.
 #[unsafe(no_mangle)]
-extern "C" fn trackside_latest() -> *const Note {
+extern "C" fn trackside_latest() -> *const CallNote {
     LATEST.load(Relaxed)
 }
 
 impl CallMonitor {
     /// The activity of an FMU; `who` is how messages call it.
     pub(super) fn new(who: &str) -> Arc<Self> {
-        Self::of(who, c"FMU", true)
+        Self::with_kind(who, c"FMU", true)
     }
 
-    fn of(who: &str, kind: &'static CStr, watched: bool) -> Arc<Self> {
-        let note = Note {
+    fn with_kind(who: &str, kind: &'static CStr, watched: bool) -> Arc<Self> {
+        let note = CallNote {
             who: CString::new(harmless(who)).unwrap_or_default().into_raw(),
             kind: kind.as_ptr(),
             call: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(f64::NAN.to_bits()),
         };
-        let activity = Arc::new(CallMonitor {
-            note,
-            calls: AtomicU64::new(0),
-            watched,
-            told: AtomicU32::new(0),
-        });
+        let activity =
+            Arc::new(CallMonitor { note, calls: AtomicU64::new(0), watched, told: AtomicU32::new(0) });
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|other| other.strong_count() > 0);
         all.push(Arc::downgrade(&activity));
@@ -134,19 +130,19 @@ impl CallMonitor {
     }
 
     /// Runs a call of the FMU, and puts back what it changes around itself; what of that is not told yet comes with the result.
-    pub(super) fn during<T>(
+    pub(super) fn monitor_call<T>(
         &self,
         call: &'static CStr,
         body: impl FnOnce() -> T,
     ) -> (T, Option<ProcessStateChanges>) {
         self.begin_call(call);
-        let before = ProcessStateSnapshot::take();
-        let outer = self.enter();
+        let before = ProcessStateSnapshot::capture();
+        let outer = self.mark_as_current();
         let result = body();
         drop(outer);
         let changes = process_state::restore_process_state(before.as_ref());
         self.end_call();
-        (result, if changes == 0 { None } else { self.unreported(changes) })
+        (result, if changes == 0 { None } else { self.take_unreported_changes(changes) })
     }
 
     /// The number of the call that was made last, and the bits of the time of now.
@@ -170,14 +166,14 @@ impl CallMonitor {
 
     /// Lets this thread work for the FMU until the result is dropped, which has to be before the activity is.
     #[inline]
-    pub(super) fn enter(&self) -> NoteGuard {
-        NoteGuard(enter(&raw const self.note))
+    pub(super) fn mark_as_current(&self) -> NoteGuard {
+        NoteGuard(swap_current_note(&raw const self.note))
     }
 
     /// Looks at memory of the FMU, with a note for the case that there is none. It calls nobody, so nothing changes around it.
-    pub(super) fn with_note<T>(&self, what: &'static CStr, body: impl FnOnce() -> T) -> T {
+    pub(super) fn run_memory_access<T>(&self, what: &'static CStr, body: impl FnOnce() -> T) -> T {
         self.note.call.store(what.as_ptr().cast_mut(), Relaxed);
-        let outer = self.enter();
+        let outer = self.mark_as_current();
         let result = body();
         drop(outer);
         self.note.call.store(ptr::null_mut(), Relaxed);
@@ -185,32 +181,35 @@ impl CallMonitor {
     }
 
     /// Runs a call that loads a library or makes an instance, after which more is looked at.
-    pub(super) fn run_rare<T>(
+    pub(super) fn monitor_load_or_instantiate<T>(
         &self,
         call: &'static CStr,
         body: impl FnOnce() -> T,
     ) -> (T, Option<ProcessStateChanges>) {
         let alone = GUEST.load(Relaxed);
         let ((result, changes), more) =
-            process_state::guard_rare_call(alone, || self.during(call, body));
-        let more = if more == 0 { None } else { self.unreported(more) };
+            process_state::run_and_restore_signals(alone, || self.monitor_call(call, body));
+        let more = if more == 0 { None } else { self.take_unreported_changes(more) };
         (result, changes.or(more).map(|_| changes.unwrap_or(0) | more.unwrap_or(0)))
     }
 
     /// Those changes that have not been told; they are from here on.
     #[cold]
-    pub(super) fn unreported(&self, changes: ProcessStateChanges) -> Option<ProcessStateChanges> {
+    pub(super) fn take_unreported_changes(
+        &self,
+        changes: ProcessStateChanges,
+    ) -> Option<ProcessStateChanges> {
         let told = self.told.fetch_or(changes, Relaxed);
         Some(changes & !told).filter(|news| *news != 0)
     }
 
     /// Tells changes of a call that no instance is there to tell.
     #[cold]
-    pub(super) fn tell(&self, changes: ProcessStateChanges, call: &'static CStr) {
-        let who = self.owner().to_string_lossy();
+    pub(super) fn report_process_changes(&self, changes: ProcessStateChanges, call: &'static CStr) {
+        let who = self.owner_name().to_string_lossy();
         if !GUEST.load(Relaxed) {
             let sentences = process_state::describe_changes(changes, call);
-            sentences.for_each(|it| process_state::tell(format!("{who}: {it}")));
+            sentences.for_each(|it| process_state::report_process_change(format!("{who}: {it}")));
         }
     }
 
@@ -222,13 +221,13 @@ impl CallMonitor {
         }
     }
 
-    pub(super) fn owner(&self) -> &CStr {
+    pub(super) fn owner_name(&self) -> &CStr {
         // SAFETY: the name is a C string that lives as long as the activity.
         unsafe { CStr::from_ptr(self.note.who) }
     }
 
     /// The number of the call that is going on, and what it is; nothing between calls.
-    fn current_call(&self) -> Option<(u64, String)> {
+    fn running_call(&self) -> Option<(u64, String)> {
         let call = self.note.call.load(Relaxed);
         if call.is_null() {
             return None;
@@ -239,7 +238,7 @@ impl CallMonitor {
         // As in other messages: without the rounding error of a product.
         let rounded = (time * 1e9).round() / 1e9;
         let at = if time.is_nan() { String::new() } else { format!(" at t = {rounded} s") };
-        let who = self.owner().to_string_lossy();
+        let who = self.owner_name().to_string_lossy();
         Some((self.calls.load(Relaxed), format!("{who}: {call}{at}")))
     }
 }
@@ -253,12 +252,12 @@ impl Drop for CallMonitor {
 
 /// Runs a call of a plugin, with a note for the case that it ends the program. `who` is how messages call the plugin.
 pub fn call_plugin<T>(who: &str, call: &'static CStr, body: impl FnOnce() -> T) -> T {
-    watch_crashes();
+    install_crash_handler();
     // It tells its progress itself.
-    let activity = CallMonitor::of(who, c"plugin", false);
-    let (result, changes) = activity.run_rare(call, body);
+    let activity = CallMonitor::with_kind(who, c"plugin", false);
+    let (result, changes) = activity.monitor_load_or_instantiate(call, body);
     activity.register_libraries();
-    changes.into_iter().for_each(|changes| activity.tell(changes, call));
+    changes.into_iter().for_each(|changes| activity.report_process_changes(changes, call));
     result
 }
 
@@ -274,19 +273,19 @@ pub(super) fn forget_libraries() {
 #[must_use]
 pub fn active_calls() -> Vec<(u64, String)> {
     let all = ALL.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    all.iter().filter_map(Weak::upgrade).filter_map(|activity| activity.current_call()).collect()
+    all.iter().filter_map(Weak::upgrade).filter_map(|activity| activity.running_call()).collect()
 }
 
 /// Whether the signals of the process are somebody else's.
 static GUEST: AtomicBool = AtomicBool::new(false);
 
 /// Leaves the signals of the process alone from here on, for a library in a program of others: crashes are not reported.
-pub fn skip_crash_handlers() {
+pub fn disable_crash_handlers() {
     GUEST.store(true, Relaxed);
 }
 
 /// Lets the program say which call of which FMU it dies in.
-pub(super) fn watch_crashes() {
+pub(super) fn install_crash_handler() {
     static WATCHED: Once = Once::new();
     if GUEST.load(Relaxed) {
         return;
@@ -309,7 +308,7 @@ pub fn start_watchdog(patience: Duration, report: impl Fn(&str) + Send + 'static
             let all = ALL.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let mut still = Vec::new();
             for activity in all.iter().filter_map(Weak::upgrade).filter(|it| it.watched) {
-                let Some((call, what)) = activity.current_call() else { continue };
+                let Some((call, what)) = activity.running_call() else { continue };
                 let address = Arc::as_ptr(&activity);
                 let known = seen.iter().find(|known| (known.0, known.1) == (address, call));
                 let first = (address, call, Instant::now(), patience.max(SHORTEST));

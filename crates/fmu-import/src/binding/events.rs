@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::functions::{ClockFunctions, EventFunctions};
 use super::guarded_buffer::GuardedValue;
-use super::instantiation::Modes;
-use super::phase::Phase;
-use super::{Instance, Library};
-use crate::{CallError, DiscreteStatesUpdate, IntervalQualifier, Version};
+use super::instantiation::InstantiationModes;
+use super::phase::InstancePhase;
+use super::{FmuLibrary, Instance};
+use crate::{CallError, DiscreteStatesUpdate, FmiVersion, IntervalQualifier};
 
 impl Instance {
     /// Makes an instance that uses event mode, whether the FMU has it or not, and ends no step early: for those who look whether
@@ -16,10 +16,16 @@ impl Instance {
     ///
     /// # Errors
     /// When the library refuses.
-    pub fn with_event_mode(library: Arc<Library>, name: &str) -> Result<Self, CallError> {
+    pub fn with_event_mode(library: Arc<FmuLibrary>, name: &str) -> Result<Self, CallError> {
         let guid = library.description().guid.clone();
-        Self::make(library, name, &guid, false, Modes { event_mode: true, early_return: false })
-            .map_err(|(error, _)| error)
+        Self::instantiate(
+            library,
+            name,
+            &guid,
+            false,
+            InstantiationModes { event_mode: true, early_return: false },
+        )
+        .map_err(|(error, _)| error)
     }
 
     /// Whether it was made with event mode. It is in event mode after its initialisation.
@@ -29,17 +35,17 @@ impl Instance {
     }
 
     fn event_functions(&self, call: &'static str) -> Result<EventFunctions, CallError> {
-        self.library.events.ok_or_else(|| self.lacks(call, "event mode"))
+        self.library.events.ok_or_else(|| self.missing_functions_error(call, "event mode"))
     }
 
     fn clock_functions(&self, call: &'static str) -> Result<ClockFunctions, CallError> {
-        self.library.clocks.ok_or_else(|| self.lacks(call, "clocks"))
+        self.library.clocks.ok_or_else(|| self.missing_functions_error(call, "clocks"))
     }
 
-    fn lacks(&self, call: &'static str, what: &str) -> CallError {
+    fn missing_functions_error(&self, call: &'static str, what: &str) -> CallError {
         let why = match self.description().version {
-            Version::Two => "is not called: the FMU is one of FMI 2.0".to_owned(),
-            Version::Three => format!("is not called: the library lacks functions of {what}"),
+            FmiVersion::Two => "is not called: the FMU is one of FMI 2.0".to_owned(),
+            FmiVersion::Three => format!("is not called: the library lacks functions of {what}"),
         };
         CallError::new(call, why)
     }
@@ -50,8 +56,8 @@ impl Instance {
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
     pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
         let function = self.event_functions("fmi3EnterEventMode")?.enter_event_mode;
-        self.call(c"fmi3EnterEventMode", function)?;
-        self.phase = Phase::Event;
+        self.call_without_arguments(c"fmi3EnterEventMode", function)?;
+        self.phase = InstancePhase::Event;
         Ok(())
     }
 
@@ -61,8 +67,8 @@ impl Instance {
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
     pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         let function = self.event_functions("fmi3EnterStepMode")?.enter_step_mode;
-        self.call(c"fmi3EnterStepMode", function)?;
-        self.phase = Phase::Step;
+        self.call_without_arguments(c"fmi3EnterStepMode", function)?;
+        self.phase = InstancePhase::Step;
         Ok(())
     }
 
@@ -77,23 +83,22 @@ impl Instance {
             [0; 5].map(GuardedValue::<u8>::new);
         let mut next = GuardedValue::new(f64::NAN);
         // SAFETY: the component is alive, and there is room behind each of the six values.
-        self.run(c"fmi3UpdateDiscreteStates", |component| unsafe {
+        self.run_checked(c"fmi3UpdateDiscreteStates", |component| unsafe {
             function(
                 component,
-                again.address(),
-                terminate.address(),
-                nominals.address(),
-                values.address(),
-                known.address(),
-                next.address(),
+                again.value_pointer(),
+                terminate.value_pointer(),
+                nominals.value_pointer(),
+                values.value_pointer(),
+                known.value_pointer(),
+                next.value_pointer(),
             )
         })?;
         let all = [&again, &terminate, &nominals, &values, &known];
-        if !all.iter().all(|it| it.is_whole()) || !next.is_whole() {
-            return Err(self.overrun(c"fmi3UpdateDiscreteStates", 1));
+        if !all.iter().all(|it| it.is_intact()) || !next.is_intact() {
+            return Err(self.overrun_error(c"fmi3UpdateDiscreteStates", 1));
         }
-        let (again, terminate, known, next) =
-            (again.get(), terminate.get(), known.get(), next.get());
+        let (again, terminate, known, next) = (again.get(), terminate.get(), known.get(), next.get());
         if terminate != 0 {
             let what = "asks for the end".to_owned();
             return Err(CallError { terminated: Some(time), ..CallError::new(call, what) });
@@ -106,14 +111,14 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
-    pub fn set_clocks(&mut self, references: &[u32]) -> Result<(), CallError> {
+    pub fn activate_clocks(&mut self, references: &[u32]) -> Result<(), CallError> {
         if references.is_empty() {
             return Ok(());
         }
         let function = self.clock_functions("fmi3SetClock")?.set_clock;
         let values = vec![1_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
-        self.run(c"fmi3SetClock", |c| unsafe {
+        self.run_checked(c"fmi3SetClock", |c| unsafe {
             function(c, references.as_ptr(), references.len(), values.as_ptr())
         })
     }
@@ -129,7 +134,7 @@ impl Instance {
         let function = self.clock_functions("fmi3GetClock")?.get_clock;
         let mut values = vec![0_u8; references.len()];
         // SAFETY: the component is alive, and both arrays have the length that is stated.
-        self.fill(c"fmi3GetClock", &mut values, |c, values| unsafe {
+        self.fill_array(c"fmi3GetClock", &mut values, |c, values| unsafe {
             function(c, references.as_ptr(), references.len(), values)
         })?;
         let active = references.iter().zip(values).filter(|(_, value)| *value != 0);
@@ -140,12 +145,12 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
-    pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalQualifier), CallError> {
+    pub fn clock_interval(&mut self, reference: u32) -> Result<(f64, IntervalQualifier), CallError> {
         let function = self.clock_functions("fmi3GetIntervalDecimal")?.get_interval;
         let (mut seconds, mut change) = (f64::NAN, 0);
         // SAFETY: the component is alive, and each array has one element.
         let (to, qualifier) = (slice::from_mut(&mut seconds), slice::from_mut(&mut change));
-        self.fill_both(c"fmi3GetIntervalDecimal", to, qualifier, |c, seconds, change| unsafe {
+        self.fill_two_arrays(c"fmi3GetIntervalDecimal", to, qualifier, |c, seconds, change| unsafe {
             function(c, &raw const reference, 1, seconds, change)
         })?;
         let change = match change {
@@ -160,12 +165,12 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
-    pub fn shift(&mut self, reference: u32) -> Result<f64, CallError> {
+    pub fn clock_shift(&mut self, reference: u32) -> Result<f64, CallError> {
         let function = self.clock_functions("fmi3GetShiftDecimal")?.get_shift;
         let mut seconds = 0.0;
         // SAFETY: the component is alive, and each array has one element.
         let found = slice::from_mut(&mut seconds);
-        self.fill(c"fmi3GetShiftDecimal", found, |c, seconds| unsafe {
+        self.fill_array(c"fmi3GetShiftDecimal", found, |c, seconds| unsafe {
             function(c, &raw const reference, 1, seconds)
         })?;
         Ok(seconds)

@@ -3,12 +3,12 @@
 use std::ffi::CStr;
 
 use super::functions::VersionFunctions;
-use super::phase::Phase;
-use super::{Call, Component, Instance, Library, Status};
-use crate::{CallError, Storage, Version};
+use super::phase::InstancePhase;
+use super::{ComponentFn, FmiStatus, FmuLibrary, Instance, InstancePointer};
+use crate::{CallError, FmiVersion, StorageType};
 
 type GetDerivative = unsafe extern "C" fn(
-    Component,
+    InstancePointer,
     *const u32,
     usize,
     *const u32,
@@ -17,9 +17,9 @@ type GetDerivative = unsafe extern "C" fn(
     usize,
     *mut f64,
     usize,
-) -> Status;
+) -> FmiStatus;
 type OutputDerivatives =
-    unsafe extern "C" fn(Component, *const u32, usize, *const i32, *mut f64, usize) -> Status;
+    unsafe extern "C" fn(InstancePointer, *const u32, usize, *const i32, *mut f64, usize) -> FmiStatus;
 
 /// A variable by its reference, with the number of its elements.
 #[derive(Debug, Clone, Copy)]
@@ -30,14 +30,14 @@ pub struct ArrayVariable {
     pub elements: usize,
 }
 
-impl Library {
+impl FmuLibrary {
     /// A function of FMI 3.0 that the library may lack.
     ///
     /// # Safety
     /// The function of this name must be of type `T`.
-    unsafe fn optional<T: Copy>(&self, call: &'static CStr) -> Result<T, CallError> {
+    unsafe fn find_optional_function<T: Copy>(&self, call: &'static CStr) -> Result<T, CallError> {
         let name = call.to_str().unwrap_or_default();
-        if self.description().version == Version::Two {
+        if self.description().version == FmiVersion::Two {
             return Err(CallError::new(name, "is not called: the FMU is one of FMI 2.0"));
         }
         // SAFETY: the caller vouches for the type.
@@ -48,10 +48,10 @@ impl Library {
 
 impl Instance {
     /// Makes a call that takes nothing, and notes the phase that it leads to.
-    fn change(&mut self, call: &'static CStr, phase: Phase) -> Result<(), CallError> {
+    fn change_phase(&mut self, call: &'static CStr, phase: InstancePhase) -> Result<(), CallError> {
         // SAFETY: FMI 3.0 gives these functions no arguments but the instance.
-        let function = unsafe { self.library.optional::<Call>(call) }?;
-        self.call(call, function)?;
+        let function = unsafe { self.library.find_optional_function::<ComponentFn>(call) }?;
+        self.call_without_arguments(call, function)?;
         self.phase = phase;
         Ok(())
     }
@@ -60,7 +60,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also those of `set`.
-    pub fn configure(
+    pub fn set_in_configuration_mode(
         &mut self,
         set: impl FnOnce(&mut Self) -> Result<(), CallError>,
     ) -> Result<(), CallError> {
@@ -77,7 +77,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
-        self.change(c"fmi3EnterConfigurationMode", self.phase)
+        self.change_phase(c"fmi3EnterConfigurationMode", self.phase)
     }
 
     /// `fmi3ExitConfigurationMode`.
@@ -85,38 +85,38 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0.
     pub fn exit_configuration(&mut self) -> Result<(), CallError> {
-        self.change(c"fmi3ExitConfigurationMode", self.phase)
+        self.change_phase(c"fmi3ExitConfigurationMode", self.phase)
     }
 
     /// `fmi3GetDirectionalDerivative`: how the elements of `unknown` change with those of `known`, weighted by `seed`.
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn directional(
+    pub fn array_directional_derivative(
         &mut self,
         unknown: ArrayVariable,
         known: ArrayVariable,
         seed: &[f64],
     ) -> Result<Vec<f64>, CallError> {
         let count = unknown.elements;
-        self.sensitivity(c"fmi3GetDirectionalDerivative", unknown, known, seed, count)
+        self.call_derivative_function(c"fmi3GetDirectionalDerivative", unknown, known, seed, count)
     }
 
     /// `fmi3GetAdjointDerivative`: how the elements of `known` change those of `unknown`, weighted by `seed`.
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn adjoint(
+    pub fn array_adjoint_derivative(
         &mut self,
         unknown: ArrayVariable,
         known: ArrayVariable,
         seed: &[f64],
     ) -> Result<Vec<f64>, CallError> {
-        self.sensitivity(c"fmi3GetAdjointDerivative", unknown, known, seed, known.elements)
+        self.call_derivative_function(c"fmi3GetAdjointDerivative", unknown, known, seed, known.elements)
     }
 
     /// The same of several variables, none of them an array. There are as many values as references.
-    pub(super) fn directional_derivatives_3(
+    pub(super) fn fmi3_directional_derivatives(
         &mut self,
         known: &[u32],
         changes: &[f64],
@@ -125,16 +125,16 @@ impl Instance {
     ) -> Result<(), CallError> {
         let call = c"fmi3GetDirectionalDerivative";
         // SAFETY: FMI 3.0 gives the function these arguments.
-        let function = unsafe { self.library.optional::<GetDerivative>(call) }?;
+        let function = unsafe { self.library.find_optional_function::<GetDerivative>(call) }?;
         let (unknowns, knowns) = (unknown.len(), known.len());
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.fill(call, found, |c, found| unsafe {
+        self.fill_array(call, found, |c, found| unsafe {
             let (unknown, known) = (unknown.as_ptr(), known.as_ptr());
             function(c, unknown, unknowns, known, knowns, changes.as_ptr(), knowns, found, unknowns)
         })
     }
 
-    fn sensitivity(
+    fn call_derivative_function(
         &mut self,
         call: &'static CStr,
         unknown: ArrayVariable,
@@ -143,10 +143,10 @@ impl Instance {
         count: usize,
     ) -> Result<Vec<f64>, CallError> {
         // SAFETY: FMI 3.0 gives both functions these arguments.
-        let function = unsafe { self.library.optional::<GetDerivative>(call) }?;
+        let function = unsafe { self.library.find_optional_function::<GetDerivative>(call) }?;
         let mut found = vec![f64::NAN; count];
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.fill(call, &mut found, |c, found| unsafe {
+        self.fill_array(call, &mut found, |c, found| unsafe {
             function(
                 c,
                 &raw const unknown.reference,
@@ -166,18 +166,14 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
-    pub fn output_derivatives(
-        &mut self,
-        output: ArrayVariable,
-        order: i32,
-    ) -> Result<Vec<f64>, CallError> {
+    pub fn output_derivatives(&mut self, output: ArrayVariable, order: i32) -> Result<Vec<f64>, CallError> {
         let ArrayVariable { reference, elements } = output;
         let call = c"fmi3GetOutputDerivatives";
         // SAFETY: FMI 3.0 gives the function these arguments.
-        let function = unsafe { self.library.optional::<OutputDerivatives>(call) }?;
+        let function = unsafe { self.library.find_optional_function::<OutputDerivatives>(call) }?;
         let mut values = vec![f64::NAN; elements];
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
-        self.fill(call, &mut values, |c, values| unsafe {
+        self.fill_array(call, &mut values, |c, values| unsafe {
             function(c, &raw const reference, 1, &raw const order, values, elements)
         })?;
         Ok(values)
@@ -190,23 +186,23 @@ impl Instance {
     /// See [`Instance`]; also for FMI 2.0, which states no numbers.
     pub fn read_n_values(
         &mut self,
-        storage: Storage,
+        storage: StorageType,
         reference: u32,
         stated: usize,
     ) -> Result<(), CallError> {
-        self.library.optional_call(c"fmi3GetFloat64")?;
+        self.library.check_is_fmi3(c"fmi3GetFloat64")?;
         match storage {
-            Storage::String => self.get_n_strings(reference, stated),
-            Storage::Binary => self.get_n_binaries(reference, stated),
-            _ => self.get_n_numbers(storage, reference, stated),
+            StorageType::String => self.try_getting_n_strings(reference, stated),
+            StorageType::Binary => self.try_getting_n_binaries(reference, stated),
+            _ => self.try_getting_n_numbers(storage, reference, stated),
         }
     }
 }
 
-impl Library {
+impl FmuLibrary {
     /// Refuses FMI 2.0.
-    fn optional_call(&self, call: &'static CStr) -> Result<(), CallError> {
+    fn check_is_fmi3(&self, call: &'static CStr) -> Result<(), CallError> {
         // SAFETY: the function is not called.
-        unsafe { self.optional::<*const ()>(call) }.map(drop)
+        unsafe { self.find_optional_function::<*const ()>(call) }.map(drop)
     }
 }

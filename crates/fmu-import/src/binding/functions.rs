@@ -2,16 +2,16 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use super::{Call, Component, Status};
-use crate::{OpenError, Version};
+use super::{ComponentFn, FmiStatus, InstancePointer};
+use crate::{FmiVersion, OpenError};
 
-pub(super) type Text = unsafe extern "C" fn() -> *const c_char;
+pub(super) type GetTextFn = unsafe extern "C" fn() -> *const c_char;
 /// `fmi3Boolean`, in which any value but 0 is true.
 #[derive(Clone, Copy, Default)]
 #[repr(transparent)]
-pub(super) struct Boolean(pub(super) u8);
+pub(super) struct Fmi3Boolean(pub(super) u8);
 /// `fmi2FMUstate` and `fmi3FMUState`.
-pub(super) type State = *mut c_void;
+pub(super) type StatePointer = *mut c_void;
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
@@ -24,7 +24,7 @@ impl SymbolLoader<'_> {
     ///
     /// # Safety
     /// The function of this name must be of type `T`.
-    unsafe fn find<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
+    unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
         // SAFETY: the caller vouches for the type.
         let found = unsafe { self.library.get::<T>(symbol) };
         found.map(|found| *found).map_err(|_| (self.lacks)(symbol))
@@ -52,7 +52,7 @@ macro_rules! functions {
                 Ok($name {
                     $(
                         // SAFETY: FMI gives the function of this name the type of the member.
-                        $member: unsafe { finder.find::<$type>($symbol) }?,
+                        $member: unsafe { finder.load_symbol::<$type>($symbol) }?,
                     )*
                 })
             }
@@ -63,17 +63,18 @@ macro_rules! functions {
 /// Functions that both versions have with the same arguments.
 #[derive(Clone, Copy)]
 pub(super) struct CommonFunctions {
-    pub(super) free_instance: unsafe extern "C" fn(Component),
-    pub(super) get_version: Text,
-    pub(super) exit_initialization_mode: Call,
-    pub(super) terminate: Call,
-    pub(super) reset: Call,
-    pub(super) get_state: unsafe extern "C" fn(Component, *mut State) -> Status,
-    pub(super) set_state: unsafe extern "C" fn(Component, State) -> Status,
-    pub(super) free_state: unsafe extern "C" fn(Component, *mut State) -> Status,
-    pub(super) serialised_size: unsafe extern "C" fn(Component, State, *mut usize) -> Status,
-    pub(super) serialise: unsafe extern "C" fn(Component, State, *mut u8, usize) -> Status,
-    pub(super) deserialise: unsafe extern "C" fn(Component, *const u8, usize, *mut State) -> Status,
+    pub(super) free_instance: unsafe extern "C" fn(InstancePointer),
+    pub(super) get_version: GetTextFn,
+    pub(super) exit_initialization_mode: ComponentFn,
+    pub(super) terminate: ComponentFn,
+    pub(super) reset: ComponentFn,
+    pub(super) get_state: unsafe extern "C" fn(InstancePointer, *mut StatePointer) -> FmiStatus,
+    pub(super) set_state: unsafe extern "C" fn(InstancePointer, StatePointer) -> FmiStatus,
+    pub(super) free_state: unsafe extern "C" fn(InstancePointer, *mut StatePointer) -> FmiStatus,
+    pub(super) serialised_size: unsafe extern "C" fn(InstancePointer, StatePointer, *mut usize) -> FmiStatus,
+    pub(super) serialise: unsafe extern "C" fn(InstancePointer, StatePointer, *mut u8, usize) -> FmiStatus,
+    pub(super) deserialise:
+        unsafe extern "C" fn(InstancePointer, *const u8, usize, *mut StatePointer) -> FmiStatus,
 }
 
 impl CommonFunctions {
@@ -81,28 +82,28 @@ impl CommonFunctions {
     ///
     /// # Errors
     /// At the first one that is not there.
-    pub(super) fn new(finder: &SymbolLoader, version: Version) -> Result<Self, OpenError> {
+    pub(super) fn new(finder: &SymbolLoader, version: FmiVersion) -> Result<Self, OpenError> {
         let name = |two, three| match version {
-            Version::Two => two,
-            Version::Three => three,
+            FmiVersion::Two => two,
+            FmiVersion::Three => three,
         };
         // SAFETY: both versions give the functions of these names the types of the members.
         unsafe {
             Ok(CommonFunctions {
-                free_instance: finder.find(name("fmi2FreeInstance", "fmi3FreeInstance"))?,
-                get_version: finder.find(name("fmi2GetVersion", "fmi3GetVersion"))?,
+                free_instance: finder.load_symbol(name("fmi2FreeInstance", "fmi3FreeInstance"))?,
+                get_version: finder.load_symbol(name("fmi2GetVersion", "fmi3GetVersion"))?,
                 exit_initialization_mode: finder
-                    .find(name("fmi2ExitInitializationMode", "fmi3ExitInitializationMode"))?,
-                terminate: finder.find(name("fmi2Terminate", "fmi3Terminate"))?,
-                reset: finder.find(name("fmi2Reset", "fmi3Reset"))?,
-                get_state: finder.find(name("fmi2GetFMUstate", "fmi3GetFMUState"))?,
-                set_state: finder.find(name("fmi2SetFMUstate", "fmi3SetFMUState"))?,
-                free_state: finder.find(name("fmi2FreeFMUstate", "fmi3FreeFMUState"))?,
+                    .load_symbol(name("fmi2ExitInitializationMode", "fmi3ExitInitializationMode"))?,
+                terminate: finder.load_symbol(name("fmi2Terminate", "fmi3Terminate"))?,
+                reset: finder.load_symbol(name("fmi2Reset", "fmi3Reset"))?,
+                get_state: finder.load_symbol(name("fmi2GetFMUstate", "fmi3GetFMUState"))?,
+                set_state: finder.load_symbol(name("fmi2SetFMUstate", "fmi3SetFMUState"))?,
+                free_state: finder.load_symbol(name("fmi2FreeFMUstate", "fmi3FreeFMUState"))?,
                 serialised_size: finder
-                    .find(name("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"))?,
-                serialise: finder.find(name("fmi2SerializeFMUstate", "fmi3SerializeFMUState"))?,
+                    .load_symbol(name("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"))?,
+                serialise: finder.load_symbol(name("fmi2SerializeFMUstate", "fmi3SerializeFMUState"))?,
                 deserialise: finder
-                    .find(name("fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"))?,
+                    .load_symbol(name("fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"))?,
             })
         }
     }
@@ -115,47 +116,48 @@ pub(super) struct CallbackFunctions {
         unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...),
     pub(super) allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
     pub(super) free_memory: unsafe extern "C" fn(*mut c_void),
-    pub(super) step_finished: Option<unsafe extern "C" fn(*mut c_void, Status)>,
+    pub(super) step_finished: Option<unsafe extern "C" fn(*mut c_void, FmiStatus)>,
     pub(super) environment: *mut c_void,
 }
 
-pub(super) type Get2<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T) -> Status;
-pub(super) type Set2<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T) -> Status;
+pub(super) type Fmi2GetFn<T> = unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut T) -> FmiStatus;
+pub(super) type Fmi2SetFn<T> =
+    unsafe extern "C" fn(InstancePointer, *const u32, usize, *const T) -> FmiStatus;
 
 functions! {
     /// What FMI 2.0 alone has, or has with other arguments.
     Fmi2Functions {
-        get_types_platform: "fmi2GetTypesPlatform" as Text,
-        set_debug_logging: "fmi2SetDebugLogging" as unsafe extern "C" fn(Component, c_int, usize, *const *const c_char) -> Status,
-        instantiate: "fmi2Instantiate" as unsafe extern "C" fn(*const c_char, c_int, *const c_char, *const c_char, *const CallbackFunctions, c_int, c_int) -> Component,
-        setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(Component, c_int, f64, f64, c_int, f64) -> Status,
-        enter_initialization_mode: "fmi2EnterInitializationMode" as Call,
-        get_real: "fmi2GetReal" as Get2<f64>,
-        get_integer: "fmi2GetInteger" as Get2<c_int>,
-        get_boolean: "fmi2GetBoolean" as Get2<c_int>,
-        get_string: "fmi2GetString" as Get2<*const c_char>,
-        set_real: "fmi2SetReal" as Set2<f64>,
-        set_integer: "fmi2SetInteger" as Set2<c_int>,
-        set_boolean: "fmi2SetBoolean" as Set2<c_int>,
-        set_string: "fmi2SetString" as Set2<*const c_char>,
-        directional_derivative: "fmi2GetDirectionalDerivative" as unsafe extern "C" fn(Component, *const u32, usize, *const u32, usize, *const f64, *mut f64) -> Status,
-        set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(Component, *const u32, usize, *const c_int, *const f64) -> Status,
-        get_output_derivatives: "fmi2GetRealOutputDerivatives" as unsafe extern "C" fn(Component, *const u32, usize, *const c_int, *mut f64) -> Status,
-        do_step: "fmi2DoStep" as unsafe extern "C" fn(Component, f64, f64, c_int) -> Status,
-        cancel_step: "fmi2CancelStep" as Call,
-        get_status: "fmi2GetStatus" as unsafe extern "C" fn(Component, c_int, *mut c_int) -> Status,
-        get_real_status: "fmi2GetRealStatus" as unsafe extern "C" fn(Component, c_int, *mut f64) -> Status,
-        get_boolean_status: "fmi2GetBooleanStatus" as unsafe extern "C" fn(Component, c_int, *mut c_int) -> Status,
+        get_types_platform: "fmi2GetTypesPlatform" as GetTextFn,
+        set_debug_logging: "fmi2SetDebugLogging" as unsafe extern "C" fn(InstancePointer, c_int, usize, *const *const c_char) -> FmiStatus,
+        instantiate: "fmi2Instantiate" as unsafe extern "C" fn(*const c_char, c_int, *const c_char, *const c_char, *const CallbackFunctions, c_int, c_int) -> InstancePointer,
+        setup_experiment: "fmi2SetupExperiment" as unsafe extern "C" fn(InstancePointer, c_int, f64, f64, c_int, f64) -> FmiStatus,
+        enter_initialization_mode: "fmi2EnterInitializationMode" as ComponentFn,
+        get_real: "fmi2GetReal" as Fmi2GetFn<f64>,
+        get_integer: "fmi2GetInteger" as Fmi2GetFn<c_int>,
+        get_boolean: "fmi2GetBoolean" as Fmi2GetFn<c_int>,
+        get_string: "fmi2GetString" as Fmi2GetFn<*const c_char>,
+        set_real: "fmi2SetReal" as Fmi2SetFn<f64>,
+        set_integer: "fmi2SetInteger" as Fmi2SetFn<c_int>,
+        set_boolean: "fmi2SetBoolean" as Fmi2SetFn<c_int>,
+        set_string: "fmi2SetString" as Fmi2SetFn<*const c_char>,
+        directional_derivative: "fmi2GetDirectionalDerivative" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const u32, usize, *const f64, *mut f64) -> FmiStatus,
+        set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *const f64) -> FmiStatus,
+        get_output_derivatives: "fmi2GetRealOutputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *mut f64) -> FmiStatus,
+        do_step: "fmi2DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, c_int) -> FmiStatus,
+        cancel_step: "fmi2CancelStep" as ComponentFn,
+        get_status: "fmi2GetStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut c_int) -> FmiStatus,
+        get_real_status: "fmi2GetRealStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut f64) -> FmiStatus,
+        get_boolean_status: "fmi2GetBooleanStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut c_int) -> FmiStatus,
     }
     "fmi2GetVersion", "fmi2FreeInstance", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
     "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate", "fmi2SerializedFMUstateSize",
     "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate", "fmi2GetIntegerStatus", "fmi2GetStringStatus",
 }
 
-pub(super) type Get3<T> =
-    unsafe extern "C" fn(Component, *const u32, usize, *mut T, usize) -> Status;
-pub(super) type Set3<T> =
-    unsafe extern "C" fn(Component, *const u32, usize, *const T, usize) -> Status;
+pub(super) type Fmi3GetFn<T> =
+    unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut T, usize) -> FmiStatus;
+pub(super) type Fmi3SetFn<T> =
+    unsafe extern "C" fn(InstancePointer, *const u32, usize, *const T, usize) -> FmiStatus;
 /// `fmi3IntermediateUpdateCallback`.
 pub(super) type IntermediateUpdate =
     unsafe extern "C" fn(*mut c_void, f64, u8, u8, u8, u8, *mut u8, *mut f64);
@@ -164,36 +166,36 @@ type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.
     Fmi3Functions {
-        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> Component,
-        enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(Component, bool, f64, f64, bool, f64) -> Status,
-        set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(Component, bool, usize, *const *const c_char) -> Status,
-        get_float32: "fmi3GetFloat32" as Get3<f32>,
-        get_float64: "fmi3GetFloat64" as Get3<f64>,
-        get_int8: "fmi3GetInt8" as Get3<i8>,
-        get_uint8: "fmi3GetUInt8" as Get3<u8>,
-        get_int16: "fmi3GetInt16" as Get3<i16>,
-        get_uint16: "fmi3GetUInt16" as Get3<u16>,
-        get_int32: "fmi3GetInt32" as Get3<i32>,
-        get_uint32: "fmi3GetUInt32" as Get3<u32>,
-        get_int64: "fmi3GetInt64" as Get3<i64>,
-        get_uint64: "fmi3GetUInt64" as Get3<u64>,
-        get_boolean: "fmi3GetBoolean" as Get3<Boolean>,
-        get_string: "fmi3GetString" as Get3<*const c_char>,
-        get_binary: "fmi3GetBinary" as unsafe extern "C" fn(Component, *const u32, usize, *mut usize, *mut *const u8, usize) -> Status,
-        set_float32: "fmi3SetFloat32" as Set3<f32>,
-        set_float64: "fmi3SetFloat64" as Set3<f64>,
-        set_int8: "fmi3SetInt8" as Set3<i8>,
-        set_uint8: "fmi3SetUInt8" as Set3<u8>,
-        set_int16: "fmi3SetInt16" as Set3<i16>,
-        set_uint16: "fmi3SetUInt16" as Set3<u16>,
-        set_int32: "fmi3SetInt32" as Set3<i32>,
-        set_uint32: "fmi3SetUInt32" as Set3<u32>,
-        set_int64: "fmi3SetInt64" as Set3<i64>,
-        set_uint64: "fmi3SetUInt64" as Set3<u64>,
-        set_boolean: "fmi3SetBoolean" as Set3<Boolean>,
-        set_string: "fmi3SetString" as Set3<*const c_char>,
-        set_binary: "fmi3SetBinary" as unsafe extern "C" fn(Component, *const u32, usize, *const usize, *const *const u8, usize) -> Status,
-        do_step: "fmi3DoStep" as unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
+        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> InstancePointer,
+        enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(InstancePointer, bool, f64, f64, bool, f64) -> FmiStatus,
+        set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(InstancePointer, bool, usize, *const *const c_char) -> FmiStatus,
+        get_float32: "fmi3GetFloat32" as Fmi3GetFn<f32>,
+        get_float64: "fmi3GetFloat64" as Fmi3GetFn<f64>,
+        get_int8: "fmi3GetInt8" as Fmi3GetFn<i8>,
+        get_uint8: "fmi3GetUInt8" as Fmi3GetFn<u8>,
+        get_int16: "fmi3GetInt16" as Fmi3GetFn<i16>,
+        get_uint16: "fmi3GetUInt16" as Fmi3GetFn<u16>,
+        get_int32: "fmi3GetInt32" as Fmi3GetFn<i32>,
+        get_uint32: "fmi3GetUInt32" as Fmi3GetFn<u32>,
+        get_int64: "fmi3GetInt64" as Fmi3GetFn<i64>,
+        get_uint64: "fmi3GetUInt64" as Fmi3GetFn<u64>,
+        get_boolean: "fmi3GetBoolean" as Fmi3GetFn<Fmi3Boolean>,
+        get_string: "fmi3GetString" as Fmi3GetFn<*const c_char>,
+        get_binary: "fmi3GetBinary" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut usize, *mut *const u8, usize) -> FmiStatus,
+        set_float32: "fmi3SetFloat32" as Fmi3SetFn<f32>,
+        set_float64: "fmi3SetFloat64" as Fmi3SetFn<f64>,
+        set_int8: "fmi3SetInt8" as Fmi3SetFn<i8>,
+        set_uint8: "fmi3SetUInt8" as Fmi3SetFn<u8>,
+        set_int16: "fmi3SetInt16" as Fmi3SetFn<i16>,
+        set_uint16: "fmi3SetUInt16" as Fmi3SetFn<u16>,
+        set_int32: "fmi3SetInt32" as Fmi3SetFn<i32>,
+        set_uint32: "fmi3SetUInt32" as Fmi3SetFn<u32>,
+        set_int64: "fmi3SetInt64" as Fmi3SetFn<i64>,
+        set_uint64: "fmi3SetUInt64" as Fmi3SetFn<u64>,
+        set_boolean: "fmi3SetBoolean" as Fmi3SetFn<Fmi3Boolean>,
+        set_string: "fmi3SetString" as Fmi3SetFn<*const c_char>,
+        set_binary: "fmi3SetBinary" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const usize, *const *const u8, usize) -> FmiStatus,
+        do_step: "fmi3DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus,
     }
     "fmi3GetVersion", "fmi3FreeInstance", "fmi3ExitInitializationMode", "fmi3Terminate", "fmi3Reset",
     "fmi3GetFMUState", "fmi3SetFMUState", "fmi3FreeFMUState", "fmi3SerializedFMUStateSize",
@@ -221,19 +223,19 @@ pub(super) const OTHER_SYMBOLS: &[&str] = &[
 functions! {
     /// What FMI 3.0 has for event mode; an FMU without that mode need not have it.
     EventFunctions {
-        enter_event_mode: "fmi3EnterEventMode" as Call,
-        enter_step_mode: "fmi3EnterStepMode" as Call,
-        update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(Component, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
+        enter_event_mode: "fmi3EnterEventMode" as ComponentFn,
+        enter_step_mode: "fmi3EnterStepMode" as ComponentFn,
+        update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(InstancePointer, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus,
     }
 }
 
 functions! {
     /// What FMI 3.0 has for clocks; an FMU without clocks need not have it.
     ClockFunctions {
-        get_clock: "fmi3GetClock" as unsafe extern "C" fn(Component, *const u32, usize, *mut u8) -> Status,
-        set_clock: "fmi3SetClock" as unsafe extern "C" fn(Component, *const u32, usize, *const u8) -> Status,
-        get_interval: "fmi3GetIntervalDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64, *mut c_int) -> Status,
-        get_shift: "fmi3GetShiftDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64) -> Status,
+        get_clock: "fmi3GetClock" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut u8) -> FmiStatus,
+        set_clock: "fmi3SetClock" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const u8) -> FmiStatus,
+        get_interval: "fmi3GetIntervalDecimal" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut f64, *mut c_int) -> FmiStatus,
+        get_shift: "fmi3GetShiftDecimal" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *mut f64) -> FmiStatus,
     }
 }
 

@@ -7,9 +7,8 @@ const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for f
 fn is_guard(bytes: &[u8; GUARD.len()]) -> bool {
     let (found, _) = bytes.as_chunks::<WORD>();
     let (guard, _) = GUARD.as_chunks::<WORD>();
-    let differs = |(one, other): (&[u8; WORD], &[u8; WORD])| {
-        u64::from_ne_bytes(*one) ^ u64::from_ne_bytes(*other)
-    };
+    let differs =
+        |(one, other): (&[u8; WORD], &[u8; WORD])| u64::from_ne_bytes(*one) ^ u64::from_ne_bytes(*other);
     found.iter().zip(guard).map(differs).fold(0, |all, bits| all | bits) == 0
 }
 
@@ -28,12 +27,12 @@ pub(super) struct GuardedBuffer {
 impl GuardedBuffer {
     /// An array with these values.
     #[inline]
-    pub(super) fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
+    pub(super) fn lend_array<T: Copy>(&mut self, values: &[T]) -> *mut T {
         const { assert!(align_of::<T>() <= align_of::<u64>(), "words are aligned enough") };
         let size = size_of_val(values);
         let stands = self.guarded == Some(size);
         if !stands {
-            self.make_room(size);
+            self.reserve_with_guard(size);
         }
         let array = self.words.as_mut_ptr().cast::<T>();
         // SAFETY: there is room for the values and, since that is smaller than what is spare, the guard.
@@ -52,7 +51,7 @@ impl GuardedBuffer {
 
     /// Makes room for so many bytes of values and what is spare; the guard is to stand behind these.
     #[cold]
-    fn make_room(&mut self, size: usize) {
+    fn reserve_with_guard(&mut self, size: usize) {
         let needed = (size + SPARE).div_ceil(WORD);
         if self.words.len() < needed {
             self.words.resize(needed, 0);
@@ -65,7 +64,7 @@ impl GuardedBuffer {
     /// # Safety
     /// The array is one of so many values, and each of them is one, whatever the FMU wrote.
     #[inline]
-    pub(super) unsafe fn take_back<T: Copy>(&mut self, values: &mut [T]) -> bool {
+    pub(super) unsafe fn copy_back_and_check_guard<T: Copy>(&mut self, values: &mut [T]) -> bool {
         let array = self.words.as_ptr().cast::<T>();
         // SAFETY: as in `lend`.
         let whole = unsafe {
@@ -95,7 +94,7 @@ impl<T: AnyBitPattern> GuardedValue<T> {
     }
 
     /// Where the FMU writes. Also what stands behind the value may be written.
-    pub(super) fn address(&mut self) -> *mut T {
+    pub(super) fn value_pointer(&mut self) -> *mut T {
         (&raw mut *self).cast()
     }
 
@@ -104,7 +103,7 @@ impl<T: AnyBitPattern> GuardedValue<T> {
     }
 
     /// Whether the FMU wrote the value alone.
-    pub(super) fn is_whole(&self) -> bool {
+    pub(super) fn is_intact(&self) -> bool {
         self.guard == GUARD
     }
 }
@@ -114,7 +113,7 @@ pub(super) trait AnyBitPattern: Copy {}
 macro_rules! plain {
     ($($form:ty)*) => { $(impl AnyBitPattern for $form {})* };
 }
-plain!(f64 f32 i8 u8 i16 u16 i32 u32 i64 u64 usize super::functions::Boolean);
+plain!(f64 f32 i8 u8 i16 u16 i32 u32 i64 u64 usize super::functions::Fmi3Boolean);
 impl<T> AnyBitPattern for *const T {}
 
 #[cfg(test)]
@@ -125,11 +124,11 @@ mod tests {
     fn a_value_that_is_too_wide_is_seen() {
         let mut slot = GuardedValue::new(1_u8);
         // SAFETY: there is room for one value, and more.
-        unsafe { slot.address().write(2) };
-        assert!(slot.is_whole() && slot.get() == 2);
+        unsafe { slot.value_pointer().write(2) };
+        assert!(slot.is_intact() && slot.get() == 2);
         // SAFETY: as above.
-        unsafe { slot.address().cast::<u32>().write_unaligned(3) };
-        assert!(!slot.is_whole());
+        unsafe { slot.value_pointer().cast::<u32>().write_unaligned(3) };
+        assert!(!slot.is_intact());
     }
 
     #[test]
@@ -138,13 +137,17 @@ mod tests {
         for count in [0_u8, 1, 3, 9, 200, 2] {
             let mut values: Vec<u8> = (0..count).collect();
             for written in [count, count + 1] {
-                let array = buffer.lend(&values);
+                let array = buffer.lend_array(&values);
                 for place in 0..written {
                     // SAFETY: there is room for much more.
                     unsafe { array.add(place.into()).write(7) };
                 }
                 // SAFETY: it was lent with these values.
-                assert_eq!(unsafe { buffer.take_back(&mut values) }, written == count, "{count}");
+                assert_eq!(
+                    unsafe { buffer.copy_back_and_check_guard(&mut values) },
+                    written == count,
+                    "{count}"
+                );
                 assert!(values.iter().all(|value| *value == 7));
             }
         }

@@ -7,20 +7,21 @@ use std::sync::Arc;
 use super::call_monitor::CallMonitor;
 use super::functions::VersionFunctions;
 use super::guarded_buffer::GuardedBuffer;
-use super::instantiation::{self, Callbacks, Modes};
-use super::mailbox::Mailbox;
+use super::instantiation::{self, Fmi2Callbacks, InstantiationModes};
+use super::mailbox::MessageMailbox;
 use super::messages_while_freed;
-use super::phase::Phase;
+use super::phase::InstancePhase;
 use super::process_state::{StepCounter, describe_changes};
-use super::saved_states::FmuStates;
+use super::saved_states::SavedStateRegistry;
 use super::{
-    Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
+    ComponentFn, DISCARD, ERROR, FATAL, FmiStatus, FmuLibrary, InstancePointer, OK, PENDING, WARNING, named,
+    to_c_string,
 };
-use crate::{CallError, Description, Message, Type};
+use crate::{CallError, FmiType, FmuDescription, FmuMessage};
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
-struct Experiment {
+struct ExperimentSettings {
     start: f64,
     stop: Option<f64>,
     tolerance: Option<f64>,
@@ -37,15 +38,15 @@ struct Experiment {
 /// nothing is called.
 #[derive(Debug)]
 pub struct Instance {
-    component: Component,
-    pub(super) states: Arc<FmuStates>,
+    component: InstancePointer,
+    pub(super) states: Arc<SavedStateRegistry>,
     /// Whether a state was ever saved. Each step asks, and this costs less than a look at them.
     pub(super) saved: bool,
     pub(super) keeps_history: bool,
-    pub(super) mailbox: Mailbox,
+    pub(super) mailbox: MessageMailbox,
     pub(super) activity: Arc<CallMonitor>,
-    experiment: Experiment,
-    pub(super) phase: Phase,
+    experiment: ExperimentSettings,
+    pub(super) phase: InstancePhase,
     /// Whether it was made with event mode.
     pub(super) events: bool,
     /// Whether it may end a step early.
@@ -58,8 +59,8 @@ pub struct Instance {
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
-    _callbacks: Option<Callbacks>,
-    pub(super) library: Arc<Library>,
+    _callbacks: Option<Fmi2Callbacks>,
+    pub(super) library: Arc<FmuLibrary>,
 }
 
 // SAFETY: FMI lets an importer call an instance on any of its threads, one call at a time; `&mut self` sees to the latter.
@@ -70,7 +71,7 @@ impl Instance {
     ///
     /// # Errors
     /// When the library refuses.
-    pub fn new(library: Arc<Library>, name: &str, logging: bool) -> Result<Self, CallError> {
+    pub fn new(library: Arc<FmuLibrary>, name: &str, logging: bool) -> Result<Self, CallError> {
         let guid = library.description().guid.clone();
         Self::with_guid(library, name, &guid, logging).map_err(|(error, _)| error)
     }
@@ -80,27 +81,23 @@ impl Instance {
     ///
     /// # Errors
     /// When the library refuses.
-    pub fn with_events(
-        library: Arc<Library>,
-        name: &str,
-        logging: bool,
-    ) -> Result<Self, CallError> {
+    pub fn with_events(library: Arc<FmuLibrary>, name: &str, logging: bool) -> Result<Self, CallError> {
         let about = library.description();
         let (guid, modes) = (
             about.guid.clone(),
-            Modes { event_mode: about.event_mode, early_return: about.may_return_early() },
+            InstantiationModes { event_mode: about.event_mode, early_return: about.may_return_early() },
         );
         // Clocks tick in event mode only.
-        let clocked = about.variables.iter().any(|it| it.kind == Type::Clock);
-        let made = Self::make(Arc::clone(&library), name, &guid, logging, modes);
+        let clocked = about.variables.iter().any(|it| it.kind == FmiType::Clock);
+        let made = Self::instantiate(Arc::clone(&library), name, &guid, logging, modes);
         let refused = match made {
-            Err((error, _)) if modes != Modes::default() && !clocked => error,
+            Err((error, _)) if modes != InstantiationModes::default() && !clocked => error,
             made => return made.map_err(|(error, _)| error),
         };
-        let plain = Self::make(library, name, &guid, logging, Modes::default());
+        let plain = Self::instantiate(library, name, &guid, logging, InstantiationModes::default());
         let instance = plain.map_err(|_| refused)?;
         let without = "it refuses event mode and early return, which its description declares (hasEventMode, mightReturnEarlyFromDoStep): it runs without";
-        instance.mailbox.warn(std::iter::once(without.to_owned()));
+        instance.mailbox.add_warnings(std::iter::once(without.to_owned()));
         Ok(instance)
     }
 
@@ -109,51 +106,51 @@ impl Instance {
     /// # Errors
     /// When the library refuses.
     pub fn with_guid(
-        library: Arc<Library>,
+        library: Arc<FmuLibrary>,
         name: &str,
         guid: &str,
         logging: bool,
-    ) -> Result<Self, (CallError, Vec<Message>)> {
-        Self::make(library, name, guid, logging, Modes::default())
+    ) -> Result<Self, (CallError, Vec<FmuMessage>)> {
+        Self::instantiate(library, name, guid, logging, InstantiationModes::default())
     }
 
     /// Makes an instance.
-    pub(super) fn make(
-        library: Arc<Library>,
+    pub(super) fn instantiate(
+        library: Arc<FmuLibrary>,
         name: &str,
         guid: &str,
         logging: bool,
-        modes: Modes,
-    ) -> Result<Self, (CallError, Vec<Message>)> {
+        modes: InstantiationModes,
+    ) -> Result<Self, (CallError, Vec<FmuMessage>)> {
         let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
-        let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
-        let texts = [text(name)?, text(guid)?, text(&library.fmu.resources())?];
-        if library.is_lost() {
-            return Err((lost(&library, call), Vec::new()));
+        let text = |text| to_c_string(self::call_name(call), text).map_err(|error| (error, Vec::new()));
+        let texts = [text(name)?, text(guid)?, text(&library.fmu.resources_location())?];
+        if library.has_failed_fatally() {
+            return Err((fatal_status_error(&library, call), Vec::new()));
         }
         let activity = CallMonitor::new(&format!("node `{name}`"));
-        let mailbox = Mailbox::new(Arc::clone(&activity), logging);
+        let mailbox = MessageMailbox::new(Arc::clone(&activity), logging);
         let callbacks = match library.own {
-            VersionFunctions::Fmi2(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
+            VersionFunctions::Fmi2(_) => Some(Fmi2Callbacks::new(Arc::clone(&library), &mailbox)),
             VersionFunctions::Fmi3(_) => None,
         };
-        let (component, changes) = activity.run_rare(call, || {
-            mailbox.during(|| match (&library.own, &callbacks) {
+        let (component, changes) = activity.monitor_load_or_instantiate(call, || {
+            mailbox.receive_during_call(|| match (&library.own, &callbacks) {
                 (VersionFunctions::Fmi2(own), Some(callbacks)) => {
-                    instantiation::instantiate_2(own, &texts, callbacks, logging)
+                    instantiation::instantiate_fmi2(own, &texts, callbacks, logging)
                 }
                 (VersionFunctions::Fmi3(own), _) => {
-                    instantiation::instantiate_3(own, &texts, &mailbox, logging, modes)
+                    instantiation::instantiate_fmi3(own, &texts, &mailbox, logging, modes)
                 }
                 _ => ptr::null_mut(),
             })
         });
         if let Some(changes) = changes {
-            mailbox.warn(describe_changes(changes, call));
+            mailbox.add_warnings(describe_changes(changes, call));
         }
         if component.is_null() {
             let what = format!("returned no instance{}", mailbox.last_message());
-            return Err((CallError::new(self::name(call), what), mailbox.take()));
+            return Err((CallError::new(self::call_name(call), what), mailbox.take_messages()));
         }
         Ok(Instance {
             component,
@@ -162,8 +159,8 @@ impl Instance {
             keeps_history: false,
             mailbox,
             activity,
-            experiment: Experiment::default(),
-            phase: Phase::default(),
+            experiment: ExperimentSettings::default(),
+            phase: InstancePhase::default(),
             events: modes.event_mode,
             may_return_early: modes.early_return,
             in_batch: false,
@@ -178,7 +175,7 @@ impl Instance {
     /// What the FMU says about itself.
     #[must_use]
     #[inline]
-    pub fn description(&self) -> &Description {
+    pub fn description(&self) -> &FmuDescription {
         self.library.description()
     }
 
@@ -193,32 +190,32 @@ impl Instance {
     #[inline]
     #[must_use]
     pub fn has_messages(&self) -> bool {
-        self.mailbox.has_some()
+        self.mailbox.has_new_messages()
     }
 
     /// Takes the messages that were logged since the last time. Unless the instance logs all it has to say, it gives the first one of each
     /// kind, see [`MessageKind`](crate::MessageKind), and how often the kind came again: see [`Message::again`].
-    pub fn messages(&self) -> Vec<Message> {
-        self.mailbox.take()
+    pub fn take_messages(&self) -> Vec<FmuMessage> {
+        self.mailbox.take_messages()
     }
 
     /// Whether this or another instance of the FMU returned the status fatal, after which none is called.
     #[must_use]
     #[inline]
-    pub fn is_lost(&self) -> bool {
-        self.library.is_lost()
+    pub fn has_failed_fatally(&self) -> bool {
+        self.library.has_failed_fatally()
     }
 
     /// Calls a function that takes the component, and judges its status.
     #[inline]
-    pub(super) fn run(
+    pub(super) fn run_checked(
         &mut self,
         call: &'static CStr,
-        body: impl FnOnce(Component) -> Status,
+        body: impl FnOnce(InstancePointer) -> FmiStatus,
     ) -> Result<(), CallError> {
         match self.run_for_status(call, body)? {
             OK | WARNING => Ok(()),
-            status => Err(self.failure(call, status)),
+            status => Err(self.status_error(call, status)),
         }
     }
 
@@ -227,58 +224,58 @@ impl Instance {
     pub(super) fn run_for_status(
         &mut self,
         call: &'static CStr,
-        body: impl FnOnce(Component) -> Status,
-    ) -> Result<Status, CallError> {
+        body: impl FnOnce(InstancePointer) -> FmiStatus,
+    ) -> Result<FmiStatus, CallError> {
         if !self.in_batch {
-            return self.run_alone(call, body);
+            return self.run_monitored(call, body);
         }
         self.activity.begin_call(call);
         let status = body(self.component);
         if status != OK {
-            self.note_status(call, status);
+            self.record_status(call, status);
         }
         Ok(status)
     }
 
     /// Calls a function with all that a call has around it.
     #[inline(never)]
-    fn run_alone(
+    fn run_monitored(
         &mut self,
         call: &'static CStr,
-        body: impl FnOnce(Component) -> Status,
-    ) -> Result<Status, CallError> {
-        if self.is_lost() {
-            return Err(lost(&self.library, call));
+        body: impl FnOnce(InstancePointer) -> FmiStatus,
+    ) -> Result<FmiStatus, CallError> {
+        if self.has_failed_fatally() {
+            return Err(fatal_status_error(&self.library, call));
         }
         let (status, changes) =
-            self.activity.during(call, || self.mailbox.during(|| body(self.component)));
+            self.activity.monitor_call(call, || self.mailbox.receive_during_call(|| body(self.component)));
         if let Some(changes) = changes {
-            self.mailbox.warn(describe_changes(changes, call));
+            self.mailbox.add_warnings(describe_changes(changes, call));
         }
         if status != OK {
-            self.note_status(call, status);
+            self.record_status(call, status);
         }
         Ok(status)
     }
 
     #[cold]
-    fn note_status(&mut self, call: &'static CStr, status: Status) {
+    fn record_status(&mut self, call: &'static CStr, status: FmiStatus) {
         if status == WARNING {
             let warning = named!(self.library, "fmi2Warning", "fmi3Warning");
-            self.mailbox.note_warning_status(&format!("{} returned {warning}", name(call)));
+            self.mailbox.record_warning_status(&format!("{} returned {warning}", call_name(call)));
         }
         if status < ERROR {
             return;
         }
-        self.phase = Phase::Failed(name(call));
+        self.phase = InstancePhase::Failed(call_name(call));
         if status == FATAL {
-            self.library.lose();
+            self.library.mark_as_failed_fatally();
             // The next call is asked whether it may be made.
             self.in_batch = false;
         }
     }
 
-    fn meaning(&self, status: Status) -> String {
+    fn describe_status(&self, status: FmiStatus) -> String {
         let version = named!(self.library, 2, 3);
         match status {
             DISCARD => format!("fmi{version}Discard"),
@@ -292,10 +289,10 @@ impl Instance {
     }
 
     #[cold]
-    pub(super) fn failure(&self, call: &'static CStr, status: Status) -> CallError {
+    pub(super) fn status_error(&self, call: &'static CStr, status: FmiStatus) -> CallError {
         CallError::new(
-            name(call),
-            format!("returned {}{}", self.meaning(status), self.mailbox.last_message()),
+            call_name(call),
+            format!("returned {}{}", self.describe_status(status), self.mailbox.last_message()),
         )
     }
 
@@ -311,14 +308,14 @@ impl Instance {
         tolerance: Option<f64>,
     ) -> Result<(), CallError> {
         let stop = stop.into();
-        self.experiment = Experiment { start, stop, tolerance };
+        self.experiment = ExperimentSettings { start, stop, tolerance };
         self.activity.set_time(start);
         let VersionFunctions::Fmi2(own) = &self.library.own else { return Ok(()) };
         let function = own.setup_experiment;
         let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
         let (stops, stop) = (stop.is_some().into(), stop.unwrap_or(0.0));
         // SAFETY: the component is alive, and nobody else calls it.
-        self.run(c"fmi2SetupExperiment", |c| unsafe {
+        self.run_checked(c"fmi2SetupExperiment", |c| unsafe {
             function(c, defined, tolerance, start, stops, stop)
         })
     }
@@ -328,23 +325,23 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
-        let Experiment { start, stop, tolerance } = self.experiment;
+        let ExperimentSettings { start, stop, tolerance } = self.experiment;
         let entered = match &self.library.own {
             VersionFunctions::Fmi2(own) => {
                 let function = own.enter_initialization_mode;
-                self.call(c"fmi2EnterInitializationMode", function)
+                self.call_without_arguments(c"fmi2EnterInitializationMode", function)
             }
             VersionFunctions::Fmi3(own) => {
                 let function = own.enter_initialization_mode;
                 let known = (tolerance.is_some(), stop.is_some());
                 let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
                 // SAFETY: the component is alive, and nobody else calls it.
-                self.run(c"fmi3EnterInitializationMode", |c| unsafe {
+                self.run_checked(c"fmi3EnterInitializationMode", |c| unsafe {
                     function(c, known.0, tolerance, start, known.1, stop)
                 })
             }
         };
-        entered.map(|()| self.phase = Phase::Initialization)
+        entered.map(|()| self.phase = InstancePhase::Initialization)
     }
 
     /// Ends the initialisation.
@@ -352,10 +349,9 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
-        let call =
-            named!(self.library, c"fmi2ExitInitializationMode", c"fmi3ExitInitializationMode");
-        self.call(call, self.library.common.exit_initialization_mode)?;
-        self.phase = if self.events { Phase::Event } else { Phase::Step };
+        let call = named!(self.library, c"fmi2ExitInitializationMode", c"fmi3ExitInitializationMode");
+        self.call_without_arguments(call, self.library.common.exit_initialization_mode)?;
+        self.phase = if self.events { InstancePhase::Event } else { InstancePhase::Step };
         Ok(())
     }
 
@@ -365,40 +361,44 @@ impl Instance {
     /// See [`Instance`].
     pub fn terminate(&mut self) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2Terminate", c"fmi3Terminate");
-        self.call(call, self.library.common.terminate)?;
-        self.phase = Phase::Terminated;
+        self.call_without_arguments(call, self.library.common.terminate)?;
+        self.phase = InstancePhase::Terminated;
         Ok(())
     }
 
-    pub(super) fn call(&mut self, name: &'static CStr, function: Call) -> Result<(), CallError> {
+    pub(super) fn call_without_arguments(
+        &mut self,
+        name: &'static CStr,
+        function: ComponentFn,
+    ) -> Result<(), CallError> {
         // SAFETY: the component is alive, and nobody else calls it.
-        self.run(name, |component| unsafe { function(component) })
+        self.run_checked(name, |component| unsafe { function(component) })
     }
 }
 
-pub(super) fn name(call: &'static CStr) -> &'static str {
+pub(super) fn call_name(call: &'static CStr) -> &'static str {
     call.to_str().unwrap_or_default()
 }
 
-fn lost(library: &Library, call: &'static CStr) -> CallError {
+fn fatal_status_error(library: &FmuLibrary, call: &'static CStr) -> CallError {
     let fatal = named!(library, "fmi2Fatal", "fmi3Fatal");
     let what = format!("is not called: after {fatal} no function of the FMU may be called");
-    CallError::new(name(call), what)
+    CallError::new(call_name(call), what)
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
         self.free_all_states();
-        if !self.is_lost() {
+        if !self.has_failed_fatally() {
             // SAFETY: the component is alive and not used again.
             let free = || unsafe { (self.library.common.free_instance)(self.component) };
             let call = named!(self.library, c"fmi2FreeInstance", c"fmi3FreeInstance");
-            self.mailbox.take();
-            let _ = self.activity.during(call, || self.mailbox.during(free));
-            messages_while_freed::keep(
-                &self.activity.owner().to_string_lossy(),
-                name(call),
-                self.mailbox.take(),
+            self.mailbox.take_messages();
+            let _ = self.activity.monitor_call(call, || self.mailbox.receive_during_call(free));
+            messages_while_freed::store_messages_while_freed(
+                &self.activity.owner_name().to_string_lossy(),
+                call_name(call),
+                self.mailbox.take_messages(),
             );
         }
     }

@@ -5,14 +5,14 @@ use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
 use super::functions::{CallbackFunctions, Fmi2Functions, Fmi3Functions};
-use super::mailbox::{self, Mailbox};
-use super::{Component, Library};
+use super::mailbox::{self, MessageMailbox};
+use super::{FmuLibrary, InstancePointer};
 
 const CO_SIMULATION: c_int = 1;
 
 /// The modes that an importer asks for when it makes an instance of FMI 3.0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Modes {
+pub(super) struct InstantiationModes {
     pub event_mode: bool,
     pub early_return: bool,
 }
@@ -32,34 +32,34 @@ unsafe extern "C" {
 }
 
 /// The callbacks at an address that the FMU may keep as long as the instance lives.
-pub(super) struct Callbacks {
+pub(super) struct Fmi2Callbacks {
     address: NonNull<CallbackFunctions>,
-    library: Arc<Library>,
+    library: Arc<FmuLibrary>,
 }
 
-impl Callbacks {
-    pub(super) fn new(library: Arc<Library>, mailbox: &Mailbox) -> Self {
+impl Fmi2Callbacks {
+    pub(super) fn new(library: Arc<FmuLibrary>, mailbox: &MessageMailbox) -> Self {
         let functions = Box::new(CallbackFunctions {
             logger: trackside_logger,
             allocate_memory: calloc,
             free_memory: free,
             step_finished: None,
-            environment: mailbox.environment(),
+            environment: mailbox.environment_pointer(),
         });
-        Callbacks { address: NonNull::from(Box::leak(functions)), library }
+        Fmi2Callbacks { address: NonNull::from(Box::leak(functions)), library }
     }
 }
 
-impl std::fmt::Debug for Callbacks {
+impl std::fmt::Debug for Fmi2Callbacks {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(out, "Callbacks({:?})", self.address)
     }
 }
 
-impl Drop for Callbacks {
+impl Drop for Fmi2Callbacks {
     fn drop(&mut self) {
         // An instance that cannot be freed may go on using its callbacks.
-        if !self.library.is_lost() {
+        if !self.library.has_failed_fatally() {
             // SAFETY: the address comes from a box, and the instance that knew it has been freed.
             drop(unsafe { Box::from_raw(self.address.as_ptr()) });
         }
@@ -67,12 +67,12 @@ impl Drop for Callbacks {
 }
 
 /// Calls `fmi2Instantiate` with name, GUID and resources.
-pub(super) fn instantiate_2(
+pub(super) fn instantiate_fmi2(
     own: &Fmi2Functions,
     [name, guid, resources]: &[CString; 3],
-    callbacks: &Callbacks,
+    callbacks: &Fmi2Callbacks,
     logging: bool,
-) -> Component {
+) -> InstancePointer {
     // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
     unsafe {
         (own.instantiate)(
@@ -112,13 +112,13 @@ unsafe extern "C" fn intermediate_update(
 }
 
 /// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode and early return a step is one of FMI 2.0.
-pub(super) fn instantiate_3(
+pub(super) fn instantiate_fmi3(
     own: &Fmi3Functions,
     [name, token, resources]: &[CString; 3],
-    mailbox: &Mailbox,
+    mailbox: &MessageMailbox,
     logging: bool,
-    modes: Modes,
-) -> Component {
+    modes: InstantiationModes,
+) -> InstancePointer {
     let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
     let visible = false;
     // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
@@ -133,7 +133,7 @@ pub(super) fn instantiate_3(
             modes.early_return,
             ptr::null(),
             0,
-            mailbox.environment(),
+            mailbox.environment_pointer(),
             mailbox::take_message,
             intermediate_update,
         )

@@ -8,10 +8,10 @@ use std::sync::atomic::Ordering::SeqCst;
 
 use super::call_monitor::{self, CallMonitor};
 use super::functions::{
-    ClockFunctions, CommonFunctions, EventFunctions, Fmi2Functions, Fmi3Functions, OTHER_SYMBOLS,
-    SymbolLoader, Text, VersionFunctions,
+    ClockFunctions, CommonFunctions, EventFunctions, Fmi2Functions, Fmi3Functions, GetTextFn, OTHER_SYMBOLS,
+    SymbolLoader, VersionFunctions,
 };
-use crate::description::{Description, Version};
+use crate::description::{FmiVersion, FmuDescription};
 use crate::{CallError, Fmu, OpenError};
 
 unsafe extern "C" {
@@ -22,7 +22,7 @@ unsafe extern "C" {
 const LOADING: &CStr = c"loading its library";
 
 /// A loaded library and the functions that this program calls.
-pub struct Library {
+pub struct FmuLibrary {
     pub(super) common: CommonFunctions,
     pub(super) own: VersionFunctions,
     /// Of FMI 3.0; an FMU without event mode may lack them.
@@ -35,47 +35,47 @@ pub struct Library {
     activity: Arc<CallMonitor>,
 }
 
-impl std::fmt::Debug for Library {
+impl std::fmt::Debug for FmuLibrary {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(out, "Library({})", self.fmu.path.display())
     }
 }
 
-impl Library {
+impl FmuLibrary {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
-        if let Some(why) = fmu.clash_with_other_archives().or_else(|| fmu.shadowed_library()) {
+        if let Some(why) = fmu.clash_reason_with_archives().or_else(|| fmu.shadowed_library()) {
             let what = format!("{why}; it needs a process of its own");
             return Err(OpenError::Library { path: fmu.path.clone(), what });
         }
         // It stays there when loading fails half way, too.
-        fmu.enter();
+        fmu.register_loaded();
         let activity = CallMonitor::new(&format!("the FMU {}", fmu.path.display()));
-        call_monitor::watch_crashes();
-        let (library, changes) = activity.run_rare(LOADING, || open(&fmu, path));
+        call_monitor::install_crash_handler();
+        let (library, changes) = activity.monitor_load_or_instantiate(LOADING, || open_library(&fmu, path));
         let library = library?;
         activity.register_libraries();
-        changes.into_iter().for_each(|changes| activity.tell(changes, LOADING));
+        changes.into_iter().for_each(|changes| activity.report_process_changes(changes, LOADING));
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
-        if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {
+        if let (FmiVersion::Two, Some(symbol)) = (version, missing_version_symbols(&library, version).next())
+        {
             return Err(lacks(symbol));
         }
         let finder = SymbolLoader { library: &library, lacks: &lacks };
         let common = CommonFunctions::new(&finder, version)?;
         let own = match version {
-            Version::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
-            Version::Three => VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
+            FmiVersion::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
+            FmiVersion::Three => VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
         };
         let events = match (version, fmu.description.event_mode) {
-            (Version::Two, _) => None,
-            (Version::Three, true) => Some(EventFunctions::new(&finder)?),
-            (Version::Three, false) => EventFunctions::new(&finder).ok(),
+            (FmiVersion::Two, _) => None,
+            (FmiVersion::Three, true) => Some(EventFunctions::new(&finder)?),
+            (FmiVersion::Three, false) => EventFunctions::new(&finder).ok(),
         };
-        let clocks =
-            if version == Version::Three { ClockFunctions::new(&finder).ok() } else { None };
+        let clocks = if version == FmiVersion::Three { ClockFunctions::new(&finder).ok() } else { None };
         let handle = ManuallyDrop::new(library);
-        Ok(Library { common, own, events, clocks, handle, fmu, activity })
+        Ok(FmuLibrary { common, own, events, clocks, handle, fmu, activity })
     }
 
     /// The functions of FMI 2.0.
@@ -83,24 +83,25 @@ impl Library {
     /// # Errors
     /// When the FMU is of another version.
     #[inline]
-    pub(super) fn two(&self, call: &'static str) -> Result<&Fmi2Functions, CallError> {
+    pub(super) fn fmi2_functions(&self, call: &'static str) -> Result<&Fmi2Functions, CallError> {
         match &self.own {
             VersionFunctions::Fmi2(functions) => Ok(functions),
-            VersionFunctions::Fmi3(_) => Err(not_two(call)),
+            VersionFunctions::Fmi3(_) => Err(not_fmi2_error(call)),
         }
     }
 
     /// The functions that the library at `path` lacks: those without which it does not load here, and the others.
-    pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
-        let library = open(fmu, path)?;
+    pub(crate) fn missing_functions(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
+        let library = open_library(fmu, path)?;
         let version = fmu.description.version;
         let events = if fmu.description.event_mode { EventFunctions::SYMBOLS } else { &[] };
-        let missing: Vec<_> = absent(&library, version).chain(lacking(&library, events)).collect();
+        let missing: Vec<_> =
+            missing_version_symbols(&library, version).chain(missing_symbols(&library, events)).collect();
         let others: &[&[_]] = match version {
-            Version::Two => &[],
-            Version::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],
+            FmiVersion::Two => &[],
+            FmiVersion::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],
         };
-        let others = others.iter().flat_map(|symbols| lacking(&library, symbols));
+        let others = others.iter().flat_map(|symbols| missing_symbols(&library, symbols));
         let others = others.filter(|symbol| !missing.contains(symbol)).collect();
         Ok([missing, others])
     }
@@ -114,67 +115,67 @@ impl Library {
     /// What the FMU says about itself.
     #[must_use]
     #[inline]
-    pub fn description(&self) -> &Description {
+    pub fn description(&self) -> &FmuDescription {
         &self.fmu.description
     }
 
     /// Whether an instance of the FMU returned the status fatal, after which none can be made or called.
     #[must_use]
     #[inline]
-    pub fn is_lost(&self) -> bool {
+    pub fn has_failed_fatally(&self) -> bool {
         self.fmu.lost.load(SeqCst)
     }
 
     /// Whether threads may run in it after all instances are freed: those of its runtime, or one that an FMU of this process started.
-    fn has_threads(&self) -> bool {
+    fn may_have_threads(&self) -> bool {
         // SAFETY: the function reads a number that is written as a whole.
-        self.fmu.linkage().leaves_threads() || unsafe { trackside_threads_of_fmus() } > 0
+        self.fmu.library_linkage().leaves_threads() || unsafe { trackside_threads_of_fmus() } > 0
     }
 
     /// Notes that an instance returned the status fatal: all instances of the FMU are lost with it.
-    pub(super) fn lose(&self) {
+    pub(super) fn mark_as_failed_fatally(&self) {
         self.fmu.lost.store(true, SeqCst);
     }
 
     /// What `fmi2GetVersion` or `fmi3GetVersion` says.
     #[must_use]
-    pub fn version(&self) -> String {
-        text(self.common.get_version)
+    pub fn reported_fmi_version(&self) -> String {
+        call_text_function(self.common.get_version)
     }
 
     /// What `fmi2GetTypesPlatform` says; nothing for FMI 3.0, which has no such function.
     #[must_use]
     pub fn types_platform(&self) -> String {
         match &self.own {
-            VersionFunctions::Fmi2(functions) => text(functions.get_types_platform),
+            VersionFunctions::Fmi2(functions) => call_text_function(functions.get_types_platform),
             VersionFunctions::Fmi3(_) => String::new(),
         }
     }
 }
 
 #[cold]
-fn not_two(call: &'static str) -> CallError {
+fn not_fmi2_error(call: &'static str) -> CallError {
     CallError::new(call, "is not called: the FMU is one of FMI 3.0")
 }
 
-impl Drop for Library {
+impl Drop for FmuLibrary {
     fn drop(&mut self) {
         // What was not freed may go on running, and so may threads of the FMU.
-        if !self.is_lost() && !self.has_threads() {
-            let _ = self.activity.run_rare(c"unloading its library", || {
+        if !self.has_failed_fatally() && !self.may_have_threads() {
+            let _ = self.activity.monitor_load_or_instantiate(c"unloading its library", || {
                 // SAFETY: nobody uses the library after this, since all instances are gone.
                 unsafe { ManuallyDrop::drop(&mut self.handle) };
             });
             call_monitor::forget_libraries();
             // Symbols that a process has once keep their library there.
-            if !self.fmu.library().is_ok_and(|path| is_loaded(&path)) {
-                self.fmu.leave();
+            if !self.fmu.library_path().is_ok_and(|path| is_loaded(&path)) {
+                self.fmu.unregister_loaded();
             }
         }
     }
 }
 
-fn text(function: Text) -> String {
+fn call_text_function(function: GetTextFn) -> String {
     // SAFETY: the function takes nothing and returns a C string that the library owns.
     let found = unsafe { function() };
     match found.is_null() {
@@ -184,22 +185,22 @@ fn text(function: Text) -> String {
     }
 }
 
-fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
+fn open_library(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
     // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
-    call_monitor::watch_crashes();
-    let linkage = fmu.linkage();
+    call_monitor::install_crash_handler();
+    let linkage = fmu.library_linkage();
     let failed = |error| OpenError::Library {
         path: fmu.path.clone(),
-        what: reason(&error, fmu, &linkage.mismatched),
+        what: load_failure_reason(&error, fmu, &linkage.mismatched),
     };
     // The library itself keeps those that it needs.
     let mut first = Vec::new();
     for path in &linkage.first {
         // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
-        first.push(unsafe { load(path) }.map_err(failed)?);
+        first.push(unsafe { load_with_dependencies(path) }.map_err(failed)?);
     }
     // SAFETY: as above.
-    unsafe { load(path) }.map_err(failed)
+    unsafe { load_with_dependencies(path) }.map_err(failed)
 }
 
 /// Loads a library with all that it needs from others: what is missing would end the process at its first use.
@@ -207,7 +208,7 @@ fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
 /// # Safety
 /// Loading runs the library's initialisers.
 #[cfg(unix)]
-unsafe fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
+unsafe fn load_with_dependencies(path: &Path) -> Result<libloading::Library, libloading::Error> {
     use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
     // SAFETY: as for this function.
     unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
@@ -231,15 +232,18 @@ pub(crate) fn is_loaded(_: &Path) -> bool {
     false
 }
 
-fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item = &'static str> {
+fn missing_version_symbols(
+    library: &libloading::Library,
+    version: FmiVersion,
+) -> impl Iterator<Item = &'static str> {
     let symbols = match version {
-        Version::Two => Fmi2Functions::SYMBOLS,
-        Version::Three => Fmi3Functions::SYMBOLS,
+        FmiVersion::Two => Fmi2Functions::SYMBOLS,
+        FmiVersion::Three => Fmi3Functions::SYMBOLS,
     };
-    lacking(library, symbols)
+    missing_symbols(library, symbols)
 }
 
-fn lacking(
+fn missing_symbols(
     library: &libloading::Library,
     symbols: &'static [&'static str],
 ) -> impl Iterator<Item = &'static str> {
@@ -248,21 +252,20 @@ fn lacking(
 }
 
 /// The loader's own words, which `libloading` keeps as the source of its error, and what to do about them.
-fn reason(error: &libloading::Error, fmu: &Fmu, mismatched: &[(String, PathBuf)]) -> String {
+fn load_failure_reason(error: &libloading::Error, fmu: &Fmu, mismatched: &[(String, PathBuf)]) -> String {
     let inner = std::error::Error::source(error);
     let what = inner.map_or_else(|| error.to_string(), ToString::to_string);
     if what.contains("undefined symbol: Py") || what.contains("undefined symbol: _Py") {
-        return what
-            + "; it expects Python in the process: set LD_PRELOAD to the path of libpython3";
+        return what + "; it expects Python in the process: set LD_PRELOAD to the path of libpython3";
     }
     if what.contains("failed to map segment") {
-        let folder = fmu.folder.path().display();
+        let folder = fmu.folder.description_folder().display();
         return format!(
             "{what}; the temporary folder {folder} may be on a disk that is mounted with `noexec`: name another folder in the environment variable TMPDIR"
         );
     }
     if let Some((name, path)) = mismatched.iter().find(|(name, _)| what.contains(name.as_str())) {
-        let inside = path.strip_prefix(fmu.folder.path()).unwrap_or(path).display();
+        let inside = path.strip_prefix(fmu.folder.description_folder()).unwrap_or(path).display();
         return format!(
             "{what}; `{name}` lies in the archive as {inside}, but has no DT_SONAME of that name, so it is found only by the path: \
              `patchelf --set-rpath '$ORIGIN'` of the library that needs it, or `patchelf --set-soname {name}` of that one, \

@@ -14,12 +14,11 @@ use std::sync::{Arc, PoisonError, RwLock};
 use self::queue::MessageQueue;
 use super::WARNING;
 use super::call_monitor::CallMonitor;
-use crate::{Message, MessageLevel};
+use crate::{FmuMessage, MessageLevel};
 
 /// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
 /// made up, or with that of an instance that is gone.
-static MAILBOXES: RwLock<(usize, BTreeMap<usize, Arc<MessageQueue>>)> =
-    RwLock::new((1, BTreeMap::new()));
+static MAILBOXES: RwLock<(usize, BTreeMap<usize, Arc<MessageQueue>>)> = RwLock::new((1, BTreeMap::new()));
 
 /// How many messages came to any mailbox. Each step of each node asks, and this is one place for all of them.
 static RECEIVED: AtomicU64 = AtomicU64::new(0);
@@ -30,9 +29,9 @@ thread_local! {
 }
 
 /// The number from before calls of an instance, which counts again after them.
-pub(super) struct CallerGuard(usize);
+pub(super) struct CurrentMailboxGuard(usize);
 
-impl Drop for CallerGuard {
+impl Drop for CurrentMailboxGuard {
     #[inline]
     fn drop(&mut self) {
         CALLER.set(self.0);
@@ -44,14 +43,14 @@ pub const FOREIGN_ENVIRONMENT: &str = "it logs with an environment that is not i
 
 /// The mailbox of an instance.
 #[derive(Debug)]
-pub(super) struct Mailbox {
+pub(super) struct MessageMailbox {
     number: usize,
     /// So many messages had come to any mailbox when there was none in this one.
     seen: AtomicU64,
     queue: Arc<MessageQueue>,
 }
 
-impl Mailbox {
+impl MessageMailbox {
     /// The mailbox of an instance whose calls are noted here; `every` asks for each message, also of a kind that came before.
     pub(super) fn new(activity: Arc<CallMonitor>, every: bool) -> Self {
         let held = Arc::new(MessageQueue::new(activity, every));
@@ -59,18 +58,18 @@ impl Mailbox {
         let number = living.0;
         living.0 += 1;
         living.1.insert(number, Arc::clone(&held));
-        Mailbox { number, seen: AtomicU64::new(0), queue: held }
+        MessageMailbox { number, seen: AtomicU64::new(0), queue: held }
     }
 
     /// The address that stands for the mailbox: there is nothing at it.
-    pub(super) fn environment(&self) -> *mut c_void {
+    pub(super) fn environment_pointer(&self) -> *mut c_void {
         ptr::without_provenance_mut(self.number)
     }
 
     /// Runs a call of the instance: a message that comes meanwhile on this thread is its own, whatever environment it names.
     #[inline]
-    pub(super) fn during<T>(&self, body: impl FnOnce() -> T) -> T {
-        let outer = self.enter();
+    pub(super) fn receive_during_call<T>(&self, body: impl FnOnce() -> T) -> T {
+        let outer = self.mark_as_current();
         let result = body();
         drop(outer);
         result
@@ -78,25 +77,25 @@ impl Mailbox {
 
     /// Calls of the instance go on, until the result is dropped.
     #[inline]
-    pub(super) fn enter(&self) -> CallerGuard {
-        CallerGuard(CALLER.replace(self.number))
+    pub(super) fn mark_as_current(&self) -> CurrentMailboxGuard {
+        CurrentMailboxGuard(CALLER.replace(self.number))
     }
 
     /// Warns of what the instance did, in sentences of this program.
     #[cold]
-    pub(super) fn warn(&self, sentences: impl Iterator<Item = String>) {
-        sentences.for_each(|text| self.queue.put(MessageLevel::Warning, "", &text));
+    pub(super) fn add_warnings(&self, sentences: impl Iterator<Item = String>) {
+        sentences.for_each(|text| self.queue.push_message(MessageLevel::Warning, "", &text));
     }
 
     /// Notes that a call returned the status warning, with the name of both.
     #[cold]
-    pub(super) fn note_warning_status(&self, status: &str) {
-        self.queue.note_warning_status(status);
+    pub(super) fn record_warning_status(&self, status: &str) {
+        self.queue.record_warning_status(status);
     }
 
     /// Whether messages of new kinds came since the last time, or any where each is wanted.
     #[inline]
-    pub(super) fn has_some(&self) -> bool {
+    pub(super) fn has_new_messages(&self) -> bool {
         let came = RECEIVED.load(Acquire);
         if came == self.seen.load(Relaxed) {
             return false;
@@ -109,8 +108,8 @@ impl Mailbox {
     }
 
     /// Takes the messages that came since the last time, and after them how often those came again that do not come one by one.
-    pub(super) fn take(&self) -> Vec<Message> {
-        self.queue.take()
+    pub(super) fn take_messages(&self) -> Vec<FmuMessage> {
+        self.queue.take_messages()
     }
 
     /// What the last message of this moment says, to be appended to an error.
@@ -119,7 +118,7 @@ impl Mailbox {
     }
 }
 
-impl Drop for Mailbox {
+impl Drop for MessageMailbox {
     fn drop(&mut self) {
         MAILBOXES.write().unwrap_or_else(PoisonError::into_inner).1.remove(&self.number);
     }
@@ -127,15 +126,15 @@ impl Drop for Mailbox {
 
 /// Puts a message where its environment says, or else into the mailbox of the instance that this thread calls, with a warning
 /// the first time.
-fn put(environment: *mut c_void, level: MessageLevel, category: &str, text: &str) {
+fn deliver_message(environment: *mut c_void, level: MessageLevel, category: &str, text: &str) {
     let living = MAILBOXES.read().unwrap_or_else(PoisonError::into_inner);
     if let Some(own) = living.1.get(&environment.addr()) {
-        own.put(level, category, text);
+        own.push_message(level, category, text);
     } else if let Some(called) = living.1.get(&CALLER.get()) {
         if !called.strange.swap(true, Relaxed) {
-            called.put(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
+            called.push_message(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
         }
-        called.put(level, category, text);
+        called.push_message(level, category, text);
     }
 }
 
@@ -175,7 +174,12 @@ unsafe extern "C" fn trackside_take_log(
         WARNING => MessageLevel::Warning,
         _ => MessageLevel::Error,
     };
-    put(environment, level, &readable(bytes(category), 0), &readable(bytes(text), length));
+    deliver_message(
+        environment,
+        level,
+        &decode_log_text(bytes(category), 0),
+        &decode_log_text(bytes(text), length),
+    );
 }
 
 /// Longer texts are cut [B]; `logger.c` cuts there, too.
@@ -183,7 +187,7 @@ const LONGEST: usize = 4096;
 
 /// The text of these bytes, at most [`LONGEST`] of them, without blanks and ends of lines behind it. `length` is that of the whole text,
 /// if the bytes are not all of it. FMI wants UTF-8; what is none counts as Latin-1, which tools of Western Europe write.
-fn readable(bytes: &[u8], length: usize) -> Cow<'_, str> {
+fn decode_log_text(bytes: &[u8], length: usize) -> Cow<'_, str> {
     let (bytes, length) = (&bytes[..bytes.len().min(LONGEST)], length.max(bytes.len()));
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text.trim_end()),
@@ -207,77 +211,78 @@ mod tests {
     use super::queue::MOST_WAITING;
     use super::*;
 
-    fn mailbox(every: bool) -> Mailbox {
-        Mailbox::new(CallMonitor::new("node `x`"), every)
+    fn mailbox(every: bool) -> MessageMailbox {
+        MessageMailbox::new(CallMonitor::new("node `x`"), every)
     }
 
-    fn hello() -> Message {
-        Message::new(MessageLevel::Info, "logAll", "hello")
+    fn hello() -> FmuMessage {
+        FmuMessage::new(MessageLevel::Info, "logAll", "hello")
     }
 
     fn put_hello(environment: *mut c_void) {
-        put(environment, MessageLevel::Info, "logAll", "hello");
+        deliver_message(environment, MessageLevel::Info, "logAll", "hello");
     }
 
     #[test]
     fn messages_go_to_the_living_instance_that_they_are_for_and_to_no_other() {
         let (one, two) = (mailbox(false), mailbox(false));
-        put_hello(one.environment());
-        assert_eq!((one.take(), two.take()), (vec![hello()], Vec::new()));
-        let gone = two.environment();
+        put_hello(one.environment_pointer());
+        assert_eq!((one.take_messages(), two.take_messages()), (vec![hello()], Vec::new()));
+        let gone = two.environment_pointer();
         drop(two);
         let three = mailbox(false);
         for stranger in [gone, ptr::null_mut(), ptr::without_provenance_mut(usize::MAX)] {
             put_hello(stranger);
         }
-        assert_eq!((one.take(), three.take()), (Vec::new(), Vec::new()));
+        assert_eq!((one.take_messages(), three.take_messages()), (Vec::new(), Vec::new()));
     }
 
     #[test]
     fn a_message_with_a_strange_environment_goes_to_the_instance_that_is_called_and_is_told_once() {
         let (one, two) = (mailbox(true), mailbox(true));
         let component = ptr::without_provenance_mut(usize::MAX - 7);
-        one.during(|| {
+        one.receive_during_call(|| {
             put_hello(component);
-            two.during(|| put_hello(component));
+            two.receive_during_call(|| put_hello(component));
             put_hello(component);
         });
         put_hello(component);
-        let warning = Message::new(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
-        assert_eq!(one.take(), [warning.clone(), hello(), hello()]);
-        assert_eq!(two.take(), [warning, hello()]);
+        let warning = FmuMessage::new(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
+        assert_eq!(one.take_messages(), [warning.clone(), hello(), hello()]);
+        assert_eq!(two.take_messages(), [warning, hello()]);
     }
 
     #[test]
     fn a_message_may_come_from_another_thread() {
         let mailbox = mailbox(false);
-        let environment = mailbox.environment().addr();
+        let environment = mailbox.environment_pointer().addr();
         let say = move || {
             let at = ptr::without_provenance_mut(environment);
-            put(at, MessageLevel::Error, "", "from elsewhere");
+            deliver_message(at, MessageLevel::Error, "", "from elsewhere");
         };
         std::thread::spawn(say).join().expect("it ends");
         assert_eq!(mailbox.last_message(), "; it says: from elsewhere");
-        assert_eq!(mailbox.take()[0].level(), MessageLevel::Error);
+        assert_eq!(mailbox.take_messages()[0].level(), MessageLevel::Error);
     }
 
     #[test]
     fn messages_of_a_known_kind_are_counted() {
         let mailbox = mailbox(false);
-        let log = |text: &str| put(mailbox.environment(), MessageLevel::Warning, "", text);
+        let log =
+            |text: &str| deliver_message(mailbox.environment_pointer(), MessageLevel::Warning, "", text);
         log("late at 1 s");
-        assert!(mailbox.has_some());
-        assert_eq!(mailbox.take()[0].text, "late at 1 s");
+        assert!(mailbox.has_new_messages());
+        assert_eq!(mailbox.take_messages()[0].text, "late at 1 s");
         (2..=1000).for_each(|time| log(&format!("late at {time} s")));
-        assert!(!mailbox.has_some());
+        assert!(!mailbox.has_new_messages());
         assert_eq!(mailbox.last_message(), "; it says: late at 1000 s");
-        let mut again = Message::new(MessageLevel::Warning, "", "late at 1 s");
+        let mut again = FmuMessage::new(MessageLevel::Warning, "", "late at 1 s");
         again.again = 999;
-        assert_eq!((mailbox.take(), mailbox.take()), (vec![again], Vec::new()));
+        assert_eq!((mailbox.take_messages(), mailbox.take_messages()), (vec![again], Vec::new()));
         for number in 0..100_000 {
             log(&format!("another text{number}"));
         }
-        let taken = mailbox.take();
+        let taken = mailbox.take_messages();
         assert_eq!(taken.len(), crate::MOST_KINDS + 1);
         let last = taken.last().expect("a message");
         assert_eq!(last.again, 100_000 - crate::MOST_KINDS as u64);
@@ -287,8 +292,8 @@ mod tests {
     #[test]
     fn each_message_is_handed_over_where_that_is_asked_for_and_not_beyond_all_bounds() {
         let mailbox = mailbox(true);
-        (0..2 * MOST_WAITING).for_each(|_| put_hello(mailbox.environment()));
-        let taken = mailbox.take();
+        (0..2 * MOST_WAITING).for_each(|_| put_hello(mailbox.environment_pointer()));
+        let taken = mailbox.take_messages();
         assert_eq!(taken.len(), MOST_WAITING + 1);
         assert_eq!(taken[MOST_WAITING].again, MOST_WAITING as u64);
     }
@@ -300,44 +305,41 @@ mod tests {
             let call = |text: &str| {
                 mailbox.queue.activity.begin_call(c"fmi2DoStep");
                 if !text.is_empty() {
-                    put(mailbox.environment(), MessageLevel::Info, "", text);
+                    deliver_message(mailbox.environment_pointer(), MessageLevel::Info, "", text);
                 }
-                mailbox.note_warning_status("fmi2DoStep returned fmi2Warning");
+                mailbox.record_warning_status("fmi2DoStep returned fmi2Warning");
             };
             let expected = "fmi2DoStep returned fmi2Warning: 3 turns";
             call("3 turns");
             call("4 turns");
-            let taken = mailbox.take();
-            assert_eq!(
-                (taken[0].text.as_str(), taken[0].level()),
-                (expected, MessageLevel::Warning)
-            );
-            let count = |taken: &[Message]| taken.iter().map(|it| it.again.max(1)).sum::<u64>();
+            let taken = mailbox.take_messages();
+            assert_eq!((taken[0].text.as_str(), taken[0].level()), (expected, MessageLevel::Warning));
+            let count = |taken: &[FmuMessage]| taken.iter().map(|it| it.again.max(1)).sum::<u64>();
             assert_eq!((taken.len(), count(&taken)), (2, 2));
             call("");
             call("5 turns");
-            let taken = mailbox.take();
+            let taken = mailbox.take_messages();
             assert!(taken[0].text.contains("logs nothing about it"), "{taken:?}");
             assert_eq!((taken.len(), count(&taken)), (2, 2));
         }
         // A kind that came before in a call without a warning.
         let mailbox = mailbox(false);
-        put(mailbox.environment(), MessageLevel::Error, "", "odd");
-        mailbox.take();
+        deliver_message(mailbox.environment_pointer(), MessageLevel::Error, "", "odd");
+        mailbox.take_messages();
         mailbox.queue.activity.begin_call(c"fmi2SetReal");
-        put(mailbox.environment(), MessageLevel::Error, "", "odd");
-        mailbox.note_warning_status("fmi2SetReal returned fmi2Warning");
-        let taken = mailbox.take();
+        deliver_message(mailbox.environment_pointer(), MessageLevel::Error, "", "odd");
+        mailbox.record_warning_status("fmi2SetReal returned fmi2Warning");
+        let taken = mailbox.take_messages();
         assert_eq!((taken.len(), taken[0].level()), (1, MessageLevel::Error));
         assert_eq!(taken[0].text, "fmi2SetReal returned fmi2Warning: odd");
     }
 
     #[test]
     fn texts_are_bounded_and_of_any_bytes() {
-        assert_eq!(readable(b"one\ntwo \r\n", 0), "one\ntwo");
-        assert_eq!(readable(b"Gr\xf6\xdfe \xc3\xa4", 0), "Gr\u{f6}\u{df}e \u{e4}");
-        let long = readable(&[b'x'; 1_000_000], 0).into_owned();
+        assert_eq!(decode_log_text(b"one\ntwo \r\n", 0), "one\ntwo");
+        assert_eq!(decode_log_text(b"Gr\xf6\xdfe \xc3\xa4", 0), "Gr\u{f6}\u{df}e \u{e4}");
+        let long = decode_log_text(&[b'x'; 1_000_000], 0).into_owned();
         assert!(long.len() < LONGEST + 40 && long.ends_with("x ... (1000000 bytes in all)"));
-        assert_eq!(readable(b"xy", 3), "xy ... (3 bytes in all)");
+        assert_eq!(decode_log_text(b"xy", 3), "xy ... (3 bytes in all)");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::{Message, MessageLevel};
+use crate::{FmuMessage, MessageLevel};
 
 /// Sentences until somebody takes them.
 static LATE: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -11,9 +11,9 @@ static LATE: Mutex<Vec<String>> = Mutex::new(Vec::new());
 const MOST: usize = 100;
 
 /// Keeps warnings and errors of a call of an instance.
-pub(super) fn keep(who: &str, call: &str, messages: Vec<Message>) {
+pub(super) fn store_messages_while_freed(who: &str, call: &str, messages: Vec<FmuMessage>) {
     let mut texts: Vec<String> = Vec::new();
-    for Message { text, .. } in messages.into_iter().filter(|it| it.level() > MessageLevel::Info) {
+    for FmuMessage { text, .. } in messages.into_iter().filter(|it| it.level() > MessageLevel::Info) {
         // The count of a kind comes behind its first message.
         if !texts.contains(&text) {
             texts.push(text);

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// What an instance went through, as far as its calls succeeded (FMI 2.0, section 4.2.4; FMI 3.0, section 4.2.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Phase {
+pub(super) enum InstancePhase {
     #[default]
     Instantiated,
     Initialization,
@@ -17,16 +17,16 @@ pub(super) enum Phase {
     Restored,
 }
 
-impl fmt::Display for Phase {
+impl fmt::Display for InstancePhase {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Phase::Instantiated => out.write_str("before the initialization"),
-            Phase::Initialization => out.write_str("in initialization mode"),
-            Phase::Event => out.write_str("in event mode"),
-            Phase::Step => out.write_str("between two steps"),
-            Phase::Terminated => out.write_str("after the end of the simulation"),
-            Phase::Failed(call) => write!(out, "after an error of {call}"),
-            Phase::Restored => out.write_str("with a state that was bytes"),
+            InstancePhase::Instantiated => out.write_str("before the initialization"),
+            InstancePhase::Initialization => out.write_str("in initialization mode"),
+            InstancePhase::Event => out.write_str("in event mode"),
+            InstancePhase::Step => out.write_str("between two steps"),
+            InstancePhase::Terminated => out.write_str("after the end of the simulation"),
+            InstancePhase::Failed(call) => write!(out, "after an error of {call}"),
+            InstancePhase::Restored => out.write_str("with a state that was bytes"),
         }
     }
 }

@@ -49,7 +49,7 @@ pub fn final_exit_code() -> Option<u8> {
 }
 
 /// Ends the process with this exit code. Neither destructors of libraries nor threads of FMUs get in between.
-pub fn exit_now(code: u8) -> ! {
+pub fn exit_without_destructors(code: u8) -> ! {
     let _ = std::io::stdout().flush();
     // SAFETY: the function ends the process.
     unsafe { trackside_leave(code.into()) }
@@ -96,7 +96,7 @@ pub struct CrashNote {
 impl CrashNote {
     /// Reads what [`share_call_notes`] wrote.
     #[must_use]
-    pub fn read(bytes: &[u8; NOTE]) -> Self {
+    pub fn from_note_bytes(bytes: &[u8; NOTE]) -> Self {
         let text = |bytes: &[u8]| {
             let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
             let text = String::from_utf8_lossy(&bytes[..end]);

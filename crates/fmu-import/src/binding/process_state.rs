@@ -45,7 +45,7 @@ impl ProcessStateSnapshot {
     /// What is so now; nothing in a guarded program, whose threads all have what it had in the beginning: reading that again would double
     /// the cost of a call.
     #[inline]
-    pub(super) fn take() -> Option<Self> {
+    pub(super) fn capture() -> Option<Self> {
         if is_guarded() {
             return None;
         }
@@ -56,7 +56,7 @@ impl ProcessStateSnapshot {
     }
 }
 
-fn address(before: Option<&ProcessStateSnapshot>) -> *const ProcessStateSnapshot {
+fn snapshot_pointer(before: Option<&ProcessStateSnapshot>) -> *const ProcessStateSnapshot {
     before.map_or(std::ptr::null(), std::ptr::from_ref)
 }
 
@@ -64,7 +64,7 @@ fn address(before: Option<&ProcessStateSnapshot>) -> *const ProcessStateSnapshot
 #[inline]
 pub(super) fn restore_process_state(before: Option<&ProcessStateSnapshot>) -> ProcessStateChanges {
     // SAFETY: the function reads the structure, or what it noted itself.
-    unsafe { trackside_after(address(before)) }.cast_unsigned()
+    unsafe { trackside_after(snapshot_pointer(before)) }.cast_unsigned()
 }
 
 /// Puts back what is different now after the calls of a step; `asks` says whether the processor is asked.
@@ -77,7 +77,7 @@ pub(super) fn restore_process_state_after_step(
         return restore_process_state(before);
     }
     // SAFETY: as above.
-    unsafe { trackside_after_step(address(before)) }.cast_unsigned()
+    unsafe { trackside_after_step(snapshot_pointer(before)) }.cast_unsigned()
 }
 
 /// So many steps of an instance lie between two after which the processor is asked: a calculation that ends the program is not seen
@@ -91,8 +91,8 @@ pub(super) struct StepCounter(u8);
 impl StepCounter {
     /// What is so now, and whether the processor is to be asked after the step. Then what another FMU may have left is put back before it.
     #[inline]
-    pub(super) fn begin(&mut self) -> (Option<ProcessStateSnapshot>, bool) {
-        let before = ProcessStateSnapshot::take();
+    pub(super) fn begin_step(&mut self) -> (Option<ProcessStateSnapshot>, bool) {
+        let before = ProcessStateSnapshot::capture();
         self.0 = (self.0 + 1) % SELDOM;
         let asks = self.0 == 0;
         if asks {
@@ -103,10 +103,7 @@ impl StepCounter {
 }
 
 /// Runs a rare call, and puts back what only such a call is looked at for; `alone` says that the process is somebody else's.
-pub(super) fn guard_rare_call<T>(
-    alone: bool,
-    body: impl FnOnce() -> T,
-) -> (T, ProcessStateChanges) {
+pub(super) fn run_and_restore_signals<T>(alone: bool, body: impl FnOnce() -> T) -> (T, ProcessStateChanges) {
     if alone {
         return (body(), 0);
     }
@@ -119,10 +116,7 @@ pub(super) fn guard_rare_call<T>(
 }
 
 /// One sentence for each change, about the call that made it.
-pub(super) fn describe_changes(
-    changes: ProcessStateChanges,
-    call: &CStr,
-) -> impl Iterator<Item = String> {
+pub(super) fn describe_changes(changes: ProcessStateChanges, call: &CStr) -> impl Iterator<Item = String> {
     let call = call.to_string_lossy().into_owned();
     let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
     rows.map(move |(_, (what, whose))| {
@@ -134,13 +128,13 @@ pub(super) fn describe_changes(
 static ALL: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Keeps a sentence for the report of the run.
-pub(super) fn tell(sentence: String) {
+pub(super) fn report_process_change(sentence: String) {
     ALL.lock().unwrap_or_else(PoisonError::into_inner).push(sentence);
 }
 
 /// Takes what is to be told of foreign code that changed what belongs to the whole process, such as how numbers are rounded, which
 /// was put back after the call. Each kind of change is told once for each node and plugin.
 #[must_use]
-pub fn process_state_changes() -> Vec<String> {
+pub fn take_process_change_reports() -> Vec<String> {
     std::mem::take(&mut ALL.lock().unwrap_or_else(PoisonError::into_inner))
 }

@@ -4,8 +4,8 @@
 
 use std::ptr;
 
-use super::phase::Phase;
-use super::saved_states::{FmuState, Pointer, State};
+use super::phase::InstancePhase;
+use super::saved_states::{FmuState, FmuStatePointer, StateAndPhase};
 use super::{Instance, named};
 use crate::CallError;
 
@@ -20,7 +20,7 @@ impl Instance {
 
     /// Tells the FMU at the following steps that the simulation may go back to an earlier time. Nobody needs to call this
     /// while an [`FmuState`] is alive, which says the same; a state that is kept as bytes only does not.
-    pub fn keep_history(&mut self, keep: bool) {
+    pub fn set_keeps_earlier_states(&mut self, keep: bool) {
         self.keeps_history = keep;
     }
 
@@ -28,13 +28,13 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also without `canGetAndSetFMUstate`.
-    pub fn save(&mut self) -> Result<FmuState, CallError> {
-        self.need_state(
+    pub fn save_state(&mut self) -> Result<FmuState, CallError> {
+        self.check_state_capability(
             named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"),
             self.can_save(),
         )?;
         let pointer = self.get_state(ptr::null_mut())?;
-        Ok(self.own(State(pointer, self.phase)))
+        Ok(self.register_state(StateAndPhase(pointer, self.phase)))
     }
 
     /// Saves the state in the place of one that was saved before.
@@ -43,9 +43,9 @@ impl Instance {
     /// As of [`save`](Self::save); also when the state is not this instance's.
     pub fn save_into(&mut self, state: &mut FmuState) -> Result<(), CallError> {
         let pointer =
-            self.pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
+            self.state_pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
         let pointer = self.get_state(pointer)?;
-        self.states.replace(state, State(pointer, self.phase));
+        self.states.replace_state(state, StateAndPhase(pointer, self.phase));
         Ok(())
     }
 
@@ -53,15 +53,15 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when the state is not this instance's.
-    pub fn restore(&mut self, state: &FmuState) -> Result<(), CallError> {
+    pub fn restore_state(&mut self, state: &FmuState) -> Result<(), CallError> {
         let pointer =
-            self.pointer(named!(self.library, "fmi2SetFMUstate", "fmi3SetFMUState"), state)?;
+            self.state_pointer(named!(self.library, "fmi2SetFMUstate", "fmi3SetFMUState"), state)?;
         let function = self.library.common.set_state;
         // SAFETY: the component is alive, and the state is its own and has not been freed.
-        self.run(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
+        self.run_checked(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
             function(c, pointer)
         })?;
-        self.phase = self.states.get(state).map_or(Phase::Restored, |state| state.1);
+        self.phase = self.states.find_state(state).map_or(InstancePhase::Restored, |state| state.1);
         Ok(())
     }
 
@@ -69,8 +69,8 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when the state is not this instance's.
-    pub fn forget(&mut self, state: FmuState) -> Result<(), CallError> {
-        self.pointer(named!(self.library, "fmi2FreeFMUstate", "fmi3FreeFMUState"), &state)?;
+    pub fn free_saved_state(&mut self, state: FmuState) -> Result<(), CallError> {
+        self.state_pointer(named!(self.library, "fmi2FreeFMUstate", "fmi3FreeFMUState"), &state)?;
         drop(state);
         self.free_dropped_states()
     }
@@ -79,8 +79,8 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also without `canGetAndSetFMUstate`.
-    pub fn free_no_state(&mut self) -> Result<(), CallError> {
-        self.need_state(
+    pub fn free_null_state(&mut self) -> Result<(), CallError> {
+        self.check_state_capability(
             named!(self.library, "fmi2FreeFMUstate", "fmi3FreeFMUState"),
             self.can_save(),
         )?;
@@ -91,19 +91,19 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also without `canSerializeFMUstate`, and when the state is not this instance's.
-    pub fn serialise(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
+    pub fn serialise_state(&mut self, state: &FmuState) -> Result<Vec<u8>, CallError> {
         let able = self.library.description().serialised_state;
-        self.need_state(
+        self.check_state_capability(
             named!(self.library, "fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
             able,
         )?;
-        let pointer = self.pointer(
+        let pointer = self.state_pointer(
             named!(self.library, "fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
             state,
         )?;
         let (mut size, function) = (0, self.library.common.serialised_size);
         // SAFETY: the component is alive, the state is its own, and one number is written.
-        self.run(
+        self.run_checked(
             named!(self.library, c"fmi2SerializedFMUstateSize", c"fmi3SerializedFMUStateSize"),
             |c| unsafe { function(c, pointer, &raw mut size) },
         )?;
@@ -119,7 +119,7 @@ impl Instance {
         let function = self.library.common.serialise;
         // SAFETY: as above, and the array has the length that is stated.
         let call = named!(self.library, c"fmi2SerializeFMUstate", c"fmi3SerializeFMUState");
-        self.fill(call, &mut bytes, |c, bytes| unsafe { function(c, pointer, bytes, size) })?;
+        self.fill_array(call, &mut bytes, |c, bytes| unsafe { function(c, pointer, bytes, size) })?;
         Ok(bytes)
     }
 
@@ -127,19 +127,19 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also without `canSerializeFMUstate`.
-    pub fn deserialise(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
+    pub fn deserialise_state(&mut self, bytes: &[u8]) -> Result<FmuState, CallError> {
         let able = self.library.description().serialised_state;
-        self.need_state(
+        self.check_state_capability(
             named!(self.library, "fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"),
             able,
         )?;
         let (mut pointer, function) = (ptr::null_mut(), self.library.common.deserialise);
         // SAFETY: the component is alive, and the array has the length that is stated.
-        self.run(
+        self.run_checked(
             named!(self.library, c"fmi2DeSerializeFMUstate", c"fmi3DeserializeFMUState"),
             |c| unsafe { function(c, bytes.as_ptr(), bytes.len(), &raw mut pointer) },
         )?;
-        Ok(self.own(State(pointer, Phase::Restored)))
+        Ok(self.register_state(StateAndPhase(pointer, InstancePhase::Restored)))
     }
 
     /// Frees the states that were dropped since the last time.
@@ -148,53 +148,49 @@ impl Instance {
             return Ok(());
         }
         let dropped = self.states.take_dropped();
-        dropped.into_iter().try_for_each(|State(pointer, _)| self.free_state(pointer))
+        dropped.into_iter().try_for_each(|StateAndPhase(pointer, _)| self.free_state(pointer))
     }
 
     /// Frees all states, before the instance itself is freed.
     pub(super) fn free_all_states(&mut self) {
-        for State(pointer, _) in self.states.take_all() {
+        for StateAndPhase(pointer, _) in self.states.take_all() {
             // A failure has no receiver left.
             let _ = self.free_state(pointer);
         }
     }
 
-    fn get_state(&mut self, mut pointer: Pointer) -> Result<Pointer, CallError> {
+    fn get_state(&mut self, mut pointer: FmuStatePointer) -> Result<FmuStatePointer, CallError> {
         let function = self.library.common.get_state;
         // SAFETY: the component is alive; null asks for a new state, and any other is its own.
-        self.run(named!(self.library, c"fmi2GetFMUstate", c"fmi3GetFMUState"), |c| unsafe {
+        self.run_checked(named!(self.library, c"fmi2GetFMUstate", c"fmi3GetFMUState"), |c| unsafe {
             function(c, &raw mut pointer)
         })?;
         Ok(pointer)
     }
 
-    fn free_state(&mut self, mut pointer: Pointer) -> Result<(), CallError> {
+    fn free_state(&mut self, mut pointer: FmuStatePointer) -> Result<(), CallError> {
         let function = self.library.common.free_state;
         // SAFETY: the component is alive, the state is its own, and nobody uses it after this.
-        self.run(named!(self.library, c"fmi2FreeFMUstate", c"fmi3FreeFMUState"), |c| unsafe {
+        self.run_checked(named!(self.library, c"fmi2FreeFMUstate", c"fmi3FreeFMUState"), |c| unsafe {
             function(c, &raw mut pointer)
         })
     }
 
-    fn own(&mut self, state: State) -> FmuState {
+    fn register_state(&mut self, state: StateAndPhase) -> FmuState {
         self.saved = true;
-        self.states.add(state)
+        self.states.add_state(state)
     }
 
     /// The address of a state of this instance.
-    fn pointer(&self, call: &'static str, state: &FmuState) -> Result<Pointer, CallError> {
-        let state = self.states.get(state).map(|state| state.0);
-        state.ok_or_else(|| {
-            CallError::new(call, "is not called: the state belongs to another instance")
-        })
+    fn state_pointer(&self, call: &'static str, state: &FmuState) -> Result<FmuStatePointer, CallError> {
+        let state = self.states.find_state(state).map(|state| state.0);
+        state.ok_or_else(|| CallError::new(call, "is not called: the state belongs to another instance"))
     }
 
-    fn need_state(&self, call: &'static str, able: bool) -> Result<(), CallError> {
+    fn check_state_capability(&self, call: &'static str, able: bool) -> Result<(), CallError> {
         match able {
             true => Ok(()),
-            false => {
-                Err(CallError::new(call, "is not called: the FMU does not claim to support it"))
-            }
+            false => Err(CallError::new(call, "is not called: the FMU does not claim to support it")),
         }
     }
 }

@@ -4,8 +4,8 @@ use std::ffi::{c_char, c_int};
 use std::slice;
 
 use super::functions::VersionFunctions;
-use super::phase::Phase;
-use super::{Instance, c_text, named};
+use super::phase::InstancePhase;
+use super::{Instance, named, to_c_string};
 use crate::CallError;
 
 /// `fmi2DoStepStatus`, `fmi2LastSuccessfulTime` and `fmi2Terminated` of `fmi2StatusKind`.
@@ -21,11 +21,11 @@ impl Instance {
     pub fn reset(&mut self) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2Reset", c"fmi3Reset");
         let before = self.phase;
-        self.call(call, self.library.common.reset).map_err(|mut error| {
+        self.call_without_arguments(call, self.library.common.reset).map_err(|mut error| {
             error.what = format!("{before} {}", error.what);
             error
         })?;
-        self.phase = Phase::Instantiated;
+        self.phase = InstancePhase::Instantiated;
         Ok(())
     }
 
@@ -34,8 +34,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn cancel_step(&mut self) -> Result<(), CallError> {
-        let function = self.library.two("fmi2CancelStep")?.cancel_step;
-        self.call(c"fmi2CancelStep", function)
+        let function = self.library.fmi2_functions("fmi2CancelStep")?.cancel_step;
+        self.call_without_arguments(c"fmi2CancelStep", function)
     }
 
     /// Logs messages of these categories; none means all of them.
@@ -44,7 +44,7 @@ impl Instance {
     /// See [`Instance`]; also when the name of a category contains NUL.
     pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2SetDebugLogging", c"fmi3SetDebugLogging");
-        let texts = categories.iter().map(|text| c_text("the name of a log category", text));
+        let texts = categories.iter().map(|text| to_c_string("the name of a log category", text));
         let texts = texts.collect::<Result<Vec<_>, _>>()?;
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         let (count, pointers) = (pointers.len(), pointers.as_ptr());
@@ -52,11 +52,11 @@ impl Instance {
         match &self.library.own {
             VersionFunctions::Fmi2(own) => {
                 let function = own.set_debug_logging;
-                self.run(call, |c| unsafe { function(c, on.into(), count, pointers) })
+                self.run_checked(call, |c| unsafe { function(c, on.into(), count, pointers) })
             }
             VersionFunctions::Fmi3(own) => {
                 let function = own.set_debug_logging;
-                self.run(call, |c| unsafe { function(c, on, count, pointers) })
+                self.run_checked(call, |c| unsafe { function(c, on, count, pointers) })
             }
         }
     }
@@ -65,11 +65,11 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn status(&mut self) -> Result<i32, CallError> {
-        let (mut value, function) = (0, self.library.two("fmi2GetStatus")?.get_status);
+    pub fn last_step_status(&mut self) -> Result<i32, CallError> {
+        let (mut value, function) = (0, self.library.fmi2_functions("fmi2GetStatus")?.get_status);
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
-        self.fill(c"fmi2GetStatus", found, |c, it| unsafe { function(c, DO_STEP_STATUS, it) })?;
+        self.fill_array(c"fmi2GetStatus", found, |c, it| unsafe { function(c, DO_STEP_STATUS, it) })?;
         Ok(value)
     }
 
@@ -79,10 +79,10 @@ impl Instance {
     /// See [`Instance`].
     pub fn last_successful_time(&mut self) -> Result<f64, CallError> {
         let mut value = 0.0;
-        let function = self.library.two("fmi2GetRealStatus")?.get_real_status;
+        let function = self.library.fmi2_functions("fmi2GetRealStatus")?.get_real_status;
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
-        self.fill(c"fmi2GetRealStatus", found, |c, it| unsafe {
+        self.fill_array(c"fmi2GetRealStatus", found, |c, it| unsafe {
             function(c, LAST_SUCCESSFUL_TIME, it)
         })?;
         Ok(value)
@@ -92,12 +92,12 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn terminated_status(&mut self) -> Result<bool, CallError> {
+    pub fn has_ended_simulation(&mut self) -> Result<bool, CallError> {
         let mut value = 0;
-        let function = self.library.two("fmi2GetBooleanStatus")?.get_boolean_status;
+        let function = self.library.fmi2_functions("fmi2GetBooleanStatus")?.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
-        self.fill(c"fmi2GetBooleanStatus", found, |c, it| unsafe { function(c, TERMINATED, it) })?;
+        self.fill_array(c"fmi2GetBooleanStatus", found, |c, it| unsafe { function(c, TERMINATED, it) })?;
         Ok(value != 0)
     }
 }

@@ -2,12 +2,12 @@
 
 use super::functions::VersionFunctions;
 use super::guarded_buffer::GuardedValue;
-use super::instance::name;
-use super::{Component, DISCARD, Instance, OK, Status, WARNING};
+use super::instance::call_name;
+use super::{DISCARD, FmiStatus, Instance, InstancePointer, OK, WARNING};
 use crate::{CallError, StepResult, StepStatus};
 
 type DoStep3 =
-    unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
+    unsafe extern "C" fn(InstancePointer, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus;
 
 /// Functions that step.
 impl Instance {
@@ -16,7 +16,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; a step that ends early is none.
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
-        self.partial_step(time, step).map(|(status, _)| status)
+        self.do_step_with_result(time, step).map(|(status, _)| status)
     }
 
     /// Steps from `time` to `time + step` [s], or up to an event on the way. After an event, an instance with events goes into event
@@ -26,19 +26,15 @@ impl Instance {
     /// See [`Instance`]; also when the FMU cannot do a step of this length, or ends the simulation.
     pub fn advance(&mut self, time: f64, step: f64) -> Result<StepResult, CallError> {
         let version = self.description().version;
-        let (status, advance) = self.partial_step(time, step)?;
+        let (status, advance) = self.do_step_with_result(time, step)?;
         status.into_result(version)?;
         Ok(advance)
     }
 
-    fn partial_step(
-        &mut self,
-        time: f64,
-        step: f64,
-    ) -> Result<(StepStatus, StepResult), CallError> {
+    fn do_step_with_result(&mut self, time: f64, step: f64) -> Result<(StepStatus, StepResult), CallError> {
         self.free_dropped_states()?;
         self.activity.set_time(time);
-        let no_way_back = !(self.keeps_history || self.saved && self.states.any());
+        let no_way_back = !(self.keeps_history || self.saved && self.states.has_live_states());
         match &self.library.own {
             VersionFunctions::Fmi2(own) => {
                 let function = own.do_step;
@@ -47,11 +43,11 @@ impl Instance {
                     function(component, time, step, no_way_back.into())
                 })?;
                 let whole = StepResult { reached: time + step, event: false };
-                self.step_status_2(status, time, step).map(|status| (status, whole))
+                self.step_status_fmi2(status, time, step).map(|status| (status, whole))
             }
             VersionFunctions::Fmi3(own) => {
                 let function = own.do_step;
-                self.do_step_3(function, time, step, no_way_back)
+                self.do_step_fmi3(function, time, step, no_way_back)
             }
         }
     }
@@ -76,7 +72,7 @@ impl Instance {
                     self.activity.set_time(time + step);
                     return Ok(());
                 }
-                self.step_status_2(status, time, step)?.into_result(version)
+                self.step_status_fmi2(status, time, step)?.into_result(version)
             }
             _ => self.do_step(time, step)?.into_result(version),
         }
@@ -84,16 +80,11 @@ impl Instance {
 
     /// What the status of `fmi2DoStep` says.
     #[inline(never)]
-    fn step_status_2(
-        &mut self,
-        status: Status,
-        time: f64,
-        step: f64,
-    ) -> Result<StepStatus, CallError> {
+    fn step_status_fmi2(&mut self, status: FmiStatus, time: f64, step: f64) -> Result<StepStatus, CallError> {
         match status {
             OK | WARNING => self.completed_step(time + step),
             DISCARD => self.discarded_step(time),
-            _ => Err(self.failure(c"fmi2DoStep", status)),
+            _ => Err(self.status_error(c"fmi2DoStep", status)),
         }
     }
 
@@ -102,7 +93,7 @@ impl Instance {
         Ok(StepStatus::Done)
     }
 
-    fn do_step_3(
+    fn do_step_fmi3(
         &mut self,
         function: DoStep3,
         time: f64,
@@ -120,14 +111,14 @@ impl Instance {
                 time,
                 step,
                 no_way_back,
-                event.address(),
-                terminate.address(),
-                early.address(),
-                reached.address(),
+                event.value_pointer(),
+                terminate.value_pointer(),
+                early.value_pointer(),
+                reached.value_pointer(),
             )
         })?;
-        if ![&event, &terminate, &early].iter().all(|it| it.is_whole()) || !reached.is_whole() {
-            return Err(self.overrun(call, 1));
+        if ![&event, &terminate, &early].iter().all(|it| it.is_intact()) || !reached.is_intact() {
+            return Err(self.overrun_error(call, 1));
         }
         let (event, terminate, early) = (event.get(), terminate.get(), early.get());
         let reached = reached.get();
@@ -138,36 +129,31 @@ impl Instance {
         let status = match status {
             OK | WARNING if terminate != 0 => {
                 let reached = if reached.is_nan() { time + step } else { reached };
-                Ok(StepStatus::Terminated {
-                    reached,
-                    what: "asks for the end".to_owned() + &said(),
-                })
+                Ok(StepStatus::Terminated { reached, what: "asks for the end".to_owned() + &said() })
             }
             OK | WARNING if early != 0 && !returned_early => {
                 let what = "returned early, which it was not allowed to";
-                Err(CallError::new(name(call), what.to_owned() + &said()))
+                Err(CallError::new(call_name(call), what.to_owned() + &said()))
             }
             OK | WARNING => self.completed_step(to),
             DISCARD => {
-                let CallError { what, .. } = self.failure(call, DISCARD);
+                let CallError { what, .. } = self.status_error(call, DISCARD);
                 let reached = if reached.is_nan() { time } else { reached };
                 Ok(StepStatus::Discarded { reached, what })
             }
-            _ => Err(self.failure(call, status)),
+            _ => Err(self.status_error(call, status)),
         };
         status.map(|status| (status, advance))
     }
 
     /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.
     fn discarded_step(&mut self, time: f64) -> Result<StepStatus, CallError> {
-        let CallError { what, .. } = self.failure(c"fmi2DoStep", DISCARD);
-        let ended = self.terminated_status();
+        let CallError { what, .. } = self.status_error(c"fmi2DoStep", DISCARD);
+        let ended = self.has_ended_simulation();
         let reached = self.last_successful_time();
-        match (self.is_lost(), ended, reached) {
+        match (self.has_failed_fatally(), ended, reached) {
             (true, Err(error), _) | (true, _, Err(error)) => Err(error),
-            (_, Ok(true), reached) => {
-                Ok(StepStatus::Terminated { reached: reached.unwrap_or(time), what })
-            }
+            (_, Ok(true), reached) => Ok(StepStatus::Terminated { reached: reached.unwrap_or(time), what }),
             (.., reached) => Ok(StepStatus::Discarded { reached: reached.unwrap_or(time), what }),
         }
     }

@@ -3,18 +3,18 @@
 use std::ffi::{CStr, c_char};
 use std::ptr;
 
-use super::functions::{Get2, Set2};
+use super::functions::{Fmi2GetFn, Fmi2SetFn};
 use super::guarded_buffer::AnyBitPattern;
-use super::{Instance, c_text};
+use super::{Instance, to_c_string};
 use crate::CallError;
 
 /// Functions of FMI 2.0. Those of all versions are in `numbers.rs` and `texts.rs`.
 impl Instance {
     #[inline]
-    fn get<T: AnyBitPattern>(
+    fn get_fmi2_values<T: AnyBitPattern>(
         &mut self,
         name: &'static CStr,
-        function: Get2<T>,
+        function: Fmi2GetFn<T>,
         references: &[u32],
         values: &mut [T],
     ) -> Result<(), CallError> {
@@ -23,16 +23,16 @@ impl Instance {
             return Ok(());
         }
         // SAFETY: the component is alive, and the arrays have the length that is stated.
-        self.fill(name, values, |component, values| unsafe {
+        self.fill_array(name, values, |component, values| unsafe {
             function(component, references.as_ptr(), references.len(), values)
         })
     }
 
     #[inline]
-    fn set<T>(
+    fn set_fmi2_values<T>(
         &mut self,
         name: &'static CStr,
-        function: Set2<T>,
+        function: Fmi2SetFn<T>,
         references: &[u32],
         values: &[T],
     ) -> Result<(), CallError> {
@@ -41,7 +41,7 @@ impl Instance {
             return Ok(());
         }
         // SAFETY: the component is alive, and the arrays have the length that is stated.
-        self.run(name, |component| unsafe {
+        self.run_checked(name, |component| unsafe {
             function(component, references.as_ptr(), references.len(), values.as_ptr())
         })
     }
@@ -52,8 +52,8 @@ impl Instance {
     /// See [`Instance`].
     #[inline]
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2GetReal")?.get_real;
-        self.get(c"fmi2GetReal", function, references, values)
+        let function = self.library.fmi2_functions("fmi2GetReal")?.get_real;
+        self.get_fmi2_values(c"fmi2GetReal", function, references, values)
     }
 
     /// `fmi2GetInteger`.
@@ -61,8 +61,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2GetInteger")?.get_integer;
-        self.get(c"fmi2GetInteger", function, references, values)
+        let function = self.library.fmi2_functions("fmi2GetInteger")?.get_integer;
+        self.get_fmi2_values(c"fmi2GetInteger", function, references, values)
     }
 
     /// `fmi2GetBoolean`, as 0 and 1: any number but 0 counts as 1.
@@ -70,8 +70,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2GetBoolean")?.get_boolean;
-        self.get(c"fmi2GetBoolean", function, references, values)?;
+        let function = self.library.fmi2_functions("fmi2GetBoolean")?.get_boolean;
+        self.get_fmi2_values(c"fmi2GetBoolean", function, references, values)?;
         values.iter_mut().for_each(|value| *value = i32::from(*value != 0));
         Ok(())
     }
@@ -92,8 +92,8 @@ impl Instance {
         reference: u32,
         texts: &mut [*const c_char],
     ) -> Result<(), CallError> {
-        let function = self.library.two("fmi2GetString")?.get_string;
-        self.get(c"fmi2GetString", function, &[reference], texts)
+        let function = self.library.fmi2_functions("fmi2GetString")?.get_string;
+        self.get_fmi2_values(c"fmi2GetString", function, &[reference], texts)
     }
 
     /// `fmi2SetReal`.
@@ -102,8 +102,8 @@ impl Instance {
     /// See [`Instance`].
     #[inline]
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2SetReal")?.set_real;
-        self.set(c"fmi2SetReal", function, references, values)
+        let function = self.library.fmi2_functions("fmi2SetReal")?.set_real;
+        self.set_fmi2_values(c"fmi2SetReal", function, references, values)
     }
 
     /// `fmi2SetInteger`.
@@ -111,8 +111,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2SetInteger")?.set_integer;
-        self.set(c"fmi2SetInteger", function, references, values)
+        let function = self.library.fmi2_functions("fmi2SetInteger")?.set_integer;
+        self.set_fmi2_values(c"fmi2SetInteger", function, references, values)
     }
 
     /// `fmi2SetBoolean`, with 0 and 1.
@@ -120,8 +120,8 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        let function = self.library.two("fmi2SetBoolean")?.set_boolean;
-        self.set(c"fmi2SetBoolean", function, references, values)
+        let function = self.library.fmi2_functions("fmi2SetBoolean")?.set_boolean;
+        self.set_fmi2_values(c"fmi2SetBoolean", function, references, values)
     }
 
     /// `fmi2SetString` for one variable.
@@ -129,9 +129,9 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also when the text contains NUL.
     pub fn set_string(&mut self, reference: u32, value: &str) -> Result<(), CallError> {
-        let value = c_text("fmi2SetString", value)?;
-        let function = self.library.two("fmi2SetString")?.set_string;
-        self.set(c"fmi2SetString", function, &[reference], &[value.as_ptr()])
+        let value = to_c_string("fmi2SetString", value)?;
+        let function = self.library.fmi2_functions("fmi2SetString")?.set_string;
+        self.set_fmi2_values(c"fmi2SetString", function, &[reference], &[value.as_ptr()])
     }
 
     /// `fmi2GetReal` and `fmi2SetReal` of no variables, with null for the arrays.
@@ -139,11 +139,11 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn get_and_set_no_variables(&mut self) -> Result<(), CallError> {
-        let two = self.library.two("fmi2GetReal")?;
+        let two = self.library.fmi2_functions("fmi2GetReal")?;
         let (get, set) = (two.get_real, two.set_real);
         // SAFETY: the component is alive, and arrays of no elements are not looked at.
-        self.run(c"fmi2GetReal", |c| unsafe { get(c, ptr::null(), 0, ptr::null_mut()) })?;
+        self.run_checked(c"fmi2GetReal", |c| unsafe { get(c, ptr::null(), 0, ptr::null_mut()) })?;
         // SAFETY: as above.
-        self.run(c"fmi2SetReal", |c| unsafe { set(c, ptr::null(), 0, ptr::null()) })
+        self.run_checked(c"fmi2SetReal", |c| unsafe { set(c, ptr::null(), 0, ptr::null()) })
     }
 }

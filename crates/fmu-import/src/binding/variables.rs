@@ -1,40 +1,36 @@
 //! Gets and sets one variable of any type as a list of values.
 
 use super::Instance;
-use crate::{CallError, Storage, Value};
+use crate::{CallError, StorageType, Value};
 
 impl Instance {
     /// The values of all elements of one variable.
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn read(
+    pub fn read_variable(
         &mut self,
-        storage: Storage,
+        storage: StorageType,
         reference: u32,
         elements: usize,
     ) -> Result<Vec<Value>, CallError> {
         Ok(match storage {
-            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+            StorageType::Float32 | StorageType::Float64 | StorageType::Boolean => {
                 let mut numbers = vec![0.0; elements];
                 self.get_numbers(storage, &[reference], &mut numbers)?;
                 let value = |number: f64| match storage {
-                    Storage::Boolean => Value::Boolean(number != 0.0),
+                    StorageType::Boolean => Value::Boolean(number != 0.0),
                     _ => Value::Real(number),
                 };
                 numbers.into_iter().map(value).collect()
             }
-            Storage::String => {
+            StorageType::String => {
                 self.get_strings(reference, elements)?.into_iter().map(Value::String).collect()
             }
-            Storage::Binary => {
+            StorageType::Binary => {
                 self.get_binaries(reference, elements)?.into_iter().map(Value::Binary).collect()
             }
-            _ => self
-                .get_integers(storage, reference, elements)?
-                .into_iter()
-                .map(Value::Integer)
-                .collect(),
+            _ => self.get_integers(storage, reference, elements)?.into_iter().map(Value::Integer).collect(),
         })
     }
 
@@ -42,14 +38,14 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when a text contains NUL.
-    pub fn write(
+    pub fn write_variable(
         &mut self,
-        storage: Storage,
+        storage: StorageType,
         reference: u32,
         values: &[Value],
     ) -> Result<(), CallError> {
         match storage {
-            Storage::Float32 | Storage::Float64 | Storage::Boolean => {
+            StorageType::Float32 | StorageType::Float64 | StorageType::Boolean => {
                 let number = |value: &Value| match value {
                     Value::Real(value) => Some(*value),
                     Value::Boolean(value) => Some(f64::from(u8::from(*value))),
@@ -58,14 +54,14 @@ impl Instance {
                 let numbers: Vec<_> = values.iter().filter_map(number).collect();
                 self.set_numbers(storage, &[reference], &numbers)
             }
-            Storage::String => {
+            StorageType::String => {
                 let text = |value: &Value| match value {
                     Value::String(text) => Some(text.clone()),
                     _ => None,
                 };
                 self.set_strings(reference, &values.iter().filter_map(text).collect::<Vec<_>>())
             }
-            Storage::Binary => {
+            StorageType::Binary => {
                 let bytes = |value: &Value| match value {
                     Value::Binary(bytes) => Some(bytes.clone()),
                     _ => None,
@@ -86,7 +82,7 @@ impl Instance {
 
 impl Instance {
     /// The names of variables, for a message.
-    pub(super) fn names(&self, references: &[u32]) -> String {
+    pub(super) fn list_variable_names(&self, references: &[u32]) -> String {
         let all = &self.library.description().variables;
         let name = |reference: &u32| {
             let found = all.iter().find(|variable| variable.reference == *reference);

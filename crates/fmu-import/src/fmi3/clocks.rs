@@ -2,18 +2,18 @@
 
 use roxmltree::Node;
 
-use crate::definitions::{attribute, place};
+use crate::definitions::{describe_node_place, parse_attribute};
 use crate::description::{ClockAttributes, IntervalVariability};
 
 /// The ticks of a clock, whose attributes may be those of its declared type.
-pub(super) fn ticks<'a>(
+pub(super) fn parse_clock_attributes<'a>(
     node: Node,
     of: &impl Fn(&str) -> Option<&'a str>,
 ) -> Result<ClockAttributes, String> {
-    told(of).map_err(|what| format!("{}: {what}", place(node)))
+    clock_attributes_from(of).map_err(|what| format!("{}: {what}", describe_node_place(node)))
 }
 
-fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<ClockAttributes, String> {
+fn clock_attributes_from<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<ClockAttributes, String> {
     let interval = match of("intervalVariability").map(str::trim) {
         Some("constant") => IntervalVariability::Constant,
         Some("fixed") => IntervalVariability::Fixed,
@@ -32,9 +32,7 @@ fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<ClockAttributes, St
         let text = of(name);
         let found = text.map(|text| text.trim().parse().map_err(|_| wrong(text))).transpose()?;
         match found {
-            Some(value) if !(0.0..f64::INFINITY).contains(&value) => {
-                Err(wrong(text.unwrap_or_default()))
-            }
+            Some(value) if !(0.0..f64::INFINITY).contains(&value) => Err(wrong(text.unwrap_or_default())),
             found => Ok(found),
         }
     };
@@ -43,20 +41,16 @@ fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<ClockAttributes, St
     let seconds = number("intervalDecimal")?.or(counted("intervalCounter")?);
     let priority = of("priority").and_then(|text| text.trim().parse().ok());
     if interval == IntervalVariability::Constant && !seconds.is_some_and(|seconds| seconds > 0.0) {
-        return Err("a constant <Clock> needs an interval above 0: intervalDecimal, or intervalCounter and resolution".to_owned());
+        return Err("a constant <Clock> needs an interval above 0: intervalDecimal, or intervalCounter and resolution"
+            .to_owned());
     }
     let shift = number("shiftDecimal")?.or(counted("shiftCounter")?).unwrap_or(0.0);
-    Ok(ClockAttributes {
-        interval,
-        seconds: seconds.filter(|seconds| *seconds > 0.0),
-        shift,
-        priority,
-    })
+    Ok(ClockAttributes { interval, seconds: seconds.filter(|seconds| *seconds > 0.0), shift, priority })
 }
 
 /// The value references of the clocks of a variable.
-pub(super) fn of_variable(node: Node) -> Result<Vec<u32>, String> {
-    let Some(text) = attribute::<String>(node, "clocks")? else { return Ok(Vec::new()) };
+pub(super) fn parse_variable_clocks(node: Node) -> Result<Vec<u32>, String> {
+    let Some(text) = parse_attribute::<String>(node, "clocks")? else { return Ok(Vec::new()) };
     let numbers = text.split_whitespace().map(str::parse).collect::<Result<_, _>>();
-    numbers.map_err(|_| format!("{}: clocks=\"{text}\" is no list of references", place(node)))
+    numbers.map_err(|_| format!("{}: clocks=\"{text}\" is no list of references", describe_node_place(node)))
 }

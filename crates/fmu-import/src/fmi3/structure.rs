@@ -7,39 +7,37 @@ use std::sync::Arc;
 use roxmltree::Node;
 
 use super::StructuralSizes;
-use crate::definitions::{self, attribute, children, required};
+use crate::definitions::{self, list_elements, parse_attribute, parse_required_attribute};
 
 /// All outputs together may follow this many variables, of arrays each element.
 const MOST_DEPENDENCIES: usize = 1 << 24;
 
 /// What each output follows, by reference; `None` means all inputs.
-pub(super) type Dependencies = HashMap<u32, Option<Arc<[usize]>>>;
+pub(super) type OutputDependencies = HashMap<u32, Option<Arc<[usize]>>>;
 
 /// The sizes of arrays by reference: start values of structural parameters, unless others are given.
-pub(super) fn sizes<'a>(
+pub(super) fn structural_sizes<'a>(
     nodes: impl Iterator<Item = Node<'a, 'a>>,
     given: &StructuralSizes,
 ) -> Result<StructuralSizes, String> {
     let mut sizes = StructuralSizes::new();
     for node in nodes.filter(|node| node.has_tag_name("UInt64")) {
-        if let Some(start) = attribute(node, "start").ok().flatten() {
-            sizes.insert(required(node, "valueReference")?, start);
+        if let Some(start) = parse_attribute(node, "start").ok().flatten() {
+            sizes.insert(parse_required_attribute(node, "valueReference")?, start);
         }
     }
     sizes.extend(given);
     Ok(sizes)
 }
 
-pub(super) fn dimensions(node: Node, sizes: &StructuralSizes) -> Result<Vec<usize>, String> {
+pub(super) fn parse_dimensions(node: Node, sizes: &StructuralSizes) -> Result<Vec<usize>, String> {
     let size = |dimension: Node| -> Result<usize, String> {
-        let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
+        let size: u64 = match parse_attribute::<u32>(dimension, "valueReference")? {
             Some(reference) => *sizes.get(&reference).ok_or_else(|| {
-                let place = definitions::place(dimension);
-                format!(
-                    "{place}: <Dimension> refers to {reference}, which is no UInt64 with a start value"
-                )
+                let place = definitions::describe_node_place(dimension);
+                format!("{place}: <Dimension> refers to {reference}, which is no UInt64 with a start value")
             })?,
-            None => required(dimension, "start")?,
+            None => parse_required_attribute(dimension, "start")?,
         };
         usize::try_from(size).map_err(|error| error.to_string())
     };
@@ -49,17 +47,17 @@ pub(super) fn dimensions(node: Node, sizes: &StructuralSizes) -> Result<Vec<usiz
 /// What outputs follow by reference, as indices of variables; `None` means all inputs.
 ///
 /// `all` are the variables by reference, each with the places of its elements.
-pub(super) fn dependencies(
+pub(super) fn parse_output_dependencies(
     root: Node,
     all: &HashMap<u32, Range<usize>>,
-) -> Result<Dependencies, String> {
+) -> Result<OutputDependencies, String> {
     let mut left = MOST_DEPENDENCIES;
     let mut list = |text: String| -> Result<Arc<[usize]>, String> {
         let (mut known, mut places) = (HashSet::new(), Vec::new());
         for reference in text.split_whitespace() {
-            let reference: u32 = reference.parse().map_err(|_| {
-                format!("dependencies=\"{text}\" of <Output> is no list of references")
-            })?;
+            let reference: u32 = reference
+                .parse()
+                .map_err(|_| format!("dependencies=\"{text}\" of <Output> is no list of references"))?;
             let Some(one) = all.get(&reference).filter(|_| known.insert(reference)) else {
                 continue;
             };
@@ -71,8 +69,8 @@ pub(super) fn dependencies(
         Ok(places.into())
     };
     let one = |output: Node| {
-        let follows = attribute::<String>(output, "dependencies")?.map(&mut list).transpose()?;
-        Ok((required(output, "valueReference")?, follows))
+        let follows = parse_attribute::<String>(output, "dependencies")?.map(&mut list).transpose()?;
+        Ok((parse_required_attribute(output, "valueReference")?, follows))
     };
-    children(root, "ModelStructure", "Output").map(one).collect()
+    list_elements(root, "ModelStructure", "Output").map(one).collect()
 }

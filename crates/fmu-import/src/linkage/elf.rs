@@ -26,7 +26,7 @@ const LONGEST: u64 = 1 << 28;
 
 /// What the loader reads of a library.
 #[derive(Debug, Default)]
-pub(super) struct Object {
+pub(super) struct ElfLinkInfo {
     /// The name by which others need it (`DT_SONAME`).
     pub soname: Option<String>,
     /// The libraries that it needs (`DT_NEEDED`).
@@ -39,12 +39,12 @@ pub(super) struct Object {
     pub unique: BTreeMap<String, Option<Vec<u8>>>,
 }
 
-impl Object {
+impl ElfLinkInfo {
     /// Reads a library of this machine; nothing when it is none, or its tables are broken.
     pub fn read(path: &Path) -> Option<Self> {
         let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-        let library = Library::open(File::open(path).ok()?, about.len())?;
-        let mut object = Object::default();
+        let library = ElfReader::open(File::open(path).ok()?, about.len())?;
+        let mut object = ElfLinkInfo::default();
         library.read_dynamic(&mut object)?;
         library.read_unique(&mut object);
         Some(object)
@@ -52,7 +52,7 @@ impl Object {
 }
 
 /// A file of which only some tables are read: it may be as long as the memory.
-struct Library {
+struct ElfReader {
     file: File,
     length: u64,
     endian: Endianness,
@@ -60,44 +60,43 @@ struct Library {
     sections: Vec<u8>,
 }
 
-impl Library {
+impl ElfReader {
     fn open(file: File, length: u64) -> Option<Self> {
-        let mut library =
-            Library { file, length, endian: Endianness::default(), sections: Vec::new() };
-        let head = library.bytes(0, size_of::<Header>() as u64)?;
+        let mut library = ElfReader { file, length, endian: Endianness::default(), sections: Vec::new() };
+        let head = library.read_bytes(0, size_of::<Header>() as u64)?;
         let header = Header::parse(&*head).ok()?;
         library.endian = header.endian().ok()?;
         let count = u64::from(header.e_shnum(library.endian));
         let begin = header.e_shoff(library.endian);
-        library.sections = library.bytes(begin, count * size_of::<Section>() as u64)?;
+        library.sections = library.read_bytes(begin, count * size_of::<Section>() as u64)?;
         Some(library)
     }
 
-    fn bytes(&self, begin: u64, size: u64) -> Option<Vec<u8>> {
+    fn read_bytes(&self, begin: u64, size: u64) -> Option<Vec<u8>> {
         let fits = size <= LONGEST && begin.checked_add(size)? <= self.length;
         let mut bytes = vec![0; usize::try_from(size).ok().filter(|_| fits)?];
         self.file.read_exact_at(&mut bytes, begin).ok()?;
         Some(bytes)
     }
 
-    fn sections(&self) -> &[Section] {
+    fn section_headers(&self) -> &[Section] {
         slice_from_all_bytes(&self.sections).unwrap_or_default()
     }
 
     /// The section of a kind, and the texts that it refers to.
-    fn table(&self, kind: elf::SectionType) -> Option<(Vec<u8>, Vec<u8>)> {
-        let sections = self.sections();
+    fn section_and_strings(&self, kind: elf::SectionType) -> Option<(Vec<u8>, Vec<u8>)> {
+        let sections = self.section_headers();
         let section = sections.iter().find(|section| section.sh_type(self.endian) == kind)?;
         let texts = sections.get(usize::try_from(section.sh_link(self.endian)).ok()?)?;
-        Some((self.contents(section)?, self.contents(texts)?))
+        Some((self.section_bytes(section)?, self.section_bytes(texts)?))
     }
 
-    fn contents(&self, section: &Section) -> Option<Vec<u8>> {
-        self.bytes(section.sh_offset(self.endian), section.sh_size(self.endian))
+    fn section_bytes(&self, section: &Section) -> Option<Vec<u8>> {
+        self.read_bytes(section.sh_offset(self.endian), section.sh_size(self.endian))
     }
 
-    fn read_dynamic(&self, object: &mut Object) -> Option<()> {
-        let (table, texts) = self.table(SHT_DYNAMIC)?;
+    fn read_dynamic(&self, object: &mut ElfLinkInfo) -> Option<()> {
+        let (table, texts) = self.section_and_strings(SHT_DYNAMIC)?;
         let texts = StringTable::new(&*texts, 0, texts.len() as u64);
         for entry in slice_from_all_bytes::<<Header as FileHeader>::Dyn>(&table).ok()? {
             let tag = entry.d_tag(self.endian);
@@ -115,28 +114,28 @@ impl Library {
         Some(())
     }
 
-    fn read_unique(&self, object: &mut Object) -> Option<()> {
-        let (table, texts) = self.table(SHT_DYNSYM)?;
+    fn read_unique(&self, object: &mut ElfLinkInfo) -> Option<()> {
+        let (table, texts) = self.section_and_strings(SHT_DYNSYM)?;
         let texts = StringTable::new(&*texts, 0, texts.len() as u64);
         for symbol in slice_from_all_bytes::<Symbol>(&table).ok()? {
             if symbol.st_bind() == STB_GNU_UNIQUE && !symbol.is_undefined(self.endian) {
                 let name = symbol.name(self.endian, texts).ok()?;
                 let name = String::from_utf8_lossy(name).into_owned();
-                object.unique.insert(name, self.constant(symbol));
+                object.unique.insert(name, self.constant_symbol_bytes(symbol));
             }
         }
         Some(())
     }
 
     /// The bytes of a symbol in a section that is never written to.
-    fn constant(&self, symbol: &Symbol) -> Option<Vec<u8>> {
+    fn constant_symbol_bytes(&self, symbol: &Symbol) -> Option<Vec<u8>> {
         let endian = self.endian;
-        let section = self.sections().get(usize::from(symbol.st_shndx(endian).0))?;
+        let section = self.section_headers().get(usize::from(symbol.st_shndx(endian).0))?;
         if section.sh_flags(endian).contains(SHF_WRITE) || section.sh_type(endian) == SHT_NOBITS {
             return None;
         }
         let inside = symbol.st_value(endian).checked_sub(section.sh_addr(endian))?;
         let begin = section.sh_offset(endian).checked_add(inside)?;
-        self.bytes(begin, symbol.st_size(endian))
+        self.read_bytes(begin, symbol.st_size(endian))
     }
 }

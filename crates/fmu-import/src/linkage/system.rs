@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use super::elf::Object;
+use super::elf::ElfLinkInfo;
 
 /// Where libraries of the system are in any case.
 const FOLDERS: [&str; 4] = ["/lib64", "/usr/lib64", "/lib", "/usr/lib"];
@@ -16,30 +16,30 @@ pub(super) static PROGRAM: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
     let paths = maps.lines().filter_map(|line| line.find('/').map(|at| Path::new(&line[at..])));
     let paths: BTreeSet<_> =
         paths.filter(|path| FOLDERS.iter().any(|folder| path.starts_with(folder))).collect();
-    paths.into_iter().filter_map(|path| Object::read(path)?.soname).collect()
+    paths.into_iter().filter_map(|path| ElfLinkInfo::read(path)?.soname).collect()
 });
 
 /// The folders of `LD_LIBRARY_PATH`.
-pub(super) fn environment() -> Vec<PathBuf> {
+pub(super) fn library_path_folders() -> Vec<PathBuf> {
     let folders = std::env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
     std::env::split_paths(&folders).filter(|path| !path.as_os_str().is_empty()).collect()
 }
 
 /// The library of the system with a name.
-pub(super) fn listed(name: &str) -> Option<PathBuf> {
+pub(super) fn find_system_library(name: &str) -> Option<PathBuf> {
     let cached = CACHE.get(name).into_iter().flatten().cloned();
     let others = FOLDERS.iter().map(|folder| Path::new(folder).join(name));
-    cached.chain(others).find(|path| Object::read(path).is_some())
+    cached.chain(others).find(|path| ElfLinkInfo::read(path).is_some())
 }
 
 /// The paths in `/etc/ld.so.cache`, by name: those of other machines, too.
 static CACHE: LazyLock<BTreeMap<String, Vec<PathBuf>>> = LazyLock::new(|| {
     let bytes = std::fs::read("/etc/ld.so.cache").unwrap_or_default();
-    cache(&bytes).unwrap_or_default()
+    parse_loader_cache(&bytes).unwrap_or_default()
 });
 
 /// Reads the cache: `struct cache_file_new` of glibc's sysdeps/generic/dl-cache.h.
-fn cache(bytes: &[u8]) -> Option<BTreeMap<String, Vec<PathBuf>>> {
+fn parse_loader_cache(bytes: &[u8]) -> Option<BTreeMap<String, Vec<PathBuf>>> {
     const MAGIC: &[u8] = b"glibc-ld.so.cache1.1";
     const HEADER: usize = 48;
     const ENTRY: usize = 24;
@@ -71,15 +71,15 @@ mod tests {
     #[test]
     fn the_library_of_c_is_one_of_the_program_and_is_found() {
         assert!(PROGRAM.contains("libc.so.6"), "{:?}", *PROGRAM);
-        assert!(listed("libc.so.6").is_some_and(|path| path.is_file()));
-        assert_eq!(listed("libof_nobody.so.7"), None);
+        assert!(find_system_library("libc.so.6").is_some_and(|path| path.is_file()));
+        assert_eq!(find_system_library("libof_nobody.so.7"), None);
     }
 
     #[test]
     fn a_broken_cache_is_none() {
-        assert_eq!(cache(b""), None);
+        assert_eq!(parse_loader_cache(b""), None);
         let mut bytes = b"glibc-ld.so.cache1.1".to_vec();
         bytes.extend(u32::MAX.to_ne_bytes());
-        assert_eq!(cache(&bytes), None);
+        assert_eq!(parse_loader_cache(&bytes), None);
     }
 }

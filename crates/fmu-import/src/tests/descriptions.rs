@@ -5,7 +5,7 @@ use super::*;
 /// What the description of `XML` with a part replaced was corrected by.
 fn corrections(from: &str, to: &str) -> Vec<String> {
     assert!(XML.contains(from), "{from}");
-    let found = parse(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
+    let found = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
     found.expect("a description that is read").corrections
 }
 
@@ -45,22 +45,18 @@ fn what_has_one_meaning_is_corrected_and_told() {
 #[test]
 fn an_output_without_known_dependencies_follows_all_inputs() {
     let of = |xml: &str| {
-        let found = parse(xml, &fmi3::StructuralSizes::new()).expect("a description");
+        let found = parse_description(xml, &fmi3::StructuralSizes::new()).expect("a description");
         (found.variables[1].dependencies.clone(), found.corrections)
     };
     assert_eq!(of(XML), (Some(vec![0].into()), Vec::new()));
     for wrong in ["0", "4", "x", "1 4"] {
-        let (follows, told) =
-            of(&XML.replace("dependencies=\"1\"", &format!("dependencies=\"{wrong}\"")));
+        let (follows, told) = of(&XML.replace("dependencies=\"1\"", &format!("dependencies=\"{wrong}\"")));
         assert!(follows.is_none() && told.len() == 1, "{wrong}: {told:?}");
     }
     let start = XML.find("  <ModelStructure>").expect("it is there");
     let (follows, told) = of(&(XML[..start].to_owned() + "</fmiModelDescription>"));
     assert!(follows.is_none());
-    assert_eq!(
-        told,
-        ["line 2: it lacks <ModelStructure>: each output is taken to follow all inputs"]
-    );
+    assert_eq!(told, ["line 2: it lacks <ModelStructure>: each output is taken to follow all inputs"]);
 }
 
 #[test]
@@ -81,8 +77,8 @@ fn a_kind_of_mistake_is_told_once_with_its_count() {
 fn descriptions_of_fmi_3_are_corrected_alike() {
     let told = |from: &str, to: &str| {
         assert!(XML_3.contains(from), "{from}");
-        let found =
-            parse(&XML_3.replacen(from, to, 1), &fmi3::StructuralSizes::new()).expect("it is read");
+        let found = parse_description(&XML_3.replacen(from, to, 1), &fmi3::StructuralSizes::new())
+            .expect("it is read");
         (found.corrections, found.problems)
     };
     let (corrected, _) = told("dependencies=\"2 3\"", "dependencies=\"2 77\"");
@@ -94,12 +90,8 @@ fn descriptions_of_fmi_3_are_corrected_alike() {
     );
     let (corrected, _) =
         told("<InitialUnknown valueReference=\"4\"/>", "<InitialUnknown valueReference=\"44\"/>");
-    assert_eq!(
-        corrected,
-        ["line 22: valueReference=\"44\" is none of the 10 variables: it is left out"]
-    );
-    let (corrected, _) =
-        told("variability=\"tunable\" start=\"2\"", "variability=\"discrete\" start=\"2\"");
+    assert_eq!(corrected, ["line 22: valueReference=\"44\" is none of the 10 variables: it is left out"]);
+    let (corrected, _) = told("variability=\"tunable\" start=\"2\"", "variability=\"discrete\" start=\"2\"");
     assert!(
         corrected[0].starts_with("`n` in line 11: causality=\"structuralParameter\" excludes"),
         "{corrected:?}"
@@ -116,7 +108,7 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
         .map(|name| format!("<ScalarVariable name=\"{name}\" valueReference=\"9\" causality=\"output\"><Integer/></ScalarVariable>\n"))
         .concat();
     let xml = XML.replace("  </ModelVariables>", &format!("{outputs}</ModelVariables>"));
-    let found = parse(&xml, &fmi3::StructuralSizes::new()).expect("a description");
+    let found = parse_description(&xml, &fmi3::StructuralSizes::new()).expect("a description");
     let all = "`c` in line 9, `a` in line 10, `b` in line 11";
     assert_eq!(found.corrections, [""; 0]);
     assert_eq!(
@@ -130,7 +122,7 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
         ]
     );
     let problems = |from: &str, to: &str| {
-        parse(&XML.replace(from, to), &fmi3::StructuralSizes::new()).expect("it is read").problems
+        parse_description(&XML.replace(from, to), &fmi3::StructuralSizes::new()).expect("it is read").problems
     };
     assert_eq!(problems(" start=\"1\"", ""), ["`u` in line 6: it needs a start value"]);
     assert_eq!(
@@ -162,7 +154,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
 fn what_can_mean_anything_is_refused_with_its_line() {
     for (from, to, expected) in REFUSED {
         assert!(XML.contains(from), "{from}");
-        let refused = parse(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
+        let refused = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
         let Err(ParseError::Broken(what)) = refused else { panic!("{to}: {refused:?}") };
         for part in *expected {
             assert!(what.contains(part), "{to}: {what}");
@@ -172,9 +164,8 @@ fn what_can_mean_anything_is_refused_with_its_line() {
 
 #[test]
 fn encodings_are_read_as_declared() {
-    let text = |declared: &str| {
-        XML.replace("UTF-8", declared).replace("modelName=\"m\"", "modelName=\"Höhe €\"")
-    };
+    let text =
+        |declared: &str| XML.replace("UTF-8", declared).replace("modelName=\"m\"", "modelName=\"Höhe €\"");
     let wide = |bytes: fn(u16) -> [u8; 2], mark: &str| -> Vec<u8> {
         (mark.to_owned() + &text("UTF-16")).encode_utf16().flat_map(bytes).collect()
     };
@@ -203,13 +194,13 @@ fn encodings_are_read_as_declared() {
         assert_eq!(opened.description.corrections.first().map(String::as_str), told);
         assert!(opened.description_text().expect("a text").contains("Höhe €"));
     }
-    let ascii =
-        open(&archive(&[("modelDescription.xml", XML.replace("UTF-8", "ISO-8859-1").as_bytes())]));
+    let ascii = open(&archive(&[("modelDescription.xml", XML.replace("UTF-8", "ISO-8859-1").as_bytes())]));
     let ascii = ascii.expect("it is read").description;
     assert_eq!(ascii.corrections, [""; 0]);
     assert_eq!(ascii.problems, ["line 1: expected the encoding UTF-8, found ISO-8859-1"]);
     let undeclared = open(&archive(&[("modelDescription.xml", &narrow("UTF-8"))]));
-    let expected = "line 2: expected UTF-8, found the byte 0xF6, which is `ö` in ISO-8859-1: export the FMU with UTF-8";
+    let expected =
+        "line 2: expected UTF-8, found the byte 0xF6, which is `ö` in ISO-8859-1: export the FMU with UTF-8";
     assert!(undeclared.is_err_and(|error| error.contains(expected)));
     let unknown = open(&archive(&[("modelDescription.xml", text("KOI8-R").as_bytes())]));
     assert!(unknown.is_err_and(|error| error.contains("found KOI8-R, which is not read here")));
@@ -226,7 +217,7 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
         let others: Vec<_> = others.iter().map(|name| (*name, &b"1"[..])).collect();
         let entries = [&[("modelDescription.xml", xml)], others.as_slice()].concat();
         let opened = open(&archive(&entries)).expect("it is read");
-        opened.library().expect_err("no library").to_string()
+        opened.library_path().expect_err("no library").to_string()
     };
     for (others, expected) in [
         (&[][..], "found none; export the FMU for this platform"),
@@ -247,7 +238,7 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
 
 #[test]
 fn the_only_library_is_taken_whatever_its_name() {
-    let platform = platform::platform(Version::Two);
+    let platform = platform::platform_folder(FmiVersion::Two);
     let [one, other] = ["a", "b"].map(|name| format!("binaries/{platform}/{name}.so"));
     let opened = |names: &[&str]| {
         let xml = [("modelDescription.xml", XML.as_bytes())];
@@ -255,28 +246,28 @@ fn the_only_library_is_taken_whatever_its_name() {
         open(&archive(&[xml.as_slice(), libraries.as_slice()].concat())).expect("it is read")
     };
     let found = opened(&[&one]);
-    assert!(found.library().expect("a library").ends_with(&one));
+    assert!(found.library_path().expect("a library").ends_with(&one));
     let told = format!(
         "modelIdentifier=\"m\" asks for binaries/{platform}/m.so: {one} is taken, the only library there"
     );
     assert_eq!(found.description.corrections, [told]);
-    assert!(opened(&[&one, &other]).library().is_err());
+    assert!(opened(&[&one, &other]).library_path().is_err());
 }
 
 #[test]
 fn an_empty_unit_and_a_dash_are_no_unit() {
     for none in ["", " ", "-"] {
-        let own = parse(
+        let own = parse_description(
             &XML.replace("unit=\"m/s\"", &format!("unit=\"{none}\"")),
             &fmi3::StructuralSizes::new(),
         );
         assert_eq!(own.expect("it is read").variables[0].unit, None, "{none:?}");
         let three = XML_3.replace("name=\"y\"", &format!("name=\"y\" unit=\"{none}\""));
-        let three = parse(&three, &fmi3::StructuralSizes::new()).expect("it is read");
-        assert_eq!(three.variables[three.find("y").expect("it is there")].unit, None);
+        let three = parse_description(&three, &fmi3::StructuralSizes::new()).expect("it is read");
+        assert_eq!(three.variables[three.find_variable("y").expect("it is there")].unit, None);
     }
     // A file may define what a dash is.
     let defined = XML.replace("name=\"m/s\"", "name=\"-\"").replace("unit=\"m/s\"", "unit=\"-\"");
-    let defined = parse(&defined, &fmi3::StructuralSizes::new()).expect("it is read");
+    let defined = parse_description(&defined, &fmi3::StructuralSizes::new()).expect("it is read");
     assert!(defined.variables[0].dimension.is_some());
 }

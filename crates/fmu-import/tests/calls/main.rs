@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use fmu_import::{Fmu, FmuState, Instance, Library, MessageLevel, StepStatus, Storage};
+use fmu_import::{Fmu, FmuLibrary, FmuState, Instance, MessageLevel, StepStatus, StorageType};
 use libtest_mimic::{Arguments, Trial};
 use tempfile::TempDir;
 
@@ -40,10 +40,7 @@ const TESTS: &[(&str, fn())] = &[
     ("a_crash_is_reported_with_its_time_however_large", processes::crash),
     ("a_handler_that_the_fmu_installs_goes_on_recovering", processes::handler_of_the_fmu),
     ("a_handler_from_before_goes_on_recovering", processes::handler_from_before),
-    (
-        "a_handler_from_before_that_gives_up_is_followed_by_the_report",
-        processes::handler_that_gives_up,
-    ),
+    ("a_handler_from_before_that_gives_up_is_followed_by_the_report", processes::handler_that_gives_up),
 ];
 
 fn main() -> ExitCode {
@@ -71,7 +68,7 @@ fn main() -> ExitCode {
 /// An FMU, and the file where its instances write down what is called.
 struct Lab {
     folder: TempDir,
-    library: Arc<Library>,
+    library: Arc<FmuLibrary>,
 }
 
 impl Lab {
@@ -88,8 +85,7 @@ impl Lab {
     /// An instance at its first communication point, which writes down its calls.
     fn instance(&self) -> Instance {
         let name = self.log().to_string_lossy().into_owned();
-        let mut instance =
-            Instance::new(Arc::clone(&self.library), &name, true).expect("it starts");
+        let mut instance = Instance::new(Arc::clone(&self.library), &name, true).expect("it starts");
         initialise(&mut instance);
         instance
     }
@@ -104,9 +100,9 @@ impl Lab {
     }
 }
 
-fn load(archive: &Path) -> Arc<Library> {
+fn load(archive: &Path) -> Arc<FmuLibrary> {
     let fmu = Fmu::open(archive).unwrap_or_else(|error| panic!("{error}"));
-    Arc::new(fmu).load().unwrap_or_else(|error| panic!("{error}"))
+    Arc::new(fmu).load_library().unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn initialise(instance: &mut Instance) {
@@ -130,13 +126,13 @@ fn steps(instance: &mut Instance, first: u32, count: u32) -> Vec<u64> {
 fn foreign_state() {
     let lab = Lab::new("");
     let (mut a, mut b) = (lab.instance(), lab.instance());
-    let mut state = a.save().expect("it can");
+    let mut state = a.save_state().expect("it can");
     let before = lab.calls();
-    for error in [b.restore(&state), b.save_into(&mut state), b.serialise(&state).map(drop)] {
+    for error in [b.restore_state(&state), b.save_into(&mut state), b.serialise_state(&state).map(drop)] {
         let error = error.expect_err("it is not its state");
         assert!(error.what.contains("belongs to another instance"), "{error:?}");
     }
-    assert!(b.forget(state).is_err());
+    assert!(b.free_saved_state(state).is_err());
     assert_eq!(lab.calls(), before);
     assert_eq!(a.do_step(0.0, 0.1), Ok(StepStatus::Done));
     assert_eq!(lab.count("fmi2FreeFMUstate"), 1);
@@ -145,8 +141,8 @@ fn foreign_state() {
 fn dropped_states() {
     let lab = Lab::new("");
     let mut instance = lab.instance();
-    let states: Vec<FmuState> = (0..3).map(|_| instance.save().expect("it can")).collect();
-    let late = instance.save().expect("it can");
+    let states: Vec<FmuState> = (0..3).map(|_| instance.save_state().expect("it can")).collect();
+    let late = instance.save_state().expect("it can");
     drop(states);
     steps(&mut instance, 0, 1);
     assert_eq!(lab.count("fmi2FreeFMUstate"), 3);
@@ -161,10 +157,10 @@ fn restored_state() {
     let lab = Lab::new("");
     let mut instance = lab.instance();
     steps(&mut instance, 0, 5);
-    let state = instance.save().expect("it can");
+    let state = instance.save_state().expect("it can");
     let expected = steps(&mut instance, 5, 5);
     for _ in 0..2 {
-        instance.restore(&state).expect("it is its own");
+        instance.restore_state(&state).expect("it is its own");
         assert_eq!(steps(&mut instance, 5, 5), expected);
     }
 }
@@ -173,17 +169,17 @@ fn history() {
     let lab = Lab::new("");
     let mut instance = lab.instance();
     steps(&mut instance, 0, 1);
-    let state = instance.save().expect("it can");
+    let state = instance.save_state().expect("it can");
     steps(&mut instance, 1, 1);
-    instance.restore(&state).expect("its history was kept");
-    let bytes = instance.serialise(&state).expect("it can");
-    instance.forget(state).expect("it can");
-    instance.keep_history(true);
+    instance.restore_state(&state).expect("its history was kept");
+    let bytes = instance.serialise_state(&state).expect("it can");
+    instance.free_saved_state(state).expect("it can");
+    instance.set_keeps_earlier_states(true);
     steps(&mut instance, 1, 1);
-    let state = instance.deserialise(&bytes).expect("it can");
-    instance.restore(&state).expect("its history was kept");
-    instance.forget(state).expect("it can");
-    instance.keep_history(false);
+    let state = instance.deserialise_state(&bytes).expect("it can");
+    instance.restore_state(&state).expect("its history was kept");
+    instance.free_saved_state(state).expect("it can");
+    instance.set_keeps_earlier_states(false);
     steps(&mut instance, 1, 1);
     let calls = lab.calls();
     let steps = calls.iter().filter_map(|call| call.strip_prefix("fmi2DoStep "));
@@ -194,8 +190,8 @@ fn history() {
 fn immense_state() {
     let lab = Lab::new("has an immense state");
     let mut instance = lab.instance();
-    let state = instance.save().expect("it can");
-    let error = instance.serialise(&state).expect_err("there is not so much memory");
+    let state = instance.save_state().expect("it can");
+    let error = instance.serialise_state(&state).expect_err("there is not so much memory");
     assert!(error.what.contains("bytes, more than there are"), "{error:?}");
 }
 
@@ -218,24 +214,24 @@ fn unclaimed() {
 
     let mut instance = Instance::new(load(&plain), "plain", false).expect("it starts");
     assert!(!instance.can_save());
-    let error = instance.save().expect_err("it cannot");
+    let error = instance.save_state().expect_err("it cannot");
     assert!(error.what.contains("does not claim to support it"), "{error:?}");
-    assert!(instance.deserialise(&[0; 16]).is_err() && instance.free_no_state().is_err());
+    assert!(instance.deserialise_state(&[0; 16]).is_err() && instance.free_null_state().is_err());
 }
 
 fn fatal() {
     let lab = Lab::new("is fatal");
     let (mut a, mut b) = (lab.instance(), lab.instance());
-    let state = b.save().expect("it can");
+    let state = b.save_state().expect("it can");
     let error = a.do_step(0.0, 0.1).expect_err("it is fatal");
     assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
     let before = lab.calls();
-    assert!(a.is_lost() && b.is_lost());
+    assert!(a.has_failed_fatally() && b.has_failed_fatally());
     let errors = [
         a.do_step(0.1, 0.1).map(drop),
         a.reset(),
         b.get_real(&[0], &mut [0.0]),
-        b.restore(&state),
+        b.restore_state(&state),
         b.terminate(),
         Instance::new(Arc::clone(&lab.library), "c", false).map(drop),
     ];
@@ -251,11 +247,11 @@ fn fatal_in_a_step() {
     let lab = Lab::new("is fatal");
     let mut instance = lab.instance();
     let mut before = Vec::new();
-    let done = instance.batch(|instance| {
+    let done = instance.batch_step_calls(|instance| {
         let error = instance.step(0.0, 0.1).expect_err("it is fatal");
         assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
         before = lab.calls();
-        instance.get_numbers(Storage::Float64, &[0], &mut [0.0])
+        instance.get_numbers(StorageType::Float64, &[0], &mut [0.0])
     });
     let error = done.expect_err("nothing may be called");
     assert!(error.what.contains("is not called: after fmi2Fatal"), "{error:?}");
@@ -270,9 +266,9 @@ fn step_at_once() {
         let (mut alone, mut at_once) = ([0.0], [0.0]);
         one.step(time, 0.1).expect("a step");
         one.get_real(&[0], &mut alone).expect("a value");
-        let done = other.batch(|other| {
+        let done = other.batch_step_calls(|other| {
             other.step(time, 0.1)?;
-            other.get_numbers(Storage::Float64, &[0], &mut at_once)
+            other.get_numbers(StorageType::Float64, &[0], &mut at_once)
         });
         done.expect("a step");
         assert_eq!(alone, at_once);
@@ -283,10 +279,10 @@ fn step_at_once() {
 fn one_library() {
     let folder = pack("");
     let fmu = Arc::new(Fmu::open(&folder.path().join("probe.fmu")).expect("an FMU"));
-    let [one, other] = [(); 2].map(|()| fmu.load().expect("its library"));
+    let [one, other] = [(); 2].map(|()| fmu.load_library().expect("its library"));
     assert!(Arc::ptr_eq(&one, &other));
     drop((one, other));
-    let instance = Instance::new(fmu.load().expect("its library"), "again", false);
+    let instance = Instance::new(fmu.load_library().expect("its library"), "again", false);
     assert!(instance.is_ok(), "it is loaded again: {instance:?}");
 }
 
@@ -310,14 +306,14 @@ fn discarded_step() {
 fn strangers() {
     let lab = Lab::new("logs to strangers");
     drop(lab.instance());
-    let messages = lab.instance().messages();
+    let messages = lab.instance().take_messages();
     let texts: Vec<_> = messages.iter().map(|message| message.text.as_str()).collect();
     assert_eq!(texts, [fmu_import::FOREIGN_ENVIRONMENT, "I am gone", "who are you?"]);
 }
 
 fn thread() {
     let lab = Lab::new("logs from a thread");
-    let messages = lab.instance().messages();
+    let messages = lab.instance().take_messages();
     assert_eq!((messages.len(), messages[0].text.as_str()), (1, "2 threads"));
     assert_eq!(messages[0].level(), MessageLevel::Warning);
 }

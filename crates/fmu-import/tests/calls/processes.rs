@@ -42,8 +42,7 @@ pub fn crash() {
         ("inf", "inf"),
     ] {
         let (output, said) = process(time, &folder, |_| ());
-        let expected =
-            format!("node `probe`: fmi2DoStep at t = {text} s ended this program: the FMU");
+        let expected = format!("node `probe`: fmi2DoStep at t = {text} s ended this program: the FMU");
         assert!(said.contains(&expected) && said.contains("SIGSEGV"), "{expected}\n{said}");
         assert_eq!(output.status.code(), None);
     }
@@ -86,18 +85,18 @@ fn run_everything(archive: &Path) {
         let mut instance = Instance::new(Arc::clone(&library), "probe", true).expect("it starts");
         initialise(&mut instance);
         steps(&mut instance, 0, 2);
-        let mut state = instance.save().expect("it can");
+        let mut state = instance.save_state().expect("it can");
         instance.save_into(&mut state).expect("it can");
-        let bytes = instance.serialise(&state).expect("it can");
+        let bytes = instance.serialise_state(&state).expect("it can");
         steps(&mut instance, 2, 2);
-        instance.restore(&state).expect("it is its own");
-        let late = instance.deserialise(&bytes).expect("it can");
+        instance.restore_state(&state).expect("it is its own");
+        let late = instance.deserialise_state(&bytes).expect("it can");
         instance.set_string(0, "text").expect("it takes all");
         assert_eq!(instance.get_string(0).as_deref(), Ok(""));
         instance.set_debug_logging(true, &["all"]).expect("it takes all");
         instance.reset().expect("it can");
         drop(state);
-        instance.messages();
+        instance.take_messages();
         drop(instance);
         drop(late);
     }
@@ -105,8 +104,7 @@ fn run_everything(archive: &Path) {
 
 pub fn memory() {
     let folder = pack("logs from a thread");
-    let (log, exe) =
-        (folder.path().join("valgrind"), std::env::current_exe().expect("this program"));
+    let (log, exe) = (folder.path().join("valgrind"), std::env::current_exe().expect("this program"));
     let mut valgrind = Command::new("valgrind");
     valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full", "--keep-debuginfo=yes"]);
     valgrind.args(["--errors-for-leak-kinds=definite,indirect"]);

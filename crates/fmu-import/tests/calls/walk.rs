@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fmu_import::{Fmu, FmuState, Instance, Library, StepStatus};
+use fmu_import::{Fmu, FmuLibrary, FmuState, Instance, StepStatus};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
@@ -35,12 +35,10 @@ const CALLS: usize = 60;
 
 /// No sequence of legal calls of this crate makes an illegal one of the standard.
 pub fn legal_calls_stay_legal() {
-    for (xml, platform, arguments) in
-        [(XML_2, "linux64", &[][..]), (XML_3, "x86_64-linux", &["-DTHREE"])]
-    {
+    for (xml, platform, arguments) in [(XML_2, "linux64", &[][..]), (XML_3, "x86_64-linux", &["-DTHREE"])] {
         let folder = archived("lawful", (xml, platform), arguments);
         let fmu = Arc::new(Fmu::open(&folder.path().join("lawful.fmu")).expect("an FMU"));
-        let library = fmu.load().expect("a library");
+        let library = fmu.load_library().expect("a library");
         for seed in 0..LIVES {
             if let Err(error) = live(&library, seed) {
                 panic!("FMI {}, seed {seed}: {error}", fmu.description.version);
@@ -57,18 +55,12 @@ pub fn legal_calls_stay_legal() {
 pub fn an_illegal_call_is_told_with_its_state() {
     for (xml, platform, arguments, call) in [
         (XML_2, "linux64", &[][..], "fmi2Terminate is illegal in the state instantiated: not now"),
-        (
-            XML_3,
-            "x86_64-linux",
-            &["-DTHREE"],
-            "fmi3Terminate is illegal in the state instantiated: not now",
-        ),
+        (XML_3, "x86_64-linux", &["-DTHREE"], "fmi3Terminate is illegal in the state instantiated: not now"),
     ] {
         let folder = archived("lawful", (xml, platform), arguments);
-        let library =
-            Arc::new(Fmu::open(Path::new(&folder.path().join("lawful.fmu"))).expect("an FMU"))
-                .load()
-                .expect("a library");
+        let library = Arc::new(Fmu::open(Path::new(&folder.path().join("lawful.fmu"))).expect("an FMU"))
+            .load_library()
+            .expect("a library");
         let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         let error = walk.instance.terminate().expect_err("an illegal call");
         assert!(error.what.contains(call), "{error}");
@@ -80,15 +72,13 @@ pub fn an_illegal_call_is_told_with_its_state() {
 
 /// The standard asks for a reset in every state, so that a refusal needs the state to be understood.
 pub fn a_refused_reset_names_the_state() {
-    for (xml, platform, arguments) in [
-        (XML_2, "linux64", &["-DSTUBBORN"][..]),
-        (XML_3, "x86_64-linux", &["-DSTUBBORN", "-DTHREE"]),
-    ] {
+    for (xml, platform, arguments) in
+        [(XML_2, "linux64", &["-DSTUBBORN"][..]), (XML_3, "x86_64-linux", &["-DSTUBBORN", "-DTHREE"])]
+    {
         let folder = archived("lawful", (xml, platform), arguments);
         let fmu = Arc::new(Fmu::open(&folder.path().join("lawful.fmu")).expect("an FMU"));
-        let library = fmu.load().expect("a library");
-        let reset =
-            |walk: &mut LibrarySearch| walk.instance.reset().expect_err("a refusal").to_string();
+        let library = fmu.load_library().expect("a library");
+        let reset = |walk: &mut LibrarySearch| walk.instance.reset().expect_err("a refusal").to_string();
         let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         let said = reset(&mut walk);
         assert!(said.contains("Reset before the initialization returned fmi"), "{said}");
@@ -131,7 +121,7 @@ struct LibrarySearch {
 }
 
 impl LibrarySearch {
-    fn new(library: &Arc<Library>, seed: u64) -> Result<Self, Box<dyn std::error::Error>> {
+    fn new(library: &Arc<FmuLibrary>, seed: u64) -> Result<Self, Box<dyn std::error::Error>> {
         let instance = Instance::new(Arc::clone(library), "walk", false)?;
         let random = Pcg64::seed_from_u64(seed);
         let (states, bytes) = (Vec::new(), None);
@@ -148,12 +138,12 @@ impl LibrarySearch {
 
     fn violations(&mut self) -> Result<f64, Box<dyn std::error::Error>> {
         let mut count = [0.0];
-        self.instance.get_numbers(fmu_import::Storage::Float64, &[0], &mut count)?;
+        self.instance.get_numbers(fmu_import::StorageType::Float64, &[0], &mut count)?;
         Ok(count[0])
     }
 
     fn set(&mut self) -> Done {
-        Ok(self.instance.set_numbers(fmu_import::Storage::Float64, &[2], &[1.0])?)
+        Ok(self.instance.set_numbers(fmu_import::StorageType::Float64, &[2], &[1.0])?)
     }
 
     /// Takes one call that the phase allows.
@@ -167,10 +157,8 @@ impl LibrarySearch {
                 (self.phase, self.time) = (Phase::Fresh, 0.0);
             }
             (_, 3) => self.restore()?,
-            (Phase::Fresh, 4) => self.instance.configure(|_| Ok(()))?,
-            (Phase::Fresh | Phase::SetUp | Phase::Initialization | Phase::StepCounter, 5) => {
-                self.set()?
-            }
+            (Phase::Fresh, 4) => self.instance.set_in_configuration_mode(|_| Ok(()))?,
+            (Phase::Fresh | Phase::SetUp | Phase::Initialization | Phase::StepCounter, 5) => self.set()?,
             (Phase::Fresh, _) => {
                 self.time = f64::from(self.random.random_range(0..3));
                 self.instance.setup_experiment(self.time, 1000.0, Some(1e-4))?;
@@ -219,18 +207,18 @@ impl LibrarySearch {
                 (self.states[0].1, self.states[0].2) = (phase, time);
             }
             1 => {
-                let state = self.instance.save()?;
-                self.bytes = Some((self.instance.serialise(&state)?, phase, time));
+                let state = self.instance.save_state()?;
+                self.bytes = Some((self.instance.serialise_state(&state)?, phase, time));
                 // The bytes may bring the state back.
-                self.instance.keep_history(true);
+                self.instance.set_keeps_earlier_states(true);
             }
             2 => {
                 if let Some((bytes, phase, time)) = &self.bytes {
-                    let state = self.instance.deserialise(bytes)?;
+                    let state = self.instance.deserialise_state(bytes)?;
                     self.states.push((state, *phase, *time));
                 }
             }
-            _ => self.states.push((self.instance.save()?, phase, time)),
+            _ => self.states.push((self.instance.save_state()?, phase, time)),
         }
         self.states.truncate(8);
         Ok(())
@@ -238,7 +226,7 @@ impl LibrarySearch {
 
     fn restore(&mut self) -> Done {
         if let Some((state, phase, time)) = self.states.last() {
-            self.instance.restore(state)?;
+            self.instance.restore_state(state)?;
             (self.phase, self.time) = (*phase, *time);
         }
         Ok(())
@@ -250,12 +238,12 @@ impl LibrarySearch {
         if let Some((state, ..)) = self.states.pop()
             && now
         {
-            let _ = self.instance.forget(state);
+            let _ = self.instance.free_saved_state(state);
         }
     }
 }
 
-fn live(library: &Arc<Library>, seed: u64) -> Done {
+fn live(library: &Arc<FmuLibrary>, seed: u64) -> Done {
     let mut walk = LibrarySearch::new(library, seed)?;
     (0..CALLS).try_for_each(|_| walk.go())
 }

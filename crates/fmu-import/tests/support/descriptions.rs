@@ -1,10 +1,10 @@
 //! What tries damaged descriptions of FMI 2.0.
 
-use damage::Target;
+use damage::FuzzTarget;
 
 use super::opened::attempt;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "descriptions",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../fmu-import/tests/corpus/descriptions"),
     sound: || vec![TWO.as_bytes().to_vec()],

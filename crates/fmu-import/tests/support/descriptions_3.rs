@@ -1,18 +1,13 @@
 //! What tries damaged descriptions and terminals of FMI 3.0.
 
-use damage::Target;
+use damage::FuzzTarget;
 
 use super::opened::attempt;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "descriptions_3",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../fmu-import/tests/corpus/descriptions_3"),
-    sound: || {
-        vec![
-            THREE.as_bytes().to_vec(),
-            format!("{THREE}<!-- terminals -->{TERMINALS}").into_bytes(),
-        ]
-    },
+    sound: || vec![THREE.as_bytes().to_vec(), format!("{THREE}<!-- terminals -->{TERMINALS}").into_bytes()],
     words: &[
         "valueReference",
         "causality",

@@ -16,7 +16,7 @@ pub fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let Ok(mut fmu) = Fmu::open(&path) else { return false };
     look(&fmu);
     let sizes: BTreeMap<u32, u64> = [(1, 3), (2, 0)].into();
-    if fmu.resize(&sizes).is_ok() {
+    if fmu.resize_arrays(&sizes).is_ok() {
         look(&fmu);
     }
     true
@@ -24,18 +24,18 @@ pub fn attempt(bytes: &[u8], folder: &Path) -> bool {
 
 fn look(fmu: &Fmu) {
     for variable in &fmu.description.variables {
-        let _ = (variable.start_value(), variable.array());
+        let _ = (variable.start_value(), variable.array_name());
         assert!(variable.element.0 < variable.element.1, "{variable:?}");
         if let Some(unit) = variable.dimension {
-            let _ = (unit.dimension(), unit.powf(2.0), unit.times(unit, -1));
+            let _ = (unit.dimension_text(), unit.powf(2.0), unit.times_power(unit, -1));
             let base = units::Unit::conversion(&unit, &unit);
             assert!(base.is_none_or(|(a, b)| a.is_finite() && b.is_finite()), "{unit:?}");
         }
     }
-    let _ = (fmu.platforms(), fmu.library(), fmu.entry("../x"));
+    let _ = (fmu.supported_platforms(), fmu.library_path(), fmu.read_archive_entry("../x"));
     if let Ok((terminals, _)) = fmu.terminals() {
-        for path in Terminal::paths(&terminals) {
-            assert!(Terminal::find(&terminals, &path).is_some() || path.contains('.'), "{path}");
+        for path in Terminal::terminal_paths(&terminals) {
+            assert!(Terminal::find_by_path(&terminals, &path).is_some() || path.contains('.'), "{path}");
         }
     }
 }

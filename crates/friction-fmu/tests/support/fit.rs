@@ -30,8 +30,8 @@ pub fn slips(log: &Log, k: usize) -> [f64; 2] {
 /// The a_y [m/s²] of two curves at the slips of a row.
 pub fn a_y(log: &Log, k: usize, curves: &[MagicFormula; 2]) -> f64 {
     let (loads, [front, rear]) = (log.car.body.static_loads(), slips(log, k));
-    let front = curves[0].force(front, loads[0]) * log.delta[k].cos();
-    (front + curves[1].force(rear, loads[1])) / log.car.body.m
+    let front = curves[0].lateral_force(front, loads[0]) * log.delta[k].cos();
+    (front + curves[1].lateral_force(rear, loads[1])) / log.car.body.m
 }
 
 /// The same tire with a friction and a stiffness over the ones that it has.
@@ -45,8 +45,7 @@ const BOUNDS: [[f64; 2]; 4] = [[0.5, 60.0], [0.8, 2.0], [0.05, 3.0], [-0.1, 0.1]
 /// The curve nearest to points of slip angle and force over load, from the best of three starts.
 pub fn curve(points: &[[f64; 2]]) -> MagicFormula {
     let starts = [[6.0, 1.3], [12.0, 1.3], [3.0, 1.8]];
-    let fits =
-        starts.map(|[B, C]| least_squares([B, C, 0.9, 0.0], &BOUNDS, |p| residuals(p, points)));
+    let fits = starts.map(|[B, C]| least_squares([B, C, 0.9, 0.0], &BOUNDS, |p| residuals(p, points)));
     let best = fits.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("three");
     formula(&best.0)
 }
@@ -57,7 +56,7 @@ fn formula(&[B, C, D, S_h]: &[f64; 4]) -> MagicFormula {
 
 fn residuals(parameters: &[f64; 4], points: &[[f64; 2]]) -> Vec<f64> {
     let curve = formula(parameters);
-    points.iter().map(|[alpha, force]| curve.coefficient(*alpha) - force).collect()
+    points.iter().map(|[alpha, force]| curve.friction_coefficient(*alpha) - force).collect()
 }
 
 /// Parameters within bounds with the least sum of squares, and that: Levenberg and Marquardt with differences.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use vehicle::Body;
+use vehicle::VehicleBody;
 
 /// A log: columns of one length.
 pub struct Log {
@@ -23,13 +23,13 @@ pub struct Log {
 /// A car, and from which speed on its rows count [m/s].
 #[derive(Clone, Copy)]
 pub struct Car {
-    pub body: Body,
+    pub body: VehicleBody,
     pub v_x_min: f64,
 }
 
 /// A car 1:10 of TU Delft; of its yaw inertia the source says a formula with a small box.
 pub const DART: Car = Car {
-    body: Body {
+    body: VehicleBody {
         m: 1.58,
         I_zz: 0.00481,
         l_f: 0.1735 * 0.733 / 1.58,
@@ -41,7 +41,7 @@ pub const DART: Car = Car {
 
 /// A Ferrari 250 LM of the Revs Program.
 pub const LM: Car =
-    Car { body: Body { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.0 }, v_x_min: 12.0 };
+    Car { body: VehicleBody { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.0 }, v_x_min: 12.0 };
 
 /// Lag of the small car's steering [s].
 const STEERING_LAG: f64 = 0.06;
@@ -57,9 +57,8 @@ fn columns(file: &str) -> Option<BTreeMap<String, Vec<f64>>> {
     };
     let mut lines = text.lines();
     let names = lines.next()?.split(',');
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|it| it.parse().unwrap_or(f64::NAN)).collect()).collect();
     let column = |i: usize| rows.iter().map(|row| row[i]).collect();
     Some(names.enumerate().map(|(i, name)| (name.to_owned(), column(i))).collect())
 }
@@ -96,9 +95,8 @@ pub fn ferrari() -> Option<Log> {
     let (v_x, r) = (take("vx_mps"), take("yaw_rate_radps"));
     let smooth = mean_of(&r, 5);
     let last = r.len() - 1;
-    let r_rate = (0..r.len())
-        .map(|k| (smooth[(k + 5).min(last)] - smooth[k.saturating_sub(5)]) / 0.1)
-        .collect();
+    let r_rate =
+        (0..r.len()).map(|k| (smooth[(k + 5).min(last)] - smooth[k.saturating_sub(5)]) / 0.1).collect();
     let ok = v_x.iter().map(|v| *v > LM.v_x_min).collect();
     let (v_y, a_y, delta) = (take("vy_mps"), mean_of(&take("ay_mps2"), 5), take("delta_rad"));
     Some(Log { car: LM, period: 0.01, v_y, r, r_rate, a_y, delta, v_x, ok })

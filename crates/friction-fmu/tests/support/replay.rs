@@ -1,26 +1,26 @@
 //! Replays logs into the estimator by the names of its variables, as an importer does.
 
-use fmu_export::{Access, Model};
-use friction_fmu::Friction;
-use vehicle::{Body, MagicFormula};
+use fmu_export::{Model, VariableAccess};
+use friction_fmu::FrictionNode;
+use vehicle::{MagicFormula, VehicleBody};
 
 use super::log::Log;
 
 /// The estimator, seen through its table.
 #[derive(Default)]
-pub struct Fmu(pub Friction);
+pub struct Fmu(pub FrictionNode);
 
 impl Fmu {
-    fn access(name: &str) -> &'static Access<Friction> {
-        let row = Friction::VARIABLES.iter().find(|it| it.row.name == name);
+    fn access(name: &str) -> &'static VariableAccess<FrictionNode> {
+        let row = FrictionNode::VARIABLES.iter().find(|it| it.row.name == name);
         &row.unwrap_or_else(|| panic!("no variable {name}")).access
     }
 
     /// Writes a variable; 0 is false.
     pub fn set(&mut self, name: &str, value: f64) {
         match Self::access(name) {
-            Access::Real(at) => *at(&mut self.0) = value,
-            Access::Boolean(at) => *at(&mut self.0) = value != 0.0,
+            VariableAccess::Real(at) => *at(&mut self.0) = value,
+            VariableAccess::Boolean(at) => *at(&mut self.0) = value != 0.0,
             _ => panic!("{name} is no number"),
         }
     }
@@ -28,10 +28,10 @@ impl Fmu {
     /// Reads a variable; false is 0.
     pub fn get(&mut self, name: &str) -> f64 {
         match Self::access(name) {
-            Access::Real(at) => *at(&mut self.0),
-            Access::Boolean(at) => f64::from(*at(&mut self.0)),
-            Access::Integer(at) => f64::from(*at(&mut self.0)),
-            Access::String(_) => panic!("{name} is no number"),
+            VariableAccess::Real(at) => *at(&mut self.0),
+            VariableAccess::Boolean(at) => f64::from(*at(&mut self.0)),
+            VariableAccess::Integer(at) => f64::from(*at(&mut self.0)),
+            VariableAccess::String(_) => panic!("{name} is no number"),
         }
     }
 
@@ -47,13 +47,10 @@ impl Fmu {
     }
 
     /// Sets a car and its nominal curves.
-    pub fn describe(&mut self, body: &Body, curves: &[MagicFormula; 2]) {
-        for (name, value) in [
-            ("body.m", body.m),
-            ("body.I_zz", body.I_zz),
-            ("body.l_f", body.l_f),
-            ("body.l_r", body.l_r),
-        ] {
+    pub fn describe(&mut self, body: &VehicleBody, curves: &[MagicFormula; 2]) {
+        for (name, value) in
+            [("body.m", body.m), ("body.I_zz", body.I_zz), ("body.l_f", body.l_f), ("body.l_r", body.l_r)]
+        {
             self.set(name, value);
         }
         for (axle, curve) in ["f", "r"].iter().zip(curves) {
@@ -86,8 +83,8 @@ impl Fmu {
         [
             self.get("D_f") / curves[0].D,
             self.get("D_r") / curves[1].D,
-            self.get("K_f") / curves[0].stiffness(),
-            self.get("K_r") / curves[1].stiffness(),
+            self.get("K_f") / curves[0].cornering_stiffness_per_load(),
+            self.get("K_r") / curves[1].cornering_stiffness_per_load(),
         ]
     }
 }

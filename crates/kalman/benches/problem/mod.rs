@@ -1,24 +1,24 @@
 //! Simulates a recording of a car with ten unknown variances: six states, four sensors, 100 Hz.
 #![allow(non_snake_case, reason = "matrices are written as in the equations")]
 
-use kalman::{Gaussian, Parameters, Step, transition};
+use kalman::{Gaussian, LinearStep, NoiseParameters, transition_matrix};
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 /// The model of six states and four measurements.
-pub type Recording = Vec<Step<6, 4>>;
+pub type Recording = Vec<LinearStep<6, 4>>;
 
 /// Period of the samples [s].
 const PERIOD: f64 = 0.01;
 
 /// Standard deviations of [v_x, v_y, r, ξ_x / m, ξ_y / m, ξ_ψ / I] per transition and of
 /// [v_x, v_y, r, a_y], squared.
-pub fn truth() -> Parameters<6, 4> {
+pub fn truth() -> NoiseParameters<6, 4> {
     let Q = Vector6::new(1e-4, 1e-4, 1e-5, 0.02, 0.02, 0.01);
     let R = Vector4::new(0.01, 0.005, 1e-4, 0.05);
-    Parameters {
+    NoiseParameters {
         start: Gaussian { mean: Vector6::zeros(), cov: Matrix6::identity() },
         Q: Matrix6::from_diagonal(&Q),
         R: Matrix4::from_diagonal(&R),
@@ -26,9 +26,9 @@ pub fn truth() -> Parameters<6, 4> {
 }
 
 /// Every variance of Q thirty times too large, and of R twenty times too small.
-pub fn guess() -> Parameters<6, 4> {
+pub fn guess() -> NoiseParameters<6, 4> {
     let truth = truth();
-    Parameters { Q: truth.Q * 30.0, R: truth.R * 0.05, ..truth }
+    NoiseParameters { Q: truth.Q * 30.0, R: truth.R * 0.05, ..truth }
 }
 
 /// Rates and sensors of a single-track car at a speed [m/s]; ξ are accelerations.
@@ -59,10 +59,10 @@ pub fn record(steps: usize, seed: u64) -> Recording {
     let mut x = Vector6::zeros();
     let mut sample = |k: usize| {
         let (A, H) = car(40.0 + 15.0 * (0.3 * PERIOD * k as f64).sin());
-        let F = transition(&A, PERIOD);
+        let F = transition_matrix(&A, PERIOD);
         let y = H * x + Vector4::from_fn(|i, _| r[i] * rng.sample::<f64, _>(StandardNormal));
         x = F * x + Vector6::from_fn(|i, _| q[i] * rng.sample::<f64, _>(StandardNormal));
-        Step { y, H, F, b: Vector6::zeros() }
+        LinearStep { y, H, F, b: Vector6::zeros() }
     };
     (0..steps).map(&mut sample).collect()
 }

@@ -3,14 +3,14 @@
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::{Filtered, PassError, residual};
-use crate::gaussian::{Gaussian, symmetric};
-use crate::rts::{Link, sweep};
-use crate::step::{Parameters, Step};
+use crate::forward::{FilteredRecording, PassError, measurement_residual};
+use crate::gaussian::{Gaussian, symmetric_part};
+use crate::rts::{SmootherLink, backward_sweep};
+use crate::step::{LinearStep, NoiseParameters};
 
 /// Second moments of the noises, given all measurements and the parameters of that smoothing.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Expectation<const N: usize, const M: usize> {
+pub(crate) struct NoiseMoments<const N: usize, const M: usize> {
     /// First state, given all measurements.
     pub start: Gaussian<N>,
     /// Mean of E[w wᵀ] over the transitions.
@@ -33,28 +33,28 @@ pub(crate) struct Expectation<const N: usize, const M: usize> {
 /// d dᵀ + P_{k+1|T} − P_{k+1,k|T} Fᵀ − F P_{k+1,k|T}ᵀ + F P_{k|T} Fᵀ, d = x_{k+1|T} − F x_{k|T} − b
 /// (Shumway and Stoffer 1982), which subtracts covariances of states to find a noise that may be
 /// many digits smaller; this form subtracts the information of the measurements from Q.
-pub(crate) fn expectation<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    filtered: &Filtered<N>,
-    parameters: &Parameters<N, M>,
+pub(crate) fn expected_noise_moments<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    filtered: &FilteredRecording<N>,
+    parameters: &NoiseParameters<N, M>,
     joint_R: bool,
-) -> Result<Expectation<N, M>, PassError> {
+) -> Result<NoiseMoments<N, M>, PassError> {
     let mut information = SMatrix::<f64, N, N>::zeros();
     let mut v = MeasurementNoise::new(&parameters.R, joint_R);
     let mut start = parameters.start;
-    sweep(steps, filtered, |k, state, link| {
-        if let Some(Link { inverse, shift, shrink, .. }) = link {
+    backward_sweep(steps, filtered, |k, state, link| {
+        if let Some(SmootherLink { inverse, shift, shrink, .. }) = link {
             let r = inverse * shift;
             information += r * r.transpose() + inverse * shrink * inverse;
         }
-        v.add(&steps[k], state);
+        v.add_step(&steps[k], state);
         start = *state;
     })?;
     let transitions = steps.len() - 1;
-    let (R, measured) = v.mean(steps.len());
+    let (R, measured) = v.mean_moment(steps.len());
     let Q = parameters.Q;
-    let information = symmetric(&information) / transitions as f64;
-    Ok(Expectation { start, Q: symmetric(&(Q + Q * information * Q)), R, transitions, measured })
+    let information = symmetric_part(&information) / transitions as f64;
+    Ok(NoiseMoments { start, Q: symmetric_part(&(Q + Q * information * Q)), R, transitions, measured })
 }
 
 /// Sum of E[v vᵀ] over the steps.
@@ -71,11 +71,11 @@ impl<'a, const M: usize> MeasurementNoise<'a, M> {
     }
 
     #[inline]
-    fn add<const N: usize>(&mut self, step: &Step<N, M>, state: &Gaussian<N>) {
-        let e = residual(step, &state.mean);
+    fn add_step<const N: usize>(&mut self, step: &LinearStep<N, M>, state: &Gaussian<N>) {
+        let e = measurement_residual(step, &state.mean);
         let HP = step.H * state.cov;
         if self.joint {
-            self.sum += self.completed(step, &(e * e.transpose() + HP * step.H.transpose()));
+            self.sum += self.complete_moment(step, &(e * e.transpose() + HP * step.H.transpose()));
             return;
         }
         for i in (0..M).filter(|i| !step.y[*i].is_nan()) {
@@ -86,9 +86,9 @@ impl<'a, const M: usize> MeasurementNoise<'a, M> {
 
     /// E[v vᵀ] of a step, the noise of absent components included: given the others, v_a has the
     /// mean B v_o and the covariance R_aa − B R_oa with B = R_ao R_oo⁻¹.
-    fn completed<const N: usize>(
+    fn complete_moment<const N: usize>(
         &self,
-        step: &Step<N, M>,
+        step: &LinearStep<N, M>,
         moment: &SMatrix<f64, M, M>,
     ) -> SMatrix<f64, M, M> {
         let absent = step.y.map(f64::is_nan);
@@ -107,12 +107,12 @@ impl<'a, const M: usize> MeasurementNoise<'a, M> {
         let Some(factor) = Cholesky::new(R_oo) else { return SMatrix::from_element(f64::NAN) };
         let B = factor.solve(&R_all_o.transpose()).transpose();
         let seen = SMatrix::from_fn(|i, j| if observed(i, j) { moment[(i, j)] } else { 0.0 });
-        symmetric(&(B * seen * B.transpose() + self.R - B * R_all_o.transpose()))
+        symmetric_part(&(B * seen * B.transpose() + self.R - B * R_all_o.transpose()))
     }
 
-    fn mean(self, steps: usize) -> (SMatrix<f64, M, M>, [usize; M]) {
+    fn mean_moment(self, steps: usize) -> (SMatrix<f64, M, M>, [usize; M]) {
         if self.joint {
-            return (symmetric(&self.sum) / steps as f64, [steps; M]);
+            return (symmetric_part(&self.sum) / steps as f64, [steps; M]);
         }
         let mean = SVector::from_fn(|i, _| match self.measured[i] {
             0 => self.R[(i, i)],

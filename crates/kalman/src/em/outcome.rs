@@ -7,11 +7,11 @@ use std::fmt;
 use nalgebra::SVector;
 
 use crate::forward::PassError;
-use crate::step::Parameters;
+use crate::step::NoiseParameters;
 
 /// How an estimation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
+pub enum EmStatus {
     /// A step of EM gained less than the tolerance.
     Converged,
     /// The limit of evaluations was reached before: the estimate may still move.
@@ -23,7 +23,7 @@ pub enum Status {
 /// A step of EM after which the recording was less probable, which contradicts theory: numbers
 /// were lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Violation {
+pub struct LikelihoodFall {
     /// Number of the evaluation.
     pub evaluation: usize,
     /// By how much the log-likelihood fell [nat].
@@ -32,11 +32,11 @@ pub struct Violation {
 
 /// Noises that were estimated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Estimate<const N: usize, const M: usize> {
+pub struct EmEstimate<const N: usize, const M: usize> {
     /// The most probable start, Q and R.
-    pub parameters: Parameters<N, M>,
+    pub parameters: NoiseParameters<N, M>,
     /// How the estimation ended.
-    pub status: Status,
+    pub status: EmStatus,
     /// Log-likelihood [nat] of each accepted estimate, from the first guess to `parameters`.
     pub log_likelihood: Vec<f64>,
     /// Number of passes over the recording.
@@ -44,7 +44,7 @@ pub struct Estimate<const N: usize, const M: usize> {
     /// Number of extrapolations that were rejected, as they made the recording less probable.
     pub rejected: usize,
     /// Steps of EM after which the log-likelihood was lower by more than 1e-9 of itself.
-    pub violations: Vec<Violation>,
+    pub violations: Vec<LikelihoodFall>,
     /// Derivative of the log-likelihood with respect to the logarithm of each variance in Q, zero
     /// for those that are known. By Fisher's identity it needs no more than an E-step. It is
     /// negative for a variance that is held by its floor.

@@ -7,24 +7,24 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::dense::{Case, cases, diagonal_cases};
-use crate::{Gaussian, forward, smooth};
+use crate::dense::{LinearSystemCase, arbitrary_cases, diagonal_cases};
+use crate::{Gaussian, filter_forward, smooth_recording};
 
 fn expected<const N: usize, const M: usize>(
-    steps: &[Step<N, M>],
-    p: &Parameters<N, M>,
+    steps: &[LinearStep<N, M>],
+    p: &NoiseParameters<N, M>,
     joint_R: bool,
-) -> Expectation<N, M> {
-    let filtered = forward(steps, p).expect("covariances");
-    expectation(steps, &filtered, p, joint_R).expect("covariances")
+) -> NoiseMoments<N, M> {
+    let filtered = filter_forward(steps, p).expect("covariances");
+    expected_noise_moments(steps, &filtered, p, joint_R).expect("covariances")
 }
 
-fn likelihood<const N: usize, const M: usize>(steps: &[Step<N, M>], p: &Parameters<N, M>) -> f64 {
-    forward(steps, p).expect("covariances").log_likelihood
+fn likelihood<const N: usize, const M: usize>(steps: &[LinearStep<N, M>], p: &NoiseParameters<N, M>) -> f64 {
+    filter_forward(steps, p).expect("covariances").log_likelihood
 }
 
 /// A stable system of three states and two sensors that swing, and noises as given.
-fn record(length: usize, p: &Parameters<3, 2>, seed: u64) -> Vec<Step<3, 2>> {
+fn record(length: usize, p: &NoiseParameters<3, 2>, seed: u64) -> Vec<LinearStep<3, 2>> {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal =
         |L: &SMatrix<f64, 3, 3>| L * Vector3::from_fn(|_, _| rng.sample::<f64, _>(StandardNormal));
@@ -37,13 +37,13 @@ fn record(length: usize, p: &Parameters<3, 2>, seed: u64) -> Vec<Step<3, 2>> {
         let b = Vector3::new(0.1 * sin, 0.0, 0.2);
         let y = H * x + normal(&R).xy();
         x = F * x + b + normal(&Q);
-        Step { y, H, F, b }
+        LinearStep { y, H, F, b }
     };
     (0..length).map(&mut sample).collect()
 }
 
-fn noises(Q: [f64; 3], R: [f64; 2]) -> Parameters<3, 2> {
-    Parameters {
+fn noises(Q: [f64; 3], R: [f64; 2]) -> NoiseParameters<3, 2> {
+    NoiseParameters {
         start: Gaussian { mean: Vector3::zeros(), cov: Matrix3::identity() },
         Q: Matrix3::from_diagonal(&Vector3::from(Q)),
         R: Matrix2::from_diagonal(&Vector2::from(R)),
@@ -59,8 +59,8 @@ fn apart<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> f64 
 }
 
 /// The moments of Q by the formula of Shumway and Stoffer, and of R where all is measured.
-fn textbook(steps: &[Step<3, 2>], p: &Parameters<3, 2>) -> (Matrix3<f64>, Matrix2<f64>) {
-    let s = smooth(steps, &forward(steps, p).expect("covariances")).expect("covariances");
+fn textbook(steps: &[LinearStep<3, 2>], p: &NoiseParameters<3, 2>) -> (Matrix3<f64>, Matrix2<f64>) {
+    let s = smooth_recording(steps, &filter_forward(steps, p).expect("covariances")).expect("covariances");
     let (mut Q, mut R) = (Matrix3::zeros(), Matrix2::zeros());
     for (k, step) in steps.iter().enumerate() {
         let e = step.y - step.H * s.states[k].mean;
@@ -77,7 +77,7 @@ fn textbook(steps: &[Step<3, 2>], p: &Parameters<3, 2>) -> (Matrix3<f64>, Matrix
 
 proptest! {
     #[test]
-    fn moments_are_those_of_the_textbook((mut steps, p) in cases(12)) {
+    fn moments_are_those_of_the_textbook((mut steps, p) in arbitrary_cases(12)) {
         for step in &mut steps {
             step.y = step.y.map(|y| if y.is_nan() { 0.5 } else { y });
         }
@@ -88,18 +88,18 @@ proptest! {
     }
 
     #[test]
-    fn slopes_are_differences_of_the_likelihood((steps, p) in cases(12)) {
+    fn slopes_are_differences_of_the_likelihood((steps, p) in arbitrary_cases(12)) {
         let moments = expected(&steps, &p, true);
-        let slope_Q = slope(&Freedom::Full, &p.Q, &moments.Q, &[moments.transitions; 3]);
-        let slope_R = slope(&Freedom::Full, &p.R, &moments.R, &moments.measured);
+        let slope_Q = log_variance_slope(&CovarianceStructure::Full, &p.Q, &moments.Q, &[moments.transitions; 3]);
+        let slope_R = log_variance_slope(&CovarianceStructure::Full, &p.R, &moments.R, &moments.measured);
         let h: f64 = 1e-5;
         let scaled = |i: usize, s: f64| {
             // Half the logarithm of the variance on each side of the matrix.
             let mut p = p;
             let unit = (0.5 * s * h).exp();
             let (of_Q, of_R) = (|j| if j == i { unit } else { 1.0 }, |j| if j + 3 == i { unit } else { 1.0 });
-            p.Q = maximise::rescaled(&p.Q, &Vector3::from_fn(|j, _| of_Q(j)));
-            p.R = maximise::rescaled(&p.R, &Vector2::from_fn(|j, _| of_R(j)));
+            p.Q = maximise::scale_covariance(&p.Q, &Vector3::from_fn(|j, _| of_Q(j)));
+            p.R = maximise::scale_covariance(&p.R, &Vector2::from_fn(|j, _| of_R(j)));
             likelihood(&steps, &p)
         };
         for i in 0..5 {
@@ -110,33 +110,33 @@ proptest! {
     }
 
     #[test]
-    fn no_step_of_a_full_em_loses_likelihood((steps, p) in cases(15)) {
-        rises(&Em { Q: Freedom::Full, R: Freedom::Full, ..Em::default() }, &steps, &p)?;
+    fn no_step_of_a_full_em_loses_likelihood((steps, p) in arbitrary_cases(15)) {
+        rises(&EmSettings { Q: CovarianceStructure::Full, R: CovarianceStructure::Full, ..EmSettings::default() }, &steps, &p)?;
     }
 
     #[test]
     fn no_step_of_a_diagonal_em_loses_likelihood((steps, p) in diagonal_cases(15)) {
         let floor = (Vector3::new(1e-3, 0.5, 1e-3), Vector2::new(0.3, 1e-3));
-        let em = Em { floor_Q: floor.0, floor_R: floor.1, ..Em::default() };
+        let em = EmSettings { floor_Q: floor.0, floor_R: floor.1, ..EmSettings::default() };
         let found = rises(&em, &steps, &p)?;
         prop_assert!((0..3).all(|i| found.parameters.Q[(i, i)] >= floor.0[i]));
         prop_assert!((0..2).all(|i| found.parameters.R[(i, i)] >= floor.1[i]));
     }
 
     #[test]
-    fn units_do_not_matter((steps, p) in cases(15)) {
+    fn units_do_not_matter((steps, p) in arbitrary_cases(15)) {
         // Forces in N instead of kN and the like: states by `u`, measurements by `w`.
         let (u, w) = (Vector3::new(1e3, 1.0, 1e-3), Vector2::new(1.0, 1e2));
         let U = Matrix3::from_diagonal(&u);
         let V = Matrix3::from_diagonal(&u.map(f64::recip));
         let W = Matrix2::from_diagonal(&w);
-        let scaled: Vec<_> = steps.iter().map(|s| Step { y: w.component_mul(&s.y), H: W * s.H * V, F: U * s.F * V, b: U * s.b }).collect();
+        let scaled: Vec<_> = steps.iter().map(|s| LinearStep { y: w.component_mul(&s.y), H: W * s.H * V, F: U * s.F * V, b: U * s.b }).collect();
         let start = Gaussian { mean: U * p.start.mean, cov: U * p.start.cov * U };
-        let q = Parameters { start, Q: U * p.Q * U, R: W * p.R * W };
-        let em = Em { Q: Freedom::Full, R: Freedom::Full, max_evaluations: 12, ..Em::default() };
+        let q = NoiseParameters { start, Q: U * p.Q * U, R: W * p.R * W };
+        let em = EmSettings { Q: CovarianceStructure::Full, R: CovarianceStructure::Full, max_evaluations: 12, ..EmSettings::default() };
         let floors = (Vector3::repeat(1e-2), Vector2::repeat(1e-2));
-        let em = Em { floor_Q: floors.0, floor_R: floors.1, ..em };
-        let em_scaled = Em { floor_Q: U * U * floors.0, floor_R: W * W * floors.1, ..em };
+        let em = EmSettings { floor_Q: floors.0, floor_R: floors.1, ..em };
+        let em_scaled = EmSettings { floor_Q: U * U * floors.0, floor_R: W * W * floors.1, ..em };
         let a = em.fit(&steps, &p).expect("covariances");
         let b = em_scaled.fit(&scaled, &q).expect("covariances");
         prop_assert_eq!(a.log_likelihood.len(), b.log_likelihood.len());
@@ -145,15 +145,15 @@ prop_assert!((a.slope_R - b.slope_R).amax() <= 1e-6 * (1.0 + a.slope_R.amax()));
     }
 
     #[test]
-    fn order_of_states_does_not_matter((steps, p) in cases(15)) {
+    fn order_of_states_does_not_matter((steps, p) in arbitrary_cases(15)) {
         let T = Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0);
         let turn = |C: &Matrix3<f64>| T * C * T.transpose();
-        let turned: Vec<_> = steps.iter().map(|s| Step { H: s.H * T.transpose(), F: turn(&s.F), b: T * s.b, ..*s }).collect();
+        let turned: Vec<_> = steps.iter().map(|s| LinearStep { H: s.H * T.transpose(), F: turn(&s.F), b: T * s.b, ..*s }).collect();
         let start = Gaussian { mean: T * p.start.mean, cov: turn(&p.start.cov) };
-        let q = Parameters { start, Q: turn(&p.Q), R: p.R };
-        let em = Em { Q: Freedom::Full, R: Freedom::Full, max_evaluations: 12, ..Em::default() };
+        let q = NoiseParameters { start, Q: turn(&p.Q), R: p.R };
+        let em = EmSettings { Q: CovarianceStructure::Full, R: CovarianceStructure::Full, max_evaluations: 12, ..EmSettings::default() };
         let floor = Vector3::repeat(1e-2);
-        let em = Em { floor_Q: floor, floor_R: floor.xy(), ..em };
+        let em = EmSettings { floor_Q: floor, floor_R: floor.xy(), ..em };
         let a = em.fit(&steps, &p).expect("covariances").parameters;
         let b = em.fit(&turned, &q).expect("covariances").parameters;
         prop_assert!((turn(&a.Q) - b.Q).amax() <= 1e-7 * a.Q.amax());
@@ -163,12 +163,12 @@ prop_assert!((a.slope_R - b.slope_R).amax() <= 1e-6 * (1.0 + a.slope_R.amax()));
 
 /// Fits with all of the start free, and checks the properties that hold for any data.
 fn rises(
-    em: &Em<3, 2>,
-    steps: &[Step<3, 2>],
-    p: &Parameters<3, 2>,
-) -> Result<Estimate<3, 2>, TestCaseError> {
-    let mut em = Em { start: StartUpdate::MeanAndCovariance, max_evaluations: 60, ..*em };
-    if em.Q == Freedom::Full {
+    em: &EmSettings<3, 2>,
+    steps: &[LinearStep<3, 2>],
+    p: &NoiseParameters<3, 2>,
+) -> Result<EmEstimate<3, 2>, TestCaseError> {
+    let mut em = EmSettings { start: InitialStateUpdate::MeanAndCovariance, max_evaluations: 60, ..*em };
+    if em.Q == CovarianceStructure::Full {
         (em.floor_Q, em.floor_R) = (Vector3::repeat(1e-2), Vector2::repeat(1e-2));
     }
     let found = em.fit(steps, p).expect("covariances");
@@ -176,9 +176,7 @@ fn rises(
     for pair in found.log_likelihood.windows(2) {
         prop_assert!(pair[1] - pair[0] >= -1e-9 * pair[0].abs(), "{:?}", pair);
     }
-    prop_assert!(
-        found.parameters.Q.cholesky().is_some() && found.parameters.R.cholesky().is_some()
-    );
+    prop_assert!(found.parameters.Q.cholesky().is_some() && found.parameters.R.cholesky().is_some());
     let last = found.log_likelihood.last().expect("a guess");
     prop_assert_eq!(*last, likelihood(steps, &found.parameters));
     Ok(found)
@@ -188,8 +186,9 @@ fn rises(
 fn noises_that_are_known_are_found() {
     let (truth, guess) = (noises(TRUTH.0, TRUTH.1), noises(GUESS.0, GUESS.1));
     let steps = record(4000, &truth, 1);
-    let found = Em { tolerance: 1e-6, ..Em::default() }.fit(&steps, &guess).expect("covariances");
-    assert_eq!(found.status, Status::Converged);
+    let found =
+        EmSettings { tolerance: 1e-6, ..EmSettings::default() }.fit(&steps, &guess).expect("covariances");
+    assert_eq!(found.status, EmStatus::Converged);
     assert!(found.slope_Q.amax() < 0.1 && found.slope_R.amax() < 0.1, "{found:?}");
     // Four standard errors of about 5 %.
     assert!(apart(&found.parameters.Q, &truth.Q) < 0.2, "{}", found.parameters.Q);
@@ -208,9 +207,10 @@ fn noises_that_belong_together_are_found() {
     for k in (0..4000).step_by(7) {
         steps[k].y[k % 2] = f64::NAN;
     }
-    let em = Em { Q: Freedom::Full, R: Freedom::Full, ..Em::default() };
+    let em =
+        EmSettings { Q: CovarianceStructure::Full, R: CovarianceStructure::Full, ..EmSettings::default() };
     let found = em.fit(&steps, &noises(GUESS.0, GUESS.1)).expect("covariances");
-    assert_eq!((found.status, found.violations.len()), (Status::Converged, 0));
+    assert_eq!((found.status, found.violations.len()), (EmStatus::Converged, 0));
     assert!((found.parameters.Q - truth.Q).amax() < 0.1, "{}", found.parameters.Q);
     assert!((found.parameters.R - truth.R).amax() < 0.1, "{}", found.parameters.R);
 }
@@ -218,11 +218,11 @@ fn noises_that_belong_together_are_found() {
 #[test]
 fn looking_ahead_finds_the_same_maximum_with_less_work() {
     let steps = record(1000, &noises(TRUTH.0, TRUTH.1), 3);
-    let em = Em { tolerance: 1e-8, max_evaluations: 5000, ..Em::default() };
+    let em = EmSettings { tolerance: 1e-8, max_evaluations: 5000, ..EmSettings::default() };
     let guess = noises([300.0, 1e-3, 5e-3], [1e-3, 40.0]);
-    let plain = Em { accelerate: false, ..em }.fit(&steps, &guess).expect("covariances");
+    let plain = EmSettings { accelerate: false, ..em }.fit(&steps, &guess).expect("covariances");
     let ahead = em.fit(&steps, &guess).expect("covariances");
-    assert_eq!((plain.status, ahead.status), (Status::Converged, Status::Converged));
+    assert_eq!((plain.status, ahead.status), (EmStatus::Converged, EmStatus::Converged));
     assert_eq!((plain.violations.len(), ahead.violations.len()), (0, 0));
     assert!(apart(&plain.parameters.Q, &ahead.parameters.Q) < 1e-3);
     assert!(apart(&plain.parameters.R, &ahead.parameters.R) < 1e-3);
@@ -234,14 +234,14 @@ fn looking_ahead_finds_the_same_maximum_with_less_work() {
 fn what_is_locked_stays_and_what_is_held_by_its_floor_says_so() {
     let steps = record(1000, &noises(TRUTH.0, TRUTH.1), 4);
     let guess = noises(GUESS.0, GUESS.1);
-    let em = Em {
-        Q: Freedom::Diagonal([true, false, true]),
-        R: Freedom::Fixed,
+    let em = EmSettings {
+        Q: CovarianceStructure::Diagonal([true, false, true]),
+        R: CovarianceStructure::Fixed,
         floor_Q: Vector3::new(1e-9, 1e-9, 9.0),
-        ..Em::default()
+        ..EmSettings::default()
     };
     let found = em.fit(&steps, &guess).expect("covariances");
-    assert_eq!(found.status, Status::Converged);
+    assert_eq!(found.status, EmStatus::Converged);
     assert_eq!((found.parameters.R, found.parameters.Q[(1, 1)]), (guess.R, guess.Q[(1, 1)]));
     assert_eq!((found.slope_R, found.slope_Q[1]), (Vector2::zeros(), 0.0));
     assert_eq!(found.parameters.Q[(2, 2)], 9.0);
@@ -251,20 +251,21 @@ fn what_is_locked_stays_and_what_is_held_by_its_floor_says_so() {
 
 #[test]
 fn a_start_is_found_when_it_is_free() {
-    let truth = Parameters {
+    let truth = NoiseParameters {
         start: Gaussian { mean: Vector3::new(30.0, -20.0, 10.0), cov: Matrix3::identity() * 1e-4 },
         ..noises(TRUTH.0, TRUTH.1)
     };
     let steps = record(200, &truth, 5);
     let guess = noises(TRUTH.0, TRUTH.1);
-    let em = Em { Q: Freedom::Fixed, R: Freedom::Fixed, ..Em::default() };
-    for start in [StartUpdate::Mean, StartUpdate::MeanAndCovariance] {
-        let found = Em { start, ..em }.fit(&steps, &guess).expect("covariances");
-        assert_eq!(found.status, Status::Converged);
+    let em =
+        EmSettings { Q: CovarianceStructure::Fixed, R: CovarianceStructure::Fixed, ..EmSettings::default() };
+    for start in [InitialStateUpdate::Mean, InitialStateUpdate::MeanAndCovariance] {
+        let found = EmSettings { start, ..em }.fit(&steps, &guess).expect("covariances");
+        assert_eq!(found.status, EmStatus::Converged);
         let error = (found.parameters.start.mean - truth.start.mean).amax();
         assert!(error < 3.0, "{start:?}: {error}");
         let narrower = found.parameters.start.cov.trace() < guess.start.cov.trace();
-        assert_eq!(narrower, start == StartUpdate::MeanAndCovariance);
+        assert_eq!(narrower, start == InitialStateUpdate::MeanAndCovariance);
     }
 }
 
@@ -272,27 +273,28 @@ fn a_start_is_found_when_it_is_free() {
 fn limits_and_stops_are_reported() {
     let steps = record(300, &noises(TRUTH.0, TRUTH.1), 6);
     for max_evaluations in 1..6 {
-        let em = Em { max_evaluations, ..Em::default() };
+        let em = EmSettings { max_evaluations, ..EmSettings::default() };
         let found = em.fit(&steps, &noises(GUESS.0, GUESS.1)).expect("covariances");
-        assert_eq!((found.status, found.evaluations), (Status::EvaluationLimit, max_evaluations));
+        assert_eq!((found.status, found.evaluations), (EmStatus::EvaluationLimit, max_evaluations));
     }
     let mut left = 2;
     let go_on = || {
         left -= 1;
         left >= 0
     };
-    let found = Em::default().fit_while(&steps, &noises(GUESS.0, GUESS.1), go_on);
-    assert_eq!(found.expect("covariances").status, Status::Stopped);
+    let found = EmSettings::default().fit_while(&steps, &noises(GUESS.0, GUESS.1), go_on);
+    assert_eq!(found.expect("covariances").status, EmStatus::Stopped);
 }
 
 #[test]
 fn guesses_and_options_that_do_not_fit_are_errors() {
-    let (steps, mut p): Case = (record(5, &noises(TRUTH.0, TRUTH.1), 7), noises(TRUTH.0, TRUTH.1));
-    let em = Em::default();
-    let floorless = Em { floor_R: Vector2::new(1.0, 0.0), ..em };
+    let (steps, mut p): LinearSystemCase =
+        (record(5, &noises(TRUTH.0, TRUTH.1), 7), noises(TRUTH.0, TRUTH.1));
+    let em = EmSettings::default();
+    let floorless = EmSettings { floor_R: Vector2::new(1.0, 0.0), ..em };
     assert_eq!(floorless.fit(&steps, &p), Err(EmError::Floor("R")));
     assert_eq!(em.fit(&steps[..1], &p), Err(PassError::TooShort { steps: 1 }.into()));
     (p.Q[(0, 1)], p.Q[(1, 0)]) = (0.01, 0.01);
     assert_eq!(em.fit(&steps, &p), Err(EmError::NotDiagonal("Q")));
-    assert!(Em { Q: Freedom::Full, ..em }.fit(&steps, &p).is_ok());
+    assert!(EmSettings { Q: CovarianceStructure::Full, ..em }.fit(&steps, &p).is_ok());
 }

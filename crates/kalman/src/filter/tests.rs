@@ -13,8 +13,7 @@ struct Noise(u64);
 
 impl Noise {
     fn uniform(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
@@ -50,7 +49,7 @@ proptest! {
         let H = SMatrix::<f64, 2, 4>::from_row_slice(&h);
         let y = Vector2::from(y);
         let residual = y - H * prior.mean;
-        let (posterior, _) = update(&prior, &residual, &H, &R).expect("covariances");
+        let (posterior, _) = measurement_update(&prior, &residual, &H, &R).expect("covariances");
 
         let (Y, W) = (inverse(prior.cov), H.transpose() * inverse(R));
         let cov = inverse(Y + W * H);
@@ -66,7 +65,7 @@ proptest! {
         let prior = Gaussian { mean: SVector::zeros(), cov: covariance::<2>(&p, 0.1) };
         let R = covariance::<2>(&r, 0.1);
         let residual = Vector2::from(v);
-        let (_, i) = update(&prior, &residual, &Matrix2::identity(), &R).expect("covariances");
+        let (_, i) = measurement_update(&prior, &residual, &Matrix2::identity(), &R).expect("covariances");
         let S = prior.cov + R;
         let nis = (residual.transpose() * inverse(S) * residual)[0];
         let density = (-0.5 * nis).exp() / (TAU * S.determinant().sqrt());
@@ -95,7 +94,7 @@ fn filtering_equals_one_batch_of_bayes() {
             prior = predict(&recursive, F * recursive.mean, &F, &Q);
         }
         let residual = Matrix1::new(*y) - H * prior.mean;
-        (recursive, _) = update(&prior, &residual, &H, &R).expect("covariances");
+        (recursive, _) = measurement_update(&prior, &residual, &H, &R).expect("covariances");
     }
 
     let mut mean = DVector::<f64>::zeros(2 * T);
@@ -122,11 +121,7 @@ fn filtering_equals_one_batch_of_bayes() {
     let gain = &cov * all_H.transpose() * S.try_inverse().expect("positive definite");
     let mean = &mean + &gain * (DVector::from_row_slice(&ys) - &all_H * &mean);
     let cov = &cov - &gain * all_H * &cov;
-    assert_relative_eq!(
-        recursive.mean,
-        mean.fixed_rows::<2>(2 * T - 2).into_owned(),
-        max_relative = 1e-11
-    );
+    assert_relative_eq!(recursive.mean, mean.fixed_rows::<2>(2 * T - 2).into_owned(), max_relative = 1e-11);
     assert_relative_eq!(
         recursive.cov,
         cov.fixed_view::<2, 2>(2 * T - 2, 2 * T - 2).into_owned(),
@@ -145,8 +140,8 @@ fn static_state_is_recursive_least_squares() {
         let phi = SVector::from([1.0, t, t * t]);
         let y = phi.dot(&truth) + 0.1 * noise.normal();
         let residual = Matrix1::new(y - phi.dot(&filter.mean));
-        let (next, _) =
-            update(&filter, &residual, &phi.transpose(), &Matrix1::new(1.0)).expect("covariances");
+        let (next, _) = measurement_update(&filter, &residual, &phi.transpose(), &Matrix1::new(1.0))
+            .expect("covariances");
         filter = next;
 
         let gain = P * phi / (1.0 + phi.dot(&(P * phi)));
@@ -180,7 +175,7 @@ fn covariance_survives_nearly_perfect_sensors() {
     };
     for k in 0..100_000 {
         x = predict(&x, F * x.mean, &F, &Q);
-        (x, _) = update(&x, &SVector::zeros(), &H, &R).expect("S is positive definite");
+        (x, _) = measurement_update(&x, &SVector::zeros(), &H, &R).expect("S is positive definite");
         assert_eq!(x.cov, x.cov.transpose());
         if k % 1000 == 999 {
             assert!(Cholesky::new(x.cov).is_some(), "step {k}: {}", x.cov);
@@ -203,7 +198,7 @@ fn nis_of_a_true_model_averages_to_the_number_of_measurements() {
         let y = truth + Vector2::new(0.2 * noise.normal(), 0.5 * noise.normal());
         let prior = predict(&filter, F * filter.mean, &F, &Q);
         let (posterior, innovation) =
-            update(&prior, &(y - prior.mean), &Matrix2::identity(), &R).expect("covariances");
+            measurement_update(&prior, &(y - prior.mean), &Matrix2::identity(), &R).expect("covariances");
         filter = posterior;
         sum += innovation.nis;
     }
@@ -217,7 +212,7 @@ fn broken_numbers_are_errors() {
     let of = |variance: f64, residual: f64| {
         let prior = Gaussian { mean: Matrix1::new(0.0), cov: Matrix1::new(variance) };
         let one = Matrix1::new(1.0);
-        update(&prior, &Matrix1::new(residual), &one, &one).map(|_| ())
+        measurement_update(&prior, &Matrix1::new(residual), &one, &one).map(|_| ())
     };
     assert_eq!(of(1.0, 1.0), Ok(()));
     assert_eq!(of(-1.0, 1.0), Err(UpdateError::NotPositiveDefinite));

@@ -4,13 +4,13 @@ use nalgebra::{Cholesky, Matrix2, Matrix3, Vector2};
 use proptest::prelude::*;
 
 use super::*;
-use crate::dense::{cases, diagonal_cases, log_density};
-use crate::{Model, extended, linearise};
+use crate::dense::{arbitrary_cases, diagonal_cases, log_density};
+use crate::{NonlinearModel, linearise_along_trajectory, linearise_by_extended_filter};
 
 proptest! {
     #[test]
-    fn likelihood_is_the_density_of_the_whole_recording((steps, p) in cases(8)) {
-        let filtered = forward(&steps, &p).expect("covariances");
+    fn likelihood_is_the_density_of_the_whole_recording((steps, p) in arbitrary_cases(8)) {
+        let filtered = filter_forward(&steps, &p).expect("covariances");
         let density = log_density(&steps, &p);
         let error = (filtered.log_likelihood - density).abs();
         prop_assert!(error <= 1e-11 * (1.0 + density.abs()), "{} of {}", error, density);
@@ -34,8 +34,8 @@ proptest! {
 }
 
 /// Position and velocity, the position measured, at steps of one second.
-fn moving(y: f64) -> Step<2, 1> {
-    Step {
+fn moving(y: f64) -> LinearStep<2, 1> {
+    LinearStep {
         y: SVector::from([y]),
         H: SMatrix::<f64, 1, 2>::new(1.0, 0.0),
         F: Matrix2::new(1.0, 1.0, 0.0, 1.0),
@@ -43,8 +43,8 @@ fn moving(y: f64) -> Step<2, 1> {
     }
 }
 
-fn parameters(start: f64, q: f64, r: f64) -> Parameters<2, 1> {
-    Parameters {
+fn parameters(start: f64, q: f64, r: f64) -> NoiseParameters<2, 1> {
+    NoiseParameters {
         start: Gaussian { mean: SVector::zeros(), cov: Matrix2::identity() * start },
         Q: Matrix2::identity() * q,
         R: SMatrix::<f64, 1, 1>::new(r),
@@ -55,7 +55,7 @@ fn parameters(start: f64, q: f64, r: f64) -> Parameters<2, 1> {
 fn covariance_survives_a_sensor_that_is_far_better_than_the_prediction() {
     // 1e16 between the variances of start and sensor: a plain subtraction would leave nothing.
     let steps: Vec<_> = (0..50).map(|k| moving(f64::from(k))).collect();
-    let filtered = forward(&steps, &parameters(1e8, 1e-12, 1e-8)).expect("covariances");
+    let filtered = filter_forward(&steps, &parameters(1e8, 1e-12, 1e-8)).expect("covariances");
     for (k, state) in filtered.posterior.iter().enumerate() {
         assert!(Cholesky::new(state.cov).is_some(), "step {k}: {}", state.cov);
         assert!(state.cov[(0, 0)] <= 1.0001e-8, "step {k}: {}", state.cov);
@@ -69,11 +69,11 @@ fn what_is_broken_is_an_error_with_its_step() {
     steps[3].y[0] = f64::INFINITY;
     let p = parameters(1.0, 1.0, 1.0);
     let error = |source| Err(PassError::Update { step: 3, source });
-    assert_eq!(forward(&steps, &p), error(UpdateError::NotFinite));
+    assert_eq!(filter_forward(&steps, &p), error(UpdateError::NotFinite));
     steps[3] = moving(f64::NAN);
-    assert_eq!(forward(&steps, &p).map(|f| f.fit[3]), Ok(Fit::default()));
-    let indefinite = Parameters { Q: -p.Q, ..p };
-    assert!(matches!(forward(&steps, &indefinite), Err(PassError::Update { .. })));
+    assert_eq!(filter_forward(&steps, &p).map(|f| f.fit[3]), Ok(StepFit::default()));
+    let indefinite = NoiseParameters { Q: -p.Q, ..p };
+    assert!(matches!(filter_forward(&steps, &indefinite), Err(PassError::Update { .. })));
 }
 
 /// A pendulum with the angle and the rate as state, pushed by an input, its angle seen from aside.
@@ -81,7 +81,7 @@ struct Pendulum {
     push: Vec<f64>,
 }
 
-impl Model<2, 1> for Pendulum {
+impl NonlinearModel<2, 1> for Pendulum {
     fn transition(&self, k: usize, x: &Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
         let h = 0.1;
         let after = Vector2::new(x[0] + h * x[1], x[1] + h * (self.push[k] - x[0].sin()));
@@ -103,12 +103,12 @@ fn swing() -> (Pendulum, Vec<SVector<f64, 1>>) {
 fn forward_over_an_extended_linearisation_is_the_extended_filter() {
     let (model, measured) = swing();
     let p = parameters(0.5, 1e-3, 1e-2);
-    let steps = extended(&model, &measured, &p).expect("covariances");
-    let filtered = forward(&steps, &p).expect("covariances");
+    let steps = linearise_by_extended_filter(&model, &measured, &p).expect("covariances");
+    let filtered = filter_forward(&steps, &p).expect("covariances");
     let (mut prior, mut log_likelihood) = (p.start, 0.0);
     for (k, y) in measured.iter().enumerate() {
         let (h, H) = model.measurement(k, &prior.mean);
-        let (posterior, innovation) = update(&prior, &(y - h), &H, &p.R).expect("covariances");
+        let (posterior, innovation) = measurement_update(&prior, &(y - h), &H, &p.R).expect("covariances");
         log_likelihood += innovation.log_likelihood;
         assert!((filtered.posterior[k].mean - posterior.mean).amax() < 1e-12, "step {k}");
         assert!((filtered.posterior[k].cov - posterior.cov).amax() < 1e-13, "step {k}");
@@ -122,13 +122,13 @@ fn forward_over_an_extended_linearisation_is_the_extended_filter() {
 fn smoothing_along_what_was_smoothed_finds_the_most_probable_trajectory() {
     let (model, measured) = swing();
     let p = parameters(0.5, 1e-3, 1e-2);
-    let mut steps = extended(&model, &measured, &p).expect("covariances");
+    let mut steps = linearise_by_extended_filter(&model, &measured, &p).expect("covariances");
     let mut trajectory: Vec<Vector2<f64>> = Vec::new();
     for _ in 0..12 {
-        let filtered = forward(&steps, &p).expect("covariances");
-        let smoothed = crate::smooth(&steps, &filtered).expect("covariances");
+        let filtered = filter_forward(&steps, &p).expect("covariances");
+        let smoothed = crate::smooth_recording(&steps, &filtered).expect("covariances");
         trajectory = smoothed.states.iter().map(|state| state.mean).collect();
-        steps = linearise(&model, &measured, &trajectory);
+        steps = linearise_along_trajectory(&model, &measured, &trajectory);
     }
     let gradient = |k: usize, x: &[Vector2<f64>]| {
         let (h, H) = model.measurement(k, &x[k]);

@@ -85,9 +85,9 @@ impl LdWriter {
                 channels.len()
             )));
         }
-        let mut head = header(session, channels.len());
+        let mut head = ld_file_header(session, channels.len());
         for (place, channel) in channels.iter().enumerate() {
-            head.extend(block(channel, place, channels.len(), rate));
+            head.extend(ld_channel_block(channel, place, channels.len(), rate));
         }
         let file = File::options().read(true).write(true).create(true).truncate(true).open(path)?;
         file.write_all_at(&head, 0)?;
@@ -105,26 +105,24 @@ impl LdWriter {
     ///
     /// # Errors
     /// When there is no room for it, or rows cannot be written.
-    pub fn row(&mut self, values: impl IntoIterator<Item = f64>) -> Result<(), Error> {
+    pub fn write_row(&mut self, values: impl IntoIterator<Item = f64>) -> Result<(), Error> {
         if self.written + self.waiting >= self.room {
             return Err(Error::new(format!("expected at most {} rows, found more", self.room)));
         }
-        for ((numbers, is_integer), value) in
-            self.numbers.iter_mut().zip(&self.integers).zip(values)
-        {
+        for ((numbers, is_integer), value) in self.numbers.iter_mut().zip(&self.integers).zip(values) {
             match is_integer {
                 true => numbers.extend((value.round() as i32).to_le_bytes()),
                 false => numbers.extend((value as f32).to_le_bytes()),
             }
         }
         self.waiting += 1;
-        if self.waiting >= BATCH { self.flush() } else { Ok(()) }
+        if self.waiting >= BATCH { self.flush_rows() } else { Ok(()) }
     }
 
-    fn flush(&mut self) -> Result<(), Error> {
+    fn flush_rows(&mut self) -> Result<(), Error> {
         for (place, numbers) in self.numbers.iter_mut().enumerate() {
             let at =
-                begin(self.integers.len(), place, self.room) + u64::from(self.written) * NUMBER;
+                channel_data_offset(self.integers.len(), place, self.room) + u64::from(self.written) * NUMBER;
             self.file.write_all_at(numbers, at)?;
             numbers.clear();
         }
@@ -137,11 +135,11 @@ impl LdWriter {
     /// # Errors
     /// When they cannot be written.
     pub fn finish(mut self) -> Result<(), Error> {
-        self.flush()?;
+        self.flush_rows()?;
         let channels = self.integers.len();
         let mut bytes = vec![0; 1 << 20];
         for place in 0..channels {
-            let [from, to] = [self.room, self.written].map(|rows| begin(channels, place, rows));
+            let [from, to] = [self.room, self.written].map(|rows| channel_data_offset(channels, place, rows));
             let (mut done, length) = (0, u64::from(self.written) * NUMBER);
             while done < length && from != to {
                 let part = &mut bytes[..(length - done).min(1 << 20) as usize];
@@ -153,23 +151,23 @@ impl LdWriter {
             self.file.write_all_at(&(to as u32).to_le_bytes(), block + 8)?;
             self.file.write_all_at(&self.written.to_le_bytes(), block + 12)?;
         }
-        Ok(self.file.set_len(begin(channels, channels, self.written))?)
+        Ok(self.file.set_len(channel_data_offset(channels, channels, self.written))?)
     }
 }
 
 /// Where the numbers of a channel begin, when each has room for so many rows.
-fn begin(channels: usize, place: usize, rows: u32) -> u64 {
+fn channel_data_offset(channels: usize, place: usize, rows: u32) -> u64 {
     (CHANNELS + channels * CHANNEL_BLOCK) as u64 + place as u64 * u64::from(rows) * NUMBER
 }
 
 /// Puts a text into its field, Latin-1 with a zero behind it.
-fn put(all: &mut [u8], at: usize, length: usize, text: &str) {
+fn put_text(all: &mut [u8], at: usize, length: usize, text: &str) {
     let bytes = text.chars().map(|it| u8::try_from(it).unwrap_or(b'?'));
     all[at..at + length - 1].iter_mut().zip(bytes).for_each(|(to, byte)| *to = byte);
 }
 
 /// All in front of the channels.
-fn header(session: &LdSession, channels: usize) -> Vec<u8> {
+fn ld_file_header(session: &LdSession, channels: usize) -> Vec<u8> {
     let mut all = vec![0; CHANNELS];
     let data = CHANNELS + channels * CHANNEL_BLOCK;
     // The version of the device, 4.20, and what is always there: ticks in a second, an unknown one, and a mark without which i2 Pro does not
@@ -208,13 +206,13 @@ fn header(session: &LdSession, channels: usize) -> Vec<u8> {
         (VEHICLE, 64, &*session.vehicle),
     ];
     for (at, length, text) in texts {
-        put(&mut all, at, length, text);
+        put_text(&mut all, at, length, text);
     }
     all
 }
 
 /// The block of a channel, yet without the place and the count of its numbers.
-fn block(channel: &LdChannel, place: usize, channels: usize, rate: u16) -> Vec<u8> {
+fn ld_channel_block(channel: &LdChannel, place: usize, channels: usize, rate: u16) -> Vec<u8> {
     let mut all = vec![0; CHANNEL_BLOCK];
     let at = |place: usize| (CHANNELS + place * CHANNEL_BLOCK) as u32;
     let before = if place > 0 { at(place - 1) } else { 0 };
@@ -227,14 +225,14 @@ fn block(channel: &LdChannel, place: usize, channels: usize, rate: u16) -> Vec<u
     for (at, number) in numbers.into_iter().enumerate() {
         all[16 + 2 * at..][..2].copy_from_slice(&number.to_le_bytes());
     }
-    put(&mut all, 32, 32, &channel.name);
-    put(&mut all, 64, 8, &channel.name);
-    put(&mut all, 72, 12, word(&channel.unit));
+    put_text(&mut all, 32, 32, &channel.name);
+    put_text(&mut all, 64, 8, &channel.name);
+    put_text(&mut all, 72, 12, motec_unit(&channel.unit));
     all
 }
 
 /// MoTeC's word for a unit.
-fn word(unit: &str) -> &str {
+fn motec_unit(unit: &str) -> &str {
     match unit {
         "m/s2" | "m/s^2" | "m/s²" => "m/s/s",
         "rad/s2" | "rad/s^2" | "rad/s²" => "rad/s/s",
@@ -253,8 +251,7 @@ fn word(unit: &str) -> &str {
 #[must_use]
 pub fn ld_names(names: &[String]) -> Vec<String> {
     let fits = |it: &&String| it.chars().count() <= LdWriter::NAME;
-    let mut taken: HashSet<String> =
-        names.iter().filter(fits).map(|it| it.to_lowercase()).collect();
+    let mut taken: HashSet<String> = names.iter().filter(fits).map(|it| it.to_lowercase()).collect();
     let short = |name: &String| {
         if fits(&name) {
             return name.clone();

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use damage::Target;
-use log_file::Log;
+use damage::FuzzTarget;
+use log_file::LogFile;
 
 use super::{ld, mat, writers};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "logs",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../log-file/tests/corpus/log_files"),
     sound,
@@ -32,7 +32,7 @@ fn sound() -> Vec<Vec<u8>> {
 fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("log");
     std::fs::write(&path, bytes).expect("the folder is writable");
-    let Ok(Some(mut log)) = Log::open(&path) else { return false };
+    let Ok(Some(mut log)) = LogFile::open(&path) else { return false };
     let mut sound = true;
     for clock in 0..log.clocks().len() {
         let of_clock = |it: &usize| log.channels()[*it].clock == clock;

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use arrow_array::types::Int32Type;
 use arrow_array::{
     Array, ArrayRef, BooleanArray, Decimal128Array, DictionaryArray, Float16Array, Float32Array,
-    Float64Array, Int64Array, RecordBatch, StringArray, TimestampMillisecondArray, UInt8Array,
-    UInt64Array,
+    Float64Array, Int64Array, RecordBatch, StringArray, TimestampMillisecondArray, UInt8Array, UInt64Array,
 };
 use arrow_schema::{DataType, Field, Schema};
 
@@ -86,20 +85,13 @@ pub fn arrow(stream: bool, packed: Option<arrow_ipc::CompressionType>) -> Vec<u8
     let options = options.expect("it is known");
     let mut file = Vec::new();
     if stream {
-        let writer = arrow_ipc::writer::StreamWriter::try_new_with_options(
-            &mut file,
-            &batch.schema(),
-            options,
-        );
+        let writer =
+            arrow_ipc::writer::StreamWriter::try_new_with_options(&mut file, &batch.schema(), options);
         let mut writer = writer.expect("a writer");
         (0..2).for_each(|_| writer.write(&batch).expect("it is written"));
         writer.finish().expect("it is written");
     } else {
-        let writer = arrow_ipc::writer::FileWriter::try_new_with_options(
-            &mut file,
-            &batch.schema(),
-            options,
-        );
+        let writer = arrow_ipc::writer::FileWriter::try_new_with_options(&mut file, &batch.schema(), options);
         let mut writer = writer.expect("a writer");
         (0..2).for_each(|_| writer.write(&batch).expect("it is written"));
         writer.finish().expect("it is written");

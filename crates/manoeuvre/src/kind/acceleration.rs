@@ -3,17 +3,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, describe};
-use crate::action::{Action, CarState, DriveCommand, EDGE, Stage};
+use super::{ManoeuvreKind, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, EDGE, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::Log;
+use crate::log::ManoeuvreLog;
 
 /// Acceleration from standstill, or from the entry speed, until the speed does not grow any more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Acceleration {
+pub struct AccelerationTest {
     /// Driving force [N].
     #[schemars(example = 4000.0)]
     pub force: f64,
@@ -28,14 +28,14 @@ pub struct Acceleration {
     pub steady: f64,
 }
 
-impl Default for Acceleration {
+impl Default for AccelerationTest {
     fn default() -> Self {
-        Acceleration { force: 4000.0, power: None, to: 100.0 / 3.6, steady: 0.01 }
+        AccelerationTest { force: 4000.0, power: None, to: 100.0 / 3.6, steady: 0.01 }
     }
 }
 
-impl ManoeuvreKind for Acceleration {
-    fn title(&self) -> &'static str {
+impl ManoeuvreKind for AccelerationTest {
+    fn kind_title(&self) -> &'static str {
         "acceleration to the drag limit"
     }
 
@@ -43,18 +43,18 @@ impl ManoeuvreKind for Acceleration {
         vec![Channel::ForwardSpeed]
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["acceleration"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("time_to_speed", "s", "time to the speed `to`"),
-                describe("distance_to_speed", "m", "distance to the speed `to`"),
-                describe("top_speed", "m/s", "speed at the end"),
-                describe("time_to_top_speed", "s", "time to 99 % of it"),
-                describe(
+                characteristic_value_info("time_to_speed", "s", "time to the speed `to`"),
+                characteristic_value_info("distance_to_speed", "m", "distance to the speed `to`"),
+                characteristic_value_info("top_speed", "m/s", "speed at the end"),
+                characteristic_value_info("time_to_top_speed", "s", "time to 99 % of it"),
+                characteristic_value_info(
                     "acceleration_max",
                     "m/s2",
                     "largest growth of the speed in half a second",
@@ -63,8 +63,8 @@ impl ManoeuvreKind for Acceleration {
         }
     }
 
-    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("force", self.force, "N"),
             ("power", self.power.unwrap_or(1.0), "W"),
             ("to", self.to, "m/s"),
@@ -77,43 +77,47 @@ impl ManoeuvreKind for Acceleration {
             "expected a speed above the entry speed of {} m/s, found {} m/s",
             common.entry_speed, self.to
         );
-        Err(ParameterError::at("to", message))
+        Err(ParameterError::at_kind_key("to", message))
     }
 
-    fn run_up_speed(&self, common: &CommonParameters) -> f64 {
+    fn test_entry_speed(&self, common: &CommonParameters) -> f64 {
         // Standstill is an entry speed, too.
         common.entry_speed
     }
 
-    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         // Once a second the speed is compared with that of a second ago, which `angle` keeps.
         let due = stage.settled.is_none_or(|since| now.time - since >= 1.0 - EDGE);
         if due {
             let steady = stage.settled.is_some() && now.v_x - stage.angle < self.steady;
             if steady {
-                return stage.end(now.time);
+                return stage.end_test(now.time);
             }
             (stage.settled, stage.angle) = (Some(now.time), now.v_x);
         }
         let most = self.power.map_or(f64::INFINITY, |power| power / now.v_x.max(1e-3));
-        Action::angle(0.0, DriveCommand::Force(self.force.min(most)))
+        DriverAction::steer_by_angle(0.0, DriveCommand::Force(self.force.min(most)))
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
         let last = log.t.len() - 1;
         let top = log.v_x[last];
         if top <= log.v_x[0] + self.steady {
             return Err(format!("the car does not move: {:.3} m/s at the end", top));
         }
-        let distance = log.distance();
-        let time = log.reaches(&log.v_x, self.to, true, 0);
-        let grown =
-            (0..=last).filter_map(|k| Some((log.at(&log.v_x, log.t[k] + 0.5)? - log.v_x[k]) / 0.5));
+        let distance = log.travelled_distances();
+        let time = log.level_crossing_time(&log.v_x, self.to, true, 0);
+        let grown = (0..=last)
+            .filter_map(|k| Some((log.interpolate_at(&log.v_x, log.t[k] + 0.5)? - log.v_x[k]) / 0.5));
         Ok(CharacteristicValues::default()
-            .with("time_to_speed", time)
-            .with("distance_to_speed", time.and_then(|time| log.at(&distance, time)))
-            .with("top_speed", top)
-            .with("time_to_top_speed", log.reaches(&log.v_x, 0.99 * top, true, 0))
-            .with("acceleration_max", grown.fold(0.0, f64::max)))
+            .with_number("time_to_speed", time)
+            .with_number("distance_to_speed", time.and_then(|time| log.interpolate_at(&distance, time)))
+            .with_number("top_speed", top)
+            .with_number("time_to_top_speed", log.level_crossing_time(&log.v_x, 0.99 * top, true, 0))
+            .with_number("acceleration_max", grown.fold(0.0, f64::max)))
     }
 }

@@ -1,12 +1,12 @@
 //! Changes the driving force in a bend with the steering held: what power on, power off and braking have in common.
 
-use super::describe;
+use super::characteristic_value_info;
 use crate::action::stage_lasted;
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues};
 use crate::common::CommonParameters;
-use crate::log::{Log, largest, mean};
+use crate::log::{ManoeuvreLog, max_abs, mean};
 
 /// A change of the driving force in a bend.
 pub(super) struct BendForceChange {
@@ -30,36 +30,40 @@ pub(super) const STANDS: f64 = 0.2;
 pub(super) const STAGES: &[&str] =
     &["onto the circle", "steering and driving force held", "change of the driving force"];
 
-pub(super) const DESCRIPTIONS: [ValueDescription; 9] = [
-    describe("lateral_acceleration_0", "m/s2", "lateral acceleration before the change"),
-    describe(
+pub(super) const DESCRIPTIONS: [CharacteristicValueInfo; 9] = [
+    characteristic_value_info("lateral_acceleration_0", "m/s2", "lateral acceleration before the change"),
+    characteristic_value_info(
         "longitudinal_acceleration",
         "m/s2",
         "mean longitudinal acceleration in the first second",
     ),
-    describe(
+    characteristic_value_info(
         "yaw_rate_ratio_1_0",
         "1",
         "yaw rate after 1 s, in terms of that on the initial circle at the same speed",
     ),
-    describe("yaw_rate_ratio_2_0", "1", "the same after 2 s"),
-    describe(
+    characteristic_value_info("yaw_rate_ratio_2_0", "1", "the same after 2 s"),
+    characteristic_value_info(
         "yaw_rate_change_max",
         "rad/s",
         "largest difference from the yaw rate on the initial circle in the first 2 s",
     ),
-    describe("sideslip_change_max", "rad", "largest change of the sideslip angle in the first 2 s"),
-    describe(
+    characteristic_value_info(
+        "sideslip_change_max",
+        "rad",
+        "largest change of the sideslip angle in the first 2 s",
+    ),
+    characteristic_value_info(
         "path_deviation_2_0",
         "m",
         "how far the car is outside of its initial circle after 2 s",
     ),
-    describe(
+    characteristic_value_info(
         "stopping_distance",
         "m",
         "distance from the change to standstill; none of a car that goes on",
     ),
-    describe("stopping_time", "s", "time from the change to standstill"),
+    characteristic_value_info("stopping_time", "s", "time from the change to standstill"),
 ];
 
 impl BendForceChange {
@@ -70,30 +74,30 @@ impl BendForceChange {
     pub fn next_action(
         &self,
         common: &CommonParameters,
-        stage: &mut Stage,
+        stage: &mut TestStage,
         now: &CarState,
-    ) -> Action {
+    ) -> DriverAction {
         if stage.number == CIRCLE {
             if !stage_lasted(stage, now, self.circle) {
-                return Action::path(DriveCommand::Speed(common.entry_speed));
+                return DriverAction::follow_path(DriveCommand::Speed(common.entry_speed));
             }
             stage.angle = now.steer;
-            stage.enter(HELD, now.time);
+            stage.enter_stage(HELD, now.time);
         }
         if stage.number == HELD {
             if !stage_lasted(stage, now, INITIAL) {
-                return Action::angle(stage.angle, DriveCommand::Hold);
+                return DriverAction::steer_by_angle(stage.angle, DriveCommand::Hold);
             }
-            stage.enter(CHANGE, now.time);
+            stage.enter_stage(CHANGE, now.time);
         }
         if now.v_x < STANDS || stage_lasted(stage, now, self.observe) {
-            return stage.end(now.time);
+            return stage.end_test(now.time);
         }
-        Action::angle(stage.angle, DriveCommand::Force(self.force))
+        DriverAction::steer_by_angle(stage.angle, DriveCommand::Force(self.force))
     }
 
-    pub fn evaluate(&self, log: &Log) -> Result<CharacteristicValues, String> {
-        let (held, change) = (log.stage(HELD)?, log.stage(CHANGE)?.start);
+    pub fn characteristic_values(&self, log: &ManoeuvreLog) -> Result<CharacteristicValues, String> {
+        let (held, change) = (log.stage_index_range(HELD)?, log.stage_index_range(CHANGE)?.start);
         let [v0, r0, a0] = [&log.v_x, &log.r, &log.a_y].map(|values| mean(&values[held.clone()]));
         if r0 <= 0.0 || v0 <= 0.0 {
             return Err(format!(
@@ -103,36 +107,35 @@ impl BendForceChange {
         let t0 = log.t[change];
         let circle: Vec<f64> = log.v_x.iter().map(|v_x| r0 / v0 * v_x).collect();
         let ratio = |after: f64| {
-            let [r, on_circle] = [&log.r, &circle].map(|values| log.at(values, t0 + after));
+            let [r, on_circle] = [&log.r, &circle].map(|values| log.interpolate_at(values, t0 + after));
             r.zip(on_circle).map(|(r, on_circle)| r / on_circle)
         };
         let first = change..log.t.partition_point(|t| *t <= t0 + 2.0);
-        let sideslip = log.sideslip();
+        let sideslip = log.sideslip_angles();
         let changed = |values: &[f64], from: &dyn Fn(usize) -> f64| {
-            largest(&first.clone().map(|k| values[k] - from(k)).collect::<Vec<_>>())
+            max_abs(&first.clone().map(|k| values[k] - from(k)).collect::<Vec<_>>())
         };
         // The centre is to the left of the course.
         let course = log.psi[change] + sideslip[change];
         let radius = v0.hypot(log.v_y[change]) / r0;
         let centre = [log.x[change] - radius * course.sin(), log.y[change] + radius * course.cos()];
-        let outside: Vec<f64> = (0..log.t.len())
-            .map(|k| (log.x[k] - centre[0]).hypot(log.y[k] - centre[1]) - radius)
-            .collect();
+        let outside: Vec<f64> =
+            (0..log.t.len()).map(|k| (log.x[k] - centre[0]).hypot(log.y[k] - centre[1]) - radius).collect();
         let last = log.t.len() - 1;
         let stands = log.v_x[last] < STANDS;
-        let distance = log.distance();
+        let distance = log.travelled_distances();
         Ok(CharacteristicValues::default()
-            .with("lateral_acceleration_0", a0)
-            .with(
+            .with_number("lateral_acceleration_0", a0)
+            .with_number(
                 "longitudinal_acceleration",
-                log.at(&log.v_x, t0 + 1.0).map(|v| v - log.v_x[change]),
+                log.interpolate_at(&log.v_x, t0 + 1.0).map(|v| v - log.v_x[change]),
             )
-            .with("yaw_rate_ratio_1_0", ratio(1.0))
-            .with("yaw_rate_ratio_2_0", ratio(2.0))
-            .with("yaw_rate_change_max", changed(&log.r, &|k| circle[k]))
-            .with("sideslip_change_max", changed(&sideslip, &|_| sideslip[change]))
-            .with("path_deviation_2_0", log.at(&outside, t0 + 2.0))
-            .with("stopping_distance", stands.then(|| distance[last] - distance[change]))
-            .with("stopping_time", stands.then(|| log.t[last] - t0)))
+            .with_number("yaw_rate_ratio_1_0", ratio(1.0))
+            .with_number("yaw_rate_ratio_2_0", ratio(2.0))
+            .with_number("yaw_rate_change_max", changed(&log.r, &|k| circle[k]))
+            .with_number("sideslip_change_max", changed(&sideslip, &|_| sideslip[change]))
+            .with_number("path_deviation_2_0", log.interpolate_at(&outside, t0 + 2.0))
+            .with_number("stopping_distance", stands.then(|| distance[last] - distance[change]))
+            .with_number("stopping_time", stands.then(|| log.t[last] - t0)))
     }
 }

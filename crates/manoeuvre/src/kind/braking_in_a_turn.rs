@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use super::ManoeuvreKind;
 use super::bend::{BendForceChange, DESCRIPTIONS, STAGES};
-use crate::action::{Action, CarState, Stage};
+use crate::action::{CarState, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::Log;
-use crate::path::Path;
+use crate::log::ManoeuvreLog;
+use crate::path::GroundPath;
 
 /// Braking in a turn (ISO 7975): on a circle at the entry speed the steering is held, and the car brakes to standstill.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,13 +34,13 @@ impl Default for BrakingInATurn {
 }
 
 impl BrakingInATurn {
-    fn bend(&self) -> BendForceChange {
+    fn bend_force_change(&self) -> BendForceChange {
         BendForceChange { circle: self.circle, force: -self.force, observe: f64::INFINITY }
     }
 }
 
 impl ManoeuvreKind for BrakingInATurn {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "braking in a turn (ISO 7975)"
     }
 
@@ -48,31 +48,35 @@ impl ManoeuvreKind for BrakingInATurn {
         BendForceChange::required_channels()
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         STAGES
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         &DESCRIPTIONS
     }
 
-    fn path(&self) -> Option<Path> {
-        Some(Path::Circle(self.radius))
+    fn reference_path(&self) -> Option<GroundPath> {
+        Some(GroundPath::Circle(self.radius))
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("radius", self.radius, "m"),
             ("force", self.force, "N"),
             ("circle", self.circle, "s"),
         ])
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
-        self.bend().next_action(common, stage, now)
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
+        self.bend_force_change().next_action(common, stage, now)
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
-        self.bend().evaluate(log)
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
+        self.bend_force_change().characteristic_values(log)
     }
 }

@@ -5,17 +5,17 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, Phase, describe};
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, ShortestPhase, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::Log;
+use crate::log::ManoeuvreLog;
 
 /// How the steering is excited.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Excitation {
+pub enum SteerExcitation {
     /// One frequency after the other, for several periods each.
     Sine,
     /// One sine whose frequency grows.
@@ -32,7 +32,7 @@ pub enum Excitation {
 pub struct FrequencyResponse {
     /// How the steering is excited.
     #[schemars(example = &"random")]
-    pub excitation: Excitation,
+    pub excitation: SteerExcitation,
     /// Amplitude of the road-wheel angle [rad]; of random steering three times its root mean square.
     #[schemars(example = 0.01)]
     pub amplitude: f64,
@@ -56,7 +56,7 @@ pub struct FrequencyResponse {
 impl Default for FrequencyResponse {
     fn default() -> Self {
         FrequencyResponse {
-            excitation: Excitation::Sweep,
+            excitation: SteerExcitation::Sweep,
             amplitude: 0.0,
             from: 0.2,
             to: 2.5,
@@ -93,7 +93,7 @@ fn fourier_sum(t: &[f64], values: &[f64], frequency: f64) -> Complex {
 }
 
 /// One sine of the excitation.
-struct Sine {
+struct ExcitationSine {
     /// [Hz]
     frequency: f64,
     /// [s]
@@ -104,14 +104,14 @@ struct Sine {
 
 /// Sums of products of the spectra of steering and answer.
 #[derive(Default)]
-struct Spectra {
+struct CrossSpectra {
     uu: f64,
     yy: f64,
     uy: Complex,
 }
 
-impl Spectra {
-    fn add(&mut self, u: Complex, y: Complex) {
+impl CrossSpectra {
+    fn add_spectral_sample(&mut self, u: Complex, y: Complex) {
         self.uu += u[0] * u[0] + u[1] * u[1];
         self.yy += y[0] * y[0] + y[1] * y[1];
         let [re, im] = complex_product([u[0], -u[1]], y);
@@ -119,7 +119,7 @@ impl Spectra {
     }
 
     /// Gain, phase [rad] and coherence.
-    fn frequency_response(&self) -> [f64; 3] {
+    fn gain_phase_coherence(&self) -> [f64; 3] {
         let size = self.uy[0].hypot(self.uy[1]);
         [size / self.uu, self.uy[1].atan2(self.uy[0]), size * size / (self.uu * self.yy)]
     }
@@ -129,33 +129,33 @@ impl FrequencyResponse {
     /// The frequencies of the result [Hz], evenly spaced on a logarithmic axis. The period of a sine is a whole number of communication
     /// steps [s], so its spectrum has no leakage.
     #[must_use]
-    pub fn frequencies(&self, step: f64) -> Vec<f64> {
+    pub fn result_frequencies(&self, step: f64) -> Vec<f64> {
         let last = f64::from(self.count.max(2) - 1);
         let at = |k: u32| self.from * (self.to / self.from).powf(f64::from(k) / last);
         let whole = |frequency: f64| 1.0 / ((1.0 / (frequency * step)).round() * step);
         let all = (0..self.count).map(at);
         match self.excitation {
-            Excitation::Sine => all.map(whole).collect(),
-            Excitation::Sweep | Excitation::Random => all.collect(),
+            SteerExcitation::Sine => all.map(whole).collect(),
+            SteerExcitation::Sweep | SteerExcitation::Random => all.collect(),
         }
     }
 
     /// The sines that are steered one after the other.
-    fn sines(&self, step: f64) -> Vec<Sine> {
+    fn excitation_sines(&self, step: f64) -> Vec<ExcitationSine> {
         let mut begin = 0.0;
         let of = |frequency: f64| {
-            let sine = Sine { frequency, begin, measured_from: begin + SETTLE };
+            let sine = ExcitationSine { frequency, begin, measured_from: begin + SETTLE };
             begin += SETTLE + f64::from(self.periods) / frequency;
             sine
         };
-        self.frequencies(step).into_iter().map(of).collect()
+        self.result_frequencies(step).into_iter().map(of).collect()
     }
 
     /// How long the steering is excited [s].
-    fn excitation_time(&self, step: f64) -> f64 {
+    fn excitation_duration(&self, step: f64) -> f64 {
         match self.excitation {
-            Excitation::Sine => self
-                .sines(step)
+            SteerExcitation::Sine => self
+                .excitation_sines(step)
                 .last()
                 .map_or(0.0, |sine| sine.measured_from + f64::from(self.periods) / sine.frequency),
             _ => self.duration,
@@ -163,38 +163,44 @@ impl FrequencyResponse {
     }
 
     /// The steering [rad] at a time after its beginning [s].
-    fn steer(&self, seed: u64, step: f64, time: f64) -> f64 {
+    fn excitation_steer_angle(&self, seed: u64, step: f64, time: f64) -> f64 {
         let (low, high) = (self.from / BEYOND, self.to * BEYOND);
         let fade = FADE * self.duration;
         let faded = (time / fade).min((self.duration - time) / fade).clamp(0.0, 1.0);
         self.amplitude
             * match self.excitation {
-                Excitation::Sine => {
-                    let sines = self.sines(step);
+                SteerExcitation::Sine => {
+                    let sines = self.excitation_sines(step);
                     let sine = sines.iter().rev().find(|sine| time >= sine.begin);
-                    sine.map_or(0.0, |Sine { frequency, begin, .. }| {
+                    sine.map_or(0.0, |ExcitationSine { frequency, begin, .. }| {
                         (TAU * frequency * (time - begin)).sin()
                     })
                 }
-                Excitation::Sweep => {
+                SteerExcitation::Sweep => {
                     let turns = low * time + 0.5 * (high - low) * time * time / self.duration;
                     faded * (TAU * turns).sin()
                 }
-                Excitation::Random => {
+                SteerExcitation::Random => {
                     let lines = (low * self.duration).ceil() as u64..=(high * self.duration) as u64;
                     // The root mean square of n cosines of amplitude a is a sqrt(n / 2).
                     let scale = (2.0 / lines.clone().count().max(1) as f64).sqrt() / 3.0;
                     let line =
-                        |k: u64| (TAU * (k as f64 * time / self.duration + uniform(seed, k))).cos();
+                        |k: u64| (TAU * (k as f64 * time / self.duration + seeded_uniform(seed, k))).cos();
                     faded * scale * lines.map(line).sum::<f64>()
                 }
             }
     }
 
     /// The spectra around a frequency.
-    fn spectra(&self, log: &Log, answer: &[f64], place: usize, step: f64) -> Spectra {
-        let mut spectra = Spectra::default();
-        let frequency = self.frequencies(step)[place];
+    fn spectra_near_frequency(
+        &self,
+        log: &ManoeuvreLog,
+        answer: &[f64],
+        place: usize,
+        step: f64,
+    ) -> CrossSpectra {
+        let mut spectra = CrossSpectra::default();
+        let frequency = self.result_frequencies(step)[place];
         let mut add = |range: std::ops::Range<usize>, frequency: f64| {
             let t = &log.t[range.clone()];
             let steer = fourier_sum(t, &log.steer[range.clone()], frequency);
@@ -202,13 +208,13 @@ impl FrequencyResponse {
             let half = PI * frequency * step;
             let (sin, cos) = half.sin_cos();
             let held = if half > 0.0 { sin / half } else { 1.0 };
-            spectra.add(
+            spectra.add_spectral_sample(
                 complex_product(steer, [held * cos, -held * sin]),
                 fourier_sum(t, &answer[range], frequency),
             );
         };
-        if self.excitation == Excitation::Sine {
-            let begin = self.sines(step)[place].measured_from;
+        if self.excitation == SteerExcitation::Sine {
+            let begin = self.excitation_sines(step)[place].measured_from;
             for period in 0..self.periods {
                 let at = |k: u32| begin + f64::from(period + k) / frequency;
                 let place = |time: f64| log.t.partition_point(|t| *t < time - 1e-9);
@@ -216,15 +222,14 @@ impl FrequencyResponse {
             }
         } else {
             let whole = log.t.last().copied().unwrap_or(0.0) + step;
-            (-LINES..=LINES)
-                .for_each(|line| add(0..log.t.len(), frequency + f64::from(line) / whole));
+            (-LINES..=LINES).for_each(|line| add(0..log.t.len(), frequency + f64::from(line) / whole));
         }
         spectra
     }
 }
 
 /// A number from 0 to 1 of a seed and a line (SplitMix64).
-fn uniform(seed: u64, line: u64) -> f64 {
+fn seeded_uniform(seed: u64, line: u64) -> f64 {
     let mut z = seed.wrapping_add(line.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -232,7 +237,7 @@ fn uniform(seed: u64, line: u64) -> f64 {
 }
 
 /// The frequency at which a curve falls below a level, on the line between two frequencies.
-fn frequency_below(frequencies: &[f64], values: &[f64], level: f64) -> Option<f64> {
+fn falling_crossing_frequency(frequencies: &[f64], values: &[f64], level: f64) -> Option<f64> {
     let after = values.iter().position(|value| *value < level).filter(|it| *it > 0)?;
     let share = (level - values[after - 1]) / (values[after] - values[after - 1]);
     Some(frequencies[after - 1] + share * (frequencies[after] - frequencies[after - 1]))
@@ -246,7 +251,7 @@ fn unwrap_phases(phases: &mut [f64]) {
 }
 
 impl ManoeuvreKind for FrequencyResponse {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "frequency response (ISO 7401)"
     }
 
@@ -254,79 +259,77 @@ impl ManoeuvreKind for FrequencyResponse {
         vec![Channel::ForwardSpeed, Channel::YawRate, Channel::LateralAcceleration]
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["excitation"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("frequencies", "Hz", "frequencies of the lists"),
-                describe("yaw_rate_gain", "1/s", "yaw rate over road-wheel angle"),
-                describe(
+                characteristic_value_info("frequencies", "Hz", "frequencies of the lists"),
+                characteristic_value_info("yaw_rate_gain", "1/s", "yaw rate over road-wheel angle"),
+                characteristic_value_info(
                     "yaw_rate_phase",
                     "rad",
                     "phase of the yaw rate, negative when it is late",
                 ),
-                describe(
+                characteristic_value_info(
                     "yaw_rate_coherence",
                     "1",
                     "share of the yaw rate that follows the steering linearly",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_gain",
                     "m/s2/rad",
                     "lateral acceleration over road-wheel angle",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_phase",
                     "rad",
                     "phase of the lateral acceleration, negative when it is late",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_coherence",
                     "1",
                     "share of the lateral acceleration that follows the steering linearly",
                 ),
-                describe(
+                characteristic_value_info(
                     "yaw_rate_bandwidth",
                     "Hz",
                     "frequency at which the gain is 3 dB below the first one",
                 ),
-                describe("yaw_rate_peak_ratio", "1", "largest gain over the first one"),
-                describe("yaw_rate_peak_frequency", "Hz", "frequency of the largest gain"),
-                describe(
+                characteristic_value_info("yaw_rate_peak_ratio", "1", "largest gain over the first one"),
+                characteristic_value_info("yaw_rate_peak_frequency", "Hz", "frequency of the largest gain"),
+                characteristic_value_info(
                     "yaw_rate_equivalent_time",
                     "s",
                     "1 / (2 pi f) of the frequency at which the phase is -45 deg",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_bandwidth",
                     "Hz",
                     "frequency at which the gain is 3 dB below the first one",
                 ),
-                describe("coherence_min", "1", "lowest coherence of both"),
+                characteristic_value_info("coherence_min", "1", "lowest coherence of both"),
             ]
         }
     }
 
-    fn shortest_phase(&self) -> Option<Phase> {
-        Some(Phase { key: "to", duration: 1.0 / self.to })
+    fn shortest_phase(&self) -> Option<ShortestPhase> {
+        Some(ShortestPhase { key: "to", duration: 1.0 / self.to })
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("amplitude", self.amplitude, "rad"),
             ("from", self.from, "Hz"),
             ("to", self.to, "Hz"),
             ("duration", self.duration, "s"),
         ])?;
         if self.to <= self.from {
-            let message = format!(
-                "expected a frequency above `from` = {} Hz, found {} Hz",
-                self.from, self.to
-            );
-            return Err(ParameterError::at("to", message));
+            let message =
+                format!("expected a frequency above `from` = {} Hz, found {} Hz", self.from, self.to);
+            return Err(ParameterError::at_kind_key("to", message));
         }
         if self.duration * self.from < 4.0 {
             let message = format!(
@@ -335,41 +338,41 @@ impl ManoeuvreKind for FrequencyResponse {
                 4.0 / self.from,
                 self.duration
             );
-            return Err(ParameterError::at("duration", message));
+            return Err(ParameterError::at_kind_key("duration", message));
         }
         for (key, count, least) in [("count", self.count, 2), ("periods", self.periods, 1)] {
             if !(least..=MOST).contains(&count) {
                 let message = format!("expected {least} to {MOST} for `{key}`, found {count}");
-                return Err(ParameterError::at(key, message));
+                return Err(ParameterError::at_kind_key(key, message));
             }
         }
         Ok(())
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         let time = now.time - stage.since;
-        let excited = self.excitation_time(common.step);
+        let excited = self.excitation_duration(common.step);
         if time > excited + SETTLE {
-            return stage.end(now.time);
+            return stage.end_test(now.time);
         }
-        let steer = if time < excited { self.steer(common.seed, common.step, time) } else { 0.0 };
-        Action::angle(steer, DriveCommand::Speed(common.entry_speed))
+        let steer =
+            if time < excited { self.excitation_steer_angle(common.seed, common.step, time) } else { 0.0 };
+        DriverAction::steer_by_angle(steer, DriveCommand::Speed(common.entry_speed))
     }
 
-    fn evaluate(
+    fn characteristic_values(
         &self,
         common: &CommonParameters,
-        log: &Log,
+        log: &ManoeuvreLog,
     ) -> Result<CharacteristicValues, String> {
-        let frequencies = self.frequencies(common.step);
+        let frequencies = self.result_frequencies(common.step);
         let mut lists = Vec::new();
         for answer in [&log.r, &log.a_y] {
             let moved: Vec<f64> = answer.iter().map(|value| value - answer[0]).collect();
             let answers = (0..frequencies.len())
-                .map(|k| self.spectra(log, &moved, k, common.step).frequency_response());
+                .map(|k| self.spectra_near_frequency(log, &moved, k, common.step).gain_phase_coherence());
             let answers: Vec<_> = answers.collect();
-            let mut list: [Vec<f64>; 3] =
-                [0, 1, 2].map(|part| answers.iter().map(|it| it[part]).collect());
+            let mut list: [Vec<f64>; 3] = [0, 1, 2].map(|part| answers.iter().map(|it| it[part]).collect());
             unwrap_phases(&mut list[1]);
             lists.push(list);
         }
@@ -377,14 +380,17 @@ impl ManoeuvreKind for FrequencyResponse {
             return Err("there are no spectra".to_owned());
         };
         if r.iter().chain(&a_y).flatten().any(|value| !value.is_finite()) {
-            return Err("the car does not answer the steering: its yaw rate or its lateral acceleration stays".to_owned());
+            return Err(
+                "the car does not answer the steering: its yaw rate or its lateral acceleration stays"
+                    .to_owned(),
+            );
         }
-        let bandwidth = |gain: &[f64]| frequency_below(&frequencies, gain, gain[0] * FRAC_1_SQRT_2);
+        let bandwidth =
+            |gain: &[f64]| falling_crossing_frequency(&frequencies, gain, gain[0] * FRAC_1_SQRT_2);
         let top = crate::log::peak_index(&r[0]).unwrap_or(0);
-        let late = frequency_below(&frequencies, &r[1], -FRAC_PI_4);
+        let late = falling_crossing_frequency(&frequencies, &r[1], -FRAC_PI_4);
         let coherence = r[2].iter().chain(&a_y[2]).copied().fold(1.0, f64::min);
-        let [[r_gain, r_phase, r_coherence], [a_gain, a_phase, a_coherence]] =
-            [r.clone(), a_y.clone()];
+        let [[r_gain, r_phase, r_coherence], [a_gain, a_phase, a_coherence]] = [r.clone(), a_y.clone()];
         Ok(CharacteristicValues::default()
             .with_list("frequencies", frequencies.clone())
             .with_list("yaw_rate_gain", r_gain)
@@ -393,11 +399,11 @@ impl ManoeuvreKind for FrequencyResponse {
             .with_list("lateral_acceleration_gain", a_gain)
             .with_list("lateral_acceleration_phase", a_phase)
             .with_list("lateral_acceleration_coherence", a_coherence)
-            .with("yaw_rate_bandwidth", bandwidth(&r[0]))
-            .with("yaw_rate_peak_ratio", r[0][top] / r[0][0])
-            .with("yaw_rate_peak_frequency", frequencies[top])
-            .with("yaw_rate_equivalent_time", late.map(|frequency| 1.0 / (TAU * frequency)))
-            .with("lateral_acceleration_bandwidth", bandwidth(&a_y[0]))
-            .with("coherence_min", coherence))
+            .with_number("yaw_rate_bandwidth", bandwidth(&r[0]))
+            .with_number("yaw_rate_peak_ratio", r[0][top] / r[0][0])
+            .with_number("yaw_rate_peak_frequency", frequencies[top])
+            .with_number("yaw_rate_equivalent_time", late.map(|frequency| 1.0 / (TAU * frequency)))
+            .with_number("lateral_acceleration_bandwidth", bandwidth(&a_y[0]))
+            .with_number("coherence_min", coherence))
     }
 }

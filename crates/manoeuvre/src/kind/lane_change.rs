@@ -3,18 +3,18 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, describe};
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::{Log, largest};
-use crate::path::Path;
+use crate::log::{ManoeuvreLog, max_abs};
+use crate::path::GroundPath;
 
 /// The course of a lane change.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Course {
+pub enum LaneChangeCourse {
     /// Double lane change, 125 m.
     #[default]
     #[serde(rename = "iso_3888_1")]
@@ -31,7 +31,7 @@ pub enum Course {
 pub struct LaneChange {
     /// The course.
     #[schemars(example = &"iso_3888_2")]
-    pub course: Course,
+    pub course: LaneChangeCourse,
     /// Width of the car without its mirrors [m].
     #[schemars(example = 1.8)]
     pub width: f64,
@@ -49,7 +49,7 @@ pub struct LaneChange {
 impl Default for LaneChange {
     fn default() -> Self {
         LaneChange {
-            course: Course::DoubleLaneChange,
+            course: LaneChangeCourse::DoubleLaneChange,
             width: 1.8,
             front: 2.2,
             rear: 2.3,
@@ -60,13 +60,13 @@ impl Default for LaneChange {
 
 /// A lane between cones: where it begins and ends, and its right and left edge [m].
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Lane {
+struct ConeLane {
     along: [f64; 2],
     across: [f64; 2],
 }
 
-impl Lane {
-    fn middle(&self) -> f64 {
+impl ConeLane {
+    fn lane_center(&self) -> f64 {
         0.5 * (self.across[0] + self.across[1])
     }
 }
@@ -81,27 +81,24 @@ const OFF: f64 = 2.0;
 impl LaneChange {
     /// The three lanes, from the first cones on, with the middle of the first one at 0. In the double lane change the right edges of
     /// first and second lane are 3.5 m apart; in the obstacle avoidance the lanes themselves are 1 m apart.
-    fn lanes(&self) -> [Lane; 3] {
+    fn cone_lanes(&self) -> [ConeLane; 3] {
         let width = |factor: f64, more: f64| factor * self.width + more;
         let first = width(1.1, 0.25);
         let right = -0.5 * first;
         let (lengths, second, third, offset) = match self.course {
-            Course::DoubleLaneChange => {
+            LaneChangeCourse::DoubleLaneChange => {
                 ([15.0, 30.0, 25.0, 25.0, 30.0], width(1.2, 0.25), width(1.3, 0.25), 3.5)
             }
-            Course::ObstacleAvoidance => (
-                [12.0, 13.5, 11.0, 12.5, 12.0],
-                width(1.0, 1.0),
-                width(1.3, 0.25).max(3.0),
-                first + 1.0,
-            ),
+            LaneChangeCourse::ObstacleAvoidance => {
+                ([12.0, 13.5, 11.0, 12.5, 12.0], width(1.0, 1.0), width(1.3, 0.25).max(3.0), first + 1.0)
+            }
         };
         let mut at = 0.0;
         let ends = lengths.map(|length| {
             at += length;
             at
         });
-        let lane = |begin: f64, end: f64, right: f64, width: f64| Lane {
+        let lane = |begin: f64, end: f64, right: f64, width: f64| ConeLane {
             along: [begin, end],
             across: [right, right + width],
         };
@@ -113,9 +110,9 @@ impl LaneChange {
     }
 
     /// The cones of the first two lanes and of the third one, and where the last of them stands [m].
-    fn cones(&self) -> Vec<[f64; 2]> {
-        let lanes = self.lanes().into_iter();
-        let of = |lane: Lane| {
+    fn cone_positions(&self) -> Vec<[f64; 2]> {
+        let lanes = self.cone_lanes().into_iter();
+        let of = |lane: ConeLane| {
             let [begin, end] = lane.along;
             let along = move |k: u32| begin + (end - begin) * f64::from(k) / f64::from(CONES - 1);
             lane.across.into_iter().flat_map(move |y| (0..CONES).map(move |k| [along(k), y]))
@@ -124,18 +121,17 @@ impl LaneChange {
     }
 
     /// How far a point is inside of the car at a moment [m]; negative outside.
-    fn inside(&self, log: &Log, k: usize, [x, y]: [f64; 2]) -> f64 {
-        let [along, across] =
-            crate::frame::to_rotated_frame([x - log.x[k], y - log.y[k]], log.psi[k]);
+    fn distance_inside_car(&self, log: &ManoeuvreLog, k: usize, [x, y]: [f64; 2]) -> f64 {
+        let [along, across] = crate::frame::rotate_into_frame([x - log.x[k], y - log.y[k]], log.psi[k]);
         (self.front - along).min(along + self.rear).min(0.5 * self.width - across.abs())
     }
 }
 
 impl ManoeuvreKind for LaneChange {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         match self.course {
-            Course::DoubleLaneChange => "double lane change (ISO 3888-1)",
-            Course::ObstacleAvoidance => "obstacle avoidance (ISO 3888-2)",
+            LaneChangeCourse::DoubleLaneChange => "double lane change (ISO 3888-1)",
+            LaneChangeCourse::ObstacleAvoidance => "obstacle avoidance (ISO 3888-2)",
         }
     }
 
@@ -143,38 +139,38 @@ impl ManoeuvreKind for LaneChange {
         Channel::ALL.to_vec()
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["lane change"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("cones_hit", "1", "number of cones that the car hits"),
-                describe("passed", "1", "1 when it hits none, else 0"),
-                describe(
+                characteristic_value_info("cones_hit", "1", "number of cones that the car hits"),
+                characteristic_value_info("passed", "1", "1 when it hits none, else 0"),
+                characteristic_value_info(
                     "clearance",
                     "m",
                     "smallest distance between car and cones; how deep it is in the worst one when negative",
                 ),
-                describe("entry_speed", "m/s", "speed at the first cones"),
-                describe("exit_speed", "m/s", "speed at the last cones"),
-                describe("steer_max", "rad", "largest road-wheel angle"),
-                describe("yaw_rate_max", "rad/s", "largest yaw rate"),
-                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
-                describe("sideslip_max", "rad", "largest sideslip angle"),
+                characteristic_value_info("entry_speed", "m/s", "speed at the first cones"),
+                characteristic_value_info("exit_speed", "m/s", "speed at the last cones"),
+                characteristic_value_info("steer_max", "rad", "largest road-wheel angle"),
+                characteristic_value_info("yaw_rate_max", "rad/s", "largest yaw rate"),
+                characteristic_value_info("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                characteristic_value_info("sideslip_max", "rad", "largest sideslip angle"),
             ]
         }
     }
 
-    fn path(&self) -> Option<Path> {
-        let lanes = self.lanes();
-        let ends = lanes.iter().flat_map(|lane| lane.along.map(|x| [x + self.lead, lane.middle()]));
-        Some(Path::Gates(ends.collect()))
+    fn reference_path(&self) -> Option<GroundPath> {
+        let lanes = self.cone_lanes();
+        let ends = lanes.iter().flat_map(|lane| lane.along.map(|x| [x + self.lead, lane.lane_center()]));
+        Some(GroundPath::Gates(ends.collect()))
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("width", self.width, "m"),
             ("front", self.front, "m"),
             ("rear", self.rear, "m"),
@@ -182,43 +178,49 @@ impl ManoeuvreKind for LaneChange {
         ])
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
-        let end = self.lead + self.lanes()[2].along[1];
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
+        let end = self.lead + self.cone_lanes()[2].along[1];
         // A car that stands or turns round never comes to the end.
         if now.x - self.rear > end + BEHIND || now.v_x < 1.0 || now.psi.cos() < 0.0 {
-            return stage.end(now.time);
+            return stage.end_test(now.time);
         }
-        let off = self.course == Course::ObstacleAvoidance && now.x + self.front > self.lead + OFF;
-        Action::path(if off {
+        let off = self.course == LaneChangeCourse::ObstacleAvoidance && now.x + self.front > self.lead + OFF;
+        DriverAction::follow_path(if off {
             DriveCommand::Force(0.0)
         } else {
             DriveCommand::Speed(common.entry_speed)
         })
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
         let places = 0..log.t.len();
         let deepest = |cone: [f64; 2]| {
-            places.clone().map(|k| self.inside(log, k, cone)).fold(f64::NEG_INFINITY, f64::max)
+            places.clone().map(|k| self.distance_inside_car(log, k, cone)).fold(f64::NEG_INFINITY, f64::max)
         };
-        let depths: Vec<f64> = self.cones().into_iter().map(deepest).collect();
+        let depths: Vec<f64> = self.cone_positions().into_iter().map(deepest).collect();
         let hit = depths.iter().filter(|depth| **depth > 0.0).count();
-        let end = self.lead + self.lanes()[2].along[1];
+        let end = self.lead + self.cone_lanes()[2].along[1];
         let ahead = log.x.iter().map(|x| x + self.front).collect::<Vec<_>>();
-        let speed = |way: f64| log.reaches(&ahead, way, true, 0).and_then(|t| log.at(&log.v_x, t));
+        let speed = |way: f64| {
+            log.level_crossing_time(&ahead, way, true, 0).and_then(|t| log.interpolate_at(&log.v_x, t))
+        };
         let exit = speed(end).ok_or_else(|| {
             let last = log.t.len() - 1;
             format!("the car did not come to the end of the course: at {:.2} s it turned round or stood, {:.1} m behind its beginning", log.t[last], log.x[last] - self.lead)
         })?;
         Ok(CharacteristicValues::default()
-            .with("cones_hit", hit as f64)
-            .with("passed", f64::from(u8::from(hit == 0)))
-            .with("clearance", -depths.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-            .with("entry_speed", speed(self.lead))
-            .with("exit_speed", exit)
-            .with("steer_max", largest(&log.steer))
-            .with("yaw_rate_max", largest(&log.r))
-            .with("lateral_acceleration_max", largest(&log.a_y))
-            .with("sideslip_max", largest(&log.sideslip())))
+            .with_number("cones_hit", hit as f64)
+            .with_number("passed", f64::from(u8::from(hit == 0)))
+            .with_number("clearance", -depths.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+            .with_number("entry_speed", speed(self.lead))
+            .with_number("exit_speed", exit)
+            .with_number("steer_max", max_abs(&log.steer))
+            .with_number("yaw_rate_max", max_abs(&log.r))
+            .with_number("lateral_acceleration_max", max_abs(&log.a_y))
+            .with_number("sideslip_max", max_abs(&log.sideslip_angles())))
     }
 }

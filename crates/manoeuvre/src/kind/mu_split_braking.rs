@@ -4,18 +4,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bend::STANDS;
-use super::{ManoeuvreKind, describe};
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::{Log, largest};
-use crate::path::Path;
+use crate::log::{ManoeuvreLog, max_abs};
+use crate::path::GroundPath;
 
 /// What the driver does with the steering wheel while the car brakes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Steering {
+pub enum SteeringDuringBraking {
     /// Keeps the car on its straight way.
     #[default]
     Corrected,
@@ -33,12 +33,12 @@ pub struct MuSplitBraking {
     pub force: f64,
     /// What the driver does with the steering wheel.
     #[schemars(example = &"fixed")]
-    pub steering: Steering,
+    pub steering: SteeringDuringBraking,
 }
 
 impl Default for MuSplitBraking {
     fn default() -> Self {
-        MuSplitBraking { force: 4000.0, steering: Steering::Corrected }
+        MuSplitBraking { force: 4000.0, steering: SteeringDuringBraking::Corrected }
     }
 }
 
@@ -46,7 +46,7 @@ impl Default for MuSplitBraking {
 const DEVELOPED: [f64; 2] = [0.8, 0.1];
 
 impl ManoeuvreKind for MuSplitBraking {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "braking straight ahead on a road with two frictions (ISO 14512)"
     }
 
@@ -56,53 +56,65 @@ impl ManoeuvreKind for MuSplitBraking {
         needs
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["braking"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("entry_speed", "m/s", "speed at which the braking begins"),
-                describe("stopping_distance", "m", "distance to standstill"),
-                describe("stopping_time", "s", "time to standstill"),
-                describe(
+                characteristic_value_info("entry_speed", "m/s", "speed at which the braking begins"),
+                characteristic_value_info("stopping_distance", "m", "distance to standstill"),
+                characteristic_value_info("stopping_time", "s", "time to standstill"),
+                characteristic_value_info(
                     "mean_deceleration",
                     "m/s2",
                     "mean fully developed deceleration, between 80 % and 10 % of the speed",
                 ),
-                describe("lateral_deviation_max", "m", "largest distance from the straight way"),
-                describe("heading_max", "rad", "largest change of the heading"),
-                describe("yaw_rate_max", "rad/s", "largest yaw rate"),
-                describe("sideslip_max", "rad", "largest sideslip angle above 10 % of the speed"),
-                describe("steer_max", "rad", "largest road-wheel angle of the driver"),
+                characteristic_value_info(
+                    "lateral_deviation_max",
+                    "m",
+                    "largest distance from the straight way",
+                ),
+                characteristic_value_info("heading_max", "rad", "largest change of the heading"),
+                characteristic_value_info("yaw_rate_max", "rad/s", "largest yaw rate"),
+                characteristic_value_info(
+                    "sideslip_max",
+                    "rad",
+                    "largest sideslip angle above 10 % of the speed",
+                ),
+                characteristic_value_info("steer_max", "rad", "largest road-wheel angle of the driver"),
             ]
         }
     }
 
-    fn path(&self) -> Option<Path> {
-        Some(Path::Straight)
+    fn reference_path(&self) -> Option<GroundPath> {
+        Some(GroundPath::Straight)
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([("force", self.force, "N")])
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([("force", self.force, "N")])
     }
 
-    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         if now.v_x < STANDS {
-            return stage.end(now.time);
+            return stage.end_test(now.time);
         }
         let drive = DriveCommand::Force(-self.force);
         match self.steering {
-            Steering::Corrected => Action::path(drive),
-            Steering::Fixed => Action::angle(0.0, drive),
+            SteeringDuringBraking::Corrected => DriverAction::follow_path(drive),
+            SteeringDuringBraking::Fixed => DriverAction::steer_by_angle(0.0, drive),
         }
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
-        let (last, entry, distance) = (log.t.len() - 1, log.v_x[0], log.distance());
-        let [fast, slow] = DEVELOPED.map(|share| log.reaches(&log.v_x, share * entry, false, 0));
-        let at = |time: Option<f64>| time.and_then(|time| log.at(&distance, time));
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
+        let (last, entry, distance) = (log.t.len() - 1, log.v_x[0], log.travelled_distances());
+        let [fast, slow] = DEVELOPED.map(|share| log.level_crossing_time(&log.v_x, share * entry, false, 0));
+        let at = |time: Option<f64>| time.and_then(|time| log.interpolate_at(&distance, time));
         let [fast_way, slow_way] = [fast, slow].map(at);
         let developed = fast_way.zip(slow_way).map(|(fast, slow)| {
             let [v1, v2] = DEVELOPED.map(|share| share * entry);
@@ -110,14 +122,14 @@ impl ManoeuvreKind for MuSplitBraking {
         });
         let moving = log.v_x.iter().position(|v| *v < DEVELOPED[1] * entry).unwrap_or(last);
         Ok(CharacteristicValues::default()
-            .with("entry_speed", entry)
-            .with("stopping_distance", distance[last])
-            .with("stopping_time", log.t[last])
-            .with("mean_deceleration", developed)
-            .with("lateral_deviation_max", largest(&log.y))
-            .with("heading_max", largest(&log.psi))
-            .with("yaw_rate_max", largest(&log.r))
-            .with("sideslip_max", largest(&log.sideslip()[..moving]))
-            .with("steer_max", largest(&log.steer)))
+            .with_number("entry_speed", entry)
+            .with_number("stopping_distance", distance[last])
+            .with_number("stopping_time", log.t[last])
+            .with_number("mean_deceleration", developed)
+            .with_number("lateral_deviation_max", max_abs(&log.y))
+            .with_number("heading_max", max_abs(&log.psi))
+            .with_number("yaw_rate_max", max_abs(&log.r))
+            .with_number("sideslip_max", max_abs(&log.sideslip_angles()[..moving]))
+            .with_number("steer_max", max_abs(&log.steer)))
     }
 }

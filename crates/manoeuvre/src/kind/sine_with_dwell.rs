@@ -6,12 +6,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::slowly_increasing_steer::{AT, SlowlyIncreasingSteer};
-use super::{ManoeuvreKind, Phase, describe};
-use crate::action::{Action, CarState, DriveCommand, EDGE, Stage};
+use super::{ManoeuvreKind, ShortestPhase, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, EDGE, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::{Log, largest, peak_index};
+use crate::log::{ManoeuvreLog, max_abs, peak_index};
 
 /// Sine with dwell (FMVSS 126, ISO 19365): off the pedals one period of steering that rests at its second peak. Its amplitude is an
 /// angle, or a multiple of A, which the test finds before, by slowly increasing steer, unless it is given.
@@ -65,9 +65,9 @@ const CALM: f64 = 0.01;
 impl SineWithDwell {
     /// The steering [-] at a time after its beginning [s]: at most 1.
     #[must_use]
-    pub fn shape(&self, time: f64) -> f64 {
+    pub fn steer_shape(&self, time: f64) -> f64 {
         let rest = 0.75 / self.frequency;
-        if time < 0.0 || time >= self.duration() {
+        if time < 0.0 || time >= self.steer_duration() {
             return 0.0;
         }
         let time = if time <= rest { time } else { (time - self.dwell).max(rest) };
@@ -76,22 +76,22 @@ impl SineWithDwell {
 
     /// From the beginning to the completion of steer [s].
     #[must_use]
-    pub fn duration(&self) -> f64 {
+    pub fn steer_duration(&self) -> f64 {
         1.0 / self.frequency + self.dwell
     }
 
-    fn searches(&self) -> bool {
+    fn has_amplitude_search(&self) -> bool {
         self.amplitude.is_none() && self.A.is_none()
     }
 
     /// The amplitude [rad]; A is what was found, if nothing else says it.
-    fn angle(&self, found: f64) -> f64 {
+    fn steer_amplitude(&self, found: f64) -> f64 {
         self.amplitude.unwrap_or(self.times_A.unwrap_or(0.0) * self.A.unwrap_or(found))
     }
 }
 
 impl ManoeuvreKind for SineWithDwell {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "sine with dwell (FMVSS 126, ISO 19365)"
     }
 
@@ -102,103 +102,108 @@ impl ManoeuvreKind for SineWithDwell {
         needs
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["slowly increasing steer", "back to the entry speed", "sine with dwell"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("A", "rad", "road-wheel angle at 0.3 g"),
-                describe("amplitude", "rad", "amplitude of the road-wheel angle"),
-                describe("entry_speed", "m/s", "speed at the beginning of steer"),
-                describe(
+                characteristic_value_info("A", "rad", "road-wheel angle at 0.3 g"),
+                characteristic_value_info("amplitude", "rad", "amplitude of the road-wheel angle"),
+                characteristic_value_info("entry_speed", "m/s", "speed at the beginning of steer"),
+                characteristic_value_info(
                     "yaw_rate_peak",
                     "rad/s",
                     "second peak of the yaw rate, against the first steering",
                 ),
-                describe(
+                characteristic_value_info(
                     "yaw_rate_ratio_1_00",
                     "1",
                     "yaw rate 1.00 s after the completion of steer, in terms of its peak",
                 ),
-                describe(
+                characteristic_value_info(
                     "yaw_rate_ratio_1_75",
                     "1",
                     "yaw rate 1.75 s after the completion of steer, in terms of its peak",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_displacement",
                     "m",
                     "displacement 1.07 s after the beginning of steer",
                 ),
-                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
-                describe("sideslip_max", "rad", "largest sideslip angle"),
+                characteristic_value_info("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                characteristic_value_info("sideslip_max", "rad", "largest sideslip angle"),
             ]
         }
     }
 
-    fn shortest_phase(&self) -> Option<Phase> {
+    fn shortest_phase(&self) -> Option<ShortestPhase> {
         let quarter = 0.25 / self.frequency;
         Some(match quarter < self.dwell {
-            true => Phase { key: "frequency", duration: quarter },
-            false => Phase { key: "dwell", duration: self.dwell },
+            true => ShortestPhase { key: "frequency", duration: quarter },
+            false => ShortestPhase { key: "dwell", duration: self.dwell },
         })
     }
 
-    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
-            ("frequency", self.frequency, "Hz"),
-            ("dwell", self.dwell, "s"),
-        ])?;
+    fn check_parameters(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([("frequency", self.frequency, "Hz"), ("dwell", self.dwell, "s")])?;
         match (self.amplitude, self.times_A) {
             (Some(_), Some(_)) => {
                 let message = "expected `amplitude` or `times_A`, found both".to_owned();
-                return Err(ParameterError::at("times_A", message));
+                return Err(ParameterError::at_kind_key("times_A", message));
             }
             (None, None) => {
-                let message =
-                    "expected an `amplitude` [rad], or `times_A`, found neither".to_owned();
-                return Err(ParameterError::at("amplitude", message));
+                let message = "expected an `amplitude` [rad], or `times_A`, found neither".to_owned();
+                return Err(ParameterError::at_kind_key("amplitude", message));
             }
-            (Some(amplitude), None) => ParameterError::positive([("amplitude", amplitude, "rad")])?,
-            (None, Some(times)) => ParameterError::positive([("times_A", times, "1")])?,
+            (Some(amplitude), None) => ParameterError::check_positive([("amplitude", amplitude, "rad")])?,
+            (None, Some(times)) => ParameterError::check_positive([("times_A", times, "1")])?,
         }
-        ParameterError::positive([("A", self.A.unwrap_or(1.0), "rad")])?;
+        ParameterError::check_positive([("A", self.A.unwrap_or(1.0), "rad")])?;
         let inner =
-            |it: ParameterError| ParameterError::at("search", format!("`search`: {}", it.message));
-        self.search.check(common).map_err(inner)
+            |it: ParameterError| ParameterError::at_kind_key("search", format!("`search`: {}", it.message));
+        self.search.check_parameters(common).map_err(inner)
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         let drive = DriveCommand::Speed(common.entry_speed);
         if stage.number == SEARCH {
-            if let (true, Some(steer)) = (self.searches(), self.search.steer(stage, now)) {
-                return Action::angle(steer, drive);
+            if let (true, Some(steer)) =
+                (self.has_amplitude_search(), self.search.ramp_steer_angle(stage, now))
+            {
+                return DriverAction::steer_by_angle(steer, drive);
             }
-            stage.angle = self.angle(stage.line.at(AT).unwrap_or(0.0));
-            stage.enter(RECOVERY, now.time);
+            stage.angle = self.steer_amplitude(stage.line.value_at(AT).unwrap_or(0.0));
+            stage.enter_stage(RECOVERY, now.time);
         }
         if stage.number == RECOVERY {
-            let right = (now.v_x - common.entry_speed).abs() <= common.speed_tolerance
-                && now.r.abs() < CALM;
+            let right = (now.v_x - common.entry_speed).abs() <= common.speed_tolerance && now.r.abs() < CALM;
             // Without a search the car is at its speed already.
-            if self.searches() && !stage.holds(right, now.time, common.settle) {
-                return Action::angle(0.0, drive);
+            if self.has_amplitude_search() && !stage.has_held_for(right, now.time, common.settle) {
+                return DriverAction::steer_by_angle(0.0, drive);
             }
-            stage.enter(SINE, now.time);
+            stage.enter_stage(SINE, now.time);
         }
         let time = now.time - stage.since;
-        if time > self.duration() + JUDGED[1] + common.step {
-            return stage.end(now.time);
+        if time > self.steer_duration() + JUDGED[1] + common.step {
+            return stage.end_test(now.time);
         }
-        Action::angle(stage.angle * self.shape(time + EDGE), DriveCommand::Force(0.0))
+        DriverAction::steer_by_angle(stage.angle * self.steer_shape(time + EDGE), DriveCommand::Force(0.0))
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
-        let A = if self.searches() { Some(self.search.fit(log, SEARCH)?.A) } else { self.A };
-        let begin = log.stage(SINE)?.start;
-        let completed = log.t[begin] + self.duration();
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
+        let A = if self.has_amplitude_search() {
+            Some(self.search.fit_steer_gradient(log, SEARCH)?.A)
+        } else {
+            self.A
+        };
+        let begin = log.stage_index_range(SINE)?.start;
+        let completed = log.t[begin] + self.steer_duration();
         // The peak after the steering has changed its sign, which happens after half a period.
         let changed = log.t[begin] + 0.5 / self.frequency;
         let against: Vec<f64> = log
@@ -209,21 +214,24 @@ impl ManoeuvreKind for SineWithDwell {
             .collect();
         let peak = peak_index(&against).map_or(0.0, |place| against[place]);
         if peak <= 0.0 {
-            return Err("the car did not yaw against its first steering, so there is no peak of the yaw rate".to_owned());
+            return Err(
+                "the car did not yaw against its first steering, so there is no peak of the yaw rate"
+                    .to_owned(),
+            );
         }
-        let ratio = |after: f64| log.at(&log.r, completed + after).map(|r| -r / peak);
+        let ratio = |after: f64| log.interpolate_at(&log.r, completed + after).map(|r| -r / peak);
         let (sin, cos) = log.psi[begin].sin_cos();
         let side = |k: usize| cos * log.y[k] - sin * log.x[k];
         let sides: Vec<f64> = (0..log.t.len()).map(|k| side(k) - side(begin)).collect();
         Ok(CharacteristicValues::default()
-            .with("A", A)
-            .with("amplitude", self.angle(A.unwrap_or(0.0)))
-            .with("entry_speed", log.v_x[begin])
-            .with("yaw_rate_peak", -peak)
-            .with("yaw_rate_ratio_1_00", ratio(JUDGED[0]))
-            .with("yaw_rate_ratio_1_75", ratio(JUDGED[1]))
-            .with("lateral_displacement", log.at(&sides, log.t[begin] + DISPLACED))
-            .with("lateral_acceleration_max", largest(&log.a_y[begin..]))
-            .with("sideslip_max", largest(&log.sideslip()[begin..])))
+            .with_number("A", A)
+            .with_number("amplitude", self.steer_amplitude(A.unwrap_or(0.0)))
+            .with_number("entry_speed", log.v_x[begin])
+            .with_number("yaw_rate_peak", -peak)
+            .with_number("yaw_rate_ratio_1_00", ratio(JUDGED[0]))
+            .with_number("yaw_rate_ratio_1_75", ratio(JUDGED[1]))
+            .with_number("lateral_displacement", log.interpolate_at(&sides, log.t[begin] + DISPLACED))
+            .with_number("lateral_acceleration_max", max_abs(&log.a_y[begin..]))
+            .with_number("sideslip_max", max_abs(&log.sideslip_angles()[begin..])))
     }
 }

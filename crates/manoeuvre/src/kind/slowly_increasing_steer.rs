@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, describe};
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
 use crate::line_fit::LineFit;
-use crate::log::{Log, largest};
+use crate::log::{ManoeuvreLog, max_abs};
 use units::STANDARD_GRAVITY;
 
 /// Slowly increasing steer (FMVSS 126, ISO 19365) at a constant speed, until the lateral acceleration is reached. A straight line
@@ -50,19 +50,19 @@ const LINEAR: std::ops::RangeInclusive<f64> = 0.1 * STANDARD_GRAVITY..=0.375 * S
 
 impl SlowlyIncreasingSteer {
     /// The steering at a moment of the stage, whose line takes the moment; none when the test is over.
-    pub(super) fn steer(&self, stage: &mut Stage, now: &CarState) -> Option<f64> {
+    pub(super) fn ramp_steer_angle(&self, stage: &mut TestStage, now: &CarState) -> Option<f64> {
         // The angle of the last step has acted until now.
         if LINEAR.contains(&now.a_y) {
-            stage.line.add(now.a_y, now.steer);
+            stage.line.add_point(now.a_y, now.steer);
         }
         let steer = self.rate * (now.time - stage.since);
         (now.a_y < self.until && steer <= self.max_steer).then_some(steer)
     }
 
     /// Fits the straight line through road-wheel angle and lateral acceleration in a stage of a log.
-    pub(super) fn fit(&self, log: &Log, number: i8) -> Result<SteerFit, String> {
-        let range = log.stage(number)?;
-        let reached = largest(&log.a_y[range.start..=range.end.min(log.a_y.len() - 1)]);
+    pub(super) fn fit_steer_gradient(&self, log: &ManoeuvreLog, number: i8) -> Result<SteerFit, String> {
+        let range = log.stage_index_range(number)?;
+        let reached = max_abs(&log.a_y[range.start..=range.end.min(log.a_y.len() - 1)]);
         if reached < *LINEAR.end() {
             return Err(format!(
                 "the lateral acceleration came to {reached:.2} m/s2 by {} rad, and {:.2} m/s2 are needed to find A",
@@ -70,15 +70,15 @@ impl SlowlyIncreasingSteer {
                 LINEAR.end()
             ));
         }
-        let places = (range.start + 1..=range.end.min(log.a_y.len() - 1))
-            .filter(|k| LINEAR.contains(&log.a_y[*k]));
-        let line = LineFit::through(places.map(|k| (log.a_y[k], log.steer[k - 1])));
-        line.at(AT).zip(line.slope()).map(|(A, gradient)| SteerFit { A, gradient }).ok_or_else(|| "the communication steps are too long for the lateral acceleration between 0.1 g and 0.375 g to be seen twice".to_owned())
+        let places =
+            (range.start + 1..=range.end.min(log.a_y.len() - 1)).filter(|k| LINEAR.contains(&log.a_y[*k]));
+        let line = LineFit::through_points(places.map(|k| (log.a_y[k], log.steer[k - 1])));
+        line.value_at(AT).zip(line.slope()).map(|(A, gradient)| SteerFit { A, gradient }).ok_or_else(|| "the communication steps are too long for the lateral acceleration between 0.1 g and 0.375 g to be seen twice".to_owned())
     }
 }
 
 impl ManoeuvreKind for SlowlyIncreasingSteer {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "slowly increasing steer (FMVSS 126, ISO 19365)"
     }
 
@@ -86,26 +86,26 @@ impl ManoeuvreKind for SlowlyIncreasingSteer {
         vec![Channel::ForwardSpeed, Channel::LateralAcceleration]
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["slowly increasing steer"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("A", "rad", "road-wheel angle at 0.3 g"),
-                describe(
+                characteristic_value_info("A", "rad", "road-wheel angle at 0.3 g"),
+                characteristic_value_info(
                     "steer_gradient",
                     "rad.s2/m",
                     "slope of the road-wheel angle over the lateral acceleration",
                 ),
-                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                characteristic_value_info("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
             ]
         }
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("rate", self.rate, "rad/s"),
             ("until", self.until, "m/s2"),
             ("max_steer", self.max_steer, "rad"),
@@ -118,19 +118,24 @@ impl ManoeuvreKind for SlowlyIncreasingSteer {
             LINEAR.end(),
             self.until
         );
-        Err(ParameterError::at("until", message))
+        Err(ParameterError::at_kind_key("until", message))
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
-        match self.steer(stage, now) {
-            Some(steer) => Action::angle(steer, DriveCommand::Speed(common.entry_speed)),
-            None => stage.end(now.time),
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
+        match self.ramp_steer_angle(stage, now) {
+            Some(steer) => DriverAction::steer_by_angle(steer, DriveCommand::Speed(common.entry_speed)),
+            None => stage.end_test(now.time),
         }
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
-        let SteerFit { A, gradient } = self.fit(log, 1)?;
-        let values = CharacteristicValues::default().with("A", A).with("steer_gradient", gradient);
-        Ok(values.with("lateral_acceleration_max", largest(&log.a_y)))
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
+        let SteerFit { A, gradient } = self.fit_steer_gradient(log, 1)?;
+        let values =
+            CharacteristicValues::default().with_number("A", A).with_number("steer_gradient", gradient);
+        Ok(values.with_number("lateral_acceleration_max", max_abs(&log.a_y)))
     }
 }

@@ -3,20 +3,20 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, describe};
+use super::{ManoeuvreKind, characteristic_value_info};
 use crate::action::stage_lasted;
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
 use crate::line_fit::LineFit;
-use crate::log::{Log, largest};
-use crate::path::Path;
+use crate::log::{ManoeuvreLog, max_abs};
+use crate::path::GroundPath;
 
 /// What a steady circle keeps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Constant {
+pub enum ConstantQuantity {
     /// The radius: the speed grows, and the path follower steers.
     #[default]
     Radius,
@@ -33,7 +33,7 @@ pub enum Constant {
 pub struct SteadyCircle {
     /// What stays.
     #[schemars(example = &"radius")]
-    pub constant: Constant,
+    pub constant: ConstantQuantity,
     /// Radius that stays [m].
     #[schemars(example = 40.0)]
     pub radius: f64,
@@ -60,7 +60,7 @@ pub struct SteadyCircle {
 impl Default for SteadyCircle {
     fn default() -> Self {
         SteadyCircle {
-            constant: Constant::Radius,
+            constant: ConstantQuantity::Radius,
             radius: 40.0,
             steer: 0.05,
             speed_rate: 0.2,
@@ -81,63 +81,63 @@ const FASTER: i8 = 2;
 const LEFT: f64 = 2.0;
 
 impl ManoeuvreKind for SteadyCircle {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "steady circle (ISO 4138)"
     }
 
     fn required_channels(&self) -> Vec<Channel> {
-        let mut needs = vec![
-            Channel::ForwardSpeed,
-            Channel::SideSpeed,
-            Channel::YawRate,
-            Channel::LateralAcceleration,
-        ];
-        if self.constant == Constant::Radius {
+        let mut needs =
+            vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate, Channel::LateralAcceleration];
+        if self.constant == ConstantQuantity::Radius {
             needs.extend(Channel::POSE);
         }
         needs
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["onto the circle", "growing lateral acceleration"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe(
+                characteristic_value_info(
                     "understeer_gradient",
                     "rad.s2/m",
                     "growth of the road-wheel angle over the lateral acceleration beyond that of a car without slip angles",
                 ),
-                describe(
+                characteristic_value_info(
                     "characteristic_speed",
                     "m/s",
                     "speed of the largest yaw rate gain; none of a car that oversteers",
                 ),
-                describe(
+                characteristic_value_info(
                     "critical_speed",
                     "m/s",
                     "speed at which the car gets unstable; none of a car that understeers",
                 ),
-                describe(
+                characteristic_value_info(
                     "sideslip_gradient",
                     "rad.s2/m",
                     "growth of the sideslip angle over the lateral acceleration",
                 ),
-                describe("yaw_rate_gain_max", "1/s", "largest yaw rate over the road-wheel angle"),
-                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                characteristic_value_info(
+                    "yaw_rate_gain_max",
+                    "1/s",
+                    "largest yaw rate over the road-wheel angle",
+                ),
+                characteristic_value_info("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
             ]
         }
     }
 
-    fn path(&self) -> Option<Path> {
-        (self.constant == Constant::Radius).then_some(Path::Circle(self.radius))
+    fn reference_path(&self) -> Option<GroundPath> {
+        (self.constant == ConstantQuantity::Radius).then_some(GroundPath::Circle(self.radius))
     }
 
-    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+    fn check_parameters(&self, common: &CommonParameters) -> Result<(), ParameterError> {
         let [low, high] = self.linear;
-        ParameterError::positive([
+        ParameterError::check_positive([
             ("radius", self.radius, "m"),
             ("steer", self.steer, "rad"),
             ("speed_rate", self.speed_rate, "m/s2"),
@@ -151,50 +151,50 @@ impl ManoeuvreKind for SteadyCircle {
                 "expected growing lateral accelerations up to `until` = {} m/s2, found {low} and {high}",
                 self.until
             );
-            return Err(ParameterError::at("linear", message));
+            return Err(ParameterError::at_kind_key("linear", message));
         }
         match common.wheelbase {
             Some(_) => Ok(()),
-            None => Err(ParameterError::common("wheelbase", "a steady circle needs the `wheelbase` [m] of the car: the understeer gradient is what exceeds its angle".to_owned())),
+            None => Err(ParameterError::at_common_key("wheelbase", "a steady circle needs the `wheelbase` [m] of the car: the understeer gradient is what exceeds its angle".to_owned())),
         }
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         let speed = common.entry_speed;
         let grown = |rate: f64, number: i8| {
             if number == FASTER { rate * (now.time - stage.since) } else { 0.0 }
         };
         let faster = DriveCommand::Speed(speed + grown(self.speed_rate, stage.number));
         let action = match self.constant {
-            Constant::Radius => Action::path(faster),
+            ConstantQuantity::Radius => DriverAction::follow_path(faster),
             // The step of the steering would shake the car: it takes a second.
-            Constant::Steer if stage.number == CIRCLE => {
-                Action::angle(self.steer * (now.time - stage.since).min(1.0), faster)
+            ConstantQuantity::Steer if stage.number == CIRCLE => {
+                DriverAction::steer_by_angle(self.steer * (now.time - stage.since).min(1.0), faster)
             }
-            Constant::Steer => Action::angle(self.steer, faster),
-            Constant::Speed => {
-                Action::angle(grown(self.steer_rate, stage.number), DriveCommand::Speed(speed))
+            ConstantQuantity::Steer => DriverAction::steer_by_angle(self.steer, faster),
+            ConstantQuantity::Speed => {
+                DriverAction::steer_by_angle(grown(self.steer_rate, stage.number), DriveCommand::Speed(speed))
             }
         };
         if stage.number == CIRCLE {
-            let waits = self.constant != Constant::Speed && !stage_lasted(stage, now, self.circle);
+            let waits = self.constant != ConstantQuantity::Speed && !stage_lasted(stage, now, self.circle);
             if !waits {
-                stage.enter(FASTER, now.time);
+                stage.enter_stage(FASTER, now.time);
             }
             return action;
         }
-        let left = self.path().is_some_and(|path| path.offset(now.x, now.y).abs() > LEFT);
-        if left || now.a_y >= self.until { stage.end(now.time) } else { action }
+        let left = self.reference_path().is_some_and(|path| path.lateral_offset(now.x, now.y).abs() > LEFT);
+        if left || now.a_y >= self.until { stage.end_test(now.time) } else { action }
     }
 
-    fn evaluate(
+    fn characteristic_values(
         &self,
         common: &CommonParameters,
-        log: &Log,
+        log: &ManoeuvreLog,
     ) -> Result<CharacteristicValues, String> {
-        let range = log.stage(FASTER)?;
+        let range = log.stage_index_range(FASTER)?;
         let [low, high] = self.linear;
-        let reached = largest(&log.a_y);
+        let reached = max_abs(&log.a_y);
         let first = range.clone().map(|k| log.a_y[k]).fold(f64::INFINITY, f64::min);
         if reached < high || first > low {
             return Err(format!(
@@ -206,18 +206,20 @@ impl ManoeuvreKind for SteadyCircle {
         let end = range.clone().find(|k| log.a_y[*k] > high).unwrap_or(range.end);
         let places: Vec<usize> = (range.start + 1..end).filter(|k| log.a_y[*k] >= low).collect();
         let extra = |k: usize| log.steer[k - 1] - wheelbase * log.r[k] / log.v_x[k];
-        let gradient = LineFit::through(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
-        let gradient = gradient.ok_or("the communication steps are too long for the lateral acceleration to be seen twice on the line")?;
-        let sideslip = log.sideslip();
-        let slope = LineFit::through(places.iter().map(|k| (log.a_y[*k], sideslip[*k]))).slope();
+        let gradient = LineFit::through_points(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
+        let gradient = gradient.ok_or(
+            "the communication steps are too long for the lateral acceleration to be seen twice on the line",
+        )?;
+        let sideslip = log.sideslip_angles();
+        let slope = LineFit::through_points(places.iter().map(|k| (log.a_y[*k], sideslip[*k]))).slope();
         let gains: Vec<f64> = places.iter().map(|k| log.r[*k] / log.steer[k - 1]).collect();
         let speed = |gradient: f64| (gradient > 0.0).then(|| (wheelbase / gradient).sqrt());
         Ok(CharacteristicValues::default()
-            .with("understeer_gradient", gradient)
-            .with("characteristic_speed", speed(gradient))
-            .with("critical_speed", speed(-gradient))
-            .with("sideslip_gradient", slope)
-            .with("yaw_rate_gain_max", largest(&gains))
-            .with("lateral_acceleration_max", reached))
+            .with_number("understeer_gradient", gradient)
+            .with_number("characteristic_speed", speed(gradient))
+            .with_number("critical_speed", speed(-gradient))
+            .with_number("sideslip_gradient", slope)
+            .with_number("yaw_rate_gain_max", max_abs(&gains))
+            .with_number("lateral_acceleration_max", reached))
     }
 }

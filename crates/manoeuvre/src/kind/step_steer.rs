@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, Phase, describe};
-use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, ShortestPhase, characteristic_value_info};
+use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::{Log, largest, mean, peak_index};
+use crate::log::{ManoeuvreLog, max_abs, mean, peak_index};
 
 /// Step steer (ISO 7401) with the driving force held. Times count from the moment at which half of the step is steered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,61 +38,60 @@ impl Default for StepSteer {
 const STEADY: f64 = 0.1;
 
 impl ManoeuvreKind for StepSteer {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "step steer (ISO 7401)"
     }
 
     fn required_channels(&self) -> Vec<Channel> {
-        vec![
-            Channel::ForwardSpeed,
-            Channel::SideSpeed,
-            Channel::YawRate,
-            Channel::LateralAcceleration,
-        ]
+        vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate, Channel::LateralAcceleration]
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         &["step"]
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         const {
             &[
-                describe("steady_yaw_rate", "rad/s", "yaw rate in the steady state"),
-                describe(
+                characteristic_value_info("steady_yaw_rate", "rad/s", "yaw rate in the steady state"),
+                characteristic_value_info(
                     "steady_lateral_acceleration",
                     "m/s2",
                     "lateral acceleration in the steady state",
                 ),
-                describe("steady_sideslip", "rad", "sideslip angle in the steady state"),
-                describe("yaw_rate_gain", "1/s", "steady yaw rate over the road-wheel angle"),
-                describe(
+                characteristic_value_info("steady_sideslip", "rad", "sideslip angle in the steady state"),
+                characteristic_value_info(
+                    "yaw_rate_gain",
+                    "1/s",
+                    "steady yaw rate over the road-wheel angle",
+                ),
+                characteristic_value_info(
                     "yaw_rate_response_time",
                     "s",
                     "until the yaw rate has 90 % of its steady state",
                 ),
-                describe("yaw_rate_peak_time", "s", "until the peak of the yaw rate"),
-                describe(
+                characteristic_value_info("yaw_rate_peak_time", "s", "until the peak of the yaw rate"),
+                characteristic_value_info(
                     "yaw_rate_overshoot",
                     "1",
                     "by which share the peak exceeds the steady state",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_response_time",
                     "s",
                     "until the lateral acceleration has 90 % of its steady state",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_peak_time",
                     "s",
                     "until the peak of the lateral acceleration",
                 ),
-                describe(
+                characteristic_value_info(
                     "lateral_acceleration_overshoot",
                     "1",
                     "by which share the peak exceeds the steady state",
                 ),
-                describe(
+                characteristic_value_info(
                     "TB",
                     "s.rad",
                     "TB factor: time of the peak of the yaw rate times the steady sideslip angle",
@@ -101,12 +100,12 @@ impl ManoeuvreKind for StepSteer {
         }
     }
 
-    fn shortest_phase(&self) -> Option<Phase> {
-        Some(Phase { key: "steady", duration: self.steady })
+    fn shortest_phase(&self) -> Option<ShortestPhase> {
+        Some(ShortestPhase { key: "steady", duration: self.steady })
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("amplitude", self.amplitude, "rad"),
             ("rate", self.rate, "rad/s"),
             ("hold", self.hold, "s"),
@@ -120,18 +119,22 @@ impl ManoeuvreKind for StepSteer {
             "expected less than the {left:.3} s between the step and the end of the test, found {} s",
             self.steady
         );
-        Err(ParameterError::at("steady", message))
+        Err(ParameterError::at_kind_key("steady", message))
     }
 
-    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
         let time = now.time - stage.since;
         if time > self.hold {
-            return stage.end(now.time);
+            return stage.end_test(now.time);
         }
-        Action::angle(self.amplitude.min(self.rate * time), DriveCommand::Hold)
+        DriverAction::steer_by_angle(self.amplitude.min(self.rate * time), DriveCommand::Hold)
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
         let half = 0.5 * self.amplitude / self.rate;
         let last = log.t.len() - 1;
         let steady = log.t.iter().position(|t| *t >= self.hold - self.steady).unwrap_or(0);
@@ -143,8 +146,7 @@ impl ManoeuvreKind for StepSteer {
                 ));
             }
             let scaled: Vec<f64> = values.iter().map(|value| value / end).collect();
-            let rest =
-                largest(&scaled[steady..last].iter().map(|value| value - 1.0).collect::<Vec<_>>());
+            let rest = max_abs(&scaled[steady..last].iter().map(|value| value - 1.0).collect::<Vec<_>>());
             if rest > STEADY {
                 return Err(format!(
                     "the {name} has no steady state: in the last {} s it differs from its mean by {:.0} %",
@@ -152,25 +154,25 @@ impl ManoeuvreKind for StepSteer {
                     100.0 * rest
                 ));
             }
-            let time = log.reaches(&scaled, 0.9, true, 0).map(|t| t - half);
+            let time = log.level_crossing_time(&scaled, 0.9, true, 0).map(|t| t - half);
             let top = peak_index(&scaled).filter(|place| scaled[*place] > 1.0 && *place < steady);
             let overshoot = top.map_or(0.0, |place| scaled[place] - 1.0);
             Ok([Some(end), time, top.map(|place| log.t[place] - half), Some(overshoot)])
         };
         let [r, r_time, r_peak, r_over] = response(&log.r, "yaw rate")?;
         let [a_y, a_time, a_peak, a_over] = response(&log.a_y, "lateral acceleration")?;
-        let sideslip = mean(&log.sideslip()[steady..last]);
+        let sideslip = mean(&log.sideslip_angles()[steady..last]);
         Ok(CharacteristicValues::default()
-            .with("steady_yaw_rate", r)
-            .with("steady_lateral_acceleration", a_y)
-            .with("steady_sideslip", sideslip)
-            .with("yaw_rate_gain", r.map(|r| r / self.amplitude))
-            .with("yaw_rate_response_time", r_time)
-            .with("yaw_rate_peak_time", r_peak)
-            .with("yaw_rate_overshoot", r_over)
-            .with("lateral_acceleration_response_time", a_time)
-            .with("lateral_acceleration_peak_time", a_peak)
-            .with("lateral_acceleration_overshoot", a_over)
-            .with("TB", r_peak.map(|time| time * sideslip)))
+            .with_number("steady_yaw_rate", r)
+            .with_number("steady_lateral_acceleration", a_y)
+            .with_number("steady_sideslip", sideslip)
+            .with_number("yaw_rate_gain", r.map(|r| r / self.amplitude))
+            .with_number("yaw_rate_response_time", r_time)
+            .with_number("yaw_rate_peak_time", r_peak)
+            .with_number("yaw_rate_overshoot", r_over)
+            .with_number("lateral_acceleration_response_time", a_time)
+            .with_number("lateral_acceleration_peak_time", a_peak)
+            .with_number("lateral_acceleration_overshoot", a_over)
+            .with_number("TB", r_peak.map(|time| time * sideslip)))
     }
 }

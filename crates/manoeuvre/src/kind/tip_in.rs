@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bend::{BendForceChange, DESCRIPTIONS, STAGES};
-use super::{ManoeuvreKind, Phase};
-use crate::action::{Action, CarState, Stage};
+use super::{ManoeuvreKind, ShortestPhase};
+use crate::action::{CarState, DriverAction, TestStage};
 use crate::channel::Channel;
-use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
-use crate::log::Log;
-use crate::path::Path;
+use crate::log::ManoeuvreLog;
+use crate::path::GroundPath;
 
 /// Power on or off in a bend (power off: ISO 9816): on a circle at the entry speed the steering is held and the driving force changes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,13 +37,13 @@ impl Default for TipIn {
 }
 
 impl TipIn {
-    fn bend(&self) -> BendForceChange {
+    fn bend_force_change(&self) -> BendForceChange {
         BendForceChange { circle: self.circle, force: self.force, observe: self.observe }
     }
 }
 
 impl ManoeuvreKind for TipIn {
-    fn title(&self) -> &'static str {
+    fn kind_title(&self) -> &'static str {
         "power on or off in a bend (ISO 9816)"
     }
 
@@ -51,24 +51,24 @@ impl ManoeuvreKind for TipIn {
         BendForceChange::required_channels()
     }
 
-    fn stages(&self) -> &'static [&'static str] {
+    fn stage_names(&self) -> &'static [&'static str] {
         STAGES
     }
 
-    fn value_descriptions(&self) -> &'static [ValueDescription] {
+    fn value_descriptions(&self) -> &'static [CharacteristicValueInfo] {
         &DESCRIPTIONS
     }
 
-    fn path(&self) -> Option<Path> {
-        Some(Path::Circle(self.radius))
+    fn reference_path(&self) -> Option<GroundPath> {
+        Some(GroundPath::Circle(self.radius))
     }
 
-    fn shortest_phase(&self) -> Option<Phase> {
-        Some(Phase { key: "observe", duration: self.observe })
+    fn shortest_phase(&self) -> Option<ShortestPhase> {
+        Some(ShortestPhase { key: "observe", duration: self.observe })
     }
 
-    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
-        ParameterError::positive([
+    fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::check_positive([
             ("radius", self.radius, "m"),
             ("circle", self.circle, "s"),
             ("observe", self.observe, "s"),
@@ -76,17 +76,21 @@ impl ManoeuvreKind for TipIn {
         if self.force.is_finite() {
             return Ok(());
         }
-        Err(ParameterError::at(
+        Err(ParameterError::at_kind_key(
             "force",
             format!("expected a finite force [N], found {}", self.force),
         ))
     }
 
-    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
-        self.bend().next_action(common, stage, now)
+    fn next_action(&self, common: &CommonParameters, stage: &mut TestStage, now: &CarState) -> DriverAction {
+        self.bend_force_change().next_action(common, stage, now)
     }
 
-    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
-        self.bend().evaluate(log)
+    fn characteristic_values(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+    ) -> Result<CharacteristicValues, String> {
+        self.bend_force_change().characteristic_values(log)
     }
 }

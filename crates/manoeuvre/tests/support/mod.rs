@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use manoeuvre::kind::ManoeuvreKind;
 use manoeuvre::{
-    Channel, CharacteristicValues, CommonParameters, Direction, Driver, Log, Manoeuvre,
+    Channel, CharacteristicValues, CommonParameters, Direction, Manoeuvre, ManoeuvreDriver, ManoeuvreLog,
     PathFollower, SpeedController,
 };
 
@@ -114,7 +114,7 @@ pub fn common(entry_speed: f64) -> CommonParameters {
 
 pub fn manoeuvre(common: CommonParameters, kind: impl ManoeuvreKind + 'static) -> Arc<Manoeuvre> {
     let manoeuvre = Manoeuvre { common, kind: Arc::new(kind) };
-    manoeuvre.check().expect("a sound manoeuvre");
+    manoeuvre.check_parameters().expect("a sound manoeuvre");
     Arc::new(manoeuvre)
 }
 
@@ -122,17 +122,16 @@ pub fn manoeuvre(common: CommonParameters, kind: impl ManoeuvreKind + 'static) -
 ///
 /// # Errors
 /// When the test did not take place.
-pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<Log, String> {
-    let (mut driver, h) = (Driver::new(Arc::clone(manoeuvre)), manoeuvre.common.step);
+pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<ManoeuvreLog, String> {
+    let (mut driver, h) = (ManoeuvreDriver::new(Arc::clone(manoeuvre)), manoeuvre.common.step);
     let channels = manoeuvre.kind.required_channels();
     let (mut time, mut commands, mut inputs) =
         (Vec::new(), [const { Vec::new() }; 3], vec![Vec::new(); channels.len()]);
     let mut steer = 0.0;
     for k in 0..=(stop / h).round() as u32 {
         let t = f64::from(k) * h;
-        let measured: Vec<f64> =
-            channels.iter().map(|channel| car.measured(*channel, steer)).collect();
-        let outputs = driver.step(t, &measured);
+        let measured: Vec<f64> = channels.iter().map(|channel| car.measured(*channel, steer)).collect();
+        let outputs = driver.step_commands(t, &measured);
         assert!(outputs.iter().all(|it| it.is_finite()), "{outputs:?} at {t} s");
         time.push(t);
         inputs.iter_mut().zip(&measured).for_each(|(list, value)| list.push(*value));
@@ -141,23 +140,18 @@ pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<Log, S
         car.advance(outputs[0], outputs[1], h);
     }
     let [steer, drive, phase] = &commands;
-    manoeuvre.log(&time, [steer, drive, phase], &inputs)
+    manoeuvre.test_log(&time, [steer, drive, phase], &inputs)
 }
 
 /// The characteristic values.
 ///
 /// # Errors
 /// When the test did not take place.
-pub fn values(
-    manoeuvre: &Arc<Manoeuvre>,
-    car: Car,
-    stop: f64,
-) -> Result<CharacteristicValues, String> {
+pub fn values(manoeuvre: &Arc<Manoeuvre>, car: Car, stop: f64) -> Result<CharacteristicValues, String> {
     let log = log(manoeuvre, car, stop)?;
-    let values = manoeuvre.kind.evaluate(&manoeuvre.common, &log)?;
+    let values = manoeuvre.kind.characteristic_values(&manoeuvre.common, &log)?;
     let names: Vec<_> = values.0.iter().map(|(name, _)| *name).collect();
-    let known: Vec<_> =
-        manoeuvre.kind.value_descriptions().iter().map(|known| known.name).collect();
-    assert_eq!(names, known, "{}", manoeuvre.kind.title());
+    let known: Vec<_> = manoeuvre.kind.value_descriptions().iter().map(|known| known.name).collect();
+    assert_eq!(names, known, "{}", manoeuvre.kind.kind_title());
     Ok(values)
 }

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use damage::Target;
+use damage::FuzzTarget;
 use hdf5_pure::FileBuilder;
 use hdf5_pure::mat::{MatBuilder, Options};
 
 use super::writer::{Made, column, file};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "mat_files",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../mat-file/tests/corpus/mat_files"),
     sound,
@@ -82,5 +82,5 @@ fn of_others() -> Vec<u8> {
 }
 
 fn attempt(bytes: &[u8], _folder: &Path) -> bool {
-    mat_file::read(bytes).is_ok()
+    mat_file::read_mat_file(bytes).is_ok()
 }

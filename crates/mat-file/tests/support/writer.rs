@@ -70,8 +70,7 @@ fn array(name: &str, made: &Made) -> Vec<u8> {
         Made::Text(text) => {
             let units: Vec<u16> = text.encode_utf16().collect();
             let bytes: Vec<u8> = units.iter().flat_map(|it| it.to_le_bytes()).collect();
-            [start(4, &[i32::from(!units.is_empty()), units.len() as i32]), element(4, &bytes)]
-                .concat()
+            [start(4, &[i32::from(!units.is_empty()), units.len() as i32]), element(4, &bytes)].concat()
         }
         Made::Cell(cells) => {
             let cells: Vec<_> = cells.iter().map(|it| array("", it)).collect();
@@ -93,12 +92,8 @@ fn array(name: &str, made: &Made) -> Vec<u8> {
         }
         Made::Object => {
             let flags: Vec<u8> = [17u32, 0].iter().flat_map(|it| it.to_le_bytes()).collect();
-            let of = [
-                element(6, &flags),
-                element(1, name.as_bytes()),
-                element(1, b"MCOS"),
-                element(1, b"table"),
-            ];
+            let of =
+                [element(6, &flags), element(1, name.as_bytes()), element(1, b"MCOS"), element(1, b"table")];
             of.concat()
         }
     };

@@ -1,37 +1,37 @@
 //! Reads the blocks of MDF 2 and 3: two letters, a length of 16 bits with these, fields at fixed places.
 
-use crate::bytes::Bytes;
+use crate::bytes::FileByteReader;
 use crate::error::Error;
-use crate::text::{cut, decoded};
+use crate::text::{decode_utf8_or_latin1, truncate_text};
 
 /// What has the blocks of a file.
-pub(super) struct Blocks<'b> {
-    bytes: &'b mut Bytes,
+pub(super) struct Mdf3BlockReader<'b> {
+    bytes: &'b mut FileByteReader,
     /// Whether the highest byte of a number comes first.
     big: bool,
 }
 
 /// A block; fields that it is too short for are 0 and empty, as later versions added fields.
-pub(super) struct Block {
+pub(super) struct Mdf3Block {
     pub at: u64,
     data: Vec<u8>,
     big: bool,
 }
 
-impl<'b> Blocks<'b> {
-    pub fn new(bytes: &'b mut Bytes) -> Result<Self, Error> {
+impl<'b> Mdf3BlockReader<'b> {
+    pub fn new(bytes: &'b mut FileByteReader) -> Result<Self, Error> {
         let mut head = [0; 4];
-        bytes.read(64, &mut head)?;
+        bytes.read_at(64, &mut head)?;
         // The length of the header, 164 bytes or few more, tells the order of its bytes.
         Ok(Self { bytes, big: head[2] < head[3] })
     }
 
     /// The block at a place, of at least so many bytes.
-    pub fn read(&mut self, at: u64, id: &[u8; 2], least: usize) -> Result<Block, Error> {
+    pub fn read_block(&mut self, at: u64, id: &[u8; 2], least: usize) -> Result<Mdf3Block, Error> {
         let mut head = [0; 4];
-        self.bytes.read(at, &mut head)?;
-        let block = Block { at, data: head.to_vec(), big: self.big };
-        let length = usize::from(block.u16(2));
+        self.bytes.read_at(at, &mut head)?;
+        let block = Mdf3Block { at, data: head.to_vec(), big: self.big };
+        let length = usize::from(block.u16_at(2));
         if head[..2] != *id || length < least {
             let text = format!(
                 "expected a block {} of at least {least} bytes, found `{}` of {length}",
@@ -40,29 +40,29 @@ impl<'b> Blocks<'b> {
             );
             return Err(Error::new(at, text));
         }
-        self.bytes_of(at, length)
+        self.read_oversized_block(at, length)
     }
 
     /// Bytes of a block whose length is not the one that it tells: tables above 64 KiB.
-    pub fn bytes_of(&mut self, at: u64, length: usize) -> Result<Block, Error> {
+    pub fn read_oversized_block(&mut self, at: u64, length: usize) -> Result<Mdf3Block, Error> {
         let mut data = vec![0; length];
-        self.bytes.read(at, &mut data)?;
-        Ok(Block { at, data, big: self.big })
+        self.bytes.read_at(at, &mut data)?;
+        Ok(Mdf3Block { at, data, big: self.big })
     }
 
     /// The text that a link leads to; nothing where it leads nowhere or the text is empty.
-    pub fn text(&mut self, at: u32) -> Result<Option<String>, Error> {
+    pub fn read_text_block(&mut self, at: u32) -> Result<Option<String>, Error> {
         if at == 0 {
             return Ok(None);
         }
-        let block = self.read(at.into(), b"TX", 4)?;
-        let text = block.text(4, block.data.len());
-        Ok((!text.is_empty()).then(|| cut(&text).to_owned()))
+        let block = self.read_block(at.into(), b"TX", 4)?;
+        let text = block.text_at(4, block.data.len());
+        Ok((!text.is_empty()).then(|| truncate_text(&text).to_owned()))
     }
 }
 
-impl Block {
-    fn array<const N: usize>(&self, at: usize) -> [u8; N] {
+impl Mdf3Block {
+    fn array_at<const N: usize>(&self, at: usize) -> [u8; N] {
         let mut bytes: [u8; N] =
             self.data.get(at..at + N).map_or([0; N], |it| it.try_into().unwrap_or([0; N]));
         if self.big {
@@ -71,30 +71,30 @@ impl Block {
         bytes
     }
 
-    pub fn length(&self) -> usize {
+    pub fn block_length(&self) -> usize {
         self.data.len()
     }
 
-    pub fn u16(&self, at: usize) -> u16 {
-        u16::from_le_bytes(self.array(at))
+    pub fn u16_at(&self, at: usize) -> u16 {
+        u16::from_le_bytes(self.array_at(at))
     }
 
-    pub fn u32(&self, at: usize) -> u32 {
-        u32::from_le_bytes(self.array(at))
+    pub fn u32_at(&self, at: usize) -> u32 {
+        u32::from_le_bytes(self.array_at(at))
     }
 
-    pub fn u64(&self, at: usize) -> u64 {
-        u64::from_le_bytes(self.array(at))
+    pub fn u64_at(&self, at: usize) -> u64 {
+        u64::from_le_bytes(self.array_at(at))
     }
 
-    pub fn f64(&self, at: usize) -> f64 {
-        f64::from_le_bytes(self.array(at))
+    pub fn f64_at(&self, at: usize) -> f64 {
+        f64::from_le_bytes(self.array_at(at))
     }
 
     /// The text of a field of so many bytes, up to a zero.
-    pub fn text(&self, at: usize, length: usize) -> String {
+    pub fn text_at(&self, at: usize, length: usize) -> String {
         let field = self.data.get(at..).unwrap_or_default();
         let field = &field[..field.len().min(length)];
-        decoded(field.split(|it| *it == 0).next().unwrap_or_default()).trim().to_owned()
+        decode_utf8_or_latin1(field.split(|it| *it == 0).next().unwrap_or_default()).trim().to_owned()
     }
 }

@@ -1,24 +1,24 @@
 //! Reads the channels of MDF 2 and 3 from their blocks CN.
 
-use super::Reader;
-use super::block::Block;
+use super::Mdf3Reader;
+use super::block::Mdf3Block;
 use super::conversion::UnitConversion;
-use crate::channels::{inside, kind_of};
-use crate::conversion::Conversion;
+use crate::channels::{check_field_in_record, converted_value_kind};
+use crate::conversion::ValueConversion;
 use crate::error::Error;
-use crate::field::Field;
-use crate::layout::{Axis, Channel, ChannelStorage, Kind, Store, Validity};
+use crate::field::RecordField;
+use crate::layout::{ChannelStorage, ChannelValueKind, MasterAxis, MdfChannel, ValueLocation, ValueValidity};
 
-impl Reader<'_> {
+impl Mdf3Reader<'_> {
     /// Adds a channel of the last group, or a note why it is left out.
-    pub fn channel(&mut self, block: &Block, group: &str, record: usize) -> Result<(), Error> {
-        let name = match self.blocks.text(block.u32(218))? {
+    pub fn read_channel(&mut self, block: &Mdf3Block, group: &str, record: usize) -> Result<(), Error> {
+        let name = match self.blocks.read_text_block(block.u32_at(218))? {
             Some(name) => name,
-            None => block.text(26, 32),
+            None => block.text_at(26, 32),
         };
-        let is_master = block.u16(24) == 1;
-        match self.stored(block, is_master, record) {
-            Ok((store, read)) => self.add(block, name, group, is_master, store, read),
+        let is_master = block.u16_at(24) == 1;
+        match self.read_value_location(block, is_master, record) {
+            Ok((store, read)) => self.add_channel(block, name, group, is_master, store, read),
             Err(reason) => {
                 self.structure.notes.push(format!("channel `{name}` is left out: {reason}"));
                 Ok(())
@@ -26,39 +26,39 @@ impl Reader<'_> {
         }
     }
 
-    fn add(
+    fn add_channel(
         &mut self,
-        block: &Block,
+        block: &Mdf3Block,
         name: String,
         group: &str,
         is_master: bool,
-        store: Store,
+        store: ValueLocation,
         read: UnitConversion,
     ) -> Result<(), Error> {
         let (index, clock) = (self.structure.channels.len(), self.structure.clocks.len() - 1);
-        let kind = match kind_of(&store, &read.conversion) {
+        let kind = match converted_value_kind(&store, &read.conversion) {
             Ok(kind) => kind,
             Err(reason) => {
                 self.structure.notes.push(format!("channel `{name}` is left out: {reason}"));
                 return Ok(());
             }
         };
-        let description = Some(block.text(58, 128)).filter(|it| !it.is_empty());
+        let description = Some(block.text_at(58, 128)).filter(|it| !it.is_empty());
         let comment: Vec<_> =
-            [self.blocks.text(block.u32(20))?, description].into_iter().flatten().collect();
+            [self.blocks.read_text_block(block.u32_at(20))?, description].into_iter().flatten().collect();
         let is_first = self.structure.clocks[clock].master.is_none();
-        let is_master = is_master && is_first && kind != Kind::Text;
+        let is_master = is_master && is_first && kind != ChannelValueKind::Text;
         if is_master {
             let clock = &mut self.structure.clocks[clock];
-            (clock.master, clock.axis) = (Some(index), Axis::Time);
+            (clock.master, clock.axis) = (Some(index), MasterAxis::Time);
         }
         self.structure.storages.push(ChannelStorage {
             group: clock,
             store,
             conversion: read.conversion,
-            valid: Validity::All,
+            valid: ValueValidity::All,
         });
-        self.structure.channels.push(Channel {
+        self.structure.channels.push(MdfChannel {
             name,
             group: group.to_owned(),
             group_index: clock,
@@ -72,31 +72,31 @@ impl Reader<'_> {
     }
 
     /// Where the values are, and what they mean.
-    fn stored(
+    fn read_value_location(
         &mut self,
-        block: &Block,
+        block: &Mdf3Block,
         is_master: bool,
         record: usize,
-    ) -> Result<(Store, UnitConversion), String> {
-        if block.u32(16) != 0 {
+    ) -> Result<(ValueLocation, UnitConversion), String> {
+        if block.u32_at(16) != 0 {
             return Err("an array of channels that are read by themselves".to_owned());
         }
-        let mut read = self.conversion(block.u32(8))?;
-        let (start, bits) = (u32::from(block.u16(186)), block.u16(188).into());
+        let mut read = self.read_conversion(block.u32_at(8))?;
+        let (start, bits) = (u32::from(block.u16_at(186)), block.u16_at(188).into());
         if is_master && bits == 0 {
             // Times that are nowhere: rows follow each other by a time [s], which the field of the rate holds.
-            let step = block.f64(210);
+            let step = block.f64_at(210);
             let factor = if step == 0.0 { 1.0 } else { step };
-            read.conversion = Conversion::Linear { offset: 0.0, factor }.into();
-            return Ok((Store::Row, read));
+            read.conversion = ValueConversion::Linear { offset: 0.0, factor }.into();
+            return Ok((ValueLocation::Row, read));
         }
-        let kind = self.kind(block.u16(190))?;
-        let place = [start / 8 + u32::from(block.u16(226)), start % 8, bits];
-        Ok((Store::Fixed(inside(Field::new(kind, place)?, record)?), read))
+        let kind = self.mdf4_data_type(block.u16_at(190))?;
+        let place = [start / 8 + u32::from(block.u16_at(226)), start % 8, bits];
+        Ok((ValueLocation::Fixed(check_field_in_record(RecordField::new(kind, place)?, record)?), read))
     }
 
     /// The type of data of MDF 4 that is the same.
-    fn kind(&self, kind: u16) -> Result<u8, String> {
+    fn mdf4_data_type(&self, kind: u16) -> Result<u8, String> {
         let own = u8::from(self.big_values);
         Ok(match kind {
             0 => own,

@@ -2,40 +2,40 @@
 
 use std::sync::Arc;
 
-use super::Reader;
-use super::block::Block;
-use crate::conversion::{Conversion, Target};
+use super::Mdf3Reader;
+use super::block::Mdf3Block;
+use crate::conversion::{ConversionTarget, ValueConversion};
 use crate::error::Error;
-use crate::formula::Formula;
+use crate::formula::ConversionFormula;
 
 /// A conversion with its unit.
 #[derive(Clone)]
 pub(super) struct UnitConversion {
-    pub conversion: Arc<Conversion>,
+    pub conversion: Arc<ValueConversion>,
     pub unit: Option<String>,
 }
 
 /// Bytes in front of the parameters of a block CC.
 const HEAD: usize = 46;
 
-impl Reader<'_> {
+impl Mdf3Reader<'_> {
     /// The conversion that a link leads to, read once.
-    pub fn conversion(&mut self, at: u32) -> Result<UnitConversion, String> {
+    pub fn read_conversion(&mut self, at: u32) -> Result<UnitConversion, String> {
         if at == 0 {
-            return Ok(UnitConversion { conversion: Arc::new(Conversion::Identity), unit: None });
+            return Ok(UnitConversion { conversion: Arc::new(ValueConversion::Identity), unit: None });
         }
         if let Some(known) = self.conversions.get(&at) {
             return known.clone();
         }
-        let read = self.block(at).map_err(|error| error.to_string());
+        let read = self.read_conversion_block(at).map_err(|error| error.to_string());
         self.conversions.insert(at, read.clone());
         read
     }
 
-    fn block(&mut self, at: u32) -> Result<UnitConversion, Error> {
-        let block = self.blocks.read(at.into(), b"CC", HEAD)?;
-        let unit = Some(block.text(22, 20)).filter(|it| !it.is_empty());
-        let (kind, count) = (block.u16(42), usize::from(block.u16(44)));
+    fn read_conversion_block(&mut self, at: u32) -> Result<UnitConversion, Error> {
+        let block = self.blocks.read_block(at.into(), b"CC", HEAD)?;
+        let unit = Some(block.text_at(22, 20)).filter(|it| !it.is_empty());
+        let (kind, count) = (block.u16_at(42), usize::from(block.u16_at(44)));
         let needed = HEAD
             + match kind {
                 0 => 16,
@@ -46,31 +46,30 @@ impl Reader<'_> {
                 12 => 20 * count,
                 _ => 0,
             };
-        let block = match needed > block.length() {
-            true => self.blocks.bytes_of(block.at, needed)?,
+        let block = match needed > block.block_length() {
+            true => self.blocks.read_oversized_block(block.at, needed)?,
             false => block,
         };
-        let numbers = |count: usize| (0..count).map(|it| block.f64(HEAD + 8 * it));
+        let numbers = |count: usize| (0..count).map(|it| block.f64_at(HEAD + 8 * it));
         let conversion = match kind {
-            0 => match [block.f64(HEAD), block.f64(HEAD + 8)] {
-                [0.0, 1.0] => Conversion::Identity,
-                [offset, factor] => Conversion::Linear { offset, factor },
+            0 => match [block.f64_at(HEAD), block.f64_at(HEAD + 8)] {
+                [0.0, 1.0] => ValueConversion::Identity,
+                [offset, factor] => ValueConversion::Linear { offset, factor },
             },
-            1 | 2 => points(&block, count, kind == 1)?,
-            6..=8 => formula(&block, &closed_form(kind, &numbers(7).collect::<Vec<_>>())?)?,
+            1 | 2 => read_point_table(&block, count, kind == 1)?,
+            6..=8 => read_formula(&block, &closed_form(kind, &numbers(7).collect::<Vec<_>>())?)?,
             9 => {
                 let mut all = [0.0; 6];
                 all.iter_mut().zip(numbers(6)).for_each(|(to, it)| *to = it);
-                Conversion::Rational(all)
+                ValueConversion::Rational(all)
             }
-            10 => formula(&block, &block.text(HEAD, block.length()))?,
-            11 => texts(&block, count),
-            12 => self.spans(&block, count)?,
+            10 => read_formula(&block, &block.text_at(HEAD, block.block_length()))?,
+            11 => read_text_table(&block, count),
+            12 => self.read_text_ranges(&block, count)?,
             // Dates and times of CANopen are bytes without a conversion.
-            132 | 133 | 0xffff => Conversion::Identity,
+            132 | 133 | 0xffff => ValueConversion::Identity,
             other => {
-                let text =
-                    format!("expected a conversion of type 0 to 2 or 6 to 12, found {other}");
+                let text = format!("expected a conversion of type 0 to 2 or 6 to 12, found {other}");
                 return Err(Error::new(block.at, text));
             }
         };
@@ -78,33 +77,35 @@ impl Reader<'_> {
     }
 
     /// Ranges with their texts; the first entry is the text of all other values.
-    fn spans(&mut self, block: &Block, count: usize) -> Result<Conversion, Error> {
+    fn read_text_ranges(&mut self, block: &Mdf3Block, count: usize) -> Result<ValueConversion, Error> {
         let mut spans = Vec::new();
-        let mut other = Target::Text(String::new());
+        let mut other = ConversionTarget::Text(String::new());
         for entry in 0..count {
             let at = HEAD + 20 * entry;
-            let text = self.blocks.text(block.u32(at + 16))?.unwrap_or_default();
+            let text = self.blocks.read_text_block(block.u32_at(at + 16))?.unwrap_or_default();
             match entry {
-                0 => other = default(text),
+                0 => other = default_target(text),
                 // Both ends belong to a range, also of numbers that are not whole.
-                _ => spans.push(([block.f64(at), block.f64(at + 8).next_up()], Target::Text(text))),
+                _ => spans
+                    .push(([block.f64_at(at), block.f64_at(at + 8).next_up()], ConversionTarget::Text(text))),
             }
         }
-        Ok(Conversion::Spans(spans, other))
+        Ok(ValueConversion::Spans(spans, other))
     }
 }
 
 /// What all other values mean: a text, or a formula in quotes, such as `"2*{X}+1"`.
-fn default(text: String) -> Target {
+fn default_target(text: String) -> ConversionTarget {
     let scale = text.split('"').nth(1).filter(|it| it.contains("{X}"));
-    let scale = scale.and_then(|it| Formula::read(&it.replace("{X}", "X")).ok());
-    scale.map_or(Target::Text(text), |it| Target::Scale(Conversion::Formula(it).into()))
+    let scale = scale.and_then(|it| ConversionFormula::parse(&it.replace("{X}", "X")).ok());
+    scale.map_or(ConversionTarget::Text(text), |it| {
+        ConversionTarget::Scale(ValueConversion::Formula(it).into())
+    })
 }
 
-fn formula(block: &Block, text: &str) -> Result<Conversion, Error> {
-    let wrong =
-        |error| Error::new(block.at, format!("the formula `{text}` of a conversion: {error}"));
-    Formula::read(text).map(Conversion::Formula).map_err(wrong)
+fn read_formula(block: &Mdf3Block, text: &str) -> Result<ValueConversion, Error> {
+    let wrong = |error| Error::new(block.at, format!("the formula `{text}` of a conversion: {error}"));
+    ConversionFormula::parse(text).map(ValueConversion::Formula).map_err(wrong)
 }
 
 /// The function of a polynomial (6), exponential (7) or logarithmic (8) conversion with the parameters P1 to P7.
@@ -116,7 +117,7 @@ fn closed_form(kind: u16, numbers: &[f64]) -> Result<String, Error> {
         () if kind == 6 => Ok(format!("({p2}-{p4}*(X-{p5}-{p6}))/({p3}*(X-{p5}-{p6})-{p1})")),
         () if numbers[3] == 0.0 => Ok(format!("{function}(((X-{p7})*{p6}-{p3})/{p1})/{p2}")),
         () if numbers[0] == 0.0 => Ok(format!("{function}(({p3}/(X-{p7})-{p6})/{p4})/{p5}")),
-        () => Err(Error::general(format!(
+        () => Err(Error::without_offset(format!(
             "expected P1 or P4 of an exponential or logarithmic conversion to be 0, found {} and {}",
             numbers[0], numbers[3]
         ))),
@@ -124,16 +125,16 @@ fn closed_form(kind: u16, numbers: &[f64]) -> Result<String, Error> {
 }
 
 /// A table of values, with straight lines between them or not.
-fn points(block: &Block, count: usize, lines: bool) -> Result<Conversion, Error> {
-    let pair = |it: usize| [block.f64(HEAD + 16 * it), block.f64(HEAD + 16 * it + 8)];
-    Conversion::points((0..count).map(pair).collect(), lines, block.at)
+fn read_point_table(block: &Mdf3Block, count: usize, lines: bool) -> Result<ValueConversion, Error> {
+    let pair = |it: usize| [block.f64_at(HEAD + 16 * it), block.f64_at(HEAD + 16 * it + 8)];
+    ValueConversion::from_points((0..count).map(pair).collect(), lines, block.at)
 }
 
 /// A table of texts; all other values have none.
-fn texts(block: &Block, count: usize) -> Conversion {
+fn read_text_table(block: &Mdf3Block, count: usize) -> ValueConversion {
     let entry = |it: usize| {
         let at = HEAD + 40 * it;
-        (block.f64(at), Target::Text(block.text(at + 8, 32)))
+        (block.f64_at(at), ConversionTarget::Text(block.text_at(at + 8, 32)))
     };
-    Conversion::keys((0..count).map(entry).collect(), Target::Text(String::new()))
+    ValueConversion::from_keys((0..count).map(entry).collect(), ConversionTarget::Text(String::new()))
 }

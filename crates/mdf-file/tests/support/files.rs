@@ -77,14 +77,8 @@ pub fn mixed() -> Vec<u8> {
     };
     let slow = first(&mut made, word);
     let fast = first(&mut made, plain("count", 0, 8, 0, 16));
-    let slow = made.group(Group {
-        number: 2,
-        first: slow,
-        rows: 5,
-        values: 16,
-        name: "slow",
-        ..Group::default()
-    });
+    let slow =
+        made.group(Group { number: 2, first: slow, rows: 5, values: 16, name: "slow", ..Group::default() });
     let fast = made.group(Group {
         next: slow,
         number: 1,
@@ -147,9 +141,7 @@ pub fn ticks() -> Vec<u8> {
     let time = Channel { kind: 2, sync: 1, conversion, unit: "s", ..plain("t", 0, 0, 0, 64) };
     let first = made.channels(&[time, plain("fast", 0, 8, 0, 8)]);
     let group = made.group(Group { first, rows: 3, values: 9, ..Group::default() });
-    let row = |row: u8| {
-        [&(1_700_000_000 + 1_000_000 * u64::from(row)).to_le_bytes()[..], &[row]].concat()
-    };
+    let row = |row: u8| [&(1_700_000_000 + 1_000_000 * u64::from(row)).to_le_bytes()[..], &[row]].concat();
     let data = made.block(b"##DT", &[], &[row(0), row(1), row(2)].concat());
     made.data_group(next, group, data, 0);
     // The start of the measurement.
@@ -199,16 +191,10 @@ pub fn lists() -> Vec<u8> {
 pub fn conversions() -> Vec<u8> {
     let mut made = Made::new(410);
     let text = |made: &mut Made, text: &str| made.text(text);
-    let [low, high, other, neutral] =
-        ["low", "high", "other", "neutral"].map(|it| text(&mut made, it));
+    let [low, high, other, neutral] = ["low", "high", "other", "neutral"].map(|it| text(&mut made, it));
     let formula = made.text("X1*2 + 1.5*(X-1)/4");
     let scale = made.conversion(1, &[], &[-40.0, 0.5]);
-    let gear = made.named_conversion(
-        "gear",
-        7,
-        &[neutral, high, other],
-        &[0f64.to_bits(), 2f64.to_bits()],
-    );
+    let gear = made.named_conversion("gear", 7, &[neutral, high, other], &[0f64.to_bits(), 2f64.to_bits()]);
     let all = [
         ("none", made.conversion(0, &[], &[])),
         ("linear", made.conversion(1, &[], &[0.1, 0.3])),

@@ -113,13 +113,7 @@ impl Made {
         self.named_conversion("", kind, references, &numbers)
     }
 
-    pub fn named_conversion(
-        &mut self,
-        name: &str,
-        kind: u8,
-        references: &[u64],
-        numbers: &[u64],
-    ) -> u64 {
+    pub fn named_conversion(&mut self, name: &str, kind: u8, references: &[u64], numbers: &[u64]) -> u64 {
         let name = self.text(name);
         let mut data = vec![kind, 0, 0, 0];
         data.extend((references.len() as u16).to_le_bytes());
@@ -131,8 +125,7 @@ impl Made {
 
     pub fn group(&mut self, it: Group) -> u64 {
         let name = self.text(it.name);
-        let mut data =
-            [it.number, it.rows].iter().flat_map(|it| it.to_le_bytes()).collect::<Vec<_>>();
+        let mut data = [it.number, it.rows].iter().flat_map(|it| it.to_le_bytes()).collect::<Vec<_>>();
         data.extend(it.flags.to_le_bytes());
         data.extend([0; 6]);
         data.extend(it.values.to_le_bytes());
@@ -191,29 +184,15 @@ impl Made {
 
     /// One group with one block of rows: the channels, and the bytes of each row without the time, which is a tenth of a second each.
     pub fn rows(&mut self, channels: &[Channel], invalid: u32, rows: &[Vec<u8>]) {
-        let time = Channel {
-            name: "t",
-            unit: "s",
-            kind: 2,
-            sync: 1,
-            data_type: 4,
-            bits: 64,
-            ..Channel::default()
-        };
+        let time =
+            Channel { name: "t", unit: "s", kind: 2, sync: 1, data_type: 4, bits: 64, ..Channel::default() };
         let all: Vec<_> = std::iter::once(time).chain(channels.iter().copied()).collect();
         let first = self.channels(&all);
         let values = 8 + rows[0].len() as u32 - invalid;
         let count = rows.len() as u64;
-        let group = self.group(Group {
-            first,
-            rows: count,
-            values,
-            invalid,
-            name: "made",
-            ..Group::default()
-        });
-        let row =
-            |(row, it): (usize, &Vec<u8>)| [&(row as f64 / 10.0).to_le_bytes()[..], it].concat();
+        let group =
+            self.group(Group { first, rows: count, values, invalid, name: "made", ..Group::default() });
+        let row = |(row, it): (usize, &Vec<u8>)| [&(row as f64 / 10.0).to_le_bytes()[..], it].concat();
         let data: Vec<u8> = rows.iter().enumerate().flat_map(row).collect();
         let data = self.block(b"##DT", &[], &data);
         self.data_group(0, group, data, 0);

@@ -56,8 +56,7 @@ impl Made {
     }
 
     fn conversion(&mut self, kind: u16, count: u16, parameters: &[Field]) -> u32 {
-        let head =
-            self.fields(&[U16(0), F64(0.0), F64(0.0), Text("°C", 20), U16(kind), U16(count)]);
+        let head = self.fields(&[U16(0), F64(0.0), F64(0.0), Text("°C", 20), U16(kind), U16(count)]);
         let at = self.block("CC", &[]);
         let body = self.fields(parameters);
         let length = self.number((4 + head.len() as u16 + body.len() as u16).to_le_bytes());
@@ -166,11 +165,7 @@ fn converted(made: &mut Made) -> u32 {
         ),
         (
             "scaled",
-            made.conversion(
-                12,
-                2,
-                &[F64(0.0), F64(0.0), U32(scale), F64(5.0), F64(5.0), U32(texts[1])],
-            ),
+            made.conversion(12, 2, &[F64(0.0), F64(0.0), U32(scale), F64(5.0), F64(5.0), U32(texts[1])]),
         ),
         ("none", made.conversion(0xffff, 0, &[])),
     ];
@@ -202,8 +197,7 @@ fn mixed(made: &mut Made, next: u32) -> u32 {
     let slow = made.channels(&[time(), Channel("word", 64, 48, 7, 0, 0, 0.0)]);
     let slow = made.block("CG", &[U32(0), U32(slow), U32(0), U16(9), U16(2), U16(14), U32(3)]);
     let name = made.text("fast\nSource: made");
-    let fast =
-        made.block("CG", &[U32(slow), U32(fast), U32(name), U16(4), U16(9), U16(29), U32(6)]);
+    let fast = made.block("CG", &[U32(slow), U32(fast), U32(name), U16(4), U16(9), U16(29), U32(6)]);
     let data = made.bytes.len() as u32;
     for row in 0..6u8 {
         let time = made.fields(&[F64(f64::from(row) / 10.0)]);

@@ -6,7 +6,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// min ½ d'Hd + g'd + price · Σ max(0, −(row·d + value)) over lower ≤ d ≤ upper. The diagonal of H should be near 1.
-pub struct Subproblem {
+pub struct QuadraticSubproblem {
     /// Positive definite, n × n.
     pub hessian: DMatrix<f64>,
     /// Length n.
@@ -25,7 +25,7 @@ pub struct Subproblem {
 
 /// Where a variable or a row ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BoundState {
+pub enum ConstraintState {
     /// Strictly inside.
     Free,
     /// On the lower bound; for a row, exactly met.
@@ -37,25 +37,25 @@ pub enum BoundState {
 }
 
 /// A solution of a subproblem.
-pub struct Step {
+pub struct SubproblemSolution {
     /// The step, exactly on the bounds where `places` says so.
     pub d: DVector<f64>,
     /// Where each variable ended.
-    pub places: Vec<BoundState>,
+    pub places: Vec<ConstraintState>,
     /// Multipliers of the rows, from 0 to the price.
     pub multipliers: DVector<f64>,
     /// Where each row ended.
-    pub rows: Vec<BoundState>,
+    pub rows: Vec<ConstraintState>,
 }
 
 /// Solves it; `None` if H is not positive definite or the interior-point method gave up.
-pub fn solve(problem: &Subproblem) -> Option<Step> {
-    if problem.rows.nrows() == 0 { solve_box(problem) } else { solve_rows(problem) }
+pub fn solve_subproblem(problem: &QuadraticSubproblem) -> Option<SubproblemSolution> {
+    if problem.rows.nrows() == 0 { solve_with_bounds(problem) } else { solve_with_constraints(problem) }
 }
 
-impl Subproblem {
+impl QuadraticSubproblem {
     /// The gradient of the objective at d, without the rows.
-    fn gradient_at(&self, d: &DVector<f64>) -> DVector<f64> {
+    fn objective_gradient(&self, d: &DVector<f64>) -> DVector<f64> {
         &self.hessian * d + &self.gradient
     }
 
@@ -63,29 +63,33 @@ impl Subproblem {
     /// Gives the step and the multipliers of the rows.
     fn equality_step(
         &self,
-        places: &[BoundState],
-        rows: &[BoundState],
+        places: &[ConstraintState],
+        rows: &[ConstraintState],
     ) -> Option<(DVector<f64>, DVector<f64>)> {
         let n = places.len();
         let mut d = DVector::from_fn(n, |i, _| match places[i] {
-            BoundState::Lower => self.lower[i],
-            BoundState::Upper => self.upper[i],
+            ConstraintState::Lower => self.lower[i],
+            ConstraintState::Upper => self.upper[i],
             _ => 0.0,
         });
-        let mut multipliers = DVector::from_fn(rows.len(), |r, _| {
-            if rows[r] == BoundState::Violated { self.price } else { 0.0 }
-        });
-        let free: Vec<usize> = (0..n).filter(|&i| places[i] == BoundState::Free).collect();
-        let met: Vec<usize> = (0..rows.len()).filter(|&r| rows[r] == BoundState::Lower).collect();
-        let pull = self.gradient_at(&d) - self.rows.transpose() * &multipliers;
+        let mut multipliers =
+            DVector::from_fn(
+                rows.len(),
+                |r, _| if rows[r] == ConstraintState::Violated { self.price } else { 0.0 },
+            );
+        let free: Vec<usize> = (0..n).filter(|&i| places[i] == ConstraintState::Free).collect();
+        let met: Vec<usize> = (0..rows.len()).filter(|&r| rows[r] == ConstraintState::Lower).collect();
+        let pull = self.objective_gradient(&d) - self.rows.transpose() * &multipliers;
         let size = free.len() + met.len();
         if free.is_empty() {
             return met.is_empty().then_some((d, multipliers));
         }
         let level = &self.rows * &d + &self.values;
-        let right = DVector::from_fn(size, |i, _| {
-            if i < free.len() { -pull[free[i]] } else { -level[met[i - free.len()]] }
-        });
+        let right =
+            DVector::from_fn(
+                size,
+                |i, _| if i < free.len() { -pull[free[i]] } else { -level[met[i - free.len()]] },
+            );
         let entry = |i: usize, j: usize| match (i < free.len(), j < free.len()) {
             (true, true) => self.hessian[(free[i], free[j])],
             (true, false) => self.rows[(met[j - free.len()], free[i])],
@@ -112,23 +116,23 @@ impl Subproblem {
 }
 
 /// Active sets: walk to the minimum of the free variables, stop at the first bound, release what pulls inwards.
-fn solve_box(problem: &Subproblem) -> Option<Step> {
+fn solve_with_bounds(problem: &QuadraticSubproblem) -> Option<SubproblemSolution> {
     let n = problem.gradient.len();
     let index = |i: usize| match problem.gradient[i] {
-        g if problem.lower[i] >= 0.0 && g >= 0.0 => BoundState::Lower,
-        g if problem.upper[i] <= 0.0 && g <= 0.0 => BoundState::Upper,
-        _ => BoundState::Free,
+        g if problem.lower[i] >= 0.0 && g >= 0.0 => ConstraintState::Lower,
+        g if problem.upper[i] <= 0.0 && g <= 0.0 => ConstraintState::Upper,
+        _ => ConstraintState::Free,
     };
-    let mut places: Vec<BoundState> = (0..n).map(index).collect();
+    let mut places: Vec<ConstraintState> = (0..n).map(index).collect();
     let mut d: DVector<f64> = DVector::zeros(n);
     for _ in 0..10 * n + 10 {
         let (target, _) = problem.equality_step(&places, &[])?;
         let (mut fraction, mut blocking) = (1.0, None);
-        for i in (0..n).filter(|&i| places[i] == BoundState::Free) {
+        for i in (0..n).filter(|&i| places[i] == ConstraintState::Free) {
             let (bound, side) = if target[i] > problem.upper[i] {
-                (problem.upper[i], BoundState::Upper)
+                (problem.upper[i], ConstraintState::Upper)
             } else if target[i] < problem.lower[i] {
-                (problem.lower[i], BoundState::Lower)
+                (problem.lower[i], ConstraintState::Lower)
             } else {
                 continue;
             };
@@ -140,29 +144,29 @@ fn solve_box(problem: &Subproblem) -> Option<Step> {
         d += (target - &d) * fraction;
         if let Some((i, side)) = blocking {
             places[i] = side;
-            d[i] = if side == BoundState::Upper { problem.upper[i] } else { problem.lower[i] };
+            d[i] = if side == ConstraintState::Upper { problem.upper[i] } else { problem.lower[i] };
             continue;
         }
-        let gradient = problem.gradient_at(&d);
+        let gradient = problem.objective_gradient(&d);
         let pull = |i: usize| match places[i] {
-            BoundState::Lower => -gradient[i],
-            BoundState::Upper => gradient[i],
+            ConstraintState::Lower => -gradient[i],
+            ConstraintState::Upper => gradient[i],
             _ => 0.0,
         };
         let worst = (0..n).max_by(|&i, &j| pull(i).total_cmp(&pull(j)))?;
         if pull(worst) <= 1e-14 * problem.gradient.amax() {
-            return Some(Step { d, places, multipliers: DVector::zeros(0), rows: Vec::new() });
+            return Some(SubproblemSolution { d, places, multipliers: DVector::zeros(0), rows: Vec::new() });
         }
-        places[worst] = BoundState::Free;
+        places[worst] = ConstraintState::Free;
     }
     None
 }
 
 /// Interior points find which bounds and rows hold; the reduced system then hits them exactly.
-fn solve_rows(problem: &Subproblem) -> Option<Step> {
+fn solve_with_constraints(problem: &QuadraticSubproblem) -> Option<SubproblemSolution> {
     let (n, m) = (problem.gradient.len(), problem.rows.nrows());
     let (d, duals, slacks, bounds) = interior_points(problem)?;
-    let mut places = vec![BoundState::Free; n];
+    let mut places = vec![ConstraintState::Free; n];
     for (k, &(i, side)) in bounds.iter().enumerate() {
         if duals[k] > slacks[k] {
             places[i] = side;
@@ -170,35 +174,35 @@ fn solve_rows(problem: &Subproblem) -> Option<Step> {
     }
     let first = bounds.len();
     let holds = |k: usize| duals[k] > slacks[k];
-    let rows: Vec<BoundState> = (0..m)
+    let rows: Vec<ConstraintState> = (0..m)
         .map(|r| match (holds(first + r), holds(first + m + r)) {
-            (false, _) => BoundState::Free,
-            (true, true) => BoundState::Lower,
-            (true, false) => BoundState::Violated,
+            (false, _) => ConstraintState::Free,
+            (true, true) => ConstraintState::Lower,
+            (true, false) => ConstraintState::Violated,
         })
         .collect();
     if let Some((exact, multipliers)) = problem.equality_step(&places, &rows) {
         let near = (&exact - &d).amax() <= 1e-4 * (1.0 + d.amax());
-        let inside = (0..n)
-            .all(|i| exact[i] >= problem.lower[i] - 1e-12 && exact[i] <= problem.upper[i] + 1e-12);
+        let inside =
+            (0..n).all(|i| exact[i] >= problem.lower[i] - 1e-12 && exact[i] <= problem.upper[i] + 1e-12);
         if near && inside {
-            return Some(Step { d: exact, places, multipliers, rows });
+            return Some(SubproblemSolution { d: exact, places, multipliers, rows });
         }
     }
     let d = DVector::from_fn(n, |i, _| match places[i] {
-        BoundState::Lower => problem.lower[i],
-        BoundState::Upper => problem.upper[i],
+        ConstraintState::Lower => problem.lower[i],
+        ConstraintState::Upper => problem.upper[i],
         _ => d[i].clamp(problem.lower[i], problem.upper[i]),
     });
     let multipliers = DVector::from_fn(m, |r, _| duals[first + r]);
-    Some(Step { d, places, multipliers, rows })
+    Some(SubproblemSolution { d, places, multipliers, rows })
 }
 
-type Interior = (DVector<f64>, Vec<f64>, Vec<f64>, Vec<(usize, BoundState)>);
+type InteriorPointSolution = (DVector<f64>, Vec<f64>, Vec<f64>, Vec<(usize, ConstraintState)>);
 
 /// The subproblem with a slack variable for each row, by clarabel: step, duals, slacks, and whose bounds the first
 /// inequalities are. Then come the rows, then the slack variables.
-fn interior_points(problem: &Subproblem) -> Option<Interior> {
+fn interior_points(problem: &QuadraticSubproblem) -> Option<InteriorPointSolution> {
     let (n, m) = (problem.gradient.len(), problem.rows.nrows());
     let mut P = DMatrix::zeros(n + m, n + m);
     for j in 0..n {
@@ -211,19 +215,19 @@ fn interior_points(problem: &Subproblem) -> Option<Interior> {
     let mut bounds = Vec::new();
     for i in 0..n {
         if problem.lower[i].is_finite() {
-            bounds.push((i, BoundState::Lower));
+            bounds.push((i, ConstraintState::Lower));
         }
         if problem.upper[i].is_finite() {
-            bounds.push((i, BoundState::Upper));
+            bounds.push((i, ConstraintState::Upper));
         }
     }
     let first = bounds.len();
     let mut A = DMatrix::zeros(first + 2 * m, n + m);
     let mut b = vec![0.0; first + 2 * m];
     for (k, &(i, side)) in bounds.iter().enumerate() {
-        let sign = if side == BoundState::Upper { 1.0 } else { -1.0 };
+        let sign = if side == ConstraintState::Upper { 1.0 } else { -1.0 };
         A[(k, i)] = sign;
-        b[k] = sign * if side == BoundState::Upper { problem.upper[i] } else { problem.lower[i] };
+        b[k] = sign * if side == ConstraintState::Upper { problem.upper[i] } else { problem.lower[i] };
     }
     for r in 0..m {
         for i in 0..n {
@@ -243,7 +247,8 @@ fn interior_points(problem: &Subproblem) -> Option<Interior> {
         ..DefaultSettings::default()
     };
     let cones = [NonnegativeConeT(first + 2 * m)];
-    let mut solver = DefaultSolver::new(&sparse(&P), &q, &sparse(&A), &b, &cones, settings).ok()?;
+    let mut solver =
+        DefaultSolver::new(&to_sparse_columns(&P), &q, &to_sparse_columns(&A), &b, &cones, settings).ok()?;
     solver.solve();
     let solution = solver.solution;
     let usable = solution.x.iter().chain(&solution.z).all(|x| x.is_finite());
@@ -251,7 +256,7 @@ fn interior_points(problem: &Subproblem) -> Option<Interior> {
 }
 
 /// Compressed columns without the zeros.
-fn sparse(matrix: &DMatrix<f64>) -> CscMatrix<f64> {
+fn to_sparse_columns(matrix: &DMatrix<f64>) -> CscMatrix<f64> {
     let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
     for column in matrix.column_iter() {
         for (i, &x) in column.iter().enumerate().filter(|(_, x)| **x != 0.0) {

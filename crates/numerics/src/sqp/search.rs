@@ -3,18 +3,18 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::convergence::Status;
-use crate::sqp::qp::{self, BoundState, Step, Subproblem};
-use crate::sqp::secant::Secant;
-use crate::sqp::{Minimum, Model, Objective};
+use crate::convergence::OptimisationStatus;
+use crate::sqp::qp::{self, ConstraintState, QuadraticSubproblem, SubproblemSolution};
+use crate::sqp::secant::SecantHessian;
+use crate::sqp::{Objective, QuadraticModel, SqpMinimum};
 
 /// A price beyond this share of the scale says that the inequalities contradict each other or the box.
 const MOST_PRICE: f64 = 1e7;
 
 /// A point with everything that is known there.
-pub struct Point {
+pub struct EvaluatedPoint {
     pub x: DVector<f64>,
-    pub model: Model,
+    pub model: QuadraticModel,
     pub values: DVector<f64>,
     pub rows: DMatrix<f64>,
     /// √H_ii, or 1 where it vanishes.
@@ -22,45 +22,36 @@ pub struct Point {
 }
 
 /// What a minimisation carries along.
-pub struct Minimisation<'a> {
+pub struct SqpMinimisation<'a> {
     objective: &'a dyn Objective,
     lower: &'a DVector<f64>,
     upper: &'a DVector<f64>,
     evaluations: usize,
     price: f64,
-    secant: Secant,
+    secant: SecantHessian,
 }
 
-impl<'a> Minimisation<'a> {
-    pub fn new(
-        objective: &'a dyn Objective,
-        lower: &'a DVector<f64>,
-        upper: &'a DVector<f64>,
-    ) -> Self {
-        Self {
-            objective,
-            lower,
-            upper,
-            evaluations: 0,
-            price: 0.0,
-            secant: Secant::new(lower.len()),
-        }
+impl<'a> SqpMinimisation<'a> {
+    pub fn new(objective: &'a dyn Objective, lower: &'a DVector<f64>, upper: &'a DVector<f64>) -> Self {
+        Self { objective, lower, upper, evaluations: 0, price: 0.0, secant: SecantHessian::new(lower.len()) }
     }
 
-    pub fn at(&mut self, x: DVector<f64>) -> Point {
+    pub fn evaluate(&mut self, x: DVector<f64>) -> EvaluatedPoint {
         self.evaluations += 1;
         let model = self.objective.model(&x);
         let inequalities = self.objective.inequalities(&x);
-        let values =
-            DVector::from_iterator(inequalities.len(), inequalities.iter().map(|c| c.value));
-        let rows =
-            DMatrix::from_fn(inequalities.len(), x.len(), |r, i| inequalities[r].gradient[i]);
+        let values = DVector::from_iterator(inequalities.len(), inequalities.iter().map(|c| c.value));
+        let rows = DMatrix::from_fn(inequalities.len(), x.len(), |r, i| inequalities[r].gradient[i]);
         let width = model.hessian.diagonal().map(|h| if h > 0.0 { h.sqrt() } else { 1.0 });
-        Point { x, model, values, rows, width }
+        EvaluatedPoint { x, model, values, rows, width }
     }
 
     /// The damped step in scaled variables; the price rises until it suffices.
-    pub fn step(&mut self, point: &Point, hessian: DMatrix<f64>) -> Option<Step> {
+    pub fn solve_step(
+        &mut self,
+        point: &EvaluatedPoint,
+        hessian: DMatrix<f64>,
+    ) -> Option<SubproblemSolution> {
         let n = point.x.len();
         let width = &point.width;
         let gradient = point.model.gradient.component_div(width);
@@ -68,11 +59,10 @@ impl<'a> Minimisation<'a> {
         // What the rows must be able to pull with; where they have no slope yet, the price rises later.
         let steepest = if rows.is_empty() { 0.0 } else { rows.amax() };
         if steepest > 0.0 {
-            self.price = self
-                .price
-                .max((10.0 * gradient.amax() / steepest).min(MOST_PRICE * point.model.scale));
+            self.price =
+                self.price.max((10.0 * gradient.amax() / steepest).min(MOST_PRICE * point.model.scale));
         }
-        let mut subproblem = Subproblem {
+        let mut subproblem = QuadraticSubproblem {
             hessian,
             gradient,
             lower: (self.lower - &point.x).component_mul(width),
@@ -81,30 +71,39 @@ impl<'a> Minimisation<'a> {
             values: point.values.clone(),
             price: self.price,
         };
-        let mut step = qp::solve(&subproblem)?;
-        while step.rows.contains(&BoundState::Violated)
+        let mut step = qp::solve_subproblem(&subproblem)?;
+        while step.rows.contains(&ConstraintState::Violated)
             && subproblem.price < MOST_PRICE * point.model.scale
         {
             subproblem.price = 10.0 * subproblem.price.max(point.model.scale);
-            step = qp::solve(&subproblem)?;
+            step = qp::solve_subproblem(&subproblem)?;
         }
-        if !step.rows.contains(&BoundState::Violated) {
+        if !step.rows.contains(&ConstraintState::Violated) {
             self.price = subproblem.price;
         }
         Some(step)
     }
 
     /// Keeps what a step tells of second derivatives, also if it is not accepted.
-    pub fn learn(&mut self, point: &Point, next: &Point, multipliers: &DVector<f64>) {
-        let lagrangian = |p: &Point| &p.model.gradient - p.rows.transpose() * multipliers;
+    pub fn update_secant(
+        &mut self,
+        point: &EvaluatedPoint,
+        next: &EvaluatedPoint,
+        multipliers: &DVector<f64>,
+    ) {
+        let lagrangian = |p: &EvaluatedPoint| &p.model.gradient - p.rows.transpose() * multipliers;
         let change = lagrangian(next) - lagrangian(point);
         let step = &next.x - &point.x;
-        self.secant.learn(&step, &change, &point.model.hessian, &next.model.hessian, &point.width);
+        self.secant.update(&step, &change, &point.model.hessian, &next.model.hessian, &point.width);
     }
 
     /// Second derivatives as well as they are known, with a positive definite scaled and damped form; else those of Gauss and
     /// Newton.
-    pub fn curvature(&self, point: &Point, damping: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+    pub fn hessian_and_damped_hessian(
+        &self,
+        point: &EvaluatedPoint,
+        damping: f64,
+    ) -> (DMatrix<f64>, DMatrix<f64>) {
         let n = point.x.len();
         let width = &point.width;
         let scaled = |hessian: &DMatrix<f64>| {
@@ -112,7 +111,7 @@ impl<'a> Minimisation<'a> {
                 hessian[(i, j)] / (width[i] * width[j]) + if i == j { damping } else { 0.0 }
             })
         };
-        if let Some(missing) = self.secant.trusted() {
+        if let Some(missing) = self.secant.trusted_estimate() {
             let hessian = &point.model.hessian + missing;
             let damped = scaled(&hessian);
             if Cholesky::new(damped.clone()).is_some() {
@@ -123,46 +122,49 @@ impl<'a> Minimisation<'a> {
     }
 
     /// The point after a step, on the bounds to the last bit.
-    pub fn moved(&self, point: &Point, step: &Step) -> DVector<f64> {
+    pub fn point_after_step(&self, point: &EvaluatedPoint, step: &SubproblemSolution) -> DVector<f64> {
         DVector::from_fn(point.x.len(), |i, _| match step.places[i] {
-            BoundState::Lower => self.lower[i],
-            BoundState::Upper => self.upper[i],
+            ConstraintState::Lower => self.lower[i],
+            ConstraintState::Upper => self.upper[i],
             _ => (point.x[i] + step.d[i] / point.width[i]).clamp(self.lower[i], self.upper[i]),
         })
     }
 
-    pub fn merit(&self, point: &Point) -> f64 {
-        point.model.cost + self.price * violation(&point.values)
+    pub fn merit_function(&self, point: &EvaluatedPoint) -> f64 {
+        point.model.cost + self.price * total_violation(&point.values)
     }
 
     /// Decrease of the merit that the undamped model promises.
-    pub fn predicted(&self, point: &Point, hessian: &DMatrix<f64>, change: &DVector<f64>) -> f64 {
+    pub fn predicted_decrease(
+        &self,
+        point: &EvaluatedPoint,
+        hessian: &DMatrix<f64>,
+        change: &DVector<f64>,
+    ) -> f64 {
         let linear = &point.rows * change + &point.values;
         let curved = 0.5 * change.dot(&(hessian * change));
         -point.model.gradient.dot(change) - curved
-            + self.price * (violation(&point.values) - violation(&linear))
+            + self.price * (total_violation(&point.values) - total_violation(&linear))
     }
 
     /// Side of the box that a point stands on: −1, 0 or +1; `None` where the sides coincide.
-    fn side(&self, x: &DVector<f64>, i: usize) -> Option<i8> {
+    fn bound_side(&self, x: &DVector<f64>, i: usize) -> Option<i8> {
         let side = i8::from(x[i] >= self.upper[i]) - i8::from(x[i] <= self.lower[i]);
         (self.lower[i] < self.upper[i]).then_some(side)
     }
 
     /// Largest violation of the conditions of optimality. The multipliers come in as those of the subproblem and leave as the
     /// best ones for this point, by least squares over the rows that hold.
-    pub fn kkt_residual(&self, point: &Point, multipliers: &mut DVector<f64>) -> f64 {
+    pub fn kkt_residual(&self, point: &EvaluatedPoint, multipliers: &mut DVector<f64>) -> f64 {
         let n = point.x.len();
         let scale = point.model.scale;
-        let free: Vec<usize> = (0..n).filter(|&i| self.side(&point.x, i) == Some(0)).collect();
+        let free: Vec<usize> = (0..n).filter(|&i| self.bound_side(&point.x, i) == Some(0)).collect();
         let held: Vec<usize> = (0..multipliers.len()).filter(|&r| multipliers[r] > 0.0).collect();
         if !held.is_empty() && held.len() <= free.len() {
             let A = DMatrix::from_fn(free.len(), held.len(), |i, r| {
                 point.rows[(held[r], free[i])] / point.width[free[i]]
             });
-            let g = DVector::from_fn(free.len(), |i, _| {
-                point.model.gradient[free[i]] / point.width[free[i]]
-            });
+            let g = DVector::from_fn(free.len(), |i, _| point.model.gradient[free[i]] / point.width[free[i]]);
             if let Ok(best) = A.svd(true, true).solve(&g, 1e-12) {
                 for (k, &r) in held.iter().enumerate() {
                     multipliers[r] = best[k].max(0.0);
@@ -172,7 +174,7 @@ impl<'a> Minimisation<'a> {
         let lagrangian = &point.model.gradient - point.rows.transpose() * &*multipliers;
         let slope = |i: usize| {
             let slope = lagrangian[i] / (point.width[i] * scale);
-            match self.side(&point.x, i) {
+            match self.bound_side(&point.x, i) {
                 Some(-1) => (-slope).max(0.0),
                 Some(1) => slope.max(0.0),
                 Some(_) => slope.abs(),
@@ -187,20 +189,20 @@ impl<'a> Minimisation<'a> {
         rows.fold(stationarity, f64::max)
     }
 
-    pub fn minimum(
+    pub fn into_minimum(
         self,
-        point: Point,
+        point: EvaluatedPoint,
         multipliers: &DVector<f64>,
         kkt_residual: f64,
-        status: Status,
+        status: OptimisationStatus,
         iterations: usize,
-    ) -> Minimum {
+    ) -> SqpMinimum {
         let n = point.x.len();
         let active: Vec<usize> = (0..multipliers.len()).filter(|&r| multipliers[r] > 0.0).collect();
         let worst = point.values.iter().fold(0.0_f64, |worst, v| worst.max(-v));
-        Minimum {
+        SqpMinimum {
             active_rows: point.rows.select_rows(&active),
-            at_bound: (0..n).map(|i| self.side(&point.x, i) != Some(0)).collect(),
+            at_bound: (0..n).map(|i| self.bound_side(&point.x, i) != Some(0)).collect(),
             violation: worst,
             kkt_residual,
             status,
@@ -214,6 +216,6 @@ impl<'a> Minimisation<'a> {
 }
 
 /// Sum of the violations.
-fn violation(values: &DVector<f64>) -> f64 {
+fn total_violation(values: &DVector<f64>) -> f64 {
     values.iter().map(|v| (-v).max(0.0)).sum()
 }

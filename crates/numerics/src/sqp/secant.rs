@@ -6,25 +6,25 @@
 use nalgebra::{DMatrix, DVector};
 
 /// What is known of the missing second derivatives.
-pub struct Secant {
+pub struct SecantHessian {
     missing: DMatrix<f64>,
     trusted: bool,
 }
 
-impl Secant {
+impl SecantHessian {
     /// Nothing known of n unknowns.
     pub fn new(n: usize) -> Self {
         Self { missing: DMatrix::zeros(n, n), trusted: false }
     }
 
     /// The estimate, while it is trusted.
-    pub fn trusted(&self) -> Option<&DMatrix<f64>> {
+    pub fn trusted_estimate(&self) -> Option<&DMatrix<f64>> {
         self.trusted.then_some(&self.missing)
     }
 
     /// Learns from a step from one point to the next: the change of the gradient of the Lagrangian, the Hessians at both ends,
     /// and the unit of each unknown.
-    pub fn learn(
+    pub fn update(
         &mut self,
         step: &DVector<f64>,
         change: &DVector<f64>,

@@ -6,10 +6,10 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::convergence::Status;
+use crate::convergence::OptimisationStatus;
 use crate::variational::LogDensity;
 use crate::variational::gaussian::Gaussian;
-use crate::variational::newton::{GaussianFit, Limits};
+use crate::variational::newton::{GaussianFit, NewtonLimits};
 
 /// Of the moving means of gradient and squared gradient.
 const MEMORY: [f64; 2] = [0.9, 0.999];
@@ -18,7 +18,7 @@ const REPORTED: usize = 200;
 
 /// How Adam goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Schedule {
+pub struct AdamSchedule {
     /// Length of a step, in the coordinates of the fit.
     pub step: f64,
     /// How many.
@@ -29,15 +29,15 @@ pub struct Schedule {
 }
 
 /// A logarithm of a density and its gradient at a point, that may be noisy.
-pub type StochasticGradient<'a> = dyn Fn(&DVector<f64>, &mut Pcg64) -> (f64, DVector<f64>) + 'a;
+pub type StochasticLogDensity<'a> = dyn Fn(&DVector<f64>, &mut Pcg64) -> (f64, DVector<f64>) + 'a;
 
 /// Takes all steps, and then says by the density itself how far from the optimum they led. The trace is of means over the
 /// draws of many steps each.
-pub fn climb(
-    schedule: &Schedule,
-    estimate: &StochasticGradient,
+pub fn fit_gaussian_by_adam(
+    schedule: &AdamSchedule,
+    estimate: &StochasticLogDensity,
     start: Gaussian,
-    (density, points, limits): (&impl LogDensity, &DMatrix<f64>, Limits),
+    (density, points, limits): (&impl LogDensity, &DMatrix<f64>, NewtonLimits),
     seed: u64,
 ) -> GaussianFit {
     let dimension = start.mean.len();
@@ -49,7 +49,7 @@ pub fn climb(
     let (mut mean, half) = (gaussian.clone(), schedule.steps / 2);
     for step in 0..schedule.steps {
         let e = DVector::from_fn(dimension, |_, _| StandardNormal.sample(&mut random));
-        let (log, gradient) = estimate(&gaussian.at(&e), &mut random);
+        let (log, gradient) = estimate(&gaussian.x_from_deviate(&e), &mut random);
         sum += log + gaussian.entropy();
         if (step + 1) % reported == 0 {
             trace.push(sum / reported as f64);
@@ -57,15 +57,15 @@ pub fn climb(
         }
         // Mean, then the lower triangle of the factor, whose diagonal moves by its logarithm.
         let mut slope: Vec<f64> = gradient.iter().copied().collect();
-        for (i, j) in triangle(dimension) {
+        for (i, j) in lower_triangle_indices(dimension) {
             let by = gradient[i] * e[j];
             slope.push(if i == j { by * gaussian.factor[(i, i)] + 1.0 } else { by });
         }
-        let moves = walk.moves(&slope, schedule.step);
+        let moves = walk.adam_moves(&slope, schedule.step);
         for (index, value) in gaussian.mean.iter_mut().enumerate() {
             *value += moves[index];
         }
-        for ((i, j), change) in triangle(dimension).zip(&moves[dimension..]) {
+        for ((i, j), change) in lower_triangle_indices(dimension).zip(&moves[dimension..]) {
             let entry = &mut gaussian.factor[(i, j)];
             *entry = if i == j { *entry * change.exp() } else { *entry + change };
         }
@@ -76,11 +76,11 @@ pub fn climb(
         }
     }
     let gaussian = if schedule.average { mean } else { gaussian };
-    let gradient_norm = gaussian.compare(density, points).gradient_norm();
+    let gradient_norm = gaussian.compare_with_density(density, points).gradient_norm();
     let converged = gradient_norm <= limits.tolerance;
     GaussianFit {
         gaussian,
-        status: if converged { Status::Converged } else { Status::IterationLimit },
+        status: if converged { OptimisationStatus::Converged } else { OptimisationStatus::IterationLimit },
         gradient_norm,
         steps: schedule.steps,
         trace,
@@ -88,7 +88,7 @@ pub fn climb(
     }
 }
 
-fn triangle(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+fn lower_triangle_indices(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..dimension).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 
@@ -103,7 +103,7 @@ impl GradientMoments {
         Self { means: [vec![0.0; count], vec![0.0; count]], forgotten: [1.0; 2] }
     }
 
-    fn moves(&mut self, slope: &[f64], length: f64) -> Vec<f64> {
+    fn adam_moves(&mut self, slope: &[f64], length: f64) -> Vec<f64> {
         for (forgotten, memory) in self.forgotten.iter_mut().zip(MEMORY) {
             *forgotten *= memory;
         }

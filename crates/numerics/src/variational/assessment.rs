@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use crate::low_discrepancy::log_normal;
-use crate::psis::{self, Diagnosis};
+use crate::psis::{self, WeightDiagnosis};
 use crate::variational::LogDensity;
 use crate::variational::gaussian::Gaussian;
 use crate::variational::newton::GaussianFit;
@@ -27,14 +27,14 @@ pub struct GaussianAssessment {
     /// Points that stood for the standard normal distribution in it.
     pub points: usize,
     /// Draws from it.
-    pub draws: Draws,
+    pub draws: GaussianDraws,
     /// Wall time [s].
     pub seconds: f64,
 }
 
 /// Fits with more and more points, from `points` on: until the fit is as good on fresh draws as on its own points, or is not worth more,
 /// or `most` is reached.
-pub fn fit(
+pub fn fit_and_assess_gaussian(
     density: &impl LogDensity,
     fit: impl Fn(usize) -> GaussianFit,
     [points, most]: [usize; 2],
@@ -46,15 +46,10 @@ pub fn fit(
     let mut points = points;
     loop {
         let fitted = fit(points);
-        let draws = Draws::new(density, &fitted.gaussian, Tails::Normal, draws, seed);
+        let draws = GaussianDraws::new(density, &fitted.gaussian, ProposalTails::Normal, draws, seed);
         let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
         if !(overfit && worth_more(&fitted)) || points >= most {
-            return GaussianAssessment {
-                fitted,
-                points,
-                draws,
-                seconds: begin.elapsed().as_secs_f64(),
-            };
+            return GaussianAssessment { fitted, points, draws, seconds: begin.elapsed().as_secs_f64() };
         }
         points *= 2;
     }
@@ -62,7 +57,7 @@ pub fn fit(
 
 /// What draws from a normal distribution are like far out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tails {
+pub enum ProposalTails {
     /// As they are.
     Normal,
     /// Those of a somewhat wider t distribution: a normal distribution that was fitted to a skewed one is too narrow, and
@@ -72,23 +67,23 @@ pub enum Tails {
 
 /// Draws from a normal distribution, and what weights say of them.
 #[derive(Clone, Debug)]
-pub struct Draws {
+pub struct GaussianDraws {
     /// The draws.
     pub points: Vec<DVector<f64>>,
     /// Their weights, smoothed.
     pub weights: Vec<f64>,
     /// How even the weights are.
-    pub diagnosis: Diagnosis,
+    pub diagnosis: WeightDiagnosis,
     /// Evidence lower bound [nat].
     pub elbo: f64,
 }
 
-impl Draws {
+impl GaussianDraws {
     /// As many as wanted.
     pub fn new(
         density: &impl LogDensity,
         gaussian: &Gaussian,
-        tails: Tails,
+        tails: ProposalTails,
         count: usize,
         seed: u64,
     ) -> Self {
@@ -97,8 +92,8 @@ impl Draws {
         let dimension = density.dimension();
         let drawn = (0..count).map(|_| {
             let mut e = DVector::from_fn(dimension, |_, _| StandardNormal.sample(&mut random));
-            let mut log_drawn = log_normal(&e) - gaussian.log_volume();
-            if tails == Tails::Heavy {
+            let mut log_drawn = log_normal(&e) - gaussian.log_determinant();
+            if tails == ProposalTails::Heavy {
                 let chi_squared = (0..FREEDOM).map(|_| {
                     let normal: f64 = StandardNormal.sample(&mut random);
                     normal * normal
@@ -106,16 +101,15 @@ impl Draws {
                 let freedom = FREEDOM as f64;
                 e *= (freedom / chi_squared.sum::<f64>()).sqrt();
                 // But for a constant.
-                log_drawn =
-                    -0.5 * (freedom + dimension as f64) * (e.norm_squared() / freedom).ln_1p();
+                log_drawn = -0.5 * (freedom + dimension as f64) * (e.norm_squared() / freedom).ln_1p();
                 e *= WIDER;
             }
-            (gaussian.at(&e), log_drawn)
+            (gaussian.x_from_deviate(&e), log_drawn)
         });
         let (points, logs_drawn): (Vec<_>, Vec<f64>) = drawn.unzip();
-        let logs = density.logs(&points).into_iter().zip(logs_drawn);
+        let logs = density.log_densities(&points).into_iter().zip(logs_drawn);
         let log_weights: Vec<f64> = logs.map(|(log, log_drawn)| log - log_drawn).collect();
-        let (diagnosis, weights) = psis::smooth(&log_weights);
+        let (diagnosis, weights) = psis::pareto_smooth(&log_weights);
         let elbo = log_weights.iter().sum::<f64>() / count as f64;
         Self { points, weights, diagnosis, elbo }
     }

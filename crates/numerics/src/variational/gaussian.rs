@@ -23,32 +23,36 @@ impl Gaussian {
     }
 
     /// From a standard normal deviate.
-    pub fn at(&self, e: &DVector<f64>) -> DVector<f64> {
+    pub fn x_from_deviate(&self, e: &DVector<f64>) -> DVector<f64> {
         &self.mean + &self.factor * e
     }
 
     /// ln det of the factor.
-    pub fn log_volume(&self) -> f64 {
+    pub fn log_determinant(&self) -> f64 {
         self.factor.diagonal().iter().map(|width| width.ln()).sum()
     }
 
     /// −∫ q ln q.
     pub fn entropy(&self) -> f64 {
-        self.log_volume() + 0.5 * self.mean.len() as f64 * (1.0 + TAU.ln())
+        self.log_determinant() + 0.5 * self.mean.len() as f64 * (1.0 + TAU.ln())
     }
 
     /// The evidence lower bound and what it wants changed, over points that stand for the standard normal distribution.
-    pub fn compare(&self, density: &impl LogDensity, points: &DMatrix<f64>) -> Comparison {
+    pub fn compare_with_density(
+        &self,
+        density: &impl LogDensity,
+        points: &DMatrix<f64>,
+    ) -> DensityComparison {
         let dimension = self.mean.len();
         let count = points.ncols() as f64;
-        let mut sum = Comparison {
+        let mut sum = DensityComparison {
             elbo: 0.0,
             slope: DVector::zeros(dimension),
             bend: DMatrix::zeros(dimension, dimension),
         };
         let deviates: Vec<DVector<f64>> = points.column_iter().map(|e| e.into_owned()).collect();
-        let places: Vec<DVector<f64>> = deviates.iter().map(|e| self.at(e)).collect();
-        for (e, (log, gradient)) in deviates.iter().zip(density.all_at(&places)) {
+        let places: Vec<DVector<f64>> = deviates.iter().map(|e| self.x_from_deviate(e)).collect();
+        for (e, (log, gradient)) in deviates.iter().zip(density.log_densities_and_gradients(&places)) {
             let whitened = self.factor.tr_mul(&gradient);
             sum.elbo += log;
             sum.bend.ger(1.0 / count, &whitened, e, 1.0);
@@ -63,7 +67,7 @@ impl Gaussian {
 
 /// How a normal distribution and a density match, in coordinates where the former is standard normal.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub struct DensityComparison {
     /// Evidence lower bound [nat].
     pub elbo: f64,
     /// Mean of the gradient of the log-density: 0 at the optimum.
@@ -72,7 +76,7 @@ pub struct Comparison {
     pub bend: DMatrix<f64>,
 }
 
-impl Comparison {
+impl DensityComparison {
     /// √(|slope|² + ½ |1 + bend|²): to first order how far the mean is off, in standard deviations, and by which share the
     /// covariance. Has no unit, whatever the coordinates.
     pub fn gradient_norm(&self) -> f64 {

@@ -3,9 +3,9 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::convergence::Status;
+use crate::convergence::OptimisationStatus;
 use crate::variational::LogDensity;
-use crate::variational::gaussian::{Comparison, Gaussian};
+use crate::variational::gaussian::{DensityComparison, Gaussian};
 
 /// Eigenvalues of the whitened precision that one step may follow.
 const CURVATURES: [f64; 2] = [0.1, 10.0];
@@ -17,7 +17,7 @@ const MOST_HALVINGS: usize = 30;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct NewtonLimits {
     /// Largest gradient norm, see [`Comparison::gradient_norm`].
     pub tolerance: f64,
     /// Most steps.
@@ -30,7 +30,7 @@ pub struct GaussianFit {
     /// The distribution.
     pub gaussian: Gaussian,
     /// How it ended.
-    pub status: Status,
+    pub status: OptimisationStatus,
     /// Gradient norm at the end, see [`Comparison::gradient_norm`].
     pub gradient_norm: f64,
     /// Steps that were taken.
@@ -43,18 +43,18 @@ pub struct GaussianFit {
 
 /// Maximises the evidence lower bound over points that stand for the standard normal distribution. The start is narrowed
 /// first, as long as that raises the bound: the curvature at the top of a curved ridge makes a distribution far too wide.
-pub fn maximise(
+pub fn maximise_elbo(
     density: &impl LogDensity,
     start: Gaussian,
     points: &DMatrix<f64>,
-    limits: Limits,
+    limits: NewtonLimits,
 ) -> GaussianFit {
     let mut gaussian = start;
-    let mut here = gaussian.compare(density, points);
+    let mut here = gaussian.compare_with_density(density, points);
     let mut comparisons = 1;
     for _ in 0..MOST_HALVINGS {
         let half = Gaussian { mean: gaussian.mean.clone(), factor: 0.5 * &gaussian.factor };
-        let there = half.compare(density, points);
+        let there = half.compare_with_density(density, points);
         comparisons += 1;
         if here.elbo >= there.elbo || there.elbo.is_nan() {
             break;
@@ -64,14 +64,14 @@ pub fn maximise(
     let (mut share, mut trace) = (1.0, vec![here.elbo]);
     let status = loop {
         if here.gradient_norm() <= limits.tolerance {
-            break Status::Converged;
+            break OptimisationStatus::Converged;
         }
         if trace.len() > limits.steps {
-            break Status::IterationLimit;
+            break OptimisationStatus::IterationLimit;
         }
         let taken = loop {
-            let next = step(&gaussian, &here, share);
-            let there = next.as_ref().map(|next| next.compare(density, points));
+            let next = newton_step(&gaussian, &here, share);
+            let there = next.as_ref().map(|next| next.compare_with_density(density, points));
             comparisons += 1;
             match (next, there) {
                 (Some(next), Some(there)) if there.elbo >= here.elbo => break Some((next, there)),
@@ -79,7 +79,7 @@ pub fn maximise(
                 _ => share *= 0.4,
             }
         };
-        let Some((next, there)) = taken else { break Status::Stalled };
+        let Some((next, there)) = taken else { break OptimisationStatus::Stalled };
         (gaussian, here) = (next, there);
         trace.push(here.elbo);
         share = f64::min(2.0 * share, 1.0);
@@ -95,7 +95,7 @@ pub fn maximise(
 }
 
 /// A share of Newton's step: a mix of the old precision and that of the density.
-fn step(from: &Gaussian, here: &Comparison, share: f64) -> Option<Gaussian> {
+fn newton_step(from: &Gaussian, here: &DensityComparison, share: f64) -> Option<Gaussian> {
     let eigen = SymmetricEigen::new(-&here.bend);
     let [low, high] = CURVATURES;
     let mixed = eigen.eigenvalues.map(|value| 1.0 - share + share * value.clamp(low, high));
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use crate::low_discrepancy::normal_points;
 
-    const LIMITS: Limits = Limits { tolerance: 1e-7, steps: 200 };
+    const LIMITS: NewtonLimits = NewtonLimits { tolerance: 1e-7, steps: 200 };
 
     /// exp of a parabola, with a bend in the first coordinate.
     struct Parabola {
@@ -128,7 +128,7 @@ mod tests {
             2
         }
 
-        fn at(&self, x: &DVector<f64>) -> (f64, DVector<f64>) {
+        fn log_density_and_gradient(&self, x: &DVector<f64>) -> (f64, DVector<f64>) {
             let from = DVector::from_vec(vec![x[0] - 3.0, x[1] + 1.0 - self.bend * x[0] * x[0]]);
             let force = -&self.precision * &from;
             let log = 0.5 * from.dot(&force);
@@ -139,13 +139,13 @@ mod tests {
     fn fit(bend: f64, count: usize) -> GaussianFit {
         let density = Parabola { precision: dmatrix![4.0, 1.5; 1.5, 1.0], bend };
         let start = Gaussian { mean: DVector::zeros(2), factor: DMatrix::identity(2, 2) };
-        maximise(&density, start, &normal_points(2, count, 0), LIMITS)
+        maximise_elbo(&density, start, &normal_points(2, count, 0), LIMITS)
     }
 
     #[test]
     fn a_normal_density_is_found_exactly() {
         let fitted = fit(0.0, 16);
-        assert_eq!(fitted.status, Status::Converged);
+        assert_eq!(fitted.status, OptimisationStatus::Converged);
         assert_relative_eq!(fitted.gaussian.mean, dvector![3.0, -1.0], epsilon = 1e-6);
         let covariance = &fitted.gaussian.factor * fitted.gaussian.factor.transpose();
         let expected = dmatrix![4.0, 1.5; 1.5, 1.0].try_inverse().expect("regular");
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn the_bound_never_falls_and_its_slope_is_zero_where_it_ends() {
         let fitted = fit(0.2, 64);
-        assert_eq!(fitted.status, Status::Converged, "{fitted:?}");
+        assert_eq!(fitted.status, OptimisationStatus::Converged, "{fitted:?}");
         assert!(fitted.trace.is_sorted());
         let density = Parabola { precision: dmatrix![4.0, 1.5; 1.5, 1.0], bend: 0.2 };
         let points = normal_points(2, 64, 0);
@@ -166,11 +166,10 @@ mod tests {
             let mut moved = fitted.gaussian.clone();
             moved.mean += dvector![change[0], change[1]];
             moved.factor += dmatrix![change[2], 0.0; change[3], change[4]];
-            moved.compare(&density, &points).elbo
+            moved.compare_with_density(&density, &points).elbo
         };
         for k in 0..5 {
-            let step =
-                |length: f64| elbo(std::array::from_fn(|i| if i == k { length } else { 0.0 }));
+            let step = |length: f64| elbo(std::array::from_fn(|i| if i == k { length } else { 0.0 }));
             let slope = (step(1e-4) - step(-1e-4)) / 2e-4;
             assert!(slope.abs() < 1e-5, "{k}: {slope}");
         }
@@ -180,9 +179,9 @@ mod tests {
     fn few_steps_are_reported_as_too_few() {
         let density = Parabola { precision: DMatrix::identity(2, 2), bend: 0.0 };
         let start = Gaussian { mean: dvector![50.0, 0.0], factor: 0.01 * DMatrix::identity(2, 2) };
-        let limits = Limits { steps: 2, ..LIMITS };
-        let fitted = maximise(&density, start, &normal_points(2, 16, 0), limits);
-        assert_eq!((fitted.status, fitted.steps), (Status::IterationLimit, 2));
+        let limits = NewtonLimits { steps: 2, ..LIMITS };
+        let fitted = maximise_elbo(&density, start, &normal_points(2, 16, 0), limits);
+        assert_eq!((fitted.status, fitted.steps), (OptimisationStatus::IterationLimit, 2));
         assert!(fitted.gradient_norm > 1.0);
     }
 }

@@ -12,10 +12,10 @@ use std::thread::{ThreadId, current};
 pub(super) struct CallGuard<T> {
     thread: ThreadId,
     foreign_thread: AtomicBool,
-    inner: RefCell<Inner<T>>,
+    inner: RefCell<GuardedState<T>>,
 }
 
-struct Inner<T> {
+struct GuardedState<T> {
     state: T,
     panic: Option<Box<dyn Any + Send>>,
 }
@@ -23,12 +23,12 @@ struct Inner<T> {
 impl<T> CallGuard<T> {
     /// Guards the state of a call on this thread.
     pub fn new(state: T) -> Self {
-        let inner = RefCell::new(Inner { state, panic: None });
+        let inner = RefCell::new(GuardedState { state, panic: None });
         Self { thread: current().id(), foreign_thread: AtomicBool::new(false), inner }
     }
 
     /// The address that goes through the foreign code.
-    pub fn context(&self) -> *mut c_void {
+    pub fn context_pointer(&self) -> *mut c_void {
         (&raw const *self).cast_mut().cast()
     }
 
@@ -37,11 +37,7 @@ impl<T> CallGuard<T> {
     ///
     /// # Safety
     /// `context` is null or comes from [`CallGuard::context`] of a guard for the same type that has not ended.
-    pub unsafe fn visit<R>(
-        context: *mut c_void,
-        otherwise: R,
-        work: impl FnOnce(&mut T) -> R,
-    ) -> R {
+    pub unsafe fn with_state<R>(context: *mut c_void, otherwise: R, work: impl FnOnce(&mut T) -> R) -> R {
         // SAFETY: as the caller promises. The reference is shared, also with other threads: until the thread is
         // known, only what all threads may read is.
         let Some(guard) = (unsafe { context.cast::<Self>().as_ref() }) else { return otherwise };
@@ -66,8 +62,8 @@ impl<T> CallGuard<T> {
     ///
     /// # Panics
     /// When a callback panicked: its panic goes on here.
-    pub fn end(self) -> (T, bool) {
-        let Inner { state, panic } = self.inner.into_inner();
+    pub fn finish(self) -> (T, bool) {
+        let GuardedState { state, panic } = self.inner.into_inner();
         if let Some(panic) = panic {
             resume_unwind(panic);
         }

@@ -6,9 +6,9 @@ use std::ptr::null;
 use std::sync::Mutex;
 
 use super::*;
-use crate::abi::{self, BAD_CONFIG, Column, DONE, FAILED, Outcome};
+use crate::abi::{self, BAD_CONFIG, CallOutcome, DONE, FAILED, SignalColumn};
 use crate::analysis::Analysis;
-use crate::diagram::{Diagram, Layer, Role, Shape};
+use crate::diagram::{Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape};
 use crate::signal::Signal;
 
 /// Does what its configuration says.
@@ -18,42 +18,44 @@ impl Analysis for Obedient {
     const INPUTS: &'static [InputSignal] =
         &[InputSignal::required("x", "m/s", "a speed"), InputSignal::optional("ü", "", "anything")];
 
-    fn check(request: &Request) -> Result<(), ConfigError> {
+    fn check_request(request: &AnalysisRequest) -> Result<(), ConfigError> {
         match request.config {
-            "bad" => Err(ConfigError::new("expected two numbers").within("B").within("a.b")),
+            "bad" => {
+                Err(ConfigError::new("expected two numbers").with_parent_key("B").with_parent_key("a.b"))
+            }
             "panic" => panic!("no {}", "way"),
             _ => Ok(()),
         }
     }
 
-    fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
+    fn run(request: &AnalysisRequest, host: &mut dyn AnalysisServices) -> Result<String, AnalysisError> {
         match request.config {
             "panic" => panic!("no {}", "way"),
             "bomb" => panic_any(Bomb),
-            "config" => Err(ConfigError::at("fit.start", "expected a number"))?,
+            "config" => Err(ConfigError::at_key("fit.start", "expected a number"))?,
             "work" => {}
             other => return Err(format!("expected `work`, found `{other}`").into()),
         }
-        if !host.progress(0.5, "half") {
+        if !host.report_progress(0.5, "half") {
             return Err("cancelled".into());
         }
-        let x = request.signal("x").ok_or("no x")?;
-        host.record(
-            "double",
-            &[Signal { name: "xx", values: &[x.values[0] * 2.0, f64::NAN], ..x }],
-        );
-        let layer = Layer {
+        let x = request.find_signal("x").ok_or("no x")?;
+        host.record_signals("double", &[Signal { name: "xx", values: &[x.values[0] * 2.0, f64::NAN], ..x }]);
+        let layer = DiagramLayer {
             name: "ä",
-            shape: Shape::Line,
-            role: Role::Limit,
+            shape: DiagramLayerShape::Line,
+            role: DiagramLayerRole::Limit,
             x: &[0.0, 1.0],
             y: &[2.0, f64::INFINITY],
             upper: &[3.0],
         };
-        let layers = vec![layer, Layer { shape: Shape::Band, role: Role::Other, ..layer }];
+        let layers = vec![
+            layer,
+            DiagramLayer { shape: DiagramLayerShape::Band, role: DiagramLayerRole::Other, ..layer },
+        ];
         let (axes, ranges) = (["x [m]", "y"], [[0.0, 1.0], [2.0, 3.0]]);
-        host.diagram("both", &Diagram { title: "t", axes, ranges, layers });
-        host.file("note.txt", "written");
+        host.add_diagram("both", &Diagram { title: "t", axes, ranges, layers });
+        host.write_file("note.txt", "written");
         Ok(format!("{x:?} of {}", request.signals.len()))
     }
 
@@ -77,18 +79,18 @@ struct Notes {
     progress: fn() -> bool,
 }
 
-impl Host for Notes {
-    fn progress(&mut self, share: f64, task: &str) -> bool {
+impl AnalysisServices for Notes {
+    fn report_progress(&mut self, share: f64, task: &str) -> bool {
         self.calls.push(format!("{share} {task}"));
         (self.progress)()
     }
-    fn record(&mut self, group: &str, signals: &[Signal]) {
+    fn record_signals(&mut self, group: &str, signals: &[Signal]) {
         self.calls.push(format!("{group} {signals:?}"));
     }
-    fn diagram(&mut self, group: &str, diagram: &Diagram) {
+    fn add_diagram(&mut self, group: &str, diagram: &Diagram) {
         self.calls.push(format!("{group} {diagram:?}"));
     }
-    fn file(&mut self, name: &str, text: &str) {
+    fn write_file(&mut self, name: &str, text: &str) {
         self.calls.push(format!("{name}: {text}"));
     }
 }
@@ -99,7 +101,7 @@ fn notes(progress: fn() -> bool) -> Notes {
 
 fn plugin() -> Plugin {
     // SAFETY: the table is a constant of this program.
-    Plugin::of(unsafe { *crate::vtable::<Obedient>() }).expect("a complete table")
+    Plugin::from_vtable(unsafe { *crate::vtable::<Obedient>() }).expect("a complete table")
 }
 
 fn run(config: &str, progress: fn() -> bool) -> (Result<String, AnalysisError>, Vec<String>) {
@@ -108,7 +110,7 @@ fn run(config: &str, progress: fn() -> bool) -> (Result<String, AnalysisError>, 
         Signal { name: "ü", unit: "", time: &[], values: &[] },
     ];
     let mut notes = notes(progress);
-    let result = plugin().run(&Request { config, signals }, &mut notes);
+    let result = plugin().run(&AnalysisRequest { config, signals }, &mut notes);
     (result, notes.calls)
 }
 
@@ -122,8 +124,7 @@ fn columns_go_in_and_text_files_and_columns_come_out() {
     let x = r#"Signal { name: "x", unit: "m/s", time: [0.0, 0.5], values: [1.5, 2.5] }"#;
     assert_eq!(result, Ok(format!("{x} of 2")));
     let double = r#"Signal { name: "xx", unit: "m/s", time: [0.0, 0.5], values: [3.0, NaN] }"#;
-    let line =
-        r#"Layer { name: "ä", shape: Line, role: Limit, x: [0.0, 1.0], y: [2.0, inf], upper: [] }"#;
+    let line = r#"Layer { name: "ä", shape: Line, role: Limit, x: [0.0, 1.0], y: [2.0, inf], upper: [] }"#;
     // A band without an upper end for each point is as long as it has them.
     let band = r#"Layer { name: "ä", shape: Band, role: Other, x: [0.0], y: [2.0], upper: [3.0] }"#;
     let diagram = format!(
@@ -138,7 +139,7 @@ fn a_panic_an_error_and_a_cancelled_analysis_are_reported() {
     assert_eq!(run("panic", || true).0, failed("panicked: no way"));
     assert_eq!(run("bomb", || true).0, failed("panicked: without a message"));
     assert_eq!(run("rest", || true).0, failed("expected `work`, found `rest`"));
-    let config = ConfigError::at("fit.start", "expected a number");
+    let config = ConfigError::at_key("fit.start", "expected a number");
     assert_eq!(run("config", || true).0, Err(AnalysisError::Config(config)));
     assert_eq!(run("work", || false), (failed("cancelled"), vec!["0.5 half".to_owned()]));
 }
@@ -146,14 +147,11 @@ fn a_panic_an_error_and_a_cancelled_analysis_are_reported() {
 #[test]
 fn needs_schema_and_the_judgement_of_a_configuration_are_read() {
     let plugin = plugin();
-    let [x, any] = plugin.inputs() else { panic!("{:?}", plugin.inputs()) };
+    let [x, any] = plugin.input_signals() else { panic!("{:?}", plugin.input_signals()) };
     assert_eq!((x.name.as_str(), x.unit.as_str(), x.required), ("x", "m/s", true));
-    assert_eq!(
-        (any.name.as_str(), any.description.as_str(), any.required),
-        ("ü", "anything", false)
-    );
+    assert_eq!((any.name.as_str(), any.description.as_str(), any.required), ("ü", "anything", false));
     assert_eq!(plugin.config_schema(), Some(r#"{"type": "object"}"#));
-    let check = |config| plugin.check(&Request { config, signals: Vec::new() });
+    let check = |config| plugin.check_request(&AnalysisRequest { config, signals: Vec::new() });
     assert_eq!(check("good"), Ok(()));
     // A key with a dot in it stays one key.
     let path = vec!["a.b".to_owned(), "B".to_owned()];
@@ -166,7 +164,7 @@ fn a_panic_of_the_program_waits_until_the_plugin_has_returned() {
     let mut notes = notes(|| panic!("the disk is full"));
     let ran = catch_unwind(AssertUnwindSafe(|| {
         let signals = vec![Signal { name: "x", unit: "", time: &[0.0], values: &[1.0] }];
-        plugin().run(&Request { config: "work", signals }, &mut notes)
+        plugin().run(&AnalysisRequest { config: "work", signals }, &mut notes)
     }));
     let panic = ran.expect_err("a panic");
     assert_eq!(panic.downcast_ref(), Some(&"the disk is full"));
@@ -174,23 +172,23 @@ fn a_panic_of_the_program_waits_until_the_plugin_has_returned() {
 }
 
 /// A table whose functions do as written, and those of a plugin that works.
-fn table(run: Call) -> Vtable {
+fn table(run: AnalysisFn) -> Vtable {
     // SAFETY: the table is a constant of this program.
     Vtable { run: Some(run), ..unsafe { *crate::vtable::<Obedient>() } }
 }
 
-fn run_hostile(function: Call) -> (Result<String, AnalysisError>, Vec<String>) {
+fn run_hostile(function: AnalysisFn) -> (Result<String, AnalysisError>, Vec<String>) {
     let mut notes = notes(|| true);
-    let plugin = Plugin::of(table(function)).expect("a complete table");
-    (plugin.run(&Request::default(), &mut notes), notes.calls)
+    let plugin = Plugin::from_vtable(table(function)).expect("a complete table");
+    (plugin.run(&AnalysisRequest::default(), &mut notes), notes.calls)
 }
 
 const EMPTY: Text = Text { data: null(), len: 0 };
 
 /// # Safety
 /// `callbacks` are those of a call.
-unsafe fn conclude(callbacks: *const Callbacks, status: u32, text: Text) {
-    let outcome = Outcome { status, path: null(), depth: usize::MAX, text };
+unsafe fn conclude(callbacks: *const HostCallbacks, status: u32, text: Text) {
+    let outcome = CallOutcome { status, path: null(), depth: usize::MAX, text };
     // SAFETY: as the caller promises.
     unsafe { ((*callbacks).done)((*callbacks).context, &raw const outcome) }
 }
@@ -204,23 +202,23 @@ fn a_table_without_a_function_is_rejected() {
         (Vtable { run: None, ..complete }, "run"),
         (Vtable { needs: None, ..complete }, "needs"),
     ] {
-        assert_eq!(Plugin::of(table).err(), Some(name));
+        assert_eq!(Plugin::from_vtable(table).err(), Some(name));
     }
-    let plugin = Plugin::of(Vtable { schema: None, ..complete }).expect("a complete table");
+    let plugin = Plugin::from_vtable(Vtable { schema: None, ..complete }).expect("a complete table");
     assert_eq!(plugin.config_schema(), None);
 }
 
 #[test]
 fn a_call_without_an_outcome_fails() {
-    unsafe extern "C" fn silent(_: Text, _: *const Column, _: usize, _: *const Callbacks) {}
+    unsafe extern "C" fn silent(_: Text, _: *const SignalColumn, _: usize, _: *const HostCallbacks) {}
     assert_eq!(run_hostile(silent).0, failed("returned without a result"));
-    unsafe extern "C" fn null_outcome(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn null_outcome(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         // SAFETY: the callbacks are those of the call.
         unsafe { ((*c).done)((*c).context, null()) }
     }
     assert_eq!(run_hostile(null_outcome).0, failed("handed over an outcome that is null"));
-    unsafe extern "C" fn null_context(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
-        let outcome = Outcome { status: DONE, path: null(), depth: 0, text: EMPTY };
+    unsafe extern "C" fn null_context(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
+        let outcome = CallOutcome { status: DONE, path: null(), depth: 0, text: EMPTY };
         // SAFETY: the callbacks are those of the call, and null stands for no context.
         unsafe { ((*c).done)(std::ptr::null_mut(), &raw const outcome) }
     }
@@ -229,23 +227,23 @@ fn a_call_without_an_outcome_fails() {
 
 #[test]
 fn numbers_and_texts_that_mean_nothing_are_failures() {
-    unsafe extern "C" fn unknown(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn unknown(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         // SAFETY: the callbacks are those of the call.
         unsafe { conclude(c, 77, Text::new("odd")) }
     }
     assert_eq!(run_hostile(unknown).0, failed("odd"));
-    unsafe extern "C" fn not_utf_8(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn not_utf_8(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         let text = Text { data: b"\xff".as_ptr(), len: 1 };
         // SAFETY: the callbacks are those of the call.
         unsafe { conclude(c, DONE, text) }
     }
     assert_eq!(run_hostile(not_utf_8).0, failed("the result is not UTF-8"));
-    unsafe extern "C" fn no_path(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn no_path(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         // SAFETY: the callbacks are those of the call.
         unsafe { conclude(c, BAD_CONFIG, Text::new("wrong")) }
     }
     assert_eq!(run_hostile(no_path).0, Err(AnalysisError::Config(ConfigError::new("wrong"))));
-    unsafe extern "C" fn bad_file(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn bad_file(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         let text = Text { data: b"\xff".as_ptr(), len: 1 };
         // SAFETY: the callbacks are those of the call.
         unsafe { ((*c).file)((*c).context, Text::new("note.txt"), text) };
@@ -257,9 +255,8 @@ fn numbers_and_texts_that_mean_nothing_are_failures() {
 
 #[test]
 fn arrays_that_are_not_there_are_empty() {
-    unsafe extern "C" fn no_arrays(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
-        let column =
-            Column { name: EMPTY, unit: EMPTY, time: null(), values: null(), len: usize::MAX };
+    unsafe extern "C" fn no_arrays(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
+        let column = SignalColumn { name: EMPTY, unit: EMPTY, time: null(), values: null(), len: usize::MAX };
         let layers = null();
         let axes = [EMPTY; 2];
         let diagram = abi::Diagram { title: EMPTY, axes, ranges: [[0.0; 2]; 2], layers, count: 9 };
@@ -274,10 +271,9 @@ fn arrays_that_are_not_there_are_empty() {
     let (result, calls) = run_hostile(no_arrays);
     assert_eq!(result, Ok(String::new()));
     let signal = r#" [Signal { name: "", unit: "", time: [], values: [] }]"#;
-    let diagram =
-        r#" Diagram { title: "", axes: ["", ""], ranges: [[0.0, 0.0], [0.0, 0.0]], layers: [] }"#;
+    let diagram = r#" Diagram { title: "", axes: ["", ""], ranges: [[0.0, 0.0], [0.0, 0.0]], layers: [] }"#;
     assert_eq!(calls, [" []", signal, diagram]);
-    unsafe extern "C" fn no_diagram(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
+    unsafe extern "C" fn no_diagram(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
         // SAFETY: the callbacks are those of the call.
         unsafe { ((*c).diagram)((*c).context, EMPTY, null()) };
         // SAFETY: the same.
@@ -288,8 +284,8 @@ fn arrays_that_are_not_there_are_empty() {
 
 #[test]
 fn another_thread_reaches_nothing_and_fails_the_call() {
-    unsafe extern "C" fn on_a_thread(_: Text, _: *const Column, _: usize, c: *const Callbacks) {
-        struct Address(*const Callbacks);
+    unsafe extern "C" fn on_a_thread(_: Text, _: *const SignalColumn, _: usize, c: *const HostCallbacks) {
+        struct Address(*const HostCallbacks);
         // SAFETY: the callbacks outlive the thread, which is joined.
         unsafe impl Send for Address {}
         let address = Address(c);
@@ -327,8 +323,8 @@ fn flags_of_needs_may_be_any_byte() {
     }
     // SAFETY: the table is a constant of this program.
     let complete = unsafe { *crate::vtable::<Obedient>() };
-    let plugin = Plugin::of(Vtable { needs: Some(needs), ..complete }).expect("a complete table");
-    let [need] = plugin.inputs() else { panic!("{:?}", plugin.inputs()) };
+    let plugin = Plugin::from_vtable(Vtable { needs: Some(needs), ..complete }).expect("a complete table");
+    let [need] = plugin.input_signals() else { panic!("{:?}", plugin.input_signals()) };
     assert_eq!((need.name.as_str(), need.required), ("\u{fffd}", true));
 }
 

@@ -6,18 +6,14 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use plugin::{AnalysisError, Diagram, Host, Plugin, Request, Signal};
+use plugin::{AnalysisError, AnalysisRequest, AnalysisServices, Diagram, Plugin, Signal};
 
 const MEMORY: &str = "no_call_touches_foreign_memory_or_leaks";
 
 /// Success but for the findings of valgrind, which end the program with 99. Possible losses are the test
 /// runner's own.
-const VALGRIND: [&str; 4] = [
-    "--quiet",
-    "--error-exitcode=99",
-    "--leak-check=full",
-    "--errors-for-leak-kinds=definite,indirect",
-];
+const VALGRIND: [&str; 4] =
+    ["--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect"];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -46,29 +42,31 @@ fn library() -> PathBuf {
 /// Keeps what was recorded.
 struct Recorder(Vec<String>);
 
-impl Host for Recorder {
-    fn progress(&mut self, _share: f64, _task: &str) -> bool {
+impl AnalysisServices for Recorder {
+    fn report_progress(&mut self, _share: f64, _task: &str) -> bool {
         true
     }
-    fn record(&mut self, group: &str, signals: &[Signal]) {
+    fn record_signals(&mut self, group: &str, signals: &[Signal]) {
         self.0.push(format!("{group}: {signals:?}"));
     }
-    fn diagram(&mut self, _group: &str, _diagram: &Diagram) {}
-    fn file(&mut self, _name: &str, _text: &str) {}
+    fn add_diagram(&mut self, _group: &str, _diagram: &Diagram) {}
+    fn write_file(&mut self, _name: &str, _text: &str) {}
 }
 
 fn the_example_averages() -> Result<(), String> {
     let plugin = Plugin::load(&library()).map_err(|error| error.to_string())?;
-    let [need] = plugin.inputs() else { return Err(format!("{:?}", plugin.inputs())) };
+    let [need] = plugin.input_signals() else {
+        return Err(format!("{:?}", plugin.input_signals()));
+    };
     assert_eq!((need.name.as_str(), need.required, plugin.config_schema()), ("x", true, None));
     let x = Signal { name: "x", unit: "m", time: &[0.0, 1.0], values: &[1.0, 4.0] };
-    let request = Request { config: "", signals: vec![x] };
-    assert_eq!(plugin.check(&request), Ok(()));
+    let request = AnalysisRequest { config: "", signals: vec![x] };
+    assert_eq!(plugin.check_request(&request), Ok(()));
     let mut recorder = Recorder(Vec::new());
     assert_eq!(plugin.run(&request, &mut recorder), Ok(r#"{"mean": 2.5}"#.to_owned()));
     let deviation = Signal { values: &[-1.5, 1.5], ..x };
     assert_eq!(recorder.0, [format!("deviation: [{deviation:?}]")]);
-    let missing = plugin.run(&Request::default(), &mut recorder);
+    let missing = plugin.run(&AnalysisRequest::default(), &mut recorder);
     assert_eq!(missing, Err(AnalysisError::Failed("expected a signal `x`".to_owned())));
     Ok(())
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use damage::Target;
-use plugin::{AnalysisError, Diagram, Host, Plugin, Request, ResultSummary, Signal};
+use damage::FuzzTarget;
+use plugin::{AnalysisError, AnalysisRequest, AnalysisServices, Diagram, Plugin, ResultSummary, Signal};
 use serde::Deserialize;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "plugins",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../plugin/tests/corpus/plugins"),
     sound,
@@ -86,25 +86,25 @@ enum Method {
 #[derive(Default)]
 struct Looks(usize);
 
-impl Host for Looks {
-    fn progress(&mut self, share: f64, task: &str) -> bool {
+impl AnalysisServices for Looks {
+    fn report_progress(&mut self, share: f64, task: &str) -> bool {
         self.0 += task.len();
         !share.is_nan()
     }
 
-    fn record(&mut self, group: &str, signals: &[Signal]) {
+    fn record_signals(&mut self, group: &str, signals: &[Signal]) {
         let numbers = signals.iter().flat_map(|it| it.time.iter().chain(it.values));
         let names = signals.iter().map(|it| it.name.chars().count() + it.unit.len());
         self.0 += group.len() + numbers.filter(|it| it.is_finite()).count() + names.sum::<usize>();
     }
 
-    fn diagram(&mut self, group: &str, diagram: &Diagram) {
+    fn add_diagram(&mut self, group: &str, diagram: &Diagram) {
         let numbers = diagram.layers.iter().flat_map(|it| it.x.iter().chain(it.y).chain(it.upper));
         self.0 += group.len() + diagram.title.len() + numbers.filter(|it| it.is_finite()).count();
         self.0 += format!("{diagram:?}").len();
     }
 
-    fn file(&mut self, name: &str, text: &str) {
+    fn write_file(&mut self, name: &str, text: &str) {
         self.0 += name.len() + text.len();
     }
 }
@@ -116,8 +116,7 @@ fn hostile() -> &'static Plugin {
         let program = std::env::current_exe().expect("this program");
         let folders = program.ancestors().skip(1).take(2).map(Path::to_owned);
         let places = folders.flat_map(|it| [it.clone(), it.join("examples")]);
-        let name =
-            format!("{}hostile{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let name = format!("{}hostile{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let found: Option<PathBuf> = places.map(|it| it.join(&name)).find(|it| it.is_file());
         Plugin::load(&found.expect("the example `hostile`")).expect("a plugin")
     })
@@ -139,8 +138,8 @@ fn attempt(bytes: &[u8], _: &Path) -> bool {
     let words = serde_json::from_str::<ResultSummary>(&text);
     let mut looks = Looks::default();
     let signal = Signal { name: "x", unit: "m", time: &[0.0, 1.0], values: &[1.0, 2.0] };
-    let request = Request { config: &text, signals: vec![signal] };
-    let _ = hostile().check(&request).map_err(|error| error.to_string());
+    let request = AnalysisRequest { config: &text, signals: vec![signal] };
+    let _ = hostile().check_request(&request).map_err(|error| error.to_string());
     match hostile().run(&request, &mut looks) {
         Ok(result) => {
             let _ = serde_json::from_str::<ResultSummary>(&result);

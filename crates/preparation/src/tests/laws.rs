@@ -2,12 +2,12 @@
 
 use approx::assert_relative_eq;
 use proptest::prelude::*;
-use vehicle::Differential;
+use vehicle::LimitedSlipDifferential;
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
 use crate::{
-    BrakeShare, Car, DriveLog, Error, OffsetSource, Outliers, Pipeline, Points, Prepared, SIGNALS,
-    Shifts, SlipResampling,
+    BrakeShare, Car, CurvePoints, DriveLog, Error, OffsetSource, OutlierRejection, PreparationPipeline,
+    PreparedRecording, SIGNALS, ShiftEstimation, SlipResampling,
 };
 
 fn drive() -> Vec<Instant> {
@@ -28,16 +28,15 @@ fn changed(
 }
 
 fn later(recording: &DriveLog<'static>, by: f64) -> DriveLog<'static> {
-    let present: Vec<_> =
-        SIGNALS.iter().map(|s| s.0).filter(|n| recording.get(n).is_some()).collect();
+    let present: Vec<_> = SIGNALS.iter().map(|s| s.0).filter(|n| recording.get(n).is_some()).collect();
     present.iter().fold(recording.clone(), |r, name| changed(&r, name, |_, t, v| Some((t + by, v))))
 }
 
-fn run(pipeline: &Pipeline, recording: &DriveLog) -> Prepared {
-    pipeline.run(recording).expect("the recording can be prepared")
+fn run(pipeline: &PreparationPipeline, recording: &DriveLog) -> PreparedRecording {
+    pipeline.prepare(recording).expect("the recording can be prepared")
 }
 
-fn all_points(prepared: &Prepared) -> [&Points; 2] {
+fn all_points(prepared: &PreparedRecording) -> [&CurvePoints; 2] {
     [&prepared.front.lateral, &prepared.rear.lateral]
 }
 
@@ -68,13 +67,12 @@ fn a_slow_logger_has_no_gaps() {
 #[test]
 fn mirrored_driving_gives_mirrored_points() {
     let vehicle = symmetric();
-    let pipeline = Pipeline {
-        outliers: Outliers::default(),
+    let pipeline = PreparationPipeline {
+        outliers: OutlierRejection::default(),
         slip_resampling: SlipResampling::default(),
         ..pipeline(&vehicle)
     };
-    let [left, right] =
-        [1.0, -1.0].map(|side| run(&pipeline, &record(&simulate(&vehicle, 15.0, side))));
+    let [left, right] = [1.0, -1.0].map(|side| run(&pipeline, &record(&simulate(&vehicle, 15.0, side))));
     for (a, b) in all_points(&left).into_iter().zip(all_points(&right)) {
         assert!(a.samples.len() > 300);
         let mirrored = |values: &[f64]| values.iter().map(|v| -v).collect::<Vec<_>>();
@@ -111,12 +109,12 @@ proptest! {
         let recording = record(&drive());
         let mut pipeline = pipeline(&car());
         let none = Some(0.0);
-        pipeline.offsets = crate::Offsets { r: none, a_x: none, a_y: none, sideslip: none, ..pipeline.offsets };
+        pipeline.offsets = crate::OffsetSettings { r: none, a_x: none, a_y: none, sideslip: none, ..pipeline.offsets };
         let torn = changed(&recording, "a_y", |_, t, v| (t < at || t > at + lasting).then_some((t, v)));
         let (whole, torn) = (run(&pipeline, &recording), run(&pipeline, &torn));
         prop_assert_eq!(torn.report.stretches.len(), 2);
         prop_assert!(torn.report.lost.gap > 0);
-        let forces = |p: &Prepared| {
+        let forces = |p: &PreparedRecording| {
             let stage = p.stages.iter().find(|s| s.name == "axle forces and slips").expect("it was run").clone();
             let column = stage.outputs[4].clone();
             prop_assert_eq!(&column.name, "F_yf");
@@ -141,8 +139,8 @@ proptest! {
 fn rejecting_and_evening_out_only_take_points_away() {
     let recording = record(&drive());
     let all = run(&pipeline(&car()), &recording);
-    let some = Pipeline {
-        outliers: Outliers::default(),
+    let some = PreparationPipeline {
+        outliers: OutlierRejection::default(),
         slip_resampling: SlipResampling::Nearest { count: 200 },
         ..pipeline(&car())
     };
@@ -151,10 +149,7 @@ fn rejecting_and_evening_out_only_take_points_away() {
         assert!(some.samples.len() <= 200 && some.samples.len() > 50);
         let mut rows = all.samples.slip.iter().zip(&all.samples.force);
         for point in some.samples.slip.iter().zip(&some.samples.force) {
-            assert!(
-                rows.any(|row| row == point),
-                "the point is not among all of them, in their order"
-            );
+            assert!(rows.any(|row| row == point), "the point is not among all of them, in their order");
         }
         let c = &some.counts;
         assert_eq!((c.rows, c.used), (all.samples.len(), some.samples.len()));
@@ -176,23 +171,15 @@ fn gear_shifts_and_slow_driving_are_cut_before_smoothing() {
     let cut = shifted.report.lost.gear_shift;
     assert!((60..=61).contains(&cut), "{cut} rows");
 
-    let slow = changed(&recording, "v_x", |_, t, v| {
-        Some((t, if (7.0..8.0).contains(&t) { 3.0 } else { v }))
-    });
+    let slow = changed(&recording, "v_x", |_, t, v| Some((t, if (7.0..8.0).contains(&t) { 3.0 } else { v })));
     let report = run(&pipeline, &slow).report;
     assert_eq!(report.lost.slow, 200);
     assert!(report.stretches.iter().all(|s| s.end < 7.0 || s.start > 7.995));
-    assert_eq!(
-        run(&pipeline, &slow).front.lateral.samples.slip.iter().filter(|s| s.abs() > 0.3).count(),
-        0
-    );
+    assert_eq!(run(&pipeline, &slow).front.lateral.samples.slip.iter().filter(|s| s.abs() > 0.3).count(), 0);
 
-    let crawl = Pipeline { min_speed: 90.0, ..pipeline };
-    let error = crawl.run(&recording).expect_err("the car never was that fast").to_string();
-    assert!(
-        error.contains("3000 are slower than 90 m/s") && error.contains("lower `min_speed`"),
-        "{error}"
-    );
+    let crawl = PreparationPipeline { min_speed: 90.0, ..pipeline };
+    let error = crawl.prepare(&recording).expect_err("the car never was that fast").to_string();
+    assert!(error.contains("3000 are slower than 90 m/s") && error.contains("lower `min_speed`"), "{error}");
 }
 
 #[test]
@@ -204,11 +191,11 @@ fn held_rows_are_dropped_and_counted() {
         changed(&r, name, |i, t, _| Some((t, values[hold(i)])))
     });
     let clean = run(&pipeline(&car()), &recording);
-    let dropped = run(&Pipeline { drop_held: true, ..pipeline(&car()) }, &held);
+    let dropped = run(&PreparationPipeline { drop_held: true, ..pipeline(&car()) }, &held);
     let kept = run(&pipeline(&car()), &held);
     assert_eq!(dropped.report.held["a_y"], 750);
     assert_eq!(dropped.report.held["v_x"], 0);
-    let error = |p: &Prepared| {
+    let error = |p: &PreparedRecording| {
         let pairs = p.front.lateral.samples.force.iter().zip(&clean.front.lateral.samples.force);
         pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>()
     };
@@ -227,9 +214,9 @@ fn too_little_straight_driving_is_said() {
 #[test]
 fn two_step_shifts_are_told_and_not_applied() {
     let recording = record(&drive());
-    let two_step = Shifts::TwoStep { limit: 0.015, horizontal_share: 0.5 };
+    let two_step = ShiftEstimation::TwoStep { limit: 0.015, horizontal_share: 0.5 };
     let joint = run(&pipeline(&car()), &recording);
-    let separate = run(&Pipeline { shifts: two_step, ..pipeline(&car()) }, &recording);
+    let separate = run(&PreparationPipeline { shifts: two_step, ..pipeline(&car()) }, &recording);
     assert_eq!(joint.front.lateral.samples, separate.front.lateral.samples);
     assert!(joint.front.lateral.shift.is_none());
     assert!(separate.front.lateral.shift.is_some_and(|s| s.K > 10.0));
@@ -237,7 +224,7 @@ fn two_step_shifts_are_told_and_not_applied() {
 
 #[test]
 fn differential_needs_wheel_speeds_and_settings_must_make_sense() {
-    let differential = Differential {
+    let differential = LimitedSlipDifferential {
         drive_lock: 0.2,
         coast_lock: 0.5,
         preload: 100.0,
@@ -247,19 +234,20 @@ fn differential_needs_wheel_speeds_and_settings_must_make_sense() {
     };
     let json = r#"{"smooth": {"yaw_rate": {"kind": "gaussian", "sigma": 0.05}},
         "slip_resampling": {"method": "weighted", "count": 300}}"#;
-    let settings: Pipeline = serde_json::from_str(json).expect("the settings are spelled right");
+    let settings: PreparationPipeline = serde_json::from_str(json).expect("the settings are spelled right");
     let locking = Car { differential: Some(differential), ..Car::default() };
-    let error = Pipeline { car: locking, ..settings }.run(&record(&drive()));
+    let error = PreparationPipeline { car: locking, ..settings }.prepare(&record(&drive()));
     let error = error.expect_err("there are no wheel speeds");
     assert!(matches!(&error, Error::Missing { name, .. } if name == "omega_rl"), "{error}");
 
     let share = serde_json::from_str::<BrakeShare>("\"by_feel\"");
     assert!(share.expect_err("no such rule").to_string().contains("or \"by_load\""));
 
-    let wrong = Pipeline { rate: 0.0, ..Pipeline::default() }.run(&record(&drive()));
+    let wrong =
+        PreparationPipeline { rate: 0.0, ..PreparationPipeline::default() }.prepare(&record(&drive()));
     assert_eq!(wrong.expect_err("no rate").to_string(), "`rate` is 0, expected a positive number");
     assert_eq!(
-        serde_json::from_str::<Pipeline>("{}").expect("all has defaults"),
-        Pipeline::default()
+        serde_json::from_str::<PreparationPipeline>("{}").expect("all has defaults"),
+        PreparationPipeline::default()
     );
 }

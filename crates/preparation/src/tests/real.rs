@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use vehicle::{Aero, Body, MagicFormula};
+use vehicle::{Aerodynamics, MagicFormula, VehicleBody};
 
-use crate::samples::Samples;
-use crate::{Car, DriveLog, OffsetSource, Pipeline, Points, Prepared};
+use crate::samples::CurveSamples;
+use crate::{Car, CurvePoints, DriveLog, OffsetSource, PreparationPipeline, PreparedRecording};
 
 /// The recording of a 1964 Ferrari 250 LM that `scenarios/replay_250lm.toml` replays; `TRACKSIDE_DATA` names another
 /// folder to look in.
@@ -19,8 +19,7 @@ fn recording() -> Option<DriveLog<'static>> {
     let text = std::fs::read_to_string(path()).ok()?;
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
-    let rows: Vec<Vec<f64>> =
-        lines.map(|l| l.split(',').filter_map(|v| v.parse().ok()).collect()).collect();
+    let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').filter_map(|v| v.parse().ok()).collect()).collect();
     let column = |name: &str| -> Option<Vec<f64>> {
         let i = names.iter().position(|n| *n == name)?;
         rows.iter().map(|row| row.get(i).copied()).collect()
@@ -40,25 +39,25 @@ fn recording() -> Option<DriveLog<'static>> {
     Some(recording)
 }
 
-fn settings() -> Pipeline {
-    let body = Body { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
-    let aero = Aero { C_d: 0.0, ..Aero::default() };
-    Pipeline { car: Car { body, aero, ..Car::default() }, ..Pipeline::default() }
+fn settings() -> PreparationPipeline {
+    let body = VehicleBody { m: 982.0, I_zz: 1605.0, l_f: 1.33, l_r: 1.07, h: 0.45 };
+    let aero = Aerodynamics { C_d: 0.0, ..Aerodynamics::default() };
+    PreparationPipeline { car: Car { body, aero, ..Car::default() }, ..PreparationPipeline::default() }
 }
 
-fn prepared(settings: &Pipeline) -> Option<Prepared> {
+fn prepared(settings: &PreparationPipeline) -> Option<PreparedRecording> {
     let Some(recording) = recording() else {
         println!("skipped: {} is not there", path().display());
         return None;
     };
-    Some(settings.run(&recording).expect("the recording is complete"))
+    Some(settings.prepare(&recording).expect("the recording is complete"))
 }
 
 /// Root mean square distance of the points from the best curve of a coarse search.
-fn residual(points: &Samples) -> (f64, MagicFormula) {
+fn residual(points: &CurveSamples) -> (f64, MagicFormula) {
     let cost = |tire: &MagicFormula| {
         let errors =
-            points.slip.iter().zip(&points.force).map(|(s, f)| (f - tire.coefficient(*s)).powi(2));
+            points.slip.iter().zip(&points.force).map(|(s, f)| (f - tire.friction_coefficient(*s)).powi(2));
         (errors.sum::<f64>() / points.len() as f64).sqrt()
     };
     let mut best = MagicFormula { B: 12.0, C: 1.4, D: 1.1, E: 0.0, S_h: 0.0, S_v: 0.0 };
@@ -98,7 +97,7 @@ fn points_of_a_ferrari_250_lm() {
     assert!((r.value + 0.0007).abs() < 5e-4 && sideslip.value.abs() < 2e-3);
     assert!(a_x.value.abs() < 0.1 && a_y.value.abs() < 0.2);
     for (axle, reach, most) in [(&prepared.front, 0.14, 1.3), (&prepared.rear, 0.08, 1.3)] {
-        let Points { samples, counts, .. } = &axle.lateral;
+        let CurvePoints { samples, counts, .. } = &axle.lateral;
         let (rms, curve) = residual(samples);
         println!("{counts:?}\nrms {rms:.4}, {curve:?}");
         // Highest slip to both sides is at the limit of the tires, and is still there.
@@ -122,8 +121,7 @@ fn mirrored_ferrari() {
         let signal = recording.get(name).expect("it was put in");
         mirrored.insert(name, signal.time.to_vec(), signal.value.iter().map(|v| -v).collect());
     }
-    let [a, b] =
-        [&recording, &mirrored].map(|r| settings().run(r).expect("it is complete").rear.lateral);
+    let [a, b] = [&recording, &mirrored].map(|r| settings().prepare(r).expect("it is complete").rear.lateral);
     assert_eq!(a.samples.slip, b.samples.slip.iter().map(|s| -s).collect::<Vec<_>>());
     assert_eq!(a.samples.force, b.samples.force.iter().map(|s| -s).collect::<Vec<_>>());
 }

@@ -4,12 +4,12 @@ use approx::assert_relative_eq;
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use vehicle::{Input, slip_ratio};
+use vehicle::{SingleTrackInput, slip_ratio};
 
 use crate::tests::drive::{Instant, car, pipeline, record, simulate, symmetric};
-use crate::{Car, Filter, Offsets, Pipeline, Prepared, SignalFilters};
+use crate::{Car, OffsetSettings, PreparationPipeline, PreparedRecording, SignalFilters, ZeroPhaseFilter};
 
-fn column<'a>(prepared: &'a Prepared, stage: &str, name: &str) -> (&'a [f64], &'a [f64]) {
+fn column<'a>(prepared: &'a PreparedRecording, stage: &str, name: &str) -> (&'a [f64], &'a [f64]) {
     let stage = prepared.stages.iter().find(|s| s.name == stage).expect("the stage was run");
     let column = stage.outputs.iter().find(|c| c.name == name).expect("the stage has the column");
     (&column.time, &column.values)
@@ -17,7 +17,7 @@ fn column<'a>(prepared: &'a Prepared, stage: &str, name: &str) -> (&'a [f64], &'
 
 /// Filters that are narrow enough to follow a noiseless simulation.
 fn narrow() -> SignalFilters {
-    let filter = Filter::SavitzkyGolay { window: 0.025, order: 4 };
+    let filter = ZeroPhaseFilter::SavitzkyGolay { window: 0.025, order: 4 };
     SignalFilters {
         velocity: filter,
         acceleration: filter,
@@ -28,13 +28,13 @@ fn narrow() -> SignalFilters {
 }
 
 /// Offsets that are known to be none.
-fn no_offsets() -> Offsets {
-    Offsets {
+fn no_offsets() -> OffsetSettings {
+    OffsetSettings {
         r: Some(0.0),
         a_x: Some(0.0),
         a_y: Some(0.0),
         sideslip: Some(0.0),
-        ..Offsets::default()
+        ..OffsetSettings::default()
     }
 }
 
@@ -44,16 +44,12 @@ fn forces_are_those_of_the_plant_in_a_lane_change_at_the_limit() {
     let drive = simulate(&vehicle, 24.0, 1.0);
     let mut pipeline = pipeline(&vehicle);
     (pipeline.smooth, pipeline.offsets) = (narrow(), no_offsets());
-    let prepared = pipeline.run(&record(&drive)).expect("the recording is complete");
+    let prepared = pipeline.prepare(&record(&drive)).expect("the recording is complete");
 
     let most = |of: &dyn Fn(&Instant) -> f64| drive.iter().map(|i| of(i).abs()).fold(0.0, f64::max);
     let peak = vehicle.tire_f.peak_slip().expect("C is above 1");
     assert!(most(&|i| i.motion.alpha_f) > peak, "beyond the peak: {}", most(&|i| i.motion.alpha_f));
-    assert!(
-        most(&|i| i.motion.derivative.r) > 4.0,
-        "unsteady: {}",
-        most(&|i| i.motion.derivative.r)
-    );
+    assert!(most(&|i| i.motion.derivative.r) > 4.0, "unsteady: {}", most(&|i| i.motion.derivative.r));
 
     let expect = |name: &str, of: &dyn Fn(&Instant) -> f64, close: f64| {
         let (time, found) = column(&prepared, "axle forces and slips", name);
@@ -79,14 +75,12 @@ fn points_lie_on_the_curves() {
     let mut pipeline = pipeline(&vehicle);
     (pipeline.smooth, pipeline.offsets) = (narrow(), no_offsets());
     let prepared =
-        pipeline.run(&record(&simulate(&vehicle, 24.0, 1.0))).expect("the recording is complete");
+        pipeline.prepare(&record(&simulate(&vehicle, 24.0, 1.0))).expect("the recording is complete");
     for (axle, tire) in [(&prepared.front, vehicle.tire_f), (&prepared.rear, vehicle.tire_r)] {
         assert!(axle.longitudinal.is_none());
         let samples = &axle.lateral.samples;
-        for (slip, force) in
-            samples.slip.iter().zip(&samples.force).skip(5).take(samples.len() - 10)
-        {
-            assert_relative_eq!(*force, tire.coefficient(*slip), epsilon = 0.005);
+        for (slip, force) in samples.slip.iter().zip(&samples.force).skip(5).take(samples.len() - 10) {
+            assert_relative_eq!(*force, tire.friction_coefficient(*slip), epsilon = 0.005);
         }
     }
 }
@@ -99,17 +93,13 @@ fn wheel_speeds_give_slip_ratios() {
     // Tires that slip by force over load over 20, on wheels of 0.3 m; the outer wheels are faster.
     let mut wheel = |name: &str, axle: usize, side: f64| {
         let omega = |i: &Instant| {
-            let Input { delta, .. } = i.input;
+            let SingleTrackInput { delta, .. } = i.input;
             let (F_x, F_z) = [(i.motion.F_xf, i.motion.F_zf), (i.motion.F_xr, i.motion.F_zr)][axle];
             let v_y = i.state.v_y + vehicle.body.l_f * i.state.r;
             let v = [i.state.v_x * delta.cos() + v_y * delta.sin(), i.state.v_x][axle];
             (1.0 + F_x / F_z / 20.0) * v / 0.3 - side * 2.0 * i.state.r
         };
-        recording.insert(
-            name,
-            drive.iter().map(|i| i.time).collect(),
-            drive.iter().map(omega).collect(),
-        );
+        recording.insert(name, drive.iter().map(|i| i.time).collect(), drive.iter().map(omega).collect());
     };
     wheel("omega_fl", 0, 1.0);
     wheel("omega_fr", 0, -1.0);
@@ -117,15 +107,13 @@ fn wheel_speeds_give_slip_ratios() {
     wheel("omega_rr", 1, -1.0);
     let mut pipeline = pipeline(&vehicle);
     (pipeline.smooth, pipeline.offsets) = (narrow(), no_offsets());
-    let prepared = pipeline.run(&recording).expect("the recording is complete");
+    let prepared = pipeline.prepare(&recording).expect("the recording is complete");
     for (index, axle) in [&prepared.front, &prepared.rear].into_iter().enumerate() {
         let samples = &axle.longitudinal.as_ref().expect("all wheel speeds are there").samples;
         let [low, high] = samples.slip_range().expect("there are points");
         // The front wheels only brake.
         assert!(low < -0.005 && (index == 0 || high > 0.01), "{low} {high}");
-        for (slip, force) in
-            samples.slip.iter().zip(&samples.force).skip(5).take(samples.len() - 10)
-        {
+        for (slip, force) in samples.slip.iter().zip(&samples.force).skip(5).take(samples.len() - 10) {
             assert_relative_eq!(*force, 20.0 * slip, epsilon = 0.02);
         }
     }
@@ -138,11 +126,7 @@ fn offsets_of_the_sensors_are_found_and_taken_off() {
     let drive = simulate(&vehicle, 24.0, 1.0);
     let disturb = |name: &str, by: f64, recording: &mut crate::DriveLog| {
         let signal = recording.get(name).expect("it is there").clone();
-        recording.insert(
-            name,
-            signal.time.into_owned(),
-            signal.value.iter().map(|v| v + by).collect(),
-        );
+        recording.insert(name, signal.time.into_owned(), signal.value.iter().map(|v| v + by).collect());
     };
     let mut recording = record(&drive);
     for (name, by) in [("r", 0.003), ("a_x", -0.1), ("a_y", 0.15)] {
@@ -150,8 +134,8 @@ fn offsets_of_the_sensors_are_found_and_taken_off() {
     }
     let mut pipeline = pipeline(&vehicle);
     pipeline.smooth = narrow();
-    pipeline.offsets = Offsets { sideslip: Some(0.0), enough: 1.0, ..Offsets::default() };
-    let prepared = pipeline.run(&recording).expect("the recording is complete");
+    pipeline.offsets = OffsetSettings { sideslip: Some(0.0), enough: 1.0, ..OffsetSettings::default() };
+    let prepared = pipeline.prepare(&recording).expect("the recording is complete");
     for (offset, (by, close)) in
         prepared.report.offsets.iter().zip([(0.003, 1e-4), (-0.1, 1e-3), (0.15, 5e-3)])
     {
@@ -174,15 +158,14 @@ fn noisy_sensors_scatter_about_the_curves() {
         recording.insert(name, signal.time.into_owned(), value);
     }
     let car = Car { body: vehicle.body, aero: vehicle.aero, ..Car::default() };
-    let settings = Pipeline { car, offsets: no_offsets(), ..Pipeline::default() };
-    let prepared = settings.run(&recording).expect("the recording is complete");
+    let settings = PreparationPipeline { car, offsets: no_offsets(), ..PreparationPipeline::default() };
+    let prepared = settings.prepare(&recording).expect("the recording is complete");
     for (axle, tire) in [(&prepared.front, vehicle.tire_f), (&prepared.rear, vehicle.tire_r)] {
         let samples = &axle.lateral.samples;
         let part = |low: f64, high: f64| -> Vec<f64> {
-            let inside =
-                (0..samples.len()).filter(|&i| (low..high).contains(&samples.slip[i].abs()));
+            let inside = (0..samples.len()).filter(|&i| (low..high).contains(&samples.slip[i].abs()));
             let outward = |i: usize| {
-                (samples.force[i] - tire.coefficient(samples.slip[i])) * samples.slip[i].signum()
+                (samples.force[i] - tire.friction_coefficient(samples.slip[i])) * samples.slip[i].signum()
             };
             inside.map(outward).collect()
         };

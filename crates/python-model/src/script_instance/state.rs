@@ -3,7 +3,7 @@
 use fmu_export::{FmiResult, Lifecycle, VariableValue, reject};
 use serde::{Deserialize, Serialize};
 
-use super::{Question, ScriptInstance};
+use super::{ScriptInstance, ScriptRequest};
 
 /// A state of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
@@ -19,7 +19,7 @@ pub struct ScriptState {
 impl ScriptInstance {
     pub(crate) fn save_state(&mut self) -> FmiResult<ScriptState> {
         let object = match self.initialised {
-            true => Some(self.ask(Question::Save, &[], |_, answer| Ok(answer.to_vec()))?),
+            true => Some(self.request_answer(ScriptRequest::Save, &[], |_, answer| Ok(answer.to_vec()))?),
             false => None,
         };
         let (lifecycle, values) = (self.lifecycle.clone(), self.values.clone());
@@ -34,7 +34,7 @@ impl ScriptInstance {
 
     pub(crate) fn restore_state(&mut self, saved: &ScriptState) -> FmiResult {
         if let Some(object) = &saved.object {
-            self.ask(Question::Restore, &[object], |_, _| Ok(()))?;
+            self.request_answer(ScriptRequest::Restore, &[object], |_, _| Ok(()))?;
         }
         self.initialised = saved.object.is_some();
         self.lifecycle = saved.lifecycle.clone();
@@ -44,8 +44,7 @@ impl ScriptInstance {
     }
 
     pub(crate) fn state_to_bytes(&self, saved: &ScriptState) -> FmiResult<Vec<u8>> {
-        postcard::to_stdvec(&(&self.interface.guid, saved))
-            .or_else(|error| reject(error.to_string()))
+        postcard::to_stdvec(&(&self.interface.guid, saved)).or_else(|error| reject(error.to_string()))
     }
 
     pub(crate) fn state_from_bytes(&self, bytes: &[u8]) -> FmiResult<ScriptState> {

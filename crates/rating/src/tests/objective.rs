@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::objective::MOST;
-use crate::{Grade, RatingError, rating};
+use crate::{RatingError, RatingGrade, rate_signal};
 
 struct Pair {
     name: &'static str,
@@ -15,7 +15,7 @@ struct Pair {
     scores: [f64; 5],
     /// Samples that the candidate is late.
     late: f64,
-    grade: Grade,
+    grade: RatingGrade,
 }
 
 const PAIRS: [Pair; 7] = [
@@ -25,15 +25,9 @@ const PAIRS: [Pair; 7] = [
         dt: 0.01,
         reference: |t| (PI * t).sin(),
         candidate: |t| 1.1 * (PI * (t - 0.05)).sin(),
-        scores: [
-            0.7011287865772251,
-            0.9376558603491272,
-            0.9444218078162453,
-            0.95,
-            0.8468670482639646,
-        ],
+        scores: [0.7011287865772251, 0.9376558603491272, 0.9444218078162453, 0.95, 0.8468670482639646],
         late: 5.0,
-        grade: Grade::Good,
+        grade: RatingGrade::Good,
     },
     Pair {
         name: "a damped oscillation of another frequency",
@@ -49,7 +43,7 @@ const PAIRS: [Pair; 7] = [
             0.5095091723200669,
         ],
         late: 192.0,
-        grade: Grade::Poor,
+        grade: RatingGrade::Poor,
     },
     Pair {
         name: "an offset and a vibration",
@@ -57,15 +51,9 @@ const PAIRS: [Pair; 7] = [
         dt: 0.01,
         reference: |t| 2.0 + (3.0 * t).sin(),
         candidate: |t| 2.3 + (3.0 * t).sin() + 0.1 * (40.0 * t).sin(),
-        scores: [
-            0.7926510965247056,
-            1.0,
-            0.9378168093405911,
-            0.6356451520429003,
-            0.8317528308865806,
-        ],
+        scores: [0.7926510965247056, 1.0, 0.9378168093405911, 0.6356451520429003, 0.8317528308865806],
         late: 0.0,
-        grade: Grade::Good,
+        grade: RatingGrade::Good,
     },
     Pair {
         name: "steps with lags, which begin with equal costs of the warping",
@@ -81,7 +69,7 @@ const PAIRS: [Pair; 7] = [
             0.8326387124301027,
         ],
         late: 15.0,
-        grade: Grade::Good,
+        grade: RatingGrade::Good,
     },
     Pair {
         name: "a growing oscillation that is early",
@@ -97,7 +85,7 @@ const PAIRS: [Pair; 7] = [
             0.7765014307636178,
         ],
         late: -20.0,
-        grade: Grade::Fair,
+        grade: RatingGrade::Fair,
     },
     Pair {
         name: "the other sign",
@@ -113,7 +101,7 @@ const PAIRS: [Pair; 7] = [
             0.31090386126571096,
         ],
         late: 60.0,
-        grade: Grade::Poor,
+        grade: RatingGrade::Poor,
     },
     Pair {
         name: "a pulse at 10 kHz",
@@ -129,7 +117,7 @@ const PAIRS: [Pair; 7] = [
             0.8809376663335118,
         ],
         late: 30.0,
-        grade: Grade::Good,
+        grade: RatingGrade::Good,
     },
 ];
 
@@ -142,7 +130,7 @@ fn scores_are_those_of_another_program() {
     for pair in PAIRS {
         let [reference, candidate] =
             [pair.reference, pair.candidate].map(|of| sampled(of, pair.samples, pair.dt));
-        let found = rating(&reference, &candidate, pair.dt).expect(pair.name);
+        let found = rate_signal(&reference, &candidate, pair.dt).expect(pair.name);
         let scores = [found.corridor, found.phase, found.magnitude, found.slope, found.overall];
         let differ = scores.iter().zip(pair.scores).any(|(a, b)| (a - b).abs() > 1e-9);
         assert!(!differ, "{}: {scores:?} instead of {:?}", pair.name, pair.scores);
@@ -154,13 +142,10 @@ fn scores_are_those_of_another_program() {
 /// A vibration passes the mean of nine slopes at one rate and not at another. The scores are those of the other program.
 #[test]
 fn ratings_depend_on_the_rate_of_samples() {
-    for (samples, dt, expected) in
-        [(201, 0.01, 0.810175809594031), (2001, 1e-3, 0.7917562437416916)]
-    {
+    for (samples, dt, expected) in [(201, 0.01, 0.810175809594031), (2001, 1e-3, 0.7917562437416916)] {
         let reference = sampled(PAIRS[1].reference, samples, dt);
-        let candidate =
-            sampled(|t| (PAIRS[1].candidate)(t) + 0.05 * (150.0 * t).sin(), samples, dt);
-        let found = rating(&reference, &candidate, dt).expect("a rating").overall;
+        let candidate = sampled(|t| (PAIRS[1].candidate)(t) + 0.05 * (150.0 * t).sin(), samples, dt);
+        let found = rate_signal(&reference, &candidate, dt).expect("a rating").overall;
         assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
     }
 }
@@ -168,31 +153,30 @@ fn ratings_depend_on_the_rate_of_samples() {
 #[test]
 fn a_signal_agrees_with_itself() {
     let signal = sampled(|t| (3.0 * t).sin() + 0.2, 200, 0.02);
-    let found = rating(&signal, &signal, 0.02).expect("a rating");
-    assert_eq!((found.overall, found.delay, found.grade), (1.0, 0.0, Grade::Excellent));
+    let found = rate_signal(&signal, &signal, 0.02).expect("a rating");
+    assert_eq!((found.overall, found.delay, found.grade), (1.0, 0.0, RatingGrade::Excellent));
     assert_eq!([found.corridor, found.phase, found.magnitude, found.slope], [1.0; 4]);
 }
 
 #[test]
 fn a_unit_of_both_changes_nothing() {
-    let [reference, candidate] =
-        [PAIRS[2].reference, PAIRS[2].candidate].map(|of| sampled(of, 300, 0.01));
+    let [reference, candidate] = [PAIRS[2].reference, PAIRS[2].candidate].map(|of| sampled(of, 300, 0.01));
     let scaled = |values: &[f64]| values.iter().map(|value| -57.3 * value).collect::<Vec<_>>();
-    let one = rating(&reference, &candidate, 0.01).expect("a rating");
-    let other = rating(&scaled(&reference), &scaled(&candidate), 0.01).expect("a rating");
+    let one = rate_signal(&reference, &candidate, 0.01).expect("a rating");
+    let other = rate_signal(&scaled(&reference), &scaled(&candidate), 0.01).expect("a rating");
     assert!((one.overall - other.overall).abs() < 1e-9, "{one:?} {other:?}");
 }
 
 #[test]
 fn constant_signals_divide_by_zero_and_are_rated() {
     let [zeros, ones] = [vec![0.0; 50], vec![1.0; 50]];
-    assert_eq!(rating(&zeros, &zeros, 0.1).expect("a rating").overall, 1.0);
-    assert_eq!(rating(&ones, &ones, 0.1).expect("a rating").overall, 1.0);
+    assert_eq!(rate_signal(&zeros, &zeros, 0.1).expect("a rating").overall, 1.0);
+    assert_eq!(rate_signal(&ones, &ones, 0.1).expect("a rating").overall, 1.0);
     // No shift is found, and both are as steep; all the rest is wrong.
-    let found = rating(&zeros, &ones, 0.1).expect("a rating");
+    let found = rate_signal(&zeros, &ones, 0.1).expect("a rating");
     assert_eq!([found.corridor, found.phase, found.magnitude, found.slope], [0.0, 1.0, 0.0, 1.0]);
     let ramp = sampled(|t| t, 50, 0.1);
-    let found = rating(&zeros, &ramp, 0.1).expect("a rating");
+    let found = rate_signal(&zeros, &ramp, 0.1).expect("a rating");
     assert!(found.overall.is_finite() && found.slope == 0.0, "{found:?}");
 }
 
@@ -201,7 +185,7 @@ fn long_signals_become_means_and_are_rated_as_short_ones() {
     let slow = |samples, dt| {
         let [reference, candidate] =
             [PAIRS[0].reference, PAIRS[0].candidate].map(|of| sampled(of, samples, dt));
-        rating(&reference, &candidate, dt).expect("a rating")
+        rate_signal(&reference, &candidate, dt).expect("a rating")
     };
     let (short, long) = (slow(2001, 2e-3), slow(40_001, 1e-4));
     assert!(40_001 > 4 * MOST && (short.overall - long.overall).abs() < 2e-3, "{short:?} {long:?}");
@@ -211,8 +195,8 @@ fn long_signals_become_means_and_are_rated_as_short_ones() {
 
 #[test]
 fn grades_begin_above_their_thresholds() {
-    let grades = [0.941, 0.94, 0.801, 0.8, 0.581, 0.58, 0.0, f64::NAN].map(Grade::of);
-    use Grade::{Excellent, Fair, Good, Poor};
+    let grades = [0.941, 0.94, 0.801, 0.8, 0.581, 0.58, 0.0, f64::NAN].map(RatingGrade::from_overall);
+    use RatingGrade::{Excellent, Fair, Good, Poor};
     assert_eq!(grades, [Excellent, Good, Good, Fair, Fair, Poor, Poor, Poor]);
     assert_eq!(Good.to_string(), "good");
 }
@@ -223,14 +207,14 @@ fn what_cannot_be_rated_is_refused() {
     let mut broken = signal.clone();
     broken[7] = f64::NAN;
     let not_finite = |what| Err(RatingError::NotFinite { what, index: 7 });
-    assert_eq!(rating(&signal, &broken, 0.1), not_finite("the candidate"));
-    assert_eq!(rating(&broken, &signal, 0.1), not_finite("the reference"));
+    assert_eq!(rate_signal(&signal, &broken, 0.1), not_finite("the candidate"));
+    assert_eq!(rate_signal(&broken, &signal, 0.1), not_finite("the reference"));
     let lengths = RatingError::Lengths { what: "the candidate", reference: 50, found: 49 };
-    assert_eq!(rating(&signal, &signal[1..], 0.1), Err(lengths));
+    assert_eq!(rate_signal(&signal, &signal[1..], 0.1), Err(lengths));
     assert_eq!(
-        rating(&signal[..10], &signal[..10], 0.1),
+        rate_signal(&signal[..10], &signal[..10], 0.1),
         Err(RatingError::Short { least: 11, found: 10 })
     );
-    assert!(rating(&signal[..11], &signal[..11], 0.1).is_ok());
-    assert!(rating(&[], &[], 0.1).is_err());
+    assert!(rate_signal(&signal[..11], &signal[..11], 0.1).is_ok());
+    assert!(rate_signal(&[], &[], 0.1).is_err());
 }

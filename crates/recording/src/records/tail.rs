@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ::mcap::records::op;
 
-use super::{Damage, Frame, Records, unpack};
+use super::{McapRecordReader, RecordDamage, RecordFrame, verify_and_visit_chunk};
 
 /// A private record: the number of messages before.
 const BEFORE: u8 = 0x80;
@@ -16,12 +16,12 @@ const BEFORE_LENGTH: usize = 9 + 8;
 const EXTENSIONS: [&str; 2] = ["tail2", "tail"];
 
 /// The files beside a recording.
-pub(crate) fn beside(recording: &Path) -> [PathBuf; 2] {
+pub(crate) fn tail_paths(recording: &Path) -> [PathBuf; 2] {
     EXTENSIONS.map(|extension| recording.with_added_extension(extension))
 }
 
 /// Adds a piece to the contents of a file: a chunk that is not compressed.
-pub(crate) fn add_piece(before: u64, messages: &[u8], to: &mut Vec<u8>) {
+pub(crate) fn append_tail_piece(before: u64, messages: &[u8], to: &mut Vec<u8>) {
     let mut first = [0; BEFORE_LENGTH];
     first[0] = BEFORE;
     first[1..9].copy_from_slice(&8_u64.to_le_bytes());
@@ -31,7 +31,7 @@ pub(crate) fn add_piece(before: u64, messages: &[u8], to: &mut Vec<u8>) {
     sum.update(&first);
     sum.update(messages);
     let length = (40 + BEFORE_LENGTH + messages.len()) as u64;
-    to.extend_from_slice(&Frame { at: 0, opcode: op::CHUNK, length }.head());
+    to.extend_from_slice(&RecordFrame { at: 0, opcode: op::CHUNK, length }.header_bytes());
     // Both times of the messages are left out.
     to.extend_from_slice(&[0; 16]);
     to.extend_from_slice(&size);
@@ -47,8 +47,8 @@ type TailPiece = (u64, Vec<Vec<u8>>);
 
 /// The bodies of the messages in the files beside a recording that follow the `has` messages of the recording itself; none without
 /// such files. What an earlier chunk has left behind the pieces of the last one is damaged, or has too low numbers.
-pub(crate) fn messages(recording: &Path, has: u64) -> Vec<Vec<u8>> {
-    let mut pieces: Vec<_> = beside(recording).iter().flat_map(|path| pieces(path)).collect();
+pub(crate) fn read_tail_messages(recording: &Path, has: u64) -> Vec<Vec<u8>> {
+    let mut pieces: Vec<_> = tail_paths(recording).iter().flat_map(|path| read_tail_pieces(path)).collect();
     pieces.sort_by_key(|(before, _)| *before);
     let mut found: Vec<Vec<u8>> = Vec::new();
     for (before, messages) in pieces {
@@ -61,10 +61,10 @@ pub(crate) fn messages(recording: &Path, has: u64) -> Vec<Vec<u8>> {
 }
 
 /// The sound pieces at the start of a file.
-fn pieces(path: &Path) -> Vec<TailPiece> {
-    let Ok(mut records) = Records::open(path) else { return Vec::new() };
+fn read_tail_pieces(path: &Path) -> Vec<TailPiece> {
+    let Ok(mut records) = McapRecordReader::open(path) else { return Vec::new() };
     let (mut found, mut at) = (Vec::new(), 0);
-    while let Ok((piece, end)) = piece(&mut records, at) {
+    while let Ok((piece, end)) = read_tail_piece(&mut records, at) {
         found.extend(piece);
         at = end;
     }
@@ -72,17 +72,20 @@ fn pieces(path: &Path) -> Vec<TailPiece> {
 }
 
 /// The piece at a place, if it tells what comes before, and where the next one is.
-fn piece(records: &mut Records, at: u64) -> Result<(Option<TailPiece>, u64), Damage> {
-    let frame = records.frame(at)?.ok_or(Damage::Cut(at))?;
-    let body = records.body(&frame)?;
+fn read_tail_piece(
+    records: &mut McapRecordReader,
+    at: u64,
+) -> Result<(Option<TailPiece>, u64), RecordDamage> {
+    let frame = records.read_frame(at)?.ok_or(RecordDamage::Cut(at))?;
+    let body = records.read_body(&frame)?;
     let (mut before, mut messages) = (None, Vec::new());
-    unpack(&frame, &body, &mut |opcode, body| {
+    verify_and_visit_chunk(&frame, &body, &mut |opcode, body| {
         match opcode {
             BEFORE => before = body.first_chunk().map(|it| u64::from_le_bytes(*it)),
             _ => messages.push(body.to_vec()),
         }
-        Ok::<_, Damage>(true)
+        Ok::<_, RecordDamage>(true)
     })?;
-    let end = frame.end().ok_or(Damage::Cut(at))?;
+    let end = frame.end_offset().ok_or(RecordDamage::Cut(at))?;
     Ok((before.map(|before| (before, messages)), end))
 }

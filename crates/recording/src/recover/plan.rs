@@ -8,17 +8,17 @@ use ::mcap::MAGIC;
 use ::mcap::records::{Channel, SchemaHeader, op};
 
 use super::DamagedRange;
-use super::scan::Scan;
+use super::scan::RecordScanner;
 use crate::records::{
-    ChecksumStatus, ChunkHeader, Content, Damage, FileEnd, Frame, LARGEST, Records, each, unpack,
-    verify_metadata,
+    ChecksumStatus, ChunkHeader, LARGEST, McapRecordReader, McapTrailer, RecordContent, RecordDamage,
+    RecordFrame, for_each_record, verify_and_visit_chunk, verify_metadata,
 };
 
 /// What can be saved of a recording.
 #[derive(Default)]
 pub(super) struct RecoveryPlan {
     /// What is saved, in the order in which it is written.
-    pub items: Vec<SavedRecord>,
+    pub items: Vec<RecoverableRecord>,
     pub schemas: BTreeMap<u16, (SchemaHeader, Vec<u8>)>,
     pub channels: BTreeMap<u16, Channel>,
     pub losses: Vec<DamagedRange>,
@@ -39,8 +39,8 @@ pub(super) struct RecoveryPlan {
 
 /// A record that is saved.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SavedRecord {
-    pub frame: Frame,
+pub(super) struct RecoverableRecord {
+    pub frame: RecordFrame,
     /// The times of the first and of the latest message [ns]; none without messages.
     pub times: Option<[u64; 2]>,
 }
@@ -50,61 +50,65 @@ impl RecoveryPlan {
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn new(records: &mut Records, unchecked: bool) -> Result<Self, Damage> {
+    pub fn new(records: &mut McapRecordReader, unchecked: bool) -> Result<Self, RecordDamage> {
         let mut plan = RecoveryPlan { unchecked, ..RecoveryPlan::default() };
-        let ending = records.ending()?;
-        let closing = if records.is_finished()? { MAGIC.len() as u64 } else { 0 };
+        let ending = records.read_trailer()?;
+        let closing = if records.is_file_complete()? { MAGIC.len() as u64 } else { 0 };
         let mut end = records.length - closing;
         if let Some(ending) = &ending {
             plan.trusted =
-                matches!(sound(records.verify_data(ending))?, Some(ChecksumStatus::Valid));
+                matches!(none_if_damaged(records.verify_data(ending))?, Some(ChecksumStatus::Valid));
             // The place where the data end is confirmed by either.
             if plan.read_summary(records, ending)? || plan.trusted {
                 end = ending.data_end;
             }
         }
         let begin = if records.has_magic(0)? { MAGIC.len() as u64 } else { 0 };
-        plan.walk(records, begin..end, closing > 0)?;
-        plan.bring_into_order();
+        plan.scan_records(records, begin..end, closing > 0)?;
+        plan.sort_and_date_losses();
         Ok(plan)
     }
 
     /// Takes over what the summary says, if its checksum is right.
-    fn read_summary(&mut self, records: &mut Records, ending: &FileEnd) -> Result<bool, Damage> {
-        let Some((summary, proof)) = sound(records.summary(ending))? else { return Ok(false) };
+    fn read_summary(
+        &mut self,
+        records: &mut McapRecordReader,
+        ending: &McapTrailer,
+    ) -> Result<bool, RecordDamage> {
+        let Some((summary, proof)) = none_if_damaged(records.read_summary(ending))? else {
+            return Ok(false);
+        };
         if proof == ChecksumStatus::Missing && !self.unchecked {
             return Ok(false);
         }
-        let read = each(ending.data_end, &summary, &mut |opcode, body| {
-            match Content::parse(opcode, body).ok_or(Damage::Form(opcode))? {
-                Content::ChunkIndex(at, times) => self.index.push((at, times)),
-                Content::Statistics(messages) => self.messages = Some(messages),
-                content => self.define(content),
+        let read = for_each_record(ending.data_end, &summary, &mut |opcode, body| {
+            match RecordContent::parse(opcode, body).ok_or(RecordDamage::Form(opcode))? {
+                RecordContent::ChunkIndex(at, times) => self.index.push((at, times)),
+                RecordContent::Statistics(messages) => self.messages = Some(messages),
+                content => self.add_definition(content),
             }
-            Ok::<_, Damage>(true)
+            Ok::<_, RecordDamage>(true)
         });
-        Ok(sound(read)?.is_some())
+        Ok(none_if_damaged(read)?.is_some())
     }
 
-    fn walk(
+    fn scan_records(
         &mut self,
-        records: &mut Records,
+        records: &mut McapRecordReader,
         bytes: Range<u64>,
         finished: bool,
-    ) -> Result<(), Damage> {
-        let (mut scan, mut at, mut in_data) = (Scan::new(records.length), bytes.start, true);
+    ) -> Result<(), RecordDamage> {
+        let (mut scan, mut at, mut in_data) = (RecordScanner::new(records.length), bytes.start, true);
         while at < bytes.end {
-            let frame = records.frame(at)?;
+            let frame = records.read_frame(at)?;
             let seen = match &frame {
-                Some(frame) => sound(self.look(records, frame, in_data))?,
+                Some(frame) => none_if_damaged(self.classify_record(records, frame, in_data))?,
                 None => None,
             };
-            let next = frame.as_ref().and_then(Frame::end).filter(|end| *end <= bytes.end);
+            let next = frame.as_ref().and_then(RecordFrame::end_offset).filter(|end| *end <= bytes.end);
             let goes_on = match (seen, next) {
                 (Some(RecordEvidence::Proven), Some(_)) => true,
-                (Some(RecordEvidence::Framed), Some(next)) => {
-                    is_plausible(records, next, bytes.end)?
-                }
+                (Some(RecordEvidence::Framed), Some(next)) => can_record_begin_at(records, next, bytes.end)?,
                 _ => false,
             };
             if let (true, Some(next), Some(frame)) = (goes_on, next, frame) {
@@ -112,10 +116,10 @@ impl RecoveryPlan {
                 at = next;
                 continue;
             }
-            let why = self.why(records, at, frame.as_ref());
+            let why = self.describe_damage(records, at, frame.as_ref());
             let behind = match next {
-                Some(next) if is_plausible(records, next, bytes.end)? => Some(next),
-                _ => scan.find(records, at + 1..bytes.end)?,
+                Some(next) if can_record_begin_at(records, next, bytes.end)? => Some(next),
+                _ => scan.find_verified_record(records, at + 1..bytes.end)?,
             };
             if behind.is_none() && !finished {
                 self.cut = Some(at);
@@ -132,59 +136,59 @@ impl RecoveryPlan {
     }
 
     /// Looks at a record, and notes it if it can be saved.
-    fn look(
+    fn classify_record(
         &mut self,
-        records: &mut Records,
-        frame: &Frame,
+        records: &mut McapRecordReader,
+        frame: &RecordFrame,
         in_data: bool,
-    ) -> Result<RecordEvidence, Damage> {
-        let form = || Damage::Form(frame.opcode);
-        if !frame.is_known() || !records.holds(frame) {
-            return Err(Damage::Expected { expected: "a record", at: frame.at });
+    ) -> Result<RecordEvidence, RecordDamage> {
+        let form = || RecordDamage::Form(frame.opcode);
+        if !frame.has_known_opcode() || !records.contains_record(frame) {
+            return Err(RecordDamage::Expected { expected: "a record", at: frame.at });
         }
         let (proof, times, id) = match frame.opcode {
             op::CHUNK => {
-                let body = records.body(frame)?;
+                let body = records.read_body(frame)?;
                 let (header, _) = ChunkHeader::parse(&body).ok_or_else(form)?;
                 let mut found = RecoveryPlan::default();
                 let (mut times, mut hasher) = (None, DefaultHasher::new());
-                unpack(frame, &body, &mut |opcode, body| {
+                verify_and_visit_chunk(frame, &body, &mut |opcode, body| {
                     // What stands before the records has no checksum, and may differ in a copy.
                     (opcode, body).hash(&mut hasher);
-                    let content = Content::parse(opcode, body).ok_or(Damage::Form(opcode))?;
-                    if let Content::Message(header, _) = &content {
+                    let content = RecordContent::parse(opcode, body).ok_or(RecordDamage::Form(opcode))?;
+                    if let RecordContent::Message(header, _) = &content {
                         let time = header.log_time;
                         let [first, last] = times.unwrap_or([time; 2]);
                         times = Some([first, last.max(time)]);
                     }
-                    found.define(content);
-                    Ok::<_, Damage>(true)
+                    found.add_definition(content);
+                    Ok::<_, RecordDamage>(true)
                 })?;
-                if header.proof() == ChecksumStatus::Valid || self.trusted || self.unchecked {
-                    self.merge(found);
+                if header.checksum_status() == ChecksumStatus::Valid || self.trusted || self.unchecked {
+                    self.merge_definitions(found);
                 }
-                (header.proof(), times, hasher.finish())
+                (header.checksum_status(), times, hasher.finish())
             }
             op::ATTACHMENT | op::METADATA => {
-                let body = records.body(frame)?;
-                let proof = match Content::parse(frame.opcode, &body).ok_or_else(form)? {
-                    Content::Attachment(attachment) => attachment.verify(frame.at)?,
-                    Content::Metadata(metadata) => verify_metadata(&metadata)?,
+                let body = records.read_body(frame)?;
+                let proof = match RecordContent::parse(frame.opcode, &body).ok_or_else(form)? {
+                    RecordContent::Attachment(attachment) => attachment.verify_checksum(frame.at)?,
+                    RecordContent::Metadata(metadata) => verify_metadata(&metadata)?,
                     _ => return Err(form()),
                 };
-                (proof, None, identity(&body))
+                (proof, None, body_hash(&body))
             }
             op::SCHEMA | op::CHANNEL | op::MESSAGE if in_data => {
-                let body = records.body(frame)?;
-                let content = Content::parse(frame.opcode, &body).ok_or_else(form)?;
+                let body = records.read_body(frame)?;
+                let content = RecordContent::parse(frame.opcode, &body).ok_or_else(form)?;
                 let mut times = None;
-                if let Content::Message(header, _) = &content {
+                if let RecordContent::Message(header, _) = &content {
                     times = Some([header.log_time; 2]);
                 }
                 if self.trusted || self.unchecked {
-                    self.define(content);
+                    self.add_definition(content);
                 }
-                (ChecksumStatus::Missing, times, identity(&body))
+                (ChecksumStatus::Missing, times, body_hash(&body))
             }
             _ => return Ok(RecordEvidence::Framed),
         };
@@ -194,7 +198,7 @@ impl RecoveryPlan {
         }
         // A block that a disk has written twice.
         if self.trusted || self.known.insert(id) {
-            self.items.push(SavedRecord { frame: *frame, times });
+            self.items.push(RecoverableRecord { frame: *frame, times });
         }
         Ok(if proof == ChecksumStatus::Valid || self.trusted {
             RecordEvidence::Proven
@@ -204,27 +208,32 @@ impl RecoveryPlan {
     }
 
     /// Why nothing can be saved from here on.
-    fn why(&mut self, records: &mut Records, at: u64, frame: Option<&Frame>) -> String {
-        let Some(frame) = frame else { return Damage::Cut(at).to_string() };
-        let looked = RecoveryPlan::default().look(records, frame, false);
-        let wrong = looked.err().unwrap_or(Damage::Expected { expected: "a record", at });
+    fn describe_damage(
+        &mut self,
+        records: &mut McapRecordReader,
+        at: u64,
+        frame: Option<&RecordFrame>,
+    ) -> String {
+        let Some(frame) = frame else { return RecordDamage::Cut(at).to_string() };
+        let looked = RecoveryPlan::default().classify_record(records, frame, false);
+        let wrong = looked.err().unwrap_or(RecordDamage::Expected { expected: "a record", at });
         wrong.to_string()
     }
 
-    fn define(&mut self, content: Content) {
+    fn add_definition(&mut self, content: RecordContent) {
         match content {
             // MCAP gives 0 to channels without a schema.
-            Content::Schema(header, data) if header.id != 0 => {
+            RecordContent::Schema(header, data) if header.id != 0 => {
                 self.schemas.entry(header.id).or_insert_with(|| (header, data.to_vec()));
             }
-            Content::Channel(channel) => {
+            RecordContent::Channel(channel) => {
                 self.channels.entry(channel.id).or_insert(channel);
             }
             _ => {}
         }
     }
 
-    fn merge(&mut self, found: RecoveryPlan) {
+    fn merge_definitions(&mut self, found: RecoveryPlan) {
         for (id, schema) in found.schemas {
             self.schemas.entry(id).or_insert(schema);
         }
@@ -234,11 +243,10 @@ impl RecoveryPlan {
     }
 
     /// Finds the times of losses; and in a damaged file chunks may have changed places.
-    fn bring_into_order(&mut self) {
+    fn sort_and_date_losses(&mut self) {
         for loss in &mut self.losses {
             let lost = self.index.iter().filter(|(at, _)| loss.bytes.contains(at));
-            let known =
-                lost.map(|(_, times)| *times).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+            let known = lost.map(|(_, times)| *times).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
             let chunks = || self.items.iter().filter_map(|item| Some((item.frame.at, item.times?)));
             let before = chunks().take_while(|(at, _)| *at < loss.bytes.start).last();
             let after = chunks().find(|(at, _)| *at >= loss.bytes.end);
@@ -263,26 +271,26 @@ enum RecordEvidence {
 }
 
 /// Damage is no error here, unless the disk fails.
-fn sound<T>(result: Result<T, Damage>) -> Result<Option<T>, Damage> {
+fn none_if_damaged<T>(result: Result<T, RecordDamage>) -> Result<Option<T>, RecordDamage> {
     match result {
         Ok(value) => Ok(Some(value)),
-        Err(Damage::Io(error)) => Err(Damage::Io(error)),
+        Err(RecordDamage::Io(error)) => Err(RecordDamage::Io(error)),
         Err(_) => Ok(None),
     }
 }
 
-fn identity(body: &[u8]) -> u64 {
+fn body_hash(body: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     body.hash(&mut hasher);
     hasher.finish()
 }
 
 /// Whether a record can begin here: the end, a whole record, or the last one, which is not whole.
-fn is_plausible(records: &mut Records, at: u64, end: u64) -> Result<bool, Damage> {
+fn can_record_begin_at(records: &mut McapRecordReader, at: u64, end: u64) -> Result<bool, RecordDamage> {
     if at == end {
         return Ok(true);
     }
-    let Some(frame) = records.frame(at)? else { return Ok(false) };
+    let Some(frame) = records.read_frame(at)? else { return Ok(false) };
     let open = frame.opcode == op::CHUNK && frame.length == u64::MAX;
-    Ok(frame.is_known() && (records.holds(&frame) || open || frame.length <= LARGEST))
+    Ok(frame.has_known_opcode() && (records.contains_record(&frame) || open || frame.length <= LARGEST))
 }

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 
-use super::{RunHeader, Sink, partial};
+use super::{RunHeader, Sink, partial_path};
 use crate::columns::Column;
-use crate::row::{Recorded, Row};
-use crate::table::title;
+use crate::row::{RecordedVariables, Row};
+use crate::table::format_title;
 use expression::{IntegerIndex, NumberIndex};
 
 /// A CSV file. It gets its name when it is complete.
@@ -20,7 +20,7 @@ pub struct CsvSink {
     out: BufWriter<File>,
     line: String,
     /// The numbers that are written exactly, as integers.
-    integers: Vec<(IntegerIndex<Recorded>, NumberIndex<Recorded>)>,
+    integers: Vec<(IntegerIndex<RecordedVariables>, NumberIndex<RecordedVariables>)>,
 }
 
 impl CsvSink {
@@ -40,10 +40,10 @@ impl CsvSink {
     /// # Errors
     /// When the file cannot be created.
     pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
-        let partial = partial(path);
-        let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-        let names = header.columns.iter().map(heading);
-        let (out, integers) = (BufWriter::new(file), header.columns.integers().collect());
+        let partial = partial_path(path);
+        let file = File::create(&partial).map_err(|error| Error::output_failure(&partial, error))?;
+        let names = header.columns.iter().map(csv_heading);
+        let (out, integers) = (BufWriter::new(file), header.columns.integer_columns().collect());
         let path = path.to_owned();
         let mut sink = CsvSink { path, partial, out, line: String::new(), integers };
         sink.line = names.fold("time [s]".to_owned(), |line, name| line + "," + &name);
@@ -54,22 +54,22 @@ impl CsvSink {
     fn write_line(&mut self) -> Result<(), Error> {
         self.line.push('\n');
         let written = self.out.write_all(self.line.as_bytes());
-        written.map_err(|error| Error::output(&self.partial, error))
+        written.map_err(|error| Error::output_failure(&self.partial, error))
     }
 }
 
 /// The title in the line of titles. Names of array elements contain commas.
-fn heading(column: &Column) -> String {
-    let title = title(&column.name(), column.unit.as_deref());
-    if title.contains(['"', ',', ';', '\t']) { quoted(&title) } else { title }
+fn csv_heading(column: &Column) -> String {
+    let title = format_title(&column.qualified_name(), column.unit.as_deref());
+    if title.contains(['"', ',', ';', '\t']) { csv_quoted(&title) } else { title }
 }
 
-fn quoted(text: &str) -> String {
+fn csv_quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 impl Sink for CsvSink {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         use std::fmt::Write as _;
         self.line.clear();
         // Writing into a string cannot fail.
@@ -82,13 +82,13 @@ impl Sink for CsvSink {
             };
         }
         for text in row.texts() {
-            let _ = write!(self.line, ",{}", quoted(text));
+            let _ = write!(self.line, ",{}", csv_quoted(text));
         }
         self.write_line()
     }
 
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
-        self.out.flush().map_err(|error| Error::output(&self.partial, error))?;
-        super::name(&self.partial, &self.path, completed)
+        self.out.flush().map_err(|error| Error::output_failure(&self.partial, error))?;
+        super::rename_completed_file(&self.partial, &self.path, completed)
     }
 }

@@ -6,9 +6,9 @@ use diagnostics::Error;
 use expression::{ColumnIndex, NumberIndex};
 use log_file::{LdChannel, LdSession, LdWriter, ld_names};
 
-use super::{Notice, RunHeader, Sink, partial};
+use super::{RunHeader, Sink, SinkNotice, partial_path};
 use crate::columns::ValueKind;
-use crate::row::{Recorded, Row};
+use crate::row::{RecordedVariables, Row};
 
 /// A MoTeC file. It gets its name when it is complete.
 pub struct LdSink {
@@ -16,8 +16,8 @@ pub struct LdSink {
     partial: PathBuf,
     /// None behind the end.
     writer: Option<LdWriter>,
-    columns: Vec<NumberIndex<Recorded>>,
-    notices: Vec<Notice>,
+    columns: Vec<NumberIndex<RecordedVariables>>,
+    notices: Vec<SinkNotice>,
     step: f64,
     /// The time of the first row [s].
     first: Option<f64>,
@@ -41,26 +41,26 @@ impl LdSink {
     /// # Errors
     /// As [`Self::new`].
     pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
-        let rate = rate(header.step)?;
+        let rate = sample_rate(header.step)?;
         let all = &header.columns;
         // Of two columns of one name the output counts, which comes first.
-        let numbers =
-            all.numbers().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Number(*at)));
+        let numbers = all
+            .number_columns()
+            .filter(|(at, it)| all.find(&it.qualified_name()) == Some(ColumnIndex::Number(*at)));
         let (columns, described): (Vec<_>, Vec<_>) = numbers.unzip();
-        let names: Vec<_> = described.iter().map(|it| it.name()).collect();
+        let names: Vec<_> = described.iter().map(|it| it.qualified_name()).collect();
         let short = ld_names(&names);
-        let channel =
-            |((column, index), name): ((&&crate::columns::Column, &NumberIndex<_>), &String)| {
-                let is_integer = matches!(column.kind, ValueKind::Integer | ValueKind::Boolean)
-                    && all.integer(*index).is_none();
-                let unit = column.unit.clone().unwrap_or_default();
-                LdChannel { name: name.clone(), unit, is_integer }
-            };
+        let channel = |((column, index), name): ((&&crate::columns::Column, &NumberIndex<_>), &String)| {
+            let is_integer = matches!(column.kind, ValueKind::Integer | ValueKind::Boolean)
+                && all.integer_index_of(*index).is_none();
+            let unit = column.unit.clone().unwrap_or_default();
+            LdChannel { name: name.clone(), unit, is_integer }
+        };
         let channels: Vec<_> = described.iter().zip(&columns).zip(&short).map(channel).collect();
-        let partial = partial(path);
+        let partial = partial_path(path);
         let room = ((header.stop / header.step).round() + 2.0) as u32;
-        let writer = LdWriter::create(&partial, &session(header), &channels, rate, room)
-            .map_err(|error| Error::output(&partial, error))?;
+        let writer = LdWriter::create(&partial, &ld_session(header), &channels, rate, room)
+            .map_err(|error| Error::output_failure(&partial, error))?;
         let mut sink = LdSink {
             path: path.to_owned(),
             partial,
@@ -71,20 +71,20 @@ impl LdSink {
             first: None,
             rows: 0,
         };
-        sink.tell_names(&names, &short);
-        let texts: Vec<_> = all.texts().map(|(_, it)| format!("`{}`", it.name())).collect();
+        sink.warn_about_short_names(&names, &short);
+        let texts: Vec<_> = all.text_columns().map(|(_, it)| format!("`{}`", it.qualified_name())).collect();
         if !texts.is_empty() {
-            sink.tell(&format!("texts are left out, it has numbers only: {}", texts.join(", ")));
+            sink.push_warning(&format!("texts are left out, it has numbers only: {}", texts.join(", ")));
         }
         Ok(sink)
     }
 
-    fn tell(&mut self, what: &str) {
+    fn push_warning(&mut self, what: &str) {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.notices.push(Notice::Warning(format!("{name}: {what}")));
+        self.notices.push(SinkNotice::Warning(format!("{name}: {what}")));
     }
 
-    fn tell_names(&mut self, names: &[String], short: &[String]) {
+    fn warn_about_short_names(&mut self, names: &[String], short: &[String]) {
         let changed: Vec<_> = names
             .iter()
             .zip(short)
@@ -95,24 +95,23 @@ impl LdSink {
             let (most, count) = (LdWriter::NAME, changed.len());
             let names = if count == 1 { "name is" } else { "names are" };
             let changed = changed.join(", ");
-            self.tell(&format!("{count} {names} shortened to at most {most} letters: {changed}"));
+            self.push_warning(&format!("{count} {names} shortened to at most {most} letters: {changed}"));
         }
     }
 }
 
 /// The rate of a step [Hz].
-fn rate(step: f64) -> Result<u16, Error> {
+fn sample_rate(step: f64) -> Result<u16, Error> {
     let rate = (1.0 / step).round();
     if !(1.0..=f64::from(u16::MAX)).contains(&rate) || (rate * step - 1.0).abs() > 1e-9 {
-        let text =
-            format!("a MoTeC file has a whole rate of 1 to 65535 Hz, found a step of {step} s");
-        return Err(Error::input(text).help("take a step such as 0.001, 0.002, 0.005 or 0.01"));
+        let text = format!("a MoTeC file has a whole rate of 1 to 65535 Hz, found a step of {step} s");
+        return Err(Error::invalid_input(text).with_help("take a step such as 0.001, 0.002, 0.005 or 0.01"));
     }
     Ok(rate as u16)
 }
 
 /// What was run.
-fn session(header: &RunHeader) -> LdSession {
+fn ld_session(header: &RunHeader) -> LdSession {
     LdSession {
         event: header.scenario.clone(),
         session: format!("seed {}", header.seed),
@@ -122,20 +121,20 @@ fn session(header: &RunHeader) -> LdSession {
 }
 
 impl Sink for LdSink {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         let expected = self.first.unwrap_or(time) + f64::from(self.rows) * self.step;
         if (time - expected).abs() > 0.01 * self.step {
             let text = format!("expected a row at {expected} s, found the next one at {time} s");
-            return Err(Error::output(&self.partial, text));
+            return Err(Error::output_failure(&self.partial, text));
         }
         let values = self.columns.iter().map(|it| row[*it]);
-        writer.row(values).map_err(|error| Error::output(&self.partial, error))?;
+        writer.write_row(values).map_err(|error| Error::output_failure(&self.partial, error))?;
         self.rows += 1;
         if self.first.is_none() {
             self.first = Some(time);
             if time != 0.0 {
-                self.tell(&format!("its time 0 is {time} s of the run"));
+                self.push_warning(&format!("its time 0 is {time} s of the run"));
             }
         }
         Ok(())
@@ -143,24 +142,24 @@ impl Sink for LdSink {
 
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
-        writer.finish().map_err(|error| Error::output(&self.partial, error))?;
-        super::name(&self.partial, &self.path, completed)
+        writer.finish().map_err(|error| Error::output_failure(&self.partial, error))?;
+        super::rename_completed_file(&self.partial, &self.path, completed)
     }
 
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         std::mem::take(&mut self.notices)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use log_file::Log;
+    use log_file::LogFile;
 
     use super::*;
-    use crate::columns::{Column, Columns, Direction};
-    use crate::view::View;
+    use crate::columns::{Column, Columns, VariableDirection};
+    use crate::view::ReplayView;
 
-    fn column(variable: &str, kind: ValueKind, direction: Direction) -> Column {
+    fn column(variable: &str, kind: ValueKind, direction: VariableDirection) -> Column {
         let unit = (kind == ValueKind::Real).then(|| "m/s2".to_owned());
         let (node, variable) = ("car".to_owned(), variable.to_owned());
         Column { node, variable, direction, kind, unit, description: None }
@@ -168,25 +167,25 @@ mod tests {
 
     fn header(folder: &Path, step: f64) -> RunHeader {
         let columns: Columns<_> = [
-            column("a_x", ValueKind::Real, Direction::Output),
-            column("gear", ValueKind::Integer, Direction::Output),
-            column("a_x", ValueKind::Real, Direction::Input),
-            column("suspension.front_left.damper_force", ValueKind::Real, Direction::Output),
-            column("word", ValueKind::String, Direction::Output),
+            column("a_x", ValueKind::Real, VariableDirection::Output),
+            column("gear", ValueKind::Integer, VariableDirection::Output),
+            column("a_x", ValueKind::Real, VariableDirection::Input),
+            column("suspension.front_left.damper_force", ValueKind::Real, VariableDirection::Output),
+            column("word", ValueKind::String, VariableDirection::Output),
         ]
         .into_iter()
         .collect();
         RunHeader {
             scenario: "made".to_owned(),
             title: "A made run".to_owned(),
-            source: diagnostics::Source::generated(diagnostics::TextFile::default()),
+            source: diagnostics::SourceFiles::from_generated(diagnostics::TextFile::default()),
             given: Vec::new(),
             step,
             stop: 1.0,
             seed: 7,
             columns,
             status_tracks: Vec::new(),
-            view: View::default(),
+            view: ReplayView::default(),
             folder: folder.to_owned(),
         }
     }
@@ -194,17 +193,17 @@ mod tests {
     fn write(folder: &Path, times: &[f64], completed: bool) -> (Result<(), Error>, String) {
         let header = header(folder, 0.01);
         let mut sink = LdSink::new(&header).expect("a file");
-        let mut row = header.columns.row();
+        let mut row = header.columns.zero_row();
         let written = times.iter().try_for_each(|time| {
-            row.assign(&[*time, 3.0, -1.0, 0.5], Some(vec!["a".to_owned()]), &[]);
-            sink.row(0, *time, &row)
+            row.set_values(&[*time, 3.0, -1.0, 0.5], Some(vec!["a".to_owned()]), &[]);
+            sink.push_row(0, *time, &row)
         });
         sink.finish("", completed).expect("it ends");
-        let text = |it: Notice| match it {
-            Notice::Warning(text) => text,
+        let text = |it: SinkNotice| match it {
+            SinkNotice::Warning(text) => text,
             other => panic!("{other:?}"),
         };
-        (written, sink.notices().into_iter().map(text).collect::<Vec<_>>().join("; "))
+        (written, sink.take_notices().into_iter().map(text).collect::<Vec<_>>().join("; "))
     }
 
     #[test]
@@ -221,12 +220,12 @@ mod tests {
             assert!(told.contains(what), "{what}: {told}");
         }
         let path = folder.path().join("run.ld");
-        let mut log = Log::open(&path).expect("it is read").expect("a log");
+        let mut log = LogFile::open(&path).expect("it is read").expect("a log");
         let names: Vec<_> = log.channels().iter().map(|it| it.name.as_str()).collect();
         assert_eq!(names, ["car.a_x", "car.gear", "pension.front_left.damper_force"]);
-        let read = log.read(&[0, 1]).expect("the numbers");
-        assert_eq!((read[0].len(), read[0].number(1)), (3, Some(f64::from(0.51f32))));
-        assert_eq!(read[1].number(2), Some(3.0));
+        let read = log.read_all_rows(&[0, 1]).expect("the numbers");
+        assert_eq!((read[0].len(), read[0].number_at(1)), (3, Some(f64::from(0.51f32))));
+        assert_eq!(read[1].number_at(2), Some(3.0));
     }
 
     #[test]
@@ -234,7 +233,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         write(folder.path(), &[0.0, 0.01], false).0.expect("rows");
         assert!(!folder.path().join("run.ld").exists());
-        assert!(Log::open(&folder.path().join("run.ld.partial")).is_ok_and(|it| it.is_some()));
+        assert!(LogFile::open(&folder.path().join("run.ld.partial")).is_ok_and(|it| it.is_some()));
     }
 
     #[test]

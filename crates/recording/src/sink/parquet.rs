@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow_array::builder::StringBuilder;
-use arrow_array::{
-    ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array,
-};
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use diagnostics::Error;
 use expression::{ColumnIndex, IntegerIndex, NumberIndex, TextIndex};
@@ -17,11 +15,11 @@ use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 use parquet::schema::types::ColumnPath;
 
-use super::{RunHeader, Sink, partial};
-use crate::columns::{Column, Direction, ValueKind};
-use crate::row::{Recorded, Row};
-use crate::table::title;
-use crate::view::{Quantity, View};
+use super::{RunHeader, Sink, partial_path};
+use crate::columns::{Column, ValueKind, VariableDirection};
+use crate::row::{RecordedVariables, Row};
+use crate::table::format_title;
+use crate::view::{ReplayView, RowQuantity};
 
 /// Rows that are encoded together: few enough for a processor's cache with 100 columns.
 const BATCH: usize = 1024;
@@ -41,12 +39,12 @@ pub struct ParquetSink {
 
 /// Where the values of a column come from, and those that are not written yet.
 enum ColumnBuffer {
-    Reals(NumberIndex<Recorded>, Vec<f64>),
-    Integers(NumberIndex<Recorded>, Vec<i64>),
-    Signed(IntegerIndex<Recorded>, Vec<i64>),
-    Unsigned(IntegerIndex<Recorded>, Vec<u64>),
-    Booleans(NumberIndex<Recorded>, Vec<bool>),
-    Texts(TextIndex<Recorded>, StringBuilder),
+    Reals(NumberIndex<RecordedVariables>, Vec<f64>),
+    Integers(NumberIndex<RecordedVariables>, Vec<i64>),
+    Signed(IntegerIndex<RecordedVariables>, Vec<i64>),
+    Unsigned(IntegerIndex<RecordedVariables>, Vec<u64>),
+    Booleans(NumberIndex<RecordedVariables>, Vec<bool>),
+    Texts(TextIndex<RecordedVariables>, StringBuilder),
 }
 
 impl ParquetSink {
@@ -66,32 +64,34 @@ impl ParquetSink {
     /// # Errors
     /// When the file cannot be created.
     pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
-        let (mut fields, mut columns) = (vec![time()], Vec::new());
+        let (mut fields, mut columns) = (vec![time_field()], Vec::new());
         // Of two columns of one name the output counts, which comes first.
         let all = &header.columns;
-        for (index, column) in
-            all.numbers().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Number(*at)))
+        for (index, column) in all
+            .number_columns()
+            .filter(|(at, it)| all.find(&it.qualified_name()) == Some(ColumnIndex::Number(*at)))
         {
-            let values = match (column.kind, all.integer(index)) {
+            let values = match (column.kind, all.integer_index_of(index)) {
                 (ValueKind::UInt64, Some(integer)) => ColumnBuffer::Unsigned(integer, Vec::new()),
                 (_, Some(integer)) => ColumnBuffer::Signed(integer, Vec::new()),
                 (ValueKind::Integer, None) => ColumnBuffer::Integers(index, Vec::new()),
                 (ValueKind::Boolean, None) => ColumnBuffer::Booleans(index, Vec::new()),
                 _ => ColumnBuffer::Reals(index, Vec::new()),
             };
-            fields.push(field(column, &values));
+            fields.push(arrow_field(column, &values));
             columns.push(values);
         }
-        for (index, column) in
-            all.texts().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Text(*at)))
+        for (index, column) in all
+            .text_columns()
+            .filter(|(at, it)| all.find(&it.qualified_name()) == Some(ColumnIndex::Text(*at)))
         {
             let values = ColumnBuffer::Texts(index, StringBuilder::new());
-            fields.push(field(column, &values));
+            fields.push(arrow_field(column, &values));
             columns.push(values);
         }
-        let schema = Arc::new(Schema::new_with_metadata(fields, about(header)));
-        let partial = partial(path);
-        let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
+        let schema = Arc::new(Schema::new_with_metadata(fields, parquet_metadata(header)));
+        let partial = partial_path(path);
+        let file = File::create(&partial).map_err(|error| Error::output_failure(&partial, error))?;
         let rows = (GROUP / (columns.len() + 1)).max(BATCH);
         let mut properties = WriterProperties::builder()
             .set_dictionary_enabled(false)
@@ -104,27 +104,27 @@ impl ParquetSink {
         }
         let properties = properties.build();
         let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties));
-        let writer = Some(writer.map_err(|error| Error::output(&partial, error))?);
+        let writer = Some(writer.map_err(|error| Error::output_failure(&partial, error))?);
         let (path, time) = (path.to_owned(), Vec::with_capacity(BATCH));
         Ok(ParquetSink { path, partial, writer, schema, time, columns })
     }
 
     /// Hands the rows that wait to the writer.
-    fn write(&mut self) -> Result<(), Error> {
+    fn flush_rows(&mut self) -> Result<(), Error> {
         let Some(writer) = self.writer.as_mut().filter(|_| !self.time.is_empty()) else {
             return Ok(());
         };
         let times: ArrayRef = Arc::new(Float64Array::from(std::mem::take(&mut self.time)));
-        let arrays = std::iter::once(times).chain(self.columns.iter_mut().map(ColumnBuffer::take));
+        let arrays = std::iter::once(times).chain(self.columns.iter_mut().map(ColumnBuffer::take_array));
         RecordBatch::try_new(self.schema.clone(), arrays.collect())
             .map_err(|error| error.to_string())
             .and_then(|batch| writer.write(&batch).map_err(|error| error.to_string()))
-            .map_err(|error| Error::output(&self.partial, error))
+            .map_err(|error| Error::output_failure(&self.partial, error))
     }
 }
 
 impl ColumnBuffer {
-    fn add(&mut self, row: &Row<Recorded>) {
+    fn push_row_value(&mut self, row: &Row<RecordedVariables>) {
         match self {
             ColumnBuffer::Reals(at, values) => values.push(row[*at]),
             // What a run holds of these is exact in both types.
@@ -137,7 +137,7 @@ impl ColumnBuffer {
     }
 
     /// The values since the last call.
-    fn take(&mut self) -> ArrayRef {
+    fn take_array(&mut self) -> ArrayRef {
         use std::mem::take;
         match self {
             ColumnBuffer::Reals(_, values) => Arc::new(Float64Array::from(take(values))),
@@ -165,52 +165,53 @@ impl ColumnBuffer {
 }
 
 /// The field of the time.
-fn time() -> Field {
+fn time_field() -> Field {
     let unit = HashMap::from([("unit".to_owned(), "s".to_owned())]);
     Field::new("time", DataType::Float64, false).with_metadata(unit)
 }
 
 /// The field of a column, with what is known about it.
-fn field(column: &Column, values: &ColumnBuffer) -> Field {
+fn arrow_field(column: &Column, values: &ColumnBuffer) -> Field {
     let side = match column.direction {
-        Direction::Input => "input",
-        Direction::Output => "output",
+        VariableDirection::Input => "input",
+        VariableDirection::Output => "output",
     };
     // A name alone may look as if it had a unit.
-    let no_unit = || (title(&column.name(), None) != column.name()).then(String::new);
+    let no_unit =
+        || (format_title(&column.qualified_name(), None) != column.qualified_name()).then(String::new);
     let known = [
         ("unit", column.unit.clone().or_else(no_unit)),
         ("description", column.description.clone()),
         ("direction", Some(side.to_owned())),
     ];
     let known = known.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
-    Field::new(column.name(), values.data_type(), false).with_metadata(known.collect())
+    Field::new(column.qualified_name(), values.data_type(), false).with_metadata(known.collect())
 }
 
 /// The metadata of the file: what was run, and how its plots are laid out.
-fn about(header: &RunHeader) -> HashMap<String, String> {
+fn parquet_metadata(header: &RunHeader) -> HashMap<String, String> {
     let known = [
         ("scenario", header.scenario.clone()),
         ("title", header.title.clone()),
         ("step", header.step.to_string()),
         ("seed", header.seed.to_string()),
-        ("plots", plots(&header.view, header).to_string()),
+        ("plots", time_plots_json(&header.view, header).to_string()),
     ];
     known.into_iter().map(|(key, value)| (format!("trackside.{key}"), value)).collect()
 }
 
 /// The time plots, with the curves that are columns of the file.
-fn plots(view: &View, header: &RunHeader) -> serde_json::Value {
+fn time_plots_json(view: &ReplayView, header: &RunHeader) -> serde_json::Value {
     let plots = view.plots.iter().map(|plot| {
         let curves = plot.series.iter().filter_map(|series| match &series.quantity {
-            Quantity::Column(column) => Some(serde_json::json!({
+            RowQuantity::Column(column) => Some(serde_json::json!({
                 "label": series.label,
-                "signal": header.columns[*column].name(),
+                "signal": header.columns[*column].qualified_name(),
                 "factor": series.factor,
                 "offset": series.offset,
                 "role": series.role,
             })),
-            Quantity::Formula(_) => None,
+            RowQuantity::Formula(_) => None,
         });
         serde_json::json!({ "title": plot.title, "curves": curves.collect::<Vec<_>>() })
     });
@@ -218,17 +219,17 @@ fn plots(view: &View, header: &RunHeader) -> serde_json::Value {
 }
 
 impl Sink for ParquetSink {
-    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, _tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         self.time.push(time);
-        self.columns.iter_mut().for_each(|values| values.add(row));
-        if self.time.len() < BATCH { Ok(()) } else { self.write() }
+        self.columns.iter_mut().for_each(|values| values.push_row_value(row));
+        if self.time.len() < BATCH { Ok(()) } else { self.flush_rows() }
     }
 
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
-        self.write()?;
+        self.flush_rows()?;
         let Some(writer) = self.writer.take() else { return Ok(()) };
-        writer.close().map_err(|error| Error::output(&self.partial, error))?;
-        super::name(&self.partial, &self.path, completed)
+        writer.close().map_err(|error| Error::output_failure(&self.partial, error))?;
+        super::rename_completed_file(&self.partial, &self.path, completed)
     }
 }
 
@@ -244,7 +245,7 @@ mod tests {
     /// Rows enough for a second batch.
     const ROWS: u64 = BATCH as u64 + 3;
 
-    fn column(variable: &str, kind: ValueKind, direction: Direction) -> Column {
+    fn column(variable: &str, kind: ValueKind, direction: VariableDirection) -> Column {
         let unit = (kind == ValueKind::Real).then(|| "m/s".to_owned());
         let (node, description) = ("car".to_owned(), Some(format!("the {variable}")));
         Column { node, variable: variable.to_owned(), direction, kind, unit, description }
@@ -252,14 +253,14 @@ mod tests {
 
     /// A run with a column of each type, and an input of the name of an output.
     fn header(folder: &Path) -> RunHeader {
-        let output = |name, kind| column(name, kind, Direction::Output);
+        let output = |name, kind| column(name, kind, VariableDirection::Output);
         let columns: Columns<_> = [
             output("v", ValueKind::Real),
             output("gear", ValueKind::Integer),
             output("on", ValueKind::Boolean),
             output("low", ValueKind::Int64),
             output("high", ValueKind::UInt64),
-            column("v", ValueKind::Real, Direction::Input),
+            column("v", ValueKind::Real, VariableDirection::Input),
             output("word", ValueKind::String),
         ]
         .into_iter()
@@ -267,14 +268,14 @@ mod tests {
         RunHeader {
             scenario: "made".to_owned(),
             title: "A made run".to_owned(),
-            source: diagnostics::Source::generated(diagnostics::TextFile::default()),
+            source: diagnostics::SourceFiles::from_generated(diagnostics::TextFile::default()),
             given: Vec::new(),
             step: 0.5,
             stop: 1.0,
             seed: 7,
             columns,
             status_tracks: Vec::new(),
-            view: View::default(),
+            view: ReplayView::default(),
             folder: folder.to_owned(),
         }
     }
@@ -286,14 +287,14 @@ mod tests {
     fn write(folder: &Path, completed: bool) {
         let header = header(folder);
         let mut sink = ParquetSink::new(&header).expect("a file");
-        let integers: Vec<_> = header.columns.integers().collect();
+        let integers: Vec<_> = header.columns.integer_columns().collect();
         for tick in 0..ROWS {
-            let mut row = header.columns.row();
+            let mut row = header.columns.zero_row();
             let numbers = [value(tick), tick as f64, (tick % 2) as f64, 0.0, 0.0, -1.0];
-            row.assign(&numbers, Some(vec![format!("row {tick}")]), &[0, 0]);
-            row.put(integers[0], i128::from(i64::MIN) + i128::from(tick));
-            row.put(integers[1], i128::from(u64::MAX) - i128::from(tick));
-            sink.row(tick, tick as f64 * 0.5, &row).expect("it takes a row");
+            row.set_values(&numbers, Some(vec![format!("row {tick}")]), &[0, 0]);
+            row.set_integer(integers[0], i128::from(i64::MIN) + i128::from(tick));
+            row.set_integer(integers[1], i128::from(u64::MAX) - i128::from(tick));
+            sink.push_row(tick, tick as f64 * 0.5, &row).expect("it takes a row");
         }
         sink.finish("", completed).expect("it ends");
     }
@@ -309,10 +310,7 @@ mod tests {
         let expected = ["time", "car.v", "car.gear", "car.on", "car.low", "car.high", "car.word"];
         assert_eq!(names, expected);
         let metadata = |field: usize, key: &str| schema.field(field).metadata().get(key).cloned();
-        assert_eq!(
-            (metadata(0, "unit"), metadata(1, "unit")),
-            (Some("s".into()), Some("m/s".into()))
-        );
+        assert_eq!((metadata(0, "unit"), metadata(1, "unit")), (Some("s".into()), Some("m/s".into())));
         assert_eq!(metadata(2, "unit"), None);
         assert_eq!(metadata(2, "description"), Some("the gear".into()));
         assert_eq!(metadata(1, "direction"), Some("output".into()));
@@ -321,10 +319,8 @@ mod tests {
         for batch in reader.build().expect("a reader") {
             let batch = batch.expect("rows");
             for at in 0..batch.num_rows() {
-                let real =
-                    |column: usize| batch.column(column).as_primitive::<Float64Type>().value(at);
-                let whole =
-                    |column: usize| batch.column(column).as_primitive::<Int64Type>().value(at);
+                let real = |column: usize| batch.column(column).as_primitive::<Float64Type>().value(at);
+                let whole = |column: usize| batch.column(column).as_primitive::<Int64Type>().value(at);
                 assert_eq!(
                     (real(0).to_bits(), real(1).to_bits()),
                     ((tick as f64 * 0.5).to_bits(), value(tick).to_bits())

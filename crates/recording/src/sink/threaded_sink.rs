@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use diagnostics::Error;
 
-use super::{BoxedSink, DerivedColumns, Event, Notice, Sink, StatusChange};
-use crate::row::{Recorded, Row};
+use super::{AnalysisColumns, BoxedSink, RunEvent, Sink, SinkNotice, StatusChange};
+use crate::row::{RecordedVariables, Row};
 
 /// As many waiting rows [B] wake the thread up. Waking it costs some microseconds, as much as writing so many rows takes or less.
 const BYTES: usize = 64 << 10;
@@ -21,12 +21,12 @@ const LOOK: Duration = Duration::from_millis(50);
 enum QueuedItem {
     /// A row: its tick, its time, and its texts if they are not those of the row before; the batch holds its other values.
     Row(u64, f64, Option<Vec<String>>),
-    Event(Event),
+    Event(RunEvent),
     Status(StatusChange),
 }
 
 #[derive(Default)]
-struct Batch {
+struct SinkBatch {
     items: Vec<QueuedItem>,
     rows: usize,
     /// The numbers of all rows, one row after the other; and their integers of 64 bits.
@@ -36,16 +36,16 @@ struct Batch {
     bytes: usize,
 }
 
-impl Batch {
-    fn add_row(&mut self, tick: u64, time: f64, row: &Row<Recorded>, texts: Option<Vec<String>>) {
+impl SinkBatch {
+    fn add_row(&mut self, tick: u64, time: f64, row: &Row<RecordedVariables>, texts: Option<Vec<String>>) {
         self.numbers.extend_from_slice(row.numbers());
         self.integers.extend_from_slice(row.integers());
         self.bytes += size_of_val(row.numbers()) + size_of_val(row.integers());
         self.rows += 1;
-        self.add(QueuedItem::Row(tick, time, texts));
+        self.add_item(QueuedItem::Row(tick, time, texts));
     }
 
-    fn add(&mut self, item: QueuedItem) {
+    fn add_item(&mut self, item: QueuedItem) {
         let texts: usize = match &item {
             QueuedItem::Row(_, _, texts) => texts.iter().flatten().map(String::len).sum(),
             QueuedItem::Event(event) => event.source.len() + event.message.len(),
@@ -66,7 +66,7 @@ impl Batch {
 /// What the run and the thread tell each other.
 #[derive(Default)]
 struct SharedBatch {
-    batch: Batch,
+    batch: SinkBatch,
     /// No item follows.
     closed: bool,
     /// The thread takes no more, because of an error.
@@ -74,7 +74,7 @@ struct SharedBatch {
 }
 
 #[derive(Default)]
-struct Shared {
+struct SharedBatchQueue {
     desk: Mutex<SharedBatch>,
     /// For the thread: there is work.
     work: Condvar,
@@ -82,9 +82,9 @@ struct Shared {
     room: Condvar,
 }
 
-impl Shared {
+impl SharedBatchQueue {
     /// A panic of the other side does not matter here: joining the thread tells it.
-    fn desk(&self) -> MutexGuard<'_, SharedBatch> {
+    fn lock_batch(&self) -> MutexGuard<'_, SharedBatch> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -92,10 +92,10 @@ impl Shared {
 type ThreadResult = (BoxedSink, Result<(), Error>);
 
 /// The state of the sink.
-enum State {
+enum SinkThreadState {
     /// Not on a thread: before the first item, and after the last row.
     Idle(BoxedSink),
-    Working(Arc<Shared>, JoinHandle<ThreadResult>),
+    Working(Arc<SharedBatchQueue>, JoinHandle<ThreadResult>),
     /// Between the two.
     Changing,
 }
@@ -103,7 +103,7 @@ enum State {
 /// A sink on a thread of its own, from its first item to its last row. Its errors come from a later call, at the latest from
 /// [`Sink::finish`].
 pub struct ThreadedSink {
-    state: State,
+    state: SinkThreadState,
     /// The texts of the last row.
     texts: Vec<String>,
 }
@@ -111,27 +111,27 @@ pub struct ThreadedSink {
 impl ThreadedSink {
     /// Wraps a sink. Its thread starts with the first item.
     pub fn new(sink: BoxedSink) -> Self {
-        ThreadedSink { state: State::Idle(sink), texts: Vec::new() }
+        ThreadedSink { state: SinkThreadState::Idle(sink), texts: Vec::new() }
     }
 
     /// The desk of the thread, which is started if it does not run.
-    fn shared(&mut self) -> &Arc<Shared> {
-        if let State::Idle(_) = self.state
-            && let State::Idle(sink) = std::mem::replace(&mut self.state, State::Changing)
+    fn ensure_thread(&mut self) -> &Arc<SharedBatchQueue> {
+        if let SinkThreadState::Idle(_) = self.state
+            && let SinkThreadState::Idle(sink) = std::mem::replace(&mut self.state, SinkThreadState::Changing)
         {
-            let shared = Arc::<Shared>::default();
+            let shared = Arc::<SharedBatchQueue>::default();
             let of_thread = Arc::clone(&shared);
-            let thread = std::thread::spawn(move || work(sink, &of_thread));
-            self.state = State::Working(shared, thread);
+            let thread = std::thread::spawn(move || run_sink_thread(sink, &of_thread));
+            self.state = SinkThreadState::Working(shared, thread);
         }
-        let State::Working(shared, _) = &self.state else { unreachable!("it has just begun") };
+        let SinkThreadState::Working(shared, _) = &self.state else { unreachable!("it has just begun") };
         shared
     }
 
     /// Puts something into the batch, and waits while the thread falls behind.
-    fn push(&mut self, add: impl FnOnce(&mut Batch)) -> Result<(), Error> {
-        let shared = self.shared();
-        let mut desk = shared.desk();
+    fn push_to_batch(&mut self, add: impl FnOnce(&mut SinkBatch)) -> Result<(), Error> {
+        let shared = self.ensure_thread();
+        let mut desk = shared.lock_batch();
         let before = desk.batch.bytes;
         add(&mut desk.batch);
         if before < BYTES && desk.batch.bytes >= BYTES {
@@ -149,17 +149,17 @@ impl ThreadedSink {
     /// The sink, after it took all items so far.
     fn caught_up(&mut self) -> Result<&mut BoxedSink, Error> {
         let mut result = Ok(());
-        self.state = match std::mem::replace(&mut self.state, State::Changing) {
-            State::Working(shared, thread) => {
-                shared.desk().closed = true;
+        self.state = match std::mem::replace(&mut self.state, SinkThreadState::Changing) {
+            SinkThreadState::Working(shared, thread) => {
+                shared.lock_batch().closed = true;
                 shared.work.notify_one();
                 let (sink, ended) = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
                 result = ended;
-                State::Idle(sink)
+                SinkThreadState::Idle(sink)
             }
             other => other,
         };
-        let State::Idle(sink) = &mut self.state else { unreachable!("the thread has ended") };
+        let SinkThreadState::Idle(sink) = &mut self.state else { unreachable!("the thread has ended") };
         result.map(|()| sink)
     }
 }
@@ -167,36 +167,36 @@ impl ThreadedSink {
 impl Drop for ThreadedSink {
     /// The thread of a sink that is not finished ends, too.
     fn drop(&mut self) {
-        if let State::Working(shared, _) = &self.state {
-            shared.desk().closed = true;
+        if let SinkThreadState::Working(shared, _) = &self.state {
+            shared.lock_batch().closed = true;
             shared.work.notify_one();
         }
     }
 }
 
 /// Tells the run when the thread is gone, for whatever reason.
-struct ThreadEnd<'a>(&'a Shared);
+struct ThreadExitGuard<'a>(&'a SharedBatchQueue);
 
-impl Drop for ThreadEnd<'_> {
+impl Drop for ThreadExitGuard<'_> {
     fn drop(&mut self) {
-        self.0.desk().failed = true;
+        self.0.lock_batch().failed = true;
         self.0.room.notify_one();
     }
 }
 
-fn work(mut sink: BoxedSink, shared: &Shared) -> ThreadResult {
-    let _ends = ThreadEnd(shared);
-    let (mut batch, mut row) = (Batch::default(), Row::default());
+fn run_sink_thread(mut sink: BoxedSink, shared: &SharedBatchQueue) -> ThreadResult {
+    let _ends = ThreadExitGuard(shared);
+    let (mut batch, mut row) = (SinkBatch::default(), Row::default());
     loop {
         let waiting = |desk: &mut SharedBatch| !desk.closed && desk.batch.bytes < BYTES;
-        let waited = shared.work.wait_timeout_while(shared.desk(), LOOK, waiting);
+        let waited = shared.work.wait_timeout_while(shared.lock_batch(), LOOK, waiting);
         let (mut desk, _) = waited.unwrap_or_else(PoisonError::into_inner);
         // Both keep their memory.
         std::mem::swap(&mut batch, &mut desk.batch);
         let closed = desk.closed;
         drop(desk);
         shared.room.notify_one();
-        let result = write(&mut sink, &mut batch, &mut row);
+        let result = write_batch_to_sink(&mut sink, &mut batch, &mut row);
         batch.clear();
         if closed || result.is_err() {
             return (sink, result);
@@ -204,58 +204,56 @@ fn work(mut sink: BoxedSink, shared: &Shared) -> ThreadResult {
     }
 }
 
-fn write(sink: &mut BoxedSink, batch: &mut Batch, row: &mut Row<Recorded>) -> Result<(), Error> {
-    let [numbers, integers] =
-        [batch.numbers.len(), batch.integers.len()].map(|all| all / batch.rows.max(1));
+fn write_batch_to_sink(
+    sink: &mut BoxedSink,
+    batch: &mut SinkBatch,
+    row: &mut Row<RecordedVariables>,
+) -> Result<(), Error> {
+    let [numbers, integers] = [batch.numbers.len(), batch.integers.len()].map(|all| all / batch.rows.max(1));
     let (mut number, mut integer) = (0, 0);
     for item in batch.items.drain(..) {
         match item {
             QueuedItem::Row(tick, time, texts) => {
                 let values = &batch.numbers[number..number + numbers];
                 let exact = &batch.integers[integer..integer + integers];
-                row.assign(values, texts, exact);
+                row.set_values(values, texts, exact);
                 (number, integer) = (number + numbers, integer + integers);
-                sink.row(tick, time, row)?;
+                sink.push_row(tick, time, row)?;
             }
-            QueuedItem::Event(event) => sink.event(&event)?,
-            QueuedItem::Status(change) => sink.status(&change)?,
+            QueuedItem::Event(event) => sink.push_event(&event)?,
+            QueuedItem::Status(change) => sink.push_status_change(&change)?,
         }
     }
     Ok(())
 }
 
 impl Sink for ThreadedSink {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         let changed = self.texts != row.texts();
         let texts = changed.then(|| row.texts().to_vec());
         if changed {
             self.texts.clear();
             self.texts.extend_from_slice(row.texts());
         }
-        self.push(|batch| batch.add_row(tick, time, row, texts))
+        self.push_to_batch(|batch| batch.add_row(tick, time, row, texts))
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
+    fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
         let event = event.clone();
-        self.push(|batch| batch.add(QueuedItem::Event(event)))
+        self.push_to_batch(|batch| batch.add_item(QueuedItem::Event(event)))
     }
 
-    fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
+    fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
         let change = change.clone();
-        self.push(|batch| batch.add(QueuedItem::Status(change)))
+        self.push_to_batch(|batch| batch.add_item(QueuedItem::Status(change)))
     }
 
-    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
-        self.caught_up()?.derived(derived)
+    fn push_derived_columns(&mut self, derived: &AnalysisColumns) -> Result<(), Error> {
+        self.caught_up()?.push_derived_columns(derived)
     }
 
-    fn diagram(
-        &mut self,
-        analysis: &str,
-        group: &str,
-        diagram: &plugin::Diagram,
-    ) -> Result<(), Error> {
-        self.caught_up()?.diagram(analysis, group, diagram)
+    fn push_diagram(&mut self, analysis: &str, group: &str, diagram: &plugin::Diagram) -> Result<(), Error> {
+        self.caught_up()?.push_diagram(analysis, group, diagram)
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
@@ -263,10 +261,10 @@ impl Sink for ThreadedSink {
     }
 
     /// The notices of the sink; none while it works on its thread.
-    fn notices(&mut self) -> Vec<Notice> {
+    fn take_notices(&mut self) -> Vec<SinkNotice> {
         match &mut self.state {
-            State::Idle(sink) => sink.notices(),
-            State::Working(..) | State::Changing => Vec::new(),
+            SinkThreadState::Idle(sink) => sink.take_notices(),
+            SinkThreadState::Working(..) | SinkThreadState::Changing => Vec::new(),
         }
     }
 }
@@ -276,7 +274,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use crate::sink::Level;
+    use crate::sink::EventLevel;
 
     /// Notes each call, and fails at a tick.
     struct Notes {
@@ -291,15 +289,15 @@ mod tests {
     }
 
     impl Sink for Notes {
-        fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        fn push_row(&mut self, tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
             if tick == self.fails_at {
-                return Err(Error::input("the disk is full"));
+                return Err(Error::invalid_input("the disk is full"));
             }
             self.note(format!("{tick} {time} {:?} {:?}", row.numbers(), row.texts()));
             Ok(())
         }
 
-        fn event(&mut self, event: &Event) -> Result<(), Error> {
+        fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
             self.note(event.message.clone());
             Ok(())
         }
@@ -316,23 +314,23 @@ mod tests {
         (ThreadedSink::new(Box::new(sink)), notes)
     }
 
-    fn row(tick: u64) -> Row<Recorded> {
+    fn row(tick: u64) -> Row<RecordedVariables> {
         Row::from_values(vec![tick as f64, 0.5], vec![format!("t{tick}")])
     }
 
-    fn event(time: f64, message: &str) -> Event {
+    fn event(time: f64, message: &str) -> RunEvent {
         let message = message.to_owned();
-        Event { time, level: Level::Info, source: String::new(), message, again: 0 }
+        RunEvent { time, level: EventLevel::Info, source: String::new(), message, again: 0 }
     }
 
     #[test]
     fn items_arrive_in_their_order() {
         let (mut sink, notes) = threaded(u64::MAX);
-        sink.event(&event(0.0, "before")).expect("taken");
+        sink.push_event(&event(0.0, "before")).expect("taken");
         for tick in 0..1000 {
-            sink.row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken");
+            sink.push_row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken");
             if tick == 500 {
-                sink.event(&event(0.5, "between")).expect("taken");
+                sink.push_event(&event(0.5, "between")).expect("taken");
             }
         }
         sink.finish("after", true).expect("finished");
@@ -348,7 +346,7 @@ mod tests {
         let (mut sink, notes) = threaded(u64::MAX);
         for tick in 0..10_000 {
             let text = format!("from {}", tick / 3_000);
-            sink.row(tick, 0.0, &Row::from_values(vec![1.0], vec![text])).expect("taken");
+            sink.push_row(tick, 0.0, &Row::from_values(vec![1.0], vec![text])).expect("taken");
         }
         sink.finish("after", true).expect("finished");
         let notes = notes.lock().expect("no panic");
@@ -361,12 +359,12 @@ mod tests {
     #[test]
     fn a_later_call_returns_the_error_of_the_thread_and_the_sink_can_still_be_finished() {
         let (mut sink, notes) = threaded(300);
-        let failed = (0..100_000).find_map(|tick| sink.row(tick, tick as f64, &row(tick)).err());
+        let failed = (0..100_000).find_map(|tick| sink.push_row(tick, tick as f64, &row(tick)).err());
         assert!(failed.expect("an error").to_string().contains("the disk is full"));
         assert_eq!(notes.lock().expect("no panic").len(), 300);
         sink.finish("after", false).expect("finished");
         let (mut sink, _) = threaded(3);
-        (0..5).for_each(|tick| sink.row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken"));
+        (0..5).for_each(|tick| sink.push_row(tick, 1e-3 * tick as f64, &row(tick)).expect("taken"));
         assert!(sink.finish("after", true).is_err());
     }
 }

@@ -13,7 +13,7 @@ const STEPS: usize = 50_000;
 
 /// What was seen of a channel.
 #[derive(Debug, Clone, Default)]
-pub struct Tally {
+pub struct ChannelStatistics {
     /// All rows, also those without a value.
     pub rows: u64,
     /// Rows with a value.
@@ -42,36 +42,36 @@ pub struct GapCount {
     pub longest: Option<(f64, f64)>,
 }
 
-impl Tally {
+impl ChannelStatistics {
     /// Takes a row without a value.
-    pub fn nothing(&mut self) {
+    pub fn add_gap(&mut self) {
         self.rows += 1;
     }
 
     /// Takes a number at a time [s], which is NaN where there is none.
-    pub fn number(&mut self, time: f64, value: f64) {
+    pub fn add_number(&mut self, time: f64, value: f64) {
         if value.is_nan() {
-            return self.nothing();
+            return self.add_gap();
         }
         self.range = Some(match self.range {
             None => (value, value),
             Some((least, most)) => (least.min(value), most.max(value)),
         });
-        self.value(time);
+        self.count_step_to(time);
     }
 
     /// Takes a text.
-    pub fn text(&mut self, time: f64, text: &str) {
+    pub fn add_text(&mut self, time: f64, text: &str) {
         if self.texts.len() < EXAMPLES {
             let short: String = text.chars().take(LETTERS).collect();
             if !short.is_empty() && !self.texts.contains(&short) {
                 self.texts.push(short);
             }
         }
-        self.value(time);
+        self.count_step_to(time);
     }
 
-    fn value(&mut self, time: f64) {
+    fn count_step_to(&mut self, time: f64) {
         self.rows += 1;
         self.values += 1;
         if !time.is_finite() {
@@ -93,14 +93,14 @@ impl Tally {
         match &mut self.last {
             Some((last, _, count)) if (*last - step).abs() <= 1e-6 * step => *count += 1,
             _ => {
-                self.count_last();
-                self.last = Some((step, key(step), 1));
+                self.flush_last_steps();
+                self.last = Some((step, step_bin(step), 1));
             }
         }
     }
 
     /// Adds the steps that came last to the others.
-    fn count_last(&mut self) {
+    fn flush_last_steps(&mut self) {
         let Some((_, key, count)) = self.last.take() else { return };
         let full = self.steps.len() >= STEPS;
         match self.steps.get_mut(&key) {
@@ -111,7 +111,7 @@ impl Tally {
     }
 
     /// All steps, each with how often it came.
-    fn counted(&self) -> BTreeMap<(i32, u32), u64> {
+    fn step_counts(&self) -> BTreeMap<(i32, u32), u64> {
         let mut steps = self.steps.clone();
         if let Some((_, key, count)) = self.last {
             *steps.entry(key).or_default() += count;
@@ -121,8 +121,8 @@ impl Tally {
 
     /// The median of the steps between values, to four digits [s].
     #[must_use]
-    pub fn step(&self) -> Option<f64> {
-        let steps = self.counted();
+    pub fn median_step(&self) -> Option<f64> {
+        let steps = self.step_counts();
         let half = steps.values().sum::<u64>().div_ceil(2);
         let mut sum = 0;
         let median = steps.iter().find(|(_, count)| {
@@ -134,21 +134,18 @@ impl Tally {
 
     /// The steps that are longer than 1.5 median ones.
     #[must_use]
-    pub fn gaps(&self) -> GapCount {
-        let Some(most) = self.step().map(|step| GAP * step) else {
+    pub fn gap_count(&self) -> GapCount {
+        let Some(most) = self.median_step().map(|step| GAP * step) else {
             return GapCount { count: 0, longest: None };
         };
-        let steps = self.counted();
+        let steps = self.step_counts();
         let count = steps.iter().filter(|(key, _)| step_of(**key) > most).map(|(_, it)| it).sum();
-        GapCount {
-            count,
-            longest: self.longest.filter(|(longest, _)| *longest > most && count > 0),
-        }
+        GapCount { count, longest: self.longest.filter(|(longest, _)| *longest > most && count > 0) }
     }
 }
 
 /// A step to four digits: the power of ten and the digits.
-fn key(step: f64) -> (i32, u32) {
+fn step_bin(step: f64) -> (i32, u32) {
     let power = step.log10().floor() as i32;
     let digits = (step / 10f64.powi(power) * 1000.0).round();
     match digits >= 10_000.0 {
@@ -171,16 +168,16 @@ mod tests {
 
     #[test]
     fn steps_ranges_and_gaps_are_those_of_the_values() {
-        let mut tally = Tally::default();
+        let mut tally = ChannelStatistics::default();
         let times = (0..1000).map(|k| f64::from(k) * 0.01 + if k >= 700 { 3.0 } else { 0.0 });
         for (k, time) in times.enumerate() {
             let value = if k % 100 == 50 { f64::NAN } else { k as f64 };
-            tally.number(time, value);
+            tally.add_number(time, value);
         }
         assert_eq!((tally.rows, tally.values), (1000, 990));
-        assert_eq!((tally.range, tally.step()), (Some((0.0, 999.0)), Some(0.01)));
+        assert_eq!((tally.range, tally.median_step()), (Some((0.0, 999.0)), Some(0.01)));
         // Ten values that are missing, and the pause.
-        let GapCount { count, longest } = tally.gaps();
+        let GapCount { count, longest } = tally.gap_count();
         let (longest, at) = longest.expect("a pause");
         assert_eq!(count, 11);
         assert!((longest - 3.01).abs() < 1e-9 && (at - 6.99).abs() < 1e-9, "{longest} {at}");
@@ -189,28 +186,24 @@ mod tests {
 
     #[test]
     fn a_channel_of_every_tenth_row_has_the_rate_of_its_values() {
-        let mut tally = Tally::default();
+        let mut tally = ChannelStatistics::default();
         for k in 0..1000 {
             let value = if k % 10 == 0 { 1.0 } else { f64::NAN };
-            tally.number(f64::from(k) * 0.01, value);
+            tally.add_number(f64::from(k) * 0.01, value);
         }
-        assert_eq!((tally.step(), tally.gaps().count), (Some(0.1), 0));
+        assert_eq!((tally.median_step(), tally.gap_count().count), (Some(0.1), 0));
     }
 
     #[test]
     fn steps_are_rounded_to_four_digits() {
-        for (step, rounded) in [(0.01, 0.01), (0.033_333, 0.033_33), (9.999_96, 10.0), (1e-6, 1e-6)]
-        {
-            assert_eq!(step_of(key(step)), rounded, "{step}");
+        for (step, rounded) in [(0.01, 0.01), (0.033_333, 0.033_33), (9.999_96, 10.0), (1e-6, 1e-6)] {
+            assert_eq!(step_of(step_bin(step)), rounded, "{step}");
         }
-        let mut tally = Tally::default();
-        assert_eq!((tally.step(), tally.gaps().longest), (None, None));
-        tally.text(0.0, "dry");
-        tally.text(0.0, "dry");
-        tally.text(1.0, "wet");
-        assert_eq!(
-            (tally.texts.join(" "), tally.not_rising, tally.values),
-            ("dry wet".into(), 1, 3)
-        );
+        let mut tally = ChannelStatistics::default();
+        assert_eq!((tally.median_step(), tally.gap_count().longest), (None, None));
+        tally.add_text(0.0, "dry");
+        tally.add_text(0.0, "dry");
+        tally.add_text(1.0, "wet");
+        assert_eq!((tally.texts.join(" "), tally.not_rising, tally.values), ("dry wet".into(), 1, 3));
     }
 }

@@ -17,30 +17,31 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use self::file::CsvFile;
-use self::numbers::{CellType, Cells};
-pub(super) use self::survey::csv_tallies;
-use self::text::Text;
-use super::read_request::{ColumnRequest, ColumnType, Dialect, ReadRequest, Separator};
-use super::{ExactValues, ReadColumns, Series, TableError, Titles};
+use self::numbers::{CellType, CsvColumnCells};
+pub(super) use self::survey::survey_csv;
+use self::text::CsvText;
+use super::read_request::{ColumnRequest, ColumnType, CsvDialect, ReadRequest, Separator};
+use super::{ExactValues, FileTitles, ReadColumns, ReadSeries, TableError};
 
 /// Reads the time stamps [s] and the wanted columns by their titles. Of a file of any size, these alone are in memory.
-pub(super) fn read(path: &Path, request: &ReadRequest) -> Result<ReadColumns, TableError> {
-    parse(path, &text_at(path)?, request)
+pub(super) fn read_csv_columns(path: &Path, request: &ReadRequest) -> Result<ReadColumns, TableError> {
+    parse_csv_columns(path, &open_csv_text(path)?, request)
 }
 
-fn text_at(path: &Path) -> Result<Text, TableError> {
-    Text::at(path).map_err(|source| TableError::Open { path: path.to_owned(), source })
+fn open_csv_text(path: &Path) -> Result<CsvText, TableError> {
+    CsvText::from_path(path).map_err(|source| TableError::Open { path: path.to_owned(), source })
 }
 
-fn parse(path: &Path, text: &Text, request: &ReadRequest) -> Result<ReadColumns, TableError> {
-    let mut titles = request.titles();
+fn parse_csv_columns(path: &Path, text: &CsvText, request: &ReadRequest) -> Result<ReadColumns, TableError> {
+    let mut titles = request.requested_titles();
     titles.extend(request.time.as_deref());
     let mut file = CsvFile::open(path, text, &titles, &request.dialect)?;
     file.is_timed = true;
-    let found: Vec<_> = request.titles().into_iter().map(|title| file.place(title)).collect();
-    let time = file.time(request.time.as_deref());
+    let found: Vec<_> =
+        request.requested_titles().into_iter().map(|title| file.column_index(title)).collect();
+    let time = file.find_time_columns(request.time.as_deref());
     let mut places: Vec<usize> = found.iter().flatten().copied().collect();
-    let forms = request.columns.iter().map(|column| CellType::of(column.column_type));
+    let forms = request.columns.iter().map(|column| CellType::from_column_type(column.column_type));
     let with_form = found.iter().zip(forms);
     let mut forms: Vec<CellType> =
         with_form.filter_map(|(place, form)| place.is_ok().then_some(form)).collect();
@@ -52,44 +53,44 @@ fn parse(path: &Path, text: &Text, request: &ReadRequest) -> Result<ReadColumns,
         forms.extend(time.nanoseconds.map(|_| CellType::Number));
     }
     let given = request.dialect.decimal;
-    let mut cells = match Cells::read(&file, &places, given, &forms) {
+    let mut cells = match CsvColumnCells::read(&file, &places, given, &forms) {
         Ok(cells) => cells,
         Err(error) if time.is_ok() && found.iter().all(Result::is_ok) => return Err(error.into()),
         // Columns that are not there say more about a file without rows.
         Err(_) => {
             let wrong = found.into_iter().filter_map(Result::err);
-            return Err(TableError::all(wrong.chain(time.err())));
+            return Err(TableError::from_errors(wrong.chain(time.err())));
         }
     };
-    cells.decide(given)?;
+    cells.resolve_decimal_mark(given)?;
     let mut next = 0..;
     let column = |(place, asked): (Result<usize, TableError>, &ColumnRequest)| {
         let (place, k) = (place?, next.next().unwrap_or_default());
-        let (values, exact) = cells.take(k)?;
+        let (values, exact) = cells.take_column(k)?;
         let gap = cells.first_gap(k);
-        let unit = if asked.column_type == ColumnType::Text { None } else { file.unit(place)? };
-        Ok(Series { clock: 0, values, exact, unit, gap })
+        let unit = if asked.column_type == ColumnType::Text { None } else { file.column_unit(place)? };
+        Ok(ReadSeries { clock: 0, values, exact, unit, gap })
     };
-    let columns: Vec<Result<Series, TableError>> =
+    let columns: Vec<Result<ReadSeries, TableError>> =
         found.into_iter().zip(&request.columns).map(column).collect();
     let stamps = time.and_then(|time| {
         Ok(match time.nanoseconds {
             Some(_) => cells.split_stamps([at, at + 1], request)?,
-            None => cells.stamps(at, request)?,
+            None => cells.take_time_stamps(at, request)?,
         })
     });
     let mut warnings: Vec<String> = cells.warning.take().into_iter().collect();
-    warnings.extend(file.left_out());
+    warnings.extend(file.unread_header_note());
     match stamps {
         Ok(stamps) => Ok(ReadColumns { clocks: vec![stamps], columns, zero: 0.0, warnings }),
         Err(error) => {
-            Err(TableError::all(columns.into_iter().filter_map(Result::err).chain([error])))
+            Err(TableError::from_errors(columns.into_iter().filter_map(Result::err).chain([error])))
         }
     }
 }
 
 impl CellType {
-    fn of(column_type: ColumnType) -> Self {
+    fn from_column_type(column_type: ColumnType) -> Self {
         match column_type {
             ColumnType::Number => CellType::Number,
             ColumnType::Integer => CellType::Integer,
@@ -99,22 +100,22 @@ impl CellType {
 }
 
 /// The titles of a file, whether it says itself which one is the time, and as what it is read.
-pub(super) fn titles(path: &Path) -> Result<Titles, TableError> {
-    let text = text_at(path)?;
-    let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
-    let (columns, has_time) = (file.titles()?, file.own_time().is_some());
-    Ok(Titles { columns, has_time, format: file.layout.description() })
+pub(super) fn csv_titles(path: &Path) -> Result<FileTitles, TableError> {
+    let text = open_csv_text(path)?;
+    let file = CsvFile::open(path, &text, &[], &CsvDialect::default())?;
+    let (columns, has_time) = (file.column_titles()?, file.default_time_column().is_some());
+    Ok(FileTitles { columns, has_time, format: file.layout.describe_layout() })
 }
 
 /// Whether the file has each of these columns.
-pub(super) fn look_up(
+pub(super) fn check_csv_columns(
     path: &Path,
     names: &[&str],
-    dialect: &Dialect,
+    dialect: &CsvDialect,
 ) -> Result<Vec<Result<(), TableError>>, TableError> {
-    let text = text_at(path)?;
+    let text = open_csv_text(path)?;
     let file = CsvFile::open(path, &text, names, dialect)?;
-    Ok(names.iter().map(|name| file.place(name).map(drop)).collect())
+    Ok(names.iter().map(|name| file.column_index(name).map(drop)).collect())
 }
 
 /// Reads the wanted columns of a file whose rows have no time, such as the points of a line; `kept` is its text where a
@@ -122,20 +123,20 @@ pub(super) fn look_up(
 ///
 /// # Errors
 /// When the file cannot be read, lacks a column or has a value that is no finite number.
-pub fn columns(
+pub fn read_untimed_columns(
     path: &Path,
     kept: Option<&str>,
     wanted: &[&str],
 ) -> Result<Vec<Vec<f64>>, TableError> {
     let text = match kept {
-        Some(text) => Text::Memory(text.as_bytes().to_owned()),
-        None => text_at(path)?,
+        Some(text) => CsvText::Memory(text.as_bytes().to_owned()),
+        None => open_csv_text(path)?,
     };
-    let file = CsvFile::open(path, &text, wanted, &Dialect::default())?;
-    let places = file.places(wanted)?;
-    let mut cells = Cells::read(&file, &places, None, &[])?;
-    cells.decide(None)?;
-    Ok((0..places.len()).map(|k| cells.complete(k)).collect::<Result<_, _>>()?)
+    let file = CsvFile::open(path, &text, wanted, &CsvDialect::default())?;
+    let places = file.column_indices(wanted)?;
+    let mut cells = CsvColumnCells::read(&file, &places, None, &[])?;
+    cells.resolve_decimal_mark(None)?;
+    Ok((0..places.len()).map(|k| cells.take_gapless_column(k)).collect::<Result<_, _>>()?)
 }
 
 /// A CSV file with the time in its first column, such as `run.csv`.
@@ -157,20 +158,20 @@ pub(crate) struct CsvColumn {
 
 /// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
 pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, TableError> {
-    let text = text_at(path)?;
-    let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
+    let text = open_csv_text(path)?;
+    let file = CsvFile::open(path, &text, &[], &CsvDialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
-    file.without_twins()?;
+    file.check_unique_titles()?;
     let places: Vec<_> = (0..file.layout.titles.len()).collect();
     let mut forms = vec![CellType::Number; places.len()];
     forms[0] = CellType::Time;
-    let mut cells = Cells::read(&file, &places, None, &forms)?;
-    cells.decide(None)?;
+    let mut cells = CsvColumnCells::read(&file, &places, None, &forms)?;
+    cells.resolve_decimal_mark(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
     let name = |place: usize| file.layout.titles[place].plain.as_str();
     let is_number = |place: &usize| *place > 0 && !texts.contains(name(*place));
     let numbers = places.iter().map(|place| {
-        let values = is_number(place).then(|| cells.take(*place)).and_then(Result::ok);
+        let values = is_number(place).then(|| cells.take_column(*place)).and_then(Result::ok);
         values.map(|(values, _)| values)
     });
     let numbers: Vec<Option<Vec<f64>>> = numbers.collect();
@@ -179,26 +180,26 @@ pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, Ta
     let mut found = match no_numbers.is_empty() {
         true => None,
         false => {
-            Some(Cells::read(&file, &no_numbers, None, &vec![CellType::Text; no_numbers.len()])?)
+            Some(CsvColumnCells::read(&file, &no_numbers, None, &vec![CellType::Text; no_numbers.len()])?)
         }
     };
     let mut columns = Vec::new();
     for (place, numbers) in numbers.into_iter().enumerate().skip(1) {
         let of_texts = no_numbers.iter().position(|it| *it == place).zip(found.as_mut());
-        let texts = match of_texts.map(|(k, found)| found.take(k)).transpose()? {
+        let texts = match of_texts.map(|(k, found)| found.take_column(k)).transpose()? {
             Some((_, ExactValues::Texts(texts))) => texts,
             _ => Vec::new(),
         };
-        let (name, unit) = (name(place).to_owned(), file.unit(place)?);
+        let (name, unit) = (name(place).to_owned(), file.column_unit(place)?);
         columns.push(CsvColumn { name, unit, numbers, texts });
     }
-    let times = cells.stamps(0, &ReadRequest::default())?;
+    let times = cells.take_time_stamps(0, &ReadRequest::default())?;
     Ok(CsvTable { times, columns })
 }
 
-fn reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {
+fn csv_reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {
     ::csv::ReaderBuilder::new()
-        .delimiter(separator.byte())
+        .delimiter(separator.as_byte())
         .has_headers(false)
         .flexible(true)
         .buffer_capacity(1 << 16)

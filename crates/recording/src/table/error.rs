@@ -5,7 +5,7 @@ mod mcap;
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::suggest::{closest_question, shortened};
+use diagnostics::suggest::{did_you_mean, join_shortened};
 
 pub use self::csv::CsvError;
 pub use self::mcap::RecordingError;
@@ -23,7 +23,7 @@ pub enum TableError {
     },
     /// The file does not have a column that the scenario asks for.
     #[error(
-        "no column `{column}` in {}: it has {}{}", path.display(), shortened(present),
+        "no column `{column}` in {}: it has {}{}", path.display(), join_shortened(present),
         hint.as_ref().map(|hint| format!("; {hint}")).unwrap_or_default()
     )]
     MissingColumn {
@@ -39,7 +39,7 @@ pub enum TableError {
     /// The scenario does not say which column is the time, and the file does not tell.
     #[error(
         "{} is read as {format}, which needs `time`, the column of the time stamps [s]: it has {}",
-        path.display(), shortened(present)
+        path.display(), join_shortened(present)
     )]
     NoTime {
         /// The file.
@@ -93,7 +93,7 @@ pub enum TableError {
         columns: String,
     },
     /// Several channels of a log have the name of a wanted column.
-    #[error("`{column}` can be any of {} in {}: name one of them so", shortened(each), path.display())]
+    #[error("`{column}` can be any of {} in {}: name one of them so", join_shortened(each), path.display())]
     Ambiguous {
         /// The file.
         path: PathBuf,
@@ -135,21 +135,21 @@ pub enum TableError {
 }
 
 impl TableError {
-    pub(super) fn missing(path: &Path, column: &str, present: Vec<String>) -> Self {
-        let hint = closest_question(column, present.iter().map(String::as_str));
+    pub(super) fn missing_column(path: &Path, column: &str, present: Vec<String>) -> Self {
+        let hint = did_you_mean(column, present.iter().map(String::as_str));
         let (path, column) = (path.to_owned(), column.to_owned());
         TableError::MissingColumn { path, column, present, hint }
     }
 
     /// One error of some; `Several` of none is never made.
-    pub(super) fn all(errors: impl IntoIterator<Item = Self>) -> Self {
+    pub(super) fn from_errors(errors: impl IntoIterator<Item = Self>) -> Self {
         let mut each: Vec<Self> = errors.into_iter().collect();
         if each.len() == 1 { each.remove(0) } else { TableError::Several { each } }
     }
 
     /// The errors that it consists of.
     #[must_use]
-    pub fn each(self) -> Vec<Self> {
+    pub fn into_errors(self) -> Vec<Self> {
         match self {
             TableError::Several { each } => each,
             one => vec![one],
@@ -158,15 +158,15 @@ impl TableError {
 
     /// The word of the scenario that does not fit the file: a column, or what is the time.
     #[must_use]
-    pub fn word(&self) -> Option<&str> {
+    pub fn offending_word(&self) -> Option<&str> {
         match self {
             TableError::MissingColumn { column, .. }
             | TableError::Ambiguous { column, .. }
             | TableError::Values { column, .. }
             | TableError::GapRule { column, .. }
             | TableError::NoValue { column, .. } => Some(column),
-            TableError::Csv(error) => error.word(),
-            TableError::Recording(error) => error.word(),
+            TableError::Csv(error) => error.offending_word(),
+            TableError::Recording(error) => error.offending_word(),
             _ => None,
         }
     }

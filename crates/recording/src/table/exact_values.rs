@@ -1,7 +1,7 @@
 //! Plays back columns of texts and exact integers: the last value holds until the next row.
 
 use super::read_request::ColumnType;
-use super::{EDGE, Table};
+use super::{EDGE, TimeSeriesTable};
 
 /// What a column keeps beside its numbers, which are then the places here: rows without a value are filled and cut as those of
 /// numbers are.
@@ -13,7 +13,7 @@ pub(super) enum ExactValues {
     Texts(Vec<String>),
 }
 
-impl Table {
+impl TimeSeriesTable {
     /// The form in which a column is played back.
     ///
     /// # Panics
@@ -32,7 +32,7 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     #[must_use]
-    pub fn is_unsigned(&self, column: usize) -> bool {
+    pub fn has_unsigned_integers(&self, column: usize) -> bool {
         match &self.columns[column].exact {
             ExactValues::Integers(integers) => integers.iter().any(|it| *it > i64::MAX.into()),
             _ => false,
@@ -49,8 +49,8 @@ impl Table {
     ///
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
-    pub fn text(&mut self, column: usize, time: f64) -> Option<&str> {
-        let place = self.place(column, time);
+    pub fn text_at(&mut self, column: usize, time: f64) -> Option<&str> {
+        let place = self.exact_value_index_at(column, time);
         match &self.columns[column].exact {
             ExactValues::Texts(texts) => texts.get(place).map(String::as_str),
             _ => None,
@@ -61,8 +61,8 @@ impl Table {
     ///
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
-    pub fn integer(&mut self, column: usize, time: f64) -> Option<i128> {
-        let place = self.place(column, time);
+    pub fn integer_at(&mut self, column: usize, time: f64) -> Option<i128> {
+        let place = self.exact_value_index_at(column, time);
         match &self.columns[column].exact {
             ExactValues::Integers(integers) => integers.get(place).copied(),
             _ => None,
@@ -70,9 +70,9 @@ impl Table {
     }
 
     /// Where the value of the last row is among those that the column keeps.
-    fn place(&mut self, column: usize, time: f64) -> usize {
+    fn exact_value_index_at(&mut self, column: usize, time: f64) -> usize {
         let stamp = time + self.origin;
         let column = &self.columns[column];
-        column.values[self.clocks[column.clock].seek(stamp + EDGE)] as usize
+        column.values[self.clocks[column.clock].seek_row(stamp + EDGE)] as usize
     }
 }

@@ -5,7 +5,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// What a file is, and a remedy.
-pub(super) type FormatAndCure = (&'static str, &'static str);
+pub(super) type FormatAndRemedy = (&'static str, &'static str);
 
 /// The first bytes of a file, what it is and what to do.
 const MAGICS: [(&[u8], &str, &str); 16] = [
@@ -16,11 +16,7 @@ const MAGICS: [(&[u8], &str, &str); 16] = [
     (b"TDSm", "a TDMS file of LabVIEW", EXPORT),
     (b"LOGG", "a BLF file of Vector", "export it as MDF 4 with the signals of its database"),
     (b"MLVLG", "an MLG log of TunerStudio", "save it as CSV or MSL"),
-    (
-        b"%DataLog%",
-        "a Haltech log, whose titles are in lines of their own",
-        "export it as MoTeC CSV",
-    ),
+    (b"%DataLog%", "a Haltech log, whose titles are in lines of their own", "export it as MoTeC CSV"),
     (b"<?xml", "an XML file", EXPORT),
     (b"%PDF", "a PDF", EXPORT),
     (b"7z\xbc\xaf", "a 7z archive", UNPACK),
@@ -39,11 +35,7 @@ const ARCHIVES: [(&str, &str, &str); 9] = [
     ("xl/workbook.xml", "an Excel workbook", "export the sheet as CSV"),
     ("xl/workbook.bin", "an Excel workbook", "export the sheet as CSV"),
     ("content.xml", "an OpenDocument file", "export the sheet as CSV"),
-    (
-        ".npy",
-        "an archive of NumPy arrays (.npz)",
-        "save it as CSV with titles, or as Parquet or MAT",
-    ),
+    (".npy", "an archive of NumPy arrays (.npz)", "save it as CSV with titles, or as Parquet or MAT"),
     ("session.json", "a RaceChrono session (.rcz)", "export it in RaceChrono as CSV v3 or VBO"),
     ("modelDescription.xml", "an FMU", "give it to `trackside inspect`, or name it in [[fmu]]"),
     ("SystemStructure.ssd", "a system of SSP", "give it the ending .ssp"),
@@ -52,12 +44,10 @@ const ARCHIVES: [(&str, &str, &str); 9] = [
 ];
 
 /// What a file is that begins with these bytes, if it is none of the known logs.
-pub(super) fn foreign(path: &Path, head: &[u8]) -> Option<FormatAndCure> {
+pub(super) fn detect_foreign_format(path: &Path, head: &[u8]) -> Option<FormatAndRemedy> {
     if head.starts_with(b"PK\x03\x04") {
-        let entries = entries(path);
-        let is = |(end, ..): &&(&str, _, _)| {
-            end.is_empty() || entries.iter().any(|it| it.ends_with(end))
-        };
+        let entries = zip_entry_names(path);
+        let is = |(end, ..): &&(&str, _, _)| end.is_empty() || entries.iter().any(|it| it.ends_with(end));
         return ARCHIVES.iter().find(is).map(|(_, what, cure)| (*what, *cure));
     }
     let found = MAGICS.iter().find(|(magic, ..)| head.starts_with(magic));
@@ -69,14 +59,14 @@ pub(super) fn foreign(path: &Path, head: &[u8]) -> Option<FormatAndCure> {
 /// A file that cannot be read is none.
 #[must_use]
 pub fn is_fmu(path: &Path) -> bool {
-    entries(path).iter().any(|it| it.ends_with("modelDescription.xml"))
+    zip_entry_names(path).iter().any(|it| it.ends_with("modelDescription.xml"))
 }
 
 /// The directory of a ZIP archive is looked for in so many bytes at its end.
 const DIRECTORY: u64 = 4 << 20;
 
 /// The names of the entries of a ZIP archive, by its directory; none of another file.
-fn entries(path: &Path) -> Vec<String> {
+fn zip_entry_names(path: &Path) -> Vec<String> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         let length = file.metadata()?.len();
@@ -124,10 +114,10 @@ mod tests {
             ("drive.csv", "a ZIP archive"),
         ] {
             std::fs::write(&path, archive(entry)).expect("a file");
-            let found = foreign(&path, b"PK\x03\x04").map(|(what, _)| what);
+            let found = detect_foreign_format(&path, b"PK\x03\x04").map(|(what, _)| what);
             assert_eq!(found, Some(expected));
             assert_eq!(is_fmu(&path), expected == "an FMU");
         }
-        assert_eq!(foreign(&path, b"t,v\n"), None);
+        assert_eq!(detect_foreign_format(&path, b"t,v\n"), None);
     }
 }

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use diagnostics::suggest::shortened;
+use diagnostics::suggest::join_shortened;
 
 use super::read_request::{ColumnRequest, GapRule};
-use super::{ExactValues, ReadColumns, Series, TableError};
+use super::{ExactValues, ReadColumns, ReadSeries, TableError};
 
 /// Fills the gaps, which are NaN. Before the first value of a column, and after the last one when it interpolates, there is
 /// nothing to fill them with: these rows are left out of all columns that share its time stamps, and a warning says so.
-pub(super) fn fill(
+pub(super) fn fill_gaps(
     path: &Path,
     recorded: &mut ReadColumns,
     wanted: &[ColumnRequest],
@@ -17,17 +17,17 @@ pub(super) fn fill(
     let ReadColumns { clocks, columns, .. } = recorded;
     for (column, wanted) in columns.iter_mut().zip(wanted) {
         let Ok(series) = column else { continue };
-        if let Err(error) = fill_one(path, clocks, series, wanted) {
+        if let Err(error) = fill_series_gaps(path, clocks, series, wanted) {
             *column = Err(error);
         }
     }
-    (0..recorded.clocks.len()).try_for_each(|clock| cut(path, recorded, clock, wanted))
+    (0..recorded.clocks.len()).try_for_each(|clock| trim_gap_ends(path, recorded, clock, wanted))
 }
 
-fn fill_one(
+fn fill_series_gaps(
     path: &Path,
     clocks: &mut Vec<Vec<f64>>,
-    series: &mut Series,
+    series: &mut ReadSeries,
     wanted: &ColumnRequest,
 ) -> Result<(), TableError> {
     let Some(place) = series.gap.take() else { return Ok(()) };
@@ -38,19 +38,19 @@ fn fill_one(
     }
     match wanted.gaps {
         GapRule::Refuse => return Err(TableError::GapRule { path, column, count, place }),
-        GapRule::Hold => hold(&mut series.values),
+        GapRule::Hold => hold_last_value(&mut series.values),
         // Between two texts or integers there is no third one.
         GapRule::Interpolate if !matches!(series.exact, ExactValues::Nothing) => {
-            hold(&mut series.values)
+            hold_last_value(&mut series.values)
         }
-        GapRule::Interpolate => interpolate(&mut series.values, &clocks[series.clock]),
+        GapRule::Interpolate => interpolate_gaps(&mut series.values, &clocks[series.clock]),
         GapRule::Drop => drop_rows(clocks, series),
     }
     Ok(())
 }
 
 /// Leaves rows out of one column, which gets a clock of its own; columns that have values in the same rows share it.
-fn drop_rows(clocks: &mut Vec<Vec<f64>>, series: &mut Series) {
+fn drop_rows(clocks: &mut Vec<Vec<f64>>, series: &mut ReadSeries) {
     let rows = clocks[series.clock].iter().zip(&series.values);
     let (stamps, values): (Vec<f64>, Vec<f64>) =
         rows.filter(|(_, value)| !value.is_nan()).map(|(stamp, value)| (*stamp, *value)).unzip();
@@ -61,7 +61,7 @@ fn drop_rows(clocks: &mut Vec<Vec<f64>>, series: &mut Series) {
     });
 }
 
-fn hold(values: &mut [f64]) {
+fn hold_last_value(values: &mut [f64]) {
     for row in 1..values.len() {
         if values[row].is_nan() {
             values[row] = values[row - 1];
@@ -69,7 +69,7 @@ fn hold(values: &mut [f64]) {
     }
 }
 
-fn interpolate(values: &mut [f64], stamps: &[f64]) {
+fn interpolate_gaps(values: &mut [f64], stamps: &[f64]) {
     let known: Vec<_> = (0..values.len()).filter(|row| !values[*row].is_nan()).collect();
     for pair in known.windows(2) {
         let (left, right) = (pair[0], pair[1]);
@@ -81,29 +81,29 @@ fn interpolate(values: &mut [f64], stamps: &[f64]) {
 }
 
 /// Leaves out the rows at both ends where a column of the clock has no value.
-fn cut(
+fn trim_gap_ends(
     path: &Path,
     recorded: &mut ReadColumns,
     clock: usize,
     wanted: &[ColumnRequest],
 ) -> Result<(), TableError> {
     let rows = recorded.clocks[clock].len();
-    let on_clock = |series: &&Series| series.clock == clock;
+    let on_clock = |series: &&ReadSeries| series.clock == clock;
     let known = |value: &f64| !value.is_nan();
-    let begin = |series: &Series| series.values.iter().position(known).unwrap_or(rows);
-    let end = |series: &Series| series.values.iter().rposition(known).map_or(0, |row| row + 1);
+    let begin = |series: &ReadSeries| series.values.iter().position(known).unwrap_or(rows);
+    let end = |series: &ReadSeries| series.values.iter().rposition(known).map_or(0, |row| row + 1);
     let columns = || recorded.columns.iter().flatten().filter(on_clock);
     let first = columns().map(begin).max().unwrap_or(0);
     let last = columns().map(end).min().unwrap_or(rows);
     if first == 0 && last == rows {
         return Ok(());
     }
-    let late = |series: &Series| begin(series) > 0 || end(series) < rows;
+    let late = |series: &ReadSeries| begin(series) > 0 || end(series) < rows;
     let named = recorded.columns.iter().zip(wanted);
     let named = named.filter_map(|(series, wanted)| Some((series.as_ref().ok()?, wanted)));
     let blamed = named.filter(|(series, _)| series.clock == clock && late(series));
     let blamed: Vec<_> = blamed.map(|(_, wanted)| format!("`{}`", wanted.column)).collect();
-    let blamed = shortened(&blamed);
+    let blamed = join_shortened(&blamed);
     if first >= last {
         return Err(TableError::Apart { path: path.to_owned(), columns: blamed });
     }

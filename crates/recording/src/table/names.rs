@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 /// What a file says of a column.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Heading<'a> {
+pub(super) struct ColumnHeading<'a> {
     /// The whole title.
     pub text: &'a str,
     /// The title without its unit.
@@ -16,25 +16,25 @@ pub(super) struct Heading<'a> {
 /// The names of columns: whole titles, titles without their units, and for those that occur more than once
 /// `title [source]` and `title #2`, which counts from 1.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(super) struct UniqueColumnNames {
     /// The columns of each name; an earlier list goes first.
     by_name: [HashMap<String, Vec<usize>>; 4],
     /// The shortest name of each column that is no other one's.
     own: Vec<String>,
 }
 
-impl Names {
-    pub fn new(columns: &[Heading]) -> Self {
+impl UniqueColumnNames {
+    pub fn new(columns: &[ColumnHeading]) -> Self {
         let mut numbers: HashMap<&str, usize> = HashMap::new();
         let mut each = Vec::new();
-        for Heading { text, plain, source } in columns {
+        for ColumnHeading { text, plain, source } in columns {
             let number = numbers.entry(plain).or_default();
             *number += 1;
             let sourced = source.map(|source| format!("{plain} [{source}]"));
             let names = [Some((*text).to_owned()), Some((*plain).to_owned()), sourced];
             each.push((names, format!("{plain} #{number}")));
         }
-        let mut names = Names::default();
+        let mut names = UniqueColumnNames::default();
         for (place, (titles, numbered)) in each.iter().enumerate() {
             let all = titles.iter().cloned().chain([Some(numbered.clone())]);
             for (of, name) in names.by_name.iter_mut().zip(all) {
@@ -45,7 +45,7 @@ impl Names {
         }
         let own = |([text, plain, sourced], numbered): &([Option<String>; 3], String)| {
             let mut short = [plain, sourced, text].into_iter().flatten();
-            let is_own = |name: &&String| names.places(name).len() == 1;
+            let is_own = |name: &&String| names.columns_named(name).len() == 1;
             short.find(is_own).unwrap_or(numbered).clone()
         };
         names.own = each.iter().map(own).collect();
@@ -53,12 +53,12 @@ impl Names {
     }
 
     /// The columns of a name.
-    pub fn places(&self, name: &str) -> &[usize] {
+    pub fn columns_named(&self, name: &str) -> &[usize] {
         self.by_name.iter().find_map(|of| of.get(name)).map_or(&[], Vec::as_slice)
     }
 
     /// A name of a column that is no other one's.
-    pub fn own(&self, place: usize) -> &str {
+    pub fn unique_name(&self, place: usize) -> &str {
         self.own.get(place).map_or("", String::as_str)
     }
 }

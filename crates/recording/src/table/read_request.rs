@@ -22,7 +22,7 @@ pub enum GapRule {
 
 /// Value = `sign` * `gain` * recorded value + `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scaling {
+pub struct ColumnScaling {
     /// Factor, such as a steering ratio.
     pub gain: f64,
     /// Sum, in the unit of the value.
@@ -31,17 +31,17 @@ pub struct Scaling {
     pub sign: f64,
 }
 
-impl Default for Scaling {
+impl Default for ColumnScaling {
     fn default() -> Self {
-        Scaling { gain: 1.0, offset: 0.0, sign: 1.0 }
+        ColumnScaling { gain: 1.0, offset: 0.0, sign: 1.0 }
     }
 }
 
-impl Scaling {
+impl ColumnScaling {
     /// The value. Without gain, offset and sign it is the recorded one to the bit.
     #[must_use]
     pub fn apply(&self, recorded: f64) -> f64 {
-        if *self == Scaling::default() {
+        if *self == ColumnScaling::default() {
             return recorded;
         }
         self.sign * self.gain * recorded + self.offset
@@ -62,11 +62,11 @@ pub enum ColumnType {
 
 /// How a CSV file is written; what is not given is detected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Dialect {
+pub struct CsvDialect {
     /// Between two cells.
     pub separator: Option<Separator>,
     /// Between the whole and the broken part of a number.
-    pub decimal: Option<Decimal>,
+    pub decimal: Option<DecimalMark>,
     /// The line of the titles, from 1 on.
     pub title_row: Option<usize>,
     /// Whether a line of units follows the titles, or which one it is.
@@ -83,7 +83,7 @@ pub enum UnitRow {
     Line(usize),
 }
 
-impl Dialect {
+impl CsvDialect {
     /// The key of the first property that is given.
     pub(super) fn first_key(&self) -> Option<&'static str> {
         let keys = [
@@ -117,7 +117,7 @@ impl Separator {
     /// Signs that separate wherever they stand.
     pub(super) const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
 
-    pub(super) fn byte(self) -> u8 {
+    pub(super) fn as_byte(self) -> u8 {
         match self {
             Separator::Tab => b'\t',
             Separator::Semicolon => b';',
@@ -129,7 +129,7 @@ impl Separator {
 
 /// The decimal mark of a CSV file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-pub enum Decimal {
+pub enum DecimalMark {
     /// Decimal point.
     #[serde(rename = ".")]
     Point,
@@ -150,7 +150,7 @@ pub struct ColumnRequest {
     /// The rule for rows without a value.
     pub gaps: GapRule,
     /// Gain, offset and sign.
-    pub scaling: Scaling,
+    pub scaling: ColumnScaling,
     /// Time by which it is late [s].
     pub delay: f64,
 }
@@ -167,13 +167,13 @@ pub struct ReadRequest {
     /// Whether two rows may have one time: values jump there from those of the first row to those of the second.
     pub jumps: bool,
     /// How a CSV file is written.
-    pub dialect: Dialect,
+    pub dialect: CsvDialect,
 }
 
 impl ReadRequest {
     /// Columns by their names in the file, with the time in one of them.
     #[must_use]
-    pub fn plain(time: &str, columns: &[&str]) -> Self {
+    pub fn from_names(time: &str, columns: &[&str]) -> Self {
         let column = |name: &&str| ColumnRequest {
             name: (*name).to_owned(),
             column: (*name).to_owned(),
@@ -186,7 +186,7 @@ impl ReadRequest {
         }
     }
 
-    pub(super) fn titles(&self) -> Vec<&str> {
+    pub(super) fn requested_titles(&self) -> Vec<&str> {
         self.columns.iter().map(|wanted| wanted.column.as_str()).collect()
     }
 }

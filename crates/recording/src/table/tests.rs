@@ -1,12 +1,12 @@
 //! Values between, before and after recorded ones, and what a CSV file may have wrong.
 
-use super::{Interpolation, ReadRequest, Table, TableError};
+use super::{Interpolation, ReadRequest, TableError, TimeSeriesTable};
 
-fn read(name: &str, text: &str, columns: &[&str]) -> Result<Table, TableError> {
+fn read(name: &str, text: &str, columns: &[&str]) -> Result<TimeSeriesTable, TableError> {
     let file = format!("table-{name}-{}.csv", std::process::id());
     let path = std::env::temp_dir().join(file);
     std::fs::write(&path, text).expect("the temporary folder is writable");
-    let table = Table::read(&path, &ReadRequest::plain("t", columns));
+    let table = TimeSeriesTable::read(&path, &ReadRequest::from_names("t", columns));
     std::fs::remove_file(&path).expect("it has just been written");
     table
 }
@@ -16,9 +16,9 @@ const RECORDING: &str = "# t , v, note,a\n10, 1,first,-1\n10.5,2,second,-2\n12,5
 #[test]
 fn values_are_interpolated_held_and_clamped() {
     let mut linear = read("linear", RECORDING, &["a", "v"]).expect("it is well-formed");
-    assert_eq!(linear.names().collect::<Vec<_>>(), ["a", "v"]);
-    assert_eq!(linear.times(), [[0.0, 0.5, 2.0]]);
-    assert_eq!(linear.value(0, 0.5), -2.0);
+    assert_eq!(linear.column_names().collect::<Vec<_>>(), ["a", "v"]);
+    assert_eq!(linear.clock_times(), [[0.0, 0.5, 2.0]]);
+    assert_eq!(linear.value_at(0, 0.5), -2.0);
     linear.set_origin(Some(0.0));
     let mut hold = linear.clone();
     hold.set_interpolation(Interpolation::Hold);
@@ -33,13 +33,13 @@ fn values_are_interpolated_held_and_clamped() {
         (10.25, 1.5, 1.0),
         (-1.0, 1.0, 1.0),
     ] {
-        assert_eq!(linear.value(1, stamp), between, "{stamp}");
-        assert_eq!(hold.value(1, stamp), last, "{stamp}");
+        assert_eq!(linear.value_at(1, stamp), between, "{stamp}");
+        assert_eq!(hold.value_at(1, stamp), last, "{stamp}");
     }
     let mut shifted = linear.clone();
     for (origin, expected) in [(Some(9.5), 2.0), (Some(10.0), 3.0), (None, 3.0)] {
         shifted.set_origin(origin);
-        assert_eq!(shifted.value(1, 1.0), expected, "{origin:?}");
+        assert_eq!(shifted.value_at(1, 1.0), expected, "{origin:?}");
     }
 }
 
@@ -48,14 +48,14 @@ fn a_late_column_has_times_of_its_own() {
     let file = format!("table-late-{}.csv", std::process::id());
     let path = std::env::temp_dir().join(file);
     std::fs::write(&path, RECORDING).expect("the temporary folder is writable");
-    let mut request = ReadRequest::plain("t", &["a", "v", "v"]);
+    let mut request = ReadRequest::from_names("t", &["a", "v", "v"]);
     request.columns[1].delay = 0.25;
-    let mut table = Table::read(&path, &request).expect("it is well-formed");
+    let mut table = TimeSeriesTable::read(&path, &request).expect("it is well-formed");
     std::fs::remove_file(&path).expect("it has just been written");
     // The time of the scenario begins with the stamps of the file.
-    assert_eq!(table.times(), [[0.0, 0.5, 2.0], [-0.25, 0.25, 1.75]]);
-    assert_eq!([0, 1, 2].map(|column| table.clock(column)), [0, 1, 0]);
-    assert_eq!([1, 2].map(|column| table.value(column, 0.25)), [2.0, 1.5]);
+    assert_eq!(table.clock_times(), [[0.0, 0.5, 2.0], [-0.25, 0.25, 1.75]]);
+    assert_eq!([0, 1, 2].map(|column| table.column_clock(column)), [0, 1, 0]);
+    assert_eq!([1, 2].map(|column| table.value_at(column, 0.25)), [2.0, 1.5]);
 }
 
 #[test]
@@ -63,9 +63,12 @@ fn rows_outside_of_all_stretches_are_left_out() {
     let text = "t,x\n10,0\n11,1\n12,2\n13,3\n14,4\n";
     let mut table = read("during", text, &["x"]).expect("it is well-formed");
     table.keep_time_ranges(&[[0.0, 1.0], [3.5, 9.0]]).expect("rows");
-    assert_eq!((table.times(), table.column(0)), (vec![vec![0.0, 1.0, 4.0]], &[0.0, 1.0, 4.0][..]));
+    assert_eq!(
+        (table.clock_times(), table.column_values(0)),
+        (vec![vec![0.0, 1.0, 4.0]], &[0.0, 1.0, 4.0][..])
+    );
     assert_eq!(table.keep_time_ranges(&[[1.5, 3.0]]), Err(("x".to_owned(), [0.0, 4.0])));
-    assert_eq!(table.column(0).len(), 3);
+    assert_eq!(table.column_values(0).len(), 3);
 }
 
 #[test]
@@ -76,8 +79,8 @@ fn any_order_of_times_gives_the_same_values() {
     let fresh = table.clone();
     for i in 0..200 {
         let time = f64::from(i * 37 % 200) * 0.025;
-        let expected = fresh.clone().value(0, time);
-        assert_eq!(table.value(0, time), expected, "{time}");
+        let expected = fresh.clone().value_at(0, time);
+        assert_eq!(table.value_at(0, time), expected, "{time}");
     }
 }
 
@@ -87,7 +90,7 @@ fn held_values_change_at_times_that_rounding_puts_before_their_stamp() {
     let mut table = read("edge", text, &["x"]).expect("it is well-formed");
     table.set_interpolation(Interpolation::Hold);
     for stamp in [0.1, 0.2, 0.3, 0.6, 0.7, 1.1_f64] {
-        assert_eq!(table.value(0, stamp - 1e-12), (stamp * 10.0).round(), "{stamp}");
+        assert_eq!(table.value_at(0, stamp - 1e-12), (stamp * 10.0).round(), "{stamp}");
     }
 }
 
@@ -114,7 +117,7 @@ fn errors_name_the_line_and_the_column() {
         let error = read(name, text, &["v"]).expect_err(name).to_string();
         assert!(error.contains(part), "{name}: {error}");
     }
-    let missing = Table::read("no/such/file.csv", &ReadRequest::plain("t", &[]))
+    let missing = TimeSeriesTable::read("no/such/file.csv", &ReadRequest::from_names("t", &[]))
         .expect_err("it does not exist");
     assert!(missing.to_string().starts_with("cannot open"), "{missing}");
 }

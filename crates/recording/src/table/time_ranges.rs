@@ -1,8 +1,8 @@
 //! Keeps the rows of a table within given time ranges.
 
-use super::{Clock, Column, Table};
+use super::{TableClock, TableColumn, TimeSeriesTable};
 
-impl Table {
+impl TimeSeriesTable {
     /// Keeps the rows within any of these stretches, both ends included [s, times as of [`Table::times`]].    ///
     /// # Errors
     /// When a column keeps no row: its name, and from when until when it goes [s].
@@ -14,26 +14,25 @@ impl Table {
         };
         let kept: Vec<Vec<bool>> =
             self.clocks.iter().map(|it| it.stamps.iter().map(is_kept).collect()).collect();
-        for Column { name, clock, .. } in &self.columns {
+        for TableColumn { name, clock, .. } in &self.columns {
             let stamps = &self.clocks[*clock].stamps;
             if !kept[*clock].contains(&true) {
-                let ends =
-                    [stamps.first(), stamps.last()].map(|it| it.map_or(0.0, |it| it - origin));
+                let ends = [stamps.first(), stamps.last()].map(|it| it.map_or(0.0, |it| it - origin));
                 return Err((name.clone(), ends));
             }
         }
-        for (Clock { stamps, cursor, .. }, kept) in self.clocks.iter_mut().zip(&kept) {
-            retain(stamps, kept);
+        for (TableClock { stamps, cursor, .. }, kept) in self.clocks.iter_mut().zip(&kept) {
+            retain_rows(stamps, kept);
             *cursor = 0;
         }
         for column in &mut self.columns {
-            retain(&mut column.values, &kept[column.clock]);
+            retain_rows(&mut column.values, &kept[column.clock]);
         }
         Ok(())
     }
 }
 
-fn retain(values: &mut Vec<f64>, kept: &[bool]) {
+fn retain_rows(values: &mut Vec<f64>, kept: &[bool]) {
     let mut kept = kept.iter();
     values.retain(|_| kept.next().copied().unwrap_or(false));
 }

@@ -4,7 +4,7 @@ use units::Unit;
 
 /// The title of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Title {
+pub(super) struct ParsedTitle {
     /// As it stands in the file.
     pub text: String,
     /// Without the unit.
@@ -14,31 +14,31 @@ pub(super) struct Title {
     pub source: Option<String>,
 }
 
-impl Title {
+impl ParsedTitle {
     /// Reads `v_x [km/h]` and `v_x (km/h)`, also without the blank. Brackets of indices and of derivatives belong to the name, and so
     /// do round ones without a blank before them around what is no unit: `f_z[1]`, `der(h)`, `wheel(left)`.
-    pub fn read(text: &str) -> Self {
+    pub fn parse(text: &str) -> Self {
         let text = text.trim();
         let is_sensor = |it: &&str| !it.is_empty() && it.bytes().all(|c| c.is_ascii_alphanumeric());
         let sourced = text.rsplit_once(" *").filter(|(_, source)| is_sensor(source));
         let (title, source) = sourced.map_or((text, None), |(title, source)| (title, Some(source)));
-        let (plain, unit) = bracket(title).unwrap_or((title, None));
+        let (plain, unit) = split_bracketed_unit(title).unwrap_or((title, None));
         let [text, plain] = [text, plain].map(str::to_owned);
-        Title { text, plain, unit, source: source.map(str::to_owned) }
+        ParsedTitle { text, plain, unit, source: source.map(str::to_owned) }
     }
 }
 
 /// The title of a column, from which [`Title::read`] reads the same name and unit: `v_x [km/h]`, without a unit `v_x`. Where a name alone
 /// would be taken for one with a unit, an empty bracket follows: `sensor(s) []`.
-pub(crate) fn title(name: &str, unit: Option<&str>) -> String {
+pub(crate) fn format_title(name: &str, unit: Option<&str>) -> String {
     match unit {
         Some(unit) => format!("{name} [{unit}]"),
-        None if Title::read(name).plain == name => name.to_owned(),
+        None if ParsedTitle::parse(name).plain == name => name.to_owned(),
         None => format!("{name} []"),
     }
 }
 
-fn bracket(text: &str) -> Option<(&str, Option<String>)> {
+fn split_bracketed_unit(text: &str) -> Option<(&str, Option<String>)> {
     let (open, round) = match text.chars().next_back()? {
         ']' => (text.rfind('[')?, false),
         ')' => (text.rfind('(')?, true),
@@ -48,7 +48,7 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
     let plain = before.trim_end();
     let is_attached = plain.len() == before.len();
     let is_charge = !round && ["C", "F"].contains(&inner) && !plain.to_lowercase().contains("temp");
-    let read = if is_charge { None } else { unit(inner, plain) };
+    let read = if is_charge { None } else { parse_title_unit(inner, plain) };
     let is_index = inner.chars().all(|c| c.is_ascii_digit() || c == ',');
     let is_derivative = round && (plain == "der" || plain.ends_with(".der"));
     let is_named = is_index || is_derivative || (round && read.is_none());
@@ -62,8 +62,8 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
 
 /// Words of loggers for counts and for numbers without a dimension, in small letters.
 const COUNTS: [&str; 14] = [
-    "sats", "#", "count", "counts", "gear", "lap", "dop", "bool", "flag", "lambda", "ratio", "no",
-    "nodim", "unitless",
+    "sats", "#", "count", "counts", "gear", "lap", "dop", "bool", "flag", "lambda", "ratio", "no", "nodim",
+    "unitless",
 ];
 
 /// Words of loggers for a unit, in small letters, that are none or another one elsewhere: `C` is a coulomb. RaceChrono writes
@@ -77,7 +77,7 @@ const ACCELERATIONS: [&str; 8] =
 
 /// The unit, in the spelling of this program, that a word means beside a title: `kmph` is km/h, and `g` that of gravity in a
 /// title that speaks of an acceleration, or else a gram.
-pub(super) fn unit(word: &str, title: &str) -> Option<String> {
+pub(super) fn parse_title_unit(word: &str, title: &str) -> Option<String> {
     let word = word.trim();
     let small = word.to_lowercase();
     let letters = |text: &str| -> String {
@@ -91,18 +91,18 @@ pub(super) fn unit(word: &str, title: &str) -> Option<String> {
         return Some("1".to_owned());
     }
     let of_loggers = LOGGERS.iter().find(|(it, _)| *it == small);
-    of_loggers.map(|(_, unit)| (*unit).to_owned()).or_else(|| units::normalized(word))
+    of_loggers.map(|(_, unit)| (*unit).to_owned()).or_else(|| units::normalized_unit_text(word))
 }
 
 /// The unit in the name of a time that has no other: `timestamp_ms`, `t_us`.
-pub(crate) fn unit_of_time(name: &str) -> Option<Unit> {
+pub(crate) fn time_unit_in_name(name: &str) -> Option<Unit> {
     let (_, last) = name.trim().rsplit_once(['_', ' ', '.', '-'])?;
     let known = ["ns", "us", "ms", "s"];
     known.contains(&last).then(|| Unit::parse(last).ok()).flatten()
 }
 
 /// The word in a cell of a line of units, without brackets; nothing where there is none.
-pub(super) fn unit_word(cell: &str) -> Option<&str> {
+pub(super) fn unit_in_cell(cell: &str) -> Option<&str> {
     let cell = cell.trim();
     let inside = |open, close| cell.strip_prefix(open).and_then(|it| it.strip_suffix(close));
     let word = inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim();
@@ -132,7 +132,7 @@ mod tests {
         ];
         for name in names {
             for unit in [None, Some("m/s"), Some("1"), Some("furlong")] {
-                let read = Title::read(&title(name, unit));
+                let read = ParsedTitle::parse(&format_title(name, unit));
                 assert_eq!((read.plain.as_str(), read.unit.as_deref()), (name, unit));
             }
         }
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn the_name_of_a_time_may_end_with_its_unit() {
-        let factor = |name| unit_of_time(name).map(|unit| unit.factor);
+        let factor = |name| time_unit_in_name(name).map(|unit| unit.factor);
         assert_eq!(
             ["timestamp_ms", "t_us", "log.time_ns", "time_s"].map(factor),
             [Some(1e-3), Some(1e-6), Some(1e-9), Some(1.0)]
@@ -181,7 +181,7 @@ mod tests {
             ("[m]", "[m]", None),
             ("x]", "x]", None),
         ] {
-            let title = Title::read(text);
+            let title = ParsedTitle::parse(text);
             assert_eq!((title.plain.as_str(), title.unit.as_deref()), (plain, unit), "{text}");
         }
     }

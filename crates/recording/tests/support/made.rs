@@ -7,15 +7,15 @@ use std::io::BufWriter;
 use std::ops::Range;
 use std::path::Path;
 
-use diagnostics::Source;
+use diagnostics::SourceFiles;
 use mcap::records::{MessageHeader, op};
 use mcap::{Compression, WriteOptions};
 use rand::RngExt as _;
 use rand_pcg::Pcg64;
-use recording::view::View;
+use recording::view::ReplayView;
 use recording::{
-    Column, Columns, Direction, Event, Level, McapSink, Recorded, Row, RunHeader, Sink as _,
-    ValueKind,
+    Column, Columns, EventLevel, McapSink, RecordedVariables, Row, RunEvent, RunHeader, Sink as _, ValueKind,
+    VariableDirection,
 };
 
 pub type Failed = Box<dyn std::error::Error>;
@@ -45,7 +45,7 @@ pub fn finished(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
     let column = |k: usize, node: &str, kind: ValueKind| Column {
         node: node.to_owned(),
         variable: format!("c{k}"),
-        direction: Direction::Output,
+        direction: VariableDirection::Output,
         kind,
         unit: (k == 0).then(|| "m/s".to_owned()),
         description: None,
@@ -56,11 +56,11 @@ pub fn finished(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
 }
 
 /// The description of a run with these columns.
-pub fn header(folder: &Path, columns: Columns<Recorded>, step: f64, ticks: u64) -> RunHeader {
+pub fn header(folder: &Path, columns: Columns<RecordedVariables>, step: f64, ticks: u64) -> RunHeader {
     RunHeader {
         scenario: "made".to_owned(),
         title: "A recording to be damaged".to_owned(),
-        source: Source::generated(diagnostics::TextFile::new(
+        source: SourceFiles::from_generated(diagnostics::TextFile::new(
             "made.toml",
             "title = \"made\"\n".repeat(40),
         )),
@@ -70,23 +70,23 @@ pub fn header(folder: &Path, columns: Columns<Recorded>, step: f64, ticks: u64) 
         seed: 1,
         columns,
         status_tracks: Vec::new(),
-        view: View::default(),
+        view: ReplayView::default(),
         folder: folder.to_owned(),
     }
 }
 
 /// A recording of these columns.
-pub fn made(folder: &Path, columns: Columns<Recorded>, ticks: u64) -> Result<Vec<u8>, Failed> {
-    let (numbers, texts) = (columns.numbers().len(), columns.texts().len());
+pub fn made(folder: &Path, columns: Columns<RecordedVariables>, ticks: u64) -> Result<Vec<u8>, Failed> {
+    let (numbers, texts) = (columns.number_columns().len(), columns.text_columns().len());
     let header = header(folder, columns, STEP, ticks);
     let mut sink = McapSink::new(&header)?;
     for tick in 0..=ticks {
         let numbers = (0..numbers).map(|column| value_of(tick, column)).collect();
         let time = tick as f64 * STEP;
-        sink.row(tick, time, &Row::from_values(numbers, vec![format!("row {tick}"); texts]))?;
+        sink.push_row(tick, time, &Row::from_values(numbers, vec![format!("row {tick}"); texts]))?;
         if tick % 100 == 50 {
             let (source, message) = ("car".to_owned(), format!("half a second after {time}"));
-            sink.event(&Event { time, level: Level::Info, source, message, again: 0 })?;
+            sink.push_event(&RunEvent { time, level: EventLevel::Info, source, message, again: 0 })?;
         }
     }
     sink.finish("# All is well", true)?;
@@ -104,11 +104,7 @@ fn killed(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
 }
 
 /// A recording of another program.
-fn foreign(
-    folder: &Path,
-    compression: Option<Compression>,
-    messages: u64,
-) -> Result<Vec<u8>, Failed> {
+fn foreign(folder: &Path, compression: Option<Compression>, messages: u64) -> Result<Vec<u8>, Failed> {
     let path = folder.join("foreign.mcap");
     let options = WriteOptions::new().compression(compression).chunk_size(Some(700));
     let mut writer = options.create(BufWriter::new(File::create(&path)?))?;
@@ -130,8 +126,7 @@ fn foreign(
 /// A recording of ROS 2: a text, a list and a number with the time of each message.
 fn ros(folder: &Path) -> Result<Vec<u8>, Failed> {
     let path = folder.join("ros.mcap");
-    let mut writer =
-        WriteOptions::new().compression(None).create(BufWriter::new(File::create(&path)?))?;
+    let mut writer = WriteOptions::new().compression(None).create(BufWriter::new(File::create(&path)?))?;
     let definition = "std_msgs/Header header\nfloat64[] list\nfloat64 x\n";
     let schema = writer.add_schema("demo/msg/Ros", "ros2msg", definition.as_bytes())?;
     let channel = writer.add_channel(schema, "/ros", "cdr", &BTreeMap::new())?;
@@ -142,8 +137,7 @@ fn ros(folder: &Path) -> Result<Vec<u8>, Failed> {
         data.extend(head.iter().flat_map(|it| it.to_le_bytes()));
         data.extend([0.5, 1.5, f64::from(k)].iter().flat_map(|it| it.to_le_bytes()));
         let time = u64::from(k) * 1_000_000_000;
-        let header =
-            MessageHeader { channel_id: channel, sequence: k, log_time: time, publish_time: time };
+        let header = MessageHeader { channel_id: channel, sequence: k, log_time: time, publish_time: time };
         writer.write_to_known_channel(&header, &data)?;
     }
     writer.finish()?;
@@ -204,8 +198,7 @@ fn lengths(random: &mut Pcg64, bytes: &mut [u8], records: &[Range<usize>]) {
 fn swap(bytes: &mut [u8], a: Range<usize>, b: Range<usize>) {
     let (first, second) = if a.start <= b.start { (a, b) } else { (b, a) };
     if first.end <= second.start && second.end <= bytes.len() {
-        let parts =
-            [&bytes[second.clone()], &bytes[first.end..second.start], &bytes[first.clone()]];
+        let parts = [&bytes[second.clone()], &bytes[first.end..second.start], &bytes[first.clone()]];
         let swapped = parts.concat();
         bytes[first.start..second.end].copy_from_slice(&swapped);
     }

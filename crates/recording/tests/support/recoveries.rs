@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use damage::Target;
+use damage::FuzzTarget;
 use mcap::records::{MessageHeader, Record};
-use recording::recover::recover;
+use recording::recover::recover_recording;
 
 use super::made::{self, Failed};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "recoveries",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../recording/tests/corpus/recordings"),
     sound: made::all,
@@ -52,8 +52,8 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let (broken, into) = (folder.join("broken.mcap"), folder.join("new.mcap"));
     let _ = std::fs::remove_file(&into);
     std::fs::write(&broken, bytes).expect("it can be written");
-    let unchecked = recover(&broken, &folder.join("unchecked.mcap"), true);
-    let Ok(found) = recover(&broken, &into, false) else { return false };
+    let unchecked = recover_recording(&broken, &folder.join("unchecked.mcap"), true);
+    let Ok(found) = recover_recording(&broken, &into, false) else { return false };
     assert!(unchecked.is_ok_and(|more| more.messages >= found.messages), "more was lost");
     let new = std::fs::read(&into).expect("it was written");
     let new = contents(&new).unwrap_or_else(|error| panic!("it cannot be read: {error}"));

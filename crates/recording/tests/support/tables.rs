@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use damage::Target;
-use recording::Golden;
-use recording::table::{self, ColumnType, Dialect, GapRule, ReadRequest, Table};
+use damage::FuzzTarget;
+use recording::GoldenRecording;
+use recording::table::{self, ColumnType, CsvDialect, GapRule, ReadRequest, TimeSeriesTable};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "tables",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../recording/tests/corpus/tables"),
     sound,
@@ -64,32 +64,32 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     std::fs::write(&path, bytes).expect("it can be written");
     let mut taken = false;
     for gaps in [GapRule::Interpolate, GapRule::Drop] {
-        let mut wanted = ReadRequest::plain("time", &["v_x", "gear", "state"]);
+        let mut wanted = ReadRequest::from_names("time", &["v_x", "gear", "state"]);
         wanted.columns[0].gaps = gaps;
         wanted.columns[0].delay = if gaps == GapRule::Drop { 0.05 } else { 0.0 };
         wanted.columns[1].column_type = ColumnType::Integer;
         wanted.columns[1].gaps = gaps;
         wanted.columns[2].column_type = ColumnType::Text;
-        wanted.dialect = Dialect::default();
+        wanted.dialect = CsvDialect::default();
         wanted.jumps = gaps == GapRule::Drop;
-        let Ok(mut table) = Table::read(&path, &wanted) else { continue };
+        let Ok(mut table) = TimeSeriesTable::read(&path, &wanted) else { continue };
         taken = true;
-        for clock in table.times() {
+        for clock in table.clock_times() {
             assert!(!clock.is_empty() && clock.iter().all(|time| time.is_finite()), "{clock:?}");
             assert!(clock.is_sorted(), "{clock:?}");
         }
-        assert!(table.column(0).iter().all(|value| value.is_finite()));
+        assert!(table.column_values(0).iter().all(|value| value.is_finite()));
         for time in [-1.0, 0.0, 0.1, 0.15, 5.0, 1e300, f64::NAN, 0.0] {
             for column in 0..3 {
-                table.value(column, time);
+                table.value_at(column, time);
             }
         }
     }
-    if let Ok(titles) = table::titles(&path) {
+    if let Ok(titles) = table::read_titles(&path) {
         assert!(titles.columns.iter().all(|title| !title.name.is_empty()));
     }
-    let _ = table::columns(&path, None, &["v_x"]);
-    if let Ok(whole) = Golden::read(&path, &["state"]) {
+    let _ = table::read_untimed_columns(&path, None, &["v_x"]);
+    if let Ok(whole) = GoldenRecording::read(&path, &["state"]) {
         assert!(!whole.times.is_empty());
     }
     taken

@@ -6,45 +6,42 @@ use std::fmt::Write as _;
 use diagnostics::Error;
 use scenario::Scenario;
 
-use super::{Comparison, RecordedRun};
+use super::{RecordedRun, RunComparison};
 
 /// Listed differences of the scenarios at most; the rest is counted.
 const LISTED: usize = 40;
 
-impl Comparison {
+impl RunComparison {
     /// The run card as Markdown; `found` are further lines of its first table.
     #[must_use]
-    pub fn card(&self, found: &[(String, [String; 2])]) -> String {
+    pub fn run_card_markdown(&self, found: &[(String, [String; 2])]) -> String {
         let [a, b] = &self.runs;
         let mut text = match a.header.title == b.header.title {
             true => format!("### {}\n\n", a.header.title),
             false => format!("### {} / {}\n\n", a.header.title, b.header.title),
         };
         let each = |what: fn(&RecordedRun) -> String| [what(a), what(b)];
-        let time = |it: &RecordedRun| {
-            format!("{} s in steps of {} ms", it.header.stop, it.header.step * 1e3)
-        };
+        let time = |it: &RecordedRun| format!("{} s in steps of {} ms", it.header.stop, it.header.step * 1e3);
         let facts = [
             ("Seed", each(|it| it.header.seed.to_string())),
             ("Time", each(time)),
             ("Scenario", each(|it| it.header.scenario.clone())),
         ];
         let facts = facts.into_iter().map(|(name, values)| (name.to_owned(), values));
-        let verdict = ("Verdict".to_owned(), each(|it| verdict(it).0));
-        let lines: Vec<_> =
-            std::iter::once(verdict).chain(found.iter().cloned()).chain(facts).collect();
-        table(&mut text, "", &self.runs, &lines);
-        let checks = self.checks();
+        let verdict = ("Verdict".to_owned(), each(|it| headline_and_check_verdicts(it).0));
+        let lines: Vec<_> = std::iter::once(verdict).chain(found.iter().cloned()).chain(facts).collect();
+        write_markdown_table(&mut text, "", &self.runs, &lines);
+        let checks = self.check_verdicts();
         if !checks.is_empty() {
             text += "\n";
-            table(&mut text, "Check", &self.runs, &checks);
+            write_markdown_table(&mut text, "Check", &self.runs, &checks);
         }
         text += "\n### Differences of the scenarios\n\n";
-        match self.differences() {
+        match self.scenario_differences() {
             Ok(differences) if differences.is_empty() => text += "Nothing.\n",
             Ok(differences) => {
                 let listed = &differences[..differences.len().min(LISTED)];
-                table(&mut text, "Value", &self.runs, listed);
+                write_markdown_table(&mut text, "Value", &self.runs, listed);
                 if differences.len() > LISTED {
                     // Writing into a string cannot fail.
                     let _ = writeln!(text, "\nand {} more", differences.len() - LISTED);
@@ -64,33 +61,29 @@ impl Comparison {
     }
 
     /// The checks of both runs, in the order of A, and their verdicts.
-    fn checks(&self) -> Vec<(String, [String; 2])> {
+    fn check_verdicts(&self) -> Vec<(String, [String; 2])> {
         let of: Vec<BTreeMap<_, _>> =
-            self.runs.iter().map(|it| verdict(it).1.into_iter().collect()).collect();
+            self.runs.iter().map(|it| headline_and_check_verdicts(it).1.into_iter().collect()).collect();
         let mut names: Vec<String> = Vec::new();
-        for (name, _) in self.runs.iter().flat_map(|it| verdict(it).1) {
+        for (name, _) in self.runs.iter().flat_map(|it| headline_and_check_verdicts(it).1) {
             if !names.contains(&name) {
                 names.push(name);
             }
         }
         let verdict_of = |run: usize, name: &str| of[run].get(name).cloned().unwrap_or_default();
-        names
-            .into_iter()
-            .map(|name| (name.clone(), [verdict_of(0, &name), verdict_of(1, &name)]))
-            .collect()
+        names.into_iter().map(|name| (name.clone(), [verdict_of(0, &name), verdict_of(1, &name)])).collect()
     }
 
     /// The values that differ between the scenarios; titles and views are left out.
-    fn differences(&self) -> Result<Vec<(String, [String; 2])>, Error> {
+    fn scenario_differences(&self) -> Result<Vec<(String, [String; 2])>, Error> {
         let values = |run: &RecordedRun| -> Result<BTreeMap<String, String>, Error> {
             let mut values =
-                super::scenario(&run.recording).and_then(|it| Scenario::values(&it))?;
+                super::recorded_scenario(&run.recording).and_then(|it| Scenario::flattened_values(&it))?;
             values.retain(|name, _| !["title", "extends", "without"].contains(&name.as_str()));
             values.retain(|name, _| !name.starts_with("view."));
             for given in &run.header.given {
-                if let Some(((node, variable), value)) = given
-                    .split_once('=')
-                    .and_then(|(name, value)| Some((name.split_once('.')?, value)))
+                if let Some(((node, variable), value)) =
+                    given.split_once('=').and_then(|(name, value)| Some((name.split_once('.')?, value)))
                 {
                     values.insert(format!("fmu.{node}.start.{variable}"), value.to_owned());
                 }
@@ -105,7 +98,12 @@ impl Comparison {
     }
 }
 
-fn table(text: &mut String, head: &str, runs: &[RecordedRun; 2], lines: &[(String, [String; 2])]) {
+fn write_markdown_table(
+    text: &mut String,
+    head: &str,
+    runs: &[RecordedRun; 2],
+    lines: &[(String, [String; 2])],
+) {
     // Writing into a string cannot fail.
     let _ = writeln!(text, "| {head} | {} | {} |\n|:--|:--|:--|", runs[0].name, runs[1].name);
     for (name, [a, b]) in lines {
@@ -115,7 +113,7 @@ fn table(text: &mut String, head: &str, runs: &[RecordedRun; 2], lines: &[(Strin
 }
 
 /// The headline of a run's summary, and the verdict on each check.
-fn verdict(run: &RecordedRun) -> (String, Vec<(String, String)>) {
+fn headline_and_check_verdicts(run: &RecordedRun) -> (String, Vec<(String, String)>) {
     let Some(summary) = &run.recording.summary else {
         return ("the recording was cut off".to_owned(), Vec::new());
     };
@@ -123,8 +121,7 @@ fn verdict(run: &RecordedRun) -> (String, Vec<(String, String)>) {
     let rows = summary.lines().filter_map(|line| line.strip_prefix("| ")).skip(1);
     let checks = rows.filter_map(|row| {
         let mut cells = row.split('|').map(str::trim);
-        let (name, sign, worst, limit) =
-            (cells.next()?, cells.next()?, cells.next()?, cells.next()?);
+        let (name, sign, worst, limit) = (cells.next()?, cells.next()?, cells.next()?, cells.next()?);
         let numbers = match (worst, limit) {
             ("", _) => String::new(),
             (worst, "") => format!(": {worst}"),

@@ -2,7 +2,7 @@
 
 /// A piece of a run beyond its furthest point so far: time [s] and distance [m] at its ends.
 #[derive(Clone, Copy)]
-struct Segment {
+struct ArrivalSegment {
     from: [f64; 2],
     to: [f64; 2],
 }
@@ -12,7 +12,7 @@ struct Segment {
 /// Distance is the furthest point reached so far; stopping or reversing does not change it.
 #[derive(Default)]
 pub(super) struct ArrivalTimes {
-    pieces: Vec<Segment>,
+    pieces: Vec<ArrivalSegment>,
     last: Option<[f64; 2]>,
 }
 
@@ -24,25 +24,23 @@ impl ArrivalTimes {
         let from = self.last.replace(to).unwrap_or(to);
         let furthest = self.pieces.last().map(|piece| piece.to);
         match furthest {
-            Some([reached, furthest]) if distance <= furthest => {
-                (distance == furthest).then_some(reached)
-            }
+            Some([reached, furthest]) if distance <= furthest => (distance == furthest).then_some(reached),
             _ => {
-                self.pieces.push(Segment { from, to });
+                self.pieces.push(ArrivalSegment { from, to });
                 Some(time)
             }
         }
     }
 
     /// The furthest distance [m].
-    pub fn furthest(&self) -> Option<f64> {
+    pub fn furthest_distance(&self) -> Option<f64> {
         self.pieces.last().map(|piece| piece.to[1])
     }
 
     /// The time [s] at which the distance [m] was first reached, interpolated linearly; `None` outside of the arrivals.
     pub fn time_at(&self, distance: f64) -> Option<f64> {
         let index = self.pieces.partition_point(|piece| piece.to[1] < distance);
-        let Segment { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(index)?;
+        let ArrivalSegment { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(index)?;
         if distance == s1 {
             return Some(t1);
         }
@@ -71,7 +69,7 @@ mod tests {
             assert_eq!(arrivals.time_at(distance), Some(time), "{distance} m");
         }
         assert_eq!((arrivals.time_at(-0.1), arrivals.time_at(5.1)), (None, None));
-        assert_eq!(arrivals.furthest(), Some(5.0));
+        assert_eq!(arrivals.furthest_distance(), Some(5.0));
     }
 
     #[test]
@@ -86,8 +84,7 @@ mod tests {
     fn at_constant_speeds_the_time_gap_is_proportional_to_the_distance() {
         let drive = |speed: f64, step: f64| {
             let time = |k: u32| f64::from(k) * step;
-            let rows: Vec<_> =
-                (0..=(100.0 / step) as u32).map(|k| [time(k), speed * time(k)]).collect();
+            let rows: Vec<_> = (0..=(100.0 / step) as u32).map(|k| [time(k), speed * time(k)]).collect();
             arrivals(&rows)
         };
         let (a, b) = (drive(20.0, 0.001), drive(16.0, 0.01));

@@ -11,7 +11,7 @@ const MARGIN: f64 = 0.05;
 const EDGE: f64 = 0.15;
 
 /// The ends of an axis for values from `low` to `high`.
-pub(super) fn readable([low, high]: [f64; 2]) -> [f64; 2] {
+pub(super) fn readable_axis_range([low, high]: [f64; 2]) -> [f64; 2] {
     let least = 1e-6 * low.abs().max(high.abs()).max(1e-6);
     let margin = MARGIN * (high - low).max(least);
     let (mut low, mut high) = (low - margin, high + margin);
@@ -37,16 +37,14 @@ mod tests {
 
     #[test]
     fn an_axis_has_three_numbers_and_all_values() {
-        for ends in
-            [[45.0, 180.0], [79.86, 80.12], [-0.3, 0.9], [3.0, 3.0], [0.0, 0.0], [-1e-9, 7e5]]
-        {
-            let [low, high] = readable(ends);
+        for ends in [[45.0, 180.0], [79.86, 80.12], [-0.3, 0.9], [3.0, 3.0], [0.0, 0.0], [-1e-9, 7e5]] {
+            let [low, high] = readable_axis_range(ends);
             assert!(low < ends[0] && ends[1] < high, "{ends:?}: {low} {high}");
             let exponent = ((high - low) / SPACES).log10().ceil();
             let step = 10.0_f64.powf(exponent);
             let numbers = (high / step).floor() - (low / step).ceil() + 1.0;
             assert!((3.0..=8.0).contains(&numbers), "{ends:?}: {low} {high} {numbers}");
         }
-        assert_eq!(readable([0.0, 40.0]), [-2.0, 42.0]);
+        assert_eq!(readable_axis_range([0.0, 40.0]), [-2.0, 42.0]);
     }
 }

@@ -30,18 +30,13 @@ impl RunCard {
     }
 
     /// The card before the end.
-    pub fn running(&self) -> TextDocument {
+    pub fn card_while_running(&self) -> TextDocument {
         let state = "*This run has not ended yet, or it was cut off.*";
-        TextDocument::from_markdown(format!("# {}\n\n{state}\n\n{}", self.title, self.facts("")))
+        TextDocument::from_markdown(format!("# {}\n\n{state}\n\n{}", self.title, self.run_facts_markdown("")))
     }
 
     /// The card at the end; `speeds` [m/s] are the ends of the colour scale.
-    pub fn finished(
-        &self,
-        summary: &str,
-        completed: bool,
-        speeds: Option<SpeedRange>,
-    ) -> TextDocument {
+    pub fn card_after_end(&self, summary: &str, completed: bool, speeds: Option<SpeedRange>) -> TextDocument {
         let colors = speeds.map_or(String::new(), |SpeedRange { slow, fast }| {
             let (slow, fast) = (slow * 3.6, fast * 3.6);
             format!("| Driven line | blue {slow:.0} km/h to yellow {fast:.0} km/h |\n")
@@ -52,11 +47,11 @@ impl RunCard {
                 format!("## ⚠ NOT COMPLETED: stopped at {:.3} s of {} s\n\n", self.end, self.stop)
             }
         };
-        let facts = self.facts(&colors);
+        let facts = self.run_facts_markdown(&colors);
         TextDocument::from_markdown(format!("# {}\n\n{state}{summary}\n\n{facts}", self.title))
     }
 
-    fn facts(&self, more: &str) -> String {
+    fn run_facts_markdown(&self, more: &str) -> String {
         let Self { scenario, step, stop, seed, .. } = self;
         format!(
             "| Scenario | {scenario} |\n|:--|:--|\n| Time | {stop} s in steps of {} ms |\n\

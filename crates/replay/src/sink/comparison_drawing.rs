@@ -3,48 +3,45 @@
 use std::path::Path;
 
 use diagnostics::Error;
-use re_sdk::{
-    ApplicationId, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
-};
+use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::archetypes::{Scalars, TextDocument};
-use recording::view::Role;
-use recording::{Event, Recorded, Row, Sink};
+use recording::view::CurveRole;
+use recording::{RecordedVariables, Row, RunEvent, Sink};
 
 use super::arrival_times::ArrivalTimes;
-use super::diagrams::Diagrams;
+use super::diagrams::AnalysisDiagrams;
 use super::drawing::RunDrawing;
-use super::layout::Layout;
-use super::run_slot::{OTHER, RunSlot};
-use super::signals::{Chart, ChartLine};
-use super::target::Target;
+use super::layout::ViewerLayout;
+use super::run_slot::{OTHER, RunNamespace};
+use super::signals::{ChartCurve, TimeChart};
+use super::target::RecordingTarget;
 use super::time_gap::TimeGap;
 use super::timeline::TimePoints;
-use super::transport::Transport;
-use super::{FILE_BATCH, application};
-use crate::comparison::{Comparison, RecordedRun};
+use super::transport::RecordingTransport;
+use super::{FILE_BATCH, application_id};
+use crate::comparison::{RecordedRun, RunComparison};
 
 /// The entity of the time gap.
 const TIME_GAP: &str = "time_gap";
 /// Distances of runs whose first positions are further apart [m] do not compare.
 const APART: f64 = 1.0;
 
-impl Comparison {
+impl RunComparison {
     /// Writes both runs into the file at `path`, with a layout. Oddities are added to the notes.
     ///
     /// # Errors
     /// When a run cannot be read to its end, or the file cannot be written.
-    pub fn write(&mut self, path: &Path) -> Result<(), Error> {
+    pub fn write_recording(&mut self, path: &Path) -> Result<(), Error> {
         let [a, b] = &self.runs;
         let name = format!("{}_{OTHER}_{}", a.header.scenario, b.header.scenario);
-        let application = application(&name);
+        let application = application_id(&name);
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
-        let mut transport = Transport::open(builder, &Target::File(path.to_owned()))?;
+        let mut transport = RecordingTransport::open(builder, &RecordingTarget::File(path.to_owned()))?;
         let Some(stream) = transport.stream() else { return Ok(()) };
         let mut pair = RunPair::new([a, b], application);
-        let described = pair.describe(&stream, [a, b]).map_err(|error| error.to_string());
-        transport.begun(described)?;
-        let DrawnRuns { arrivals, begins, time_gap } =
-            pair.play(&stream, &mut transport, [a, b])?;
+        let described = pair.send_static(&stream, [a, b]).map_err(|error| error.to_string());
+        transport.confirm_begin(described)?;
+        let RunPairResult { arrivals, begins, time_gap } = pair.draw_rows(&stream, &mut transport, [a, b])?;
         if let [Some(a), Some(b)] = begins
             && (a[0] - b[0]).hypot(a[1] - b[1]) > APART
         {
@@ -54,20 +51,20 @@ impl Comparison {
                     .to_owned(),
             );
         }
-        let card = self.card(&facts(pair.timed, arrivals, time_gap.last()));
-        let ended = pair.finish(&stream, &time_gap, card).map_err(|error| error.to_string());
+        let card = self.run_card_markdown(&comparison_facts(pair.timed, arrivals, time_gap.last_point()));
+        let ended = pair.send_final_parts(&stream, &time_gap, card).map_err(|error| error.to_string());
         drop(stream);
-        let ended = ended.and_then(|()| transport.end());
-        transport.judge(ended)
+        let ended = ended.and_then(|()| transport.close());
+        transport.viewer_loss_to_warning(ended)
     }
 }
 
 /// The drawings of both runs and their common layout.
 struct RunPair {
-    slots: [RunSlot; 2],
+    slots: [RunNamespace; 2],
     first: RunDrawing,
     other: RunDrawing,
-    layout: Layout,
+    layout: ViewerLayout,
     /// Whether both runs have a distance.
     timed: bool,
     /// The title of the time gap.
@@ -75,7 +72,7 @@ struct RunPair {
 }
 
 /// The outcome of drawing both runs.
-struct DrawnRuns {
+struct RunPairResult {
     arrivals: [ArrivalTimes; 2],
     /// The first position of each body [m].
     begins: [Option<[f64; 2]>; 2],
@@ -84,19 +81,19 @@ struct DrawnRuns {
 
 impl RunPair {
     fn new([a, b]: [&RecordedRun; 2], application: ApplicationId) -> Self {
-        let slots = [RunSlot::default(), RunSlot(Some(b.name.clone()))];
+        let slots = [RunNamespace::default(), RunNamespace(Some(b.name.clone()))];
         let [(first, charts), (other, more)] = [(a, &slots[0]), (b, &slots[1])]
-            .map(|(run, slot)| RunDrawing::new(&run.header, slot, &run.lacks()));
+            .map(|(run, slot)| RunDrawing::new(&run.header, slot, &run.missing_columns()));
         let timed = [a, b].iter().all(|run| run.header.view.distance.is_some());
         let title = format!("{} behind {} at the same distance", b.name, a.name);
-        let layout = Layout {
+        let layout = ViewerLayout {
             application,
-            charts: overlaid(timed.then_some(&title), charts, more),
+            charts: overlay_charts(timed.then_some(&title), charts, more),
             derived: Vec::new(),
             xy_plots: first.xy_plots.views_with(&other.xy_plots),
-            diagrams: Diagrams::default(),
-            states: a.header.columns.texts().len() > 0,
-            texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
+            diagrams: AnalysisDiagrams::default(),
+            states: a.header.columns.text_columns().len() > 0,
+            texts: [&first, &other].iter().flat_map(|it| it.texts.entity_paths()).collect(),
             graph: false,
             compared: true,
             body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
@@ -106,61 +103,58 @@ impl RunPair {
     }
 
     /// Sends the layout and the static parts.
-    fn describe(
-        &self,
-        stream: &RecordingStream,
-        runs: [&RecordedRun; 2],
-    ) -> RecordingStreamResult<()> {
-        self.layout.send(stream, None)?;
+    fn send_static(&self, stream: &RecordingStream, runs: [&RecordedRun; 2]) -> RecordingStreamResult<()> {
+        self.layout.send_blueprint(stream, None)?;
         stream.send_recording_name(format!("{} / {}", runs[0].name, runs[1].name))?;
         for (run, slot) in runs.iter().zip(&self.slots) {
-            let text = TextDocument::new(run.header.source.concatenated());
-            stream.log_static(slot.path("scenario"), &text)?;
+            let text = TextDocument::new(run.header.source.concatenated_text());
+            stream.log_static(slot.entity_path("scenario"), &text)?;
         }
-        self.first.describe(stream)?;
-        self.other.describe(stream)
+        self.first.send_static(stream)?;
+        self.other.send_static(stream)
     }
 
     /// Draws the rows of both.
-    fn play(
+    fn draw_rows(
         &mut self,
         stream: &RecordingStream,
-        transport: &mut Transport,
+        transport: &mut RecordingTransport,
         [a, b]: [&RecordedRun; 2],
-    ) -> Result<DrawnRuns, Error> {
+    ) -> Result<RunPairResult, Error> {
         let mut sink = DrawingSink::new(stream, transport, &mut self.other);
-        b.play(&mut sink)?;
+        b.replay_into_sink(&mut sink)?;
         sink.finish("", true)?;
         let (of_b, begin_b) = (sink.arrivals, sink.begin);
         let mut sink = DrawingSink::new(stream, transport, &mut self.first);
         sink.reference = self.timed.then_some(&of_b);
-        a.play(&mut sink)?;
+        a.replay_into_sink(&mut sink)?;
         sink.finish("", true)?;
         let (of_a, begin_a, time_gap) = (sink.arrivals, sink.begin, sink.time_gap);
-        Ok(DrawnRuns { arrivals: [of_a, of_b], begins: [begin_a, begin_b], time_gap })
+        Ok(RunPairResult { arrivals: [of_a, of_b], begins: [begin_a, begin_b], time_gap })
     }
 
     /// Sends the parts that depend on all rows, the layout again among them.
-    fn finish(
+    fn send_final_parts(
         mut self,
         stream: &RecordingStream,
         time_gap: &TimeGap,
         card: String,
     ) -> RecordingStreamResult<()> {
         let scenes = [&self.first.scene, &self.other.scene].into_iter().flatten();
-        scenes.clone().try_for_each(|scene| scene.finish(stream))?;
-        let bounds = scenes.filter_map(|scene| scene.bounds()).reduce(|a, b| a.with(b));
+        scenes.clone().try_for_each(|scene| scene.send_final_driven_line(stream))?;
+        let bounds = scenes.filter_map(|scene| scene.driven_line_bounds()).reduce(|a, b| a.union(b));
         let number = self.layout.xy_plots.len() + 1;
-        self.layout.xy_plots.extend(time_gap.send(stream, number, &self.title)?);
-        self.layout.fit(|path| self.first.signals.span(path).or(self.other.signals.span(path)));
+        self.layout.xy_plots.extend(time_gap.send_diagram(stream, number, &self.title)?);
+        self.layout
+            .fit_axes(|path| self.first.signals.value_range(path).or(self.other.signals.value_range(path)));
         self.first.signals.send_limits(stream, &self.first.clock)?;
-        self.layout.send(stream, bounds)?;
+        self.layout.send_blueprint(stream, bounds)?;
         stream.log_static("run", &TextDocument::from_markdown(card))
     }
 }
 
 /// Each plot of the first run with the curves of the other one, below the time gap.
-fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> Vec<Chart> {
+fn overlay_charts(time_gap: Option<&String>, charts: Vec<TimeChart>, more: Vec<TimeChart>) -> Vec<TimeChart> {
     let mut charts: Vec<_> = charts
         .into_iter()
         .zip(more)
@@ -171,11 +165,11 @@ fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> 
         .collect();
     charts.retain(|chart| !chart.lines.is_empty());
     if let Some(title) = time_gap {
-        let line = ChartLine {
+        let line = ChartCurve {
             path: EntityPath::from(TIME_GAP),
-            slot: RunSlot::default(),
+            slot: RunNamespace::default(),
             label: "Δt".to_owned(),
-            role: Role::Other,
+            role: CurveRole::Other,
             stepped: false,
             bound: false,
         };
@@ -183,13 +177,13 @@ fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> 
         let group = charts.first().and_then(|chart| chart.group.clone());
         let legend = EntityPath::from(format!("legends/{TIME_GAP}"));
         let lines = vec![line];
-        charts.insert(0, Chart { title, group, range: None, span: None, legend, lines });
+        charts.insert(0, TimeChart { title, group, range: None, span: None, legend, lines });
     }
     charts
 }
 
 /// Facts for the run card: distances [m], and the time gap [s] at the last common one.
-fn facts(
+fn comparison_facts(
     timed: bool,
     arrivals: [ArrivalTimes; 2],
     last: Option<[f64; 2]>,
@@ -198,7 +192,7 @@ fn facts(
         let why = "unknown: [view] has no pose, distance or speed for both";
         return vec![("Distance".to_owned(), [why.to_owned(), String::new()])];
     }
-    let ends = arrivals.map(|run| run.furthest().map(|it| format!("{it:.1} m")));
+    let ends = arrivals.map(|run| run.furthest_distance().map(|it| format!("{it:.1} m")));
     let mut facts = vec![("Distance".to_owned(), ends.map(Option::unwrap_or_default))];
     if let Some([distance, gap]) = last {
         let gap = format!("{gap:+.3} s");
@@ -210,7 +204,7 @@ fn facts(
 /// Draws the rows of a run, and keeps its arrivals.
 struct DrawingSink<'a> {
     stream: &'a RecordingStream,
-    transport: &'a mut Transport,
+    transport: &'a mut RecordingTransport,
     drawing: &'a mut RunDrawing,
     arrivals: ArrivalTimes,
     /// The first position of the body [m].
@@ -226,7 +220,7 @@ struct DrawingSink<'a> {
 impl<'a> DrawingSink<'a> {
     fn new(
         stream: &'a RecordingStream,
-        transport: &'a mut Transport,
+        transport: &'a mut RecordingTransport,
         drawing: &'a mut RunDrawing,
     ) -> Self {
         let (arrivals, time_points) = (ArrivalTimes::default(), TimePoints::default());
@@ -244,11 +238,11 @@ impl<'a> DrawingSink<'a> {
         }
     }
 
-    fn send(&mut self) -> RecordingStreamResult<()> {
-        self.drawing.send(self.stream, false)?;
+    fn send_rows(&mut self) -> RecordingStreamResult<()> {
+        self.drawing.send_collected_rows(self.stream, false)?;
         if !self.gaps.is_empty() {
             let gaps = Scalars::new(self.gaps.drain(..)).columns_of_unit_batches()?;
-            self.stream.send_columns(TIME_GAP, self.time_points.axes(), gaps)?;
+            self.stream.send_columns(TIME_GAP, self.time_points.time_columns(), gaps)?;
             self.time_points.clear();
         }
         Ok(())
@@ -256,12 +250,12 @@ impl<'a> DrawingSink<'a> {
 }
 
 impl Sink for DrawingSink<'_> {
-    fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+    fn push_row(&mut self, tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         if let (None, Some(scene)) = (self.begin, &self.drawing.scene) {
-            self.begin = Some(scene.position(row));
+            self.begin = Some(scene.body_position(row));
         }
-        let time_point = self.drawing.row(tick, time, row);
-        if let Some(distance) = self.drawing.clock.distance() {
+        let time_point = self.drawing.push_row(tick, time, row);
+        if let Some(distance) = self.drawing.clock.last_distance() {
             let reached = self.arrivals.push(time, distance);
             let other = self.reference.and_then(|reference| reference.time_at(distance));
             if let (Some(time_point), Some(reached), Some(other)) = (time_point, reached, other) {
@@ -273,18 +267,18 @@ impl Sink for DrawingSink<'_> {
         if self.drawing.time_points.len() < FILE_BATCH {
             return Ok(());
         }
-        let sent = self.send().map_err(|error| error.to_string());
-        let sent = sent.and_then(|()| self.transport.accepts().map(drop));
-        self.transport.judge(sent)
+        let sent = self.send_rows().map_err(|error| error.to_string());
+        let sent = sent.and_then(|()| self.transport.is_everything_delivered().map(drop));
+        self.transport.viewer_loss_to_warning(sent)
     }
 
-    fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.drawing.event(event);
+    fn push_event(&mut self, event: &RunEvent) -> Result<(), Error> {
+        self.drawing.push_event(event);
         Ok(())
     }
 
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {
-        let sent = self.send().map_err(|error| error.to_string());
-        self.transport.judge(sent)
+        let sent = self.send_rows().map_err(|error| error.to_string());
+        self.transport.viewer_loss_to_warning(sent)
     }
 }

@@ -27,26 +27,26 @@ impl Default for ValueRange {
 
 impl ValueRange {
     /// The range with these values. What is no number does not count.
-    pub fn with(self, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn extended_by(self, values: impl IntoIterator<Item = f64>) -> Self {
         let finite = values.into_iter().filter(|value| value.is_finite());
         finite.fold(self, |it, value| Self { low: it.low.min(value), high: it.high.max(value) })
     }
 
     /// Its ends, unless there was no number.
-    pub fn ends(self) -> Option<[f64; 2]> {
+    pub fn low_and_high(self) -> Option<[f64; 2]> {
         (self.low <= self.high).then_some([self.low, self.high])
     }
 }
 
 /// The indices of the samples to keep, of samples at rising times [s]; the first and the last are among them.
-pub(super) fn retained_indices(
+pub(super) fn swinging_door_indices(
     times: &[f64],
     samples: &[f64],
     interpolation: Interpolation,
     span: ValueRange,
 ) -> Vec<usize> {
     let Some(end) = samples.len().checked_sub(1) else { return Vec::new() };
-    let tolerance = span.ends().map_or(0.0, |[low, high]| TOLERANCE * (high - low));
+    let tolerance = span.low_and_high().map_or(0.0, |[low, high]| TOLERANCE * (high - low));
     let mut indices = vec![0];
     let mut open = SlopeWindow::default();
     for at in 1..=end {
@@ -55,7 +55,7 @@ pub(super) fn retained_indices(
         let fits = times[at] - times[last] < GAP
             && match interpolation {
                 Interpolation::Linear => {
-                    open.admits(times[at] - times[last], samples[at] - samples[last], tolerance)
+                    open.narrow_if_admitted(times[at] - times[last], samples[at] - samples[last], tolerance)
                 }
                 Interpolation::Hold => samples[at] == samples[last],
             };
@@ -66,7 +66,7 @@ pub(super) fn retained_indices(
             // A line from the sample before, which may leave its neighbourhood at once.
             open = SlopeWindow::default();
             let leaves = match interpolation {
-                Interpolation::Linear => !open.admits(
+                Interpolation::Linear => !open.narrow_if_admitted(
                     times[at] - times[before],
                     samples[at] - samples[before],
                     tolerance,
@@ -99,7 +99,7 @@ impl Default for SlopeWindow {
 
 impl SlopeWindow {
     /// Whether a line to this sample, given by its distance from the kept one, is among them; then it narrows them.
-    fn admits(&mut self, time: f64, rise: f64, tolerance: f64) -> bool {
+    fn narrow_if_admitted(&mut self, time: f64, rise: f64, tolerance: f64) -> bool {
         // False for what is no number: it is kept, and so is the gap that it leaves.
         let inside = (self.low..=self.high).contains(&(rise / time));
         self.low = self.low.max((rise - tolerance) / time);
@@ -110,15 +110,15 @@ impl SlopeWindow {
 
 #[cfg(test)]
 mod tests {
-    use super::{GAP, Interpolation, TOLERANCE, ValueRange, retained_indices};
+    use super::{GAP, Interpolation, TOLERANCE, ValueRange, swinging_door_indices};
 
     fn retained(samples: &[f64], interpolation: Interpolation) -> Vec<usize> {
         let times: Vec<_> = (0..samples.len()).map(|it| 0.01 * it as f64).collect();
-        retained_indices(
+        swinging_door_indices(
             &times,
             samples,
             interpolation,
-            ValueRange::default().with(samples.iter().copied()),
+            ValueRange::default().extended_by(samples.iter().copied()),
         )
     }
 
@@ -143,15 +143,9 @@ mod tests {
 
     #[test]
     fn every_step_and_every_gap_is_kept() {
-        assert_eq!(
-            retained(&[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0], Interpolation::Hold),
-            [0, 2, 3, 4, 6]
-        );
+        assert_eq!(retained(&[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0], Interpolation::Hold), [0, 2, 3, 4, 6]);
         let nan = f64::NAN;
-        assert_eq!(
-            retained(&[0.0, 0.0, 0.0, nan, nan, 0.0, 0.0], Interpolation::Linear),
-            [0, 2, 3, 4, 5, 6]
-        );
+        assert_eq!(retained(&[0.0, 0.0, 0.0, nan, nan, 0.0, 0.0], Interpolation::Linear), [0, 2, 3, 4, 5, 6]);
         assert_eq!(retained(&[], Interpolation::Linear), [0; 0]);
         assert_eq!(retained(&[1.0], Interpolation::Hold), [0]);
         // Constant: one sample in each gap.

@@ -23,7 +23,7 @@ impl FlushWorker {
         std::thread::spawn(move || {
             while asked.recv().is_ok() {
                 // Ends when the viewer goes away.
-                if answer.send(settle(&stream, Duration::MAX)).is_err() {
+                if answer.send(flush_stream(&stream, Duration::MAX)).is_err() {
                     break;
                 }
             }
@@ -35,7 +35,7 @@ impl FlushWorker {
     }
 
     /// Requests a flush of all data so far.
-    pub fn sent(&mut self) {
+    pub fn request_flush(&mut self) {
         self.pending += usize::from(self.requests.send(()).is_ok());
     }
 
@@ -43,7 +43,7 @@ impl FlushWorker {
     ///
     /// # Errors
     /// When the viewer is gone.
-    pub fn accepted(&mut self, patience: Duration) -> Result<bool, String> {
+    pub fn is_flushed_within(&mut self, patience: Duration) -> Result<bool, String> {
         while self.pending > 0 {
             match self.answers.recv_timeout(patience) {
                 Ok(answer) => answer?,
@@ -68,7 +68,7 @@ impl FlushWorker {
 }
 
 /// Waits until all data is written or handed over.
-pub(super) fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
+pub(super) fn flush_stream(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
     let accepted = stream.flush_with_timeout(patience);
     accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))
 }

@@ -4,7 +4,7 @@ use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::{Color, Radius};
 
-use super::round_number;
+use super::round_up_to_1_2_5;
 
 const GRID: [u8; 3] = [58, 58, 64];
 const AXIS: [u8; 3] = [120, 120, 126];
@@ -12,7 +12,7 @@ const TEXT: [u8; 3] = [190, 190, 195];
 
 /// The axes of a diagram of height 1.
 #[derive(Clone)]
-pub(super) struct Frame {
+pub(super) struct DiagramFrame {
     /// The root entity of the diagram.
     pub root: String,
     /// What the axes show, x and y, with units.
@@ -28,11 +28,11 @@ pub(super) struct Frame {
 }
 
 /// The points of a line.
-pub(super) type Strip = Vec<[f32; 2]>;
+pub(super) type LineStrip = Vec<[f32; 2]>;
 
-impl Frame {
+impl DiagramFrame {
     /// Position between the ends of both axes, 0 to 1 inside.
-    pub fn shares(&self, coordinates: [f64; 2]) -> [f64; 2] {
+    pub fn relative_position(&self, coordinates: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let [from, to] = self.ranges[axis];
             (coordinates[axis] - from) / (to - from)
@@ -40,24 +40,24 @@ impl Frame {
     }
 
     /// The position of shares in the view, whose y points down.
-    pub fn at(&self, [x, y]: [f64; 2]) -> [f32; 2] {
+    pub fn view_position_of_relative(&self, [x, y]: [f64; 2]) -> [f32; 2] {
         [(x * self.width) as f32, (1.0 - y) as f32]
     }
 
     /// The position of coordinates in the view.
-    pub fn position(&self, coordinates: [f64; 2]) -> [f32; 2] {
-        self.at(self.shares(coordinates))
+    pub fn view_position(&self, coordinates: [f64; 2]) -> [f32; 2] {
+        self.view_position_of_relative(self.relative_position(coordinates))
     }
 
     /// Sends the grid with its numbers and the labels of the axes.
-    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn send_grid_and_labels(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let (mut lines, mut colors, mut positions, mut labels) = (vec![], vec![], vec![], vec![]);
         for axis in [0, 1] {
             let [from, to] = self.ranges[axis];
-            let spacing = round_number((to - from).abs() / self.ticks);
+            let spacing = round_up_to_1_2_5((to - from).abs() / self.ticks);
             let across = self.ranges[1 - axis];
             let point = |along: f64, across: f64| {
-                self.position(if axis == 0 { [along, across] } else { [across, along] })
+                self.view_position(if axis == 0 { [along, across] } else { [across, along] })
             };
             let (first, last) = (from.min(to) / spacing, from.max(to) / spacing);
             for tick in (first - 1e-9).ceil() as i64..=(last + 1e-9).floor() as i64 {
@@ -89,16 +89,15 @@ impl Frame {
     }
 
     /// Sends a legend to `path`, below `above` other entries.
-    pub fn describe_legend<L: AsRef<str>>(
+    pub fn send_legend<L: AsRef<str>>(
         &self,
         stream: &RecordingStream,
         path: EntityPath,
         above: usize,
         entries: &[(Color, L)],
     ) -> RecordingStreamResult<()> {
-        let position = |(row, _): (usize, _)| {
-            [0.2 * self.width as f32, self.line * (0.6 + 1.6 * (above + row) as f32)]
-        };
+        let position =
+            |(row, _): (usize, _)| [0.2 * self.width as f32, self.line * (0.6 + 1.6 * (above + row) as f32)];
         let legend = Points2D::new(entries.iter().enumerate().map(position))
             .with_labels(entries.iter().map(|(_, label)| label.as_ref()))
             .with_show_labels(true)

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use re_sdk::{RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{GraphEdges, GraphNodes};
 use re_sdk_types::components::Color;
-use recording::view::Graph;
+use recording::view::NodeGraph;
 
 /// The entity of the graph.
 pub(super) const PATH: &str = "coupling";
@@ -16,7 +16,7 @@ const APART: f32 = 180.0;
 const COLORS: [(u8, u8, u8); 2] = [(230, 159, 0), (86, 180, 233)];
 
 /// Draws the nodes on a circle, clockwise in the order in which they step, from the top on.
-pub(super) fn draw(graph: &Graph, stream: &RecordingStream) -> RecordingStreamResult<()> {
+pub(super) fn draw_node_graph(graph: &NodeGraph, stream: &RecordingStream) -> RecordingStreamResult<()> {
     if graph.nodes.is_empty() {
         return Ok(());
     }

@@ -15,15 +15,15 @@ const REACH: f32 = 250.0;
 
 /// A patch of ground that follows the car in jumps of whole squares, which looks like an endless plot.
 #[derive(Default)]
-pub(super) struct Ground {
+pub(super) struct GroundPatch {
     time_points: TimePoints,
     positions: Vec<[f32; 3]>,
     last: Option<[f32; 3]>,
 }
 
-impl Ground {
+impl GroundPatch {
     /// Sends the parts that are fixed in its frame.
-    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn send_static(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let half = (REACH / SPACING) as i32;
         let per_jump = (JUMP / SPACING) as i32;
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
@@ -38,7 +38,7 @@ impl Ground {
         stream.log_static("world/ground", &ground)
     }
 
-    pub fn push(&mut self, time_point: TimePoint, position: [f32; 3]) {
+    pub fn push_position(&mut self, time_point: TimePoint, position: [f32; 3]) {
         let center = position.map(|it| (it / JUMP).round() * JUMP);
         if self.last != Some(center) {
             self.time_points.push(time_point);
@@ -52,7 +52,7 @@ impl Ground {
         if self.positions.is_empty() {
             return Ok(());
         }
-        let axes = self.time_points.axes();
+        let axes = self.time_points.time_columns();
         self.time_points.clear();
         let motion = Transform3D::update_fields().with_many_translation(self.positions.drain(..));
         stream.send_columns("world/ground", axes, motion.columns_of_unit_batches()?)

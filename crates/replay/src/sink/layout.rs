@@ -1,9 +1,9 @@
 //! Lays out the viewer: its views, their arrangement, cameras and axes.
 
 use re_sdk::blueprint::{
-    Blueprint, BlueprintPanel, ContainerLike, GraphView, Grid, Horizontal, SelectionPanel,
-    Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel,
-    TimeSeriesView, Vertical, VisualizableArchetype,
+    Blueprint, BlueprintPanel, ContainerLike, GraphView, Grid, Horizontal, SelectionPanel, Spatial2DView,
+    StateTimelineView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical,
+    VisualizableArchetype,
 };
 use re_sdk::{ApplicationId, EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::SeriesLines;
@@ -15,18 +15,18 @@ use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, Timel
 use re_sdk_types::components::Color;
 use re_sdk_types::components::InterpolationMode;
 use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
-use recording::DerivedColumns;
-use recording::view::Role;
+use recording::AnalysisColumns;
+use recording::view::CurveRole;
 
-use super::cameras::{chase, map};
-use super::diagrams::{DiagramGroup, Diagrams};
-use super::legend::Legend;
-use super::palette::{Palette, faded};
-use super::properties::Properties;
+use super::cameras::{chase_camera_view, map_view};
+use super::diagrams::{AnalysisDiagrams, DiagramGroup};
+use super::legend::ChartLegend;
+use super::palette::{CurvePalette, with_opacity};
+use super::properties::ViewProperties;
 use super::run_slot::OTHER;
-use super::signals::{Chart, ChartLine, derived_charts};
+use super::signals::{ChartCurve, TimeChart, derived_charts};
 use super::timeline::{DISTANCE, TIME};
-use super::trace::Bounds;
+use super::trace::MapBounds;
 use super::xy_plots::DiagramView;
 use super::{axis, graph, status_tracks};
 
@@ -38,18 +38,18 @@ const PLOTS_WIDTH: f32 = 790.0;
 const KEY_WIDTH: f32 = 130.0;
 
 /// The plots of a group, with its name.
-type NamedCharts = (String, Vec<Chart>);
+type NamedCharts = (String, Vec<TimeChart>);
 
 /// The layout of a recording.
-pub(super) struct Layout {
+pub(super) struct ViewerLayout {
     pub application: ApplicationId,
-    pub charts: Vec<Chart>,
+    pub charts: Vec<TimeChart>,
     /// Columns of analyses: the plots of each group, by analysis and group.
     pub derived: Vec<(String, Vec<NamedCharts>)>,
     /// Diagrams of one quantity over another.
     pub xy_plots: Vec<DiagramView>,
     /// Diagrams of analyses.
-    pub diagrams: Diagrams,
+    pub diagrams: AnalysisDiagrams,
     /// Whether there is a status track or a text.
     pub states: bool,
     /// The entities of texts, which are shown among the events.
@@ -64,9 +64,9 @@ pub(super) struct Layout {
     pub live: bool,
 }
 
-impl Layout {
+impl ViewerLayout {
     /// Adds plots of columns of an analysis.
-    pub fn add(&mut self, derived: &DerivedColumns) {
+    pub fn add_analysis_charts(&mut self, derived: &AnalysisColumns) {
         let group = (derived.group.to_owned(), derived_charts(derived));
         match self.derived.iter_mut().find(|(analysis, _)| analysis == derived.analysis) {
             Some((_, groups)) => groups.push(group),
@@ -75,25 +75,25 @@ impl Layout {
     }
 
     /// Fits the axes to the values of the entities. Until then the viewer chooses their ends.
-    pub fn fit(&mut self, span: impl Fn(&EntityPath) -> Option<[f64; 2]>) {
+    pub fn fit_axes(&mut self, span: impl Fn(&EntityPath) -> Option<[f64; 2]>) {
         for chart in &mut self.charts {
             let spans: Vec<_> = chart.lines.iter().map(|line| span(&line.path)).collect();
-            spans.into_iter().for_each(|span| chart.widen(span));
+            spans.into_iter().for_each(|span| chart.widen_range(span));
         }
     }
 
     /// Sends the layout. The map shows `bounds` as a whole; without them it follows the body.
-    pub fn send(
+    pub fn send_blueprint(
         &self,
         stream: &RecordingStream,
-        bounds: Option<Bounds>,
+        bounds: Option<MapBounds>,
     ) -> RecordingStreamResult<()> {
         let derived = self.derived.iter().flat_map(|(_, groups)| groups).flat_map(|it| &it.1);
         for chart in self.charts.iter().chain(derived) {
-            Legend::of(chart).describe(stream, &chart.legend)?;
+            ChartLegend::of_chart(chart).send_entries(stream, &chart.legend)?;
         }
-        let mut properties = Properties::default();
-        let root = self.with_diagrams(&mut properties, bounds);
+        let mut properties = ViewProperties::default();
+        let root = self.run_and_diagram_tabs(&mut properties, bounds);
         let (play, repeat) = match self.live {
             true => (PlayState::Following, LoopMode::Off),
             false => (PlayState::Playing, LoopMode::All),
@@ -110,39 +110,41 @@ impl Layout {
                     .with_play_state(play)
                     .with_loop_mode(repeat),
             );
-        properties.send(stream, &self.application, &blueprint)
+        properties.send_blueprint(stream, &self.application, &blueprint)
     }
 
     /// The run, and a tab for the diagrams of each analysis.
-    fn with_diagrams(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-        let run = self.root(properties, bounds);
+    fn run_and_diagram_tabs(
+        &self,
+        properties: &mut ViewProperties,
+        bounds: Option<MapBounds>,
+    ) -> ContainerLike {
+        let run = self.run_container(properties, bounds);
         if self.diagrams.is_empty() {
             return run;
         }
-        let found = self.diagrams.analyses().into_iter().map(|(analysis, groups)| {
+        let found = self.diagrams.groups_by_analysis().into_iter().map(|(analysis, groups)| {
             let name = analysis;
             let mut pairs = Vec::new();
             for pair in groups.chunks(2) {
-                let columns: Vec<_> = pair.iter().map(|it| group(properties, it)).collect();
+                let columns: Vec<_> = pair.iter().map(|it| diagram_group_container(properties, it)).collect();
                 let names: Vec<_> = pair.iter().map(|it| it.name.as_str()).collect();
                 pairs.push(Horizontal::new(columns).with_name(names.join(" | ")));
             }
             match <[Horizontal; 1]>::try_from(pairs) {
                 Ok([only]) => only.with_name(name).into(),
-                Err(pairs) => {
-                    Tabs::new(pairs.into_iter().map(ContainerLike::from)).with_name(name).into()
-                }
+                Err(pairs) => Tabs::new(pairs.into_iter().map(ContainerLike::from)).with_name(name).into(),
             }
         });
         let whole = Vertical::new([run]).with_name("The run").into();
         Tabs::new([whole].into_iter().chain(found.collect::<Vec<_>>())).into()
     }
 
-    fn root(&self, properties: &mut Properties, bounds: Option<Bounds>) -> ContainerLike {
-        let texts = self.texts(properties);
+    fn run_container(&self, properties: &mut ViewProperties, bounds: Option<MapBounds>) -> ContainerLike {
+        let texts = self.text_tabs(properties);
         let left = match self.body {
             Some(length) => {
-                let (chase, map) = (chase(properties, length), map(properties, bounds));
+                let (chase, map) = (chase_camera_view(properties, length), map_view(properties, bounds));
                 let left = Vertical::new([chase, map, texts]);
                 left.with_row_shares(vec![1.1, 0.9, 1.0]).into()
             }
@@ -154,21 +156,21 @@ impl Layout {
             columns.push((Vertical::new(xy_plots).into(), 0.62));
         }
         if !self.charts.is_empty() || !self.derived.is_empty() || self.states {
-            columns.push((self.right(properties), 1.5));
+            columns.push((self.plots_and_analysis_tabs(properties), 1.5));
         }
         let (columns, shares): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         Horizontal::new(columns).with_column_shares(shares).into()
     }
 
     /// The plots of the run, and a tab for each group of columns of an analysis.
-    fn right(&self, properties: &mut Properties) -> ContainerLike {
+    fn plots_and_analysis_tabs(&self, properties: &mut ViewProperties) -> ContainerLike {
         let mut tabs = Vec::new();
         if !self.charts.is_empty() || self.states {
-            tabs.push(Vertical::new([self.run(properties)]).with_name("Run").into());
+            tabs.push(Vertical::new([self.plots_above_status(properties)]).with_name("Run").into());
         }
         for (analysis, groups) in &self.derived {
             let groups = groups.iter().map(|(group, charts)| {
-                let plots = charts.iter().map(|it| self.plot(properties, it));
+                let plots = charts.iter().map(|it| self.chart_with_legend(properties, it));
                 Vertical::new(plots.collect::<Vec<_>>()).with_name(group.as_str()).into()
             });
             let groups: Vec<ContainerLike> = groups.collect();
@@ -181,7 +183,7 @@ impl Layout {
     }
 
     /// The plots of the run, a tab for each group of them, above the states.
-    fn run(&self, properties: &mut Properties) -> ContainerLike {
+    fn plots_above_status(&self, properties: &mut ViewProperties) -> ContainerLike {
         let mut groups: Vec<&Option<String>> = self.charts.iter().map(|it| &it.group).collect();
         groups.dedup();
         let visible = PLOTS_VISIBLE - usize::from(self.states);
@@ -189,7 +191,8 @@ impl Layout {
             .iter()
             .map(|group| {
                 let charts = self.charts.iter().filter(|it| it.group == **group);
-                let plots = stacked(charts.map(|it| self.plot(properties, it)).collect(), visible);
+                let plots =
+                    stack_plots(charts.map(|it| self.chart_with_legend(properties, it)).collect(), visible);
                 plots.with_name(group.as_deref().unwrap_or("Plots"))
             })
             .collect();
@@ -207,24 +210,24 @@ impl Layout {
     }
 
     /// A plot with its legend to the right.
-    fn plot(&self, properties: &mut Properties, chart: &Chart) -> ContainerLike {
-        let legend = Legend::of(chart);
+    fn chart_with_legend(&self, properties: &mut ViewProperties, chart: &TimeChart) -> ContainerLike {
+        let legend = ChartLegend::of_chart(chart);
         let view = Spatial2DView::new("Key")
             .with_origin(chart.legend.clone())
             .with_contents([format!("+ {}", chart.legend)]);
-        let bounds = Range2D { x_range: [0.0, legend.width()].into(), y_range: [0.0, 1.0].into() };
-        let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
+        let bounds = Range2D { x_range: [0.0, legend.relative_width()].into(), y_range: [0.0, 1.0].into() };
+        let view = properties.add_to_view(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
         // All of them have one width, so that the times of all plots are below each other.
-        let widths = self.charts.iter().chain([chart]).map(|it| Legend::of(it).pixels());
+        let widths = self.charts.iter().chain([chart]).map(|it| ChartLegend::of_chart(it).width_in_pixels());
         let width = widths.fold(KEY_WIDTH, f32::max).min(0.5 * PLOTS_WIDTH);
-        Horizontal::new([plot(properties, chart), view])
+        Horizontal::new([chart_view(properties, chart), view])
             .with_column_shares(vec![PLOTS_WIDTH - width, width])
             .with_name(chart.title.as_str())
             .into()
     }
 
     /// The run card, the events and the scenario.
-    fn texts(&self, properties: &mut Properties) -> ContainerLike {
+    fn text_tabs(&self, properties: &mut ViewProperties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
         let contents = ["+ /events/**".to_owned(), format!("+ /{OTHER}/events/**")];
         let contents = contents.into_iter().chain(texts);
@@ -232,12 +235,10 @@ impl Layout {
         let time = TimelineColumn { visible: true.into(), timeline: TIME.into() };
         let shown = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
             .map(|kind| TextLogColumn { visible: true.into(), kind });
-        let columns =
-            TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
-        let events = properties.add(events, [("TextLogColumns", &columns)]);
-        let scenario = |name: &str, path: &str| {
-            ContainerLike::from(TextDocumentView::new(name).with_origin(path))
-        };
+        let columns = TextLogColumns::new().with_timeline_columns([time]).with_text_log_columns(shown);
+        let events = properties.add_to_view(events, [("TextLogColumns", &columns)]);
+        let scenario =
+            |name: &str, path: &str| ContainerLike::from(TextDocumentView::new(name).with_origin(path));
         let run = TextDocumentView::new("Run").with_origin("/run").into();
         let mut tabs = vec![run, events, scenario("Scenario", "/scenario")];
         if self.graph {
@@ -250,18 +251,17 @@ impl Layout {
     }
 
     /// Checks, faults and texts over time.
-    fn status_timeline(&self, properties: &mut Properties) -> ContainerLike {
+    fn status_timeline(&self, properties: &mut ViewProperties) -> ContainerLike {
         let texts = self.texts.iter().map(|path| format!("+ {path}"));
-        let contents =
-            status_tracks::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
+        let contents = status_tracks::GROUPS.map(|group| format!("+ /{group}/**")).into_iter().chain(texts);
         let view = StateTimelineView::new("Checks and states").with_origin("/");
         let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
-        properties.add(view.with_contents(contents), [("TimeAxis", &linked)])
+        properties.add_to_view(view.with_contents(contents), [("TimeAxis", &linked)])
     }
 }
 
 /// Plots one below the other; the last slot holds the rest as tabs.
-fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
+fn stack_plots(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
     if plots.len() > visible {
         let rest = plots.split_off(visible - 1);
         plots.push(Tabs::new(rest).into());
@@ -270,7 +270,7 @@ fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
 }
 
 /// The first diagram of a group above the others.
-fn group(properties: &mut Properties, group: &DiagramGroup) -> ContainerLike {
+fn diagram_group_container(properties: &mut ViewProperties, group: &DiagramGroup) -> ContainerLike {
     let mut views = group.views.iter().map(|it| xy_plot(properties, it)).collect::<Vec<_>>();
     let others = views.split_off(views.len().min(1));
     let mut shares = vec![1.0];
@@ -282,7 +282,7 @@ fn group(properties: &mut Properties, group: &DiagramGroup) -> ContainerLike {
 }
 
 /// A diagram with a margin for the numbers of its axes.
-fn xy_plot(properties: &mut Properties, shown: &DiagramView) -> ContainerLike {
+fn xy_plot(properties: &mut ViewProperties, shown: &DiagramView) -> ContainerLike {
     let view = Spatial2DView::new(shown.title.as_str())
         .with_origin(format!("/{}", shown.root))
         .with_contents([format!("+ /{}/**", shown.root)]);
@@ -291,16 +291,16 @@ fn xy_plot(properties: &mut Properties, shown: &DiagramView) -> ContainerLike {
         x_range: [-4.0 * line, width + 2.0 * line].into(),
         y_range: [-2.8 * line, 1.0 + 5.2 * line].into(),
     };
-    let view = properties.add(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
-    let trail = past(shown.trail);
+    let view = properties.add_to_view(view, [("VisualBounds2D", &VisualBounds2D::new(bounds))]);
+    let trail = trailing_time_ranges(shown.trail);
     for entity in &shown.trails {
-        properties.of_entity(&view, entity, &trail);
+        properties.add_to_entity(&view, entity, &trail);
     }
     view
 }
 
 /// The last `seconds`; on the timeline of distance the way driven in them at 100 km/h.
-fn past(seconds: f64) -> VisibleTimeRanges {
+fn trailing_time_ranges(seconds: f64) -> VisibleTimeRanges {
     let range = |timeline: &str, length: f64| VisibleTimeRange {
         timeline: timeline.into(),
         range: TimeRange {
@@ -311,35 +311,35 @@ fn past(seconds: f64) -> VisibleTimeRanges {
     VisibleTimeRanges::new([range(TIME, seconds * 1e9), range(DISTANCE, seconds * 2_780.0)])
 }
 
-fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
+fn chart_view(properties: &mut ViewProperties, chart: &TimeChart) -> ContainerLike {
     let contents = chart.lines.iter().map(|it| format!("+ {}", it.path));
     let mut view = TimeSeriesView::new(chart.title.as_str()).with_contents(contents);
     // It would hide curves; there is one beside the plot.
     let legend = PlotLegend::new().with_visible(false);
-    let mut palette = Palette::default();
+    let mut palette = CurvePalette::default();
     for line in &chart.lines {
-        let color = line.slot.color(palette.color(line.role, &line.label));
-        let style = style(line, color);
+        let color = line.slot.run_color(palette.curve_color(line.role, &line.label));
+        let style = line_style(line, color);
         view = view.with_override(line.path.clone(), style.visualizer());
     }
     let linked = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     let axis = ScalarAxis::new();
-    let range = chart.range.or(chart.span.map(axis::readable));
+    let range = chart.range.or(chart.span.map(axis::readable_axis_range));
     let axis = range.map_or(axis.clone(), |range| axis.with_range(range));
-    properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
+    properties.add_to_view(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
 }
 
-fn style(line: &ChartLine, color: Color) -> SeriesLines {
+fn line_style(line: &ChartCurve, color: Color) -> SeriesLines {
     let width = match line.role {
-        Role::Plant => 2.0,
-        Role::Measurement => 0.75,
-        Role::Other | Role::Reference | Role::Estimate | Role::Limit => 1.5,
+        CurveRole::Plant => 2.0,
+        CurveRole::Measurement => 0.75,
+        CurveRole::Other | CurveRole::Reference | CurveRole::Estimate | CurveRole::Limit => 1.5,
     };
     // Where both runs agree, both curves stay visible.
     let width = if line.slot.is_first() { width } else { 0.6 * width };
-    let label = line.slot.label(&line.label);
+    let label = line.slot.run_label(&line.label);
     let (name, color, width) = match line.bound {
-        true => (format!("{label} ± 2σ"), faded(color, 110), 1.0),
+        true => (format!("{label} ± 2σ"), with_opacity(color, 110), 1.0),
         false => (label, color, width),
     };
     let style = SeriesLines::new().with_names([name]).with_colors([color]).with_widths([width]);

@@ -4,8 +4,8 @@ use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::Points2D;
 use re_sdk_types::components::{Color, Radius};
 
-use super::palette::Palette;
-use super::signals::{Chart, ChartLine};
+use super::palette::CurvePalette;
+use super::signals::{ChartCurve, TimeChart};
 
 /// Entries in a column; more of them would overlap in a plot of usual height.
 const ROWS: usize = 5;
@@ -16,17 +16,17 @@ const LETTER: f32 = 6.3;
 const SPACE: f32 = 22.0;
 
 /// The names of the curves of a plot, with their colours.
-pub(super) struct Legend(Vec<(Color, String)>);
+pub(super) struct ChartLegend(Vec<(Color, String)>);
 
-impl Legend {
-    pub fn of(chart: &Chart) -> Self {
-        let mut palette = Palette::default();
+impl ChartLegend {
+    pub fn of_chart(chart: &TimeChart) -> Self {
+        let mut palette = CurvePalette::default();
         let mut entries: Vec<(Color, String)> = Vec::new();
         for line in &chart.lines {
-            let color = line.slot.color(palette.color(line.role, &line.label));
-            let same = |it: &ChartLine| it.bound && it.label == line.label;
+            let color = line.slot.run_color(palette.curve_color(line.role, &line.label));
+            let same = |it: &ChartCurve| it.bound && it.label == line.label;
             let band = if chart.lines.iter().any(same) { " ± 2σ" } else { "" };
-            let entry = (color, line.slot.label(&format!("{}{band}", line.label)));
+            let entry = (color, line.slot.run_label(&format!("{}{band}", line.label)));
             if !entries.contains(&entry) {
                 entries.push(entry);
             }
@@ -34,28 +34,24 @@ impl Legend {
         Self(entries)
     }
 
-    fn columns(&self) -> usize {
+    fn column_count(&self) -> usize {
         self.0.len().div_ceil(ROWS).max(1)
     }
 
     /// The width of the view that the longest entry needs [px].
-    pub fn pixels(&self) -> f32 {
+    pub fn width_in_pixels(&self) -> f32 {
         let longest = self.0.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
-        self.columns() as f32 * (LETTER * longest as f32 + SPACE)
+        self.column_count() as f32 * (LETTER * longest as f32 + SPACE)
     }
 
     /// Width of the view, whose height is 1.
-    pub fn width(&self) -> f64 {
-        f64::from(WIDTH) * self.columns() as f64
+    pub fn relative_width(&self) -> f64 {
+        f64::from(WIDTH) * self.column_count() as f64
     }
 
     /// Sends the entries from top to bottom, in columns.
-    pub fn describe(
-        &self,
-        stream: &RecordingStream,
-        path: &EntityPath,
-    ) -> RecordingStreamResult<()> {
-        let rows = self.0.len().div_ceil(self.columns());
+    pub fn send_entries(&self, stream: &RecordingStream, path: &EntityPath) -> RecordingStreamResult<()> {
+        let rows = self.0.len().div_ceil(self.column_count());
         let spacing = 1.0 / rows.max(4) as f32;
         let position = |index: usize| {
             let (column, row) = (index / rows.max(1), index % rows.max(1));

@@ -3,17 +3,17 @@
 use re_sdk::blueprint::{Blueprint, BlueprintActivation, ContainerLike};
 use re_sdk::external::re_log_types::{BlueprintActivationCommand, LogMsg, StoreKind};
 use re_sdk::{
-    ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
-    RecordingStreamResult, SerializedComponentBatch,
+    ApplicationId, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
+    SerializedComponentBatch,
 };
 
 /// Plain archetypes at `view/<id>/<archetype>` of the blueprint's store.
 #[derive(Default)]
-pub(super) struct Properties(Vec<(EntityPath, Vec<SerializedComponentBatch>)>);
+pub(super) struct ViewProperties(Vec<(EntityPath, Vec<SerializedComponentBatch>)>);
 
-impl Properties {
+impl ViewProperties {
     /// Sets properties of a view.
-    pub fn add<const N: usize>(
+    pub fn add_to_view<const N: usize>(
         &mut self,
         view: impl Into<ContainerLike>,
         properties: [(&str, &dyn AsComponents); N],
@@ -29,12 +29,7 @@ impl Properties {
     }
 
     /// Sets a property of one entity in a view.
-    pub fn of_entity(
-        &mut self,
-        view: &ContainerLike,
-        entity: &EntityPath,
-        property: &dyn AsComponents,
-    ) {
+    pub fn add_to_entity(&mut self, view: &ContainerLike, entity: &EntityPath, property: &dyn AsComponents) {
         if let ContainerLike::View(view) = view {
             let [before, after] = ["ViewContents/overrides", "visualizers"].map(EntityPath::from);
             let path = view.blueprint_path().join(&before).join(entity).join(&after);
@@ -43,7 +38,7 @@ impl Properties {
     }
 
     /// Sends a layout with these properties.
-    pub fn send(
+    pub fn send_blueprint(
         self,
         stream: &RecordingStream,
         application: &ApplicationId,

@@ -3,7 +3,7 @@
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{StateChange, StateConfiguration};
 use re_sdk_types::components::Color;
-use recording::{Status, StatusChange, StatusTrack};
+use recording::{CheckOrFaultStatus, StatusChange, StatusSource};
 
 use super::timeline::{TimePoint, TimePoints};
 use super::{ESTIMATE, LIMIT, MEASUREMENT, REFERENCE};
@@ -15,17 +15,17 @@ pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
 pub(super) struct StatusTracks(Vec<TrackDrawing>);
 
 struct TrackDrawing {
-    of: StatusTrack,
+    of: StatusSource,
     path: EntityPath,
     time_points: TimePoints,
     states: Vec<&'static str>,
 }
 
 impl StatusTracks {
-    pub fn new(tracks: &[StatusTrack]) -> Self {
-        let track = |(index, of): (usize, &StatusTrack)| TrackDrawing {
+    pub fn new(tracks: &[StatusSource]) -> Self {
+        let track = |(index, of): (usize, &StatusSource)| TrackDrawing {
             of: of.clone(),
-            path: path(index + 1, of),
+            path: status_track_path(index + 1, of),
             time_points: TimePoints::default(),
             states: Vec::new(),
         };
@@ -37,27 +37,32 @@ impl StatusTracks {
     }
 
     /// Sends the colour of each status.
-    pub fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn send_status_colors(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in &self.0 {
             let colors = [MEASUREMENT, ESTIMATE, LIMIT, REFERENCE].map(Color::from);
-            let states =
-                [Status::Pending, Status::Holds, Status::Violated, Status::Active].map(word);
+            let states = [
+                CheckOrFaultStatus::Pending,
+                CheckOrFaultStatus::Holds,
+                CheckOrFaultStatus::Violated,
+                CheckOrFaultStatus::Active,
+            ]
+            .map(status_word);
             let look = StateConfiguration::new().with_values(states).with_colors(colors);
             stream.log_static(track.path.clone(), &look)?;
         }
         Ok(())
     }
 
-    pub fn push(&mut self, time_point: TimePoint, change: &StatusChange) {
+    pub fn push_change(&mut self, time_point: TimePoint, change: &StatusChange) {
         let mut tracks = self.0.iter_mut();
         if let Some(track) = tracks.find(|it| it.of == change.track) {
             track.time_points.push(time_point);
-            track.states.push(word(change.status));
+            track.states.push(status_word(change.status));
         }
     }
 
     /// Forgets all but the last change of each.
-    pub fn forget_past(&mut self) {
+    pub fn forget_all_but_last(&mut self) {
         for track in &mut self.0 {
             track.time_points.keep_last(1);
             track.states.drain(..track.states.len().saturating_sub(1));
@@ -68,7 +73,7 @@ impl StatusTracks {
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.states.is_empty()) {
             let states = StateChange::new().with_state(track.states.drain(..));
-            let axes = track.time_points.axes();
+            let axes = track.time_points.time_columns();
             track.time_points.clear();
             stream.send_columns(track.path.clone(), axes, states.columns_of_unit_batches()?)?;
         }
@@ -77,25 +82,22 @@ impl StatusTracks {
 }
 
 /// The viewer orders tracks by their paths and shows these as labels. Letters other than these would get a backslash.
-fn path(number: usize, track: &StatusTrack) -> EntityPath {
+fn status_track_path(number: usize, track: &StatusSource) -> EntityPath {
     let group = match track {
-        StatusTrack::Check(_) => GROUPS[0],
-        StatusTrack::Fault(_) => GROUPS[1],
+        StatusSource::Check(_) => GROUPS[0],
+        StatusSource::Fault(_) => GROUPS[1],
     };
     let plain = |c: char| if c.is_alphanumeric() || c == '.' { c } else { '_' };
-    EntityPath::from(format!(
-        "{group}/{number:02}_{}",
-        track.name().chars().map(plain).collect::<String>()
-    ))
+    EntityPath::from(format!("{group}/{number:02}_{}", track.name().chars().map(plain).collect::<String>()))
 }
 
 /// The word on a track; an empty word leaves a gap.
-fn word(status: Status) -> &'static str {
+fn status_word(status: CheckOrFaultStatus) -> &'static str {
     match status {
-        Status::Idle => "",
-        Status::Pending => "pending",
-        Status::Holds => "holds",
-        Status::Violated => "violated",
-        Status::Active => "fault",
+        CheckOrFaultStatus::Idle => "",
+        CheckOrFaultStatus::Pending => "pending",
+        CheckOrFaultStatus::Holds => "holds",
+        CheckOrFaultStatus::Violated => "violated",
+        CheckOrFaultStatus::Active => "fault",
     }
 }

@@ -15,7 +15,7 @@ const SERVER_MEMORY: u64 = 1 << 30;
 
 /// The destination of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
+pub enum RecordingTarget {
     /// Into this file.
     File(PathBuf),
     /// To the viewer that listens at this address, `rerun+http://127.0.0.1:9876/proxy` or `host:port`.
@@ -24,38 +24,40 @@ pub enum Target {
     Serve(IpAddr),
 }
 
-impl Target {
+impl RecordingTarget {
     /// Its name in messages.
-    pub(super) fn name(&self) -> PathBuf {
+    pub(super) fn display_name(&self) -> PathBuf {
         match self {
-            Target::File(path) => path.clone(),
-            Target::Connect(url) => PathBuf::from(url),
-            Target::Serve(_) => PathBuf::from("Rerun server"),
+            RecordingTarget::File(path) => path.clone(),
+            RecordingTarget::Connect(url) => PathBuf::from(url),
+            RecordingTarget::Serve(_) => PathBuf::from("Rerun server"),
         }
     }
 
     /// Whether a viewer can watch the run while it happens.
     pub(super) fn is_live(&self) -> bool {
-        !matches!(self, Target::File(_))
+        !matches!(self, RecordingTarget::File(_))
     }
 }
 
 /// Opens the stream; a server also has an address.
-pub(super) fn open(
+pub(super) fn open_stream(
     builder: RecordingStreamBuilder,
-    target: &Target,
+    target: &RecordingTarget,
 ) -> Result<(RecordingStream, Option<String>), String> {
     match target {
-        Target::File(path) => {
+        RecordingTarget::File(path) => {
             let stream = builder.save(path).map_err(|it| it.to_string())?;
             Ok((stream, None))
         }
-        Target::Connect(url) => Ok((connect(builder, url)?, None)),
-        Target::Serve(address) => serve(builder, *address).map(|(stream, url)| (stream, Some(url))),
+        RecordingTarget::Connect(url) => Ok((connect_to_viewer(builder, url)?, None)),
+        RecordingTarget::Serve(address) => {
+            serve_recording(builder, *address).map(|(stream, url)| (stream, Some(url)))
+        }
     }
 }
 
-fn connect(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream, String> {
+fn connect_to_viewer(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream, String> {
     let url = match url.contains("://") {
         true => url.to_owned(),
         false => format!("rerun+http://{url}/proxy"),
@@ -73,7 +75,7 @@ fn connect(builder: RecordingStreamBuilder, url: &str) -> Result<RecordingStream
     builder.connect_grpc_opts(url).map_err(|it| it.to_string())
 }
 
-fn serve(
+fn serve_recording(
     builder: RecordingStreamBuilder,
     address: IpAddr,
 ) -> Result<(RecordingStream, String), String> {
@@ -83,10 +85,8 @@ fn serve(
         .and_then(|it| it.local_addr())
         .map_err(|it| format!("cannot serve at {address}: {it}"))?
         .port();
-    let options = ServerOptions {
-        memory_limit: MemoryLimit::from_bytes(SERVER_MEMORY),
-        ..ServerOptions::default()
-    };
+    let options =
+        ServerOptions { memory_limit: MemoryLimit::from_bytes(SERVER_MEMORY), ..ServerOptions::default() };
     let host = match address {
         IpAddr::V4(address) => address.to_string(),
         IpAddr::V6(address) => format!("[{address}]"),

@@ -5,8 +5,8 @@ use re_sdk_types::archetypes::{StateChange, TextLog};
 use re_sdk_types::components::TextLogLevel;
 use recording::RunHeader;
 
-use super::run_slot::RunSlot;
-use super::signals::signal_path;
+use super::run_slot::RunNamespace;
+use super::signals::column_entity_path;
 use super::timeline::{TimePoint, TimePoints};
 
 /// One text with its unsent changes.
@@ -20,14 +20,14 @@ struct TextTrack {
 }
 
 /// Every recorded text.
-pub(super) struct Texts(Vec<TextTrack>);
+pub(super) struct RecordedTexts(Vec<TextTrack>);
 
-impl Texts {
+impl RecordedTexts {
     /// One entity for each text, beside those of numbers.
-    pub fn new(header: &RunHeader, slot: &RunSlot) -> Self {
-        let tracks = header.columns.texts().map(|(_, column)| TextTrack {
-            path: slot.path(signal_path(column)),
-            name: slot.label(&column.name()),
+    pub fn new(header: &RunHeader, slot: &RunNamespace) -> Self {
+        let tracks = header.columns.text_columns().map(|(_, column)| TextTrack {
+            path: slot.entity_path(column_entity_path(column)),
+            name: slot.run_label(&column.qualified_name()),
             now: None,
             time_points: TimePoints::default(),
             changes: Vec::new(),
@@ -36,12 +36,12 @@ impl Texts {
     }
 
     /// The entities.
-    pub fn paths(&self) -> Vec<EntityPath> {
+    pub fn entity_paths(&self) -> Vec<EntityPath> {
         self.0.iter().map(|it| it.path.clone()).collect()
     }
 
     /// Takes the texts of one row.
-    pub fn push(&mut self, time_point: TimePoint, texts: &[String]) {
+    pub fn push_row(&mut self, time_point: TimePoint, texts: &[String]) {
         for (track, text) in self.0.iter_mut().zip(texts) {
             if track.now.as_ref() == Some(text) {
                 continue;
@@ -53,7 +53,7 @@ impl Texts {
     }
 
     /// Forgets all but the last change of each.
-    pub fn forget_past(&mut self) {
+    pub fn forget_all_but_last(&mut self) {
         for track in &mut self.0 {
             track.time_points.keep_last(1);
             track.changes.drain(..track.changes.len().saturating_sub(1));
@@ -63,7 +63,7 @@ impl Texts {
     /// Sends the changes and forgets them.
     pub fn send(&mut self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         for track in self.0.iter_mut().filter(|it| !it.changes.is_empty()) {
-            let (axes, changes) = (track.time_points.axes(), std::mem::take(&mut track.changes));
+            let (axes, changes) = (track.time_points.time_columns(), std::mem::take(&mut track.changes));
             track.time_points.clear();
             let log = TextLog::update_fields()
                 .with_many_level(changes.iter().map(|_| TextLogLevel::INFO))

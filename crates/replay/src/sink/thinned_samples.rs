@@ -40,7 +40,7 @@ impl<T> ThinnedSamples<T> {
     }
 
     /// The number of all samples, retained or not.
-    pub fn count(&self) -> usize {
+    pub fn total_count(&self) -> usize {
         self.total
     }
 }
@@ -57,7 +57,7 @@ mod tests {
         }
         let samples = thinned.samples();
         assert!(samples.len() > LIMIT / 2 && samples.len() < LIMIT, "{}", samples.len());
-        assert_eq!((samples[0], thinned.count()), (0, 10 * LIMIT));
+        assert_eq!((samples[0], thinned.total_count()), (0, 10 * LIMIT));
         assert!(samples.windows(2).all(|pair| pair[1] - pair[0] == samples[1]));
     }
 }

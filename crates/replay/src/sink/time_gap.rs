@@ -3,12 +3,12 @@
 use re_sdk::{RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::LineStrips2D;
 use re_sdk_types::components::Radius;
-use recording::view::{Point, Quantity, Role, XyPlot};
+use recording::view::{CurveRole, RowQuantity, XyPlot, XyPlotPoint};
 use recording::{NumberIndex, Row};
 
-use super::palette::Palette;
-use super::round_number;
-use super::run_slot::RunSlot;
+use super::palette::CurvePalette;
+use super::round_up_to_1_2_5;
+use super::run_slot::RunNamespace;
 use super::timeline::{TimePoint, TimePoints};
 use super::xy_plots::{DiagramView, XyPlots};
 
@@ -33,12 +33,12 @@ impl TimeGap {
     }
 
     /// The last distance [m] and the time gap [s] there.
-    pub fn last(&self) -> Option<[f64; 2]> {
+    pub fn last_point(&self) -> Option<[f64; 2]> {
         self.points.last().copied()
     }
 
     /// Sends the diagram; `number` is its place in the order of all diagrams.
-    pub fn send(
+    pub fn send_diagram(
         &self,
         stream: &RecordingStream,
         number: usize,
@@ -47,45 +47,44 @@ impl TimeGap {
         if self.points.is_empty() {
             return Ok(Vec::new());
         }
-        let point = Point {
+        let point = XyPlotPoint {
             label: LABEL.to_owned(),
-            role: Role::Other,
-            coordinates: [0, 1].map(|axis| Quantity::Column(NumberIndex::new(axis))),
+            role: CurveRole::Other,
+            coordinates: [0, 1].map(|axis| RowQuantity::Column(NumberIndex::new(axis))),
         };
         let plot = XyPlot {
             title: title.to_owned(),
             labels: ["distance [m]".to_owned(), "Δt [s]".to_owned()],
-            ranges: [self.range(0, 1.0), self.range(1, FINEST)],
+            ranges: [self.rounded_axis_range(0, 1.0), self.rounded_axis_range(1, FINEST)],
             ellipse: None,
             trail: 0.0,
             points: vec![point],
             curves: Vec::new(),
         };
-        let mut xy_plots = XyPlots::numbered(&[plot], &RunSlot::default(), number);
-        xy_plots.describe(stream)?;
+        let mut xy_plots = XyPlots::from_plots_numbered(&[plot], &RunNamespace::default(), number);
+        xy_plots.send_static(stream)?;
         let every = self.points.len().div_ceil(POINTS);
         let drawn = self.points.iter().step_by(every).chain(self.points.last());
-        let positions: Vec<_> = drawn.map(|point| xy_plots.position(0, *point)).collect();
+        let positions: Vec<_> = drawn.map(|point| xy_plots.view_position(0, *point)).collect();
         let line = LineStrips2D::new([positions])
-            .with_colors([Palette::default().color(Role::Other, LABEL)])
+            .with_colors([CurvePalette::default().curve_color(CurveRole::Other, LABEL)])
             .with_radii([Radius::new_ui_points(1.0)])
             .with_draw_order(20.0);
-        stream.log_static(xy_plots.root(0) + "/line", &line)?;
+        stream.log_static(xy_plots.root_entity(0) + "/line", &line)?;
         for (time_point, point) in self.time_points.iter().zip(&self.points) {
             let row = Row::from_values(point.to_vec(), Vec::new());
-            xy_plots.push(*time_point, 0.0, &row);
+            xy_plots.push_row(*time_point, 0.0, &row);
         }
-        xy_plots.send(stream, &self.time_points.iter().copied().collect::<TimePoints>().axes())?;
-        Ok(xy_plots.views())
+        xy_plots.send(stream, &self.time_points.iter().copied().collect::<TimePoints>().time_columns())?;
+        Ok(xy_plots.diagram_views())
     }
 
     /// The ends of an axis at round numbers. A division is at least `finest`.
-    fn range(&self, axis: usize, finest: f64) -> [f64; 2] {
+    fn rounded_axis_range(&self, axis: usize, finest: f64) -> [f64; 2] {
         let values = || self.points.iter().map(|point| point[axis]);
         let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
-        let division = round_number(((high - low) / DIVISIONS).max(finest));
-        let (low, high) =
-            ((low / division).floor() * division, (high / division).ceil() * division);
+        let division = round_up_to_1_2_5(((high - low) / DIVISIONS).max(finest));
+        let (low, high) = ((low / division).floor() * division, (high / division).ceil() * division);
         if low < high { [low, high] } else { [low - division, high + division] }
     }
 }

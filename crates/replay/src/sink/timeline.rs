@@ -1,8 +1,8 @@
 //! Computes the three timelines of a recording: time, step and distance of each row.
 
 use re_sdk::log::TimeColumn;
-use recording::view::Distance;
-use recording::{Recorded, Row};
+use recording::view::DistanceSource;
+use recording::{RecordedVariables, Row};
 
 use super::thinned_samples::ThinnedSamples;
 
@@ -47,22 +47,22 @@ impl TimePoints {
     }
 
     /// Simulated times [s].
-    pub fn seconds(&self) -> Vec<f64> {
+    pub fn times_in_seconds(&self) -> Vec<f64> {
         self.0.iter().map(|it| 1e-9 * it.time as f64).collect()
     }
 
     /// The axes of every column; a column without one of them would vanish from that timeline.
-    pub fn axes(&self) -> Vec<TimeColumn> {
-        axes(self.0.iter())
+    pub fn time_columns(&self) -> Vec<TimeColumn> {
+        time_columns_of_points(self.0.iter())
     }
 
     /// The axes of a column of some of the time points.
-    pub fn axes_of(&self, indices: &[usize]) -> Vec<TimeColumn> {
-        axes(indices.iter().map(|&index| &self.0[index]))
+    pub fn time_columns_at(&self, indices: &[usize]) -> Vec<TimeColumn> {
+        time_columns_of_points(indices.iter().map(|&index| &self.0[index]))
     }
 }
 
-fn axes<'a>(time_points: impl Iterator<Item = &'a TimePoint> + Clone) -> Vec<TimeColumn> {
+fn time_columns_of_points<'a>(time_points: impl Iterator<Item = &'a TimePoint> + Clone) -> Vec<TimeColumn> {
     let times = time_points.clone().map(|it| it.time);
     let mut axes = vec![TimeColumn::new_duration_nanos(TIME, times)];
     if time_points.clone().all(|it| it.distance.is_some()) {
@@ -79,31 +79,31 @@ impl FromIterator<TimePoint> for TimePoints {
 }
 
 /// Computes the time points of rows and of events between them.
-pub(super) struct Clock {
-    odometer: Option<Odometer>,
+pub(super) struct TimelineClock {
+    odometer: Option<DistanceOdometer>,
 }
 
-impl Clock {
-    pub fn new(distance: Option<Distance>) -> Self {
-        Self { odometer: distance.map(Odometer::new) }
+impl TimelineClock {
+    pub fn new(distance: Option<DistanceSource>) -> Self {
+        Self { odometer: distance.map(DistanceOdometer::new) }
     }
 
     /// The time point of a row; rows come in the order of their time [s].
-    pub fn row(&mut self, time: f64, row: &Row<Recorded>) -> TimePoint {
+    pub fn time_point_of_row(&mut self, time: f64, row: &Row<RecordedVariables>) -> TimePoint {
         if let Some(odometer) = &mut self.odometer {
             odometer.push(time, row);
         }
-        self.at(time)
+        self.time_point_at(time)
     }
 
     /// The distance at the last row [m].
-    pub fn distance(&self) -> Option<f64> {
+    pub fn last_distance(&self) -> Option<f64> {
         self.odometer.as_ref()?.last.map(|(_, distance, _)| distance)
     }
 
     /// The time point of a time [s] up to the last row.
-    pub fn at(&self, time: f64) -> TimePoint {
-        let distance = self.odometer.as_ref().map(|it| (it.at(time) * 100.0).round() as i64);
+    pub fn time_point_at(&self, time: f64) -> TimePoint {
+        let distance = self.odometer.as_ref().map(|it| (it.distance_at(time) * 100.0).round() as i64);
         TimePoint { time: nanoseconds(time), distance }
     }
 }
@@ -113,30 +113,30 @@ pub(super) fn nanoseconds(time: f64) -> i64 {
 }
 
 /// Measures the distance.
-struct Odometer {
-    source: Distance,
+struct DistanceOdometer {
+    source: DistanceSource,
     /// Time [s], distance [m], and what the next distance is computed from.
     last: Option<(f64, f64, [f64; 2])>,
     /// Times [s] and distances [m].
     passed: ThinnedSamples<(f64, f64)>,
 }
 
-impl Odometer {
-    fn new(source: Distance) -> Self {
+impl DistanceOdometer {
+    fn new(source: DistanceSource) -> Self {
         Self { source, last: None, passed: ThinnedSamples::default() }
     }
 
-    fn push(&mut self, time: f64, row: &Row<Recorded>) {
+    fn push(&mut self, time: f64, row: &Row<RecordedVariables>) {
         let (_, before, from) = self.last.unwrap_or((time, 0.0, [f64::NAN; 2]));
         let state = match &self.source {
-            Distance::Given(distance) => [distance.value(time, row), 0.0],
-            Distance::Along(position) => position.map(|index| row[index]),
-            Distance::Driven(speed) => [speed.value(time, row), time],
+            DistanceSource::Given(distance) => [distance.evaluate(time, row), 0.0],
+            DistanceSource::Along(position) => position.map(|index| row[index]),
+            DistanceSource::Driven(speed) => [speed.evaluate(time, row), time],
         };
         let distance = match &self.source {
-            Distance::Given(_) => state[0],
-            Distance::Along(_) => before + (state[0] - from[0]).hypot(state[1] - from[1]),
-            Distance::Driven(_) => before + 0.5 * (state[0] + from[0]) * (state[1] - from[1]),
+            DistanceSource::Given(_) => state[0],
+            DistanceSource::Along(_) => before + (state[0] - from[0]).hypot(state[1] - from[1]),
+            DistanceSource::Driven(_) => before + 0.5 * (state[0] + from[0]) * (state[1] - from[1]),
         };
         // The first row, and a NaN, cover no distance.
         let distance = if distance.is_finite() { distance } else { before };
@@ -145,7 +145,7 @@ impl Odometer {
     }
 
     /// The distance at a time [s], interpolated linearly between kept rows.
-    fn at(&self, time: f64) -> f64 {
+    fn distance_at(&self, time: f64) -> f64 {
         let Some((end, distance, _)) = self.last else {
             return 0.0;
         };
@@ -163,21 +163,21 @@ impl Odometer {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, Distance, TimePoint};
-    use recording::view::Quantity;
+    use super::{DistanceSource, TimePoint, TimelineClock};
+    use recording::view::RowQuantity;
     use recording::{NumberIndex, Row};
 
     /// 300 s around a circle of 100 m at 20 m/s, in steps of 10 ms: more rows than are kept.
-    fn distances(source: Distance) -> Vec<Option<i64>> {
-        let mut clock = Clock::new(Some(source));
+    fn distances(source: DistanceSource) -> Vec<Option<i64>> {
+        let mut clock = TimelineClock::new(Some(source));
         for step in 0..=30_000 {
             let time = 0.01 * f64::from(step);
             let (sin, cos) = (0.2 * time).sin_cos();
             let numbers = vec![100.0 * cos, 100.0 * sin, 20.0, 20.0 * time];
-            clock.row(time, &Row::from_values(numbers, Vec::new()));
+            clock.time_point_of_row(time, &Row::from_values(numbers, Vec::new()));
         }
         let distance = |time| {
-            let TimePoint { time: nanoseconds, distance } = clock.at(time);
+            let TimePoint { time: nanoseconds, distance } = clock.time_point_at(time);
             assert_eq!(nanoseconds, (time * 1e9) as i64);
             distance
         };
@@ -188,9 +188,9 @@ mod tests {
     fn positions_a_speed_or_the_distance_itself_give_the_distance() {
         let driven = [0, 246_000, 598_000, 600_000].map(Some);
         for source in [
-            Distance::Along([0, 1].map(NumberIndex::new)),
-            Distance::Driven(Quantity::Column(NumberIndex::new(2))),
-            Distance::Given(Quantity::Column(NumberIndex::new(3))),
+            DistanceSource::Along([0, 1].map(NumberIndex::new)),
+            DistanceSource::Driven(RowQuantity::Column(NumberIndex::new(2))),
+            DistanceSource::Given(RowQuantity::Column(NumberIndex::new(3))),
         ] {
             assert_eq!(distances(source.clone()), driven, "{source:?}");
         }

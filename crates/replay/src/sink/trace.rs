@@ -3,7 +3,7 @@
 use re_sdk_types::components::Color;
 
 use super::thinned_samples::ThinnedSamples;
-use super::{WHITE, round_number};
+use super::{WHITE, round_up_to_1_2_5};
 
 /// Strips of the driven line at most; each has one colour.
 const STRIP_LIMIT: usize = 2_000;
@@ -14,7 +14,7 @@ const MARK_LIMIT: f64 = 8.0;
 
 /// The rectangle that holds the driven line [m].
 #[derive(Clone, Copy)]
-pub(super) struct Bounds {
+pub(super) struct MapBounds {
     /// Smallest x and y.
     pub low: [f32; 2],
     /// Largest x and y.
@@ -53,10 +53,10 @@ pub(super) struct DistanceMarks {
 /// Width by height of the map, which decides how high its camera is.
 const MAP_ASPECT: f32 = 2.2;
 
-impl Bounds {
+impl MapBounds {
     /// A map of the rectangle, with its longer edge from left to right. A margin is around the rectangle, most of it below for the
     /// scale of colours.
-    pub fn map(self) -> MapExtent {
+    pub fn map_extent(self) -> MapExtent {
         let [width, depth] = [0, 1].map(|axis: usize| self.high[axis] - self.low[axis]);
         let [x, y] = [0, 1].map(|axis: usize| 0.5 * (self.high[axis] + self.low[axis]));
         let (wide, tall) = (width.max(depth), width.min(depth));
@@ -67,8 +67,8 @@ impl Bounds {
     }
 
     /// The ends of a line from left to right in the lower part of the map.
-    pub fn below(self) -> [[f32; 3]; 2] {
-        let MapExtent { centre: [x, y], up, half_height: half } = self.map();
+    pub fn scale_line_ends(self) -> [[f32; 3]; 2] {
+        let MapExtent { centre: [x, y], up, half_height: half } = self.map_extent();
         let right = [up[1], -up[0]];
         [-0.8, 0.8].map(|aside| {
             let at = |axis: usize, from: f32| from + half * (aside * right[axis] - 0.72 * up[axis]);
@@ -77,9 +77,9 @@ impl Bounds {
     }
 
     /// The rectangle that holds both.
-    pub fn with(self, other: Bounds) -> Bounds {
+    pub fn union(self, other: MapBounds) -> MapBounds {
         let axes = [0, 1];
-        Bounds {
+        MapBounds {
             low: axes.map(|axis: usize| self.low[axis].min(other.low[axis])),
             high: axes.map(|axis: usize| self.high[axis].max(other.high[axis])),
         }
@@ -88,25 +88,25 @@ impl Bounds {
 
 /// The driven line, thinned out as it grows.
 #[derive(Default)]
-pub(super) struct Trace(ThinnedSamples<Sample>);
+pub(super) struct DrivenLine(ThinnedSamples<PositionSample>);
 
 /// A position [m] and the speed there [m/s].
-struct Sample {
+struct PositionSample {
     point: [f32; 3],
     speed: f32,
 }
 
-impl Trace {
+impl DrivenLine {
     /// Takes the position and the speed of a row, unless the position is no number.
     pub fn push(&mut self, point: [f32; 3], speed: f32) {
         if point.iter().all(|it| it.is_finite()) {
-            self.0.push(Sample { point, speed });
+            self.0.push(PositionSample { point, speed });
         }
     }
 
     /// The number of all rows, retained or not.
-    pub fn rows(&self) -> usize {
-        self.0.count()
+    pub fn row_count(&self) -> usize {
+        self.0.total_count()
     }
 
     fn points(&self) -> impl Iterator<Item = [f32; 3]> {
@@ -114,12 +114,11 @@ impl Trace {
     }
 
     /// The line as short strips of one colour each, from slow to fast when it is `colored`.
-    pub fn strips(&self, colored: bool) -> ColoredStrips {
+    pub fn colored_strips(&self, colored: bool) -> ColoredStrips {
         let samples = self.0.samples();
         let last = samples.len().saturating_sub(1);
         let strip_length = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
-        let SpeedRange { slow, fast } =
-            self.speeds().unwrap_or(SpeedRange { slow: 0.0, fast: 0.0 });
+        let SpeedRange { slow, fast } = self.speed_range().unwrap_or(SpeedRange { slow: 0.0, fast: 0.0 });
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
         for start in (0..last).step_by(strip_length) {
             let end = (start + strip_length).min(last);
@@ -132,9 +131,9 @@ impl Trace {
         ColoredStrips { strips, colors }
     }
 
-    pub fn marks(&self) -> DistanceMarks {
-        let distances = self.distances();
-        let spacing = round_number(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT).max(10.0);
+    pub fn distance_marks(&self) -> DistanceMarks {
+        let distances = self.distances_along_line();
+        let spacing = round_up_to_1_2_5(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT).max(10.0);
         let (mut points, mut labels) = (Vec::new(), Vec::new());
         let mut next = 0.0;
         for (point, &distance) in self.points().zip(&distances) {
@@ -147,7 +146,7 @@ impl Trace {
         DistanceMarks { points, labels }
     }
 
-    fn distances(&self) -> Vec<f64> {
+    fn distances_along_line(&self) -> Vec<f64> {
         let mut total = 0.0;
         let steps = self.points().zip(self.points().skip(1)).map(|(from, to)| {
             total += f64::from(to[0] - from[0]).hypot(f64::from(to[1] - from[1]));
@@ -157,9 +156,9 @@ impl Trace {
     }
 
     /// The rectangle that holds the line.
-    pub fn bounds(&self) -> Option<Bounds> {
+    pub fn bounds(&self) -> Option<MapBounds> {
         let first = self.points().next()?;
-        let mut bounds = Bounds { low: [first[0], first[1]], high: [first[0], first[1]] };
+        let mut bounds = MapBounds { low: [first[0], first[1]], high: [first[0], first[1]] };
         for [x, y, _] in self.points() {
             bounds.low = [bounds.low[0].min(x), bounds.low[1].min(y)];
             bounds.high = [bounds.high[0].max(x), bounds.high[1].max(y)];
@@ -167,7 +166,7 @@ impl Trace {
         Some(bounds)
     }
 
-    pub fn speeds(&self) -> Option<SpeedRange> {
+    pub fn speed_range(&self) -> Option<SpeedRange> {
         let finite = || self.0.samples().iter().map(|it| it.speed).filter(|it| it.is_finite());
         Some(SpeedRange { slow: finite().reduce(f32::min)?, fast: finite().reduce(f32::max)? })
     }

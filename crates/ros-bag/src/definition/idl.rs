@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::tokens::{Token, tokens};
-use super::{Declaration, Declarations, Scalar, Type, TypeExpression, normal};
+use super::tokens::{IdlToken, tokenize_idl};
+use super::{FieldType, ScalarType, TypeDeclaration, TypeDeclarations, TypeExpression, normalized_type_name};
 
 /// Modules in modules, and types in types, are read down to this depth.
 const DEEPEST: usize = 32;
@@ -12,49 +12,49 @@ const DEEPEST: usize = 32;
 ///
 /// # Errors
 /// With the line that cannot be read.
-pub fn read(text: &str, declared: &mut Declarations) -> Result<(), String> {
-    let tokens = tokens(text)?;
+pub fn parse_idl_declarations(text: &str, declared: &mut TypeDeclarations) -> Result<(), String> {
+    let tokens = tokenize_idl(text)?;
     let mut reader =
-        Reader { tokens: &tokens, at: 0, scope: Vec::new(), constants: HashMap::new(), declared };
+        IdlParser { tokens: &tokens, at: 0, scope: Vec::new(), constants: HashMap::new(), declared };
     while reader.at < tokens.len() {
-        reader.declaration()?;
+        reader.parse_declaration()?;
     }
     Ok(())
 }
 
-struct Reader<'t> {
-    tokens: &'t [(Token, usize)],
+struct IdlParser<'t> {
+    tokens: &'t [(IdlToken, usize)],
     at: usize,
     /// The modules around what is read.
     scope: Vec<String>,
     /// Integers by their names, behind their modules.
     constants: HashMap<String, usize>,
-    declared: &'t mut Declarations,
+    declared: &'t mut TypeDeclarations,
 }
 
-impl Reader<'_> {
-    fn peek(&self) -> Option<&Token> {
+impl IdlParser<'_> {
+    fn peek(&self) -> Option<&IdlToken> {
         self.tokens.get(self.at).map(|(token, _)| token)
     }
 
-    fn is(&self, sign: char) -> bool {
-        self.peek() == Some(&Token::Sign(sign))
+    fn is_next_sign(&self, sign: char) -> bool {
+        self.peek() == Some(&IdlToken::Sign(sign))
     }
 
     /// Takes the sign if it is there.
-    fn takes(&mut self, sign: char) -> bool {
-        let is = self.is(sign);
+    fn accept_sign(&mut self, sign: char) -> bool {
+        let is = self.is_next_sign(sign);
         self.at += usize::from(is);
         is
     }
 
-    fn takes_word(&mut self, word: &str) -> bool {
-        let is = matches!(self.peek(), Some(Token::Word(found)) if found == word);
+    fn accept_word(&mut self, word: &str) -> bool {
+        let is = matches!(self.peek(), Some(IdlToken::Word(found)) if found == word);
         self.at += usize::from(is);
         is
     }
 
-    fn wrong(&self, expected: &str) -> String {
+    fn unexpected_token_error(&self, expected: &str) -> String {
         let last = self.tokens.len().saturating_sub(1);
         match self.tokens.get(self.at.min(last)) {
             None => format!("expected {expected}, found nothing"),
@@ -63,170 +63,167 @@ impl Reader<'_> {
             }
             Some((token, line)) => {
                 let found = match token {
-                    Token::Word(text) | Token::Number(text) => text.clone(),
-                    Token::Text => "a text".to_owned(),
-                    Token::Sign(sign) => sign.to_string(),
+                    IdlToken::Word(text) | IdlToken::Number(text) => text.clone(),
+                    IdlToken::Text => "a text".to_owned(),
+                    IdlToken::Sign(sign) => sign.to_string(),
                 };
                 format!("expected {expected} in line {line}, found `{found}`")
             }
         }
     }
 
-    fn sign(&mut self, sign: char) -> Result<(), String> {
-        match self.takes(sign) {
+    fn expect_sign(&mut self, sign: char) -> Result<(), String> {
+        match self.accept_sign(sign) {
             true => Ok(()),
-            false => Err(self.wrong(&format!("`{sign}`"))),
+            false => Err(self.unexpected_token_error(&format!("`{sign}`"))),
         }
     }
 
-    fn word(&mut self, expected: &str) -> Result<String, String> {
+    fn expect_word(&mut self, expected: &str) -> Result<String, String> {
         match self.peek() {
-            Some(Token::Word(word)) => {
+            Some(IdlToken::Word(word)) => {
                 let word = word.clone();
                 self.at += 1;
                 Ok(word)
             }
-            _ => Err(self.wrong(expected)),
+            _ => Err(self.unexpected_token_error(expected)),
         }
     }
 
     /// A name behind the modules around it.
-    fn full(&self, name: &str) -> String {
+    fn qualified_name(&self, name: &str) -> String {
         let parts = self.scope.iter().map(String::as_str).chain([name]);
-        normal(&parts.collect::<Vec<_>>().join("/"))
+        normalized_type_name(&parts.collect::<Vec<_>>().join("/"))
     }
 
     /// What a name can mean: the innermost module first.
-    fn meanings(&self, name: &str) -> Vec<String> {
+    fn candidate_names(&self, name: &str) -> Vec<String> {
         if let Some(absolute) = name.strip_prefix("::") {
-            return vec![normal(absolute)];
+            return vec![normalized_type_name(absolute)];
         }
         let modules = (0..=self.scope.len()).rev().map(|depth| &self.scope[..depth]);
         let meaning =
-            |modules: &[String]| normal(&[modules, &[name.to_owned()]].concat().join("/"));
+            |modules: &[String]| normalized_type_name(&[modules, &[name.to_owned()]].concat().join("/"));
         modules.map(meaning).collect()
     }
 
-    fn declaration(&mut self) -> Result<(), String> {
-        let word = self.word("a module, a structure or a type")?;
+    fn parse_declaration(&mut self) -> Result<(), String> {
+        let word = self.expect_word("a module, a structure or a type")?;
         match word.as_str() {
             "module" => {
                 if self.scope.len() >= DEEPEST {
-                    return Err(self.wrong("no more modules in modules"));
+                    return Err(self.unexpected_token_error("no more modules in modules"));
                 }
-                let name = self.word("the name of a module")?;
+                let name = self.expect_word("the name of a module")?;
                 self.scope.push(name);
-                self.sign('{')?;
-                while !self.is('}') {
-                    self.declaration()?;
+                self.expect_sign('{')?;
+                while !self.is_next_sign('}') {
+                    self.parse_declaration()?;
                 }
                 self.scope.pop();
-                self.sign('}')?;
+                self.expect_sign('}')?;
             }
-            "struct" => self.structure()?,
-            "const" => self.constant()?,
-            "enum" => self.enumeration()?,
+            "struct" => self.parse_structure()?,
+            "const" => self.parse_constant()?,
+            "enum" => self.parse_enumeration()?,
             "typedef" => {
-                let kind = self.kind(0)?;
-                for (name, kind) in self.declarators(&kind)? {
-                    let name = self.full(&name);
-                    self.declared.insert(name, Declaration::Alias(kind));
+                let kind = self.parse_type(0)?;
+                for (name, kind) in self.parse_declarators(&kind)? {
+                    let name = self.qualified_name(&name);
+                    self.declared.insert(name, TypeDeclaration::Alias(kind));
                 }
             }
             other => return Err(format!("`{other}` cannot be read here")),
         }
-        match self.takes(';') || word == "module" {
+        match self.accept_sign(';') || word == "module" {
             true => Ok(()),
-            false => Err(self.wrong("`;`")),
+            false => Err(self.unexpected_token_error("`;`")),
         }
     }
 
-    fn structure(&mut self) -> Result<(), String> {
-        let name = self.word("the name of a structure")?;
-        let name = self.full(&name);
-        if self.is(':') {
+    fn parse_structure(&mut self) -> Result<(), String> {
+        let name = self.expect_word("the name of a structure")?;
+        let name = self.qualified_name(&name);
+        if self.is_next_sign(':') {
             return Err(format!("`{name}` extends another structure, which cannot be read here"));
         }
-        self.sign('{')?;
+        self.expect_sign('{')?;
         let mut fields = Vec::new();
-        while !self.takes('}') {
-            let kind = self.kind(0)?;
-            fields.extend(self.declarators(&kind)?);
-            self.sign(';')?;
+        while !self.accept_sign('}') {
+            let kind = self.parse_type(0)?;
+            fields.extend(self.parse_declarators(&kind)?);
+            self.expect_sign(';')?;
         }
-        self.declared.insert(name, Declaration::Struct(fields));
+        self.declared.insert(name, TypeDeclaration::Struct(fields));
         Ok(())
     }
 
-    fn constant(&mut self) -> Result<(), String> {
-        self.kind(0)?;
-        let name = self.word("the name of a constant")?;
-        let name = self.full(&name);
-        self.sign('=')?;
+    fn parse_constant(&mut self) -> Result<(), String> {
+        self.parse_type(0)?;
+        let name = self.expect_word("the name of a constant")?;
+        let name = self.qualified_name(&name);
+        self.expect_sign('=')?;
         let begin = self.at;
-        let number = self.number();
+        let number = self.parse_size();
         match number {
-            Ok(number) if self.is(';') => drop(self.constants.insert(name, number)),
+            Ok(number) if self.is_next_sign(';') => drop(self.constants.insert(name, number)),
             // A text, a broken or a calculated number is no size.
             _ => self.at = begin,
         }
-        while self.at < self.tokens.len() && !self.is(';') {
+        while self.at < self.tokens.len() && !self.is_next_sign(';') {
             self.at += 1;
         }
         Ok(())
     }
 
-    fn enumeration(&mut self) -> Result<(), String> {
-        let name = self.word("the name of an enumeration")?;
-        let name = self.full(&name);
-        self.sign('{')?;
-        while !self.takes('}') {
-            self.word("the name of a value")?;
-            self.takes(',');
+    fn parse_enumeration(&mut self) -> Result<(), String> {
+        let name = self.expect_word("the name of an enumeration")?;
+        let name = self.qualified_name(&name);
+        self.expect_sign('{')?;
+        while !self.accept_sign('}') {
+            self.expect_word("the name of a value")?;
+            self.accept_sign(',');
         }
         let number =
-            TypeExpression::Plain(Type::Scalar(Scalar::Integer { bytes: 4, signed: false }));
-        self.declared.insert(name, Declaration::Alias(number));
+            TypeExpression::Plain(FieldType::Scalar(ScalarType::Integer { bytes: 4, signed: false }));
+        self.declared.insert(name, TypeDeclaration::Alias(number));
         Ok(())
     }
 
     /// The names behind a type, each with the sizes of an array.
-    fn declarators(
-        &mut self,
-        kind: &TypeExpression,
-    ) -> Result<Vec<(String, TypeExpression)>, String> {
+    fn parse_declarators(&mut self, kind: &TypeExpression) -> Result<Vec<(String, TypeExpression)>, String> {
         let mut all = Vec::new();
         loop {
-            let name = self.word("a name")?;
+            let name = self.expect_word("a name")?;
             let mut sizes = Vec::new();
-            while self.takes('[') {
-                sizes.push(self.number()?);
-                self.sign(']')?;
+            while self.accept_sign('[') {
+                sizes.push(self.parse_size()?);
+                self.expect_sign(']')?;
             }
             if sizes.len() > DEEPEST {
-                return Err(self.wrong("an array of fewer dimensions"));
+                return Err(self.unexpected_token_error("an array of fewer dimensions"));
             }
             let kind = sizes
                 .into_iter()
                 .rev()
                 .fold(kind.clone(), |kind, size| TypeExpression::Array(Box::new(kind), size));
             all.push((name, kind));
-            if !self.takes(',') {
+            if !self.accept_sign(',') {
                 return Ok(all);
             }
         }
     }
 
     /// A size: a number, or the name of one.
-    fn number(&mut self) -> Result<usize, String> {
-        let wrong = self.wrong("a number");
+    fn parse_size(&mut self) -> Result<usize, String> {
+        let wrong = self.unexpected_token_error("a number");
         let found = match self.peek() {
-            Some(Token::Number(number)) => match number.strip_prefix("0x") {
+            Some(IdlToken::Number(number)) => match number.strip_prefix("0x") {
                 Some(hex) => usize::from_str_radix(hex, 16).ok(),
                 None => number.parse().ok(),
             },
-            Some(Token::Word(name)) => {
-                self.meanings(name).iter().find_map(|it| self.constants.get(it)).copied()
+            Some(IdlToken::Word(name)) => {
+                self.candidate_names(name).iter().find_map(|it| self.constants.get(it)).copied()
             }
             _ => None,
         };
@@ -235,22 +232,22 @@ impl Reader<'_> {
     }
 
     /// Skips a bound, which changes nothing in a message.
-    fn bound(&mut self) -> Result<(), String> {
-        if self.takes('<') {
-            self.number()?;
-            self.sign('>')?;
+    fn skip_bound(&mut self) -> Result<(), String> {
+        if self.accept_sign('<') {
+            self.parse_size()?;
+            self.expect_sign('>')?;
         }
         Ok(())
     }
 
-    fn kind(&mut self, depth: usize) -> Result<TypeExpression, String> {
+    fn parse_type(&mut self, depth: usize) -> Result<TypeExpression, String> {
         if depth > DEEPEST {
-            return Err(self.wrong("no more types in types"));
+            return Err(self.unexpected_token_error("no more types in types"));
         }
-        let integer = |bytes, signed| scalar(Scalar::Integer { bytes, signed });
-        let word = self.word("a type")?;
+        let integer = |bytes, signed| scalar_expression(ScalarType::Integer { bytes, signed });
+        let word = self.expect_word("a type")?;
         Ok(match word.as_str() {
-            "boolean" => scalar(Scalar::Bool),
+            "boolean" => scalar_expression(ScalarType::Bool),
             "octet" | "uint8" | "char" => integer(1, false),
             "int8" => integer(1, true),
             "int16" | "short" => integer(2, true),
@@ -259,35 +256,35 @@ impl Reader<'_> {
             "uint32" => integer(4, false),
             "int64" => integer(8, true),
             "uint64" => integer(8, false),
-            "float" => scalar(Scalar::Single),
-            "double" => scalar(Scalar::Double),
-            "long" if self.takes_word("double") => scalar(Scalar::Quadruple),
-            "long" => integer(if self.takes_word("long") { 8 } else { 4 }, true),
-            "unsigned" if self.takes_word("short") => integer(2, false),
-            "unsigned" if self.takes_word("long") => {
-                integer(if self.takes_word("long") { 8 } else { 4 }, false)
+            "float" => scalar_expression(ScalarType::Single),
+            "double" => scalar_expression(ScalarType::Double),
+            "long" if self.accept_word("double") => scalar_expression(ScalarType::Quadruple),
+            "long" => integer(if self.accept_word("long") { 8 } else { 4 }, true),
+            "unsigned" if self.accept_word("short") => integer(2, false),
+            "unsigned" if self.accept_word("long") => {
+                integer(if self.accept_word("long") { 8 } else { 4 }, false)
             }
             "string" | "wstring" => {
-                self.bound()?;
-                TypeExpression::Plain(if word == "string" { Type::Text } else { Type::WideText })
+                self.skip_bound()?;
+                TypeExpression::Plain(if word == "string" { FieldType::Text } else { FieldType::WideText })
             }
             "sequence" => {
-                self.sign('<')?;
-                let inner = self.kind(depth + 1)?;
-                if self.takes(',') {
-                    self.number()?;
+                self.expect_sign('<')?;
+                let inner = self.parse_type(depth + 1)?;
+                if self.accept_sign(',') {
+                    self.parse_size()?;
                 }
-                self.sign('>')?;
+                self.expect_sign('>')?;
                 TypeExpression::Sequence(Box::new(inner))
             }
             "wchar" | "unsigned" | "fixed" | "any" | "map" | "bitset" | "union" => {
                 return Err(format!("the type `{word}` cannot be read here"));
             }
-            name => TypeExpression::Named(self.meanings(name)),
+            name => TypeExpression::Named(self.candidate_names(name)),
         })
     }
 }
 
-fn scalar(scalar: Scalar) -> TypeExpression {
-    TypeExpression::Plain(Type::Scalar(scalar))
+fn scalar_expression(scalar: ScalarType) -> TypeExpression {
+    TypeExpression::Plain(FieldType::Scalar(scalar))
 }

@@ -1,22 +1,24 @@
 //! Reads definitions in the language of ROS: a line for each field, `type name`.
 
-use super::{Declaration, Declarations, Language, Scalar, Type, TypeExpression, normal};
+use super::{
+    DefinitionLanguage, FieldType, ScalarType, TypeDeclaration, TypeDeclarations, TypeExpression,
+    normalized_type_name,
+};
 
 /// Reads one definition.
 ///
 /// # Errors
 /// With the line that cannot be read.
-pub fn read(
+pub fn parse_msg_definition(
     name: &str,
-    language: Language,
+    language: DefinitionLanguage,
     text: &str,
-    declared: &mut Declarations,
+    declared: &mut TypeDeclarations,
 ) -> Result<(), String> {
     let package = name.split('/').next().unwrap_or_default();
     let mut fields = Vec::new();
     for (number, line) in text.lines().enumerate() {
-        let wrong =
-            || format!("expected `type name` in line {}, found `{}`", number + 1, line.trim());
+        let wrong = || format!("expected `type name` in line {}, found `{}`", number + 1, line.trim());
         let words = line.split('#').next().unwrap_or_default().trim();
         let Some((kind, rest)) = words.split_once(char::is_whitespace) else {
             match words {
@@ -35,30 +37,30 @@ pub fn read(
         if behind.trim_start().starts_with('=') {
             continue;
         }
-        let kind = type_expression(kind, package, language).ok_or_else(wrong)?;
+        let kind = parse_type_with_bounds(kind, package, language).ok_or_else(wrong)?;
         fields.push((field.to_owned(), kind));
     }
-    if fields.is_empty() && language != Language::Msg1 {
+    if fields.is_empty() && language != DefinitionLanguage::Msg1 {
         // ROS 2 gives a message without fields one of a byte, for the sake of IDL.
-        fields.push((EMPTY.to_owned(), plain(Scalar::Integer { bytes: 1, signed: false })));
+        fields.push((EMPTY.to_owned(), scalar_expression(ScalarType::Integer { bytes: 1, signed: false })));
     }
-    declared.insert(name.to_owned(), Declaration::Struct(fields));
+    declared.insert(name.to_owned(), TypeDeclaration::Struct(fields));
     Ok(())
 }
 
 /// The field of a message without fields, as ROS 2 names it.
 pub const EMPTY: &str = "structure_needs_at_least_one_member";
 
-fn plain(scalar: Scalar) -> TypeExpression {
-    TypeExpression::Plain(Type::Scalar(scalar))
+fn scalar_expression(scalar: ScalarType) -> TypeExpression {
+    TypeExpression::Plain(FieldType::Scalar(scalar))
 }
 
 /// A type with its bounds, `float64[9]`, `string<=10[<=3]`.
-fn type_expression(word: &str, package: &str, language: Language) -> Option<TypeExpression> {
+fn parse_type_with_bounds(word: &str, package: &str, language: DefinitionLanguage) -> Option<TypeExpression> {
     let Some((inner, bounds)) = word.strip_suffix(']').and_then(|it| it.rsplit_once('[')) else {
-        return single(word, package, language);
+        return parse_element_type(word, package, language);
     };
-    let inner = Box::new(single(inner, package, language)?);
+    let inner = Box::new(parse_element_type(inner, package, language)?);
     match bounds.strip_prefix("<=") {
         None if bounds.is_empty() => Some(TypeExpression::Sequence(inner)),
         None => Some(TypeExpression::Array(inner, bounds.trim().parse().ok()?)),
@@ -66,15 +68,15 @@ fn type_expression(word: &str, package: &str, language: Language) -> Option<Type
     }
 }
 
-fn single(word: &str, package: &str, language: Language) -> Option<TypeExpression> {
-    let integer = |bytes, signed| Some(plain(Scalar::Integer { bytes, signed }));
-    let old = language == Language::Msg1;
+fn parse_element_type(word: &str, package: &str, language: DefinitionLanguage) -> Option<TypeExpression> {
+    let integer = |bytes, signed| Some(scalar_expression(ScalarType::Integer { bytes, signed }));
+    let old = language == DefinitionLanguage::Msg1;
     let (word, bound) = word.split_once("<=").map_or((word, None), |(it, bound)| (it, Some(bound)));
     if let Some(bound) = bound {
         bound.trim().parse::<usize>().ok()?;
     }
     match word {
-        "bool" => Some(plain(Scalar::Bool)),
+        "bool" => Some(scalar_expression(ScalarType::Bool)),
         "int8" => integer(1, true),
         // A byte of ROS 1 has a sign.
         "byte" => integer(1, old),
@@ -85,10 +87,10 @@ fn single(word: &str, package: &str, language: Language) -> Option<TypeExpressio
         "uint32" => integer(4, false),
         "int64" => integer(8, true),
         "uint64" => integer(8, false),
-        "float32" => Some(plain(Scalar::Single)),
-        "float64" => Some(plain(Scalar::Double)),
-        "string" => Some(TypeExpression::Plain(Type::Text)),
-        "wstring" => Some(TypeExpression::Plain(Type::WideText)),
+        "float32" => Some(scalar_expression(ScalarType::Single)),
+        "float64" => Some(scalar_expression(ScalarType::Double)),
+        "string" => Some(TypeExpression::Plain(FieldType::Text)),
+        "wstring" => Some(TypeExpression::Plain(FieldType::WideText)),
         "time" if old => Some(TypeExpression::Named(vec!["ros1/Time".to_owned()])),
         "duration" if old => Some(TypeExpression::Named(vec!["ros1/Duration".to_owned()])),
         "time" => Some(TypeExpression::Named(vec!["builtin_interfaces/Time".to_owned()])),
@@ -98,7 +100,7 @@ fn single(word: &str, package: &str, language: Language) -> Option<TypeExpressio
             if word.is_empty() || !word.chars().all(is_name) || bound.is_some() {
                 return None;
             }
-            let name = normal(word);
+            let name = normalized_type_name(word);
             Some(TypeExpression::Named(match name.contains('/') {
                 true => vec![name],
                 // The header of ROS 1 is written without its package.

@@ -5,19 +5,19 @@
 
 use std::sync::OnceLock;
 
-use super::{Declarations, declare};
+use super::{TypeDeclarations, add_msg_declaration};
 
 /// A line for each message: its name, and behind a colon its fields.
 const KNOWN: &str = include_str!("standard_messages.txt");
 
 /// What is known, by name.
-pub fn declarations() -> &'static Declarations {
-    static READ: OnceLock<Declarations> = OnceLock::new();
+pub fn standard_declarations() -> &'static TypeDeclarations {
+    static READ: OnceLock<TypeDeclarations> = OnceLock::new();
     READ.get_or_init(|| {
-        let mut declared = Declarations::new();
+        let mut declared = TypeDeclarations::new();
         for (name, fields) in KNOWN.lines().filter_map(|line| line.split_once(':')) {
             // A test reads all of them.
-            let _ = declare(name, &fields.replace(';', "\n"), &mut declared);
+            let _ = add_msg_declaration(name, &fields.replace(';', "\n"), &mut declared);
         }
         declared
     })
@@ -25,14 +25,14 @@ pub fn declarations() -> &'static Declarations {
 
 #[cfg(test)]
 mod tests {
-    use super::{KNOWN, declarations};
-    use crate::definition::Definition;
+    use super::{KNOWN, standard_declarations};
+    use crate::definition::MessageDefinition;
 
     #[test]
     fn all_that_is_known_is_whole() {
-        assert_eq!(declarations().len(), KNOWN.lines().count());
-        for name in declarations().keys().filter(|name| !name.starts_with("ros1/")) {
-            let definition = Definition::standard(name);
+        assert_eq!(standard_declarations().len(), KNOWN.lines().count());
+        for name in standard_declarations().keys().filter(|name| !name.starts_with("ros1/")) {
+            let definition = MessageDefinition::standard_message(name);
             let definition = definition.unwrap_or_else(|what| panic!("{name}: {what}"));
             assert!(definition.assumed, "{name}");
         }

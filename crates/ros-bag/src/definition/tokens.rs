@@ -2,7 +2,7 @@
 
 /// What a text consists of.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Token {
+pub enum IdlToken {
     /// A word; words with `::` in between are one.
     Word(String),
     /// A number, as it is written.
@@ -14,19 +14,19 @@ pub enum Token {
 }
 
 /// Tokens, each with the number of its line.
-pub fn tokens(text: &str) -> Result<Vec<(Token, usize)>, String> {
-    let mut reader = Reader { rest: text, line: 1, tokens: Vec::new() };
-    while reader.next()? {}
+pub fn tokenize_idl(text: &str) -> Result<Vec<(IdlToken, usize)>, String> {
+    let mut reader = IdlTokenizer { rest: text, line: 1, tokens: Vec::new() };
+    while reader.push_next_token()? {}
     Ok(reader.tokens)
 }
 
-struct Reader<'t> {
+struct IdlTokenizer<'t> {
     rest: &'t str,
     line: usize,
-    tokens: Vec<(Token, usize)>,
+    tokens: Vec<(IdlToken, usize)>,
 }
 
-impl Reader<'_> {
+impl IdlTokenizer<'_> {
     fn advance(&mut self, length: usize) {
         let (taken, rest) = self.rest.split_at(length);
         self.line += taken.matches('\n').count();
@@ -34,43 +34,42 @@ impl Reader<'_> {
     }
 
     /// So many bytes up to the first letter that does not fit.
-    fn while_(&self, fits: impl Fn(char) -> bool) -> usize {
+    fn matching_prefix_length(&self, fits: impl Fn(char) -> bool) -> usize {
         self.rest.find(|c| !fits(c)).unwrap_or(self.rest.len())
     }
 
-    fn next(&mut self) -> Result<bool, String> {
-        let space = self.while_(char::is_whitespace);
+    fn push_next_token(&mut self) -> Result<bool, String> {
+        let space = self.matching_prefix_length(char::is_whitespace);
         self.advance(space);
         let Some(first) = self.rest.chars().next() else { return Ok(false) };
         let line = self.line;
         if self.rest.starts_with("//") || first == '#' {
-            let length = self.while_(|c| c != '\n');
+            let length = self.matching_prefix_length(|c| c != '\n');
             self.advance(length);
         } else if self.rest.starts_with("/*") {
-            let end =
-                self.rest.find("*/").ok_or(format!("the comment of line {line} has no end"))?;
+            let end = self.rest.find("*/").ok_or(format!("the comment of line {line} has no end"))?;
             self.advance(end + 2);
         } else if first == '@' {
-            self.annotation()?;
+            self.skip_annotation()?;
         } else if first == '"' || first == '\'' {
-            self.quoted(first)?;
-            self.tokens.push((Token::Text, line));
+            self.skip_quoted_text(first)?;
+            self.tokens.push((IdlToken::Text, line));
         } else if first.is_ascii_alphabetic() || first == '_' || self.rest.starts_with("::") {
-            let word = self.word();
-            self.tokens.push((Token::Word(word), line));
+            let word = self.take_word();
+            self.tokens.push((IdlToken::Word(word), line));
         } else if first.is_ascii_digit() {
-            let length = self.while_(|c| c.is_ascii_alphanumeric() || c == '.');
+            let length = self.matching_prefix_length(|c| c.is_ascii_alphanumeric() || c == '.');
             let number = self.rest[..length].to_owned();
             self.advance(length);
-            self.tokens.push((Token::Number(number), line));
+            self.tokens.push((IdlToken::Number(number), line));
         } else {
             self.advance(first.len_utf8());
-            self.tokens.push((Token::Sign(first), line));
+            self.tokens.push((IdlToken::Sign(first), line));
         }
         Ok(true)
     }
 
-    fn word(&mut self) -> String {
+    fn take_word(&mut self) -> String {
         let mut length = 0;
         loop {
             let rest = &self.rest[length..];
@@ -86,7 +85,7 @@ impl Reader<'_> {
         word
     }
 
-    fn quoted(&mut self, quote: char) -> Result<(), String> {
+    fn skip_quoted_text(&mut self, quote: char) -> Result<(), String> {
         let mut escaped = false;
         let end = self.rest.char_indices().skip(1).find(|(_, c)| {
             let ends = *c == quote && !escaped;
@@ -99,11 +98,11 @@ impl Reader<'_> {
     }
 
     /// Skips `@name` and `@name(...)`.
-    fn annotation(&mut self) -> Result<(), String> {
+    fn skip_annotation(&mut self) -> Result<(), String> {
         let line = self.line;
         self.advance(1);
-        self.word();
-        let space = self.while_(char::is_whitespace);
+        self.take_word();
+        let space = self.matching_prefix_length(char::is_whitespace);
         if !self.rest[space..].starts_with('(') {
             return Ok(());
         }
@@ -112,7 +111,7 @@ impl Reader<'_> {
         while let Some(first) = self.rest.chars().next() {
             match first {
                 '"' => {
-                    self.quoted('"')?;
+                    self.skip_quoted_text('"')?;
                     continue;
                 }
                 '(' => depth += 1,

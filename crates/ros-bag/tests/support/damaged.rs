@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use damage::Target;
-use ros_bag::{Database, Definition, Encoding, Error, Language};
+use damage::FuzzTarget;
+use ros_bag::{BagDatabase, DefinitionLanguage, Error, MessageDefinition, MessageEncoding};
 
 use super::made;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "bags",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../ros-bag/tests/corpus/bags"),
     sound,
@@ -59,31 +59,32 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let text = String::from_utf8_lossy(bytes);
     let mut taken = false;
     for (name, language) in [
-        ("demo/Wheel", Language::Idl),
-        ("demo/Wheels", Language::Msg),
-        ("demo/Wheels", Language::Msg1),
+        ("demo/Wheel", DefinitionLanguage::Idl),
+        ("demo/Wheels", DefinitionLanguage::Msg),
+        ("demo/Wheels", DefinitionLanguage::Msg1),
     ] {
-        let Ok(definition) = Definition::new(name, language, &text) else { continue };
+        let Ok(definition) = MessageDefinition::parse(name, language, &text) else { continue };
         read(&definition, &made::wheels(1));
         taken = true;
     }
-    let wheels = Definition::new("demo/Wheels", Language::Msg, made::WHEELS).expect("it is sound");
+    let wheels =
+        MessageDefinition::parse("demo/Wheels", DefinitionLanguage::Msg, made::WHEELS).expect("it is sound");
     taken |= read(&wheels, bytes);
     let path = folder.join("bag.db3");
     std::fs::write(&path, bytes).expect("the folder is writable");
-    let Ok(bag) = Database::open(&path) else { return taken };
+    let Ok(bag) = BagDatabase::open(&path) else { return taken };
     let definitions: Vec<_> = bag
         .topics
         .iter()
         .filter_map(|it| {
-            let definition = match Language::of(&it.language) {
-                Some(language) => Definition::new(&it.kind, language, &it.definition),
-                None => Definition::standard(&it.kind),
+            let definition = match DefinitionLanguage::from_name(&it.language) {
+                Some(language) => MessageDefinition::parse(&it.kind, language, &it.definition),
+                None => MessageDefinition::standard_message(&it.kind),
             };
             Some((it.id, definition.ok()?))
         })
         .collect();
-    bag.messages::<Error>(&|_| true, &mut |topic, _, data| {
+    bag.visit_messages::<Error>(&|_| true, &mut |topic, _, data| {
         let of = definitions.iter().find(|it| it.0 == topic);
         taken |= of.is_some_and(|(_, definition)| read(definition, data));
         Ok(true)
@@ -92,23 +93,23 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
 }
 
 /// Reads a message and all that it has.
-fn read(definition: &Definition, data: &[u8]) -> bool {
+fn read(definition: &MessageDefinition, data: &[u8]) -> bool {
     let mut taken = false;
-    for encoding in [Encoding::Cdr, Encoding::Ros1] {
-        let Ok(decompress) = ros_bag::decompress(data) else { continue };
-        let Ok(message) = definition.read(encoding, &decompress) else { continue };
+    for encoding in [MessageEncoding::Cdr, MessageEncoding::Ros1] {
+        let Ok(plain) = ros_bag::decompress_message(data) else { continue };
+        let Ok(message) = definition.decode_message(encoding, &plain) else { continue };
         taken = true;
-        for row in definition.rows(&message) {
-            let _ = definition.stamp(&row);
-            let listing = definition.list(Some(&row));
+        for row in definition.message_rows(&message) {
+            let _ = definition.header_stamp(&row);
+            let listing = definition.list_fields(Some(&row));
             for leaf in listing.leaves {
-                let way = definition.find(&leaf.path).expect(&leaf.path);
+                let way = definition.resolve_field_path(&leaf.path).expect(&leaf.path);
                 assert_eq!(way.steps, leaf.steps, "{}", leaf.path);
-                assert_eq!(definition.unit(&way), leaf.unit, "{}", leaf.path);
-                assert!(row.value.get(&way.steps).is_some(), "{}", leaf.path);
+                assert_eq!(definition.field_unit(&way), leaf.unit, "{}", leaf.path);
+                assert!(row.value.get_at_path(&way.steps).is_some(), "{}", leaf.path);
             }
         }
     }
-    let _ = definition.list(None);
+    let _ = definition.list_fields(None);
     taken
 }

@@ -76,8 +76,7 @@ pub fn bag(path: &Path, defined: bool) -> rusqlite::Result<()> {
             "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT NULL, \
              encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);",
         )?;
-        let add =
-            "INSERT INTO message_definitions VALUES (1, 'demo/msg/Wheels', 'ros2msg', ?1, '')";
+        let add = "INSERT INTO message_definitions VALUES (1, 'demo/msg/Wheels', 'ros2msg', ?1, '')";
         bag.execute(add, [WHEELS])?;
         bag.execute("INSERT INTO topics VALUES (1, '/wheels', 'demo/msg/Wheels', 'cdr')", [])?;
     }

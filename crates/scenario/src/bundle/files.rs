@@ -3,24 +3,24 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::Content;
+use super::FileContent;
 
 /// The files that were gathered. One that is named several times is there once.
-pub(super) struct Files {
-    pub all: BTreeMap<String, Content>,
+pub(super) struct BundleFiles {
+    pub all: BTreeMap<String, FileContent>,
     /// Paths in the bundle by those of the files.
     known: BTreeMap<(PathBuf, String), String>,
     /// Paths in the bundle in small letters.
     taken: BTreeSet<String>,
 }
 
-impl Files {
+impl BundleFiles {
     pub fn new() -> Self {
-        Files { all: BTreeMap::new(), known: BTreeMap::new(), taken: BTreeSet::new() }
+        BundleFiles { all: BTreeMap::new(), known: BTreeMap::new(), taken: BTreeSet::new() }
     }
 
     /// Keeps a path free.
-    pub fn reserve(&mut self, inside: &str) {
+    pub fn reserve_path(&mut self, inside: &str) {
         self.taken.insert(inside.to_lowercase());
     }
 
@@ -28,14 +28,14 @@ impl Files {
     ///
     /// # Errors
     /// In words, when it is no file.
-    pub fn add(&mut self, path: &Path, folder: &str) -> Result<String, String> {
-        let real = real(path)?;
+    pub fn add_file(&mut self, path: &Path, folder: &str) -> Result<String, String> {
+        let real = canonical_file_path(path)?;
         if let Some(inside) = self.known.get(&(real.clone(), folder.to_owned())) {
             return Ok(inside.clone());
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let inside = self.free(&name, folder);
-        self.all.insert(inside.clone(), Content::File(real.clone()));
+        let inside = self.take_free_path(&name, folder);
+        self.all.insert(inside.clone(), FileContent::File(real.clone()));
         self.known.insert((real, folder.to_owned()), inside.clone());
         Ok(inside)
     }
@@ -45,11 +45,11 @@ impl Files {
     /// # Errors
     /// In words, when it is no file, or another one has the path.
     pub fn add_as(&mut self, path: &Path, inside: &str) -> Result<(), String> {
-        let content = Content::File(real(path)?);
+        let content = FileContent::File(canonical_file_path(path)?);
         if self.all.get(inside) == Some(&content) {
             return Ok(());
         }
-        if portable(inside) != inside || !self.taken.insert(inside.to_lowercase()) {
+        if portable_path(inside) != inside || !self.taken.insert(inside.to_lowercase()) {
             return Err(format!(
                 "the file cannot be gathered as `{inside}`: expected letters, digits, `.`, `_` and `-`, and a name that no other file has; rename it"
             ));
@@ -60,21 +60,21 @@ impl Files {
 
     /// Adds a text to a folder of the bundle, and returns its path there.
     pub fn add_text(&mut self, name: &str, folder: &str, text: String) -> String {
-        let content = Content::Text(text);
+        let content = FileContent::Text(text);
         let same = self.all.iter().find(|(inside, known)| {
             **known == content && inside.strip_prefix(folder).is_some_and(|it| it.ends_with(name))
         });
         if let Some((inside, _)) = same {
             return inside.clone();
         }
-        let inside = self.free(name, folder);
+        let inside = self.take_free_path(name, folder);
         self.all.insert(inside.clone(), content);
         inside
     }
 
     /// A path in the folder that is free, on systems that ignore case, too.
-    fn free(&mut self, name: &str, folder: &str) -> String {
-        let name = portable(name);
+    fn take_free_path(&mut self, name: &str, folder: &str) -> String {
+        let name = portable_path(name);
         let (stem, ending) = name.split_at(name.rfind('.').unwrap_or(name.len()));
         let folder = folder.trim_end_matches('/');
         let mut inside = format!("{folder}/{name}");
@@ -87,7 +87,7 @@ impl Files {
     }
 }
 
-fn real(path: &Path) -> Result<PathBuf, String> {
+fn canonical_file_path(path: &Path) -> Result<PathBuf, String> {
     let found = std::fs::canonicalize(path).map_err(|error| error.to_string());
     match found {
         Ok(real) if real.is_file() => Ok(real),
@@ -97,7 +97,7 @@ fn real(path: &Path) -> Result<PathBuf, String> {
 }
 
 /// A path of letters that all systems and archives hold.
-fn portable(text: &str) -> String {
+fn portable_path(text: &str) -> String {
     let kept = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/');
     text.chars().map(|c| if kept(c) { c } else { '_' }).collect()
 }

@@ -23,7 +23,7 @@ pub(super) enum FileRole {
 }
 
 /// The entries of a list of tables.
-pub(super) fn entries<'t, 'a>(
+pub(super) fn list_entries<'t, 'a>(
     root: &'t mut DeTable<'a>,
     list: &str,
 ) -> impl Iterator<Item = &'t mut DeTable<'a>> {
@@ -50,10 +50,10 @@ pub(super) fn for_each_file<'a>(
         ("analysis", "python"),
     ];
     for (list, key) in lists {
-        entries(root, list).for_each(|entry| take_key(entry, key, FileRole::File, take));
+        list_entries(root, list).for_each(|entry| visit_key(entry, key, FileRole::File, take));
     }
     for list in ["fmu", "analysis"] {
-        for entry in entries(root, list) {
+        for entry in list_entries(root, list) {
             match entry.get_mut("parameters") {
                 Some(value) if value.get_ref().is_array() => {
                     let DeValue::Array(files) = value.get_mut() else { continue };
@@ -64,29 +64,27 @@ pub(super) fn for_each_file<'a>(
             }
         }
     }
-    for fmu in entries(root, "fmu") {
+    for fmu in list_entries(root, "fmu") {
         if let Some(start) = table_at(fmu, "start") {
             for_each_text(start, take);
         }
     }
-    for analysis in entries(root, "analysis") {
+    for analysis in list_entries(root, "analysis") {
         if let Some(table) = table_at(analysis, "table") {
             match table.get_mut("path").map(Spanned::get_mut) {
-                Some(DeValue::Array(logs)) => {
-                    logs.iter_mut().for_each(|it| take(FileRole::File, it))
-                }
-                _ => take_key(table, "path", FileRole::File, take),
+                Some(DeValue::Array(logs)) => logs.iter_mut().for_each(|it| take(FileRole::File, it)),
+                _ => visit_key(table, "path", FileRole::File, take),
             }
-            take_key(table, "aliases", FileRole::File, take);
+            visit_key(table, "aliases", FileRole::File, take);
         }
         if let Some(files) = table_at(analysis, "files") {
             files.iter_mut().for_each(|(_, file)| take(FileRole::File, file));
         }
     }
     if let Some(sweep) = table_at(root, "sweep") {
-        take_key(sweep, "list", FileRole::File, take);
-        for (index, vary) in entries(sweep, "vary").enumerate() {
-            take_key(vary, "draws", FileRole::Draws(index), take);
+        visit_key(sweep, "list", FileRole::File, take);
+        for (index, vary) in list_entries(sweep, "vary").enumerate() {
+            visit_key(vary, "draws", FileRole::Draws(index), take);
             let archives = vary.get("name").and_then(|name| name.get_ref().as_str());
             let archives = archives.is_some_and(|name| name.ends_with(".path"));
             if let Some(DeValue::Array(values)) = vary.get_mut("values").map(Spanned::get_mut) {
@@ -96,10 +94,10 @@ pub(super) fn for_each_file<'a>(
     }
     let track = table_at(root, "view").and_then(|view| table_at(view, "track"));
     if let Some(track) = track {
-        take_key(track, "path", FileRole::File, take);
+        visit_key(track, "path", FileRole::File, take);
     }
-    for (index, validation) in entries(root, "validation").enumerate() {
-        take_key(validation, "scenario", FileRole::Validation(index), take);
+    for (index, validation) in list_entries(root, "validation").enumerate() {
+        visit_key(validation, "scenario", FileRole::Validation(index), take);
         if let Some(DeValue::Array(set)) = validation.get_mut("set").map(Spanned::get_mut) {
             set.iter_mut().for_each(|entry| take(FileRole::Values, entry));
         }
@@ -113,14 +111,14 @@ pub(super) fn for_each_text<'a>(
 ) {
     for (_, value) in values.iter_mut() {
         let DeValue::Table(inner) = value.get_mut() else { continue };
-        match text_of::names_file(inner) {
-            true => take_key(inner, text_of::KEY, FileRole::File, take),
+        match text_of::is_text_file_reference(inner) {
+            true => visit_key(inner, text_of::KEY, FileRole::File, take),
             false => for_each_text(inner, take),
         }
     }
 }
 
-fn take_key<'a>(
+fn visit_key<'a>(
     table: &mut DeTable<'a>,
     key: &str,
     role: FileRole,

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::build_request::BuildRequest;
 
-const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/files", plugins: None };
+const LAYOUT: BundleLayout = BundleLayout { fmus: "resources", others: "extra/files", plugins: None };
 
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -17,15 +17,14 @@ fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     folder
 }
 
-fn gathered(path: &Path, built: &BuildArtifacts) -> Result<Bundle, Error> {
-    Bundle::gather(&Scenario::read(path).expect("a scenario"), built, LAYOUT)
+fn gathered(path: &Path, built: &BuildArtifacts) -> Result<ScenarioBundle, Error> {
+    ScenarioBundle::gather(&Scenario::read(path).expect("a scenario"), built, LAYOUT)
 }
 
 #[test]
 fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     let base = "seed = 7\n[time]\nstep = 0.1\nstop = 1.0\n[[fmu]]\nname = \"plant\"\npath = \"Plant ü.fmu\"\nstart = { a.b = 0.1, \"a.c\" = 3 }\n[[table]]\nname = \"log\"\npath = \"drive.csv\"\ncolumns = { v = { column = \"v\" } }\n[[check]]\nname = \"gone\"\nthat = \"1 < 2\"\n";
-    let child =
-        "extends = \"base/base.toml\"\n[[fmu]]\nname = \"twin\"\npath = \"base/Plant ü.fmu\"\n";
+    let child = "extends = \"base/base.toml\"\n[[fmu]]\nname = \"twin\"\npath = \"base/Plant ü.fmu\"\n";
     let main = "extends = \"base/base.toml\"\nwithout = { check = [\"gone\"] }\n[[fmu]]\nname = \"made\"\ncrate = \"made-fmu\"\n[[table]]\nname = \"other\"\npath = \"DRIVE.csv\"\ncolumns = { v = { column = \"v\" } }\n[[validation]]\nname = \"v\"\nscenario = \"child.toml\"\nset = [\"@tires.toml\", \"@kept.toml\", \"plant.a=1\"]\n[[analysis]]\nname = \"a\"\ncrate = \"identify\"\nfiles = { prior = \"kept.toml\" }\n[[baseline]]\nname = \"b\"\nrecording = \"golden.csv\"\n[view.track]\npath = \"track.csv\"\ncenter = [\"x\", \"y\"]\nhalf_width = 3.0\n";
     let folder = folder(&[
         ("base/base.toml", base),
@@ -60,7 +59,7 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     );
     assert_eq!(bundle.fmus["plant"], "resources/Plant__.fmu");
     assert_eq!(bundle.notes.len(), 1, "{:?}", bundle.notes);
-    let Some(Content::Text(child)) = bundle.files.get("extra/files/child.toml") else {
+    let Some(FileContent::Text(child)) = bundle.files.get("extra/files/child.toml") else {
         panic!("the child is a text")
     };
     assert!(child.contains("path = \"../../resources/Plant__.fmu\""), "{child}");
@@ -72,20 +71,18 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     let again = Scenario::from_bundle(whole, bundle.text.clone(), elsewhere.path()).expect("read");
     assert_eq!((again.name.as_str(), again.document.seed), ("main", 7));
     assert_eq!(again.validations.len(), 1);
-    let second =
-        Bundle::gather(&again, &BuildArtifacts::default(), LAYOUT).expect("gathered again");
+    let second = ScenarioBundle::gather(&again, &BuildArtifacts::default(), LAYOUT).expect("gathered again");
     assert_eq!((second.text, second.files.len()), (bundle.text, bundle.files.len()));
     let written = Scenario::read(&elsewhere.path().join(SCENARIO)).expect("the file");
-    assert!(again.values().expect("values") == written.values().expect("values"));
+    assert!(again.flattened_values().expect("values") == written.flattened_values().expect("values"));
 }
 
 #[test]
 fn each_file_that_is_missing_is_told_at_its_word() {
     let main = "[time]\nstep = 0.1\nstop = 1.0\n[[fmu]]\nname = \"a\"\npath = \"none.fmu\"\n[[fmu]]\nname = \"b\"\ncrate = \"b\"\n[[table]]\nname = \"t\"\npath = \".\"\ncolumns = {}\n";
     let folder = folder(&[("main.toml", main)]);
-    let error = gathered(&folder.path().join("main.toml"), &BuildArtifacts::default())
-        .expect_err("missing");
-    let messages: Vec<_> = error.split().iter().map(ToString::to_string).collect();
+    let error = gathered(&folder.path().join("main.toml"), &BuildArtifacts::default()).expect_err("missing");
+    let messages: Vec<_> = error.into_single_errors().iter().map(ToString::to_string).collect();
     assert_eq!(messages.len(), 3, "{messages:?}");
     assert!(messages[0].contains("none.fmu"), "{messages:?}");
     assert!(messages[1].contains("expected a built package"), "{messages:?}");

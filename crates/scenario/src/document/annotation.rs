@@ -17,7 +17,7 @@ impl<'a> ScenarioAnnotation<'a> {
     pub const NAMESPACE: &'static str = "urn:org.trackside:scenario";
 
     /// The scenario that belongs to the system at `path`.
-    pub fn of(system: &'a ssp::System, path: &Path) -> Option<Self> {
+    pub fn from_system(system: &'a ssp::SspSystem, path: &Path) -> Option<Self> {
         let found = system.annotations.iter().find(|it| it.kind == Self::KIND)?;
         let attribute = |name: &str| {
             let attribute = found.attributes.iter().find(|(known, _)| known == name);

@@ -46,7 +46,7 @@ pub struct Baseline {
     pub time: f64,
     /// Sizes for some of the signals; of several that name a signal the last one counts.
     #[serde(default)]
-    pub tubes: Vec<Tube>,
+    pub tubes: Vec<BaselineTube>,
     /// Beginning and end of the comparison [s]; the whole run without it.
     #[schemars(example = [2.0, 8.0])]
     pub during: Option<Spanned<[f64; 2]>>,
@@ -61,7 +61,7 @@ impl Baseline {
 /// Sizes of the tube for some signals: `{ signals = ["plant.a_*"], absolute = 0.05 }`. What it leaves out is as for the others.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Tube {
+pub struct BaselineTube {
     /// Signals; `*` stands for any letters.
     #[schemars(example = ["plant.a_*"])]
     pub signals: Vec<Spanned<String>>,

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use cosim::clock::At;
-use cosim::effect::Effect;
+use cosim::clock::StepBoundary;
+use cosim::effect::SensorEffect;
 use cosim::extrapolation::ExtrapolationOrder;
 use cosim::for_each_effect;
 use diagnostics::Spanned;
@@ -36,7 +36,7 @@ macro_rules! connect {
             /// End of the step at which the value is taken. Without it, the algorithm decides: with `gauss_seidel` the end for
             /// FMUs and the start for signals and tables.
             #[schemars(example = &"start")]
-            pub at: Option<Spanned<At>>,
+            pub at: Option<Spanned<StepBoundary>>,
             /// Course of a continuous input within a step. Without a word it holds its value, and with the coupling `iterate` it goes
             /// evenly to the value at the end.
             #[schemars(with = "Option<ExtrapolationOrder>", example = &"linear")]
@@ -81,8 +81,8 @@ macro_rules! connect {
 
             /// The sensor effects of the connection: key, place and words.
             #[must_use]
-            pub fn effects(&self) -> Vec<(&'static str, Range<usize>, &dyn Effect)> {
-                let mut effects: Vec<(_, _, &dyn Effect)> = Vec::new();
+            pub fn effects(&self) -> Vec<(&'static str, Range<usize>, &dyn SensorEffect)> {
+                let mut effects: Vec<(_, _, &dyn SensorEffect)> = Vec::new();
                 $(effects.extend(
                     self.$key.as_ref().map(|it| (stringify!($key), it.span(), it.get_ref() as _)),
                 );)*

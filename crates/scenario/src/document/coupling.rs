@@ -1,6 +1,6 @@
 //! The keys of `[coupling]`, the coupling algorithm and its settings.
 
-use cosim::system::{Algorithm, ErrorEstimate, Method};
+use cosim::system::{Algorithm, ErrorEstimate, LoopSolverMethod};
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub struct Coupling {
     /// What becomes of a loop of connections that all want the value of the end of the step, with `gauss_seidel`.
     #[serde(default)]
     #[schemars(example = &"delay")]
-    pub loops: Loops,
+    pub loops: LoopPolicy,
     /// Solution of loops, for `iterate`; in the initialisation for all algorithms.
     #[serde(default)]
     pub iteration: Iteration,
@@ -46,7 +46,7 @@ pub struct Coupling {
 /// What becomes of a loop of connections.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Loops {
+pub enum LoopPolicy {
     /// The scenario is refused: it says itself which connection has `at = "start"`.
     #[default]
     Refuse,
@@ -68,7 +68,7 @@ pub struct Iteration {
     /// The method.
     #[serde(default)]
     #[schemars(example = &"anderson")]
-    pub method: Method,
+    pub method: LoopSolverMethod,
     /// Difference between what inputs have and what they would get, relative to the size of each, that ends the iteration [-]; 1e-8
     /// without it.
     #[schemars(with = "Option<f64>", example = 1e-8)]

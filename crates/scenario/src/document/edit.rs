@@ -15,7 +15,7 @@ use crate::schema;
 
 /// Another value for something that a scenario has.
 #[derive(Debug, Clone)]
-pub(crate) struct Edit {
+pub(crate) struct ScenarioEdit {
     /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value`, `test.entry_speed` or
     /// `plant.path`.
     pub name: String,
@@ -34,7 +34,7 @@ pub(crate) struct EditError {
 }
 
 /// An entry of a list of the scenario, and the keys in it that a name means.
-struct Target<'n> {
+struct EditTarget<'n> {
     list: &'static str,
     index: usize,
     /// From the outermost table to the value; none for the entry as a whole.
@@ -43,8 +43,8 @@ struct Target<'n> {
 
 impl Scenario {
     /// Whether a name means a signal, a sensor effect, a fault or a manoeuvre: none of them is a variable of an FMU.
-    pub(crate) fn has_target(&self, name: &str) -> bool {
-        self.target(name).is_some()
+    pub(crate) fn is_editable_name(&self, name: &str) -> bool {
+        self.find_target(name).is_some()
     }
 
     /// Whether a value of this name is the archive of a node.
@@ -52,16 +52,16 @@ impl Scenario {
         self.archive_target(name, value).is_some()
     }
 
-    fn archive_target<'n>(&self, name: &'n str, value: &str) -> Option<Target<'n>> {
+    fn archive_target<'n>(&self, name: &'n str, value: &str) -> Option<EditTarget<'n>> {
         let (node, key) = name.rsplit_once('.')?;
         if key != "path" || !value.ends_with(".fmu") {
             return None;
         }
         let index = self.document.fmu.iter().position(|fmu| fmu.name.get_ref() == node)?;
-        Some(Target { list: "fmu", index, keys: vec![key] })
+        Some(EditTarget { list: "fmu", index, keys: vec![key] })
     }
 
-    fn target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+    fn find_target<'n>(&self, name: &'n str) -> Option<EditTarget<'n>> {
         self.signal_target(name)
             .or_else(|| self.effect_target(name))
             .or_else(|| self.fault_target(name))
@@ -69,38 +69,38 @@ impl Scenario {
     }
 
     /// A signal, or a key in it. Of two signals, the one with the longer name.
-    fn signal_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+    fn signal_target<'n>(&self, name: &'n str) -> Option<EditTarget<'n>> {
         let signals = self.document.signal.iter().enumerate().filter_map(|(index, part)| {
             let signal = part.get_ref().name.as_ref()?.get_ref();
-            let keys = keys_below(name, signal)?;
-            Some((signal.len(), Target { list: "signal", index, keys }))
+            let keys = keys_after_prefix(name, signal)?;
+            Some((signal.len(), EditTarget { list: "signal", index, keys }))
         });
         signals.max_by_key(|(length, _)| *length).map(|(_, target)| target)
     }
 
-    fn effect_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+    fn effect_target<'n>(&self, name: &'n str) -> Option<EditTarget<'n>> {
         self.document.connect.iter().enumerate().find_map(|(index, connect)| {
-            let keys = keys_below(name, connect.to.get_ref())?;
+            let keys = keys_after_prefix(name, connect.to.get_ref())?;
             let is_effect = keys.first().is_some_and(|key| Connect::EFFECTS.contains(key));
-            is_effect.then_some(Target { list: "connect", index, keys })
+            is_effect.then_some(EditTarget { list: "connect", index, keys })
         })
     }
 
-    fn fault_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+    fn fault_target<'n>(&self, name: &'n str) -> Option<EditTarget<'n>> {
         self.document.fault.iter().enumerate().find_map(|(index, fault)| {
-            match keys_below(name, fault.input.as_ref()?.get_ref())?.as_slice() {
+            match keys_after_prefix(name, fault.input.as_ref()?.get_ref())?.as_slice() {
                 ["fault", first, rest @ ..] => {
-                    Some(Target { list: "fault", index, keys: [&[*first], rest].concat() })
+                    Some(EditTarget { list: "fault", index, keys: [&[*first], rest].concat() })
                 }
                 _ => None,
             }
         })
     }
 
-    fn manoeuvre_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+    fn manoeuvre_target<'n>(&self, name: &'n str) -> Option<EditTarget<'n>> {
         self.document.manoeuvre.iter().enumerate().find_map(|(index, manoeuvre)| {
-            let keys = keys_below(name, manoeuvre.name.get_ref())?;
-            (!keys.is_empty()).then_some(Target { list: "manoeuvre", index, keys })
+            let keys = keys_after_prefix(name, manoeuvre.name.get_ref())?;
+            (!keys.is_empty()).then_some(EditTarget { list: "manoeuvre", index, keys })
         })
     }
 
@@ -108,31 +108,28 @@ impl Scenario {
     ///
     /// # Errors
     /// The edits that do not fit.
-    pub(crate) fn with_edits(&self, edits: &[Edit]) -> Result<Scenario, Vec<EditError>> {
-        let error =
-            |index, message: &str| EditError { index, message: message.to_owned(), help: None };
+    pub(crate) fn with_edits(&self, edits: &[ScenarioEdit]) -> Result<Scenario, Vec<EditError>> {
+        let error = |index, message: &str| EditError { index, message: message.to_owned(), help: None };
         let texts = self.source.padded_texts();
         // The table borrows from the texts and the values.
         let values: Vec<_> = edits.iter().map(|edit| self.toml_value(edit)).collect();
-        let mut table = read::merge_files(&self.source, &texts)
-            .map_err(|wrong| vec![error(0, &wrong.to_string())])?;
+        let mut table =
+            read::merge_files(&self.source, &texts).map_err(|wrong| vec![error(0, &wrong.to_string())])?;
         let mut errors = Vec::new();
         for (index, (edit, value)) in edits.iter().zip(&values).enumerate() {
             let mut edited = table.clone();
             let applied = match value {
-                Ok(value) => self.apply(edit, value, &mut edited),
+                Ok(value) => self.apply_edit(edit, value, &mut edited),
                 Err(message) => Err(message.clone()),
             };
             if let Err(message) = applied {
                 errors.push(error(index, &message));
                 continue;
             }
-            match schema::validate(super::schema(), 0..0, &edited).into_iter().next() {
-                Some(violation) => errors.push(EditError {
-                    index,
-                    message: violation.message,
-                    help: violation.help,
-                }),
+            match schema::validate_table(super::scenario_schema_value(), 0..0, &edited).into_iter().next() {
+                Some(violation) => {
+                    errors.push(EditError { index, message: violation.message, help: violation.help })
+                }
                 None => table = edited,
             }
         }
@@ -152,43 +149,41 @@ impl Scenario {
     }
 
     /// Writes the value of an edit, in TOML, into the table of the scenario.
-    fn apply<'t>(
+    fn apply_edit<'t>(
         &self,
-        edit: &Edit,
+        edit: &ScenarioEdit,
         value: &'t str,
         table: &mut DeTable<'t>,
     ) -> Result<(), String> {
-        self.check_one_fault(edit)?;
-        let target = self.target(&edit.name).or_else(|| self.archive_target(&edit.name, value));
-        write(&target.ok_or("there is no such word")?, value, table)
+        self.check_fault_is_unique(edit)?;
+        let target = self.find_target(&edit.name).or_else(|| self.archive_target(&edit.name, value));
+        write_target_value(&target.ok_or("there is no such word")?, value, table)
     }
 
     /// An input may have several faults, which have no names.
-    fn check_one_fault(&self, edit: &Edit) -> Result<(), String> {
+    fn check_fault_is_unique(&self, edit: &ScenarioEdit) -> Result<(), String> {
         let is_meant = |input: &&String| edit.name.starts_with(&format!("{input}.fault."));
-        let inputs =
-            self.document.fault.iter().filter_map(|fault| Some(fault.input.as_ref()?.get_ref()));
+        let inputs = self.document.fault.iter().filter_map(|fault| Some(fault.input.as_ref()?.get_ref()));
         let meant: Vec<_> = inputs.filter(is_meant).collect();
         match meant.as_slice() {
-            [input, _, ..] => Err(format!(
-                "`{input}` has {} faults, and it is open which one is meant",
-                meant.len()
-            )),
+            [input, _, ..] => {
+                Err(format!("`{input}` has {} faults, and it is open which one is meant", meant.len()))
+            }
             _ => Ok(()),
         }
     }
 
     /// The value in TOML. The value of a signal may carry a unit; it is converted to that of the signal.
-    fn toml_value(&self, edit: &Edit) -> Result<String, String> {
-        let signal = match self.target(&edit.name) {
-            Some(Target { list: "signal", index, keys }) if keys.is_empty() => {
+    fn toml_value(&self, edit: &ScenarioEdit) -> Result<String, String> {
+        let signal = match self.find_target(&edit.name) {
+            Some(EditTarget { list: "signal", index, keys }) if keys.is_empty() => {
                 self.document.signal[index].get_ref()
             }
             _ => return Ok(edit.value.to_string()),
         };
         let quantity = match &edit.value {
             OverrideValue::Number { value, unit: Some(unit) } => Some((*value, unit.as_str())),
-            OverrideValue::Typed(text) => split_quantity(text),
+            OverrideValue::Typed(text) => split_number_and_unit(text),
             _ => None,
         };
         let Some((number, unit)) = quantity else { return Ok(edit.value.to_string()) };
@@ -199,13 +194,13 @@ impl Scenario {
 }
 
 /// The keys that a name has below a prefix; none when it does not begin with that.
-fn keys_below<'n>(name: &'n str, prefix: &str) -> Option<Vec<&'n str>> {
+fn keys_after_prefix<'n>(name: &'n str, prefix: &str) -> Option<Vec<&'n str>> {
     let rest = name.strip_prefix(prefix)?;
     (rest.is_empty() || rest.starts_with('.')).then(|| rest.split('.').skip(1).collect())
 }
 
 /// The parts of a number with a unit behind it, such as `100 km/h`; none for what TOML can read.
-pub(crate) fn split_quantity(text: &str) -> Option<(f64, &str)> {
+pub(crate) fn split_number_and_unit(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let begins = |text: &str, fits: fn(char) -> bool| text.chars().next().is_some_and(fits);
     if DeValue::parse(text).is_ok() || !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) {
@@ -222,7 +217,7 @@ pub(crate) fn split_quantity(text: &str) -> Option<(f64, &str)> {
 fn parse_unit(text: &str) -> Result<Unit, String> {
     Unit::parse(text).map_err(|error| {
         let closest =
-            error.unknown().and_then(|word| suggest::closest_question(word, units::known()));
+            error.unknown_word().and_then(|word| suggest::did_you_mean(word, units::known_unit_names()));
         closest.map_or_else(|| error.to_string(), |closest| format!("{error}; {closest}"))
     })
 }
@@ -248,7 +243,11 @@ pub(crate) fn convert_quantity(
 }
 
 /// Writes a value where a target points to. The value of a whole signal is a constant that takes the place of its shape.
-fn write<'t>(target: &Target, value: &'t str, table: &mut DeTable<'t>) -> Result<(), String> {
+fn write_target_value<'t>(
+    target: &EditTarget,
+    value: &'t str,
+    table: &mut DeTable<'t>,
+) -> Result<(), String> {
     let entry = match table.get_mut(target.list).map(Spanned::get_mut) {
         Some(DeValue::Array(list)) => list.get_mut(target.index),
         _ => None,
@@ -258,7 +257,7 @@ fn write<'t>(target: &Target, value: &'t str, table: &mut DeTable<'t>) -> Result
     let DeValue::Table(inner) = entry.get_mut() else {
         return Err("expected a table".to_owned());
     };
-    let value = parse_value(value, &span);
+    let value = parse_toml_or_text(value, &span);
     if target.list == "fmu" {
         // The archive takes the place of the package.
         ["crate", "example"].iter().for_each(|key| drop(inner.remove(*key)));
@@ -267,15 +266,15 @@ fn write<'t>(target: &Target, value: &'t str, table: &mut DeTable<'t>) -> Result
         [] => {
             let kept = ["name", "unit"].into_iter().filter_map(|key| inner.remove_entry(key));
             *inner = kept.collect();
-            inner.insert(key("constant", &span), value);
+            inner.insert(spanned_key("constant", &span), value);
         }
-        keys => insert(inner, keys, value, &span),
+        keys => insert_at_keys(inner, keys, value, &span),
     }
     Ok(())
 }
 
 /// Inserts a value under keys, and makes the tables on the way. Both stand where the scenario has the entry.
-fn insert<'t>(
+fn insert_at_keys<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
     value: Spanned<DeValue<'t>>,
@@ -283,24 +282,24 @@ fn insert<'t>(
 ) {
     match keys {
         [] => {}
-        [last] => drop(table.insert(key(last, span), value)),
+        [last] => drop(table.insert(spanned_key(last, span), value)),
         [first, rest @ ..] => {
             let mut inner = match table.remove(*first).map(Spanned::into_inner) {
                 Some(DeValue::Table(inner)) => inner,
                 _ => DeTable::new(),
             };
-            insert(&mut inner, rest, value, span);
-            table.insert(key(first, span), Spanned::new(span.clone(), DeValue::Table(inner)));
+            insert_at_keys(&mut inner, rest, value, span);
+            table.insert(spanned_key(first, span), Spanned::new(span.clone(), DeValue::Table(inner)));
         }
     }
 }
 
-fn key<'t>(name: &str, span: &Range<usize>) -> Spanned<DeString<'t>> {
+fn spanned_key<'t>(name: &str, span: &Range<usize>) -> Spanned<DeString<'t>> {
     Spanned::new(span.clone(), DeString::from(name.to_owned()))
 }
 
 /// A value in TOML, or else the text itself.
-fn parse_value<'t>(text: &'t str, span: &Range<usize>) -> Spanned<DeValue<'t>> {
+fn parse_toml_or_text<'t>(text: &'t str, span: &Range<usize>) -> Spanned<DeValue<'t>> {
     let value = DeValue::parse(text).map(Spanned::into_inner);
     with_span(value.unwrap_or_else(|_| DeValue::String(text.into())), span)
 }
@@ -323,7 +322,7 @@ fn with_span<'t>(value: DeValue<'t>, span: &Range<usize>) -> Spanned<DeValue<'t>
 
 #[cfg(test)]
 mod tests {
-    use super::split_quantity;
+    use super::split_number_and_unit;
 
     #[test]
     fn a_number_is_split_from_its_unit() {
@@ -343,7 +342,7 @@ mod tests {
             ("m 3", None),
             ("", None),
         ] {
-            assert_eq!(split_quantity(text), expected, "{text}");
+            assert_eq!(split_number_and_unit(text), expected, "{text}");
         }
     }
 }

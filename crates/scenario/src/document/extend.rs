@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
 use super::manoeuvre::Manoeuvre;
-use crate::pattern::matches;
+use crate::pattern::matches_wildcard;
 use crate::text_of;
 
 /// Keys that name an entry of a list.
@@ -23,7 +23,7 @@ pub(super) struct MergeError {
 
 /// Merges `changes` into `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
 /// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
-pub(super) fn extend<'a>(
+pub(super) fn merge_into_base<'a>(
     base: Spanned<DeTable<'a>>,
     changes: Spanned<DeTable<'a>>,
     errors: &mut Vec<MergeError>,
@@ -36,9 +36,9 @@ pub(super) fn extend<'a>(
     if let Some(DeValue::Table(without)) = changes.get("without").map(Spanned::get_ref) {
         remove_entries(&mut merged, without, errors);
     }
-    merge(&mut merged, changes, &mut |key, old, new| match (key, old, new) {
+    merge_tables(&mut merged, changes, &mut |key, old, new| match (key, old, new) {
         ("view", DeValue::Table(mut old), DeValue::Table(new)) => {
-            merge(&mut old, new, &mut |key, old, new| merge_value(key, old, new, errors));
+            merge_tables(&mut old, new, &mut |key, old, new| merge_value(key, old, new, errors));
             DeValue::Table(old)
         }
         (_, old, new) => merge_value(key, old, new, errors),
@@ -47,7 +47,7 @@ pub(super) fn extend<'a>(
 }
 
 /// Merges key by key; `both` says what becomes of a key that both have.
-fn merge<'a>(
+fn merge_tables<'a>(
     old: &mut DeTable<'a>,
     new: DeTable<'a>,
     both: &mut dyn FnMut(&str, DeValue<'a>, DeValue<'a>) -> DeValue<'a>,
@@ -74,18 +74,16 @@ fn merge_value<'a>(
     errors: &mut Vec<MergeError>,
 ) -> DeValue<'a> {
     match (old, new) {
-        (DeValue::Array(old), DeValue::Array(new)) => {
-            DeValue::Array(merge_list(key, old, new, errors))
-        }
-        (old, new) => overlay(key, old, new),
+        (DeValue::Array(old), DeValue::Array(new)) => DeValue::Array(merge_list(key, old, new, errors)),
+        (old, new) => merge_or_replace(key, old, new),
     }
 }
 
 /// Merges tables; any other value is replaced.
-fn overlay<'a>(_: &str, old: DeValue<'a>, new: DeValue<'a>) -> DeValue<'a> {
+fn merge_or_replace<'a>(_: &str, old: DeValue<'a>, new: DeValue<'a>) -> DeValue<'a> {
     match (old, new) {
         (DeValue::Table(mut old), DeValue::Table(new)) => {
-            merge(&mut old, new, &mut overlay);
+            merge_tables(&mut old, new, &mut merge_or_replace);
             DeValue::Table(old)
         }
         (_, new) => new,
@@ -114,7 +112,7 @@ fn merge_list<'a>(
             [] => all.push(entry),
             // Of a signal's shapes only one can hold.
             [span] if list == "signal" => all[span] = entry,
-            [span] => change(&mut all[span], entry),
+            [span] => change_entry(&mut all[span], entry),
             _ => {
                 let message = format!(
                     "the extended scenario has {} [[{list}]] of this name, so it is open which one is changed",
@@ -129,7 +127,7 @@ fn merge_list<'a>(
 }
 
 /// Changes an entry of a list key by key.
-fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
+fn change_entry<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
     let span = changes.span();
     let mut merged = std::mem::replace(entry, Spanned::new(span, DeValue::Boolean(false)));
     match (merged.get_mut(), changes.into_inner()) {
@@ -148,7 +146,7 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
                     *start = flatten_keys(std::mem::take(start), "");
                 }
             }
-            merge(old, new, &mut overlay);
+            merge_tables(old, new, &mut merge_or_replace);
         }
         (old, new) => *old = new,
     }
@@ -161,7 +159,7 @@ fn flatten_keys<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
     for (key, value) in table {
         let (key_span, name) = (key.span(), format!("{prefix}{}", key.get_ref()));
         match (value.span(), value.into_inner()) {
-            (_, DeValue::Table(inner)) if !text_of::names_file(&inner) => {
+            (_, DeValue::Table(inner)) if !text_of::is_text_file_reference(&inner) => {
                 flattened.extend(flatten_keys(inner, &format!("{name}.")))
             }
             (span, value) => {
@@ -177,29 +175,28 @@ fn flatten_keys<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
 fn remove_entries(base: &mut DeTable, without: &DeTable, errors: &mut Vec<MergeError>) {
     for (kind, names) in without {
         let DeValue::Array(names) = names.get_ref() else { continue };
-        match list(base, kind) {
-            Ok(list) => names
-                .iter()
-                .for_each(|name| errors.extend(remove_from_list(list, kind, name).err())),
+        match find_list(base, kind) {
+            Ok(list) => {
+                names.iter().for_each(|name| errors.extend(remove_named_entries(list, kind, name).err()))
+            }
             Err(wrong) => errors.push(wrong),
         }
     }
 }
 
 /// Takes the entries of this name out of a list.
-fn remove_from_list(
+fn remove_named_entries(
     list: &mut DeArray,
     kind: &Spanned<DeString>,
     name: &Spanned<DeValue>,
 ) -> Result<(), MergeError> {
     let Some(pattern) = name.get_ref().as_str() else { return Ok(()) };
     let named = |entry: &Spanned<DeValue>| {
-        entry_name(entry).is_some_and(|(known, _)| matches(pattern, known))
+        entry_name(entry).is_some_and(|(known, _)| matches_wildcard(pattern, known))
     };
-    let (gone, kept): (Vec<_>, Vec<_>) =
-        std::mem::replace(list, DeArray::new()).into_iter().partition(named);
+    let (gone, kept): (Vec<_>, Vec<_>) = std::mem::replace(list, DeArray::new()).into_iter().partition(named);
     let known = kept.iter().filter_map(|entry| Some(entry_name(entry)?.0));
-    let unknown = suggest::unknown(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
+    let unknown = suggest::unknown_name(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
     *list = kept.into_iter().collect();
     match gone.is_empty() {
         true => Err(MergeError { span: name.span(), message: unknown.message, help: unknown.help }),
@@ -208,7 +205,7 @@ fn remove_from_list(
 }
 
 /// The names of the lists at the top level and in `[view]`.
-fn lists(base: &DeTable) -> Vec<String> {
+fn list_names(base: &DeTable) -> Vec<String> {
     let view = base.get("view").and_then(|view| view.get_ref().as_table());
     let all = base.iter().chain(view.into_iter().flatten());
     let lists = all.filter(|(_, value)| value.get_ref().is_array());
@@ -216,12 +213,12 @@ fn lists(base: &DeTable) -> Vec<String> {
 }
 
 /// The list of this name at the top level or in `[view]`.
-fn list<'t, 'a>(
+fn find_list<'t, 'a>(
     base: &'t mut DeTable<'a>,
     name: &Spanned<DeString>,
 ) -> Result<&'t mut DeArray<'a>, MergeError> {
     let key = name.get_ref().as_ref();
-    let known = lists(base);
+    let known = list_names(base);
     let table = match base.contains_key(key) {
         true => Some(base),
         false => match base.get_mut("view").map(Spanned::get_mut) {
@@ -233,7 +230,7 @@ fn list<'t, 'a>(
         Some(DeValue::Array(list)) => Ok(list),
         _ => {
             let message = format!("the extended scenario has no [[{key}]]");
-            let help = suggest::hint(key, known.iter().map(String::as_str));
+            let help = suggest::suggest_name(key, known.iter().map(String::as_str));
             Err(MergeError { span: name.span(), message, help })
         }
     }

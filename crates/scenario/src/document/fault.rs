@@ -69,7 +69,7 @@ macro_rules! fault {
             /// The actions of the given kinds.
             #[must_use]
             pub fn actions(&self) -> Vec<Box<dyn FaultAction>> {
-                [$(self.$key.and_then(|words| words.action())),*].into_iter().flatten().collect()
+                [$(self.$key.and_then(|words| words.build_action())),*].into_iter().flatten().collect()
             }
         }
     };

@@ -15,12 +15,12 @@ const UNCHECKED: [&str; 2] = ["fault", "view"];
 pub(super) fn out_of_range(table: &DeTable) -> Vec<(Range<usize>, String)> {
     let mut found = Vec::new();
     for (key, value) in table {
-        collect(&mut vec![key.get_ref()], value, &mut found);
+        collect_out_of_range(&mut vec![key.get_ref()], value, &mut found);
     }
     found
 }
 
-fn collect<'t>(
+fn collect_out_of_range<'t>(
     path: &mut Vec<&'t str>,
     value: &'t Spanned<DeValue>,
     found: &mut Vec<(Range<usize>, String)>,
@@ -32,20 +32,20 @@ fn collect<'t>(
         DeValue::Table(table) => {
             for (key, value) in table {
                 path.push(key.get_ref());
-                collect(path, value, found);
+                collect_out_of_range(path, value, found);
                 path.pop();
             }
         }
-        DeValue::Array(list) => list.iter().for_each(|value| collect(path, value, found)),
+        DeValue::Array(list) => list.iter().for_each(|value| collect_out_of_range(path, value, found)),
         DeValue::Float(number) => {
             let number = number.as_str().parse().unwrap_or(0.0);
-            found.extend(range_error(path, number).map(|message| (value.span(), message)));
+            found.extend(out_of_range_message(path, number).map(|message| (value.span(), message)));
         }
         _ => {}
     }
 }
 
-fn range_error(path: &[&str], number: f64) -> Option<String> {
+fn out_of_range_message(path: &[&str], number: f64) -> Option<String> {
     let key = path.last().copied().unwrap_or_default();
     if !number.is_finite() {
         let endless = key == "until" && number > 0.0;
@@ -55,9 +55,8 @@ fn range_error(path: &[&str], number: f64) -> Option<String> {
             .then(|| format!("expected a finite number for `{key}`, found {number}"));
     }
     let usual = number == 0.0 || (1e-150..=1e150).contains(&number.abs());
-    (!usual).then(|| {
-        format!("expected 0 or a number of 1e-150 to 1e150 in size for `{key}`, found {number:e}")
-    })
+    (!usual)
+        .then(|| format!("expected 0 or a number of 1e-150 to 1e150 in size for `{key}`, found {number:e}"))
 }
 
 #[cfg(test)]
@@ -71,24 +70,12 @@ mod tests {
             let found = out_of_range(table.get_ref()).into_iter();
             found.map(|(span, _)| text[span].to_owned()).collect::<Vec<_>>()
         };
-        assert_eq!(
-            out_of_range("[time]\nstep = 1e-320\nstop = 1e308\nlimit = 1e308"),
-            ["1e-320", "1e308"]
-        );
-        assert_eq!(
-            out_of_range("[[fault]]\nfrom = nan\nuntil = inf\nvalue = -inf"),
-            ["nan", "-inf"]
-        );
+        assert_eq!(out_of_range("[time]\nstep = 1e-320\nstop = 1e308\nlimit = 1e308"), ["1e-320", "1e308"]);
+        assert_eq!(out_of_range("[[fault]]\nfrom = nan\nuntil = inf\nvalue = -inf"), ["nan", "-inf"]);
         assert_eq!(out_of_range("[[connect]]\ntransform = { map = [[0.0, nan]] }"), ["nan"]);
         assert_eq!(out_of_range("[view]\nplot = [{ range = [0.0, inf] }]"), ["inf"]);
-        assert_eq!(
-            out_of_range("[[signal]]\nmultisine = { frequencies = [1e-9, -1e200] }"),
-            ["-1e200"]
-        );
-        assert_eq!(
-            out_of_range("[[fmu]]\nstart = { x = 1e308 }\n[[analysis]]\nconfig.a = inf"),
-            [""; 0]
-        );
+        assert_eq!(out_of_range("[[signal]]\nmultisine = { frequencies = [1e-9, -1e200] }"), ["-1e200"]);
+        assert_eq!(out_of_range("[[fmu]]\nstart = { x = 1e308 }\n[[analysis]]\nconfig.a = inf"), [""; 0]);
         assert_eq!(out_of_range("[[signal]]\nconstant = 1_0e1_49\nuntil = 0.0\nseed = 7"), [""; 0]);
     }
 }

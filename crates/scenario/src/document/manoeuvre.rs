@@ -93,7 +93,7 @@ for_each_kind!(manoeuvre);
 impl Manoeuvre {
     /// The name of the driver's node.
     #[must_use]
-    pub fn node(&self) -> &str {
+    pub fn driver_node_name(&self) -> &str {
         self.driver.as_ref().map_or("driver", |word| word.get_ref())
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cosim::system::OnFailure;
+use cosim::system::FmuFailurePolicy;
 use diagnostics::Spanned;
 use recording::table::Interpolation;
 use schemars::JsonSchema;
@@ -82,8 +82,8 @@ pub struct Fmu {
     #[schemars(with = "Option<bool>", example = true)]
     pub isolate: Option<Spanned<bool>>,
     /// What a failure of the isolated FMU does: a call with an error, a crash, or a call over `call_limit`.
-    #[schemars(with = "Option<OnFailure>", example = &"restart")]
-    pub on_failure: Option<Spanned<OnFailure>>,
+    #[schemars(with = "Option<FmuFailurePolicy>", example = &"restart")]
+    pub on_failure: Option<Spanned<FmuFailurePolicy>>,
     /// A call of the isolated FMU fails when it lasts longer than this [s].
     #[schemars(with = "Option<f64>", example = 10.0)]
     pub call_limit: Option<Spanned<f64>>,

@@ -5,15 +5,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use diagnostics::{Error, Mistakes, Source, TextFile};
+use diagnostics::{Error, ErrorCollector, SourceFiles, TextFile};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::MergeError;
 use super::{
-    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import,
-    system,
+    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import, system,
 };
 use crate::schema::{self, SchemaViolation};
 
@@ -39,21 +38,21 @@ impl Scenario {
     pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
         if system::is_system(path) {
             let (file, import) = system::import_system(path, variant)?;
-            return read(Source::generated(file), &[], vec![Arc::new(import)]);
+            return read_from_source(SourceFiles::from_generated(file), &[], vec![Arc::new(import)]);
         }
         if let Some(variant) = variant {
             let message = format!(
                 "expected a system of SSP for the variant `{variant}`, found {}, which has none",
                 path.display()
             );
-            return Err(Error::input(message)
-                .help("a scenario chooses one with `variant` beside `extends`"));
+            return Err(Error::invalid_input(message)
+                .with_help("a scenario chooses one with `variant` beside `extends`"));
         }
         if standalone::is_fmu(path) {
             let (file, import) = standalone::import_fmu(path)?;
-            return read(Source::generated(file), &[], vec![Arc::new(import)]);
+            return read_from_source(SourceFiles::from_generated(file), &[], vec![Arc::new(import)]);
         }
-        read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
+        read_from_source(SourceFiles::read_main_file(path).map_err(Error::invalid_input)?, &[], Vec::new())
     }
 
     /// The scenario whose text was gathered, with its files in `folder`. Messages name `path`, and its stem names the run.
@@ -62,15 +61,15 @@ impl Scenario {
     /// As for a file.
     pub fn from_bundle(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
         let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
-        read(Source::generated(file), &[], Vec::new())
+        read_from_source(SourceFiles::from_generated(file), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
     ///
     /// # Errors
     /// When it does not have the form of a scenario, such as one of another version.
-    pub fn from_recording(name: &str, source: Source) -> Result<Self, Error> {
-        let document = document(&source)?;
+    pub fn from_recording(name: &str, source: SourceFiles) -> Result<Self, Error> {
+        let document = read_document(&source)?;
         let (validations, systems) = (Vec::new(), Vec::new());
         Ok(Scenario { name: name.to_owned(), source, document, validations, systems })
     }
@@ -80,25 +79,15 @@ impl Scenario {
     ///
     /// # Errors
     /// As when it was read.
-    pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
+    pub fn flattened_values(&self) -> Result<BTreeMap<String, String>, Error> {
         let texts = self.source.padded_texts();
         let mut values = BTreeMap::new();
-        collect_values(
-            &self.source,
-            &DeValue::Table(merge_files(&self.source, &texts)?),
-            "",
-            &mut values,
-        );
+        collect_values(&self.source, &DeValue::Table(merge_files(&self.source, &texts)?), "", &mut values);
         Ok(values)
     }
 }
 
-fn collect_values(
-    source: &Source,
-    value: &DeValue,
-    name: &str,
-    values: &mut BTreeMap<String, String>,
-) {
+fn collect_values(source: &SourceFiles, value: &DeValue, name: &str, values: &mut BTreeMap<String, String>) {
     let under = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
     let mut add = |key: &str, value: &Spanned<DeValue>| match value.get_ref() {
         DeValue::Table(_) | DeValue::Array(_) => {
@@ -119,62 +108,61 @@ fn collect_values(
 }
 
 /// The scenario whose file is the source; `above` are those that it validates.
-fn read(
-    mut source: Source,
+fn read_from_source(
+    mut source: SourceFiles,
     above: &[PathBuf],
     mut systems: Vec<Arc<SystemImport>>,
 ) -> Result<Scenario, Error> {
-    let path = source.path().to_owned();
-    read_bases(&mut source, &mut systems)?;
+    let path = source.main_path().to_owned();
+    read_extended_files(&mut source, &mut systems)?;
     add_subsystems(&mut source, &mut systems)?;
-    let document = document(&source)?;
+    let document = read_document(&source)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let above = [above, &[path]].concat();
     let validations = document.validation.iter().map(|it| read_validation(&source, it, &above));
-    let validations = Mistakes::all(validations)?;
+    let validations = ErrorCollector::collect_all(validations)?;
     Ok(Scenario { name, source, document, validations, systems })
 }
 
 /// The scenario of a validation; `above` are those that it validates.
 fn read_validation(
-    source: &Source,
+    source: &SourceFiles,
     Validation { scenario: word, .. }: &Validation,
     above: &[PathBuf],
 ) -> Result<Scenario, Error> {
-    let path = source.resolve(word);
-    if let Some(cycle) = cycle(above, &path) {
+    let path = source.resolve_path(word);
+    if let Some(cycle) = describe_path_cycle(above, &path) {
         let message = format!("the scenario is validated by itself: {cycle}");
-        return Err(source.error(word.span(), message, ""));
+        return Err(source.error_at(word.span(), message, ""));
     }
-    let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
-    read(other, above, Vec::new())
+    let other = SourceFiles::read_main_file(&path).map_err(|what| source.error_at(word.span(), what, ""))?;
+    read_from_source(other, above, Vec::new())
 }
 
 /// Adds the file that the source extends, the one that this extends, and so on.
-fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
-    let mut paths = vec![source.path().to_owned()];
+fn read_extended_files(source: &mut SourceFiles, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
+    let mut paths = vec![source.main_path().to_owned()];
     loop {
         let text = source.padded_texts().pop().unwrap_or_default();
-        let table = parse(source, &text)?;
+        let table = parse_file_table(source, &text)?;
         let variant = table.get_ref().get("variant");
         let Some(extends) = table.get_ref().get("extends") else {
             let message = "there is no system to choose a variant of: the scenario extends none";
             return match variant {
-                Some(variant) => Err(source.error(variant.span(), message, "here")),
+                Some(variant) => Err(source.error_at(variant.span(), message, "here")),
                 None => Ok(()),
             };
         };
         let span = extends.span();
         let Some(name) = extends.get_ref().as_str() else {
             // What the other file would have brought is not missing.
-            let message =
-                format!("expected a text, found {}", schema::value_type_name(extends.get_ref()));
-            return Err(source.error(span, message, "here"));
+            let message = format!("expected a text, found {}", schema::toml_type_label(extends.get_ref()));
+            return Err(source.error_at(span, message, "here"));
         };
-        let path = source.folder(span.clone()).join(name);
-        if let Some(cycle) = cycle(&paths, &path) {
+        let path = source.base_folder(span.clone()).join(name);
+        if let Some(cycle) = describe_path_cycle(&paths, &path) {
             let message = format!("the scenario extends itself: {cycle}");
-            return Err(source.error(span, message, ""));
+            return Err(source.error_at(span, message, ""));
         }
         if system::is_system(&path) {
             let (file, import) = extended_system(source, &path, span, variant)?;
@@ -182,11 +170,10 @@ fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Resu
             systems.push(Arc::new(import));
         } else {
             if let Some(variant) = variant {
-                let message =
-                    "a variant is one of a system of SSP, and the extended file is a scenario";
-                return Err(source.error(variant.span(), message, "here"));
+                let message = "a variant is one of a system of SSP, and the extended file is a scenario";
+                return Err(source.error_at(variant.span(), message, "here"));
             }
-            source.add(&path, span)?;
+            source.add_file(&path, span)?;
         }
         paths.push(path);
     }
@@ -194,7 +181,7 @@ fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Resu
 
 /// The system that a scenario extends, as a text.
 fn extended_system(
-    source: &Source,
+    source: &SourceFiles,
     path: &Path,
     span: Range<usize>,
     variant: Option<&Spanned<DeValue>>,
@@ -203,15 +190,15 @@ fn extended_system(
     system::import_system(path, name).map_err(|found| {
         let word = variant.filter(|_| found.variant);
         let message = format!("the system cannot be used: {}", found.error);
-        source.error(word.map_or(span, Spanned::span), message, "").hint(found.hint)
+        source.error_at(word.map_or(span, Spanned::span), message, "").with_optional_help(found.hint)
     })
 }
 
 /// Adds the systems of `[[system]]` behind the files.
-fn add_subsystems(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
+fn add_subsystems(source: &mut SourceFiles, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
     let texts = source.padded_texts();
     // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
-    let table = merge(source, &texts, &mut Mistakes::default())?;
+    let table = merge_valid_files(source, &texts, &mut ErrorCollector::default())?;
     // The first system is the deepest one, so that its nodes come first.
     for (file, import) in subsystem_import::import_subsystems(source, &table)?.into_iter().rev() {
         source.add_generated(file);
@@ -221,7 +208,7 @@ fn add_subsystems(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> 
 }
 
 /// The circle from one of `paths` to `path`, if there is one.
-fn cycle(paths: &[PathBuf], path: &Path) -> Option<String> {
+fn describe_path_cycle(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let begin = paths.iter().position(|other| real(other) == real(path))?;
     let way = paths[begin..].iter().map(|path| path.display().to_string());
@@ -229,77 +216,77 @@ fn cycle(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-pub(crate) fn merge_files<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
-    let mut mistakes = Mistakes::default();
-    let merged = merge(source, texts, &mut mistakes)?;
-    mistakes.finish().map(|()| merged)
+pub(crate) fn merge_files<'t>(source: &SourceFiles, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+    let mut mistakes = ErrorCollector::default();
+    let merged = merge_valid_files(source, texts, &mut mistakes)?;
+    mistakes.into_result().map(|()| merged)
 }
 
 /// The same with all that could be merged; the errors are those of the syntax.
-fn merge<'t>(
-    source: &Source,
+fn merge_valid_files<'t>(
+    source: &SourceFiles,
     texts: &'t [String],
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> Result<DeTable<'t>, Error> {
-    let parsed = texts.iter().map(|text| parse(source, text));
-    let files = Mistakes::all(parsed)?.into_iter().rev();
+    let parsed = texts.iter().map(|text| parse_file_table(source, text));
+    let files = ErrorCollector::collect_all(parsed)?.into_iter().rev();
     let mut misfits = Vec::new();
-    let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut misfits));
+    let merged = files.reduce(|base, changes| extend::merge_into_base(base, changes, &mut misfits));
     for MergeError { span, message, help } in misfits {
-        mistakes.push(source.error(span, message, "").hint(help));
+        mistakes.push(source.error_at(span, message, "").with_optional_help(help));
     }
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
 }
 
 /// The table of a file.
-fn parse<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
+fn parse_file_table<'t>(source: &SourceFiles, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let told = errors.iter().take(MOST_ERRORS).map(|error| parse_error(source, error));
-    told.collect::<Mistakes>().finish().map(|()| table)
+    told.collect::<ErrorCollector>().into_result().map(|()| table)
 }
 
 /// The merged document of all files.
-fn document(source: &Source) -> Result<Document, Error> {
-    let (texts, mut mistakes) = (source.padded_texts(), Mistakes::default());
-    let merged = merge(source, &texts, &mut mistakes)?;
+fn read_document(source: &SourceFiles) -> Result<Document, Error> {
+    let (texts, mut mistakes) = (source.padded_texts(), ErrorCollector::default());
+    let merged = merge_valid_files(source, &texts, &mut mistakes)?;
     for (span, message) in magnitudes::out_of_range(&merged).into_iter().take(MOST_ERRORS) {
-        mistakes.push(source.error(span, message, "here"));
+        mistakes.push(source.error_at(span, message, "here"));
     }
     let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
     let document = document.map_err(|error| schema_errors(source, &merged, &error));
     let document = document.and_then(|document| without_base(source, &document).map(|()| document));
-    let document = mistakes.take(document);
-    mistakes.finish()?;
-    document.ok_or_else(Error::follow_up)
+    let document = mistakes.ok_or_record(document);
+    mistakes.into_result()?;
+    document.ok_or_else(Error::already_reported)
 }
 
 /// Refuses to leave out entries where none are inherited.
-fn without_base(source: &Source, document: &Document) -> Result<(), Error> {
+fn without_base(source: &SourceFiles, document: &Document) -> Result<(), Error> {
     let message = "there is nothing to leave out: the scenario extends no other";
     let is_base = document.extends.is_some() || !document.system.is_empty();
     let names = document.without.values().flatten().filter(|_| !is_base);
-    let errors = names.map(|name| source.error(name.span(), message, ""));
-    errors.collect::<Mistakes>().finish()
+    let errors = names.map(|name| source.error_at(name.span(), message, ""));
+    errors.collect::<ErrorCollector>().into_result()
 }
 
 /// The error of a parser, at its place.
-fn parse_error(source: &Source, error: &toml::de::Error) -> Error {
+fn parse_error(source: &SourceFiles, error: &toml::de::Error) -> Error {
     let end = source.files().next().map_or(0, |file| file.text.len());
-    source.error(error.span().unwrap_or(end..end), error.message(), "here")
+    source.error_at(error.span().unwrap_or(end..end), error.message(), "here")
 }
 
 /// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
-fn schema_errors(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
-    let found = schema::validate(super::schema(), 0..0, merged);
+fn schema_errors(source: &SourceFiles, merged: &DeTable, error: &toml::de::Error) -> Error {
+    let found = schema::validate_table(super::scenario_schema_value(), 0..0, merged);
     let found = found.into_iter().take(MOST_ERRORS);
-    let found: Mistakes = found.map(|finding| schema_error(source, finding)).collect();
+    let found: ErrorCollector = found.map(|finding| schema_error(source, finding)).collect();
     // Of what the schema does not tell, the parser tells the first.
-    found.finish().err().unwrap_or_else(|| parse_error(source, error))
+    found.into_result().err().unwrap_or_else(|| parse_error(source, error))
 }
 
 /// A word that breaks the schema, with its cure.
 fn schema_error(
-    source: &Source,
+    source: &SourceFiles,
     SchemaViolation { span, unknown, message, help }: SchemaViolation,
 ) -> Error {
     let renamed = unknown.and_then(|(name, known)| {
@@ -307,7 +294,7 @@ fn schema_error(
             RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;
         Some(format!("`{old}` is called `{new}` now"))
     });
-    source.error(span, message, "here").hint(renamed.or(help))
+    source.error_at(span, message, "here").with_optional_help(renamed.or(help))
 }
 
 #[cfg(test)]
@@ -318,20 +305,16 @@ mod tests {
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
         let file = TextFile::new("case.toml", text);
-        let source = Source::from_recording(file, Vec::new(), Vec::new());
+        let source = SourceFiles::from_recording(file, Vec::new(), Vec::new());
         let scenario = Scenario::from_recording("case", source).expect("a scenario");
         for (path, word) in [
             (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),
             (&["analysis", "0", "name"], "name"),
             (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
         ] {
-            assert_eq!(
-                scenario.span_of_keys(path).map(|(_, span)| &text[span]),
-                Some(word),
-                "{path:?}"
-            );
+            assert_eq!(scenario.deepest_key_span(path).map(|(_, span)| &text[span]), Some(word), "{path:?}");
         }
-        assert_eq!(scenario.span_of_keys(&["unknown"]), None);
+        assert_eq!(scenario.deepest_key_span(&["unknown"]), None);
         let schema = serde_json::json!({"type": "object", "additionalProperties": false,
             "properties": {"smoothing": {"type": "object"}}});
         let found = scenario.schema_violations(&["analysis", "0", "config"], &schema);

@@ -8,7 +8,7 @@ use std::ops::Range;
 use cosim::effect::stream_seed;
 use cosim::for_each_shape;
 use cosim::signal::shape::ShapeParameters;
-use cosim::signal::{EDGE, Signal, SignalPart, Window};
+use cosim::signal::{EDGE, Signal, SignalPart, SignalWindow};
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -23,7 +23,7 @@ pub struct SignalError {
     pub span: Option<Range<usize>>,
 }
 
-fn error<T>(span: Option<Range<usize>>, message: impl Into<String>) -> Result<T, SignalError> {
+fn signal_error<T>(span: Option<Range<usize>>, message: impl Into<String>) -> Result<T, SignalError> {
     let message = message.into();
     Err(SignalError { message, span })
 }
@@ -107,11 +107,11 @@ impl Part {
         let seed = self.name.as_ref().map_or(seed, |name| stream_seed(seed, name.get_ref()));
         if self.part.is_empty() {
             let span = self.name.as_ref().map(Spanned::span);
-            let piece = self.piece(span, seed, stop)?;
+            let piece = self.build_piece(span, seed, stop)?;
             return Ok(Signal::new(vec![piece]));
         }
-        if let Some((key, span)) = self.own_keys().into_iter().next() {
-            return error(
+        if let Some((key, span)) = self.given_keys().into_iter().next() {
+            return signal_error(
                 Some(span),
                 format!("a signal with parts has no `{key}` of its own: move it into the parts"),
             );
@@ -120,20 +120,20 @@ impl Part {
             let (span, part) = (part.span(), part.get_ref());
             if let Some(name) = part.name.as_ref().or(part.unit.as_ref()) {
                 let message = "a part has neither name nor unit: give them to the signal";
-                return error(Some(name.span()), message);
+                return signal_error(Some(name.span()), message);
             }
             if let Some(inner) = part.part.first() {
                 let message = "a part has no parts: list them all in the signal";
-                return error(Some(inner.span()), message);
+                return signal_error(Some(inner.span()), message);
             }
             // Multisines of the same signal must not share their phases.
-            part.piece(Some(span), seed.wrapping_add(index as u64), stop)
+            part.build_piece(Some(span), seed.wrapping_add(index as u64), stop)
         });
         Ok(Signal::new(parts.collect::<Result<_, _>>()?))
     }
 
     /// The given keys of the window and of shapes.
-    fn own_keys(&self) -> Vec<(&'static str, Range<usize>)> {
+    fn given_keys(&self) -> Vec<(&'static str, Range<usize>)> {
         let numbers = [
             ("from", &self.from),
             ("until", &self.until),
@@ -146,7 +146,7 @@ impl Part {
         given.chain(self.shapes().into_iter().map(|(key, span, _)| (key, span))).collect()
     }
 
-    fn piece(
+    fn build_piece(
         &self,
         place: Option<Range<usize>>,
         seed: u64,
@@ -158,10 +158,10 @@ impl Part {
             [] => {
                 let shapes = Self::SHAPES.join(", ");
                 let message = format!("no shape: expected one of {shapes}, or a list of parts");
-                return error(place, message);
+                return signal_error(place, message);
             }
             [(first, ..), (second, span, _), ..] => {
-                return error(
+                return signal_error(
                     Some(span.clone()),
                     format!(
                         "expected one shape, found `{first}` and `{second}`: \
@@ -170,21 +170,21 @@ impl Part {
                 );
             }
         };
-        let window = self.window(stop)?;
+        let window = self.parse_window(stop)?;
         SignalPart::new(*words, window, seed)
-            .or_else(|message| error(Some(span.clone()), format!("{shape}: {message}")))
+            .or_else(|message| signal_error(Some(span.clone()), format!("{shape}: {message}")))
     }
 
-    fn window(&self, stop: f64) -> Result<Window, SignalError> {
+    fn parse_window(&self, stop: f64) -> Result<SignalWindow, SignalError> {
         let number = |key: &str, given: &Option<Spanned<f64>>, absent: f64| match given {
             None => Ok(absent),
             Some(number) if number.get_ref().is_finite() => Ok(*number.get_ref()),
-            Some(number) => error(
+            Some(number) => signal_error(
                 Some(number.span()),
                 format!("expected a finite time [s] for `{key}`, found {}", number.get_ref()),
             ),
         };
-        let window = Window {
+        let window = SignalWindow {
             from: number("from", &self.from, 0.0)?,
             until: number("until", &self.until, f64::INFINITY)?,
             fade_in: number("fade_in", &self.fade_in, 0.0)?,
@@ -194,29 +194,26 @@ impl Part {
         let until = self.until.as_ref().map(Spanned::span);
         if window.until <= window.from {
             let (from, until_value) = (window.from, window.until);
-            let message =
-                format!("expected `until` after `from` at {from} s, found {until_value} s");
-            return error(until, message);
+            let message = format!("expected `until` after `from` at {from} s, found {until_value} s");
+            return signal_error(until, message);
         }
         self.check_fades(&window)?;
         Ok(window)
     }
 
-    fn check_fades(&self, window: &Window) -> Result<(), SignalError> {
+    fn check_fades(&self, window: &SignalWindow) -> Result<(), SignalError> {
         let length = window.end - window.from;
         let both = window.fade_in + window.fade_out;
         for (key, given) in [("fade_in", &self.fade_in), ("fade_out", &self.fade_out)] {
             let Some(fade) = given else { continue };
             let (span, fade) = (Some(fade.span()), fade.get_ref());
             if *fade < 0.0 {
-                let message =
-                    format!("expected a time [s] of at least 0 for `{key}`, found {fade}");
-                return error(span, message);
+                let message = format!("expected a time [s] of at least 0 for `{key}`, found {fade}");
+                return signal_error(span, message);
             }
             if both > length + EDGE {
-                let message =
-                    format!("expected fades within the window of {length} s, found {both} s");
-                return error(span, message);
+                let message = format!("expected fades within the window of {length} s, found {both} s");
+                return signal_error(span, message);
             }
         }
         Ok(())

@@ -13,12 +13,12 @@ impl Scenario {
     /// The number of these keys that the files have, and the span of the last one of them. Entries of lists are numbers
     /// from 0 on, in the order of the document. None when the files do not even have the first key.
     #[must_use]
-    pub fn span_of_keys(&self, path: &[&str]) -> Option<(usize, Range<usize>)> {
+    pub fn deepest_key_span(&self, path: &[&str]) -> Option<(usize, Range<usize>)> {
         let texts = self.source.padded_texts();
         let document = DeValue::Table(read::merge_files(&self.source, &texts).ok()?);
         let (mut value, mut found) = (&document, None);
         for (index, key) in path.iter().enumerate() {
-            let Some((span, inner)) = step(value, key) else { break };
+            let Some((span, inner)) = child_with_span(value, key) else { break };
             found = Some((index + 1, span));
             value = inner;
         }
@@ -34,16 +34,16 @@ impl Scenario {
         let document = DeValue::Table(document);
         let (mut value, mut table_span) = (&document, 0..0);
         for key in path {
-            let Some((span, inner)) = step(value, key) else { return Vec::new() };
+            let Some((span, inner)) = child_with_span(value, key) else { return Vec::new() };
             (value, table_span) = (inner, span);
         }
         let table = value.as_table();
-        table.map_or_else(Vec::new, |table| schema::validate(schema, table_span, table))
+        table.map_or_else(Vec::new, |table| schema::validate_table(schema, table_span, table))
     }
 }
 
 /// The span of a key, or of an entry of a list, and its value.
-fn step<'v, 't>(value: &'v DeValue<'t>, key: &str) -> Option<(Range<usize>, &'v DeValue<'t>)> {
+fn child_with_span<'v, 't>(value: &'v DeValue<'t>, key: &str) -> Option<(Range<usize>, &'v DeValue<'t>)> {
     match value {
         DeValue::Table(table) => {
             let (key, value) = table.iter().find(|(known, _)| known.get_ref() == key)?;

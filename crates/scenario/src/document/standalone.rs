@@ -4,12 +4,10 @@ use std::path::Path;
 
 use diagnostics::{Error, TextFile};
 use fmu_import::Fmu;
-use fmu_import::description::Type;
+use fmu_import::description::FmiType;
 
 use super::SystemImport;
-use super::system::{
-    DefaultExperiment, ExperimentSettings, default_experiment, node_name, toml_string,
-};
+use super::system::{DefaultExperiment, ExperimentSettings, default_experiment, node_name, toml_string};
 
 /// What the command line says of the run of an FMU.
 #[derive(Debug, Clone, Default)]
@@ -30,20 +28,23 @@ pub fn is_fmu(path: &Path) -> bool {
 ///
 /// # Errors
 /// When the FMU cannot be opened, or proposes a stop time that comes before its start.
-pub fn standalone(fmu: &Path, file: &Path, options: &StandaloneOptions) -> Result<String, Error> {
-    let absolute =
-        |path: &Path| std::path::absolute(path).map_err(|it| Error::input(it.to_string()));
-    let (opened, archive) = (open(fmu)?, absolute(fmu)?);
-    let (times, _) = times(fmu, &opened)?;
+pub fn standalone_scenario_text(
+    fmu: &Path,
+    file: &Path,
+    options: &StandaloneOptions,
+) -> Result<String, Error> {
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|it| Error::invalid_input(it.to_string()));
+    let (opened, archive) = (open_standalone_fmu(fmu)?, absolute(fmu)?);
+    let (times, _) = proposed_times(fmu, &opened)?;
     let folder = absolute(file)?.parent().map(Path::to_owned).unwrap_or_default();
     let path = archive.strip_prefix(folder).unwrap_or(&archive);
-    Ok(text(&opened, path, &times, options))
+    Ok(fmu_scenario_text(&opened, path, &times, options))
 }
 
 /// The scenario of an FMU, as the text of a file beside it.
 pub(super) fn import_fmu(path: &Path) -> Result<(TextFile, SystemImport), Error> {
-    let fmu = open(path)?;
-    let (times, mut notes) = times(path, &fmu)?;
+    let fmu = open_standalone_fmu(path)?;
+    let (times, mut notes) = proposed_times(path, &fmu)?;
     let DefaultExperiment { start, step, stop } = &times;
     notes.push(format!(
         "{} runs by itself from {start} s to {} s ({}) with the step {} s ({}); `--save-scenario FILE` writes this scenario",
@@ -54,16 +55,16 @@ pub(super) fn import_fmu(path: &Path) -> Result<(TextFile, SystemImport), Error>
         step.origin
     ));
     let name = Path::new(path.file_name().unwrap_or_default());
-    let text = text(&fmu, name, &times, &StandaloneOptions::default());
+    let text = fmu_scenario_text(&fmu, name, &times, &StandaloneOptions::default());
     Ok((TextFile::new(path, text), SystemImport::new(notes, None, None)))
 }
 
-fn open(path: &Path) -> Result<Fmu, Error> {
-    Fmu::open(path).map_err(|error| Error::input(error.to_string()))
+fn open_standalone_fmu(path: &Path) -> Result<Fmu, Error> {
+    Fmu::open(path).map_err(|error| Error::invalid_input(error.to_string()))
 }
 
 /// The times that the description proposes, and what there is to say about them.
-fn times(path: &Path, fmu: &Fmu) -> Result<(DefaultExperiment, Vec<String>), Error> {
+fn proposed_times(path: &Path, fmu: &Fmu) -> Result<(DefaultExperiment, Vec<String>), Error> {
     let proposal = fmu.description.default_start;
     let (start, mut notes) = (proposal.max(0.0), Vec::new());
     if start != proposal {
@@ -78,7 +79,12 @@ fn times(path: &Path, fmu: &Fmu) -> Result<(DefaultExperiment, Vec<String>), Err
 }
 
 /// The text of the scenario of an FMU, whose archive it names by `path`.
-fn text(fmu: &Fmu, path: &Path, times: &DefaultExperiment, options: &StandaloneOptions) -> String {
+fn fmu_scenario_text(
+    fmu: &Fmu,
+    path: &Path,
+    times: &DefaultExperiment,
+    options: &StandaloneOptions,
+) -> String {
     let DefaultExperiment { start, step, stop } = times;
     let description = &fmu.description;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -86,9 +92,9 @@ fn text(fmu: &Fmu, path: &Path, times: &DefaultExperiment, options: &StandaloneO
     let mut starts = String::new();
     let mut archive = toml_string(&path.to_string_lossy());
     for (name, typed) in &options.starts {
-        let is_text = description.find(name).is_some_and(|it| {
-            matches!(description.variables[it].kind, Type::String | Type::Binary)
-        });
+        let is_text = description
+            .find_variable(name)
+            .is_some_and(|it| matches!(description.variables[it].kind, FmiType::String | FmiType::Binary));
         let is_value = !is_text && typed.parse::<toml::Value>().is_ok();
         let value = if is_value { typed.clone() } else { toml_string(typed) };
         match name == "path" && typed.ends_with(".fmu") {

@@ -42,19 +42,19 @@ pub struct Subsystem {
 impl Subsystem {
     /// The name that the names of its nodes begin with.
     #[must_use]
-    pub fn label(&self) -> String {
-        label(self.name.as_ref().map(|name| name.get_ref().as_str()), self.path.get_ref())
+    pub fn subsystem_name(&self) -> String {
+        subsystem_name_or_stem(self.name.as_ref().map(|name| name.get_ref().as_str()), self.path.get_ref())
     }
 
     /// The place of its name, or else that of its path.
     #[must_use]
-    pub fn span(&self) -> Range<usize> {
+    pub fn name_or_path_span(&self) -> Range<usize> {
         self.name.as_ref().unwrap_or(&self.path).span()
     }
 }
 
 /// The name of a system that may have none of its own.
-pub(super) fn label(name: Option<&str>, path: &str) -> String {
+pub(super) fn subsystem_name_or_stem(name: Option<&str>, path: &str) -> String {
     let stem = || Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
     // A dot ends the name of a node.
     name.map_or_else(|| stem().replace(['.', '"', '\\'], "_"), str::to_owned)

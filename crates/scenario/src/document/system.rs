@@ -10,18 +10,18 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use diagnostics::{Error, SourceMap, TextFile, group_similar, suggest};
-use fmu_import::description::{Type, Variable};
+use fmu_import::description::{FmiType, Variable};
 use fmu_import::{Causality, Fmu, Value};
-use ssp::{Connection, Port, SourcePosition, StartValue};
+use ssp::{Connection, FmuPort, SourcePosition, StartValue};
 use units::Unit;
 
 use super::{Algorithm, Document, ScenarioAnnotation};
-use conversions::{conversion, conversion_keys, parse_unit, unit};
+use conversions::{connection_unit_conversion, connector_unit, conversion_keys, unit_from_ssp};
 pub(super) use experiment::{
-    DefaultExperiment, ExperimentSettings, ExperimentTime, Stepping, default_experiment,
+    DefaultExperiment, ExperimentSettings, ExperimentTime, SystemStepping, default_experiment,
 };
 pub(crate) use parameters::ssp_value;
-pub(super) use part::{PartSettings, SystemPart, import_part};
+pub(super) use part::{SubsystemPart, SubsystemSettings, import_part};
 
 /// A system or an FMU that a scenario is made of.
 #[derive(Debug)]
@@ -29,23 +29,23 @@ pub struct SystemImport {
     /// What was taken from where, and what was left out.
     pub notes: Vec<String>,
     /// How it is stepped, unless a scenario in its annotation says that.
-    pub(super) stepping: Option<Stepping>,
+    pub(super) stepping: Option<SystemStepping>,
     /// Owns the unpacked archive, which the FMUs are in.
-    _system: Option<ssp::System>,
+    _system: Option<ssp::SspSystem>,
 }
 
 impl SystemImport {
     pub(super) fn new(
         notes: Vec<String>,
-        stepping: Option<Stepping>,
-        system: Option<ssp::System>,
+        stepping: Option<SystemStepping>,
+        system: Option<ssp::SspSystem>,
     ) -> Self {
         SystemImport { notes: group_similar(notes), stepping, _system: system }
     }
 
     /// The sentence about times and algorithm of a run, as far as the system decides them.
-    pub(crate) fn stepping(&self, document: &Document) -> Option<String> {
-        self.stepping.as_ref()?.describe(document)
+    pub(crate) fn describe_stepping(&self, document: &Document) -> Option<String> {
+        self.stepping.as_ref()?.describe_stepping(document)
     }
 }
 
@@ -64,7 +64,7 @@ pub(super) fn import_system(
     path: &Path,
     variant: Option<&str>,
 ) -> Result<(TextFile, SystemImport), ImportError> {
-    let system = ssp::open(path, variant).map_err(|error| ImportError::new(&error))?;
+    let system = ssp::open_system(path, variant).map_err(|error| ImportError::new(&error))?;
     let mut notes = Vec::new();
     if variant.is_none() && !system.others.is_empty() {
         let others = system.others.join(", ");
@@ -73,10 +73,10 @@ pub(super) fn import_system(
             path.display()
         ));
     }
-    let annotation = ScenarioAnnotation::of(&system, path);
+    let annotation = ScenarioAnnotation::from_system(&system, path);
     if let Some(ScenarioAnnotation::Current(text)) = annotation {
         notes.push(format!("{}: the scenario in its annotation is used", path.display()));
-        let folder = Some(system.folder().to_owned());
+        let folder = Some(system.description_folder().to_owned());
         let file = TextFile { folder, ..TextFile::new(path, text) };
         return Ok((file, SystemImport::new(notes, None, Some(system))));
     }
@@ -85,9 +85,9 @@ pub(super) fn import_system(
     if let Some(ScenarioAnnotation::Stale(note)) = annotation {
         notes.push(note);
     }
-    let mut writer = Writer::new(&system, None)?;
-    let stepping = writer.write(is_ours)?;
-    let Writer { text, source_map, notes: more, .. } = writer;
+    let mut writer = ScenarioWriter::new(&system, None)?;
+    let stepping = writer.write_scenario(is_ours)?;
+    let ScenarioWriter { text, source_map, notes: more, .. } = writer;
     let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
     let file = TextFile { source_map, ..TextFile::new(path, text) };
     Ok((file, SystemImport::new(notes, Some(stepping), Some(system))))
@@ -108,12 +108,12 @@ impl ImportError {
             ssp::Error::Variant { wanted, found, .. } => {
                 let stems = found.iter().map(|it| it.file.strip_suffix(".ssd").unwrap_or(&it.file));
                 let names = found.iter().map(|it| it.name.as_str()).filter(|name| !name.is_empty());
-                suggest::closest_question(wanted, stems.chain(names))
+                suggest::did_you_mean(wanted, stems.chain(names))
             }
             _ => None,
         };
         let variant = matches!(error, ssp::Error::Variant { .. });
-        ImportError { error: Error::input(error.to_string()), hint, variant }
+        ImportError { error: Error::invalid_input(error.to_string()), hint, variant }
     }
 }
 
@@ -125,17 +125,17 @@ impl From<Error> for ImportError {
 
 impl From<ImportError> for Error {
     fn from(ImportError { error, hint, .. }: ImportError) -> Self {
-        error.hint(hint)
+        error.with_optional_help(hint)
     }
 }
 
 /// A mistake at a place of the system.
 fn error_at(place: &SourcePosition, message: impl std::fmt::Display) -> Error {
-    Error::input(format!("{place}: {message}"))
+    Error::invalid_input(format!("{place}: {message}"))
 }
 
-struct Writer<'a> {
-    system: &'a ssp::System,
+struct ScenarioWriter<'a> {
+    system: &'a ssp::SspSystem,
     /// The name of the node of each component.
     names: Vec<String>,
     fmus: Vec<Fmu>,
@@ -145,15 +145,14 @@ struct Writer<'a> {
     notes: Vec<String>,
 }
 
-impl<'a> Writer<'a> {
-    fn new(system: &'a ssp::System, role: Option<&PartSettings>) -> Result<Self, Error> {
+impl<'a> ScenarioWriter<'a> {
+    fn new(system: &'a ssp::SspSystem, role: Option<&SubsystemSettings>) -> Result<Self, Error> {
         let prefix = role.map_or_else(String::new, |role| format!("{}_", role.name));
         let mut names: Vec<String> = Vec::new();
         let mut fmus = Vec::new();
         for component in &system.components {
             let fmu = Fmu::open(&component.source).map_err(|error| {
-                let [path, shown] =
-                    [&component.source, &component.display_path].map(|it| it.display());
+                let [path, shown] = [&component.source, &component.display_path].map(|it| it.display());
                 let message = error.to_string().replace(&path.to_string(), &shown.to_string());
                 error_at(&component.position, message)
             })?;
@@ -165,56 +164,55 @@ impl<'a> Writer<'a> {
             names.push(name);
         }
         let mut source_map = SourceMap::default();
-        source_map.map_from(0, system.description.display().to_string());
+        source_map.add_mapping(0, system.description.display().to_string());
         for component in &system.components {
             let source = std::path::absolute(&component.source);
-            source_map
-                .rename(source.as_deref().unwrap_or(&component.source), &component.display_path);
+            source_map.rename_path(source.as_deref().unwrap_or(&component.source), &component.display_path);
         }
-        Ok(Writer { system, names, fmus, text: String::new(), source_map, notes: Vec::new() })
+        Ok(ScenarioWriter { system, names, fmus, text: String::new(), source_map, notes: Vec::new() })
     }
 
     /// Writes the whole scenario; `is_ours` says that annotations for other tools come from this program.
-    fn write(&mut self, is_ours: bool) -> Result<Stepping, Error> {
+    fn write_scenario(&mut self, is_ours: bool) -> Result<SystemStepping, Error> {
         let system = self.system;
-        self.line(format_args!("title = {}", toml_string(&system.name)));
-        let stepping = self.stepping(is_ours)?;
-        self.nodes()?;
+        self.write_line(format_args!("title = {}", toml_string(&system.name)));
+        let stepping = self.write_stepping(is_ours)?;
+        self.write_nodes_and_connections()?;
         Ok(stepping)
     }
 
     /// Says where what follows stands in the system.
-    fn begin(&mut self, place: &SourcePosition) {
-        self.source_map.map_from(self.text.len(), place.clone());
+    fn map_source_position(&mut self, place: &SourcePosition) {
+        self.source_map.add_mapping(self.text.len(), place.clone());
     }
 
-    fn nodes(&mut self) -> Result<(), Error> {
+    fn write_nodes_and_connections(&mut self) -> Result<(), Error> {
         let system = self.system;
         let fed = system.connections.iter().map(|it| &it.to).collect::<Vec<_>>();
         for index in 0..system.components.len() {
-            self.component(index, &fed)?;
+            self.write_component(index, &fed)?;
         }
-        system.connections.iter().try_for_each(|connection| self.connection(connection))
+        system.connections.iter().try_for_each(|connection| self.write_connection(connection))
     }
 
-    fn line(&mut self, line: std::fmt::Arguments) {
+    fn write_line(&mut self, line: std::fmt::Arguments) {
         // Writing into a string cannot fail.
         let _ = writeln!(self.text, "{line}");
     }
 
     /// SSP has no step and no algorithm: they are those of annotations, of the FMUs and of this program.
-    fn stepping(&mut self, is_ours: bool) -> Result<Stepping, Error> {
+    fn write_stepping(&mut self, is_ours: bool) -> Result<SystemStepping, Error> {
         let times = self.default_experiment(None)?;
         let DefaultExperiment { start, step, stop } = &times;
         let (step, stop) = (step.value, stop.value);
-        self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
-        self.line(format_args!("\n[coupling]\nloops = \"delay\""));
+        self.write_line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
+        self.write_line(format_args!("\n[coupling]\nloops = \"delay\""));
         let annotation = self.system.stepping.as_ref().filter(|_| !is_ours);
-        let algorithm = annotation.filter(|it| it.master == ssp::Master::Osp).map(|it| {
-            self.line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.word()));
+        let algorithm = annotation.filter(|it| it.master == ssp::SteppingTool::Osp).map(|it| {
+            self.write_line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.keyword()));
             (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.position))
         });
-        Ok(Stepping::Whole { name: self.system.name.clone(), times, algorithm })
+        Ok(SystemStepping::Whole { name: self.system.name.clone(), times, algorithm })
     }
 
     /// The times of a run; `step` is the one that the scenario around the system has.
@@ -223,8 +221,7 @@ impl<'a> Writer<'a> {
         let annotation = system.stepping.as_ref();
         let annotation =
             annotation.map(|it| ExperimentTime::new(it.step, format!("noted at {}", it.position)));
-        let stop =
-            system.experiment.stop.map(|stop| ExperimentTime::new(stop, "its DefaultExperiment"));
+        let stop = system.experiment.stop.map(|stop| ExperimentTime::new(stop, "its DefaultExperiment"));
         let start = system.experiment.start.unwrap_or(0.0);
         default_experiment(
             &system.name,
@@ -233,12 +230,12 @@ impl<'a> Writer<'a> {
         )
     }
 
-    fn variable(&self, Port { component, variable }: &Port) -> Option<&Variable> {
+    fn find_port_variable(&self, FmuPort { component, variable }: &FmuPort) -> Option<&Variable> {
         let description = &self.fmus.get(*component)?.description;
-        description.find(variable).map(|index| &description.variables[index])
+        description.find_variable(variable).map(|index| &description.variables[index])
     }
 
-    fn component(&mut self, index: usize, fed: &[&Port]) -> Result<(), Error> {
+    fn write_component(&mut self, index: usize, fed: &[&FmuPort]) -> Result<(), Error> {
         let component = &self.system.components[index];
         if !matches!(component.implementation.as_str(), "any" | "CoSimulation") {
             let message = format!(
@@ -247,24 +244,24 @@ impl<'a> Writer<'a> {
             );
             return Err(error_at(&component.position, message));
         }
-        self.begin(&component.position);
+        self.map_source_position(&component.position);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
         let source = source.map_err(|error| error_at(&component.position, error))?;
         let source = source.to_string_lossy();
-        self.line(format_args!(
+        self.write_line(format_args!(
             "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
             toml_string(&self.names[index]),
             toml_string(&source)
         ));
         for start in &component.start_values {
-            let port = Port { component: index, variable: start.variable.clone() };
+            let port = FmuPort { component: index, variable: start.variable.clone() };
             let is_array = || {
                 let prefix = format!("{}[", start.variable);
                 let variables = &self.fmus[index].description.variables;
                 variables.iter().find(|variable| variable.name.starts_with(&prefix))
             };
-            let Some(variable) = self.variable(&port).or_else(is_array) else {
+            let Some(variable) = self.find_port_variable(&port).or_else(is_array) else {
                 // Section 5.2.3 of SSP 2.0.
                 let note = format!(
                     "{}: `{}` has no variable `{}`, so its start value is left out",
@@ -273,28 +270,27 @@ impl<'a> Writer<'a> {
                 self.notes.push(note);
                 continue;
             };
-            let takes =
-                variable.causality == Causality::Input || parameters::is_parameter(variable);
+            let takes = variable.causality == Causality::Input || parameters::is_parameter(variable);
             if fed.contains(&&port) && takes {
                 continue;
             }
             let value = start_value(start, variable)?;
-            self.begin(&start.position);
-            self.line(format_args!("{} = {value}", toml_string(&start.variable)));
+            self.map_source_position(&start.position);
+            self.write_line(format_args!("{} = {value}", toml_string(&start.variable)));
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
-            let (source, target) = self.ends(connection)?;
+            let (source, target) = self.connection_variables(connection)?;
             if parameters::is_start(source, target) {
-                let value = parameters::value(self.system, connection, source, target)?;
-                self.begin(&connection.conversion.position);
-                self.line(format_args!("{} = {value}", toml_string(&connection.to.variable)));
+                let value = parameters::parameter_start_toml(self.system, connection, source, target)?;
+                self.map_source_position(&connection.conversion.position);
+                self.write_line(format_args!("{} = {value}", toml_string(&connection.to.variable)));
             }
         }
         Ok(())
     }
 
     /// The variables at both ends of a connection.
-    fn ends(
+    fn connection_variables(
         &self,
         Connection { from, to, conversion: way }: &Connection,
     ) -> Result<(&Variable, &Variable), Error> {
@@ -307,14 +303,14 @@ impl<'a> Writer<'a> {
                 );
                 error_at(&way.position, message)
             };
-            self.variable(port).ok_or_else(absent)
+            self.find_port_variable(port).ok_or_else(absent)
         });
         Ok((source?, target?))
     }
 
-    fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
+    fn write_connection(&mut self, connection: &Connection) -> Result<(), Error> {
         let Connection { from, to, conversion: way } = connection;
-        let (source, target) = self.ends(connection)?;
+        let (source, target) = self.connection_variables(connection)?;
         if parameters::is_start(source, target) {
             return Ok(());
         }
@@ -326,11 +322,10 @@ impl<'a> Writer<'a> {
             return Err(error_at(&way.position, message));
         }
         let words = conversion_keys(way, source, target)?;
-        let name =
-            |port: &Port| toml_string(&format!("{}.{}", self.names[port.component], port.variable));
+        let name = |port: &FmuPort| toml_string(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
-        self.begin(&way.position);
-        self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        self.map_source_position(&way.position);
+        self.write_line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }
 }
@@ -348,45 +343,41 @@ pub fn toml_string(text: &str) -> String {
 
 /// A start value in the unit and of the type of its variable, as TOML.
 fn start_value(start: &StartValue, variable: &Variable) -> Result<String, Error> {
-    Ok(toml(&start_number(start, variable)?, variable))
+    Ok(ssp_value_to_toml(&converted_start_value(start, variable)?, variable))
 }
 
 /// A start value in the unit of its variable.
-fn start_number(start: &StartValue, variable: &Variable) -> Result<ssp::Value, Error> {
+fn converted_start_value(start: &StartValue, variable: &Variable) -> Result<ssp::SspValue, Error> {
     let (mut factor, mut offset) = (1.0, 0.0);
     if let Some(from) = &start.unit {
-        let to = unit(start.connector_unit.as_deref(), variable);
-        if let (Some(given), Some((b, to))) = (parse_unit(from), to) {
-            let a = variable.scale(given);
+        let to = connector_unit(start.connector_unit.as_deref(), variable);
+        if let (Some(given), Some((b, to))) = (unit_from_ssp(from), to) {
+            let a = variable.offset_free_unit(given);
             let message = || format!("[{}] is no unit of [{to}]", from.name);
             (factor, offset) =
                 Unit::conversion(&a, &b).ok_or_else(|| error_at(&start.position, message()))?;
         }
     }
-    start.converted(factor, offset).ok_or_else(|| {
-        error_at(
-            &start.position,
-            "expected a number for a conversion or transformation, found none",
-        )
+    start.converted_value(factor, offset).ok_or_else(|| {
+        error_at(&start.position, "expected a number for a conversion or transformation, found none")
     })
 }
 
-fn toml(value: &ssp::Value, variable: &Variable) -> String {
+fn ssp_value_to_toml(value: &ssp::SspValue, variable: &Variable) -> String {
     match value {
-        ssp::Value::Real(number) if variable.kind == Type::Integer && number.fract() == 0.0 => {
+        ssp::SspValue::Real(number) if variable.kind == FmiType::Integer && number.fract() == 0.0 => {
             format!("{number:.0}")
         }
-        ssp::Value::Real(number) => format!("{number:?}").to_lowercase(),
-        ssp::Value::Integer(number) if variable.kind == Type::Real => format!("{number}.0"),
-        ssp::Value::Integer(number) if i64::try_from(*number).is_err() => {
-            toml_string(&number.to_string())
-        }
-        ssp::Value::Integer(number) => number.to_string(),
-        ssp::Value::Boolean(truth) => truth.to_string(),
-        ssp::Value::String(text) | ssp::Value::Enumeration(text) => toml_string(text),
-        ssp::Value::Binary(bytes) => Value::Binary(bytes.clone()).to_string(),
-        ssp::Value::Array { elements, .. } => {
-            let elements: Vec<_> = elements.iter().map(|element| toml(element, variable)).collect();
+        ssp::SspValue::Real(number) => format!("{number:?}").to_lowercase(),
+        ssp::SspValue::Integer(number) if variable.kind == FmiType::Real => format!("{number}.0"),
+        ssp::SspValue::Integer(number) if i64::try_from(*number).is_err() => toml_string(&number.to_string()),
+        ssp::SspValue::Integer(number) => number.to_string(),
+        ssp::SspValue::Boolean(truth) => truth.to_string(),
+        ssp::SspValue::String(text) | ssp::SspValue::Enumeration(text) => toml_string(text),
+        ssp::SspValue::Binary(bytes) => Value::Binary(bytes.clone()).to_string(),
+        ssp::SspValue::Array { elements, .. } => {
+            let elements: Vec<_> =
+                elements.iter().map(|element| ssp_value_to_toml(element, variable)).collect();
             format!("[{}]", elements.join(", "))
         }
     }

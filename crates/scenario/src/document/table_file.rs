@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use diagnostics::Spanned;
-use recording::table::{Dialect, GapRule};
+use recording::table::{CsvDialect, GapRule};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
@@ -20,7 +20,7 @@ pub(crate) struct TableFile<'a> {
     pub time_unit: Option<&'a Spanned<String>>,
     pub origin: Option<&'a Spanned<f64>>,
     pub gaps: GapRule,
-    pub dialect: Dialect,
+    pub dialect: CsvDialect,
     pub columns: &'a BTreeMap<Spanned<String>, Spanned<Column>>,
 }
 
@@ -61,7 +61,7 @@ macro_rules! table_file {
             pub separator: Option<recording::table::Separator>,
             /// Decimal mark of a CSV file; detected without it.
             #[schemars(example = &",")]
-            pub decimal: Option<recording::table::Decimal>,
+            pub decimal: Option<recording::table::DecimalMark>,
             /// Number of the line with the titles of a CSV file, from 1 on; without it the line above the first rows of numbers.
             #[schemars(example = 10)]
             pub title_row: Option<usize>,
@@ -86,7 +86,7 @@ macro_rules! table_file {
                     time_unit: time_unit.as_ref(),
                     origin: origin.as_ref(),
                     gaps: *gaps,
-                    dialect: recording::table::Dialect { separator, decimal, title_row, unit_row },
+                    dialect: recording::table::CsvDialect { separator, decimal, title_row, unit_row },
                     columns,
                 }
             }
@@ -171,7 +171,7 @@ impl<'de> Deserialize<'de> for ColumnEntry {
 
 impl Column {
     /// The column of a word.
-    pub(crate) fn of(word: Spanned<ColumnEntry>) -> Spanned<Self> {
+    pub(crate) fn from_entry(word: Spanned<ColumnEntry>) -> Spanned<Self> {
         let span = word.span();
         let column = match word.into_inner() {
             ColumnEntry::Whole(column) => *column,
@@ -196,7 +196,7 @@ impl Column {
 
     /// The column of an alias, with what this one says itself; all words are then at the span of this one's name.
     pub(crate) fn with_alias(&self, alias: &Column) -> Column {
-        fn both<T: Clone>(
+        fn own_or_alias<T: Clone>(
             own: &Option<Spanned<T>>,
             alias: &Option<Spanned<T>>,
             at: &Spanned<String>,
@@ -207,11 +207,11 @@ impl Column {
         let at = &self.column;
         Column {
             column: Spanned::new(at.span(), alias.column.get_ref().clone()),
-            unit: both(&self.unit, &alias.unit, at),
-            gain: both(&self.gain, &alias.gain, at),
-            offset: both(&self.offset, &alias.offset, at),
-            sign: both(&self.sign, &alias.sign, at),
-            delay: both(&self.delay, &alias.delay, at),
+            unit: own_or_alias(&self.unit, &alias.unit, at),
+            gain: own_or_alias(&self.gain, &alias.gain, at),
+            offset: own_or_alias(&self.offset, &alias.offset, at),
+            sign: own_or_alias(&self.sign, &alias.sign, at),
+            delay: own_or_alias(&self.delay, &alias.delay, at),
             gaps: self.gaps.or(alias.gaps),
         }
     }
@@ -223,5 +223,5 @@ type Columns = BTreeMap<Spanned<String>, Spanned<Column>>;
 /// Reads columns, each as its name or a table.
 pub(super) fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Columns, D::Error> {
     let words = BTreeMap::<Spanned<String>, Spanned<ColumnEntry>>::deserialize(deserializer)?;
-    Ok(words.into_iter().map(|(name, word)| (name, Column::of(word))).collect())
+    Ok(words.into_iter().map(|(name, word)| (name, Column::from_entry(word))).collect())
 }

@@ -1,7 +1,7 @@
 //! The keys of `[view]`, the layout of the replay.
 
 use diagnostics::Spanned;
-use recording::view::Role;
+use recording::view::CurveRole;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -124,7 +124,7 @@ pub struct Arrow {
     /// Meaning, which gives the colour.
     #[serde(default)]
     #[schemars(example = &"plant")]
-    pub role: Role,
+    pub role: CurveRole,
     /// Foot of the arrow: ahead of the position, to the left, above the ground [m].
     #[schemars(example = [1.4, 0.0, 0.3])]
     pub at: [f64; 3],
@@ -177,7 +177,7 @@ pub struct XyPlot {
     pub points: Vec<Point>,
     /// Curves.
     #[serde(default)]
-    pub curves: Vec<Function>,
+    pub curves: Vec<FunctionCurve>,
 }
 
 impl XyPlot {
@@ -208,7 +208,7 @@ pub struct Point {
     /// Meaning, which gives the colour.
     #[serde(default)]
     #[schemars(example = &"plant")]
-    pub role: Role,
+    pub role: CurveRole,
     /// Value on the axis `x`.
     #[schemars(example = &"plant.alpha_f")]
     pub x: Spanned<String>,
@@ -220,14 +220,14 @@ pub struct Point {
 /// A curve of a diagram.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Function {
+pub struct FunctionCurve {
     /// Name.
     #[schemars(example = &"tire")]
     pub label: String,
     /// Meaning, which gives the colour.
     #[serde(default)]
     #[schemars(example = &"plant")]
-    pub role: Role,
+    pub role: CurveRole,
     /// Formula of `x` and of signals.
     #[schemars(example = &"1.6 * sin(1.8 * atan(22 * x))")]
     pub y: Spanned<String>,
@@ -273,7 +273,7 @@ pub struct Curve {
     /// Meaning, which gives the colour.
     #[serde(default)]
     #[schemars(example = &"plant")]
-    pub role: Role,
+    pub role: CurveRole,
     /// Name in the legend; that of the signal without it.
     #[schemars(example = &"speed")]
     pub label: Option<String>,

@@ -3,19 +3,19 @@
 use std::sync::Arc;
 
 use fmu_import::Variable;
-use fmu_import::description::{Storage, Type};
-use ssp::{BaseUnit, Enumeration, Unit, Width};
+use fmu_import::description::{FmiType, StorageType};
+use ssp::{BaseUnit, Enumeration, IntegerWidth, SspUnit};
 
 /// What connectors name.
 #[derive(Default)]
-pub(super) struct Definitions {
-    pub units: Vec<Arc<Unit>>,
+pub(super) struct SspDefinitions {
+    pub units: Vec<Arc<SspUnit>>,
     enumerations: Vec<Arc<Enumeration>>,
 }
 
-impl Definitions {
+impl SspDefinitions {
     /// The name under which a unit is defined. Two FMUs may mean different things by one name.
-    pub fn unit(&mut self, node: &str, name: &str, unit: units::Unit) -> String {
+    pub fn define_unit(&mut self, node: &str, name: &str, unit: units::Unit) -> String {
         let exponents = unit.exponents.map(i32::from);
         let base = Some(BaseUnit { exponents, factor: unit.factor, offset: unit.offset });
         let mut name = name.to_owned();
@@ -24,7 +24,7 @@ impl Definitions {
                 Some(known) if known.base == base => return name,
                 Some(_) => name = format!("{name} of {node}"),
                 None => {
-                    self.units.push(Arc::new(Unit { name: name.clone(), base }));
+                    self.units.push(Arc::new(SspUnit { name: name.clone(), base }));
                     return name;
                 }
             }
@@ -32,36 +32,36 @@ impl Definitions {
     }
 
     /// The unit that is defined under a name.
-    pub fn find(&self, name: Option<&str>) -> Option<&Unit> {
+    pub fn find_unit(&self, name: Option<&str>) -> Option<&SspUnit> {
         self.units.iter().find(|unit| Some(unit.name.as_str()) == name).map(|unit| &**unit)
     }
 
     /// The type of a variable; none for a clock.
-    pub fn carries(&mut self, node: &str, variable: &Variable) -> Option<ssp::Type> {
-        let integer = |bits, signed| ssp::Type::Integer(Width { bits, signed });
-        if variable.kind == Type::Enumeration && !variable.items.is_empty() {
+    pub fn define_type(&mut self, node: &str, variable: &Variable) -> Option<ssp::SspType> {
+        let integer = |bits, signed| ssp::SspType::Integer(IntegerWidth { bits, signed });
+        if variable.kind == FmiType::Enumeration && !variable.items.is_empty() {
             let items = variable.items.iter().map(|item| (item.name.clone(), item.value));
-            return Some(self.enumeration(node, &variable.name, items.collect()));
+            return Some(self.define_enumeration(node, &variable.name, items.collect()));
         }
         Some(match variable.storage {
-            Storage::Float64 => ssp::Type::Float64,
-            Storage::Float32 => ssp::Type::Float32,
-            Storage::Int8 => integer(8, true),
-            Storage::UInt8 => integer(8, false),
-            Storage::Int16 => integer(16, true),
-            Storage::UInt16 => integer(16, false),
-            Storage::Int32 => integer(32, true),
-            Storage::UInt32 => integer(32, false),
-            Storage::Int64 => integer(64, true),
-            Storage::UInt64 => integer(64, false),
-            Storage::Boolean => ssp::Type::Boolean,
-            Storage::String => ssp::Type::String,
-            Storage::Binary => ssp::Type::Binary { mime: "application/octet-stream".to_owned() },
-            Storage::Clock => return None,
+            StorageType::Float64 => ssp::SspType::Float64,
+            StorageType::Float32 => ssp::SspType::Float32,
+            StorageType::Int8 => integer(8, true),
+            StorageType::UInt8 => integer(8, false),
+            StorageType::Int16 => integer(16, true),
+            StorageType::UInt16 => integer(16, false),
+            StorageType::Int32 => integer(32, true),
+            StorageType::UInt32 => integer(32, false),
+            StorageType::Int64 => integer(64, true),
+            StorageType::UInt64 => integer(64, false),
+            StorageType::Boolean => ssp::SspType::Boolean,
+            StorageType::String => ssp::SspType::String,
+            StorageType::Binary => ssp::SspType::Binary { mime: "application/octet-stream".to_owned() },
+            StorageType::Clock => return None,
         })
     }
 
-    fn enumeration(&mut self, node: &str, name: &str, items: Vec<(String, i64)>) -> ssp::Type {
+    fn define_enumeration(&mut self, node: &str, name: &str, items: Vec<(String, i64)>) -> ssp::SspType {
         let known = self.enumerations.iter().find(|known| known.items == items).cloned();
         let found = known.unwrap_or_else(|| {
             let name = format!("{node}.{name}");
@@ -69,6 +69,6 @@ impl Definitions {
             self.enumerations.push(Arc::clone(&made));
             made
         });
-        ssp::Type::Enumeration(Some(found))
+        ssp::SspType::Enumeration(Some(found))
     }
 }

@@ -2,35 +2,33 @@
 
 use std::collections::BTreeMap;
 
-use cosim::system::{Body, NodePlan};
-use fmu_import::description::Type;
+use cosim::system::{NodeBody, NodePlan};
+use fmu_import::description::FmiType;
 use fmu_import::{Value, Variable};
 use ssp::write::{DraftConnector, DraftValue};
 
-use super::connectors::{ElementConnection, SystemVariables};
+use super::connectors::{ElementConnection, SystemLookup};
 use crate::document::ssp_value;
 
 /// The start values of an FMU, by the order of its connectors.
-pub(super) fn values(
-    variables: &SystemVariables,
+pub(super) fn ssp_start_values(
+    variables: &SystemLookup,
     node: &NodePlan,
     connectors: &[DraftConnector],
     connections: &[ElementConnection],
     notes: &mut Vec<String>,
 ) -> Vec<DraftValue> {
-    let Body::Fmu { fmu, starts, .. } = &node.body else { return Vec::new() };
+    let NodeBody::Fmu { fmu, starts, .. } = &node.body else { return Vec::new() };
     let mut given: BTreeMap<&str, Value> = BTreeMap::new();
     for connection in connections.iter().filter(|connection| connection.to.node == node.name) {
-        given.extend(
-            first_value(variables, connection)
-                .map(|value| (connection.to.variable.as_str(), value)),
-        );
+        given
+            .extend(first_value(variables, connection).map(|value| (connection.to.variable.as_str(), value)));
     }
     given.extend(starts.iter().map(|start| (start.name.as_str(), start.value.clone())));
     let all = &fmu.description.variables;
     let values = connectors.iter().filter_map(|connector| {
         let mut elements: Vec<&Variable> =
-            all.iter().filter(|variable| variable.array() == connector.name).collect();
+            all.iter().filter(|variable| variable.array_name() == connector.name).collect();
         elements.sort_by_key(|variable| variable.element.0);
         if !elements.iter().any(|variable| given.contains_key(variable.name.as_str())) {
             return None;
@@ -49,7 +47,7 @@ pub(super) fn values(
         let dimensions = connector.dimensions.clone();
         let value = match dimensions.is_empty() {
             true => written.pop()?,
-            false => ssp::Value::Array { dimensions, elements: written },
+            false => ssp::SspValue::Array { dimensions, elements: written },
         };
         let (name, data_type) = (connector.name.clone(), connector.data_type.clone());
         Some(DraftValue { name, data_type, value })
@@ -58,24 +56,26 @@ pub(super) fn values(
 }
 
 /// The first value of an input that a signal or a table leads to: tools without signals keep it.
-fn first_value(variables: &SystemVariables, connection: &ElementConnection) -> Option<Value> {
-    let target = variables.variable(&connection.to.node, &connection.to.variable)?;
-    let (source, time) = (variables.node(&connection.from.node)?, variables.system.clock.start);
+fn first_value(variables: &SystemLookup, connection: &ElementConnection) -> Option<Value> {
+    let target = variables.find_variable(&connection.to.node, &connection.to.variable)?;
+    let (source, time) = (variables.find_node(&connection.from.node)?, variables.system.clock.start);
     let own = |column: &&recording::Column| column.node == source.name;
     let place = variables.system.columns.iter().filter(own);
     let place = place.take_while(|column| column.variable != connection.from.variable).count();
     let value = match &source.body {
-        Body::Signals(signals) => signals.get(place)?.value(time),
-        Body::Table(table) if place < table.names().count() => table.clone().value(place, time),
-        Body::Table(_) => return None,
-        Body::Fmu { .. } | Body::Driver(_) | Body::Own | Body::Inlet | Body::Outlet => return None,
+        NodeBody::Signals(signals) => signals.get(place)?.value_at(time),
+        NodeBody::Table(table) if place < table.column_names().count() => table.clone().value_at(place, time),
+        NodeBody::Table(_) => return None,
+        NodeBody::Fmu { .. } | NodeBody::Driver(_) | NodeBody::Own | NodeBody::Inlet | NodeBody::Outlet => {
+            return None;
+        }
     };
-    let value = connection.chain.as_ref()?.convert(value);
+    let value = connection.chain.as_ref()?.convert_and_map(value);
     let whole = || (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i128);
     match target.kind {
-        Type::Real => value.is_finite().then_some(Value::Real(value)),
-        Type::Integer | Type::Enumeration => whole().map(Value::Integer),
-        Type::Boolean => Some(Value::Boolean(value != 0.0)),
-        Type::String | Type::Binary | Type::Clock => None,
+        FmiType::Real => value.is_finite().then_some(Value::Real(value)),
+        FmiType::Integer | FmiType::Enumeration => whole().map(Value::Integer),
+        FmiType::Boolean => Some(Value::Boolean(value != 0.0)),
+        FmiType::String | FmiType::Binary | FmiType::Clock => None,
     }
 }

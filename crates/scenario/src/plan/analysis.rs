@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use manoeuvre::Manoeuvre;
 use plugin::Plugin;
-use python::analysis::Script;
-use recording::table::Table;
-use recording::{Full, NumberIndex};
+use python::analysis::AnalysisScript;
+use recording::table::TimeSeriesTable;
+use recording::{AllVariables, NumberIndex};
 
 /// An analysis, ready to run.
 #[derive(Debug)]
@@ -21,9 +21,9 @@ pub struct AnalysisPlan {
     /// Its configuration in TOML.
     pub config: String,
     /// The signals that it gets.
-    pub wired: Vec<Wired>,
+    pub wired: Vec<WiredSignal>,
     /// The file that some of them are in.
-    pub log: Option<Table>,
+    pub log: Option<TimeSeriesTable>,
 }
 
 /// Who does an analysis.
@@ -32,7 +32,7 @@ pub enum Analyser {
     /// A plugin in this process.
     Plugin(Plugin),
     /// A script in a process of its own, until it is used.
-    Python(Mutex<Option<Script>>),
+    Python(Mutex<Option<AnalysisScript>>),
     /// The manoeuvre that was driven: the signals are what the driver commanded and measured, in the order of
     /// [`Manoeuvre::log`].
     Manoeuvre(Arc<Manoeuvre>),
@@ -40,13 +40,13 @@ pub enum Analyser {
 
 /// A signal of an analysis.
 #[derive(Debug)]
-pub struct Wired {
+pub struct WiredSignal {
     /// The name that the plugin knows it by.
     pub name: String,
     /// The unit that it is handed over in.
     pub unit: String,
     /// Its origin.
-    pub origin: Origin,
+    pub origin: SignalOrigin,
     /// Gain and unit conversion: what the values are multiplied by.
     pub factor: f64,
     /// Offset and unit conversion: what is added after that.
@@ -55,9 +55,9 @@ pub struct Wired {
 
 /// The origin of a signal of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
+pub enum SignalOrigin {
     /// A number in the rows of the run.
-    Run(NumberIndex<Full>),
+    Run(NumberIndex<AllVariables>),
     /// A column of the analysis' file.
     Log(usize),
 }

@@ -12,7 +12,7 @@ pub struct SweepPlan {
     /// Seed of the choice.
     pub seed: u64,
     /// What differs among them.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<SweepAxis>,
     /// Correlations of two axes, by their places.
     pub correlations: Vec<(usize, usize, f64)>,
     /// Share that must pass.
@@ -25,7 +25,7 @@ pub struct SweepPlan {
 
 /// Something that differs among the variants.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct SweepAxis {
     /// The names that it sets, as `--set` takes them.
     pub names: Vec<String>,
     /// Whether each name has values of its own, that are drawn together; else all get the same.
@@ -55,14 +55,14 @@ pub enum AxisValues {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchPlan {
     /// What it looks for.
-    pub goal: Goal,
+    pub goal: SearchGoal,
     /// Share of the range at which the result is known well enough.
     pub tolerance: f64,
 }
 
 /// What a search looks for.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Goal {
+pub enum SearchGoal {
     /// The smallest collected value of this name, or the largest one.
     Extreme {
         /// The name.

@@ -2,11 +2,13 @@
 
 use serde_json::{Value, json};
 
-use crate::schema::{TaggedTable, choices, resolve_reference, table_of, tagged_table, type_name};
+use crate::schema::{
+    TaggedTable, allowed_texts, resolve_reference, schema_type_label, table_alternative, tagged_table,
+};
 
 /// A key of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct KeyReference {
     /// Keys with dots in between: `connect.noise.std`. `NAME` stands for any name.
     pub path: String,
     /// The path as the head of a table: `[[connect]]`.
@@ -35,68 +37,68 @@ pub struct Entry {
     pub conditions: Vec<(String, String)>,
 }
 
-impl Entry {
+impl KeyReference {
     /// The conditions in TOML: `kind = "huber"`; the tag of another table has its path.
     #[must_use]
-    pub fn conditions(&self) -> Vec<String> {
+    pub fn conditions_as_toml(&self) -> Vec<String> {
         let written = |(tag, text): &(String, String)| {
             let (table, key) = tag.rsplit_once('.').unwrap_or(("", tag));
-            format!("{} = \"{text}\"", if table == self.parent() { key } else { tag })
+            format!("{} = \"{text}\"", if table == self.parent_path() { key } else { tag })
         };
         self.conditions.iter().map(written).collect()
     }
 
     /// The last key of the path.
     #[must_use]
-    pub fn key(&self) -> &str {
+    pub fn last_key(&self) -> &str {
         self.path.rsplit('.').next().unwrap_or(&self.path)
     }
 
     /// The path without its last key.
     #[must_use]
-    pub fn parent(&self) -> &str {
+    pub fn parent_path(&self) -> &str {
         self.path.rsplit_once('.').map_or("", |(parent, _)| parent)
     }
 }
 
 /// The keys of a schema: each table is followed by its keys. Required keys come first, then the others by name.
 #[must_use]
-pub fn entries(schema: &Value) -> Vec<Entry> {
+pub fn list_schema_keys(schema: &Value) -> Vec<KeyReference> {
     let mut walk =
-        Walk { root: schema, entries: Vec::new(), above: Vec::new(), conditions: Vec::new() };
-    walk.table(schema, "");
+        SchemaWalker { root: schema, entries: Vec::new(), above: Vec::new(), conditions: Vec::new() };
+    walk.walk_table(schema, "");
     walk.entries
 }
 
-struct Walk<'a> {
+struct SchemaWalker<'a> {
     root: &'a Value,
-    entries: Vec<Entry>,
+    entries: Vec<KeyReference>,
     /// The tables around the current one, or else a table that contains itself would have no end.
     above: Vec<&'a Value>,
     conditions: Vec<(String, String)>,
 }
 
 /// The path of a key in a table.
-fn joined(path: &str, key: &str) -> String {
+fn join_key_path(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
-impl<'a> Walk<'a> {
-    fn table(&mut self, schema: &'a Value, path: &str) {
+impl<'a> SchemaWalker<'a> {
+    fn walk_table(&mut self, schema: &'a Value, path: &str) {
         match tagged_table(self.root, schema) {
             Some(TaggedTable { tag, variants }) => self.tagged_table(tag, &variants, path),
-            None => self.keys(schema, path, None),
+            None => self.walk_keys(schema, path, None),
         }
     }
 
     fn tagged_table(&mut self, tag: &str, variants: &[(&'a str, &'a Value)], path: &str) {
-        let path_of_tag = joined(path, tag);
+        let path_of_tag = join_key_path(path, tag);
         let choice = |(name, schema): &(&str, &Value)| {
             let about = schema["description"].as_str().unwrap_or_default();
             ((*name).to_owned(), about.replace('\n', " "))
         };
         let description = "Selects the other keys of the table.".to_owned();
-        self.entries.push(Entry {
+        self.entries.push(KeyReference {
             path: path_of_tag.clone(),
             heading: format!("[{path_of_tag}]"),
             is_table: false,
@@ -113,13 +115,13 @@ impl<'a> Walk<'a> {
         });
         for (name, schema) in variants {
             self.conditions.push((path_of_tag.clone(), (*name).to_owned()));
-            self.keys(schema, path, Some(tag));
+            self.walk_keys(schema, path, Some(tag));
             self.conditions.pop();
         }
     }
 
     /// The keys of a table but for its tag.
-    fn keys(&mut self, schema: &'a Value, path: &str, tag: Option<&str>) {
+    fn walk_keys(&mut self, schema: &'a Value, path: &str, tag: Option<&str>) {
         let Some(properties) = schema["properties"].as_object() else { return };
         if self.above.iter().any(|above| std::ptr::eq(*above, schema)) {
             return;
@@ -131,38 +133,37 @@ impl<'a> Walk<'a> {
         let mut keys: Vec<_> = keys.filter(|key| Some(*key) != tag).collect();
         keys.sort_by_key(|key| (!required.contains(key), *key));
         for key in keys {
-            self.key(&properties[key], &joined(path, key), required.contains(&key));
+            self.walk_key(&properties[key], &join_key_path(path, key), required.contains(&key));
         }
         self.above.pop();
     }
 
-    fn key(&mut self, property: &'a Value, path: &str, required: bool) {
+    fn walk_key(&mut self, property: &'a Value, path: &str, required: bool) {
         let schema = resolve_reference(self.root, property);
-        let (inner, heading, inner_path) = self.inner(schema, path);
+        let (inner, heading, inner_path) = self.innermost_schema(schema, path);
         let description =
             property["description"].as_str().or(schema["description"].as_str()).unwrap_or_default();
-        let snippet = snippet(description).or(inner["description"].as_str().and_then(snippet));
+        let snippet = toml_snippet(description).or(inner["description"].as_str().and_then(toml_snippet));
         let description = without_snippet(description);
         let about = inner["description"].as_str().map(without_snippet);
-        let listed = match choices(schema) {
+        let listed = match allowed_texts(schema) {
             found if found.is_empty() => {
                 let either = inner["anyOf"].as_array().into_iter().flatten();
-                let either =
-                    either.flat_map(|schema| choices(resolve_reference(self.root, schema)));
-                choices(inner).into_iter().chain(either).collect()
+                let either = either.flat_map(|schema| allowed_texts(resolve_reference(self.root, schema)));
+                allowed_texts(inner).into_iter().chain(either).collect()
             }
             found => found,
         };
         let is_table = inner["properties"].is_object() || tagged_table(self.root, inner).is_some();
         let texts = |(name, about): (&str, &str)| (name.to_owned(), about.replace('\n', " "));
         let examples = property["examples"].as_array().or(schema["examples"].as_array());
-        self.entries.push(Entry {
+        self.entries.push(KeyReference {
             path: path.to_owned(),
             heading,
             is_table,
-            kind: self.kind(schema),
+            kind: self.describe_type(schema),
             choices: listed.into_iter().map(texts).collect(),
-            unit: unit(&description),
+            unit: unit_in_description(&description),
             about: about.filter(|it| !it.is_empty()).unwrap_or_else(|| description.clone()),
             required,
             default: property
@@ -170,36 +171,32 @@ impl<'a> Walk<'a> {
                 .filter(|it| **it != Value::Array(Vec::new()) && **it != json!({}))
                 // The keys of a table have their own defaults.
                 .filter(|_| !inner["properties"].is_object())
-                .map(toml),
-            examples: examples.into_iter().flatten().map(toml).collect(),
+                .map(json_to_toml),
+            examples: examples.into_iter().flatten().map(json_to_toml).collect(),
             description,
             snippet,
             conditions: self.conditions.clone(),
         });
-        self.table(inner, &inner_path);
+        self.walk_table(inner, &inner_path);
     }
 
     /// The schema of the innermost value of a list or of a table of names, its head and its path.
-    fn inner(&self, schema: &'a Value, path: &str) -> (&'a Value, String, String) {
+    fn innermost_schema(&self, schema: &'a Value, path: &str) -> (&'a Value, String, String) {
         if schema["type"] == "array" {
-            return (
-                resolve_reference(self.root, &schema["items"]),
-                format!("[[{path}]]"),
-                path.to_owned(),
-            );
+            return (resolve_reference(self.root, &schema["items"]), format!("[[{path}]]"), path.to_owned());
         }
         let named = &schema["additionalProperties"];
         if named.is_object() && !schema["properties"].is_object() {
             let path = format!("{path}.NAME");
-            let named = table_of(self.root, resolve_reference(self.root, named));
+            let named = table_alternative(self.root, resolve_reference(self.root, named));
             return (named, format!("[{path}]"), path);
         }
         (schema, format!("[{path}]"), path.to_owned())
     }
 
-    fn kind(&self, schema: &Value) -> String {
+    fn describe_type(&self, schema: &Value) -> String {
         let schema = resolve_reference(self.root, schema);
-        if !choices(schema).is_empty() {
+        if !allowed_texts(schema).is_empty() {
             return "a text, one of those below".to_owned();
         }
         let plural = |kind: &str| match kind.strip_prefix("a ").unwrap_or(kind) {
@@ -213,9 +210,9 @@ impl<'a> Walk<'a> {
                 _ => format!("{kind}s"),
             },
         };
-        let plural = |inner: &Value| match self.kind(inner).split_once(" or a ") {
+        let plural = |inner: &Value| match self.describe_type(inner).split_once(" or a ") {
             Some((one, other)) => format!("{} or {}", plural(one), plural(other)),
-            None => plural(&self.kind(inner)),
+            None => plural(&self.describe_type(inner)),
         };
         match schema["type"].as_str() {
             Some("array") => {
@@ -230,11 +227,11 @@ impl<'a> Walk<'a> {
                 values @ Value::Object(_) => format!("a table of {} by name", plural(values)),
                 _ => "a table of values by name".to_owned(),
             },
-            Some(name) => type_name(name).to_owned(),
+            Some(name) => schema_type_label(name).to_owned(),
             None if tagged_table(self.root, schema).is_some() => "a table".to_owned(),
             None if schema["anyOf"].is_array() => {
                 let either = schema["anyOf"].as_array().into_iter().flatten();
-                either.map(|schema| self.kind(schema)).collect::<Vec<_>>().join(" or ")
+                either.map(|schema| self.describe_type(schema)).collect::<Vec<_>>().join(" or ")
             }
             None => "any value".to_owned(),
         }
@@ -242,7 +239,7 @@ impl<'a> Walk<'a> {
 }
 
 /// The first unit in brackets that is not code.
-fn unit(description: &str) -> Option<String> {
+fn unit_in_description(description: &str) -> Option<String> {
     let text: String = description.split('`').step_by(2).collect();
     let mut rest = text.as_str();
     while let Some(begin) = rest.find(" [") {
@@ -255,7 +252,7 @@ fn unit(description: &str) -> Option<String> {
     None
 }
 
-fn snippet(description: &str) -> Option<String> {
+fn toml_snippet(description: &str) -> Option<String> {
     let (_, rest) = description.split_once("```toml\n")?;
     Some(rest.split_once("```").map_or(rest, |(snippet, _)| snippet).trim_end().to_owned())
 }
@@ -273,14 +270,16 @@ fn without_snippet(description: &str) -> String {
 }
 
 /// A JSON value as it is written in TOML.
-fn toml(value: &Value) -> String {
+fn json_to_toml(value: &Value) -> String {
     match value {
-        Value::Array(list) => format!("[{}]", list.iter().map(toml).collect::<Vec<_>>().join(", ")),
+        Value::Array(list) => {
+            format!("[{}]", list.iter().map(json_to_toml).collect::<Vec<_>>().join(", "))
+        }
         Value::Object(map) => {
             let pair = |(key, value): (&String, &Value)| {
                 let bare = key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
                 let key = if bare { key.clone() } else { format!("\"{key}\"") };
-                format!("{key} = {}", toml(value))
+                format!("{key} = {}", json_to_toml(value))
             };
             match map.is_empty() {
                 true => "{}".to_owned(),

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cosim::system::Body;
+use cosim::system::NodeBody;
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
@@ -14,26 +14,24 @@ use crate::build_request::BuildRequest;
 use crate::document::{self, Scenario};
 
 /// The archive of an FMU, with the word that gives it.
-pub(super) fn archive<'w>(
+pub(super) fn find_fmu_archive<'w>(
     scenario: &Scenario,
     node: &'w document::Fmu,
     archives: &BTreeMap<BuildRequest, PathBuf>,
 ) -> Result<(&'w Spanned<String>, PathBuf), Error> {
     match (&node.path, &node.package, node.build_request()) {
-        (Some(path), None, _) if node.example.is_none() => {
-            Ok((path, scenario.source.resolve(path)))
-        }
+        (Some(path), None, _) if node.example.is_none() => Ok((path, scenario.source.resolve_path(path))),
         (None, Some(package), Some(product)) => match archives.get(&product) {
             Some(path) => Ok((package, path.clone())),
             // Whoever builds it has told why there is none.
-            None => Err(Error::follow_up()),
+            None => Err(Error::already_reported()),
         },
         _ => {
             let message = format!(
                 "the FMU `{}` needs either `path` or `crate`, and `example` goes with `crate`",
                 node.name.get_ref()
             );
-            Err(scenario.error(&node.name, message))
+            Err(scenario.error_at(&node.name, message))
         }
     }
 }
@@ -60,14 +58,14 @@ pub(super) fn open_fmu(
     }
     // Nobody else has it when it has just been opened.
     let mut own = Arc::try_unwrap(fmu).or_else(|_| Fmu::open(path))?;
-    own.resize(&sizes)?;
+    own.resize_arrays(&sizes)?;
     Ok(Arc::new(own))
 }
 
 /// What is unusual about the archives of nodes.
 pub(super) fn archive_notes(nodes: &[NodeDraft]) -> BTreeSet<String> {
     let fmus = nodes.iter().filter_map(|node| match &node.body {
-        Body::Fmu { fmu, .. } => Some(fmu),
+        NodeBody::Fmu { fmu, .. } => Some(fmu),
         _ => None,
     });
     let notes = |fmu: &Arc<Fmu>| -> Vec<String> {

@@ -1,6 +1,6 @@
 //! Expands a connection of two arrays into connections of their elements.
 
-use diagnostics::{Error, Mistakes, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned};
 
 use super::lookup::{PortSide, find_port};
 use super::node_draft::NodeDraft;
@@ -11,12 +11,12 @@ pub(super) fn expand_arrays(
     scenario: &Scenario,
     connects: &[Connect],
     nodes: &[NodeDraft],
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> Vec<Connect> {
     let mut all = Vec::new();
     for connect in connects {
-        let from = elements(nodes, connect.from.get_ref(), PortSide::Output);
-        let to = elements(nodes, connect.to.get_ref(), PortSide::Input);
+        let from = array_element_names(nodes, connect.from.get_ref(), PortSide::Output);
+        let to = array_element_names(nodes, connect.to.get_ref(), PortSide::Input);
         if from.len() != to.len() {
             mistakes.push(size_error(scenario, nodes, connect, from.len(), to.len()));
             continue;
@@ -34,21 +34,15 @@ pub(super) fn expand_arrays(
 }
 
 /// The names of the elements of an array, row by row; none for anything else.
-fn elements(nodes: &[NodeDraft], full: &str, side: PortSide) -> Vec<String> {
+fn array_element_names(nodes: &[NodeDraft], full: &str, side: PortSide) -> Vec<String> {
     let Some((node, array)) = full.split_once('.') else { return Vec::new() };
     let Some(draft) = nodes.iter().find(|it| it.name == node) else { return Vec::new() };
     let ports = draft.ports(side);
-    draft.elements(side, array).map(|index| format!("{node}.{}", ports[index].name)).collect()
+    draft.array_element_indices(side, array).map(|index| format!("{node}.{}", ports[index].name)).collect()
 }
 
 /// The error of two ends of different sizes, or of the one that is not there.
-fn size_error(
-    scenario: &Scenario,
-    nodes: &[NodeDraft],
-    connect: &Connect,
-    from: usize,
-    to: usize,
-) -> Error {
+fn size_error(scenario: &Scenario, nodes: &[NodeDraft], connect: &Connect, from: usize, to: usize) -> Error {
     let (word, side) = match from {
         0 => (&connect.from, PortSide::Output),
         _ => (&connect.to, PortSide::Input),
@@ -63,12 +57,11 @@ fn size_mismatch(scenario: &Scenario, connect: &Connect, from: usize, to: usize)
         0 => format!("`{name}` is no array"),
         count => format!("`{name}` has {count} elements"),
     };
-    let message =
-        format!("both ends need the same size: {}, {}", size(output, from), size(input, to));
+    let message = format!("both ends need the same size: {}, {}", size(output, from), size(input, to));
     let example = match (from, to) {
         (0, _) => format!("name an element, such as to = \"{input}[1]\""),
         (_, 0) => format!("name an element, such as from = \"{output}[1]\""),
         _ => "structural parameters among the start values change the sizes".to_owned(),
     };
-    scenario.error(&connect.to, message).help(example)
+    scenario.error_at(&connect.to, message).with_help(example)
 }

@@ -3,22 +3,23 @@
 use std::ops::Range;
 
 use assessment::{BaselinePlan, BaselineSignal, TubeSize};
-use cosim::clock::Clock;
-use diagnostics::{Error, Mistakes, Spanned, suggest};
-use recording::{Column, ColumnIndex, Columns, Full, ValueKind};
+use cosim::clock::CommunicationClock;
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
+use recording::{AllVariables, Column, ColumnIndex, Columns, ValueKind};
 
-use crate::document::{Baseline, Scenario, Tube};
-use crate::pattern::matches;
+use crate::document::{Baseline, BaselineTube, Scenario};
+use crate::pattern::matches_wildcard;
 
-pub(super) fn resolve(
+pub(super) fn resolve_baselines(
     scenario: &Scenario,
-    columns: &Columns<Full>,
-    clock: Option<Clock>,
+    columns: &Columns<AllVariables>,
+    clock: Option<CommunicationClock>,
 ) -> Result<Vec<BaselinePlan>, Error> {
     let baselines = scenario.document.baseline.iter().enumerate();
-    Mistakes::all(baselines.map(|(index, baseline)| {
+    ErrorCollector::collect_all(baselines.map(|(index, baseline)| {
         let unique = check_unique_name(scenario, index, baseline);
-        Mistakes::both(unique, plan(scenario, baseline, columns, clock)).map(|((), plan)| plan)
+        ErrorCollector::collect_both(unique, plan_baseline(scenario, baseline, columns, clock))
+            .map(|((), plan)| plan)
     }))
 }
 
@@ -30,29 +31,30 @@ fn check_unique_name(scenario: &Scenario, index: usize, baseline: &Baseline) -> 
     match others.any(|other| other.get_ref() == name) {
         true => {
             let message = format!("there is another check or baseline called `{name}`");
-            Err(scenario.source.error(baseline.name.span(), message, "the second one"))
+            Err(scenario.source.error_at(baseline.name.span(), message, "the second one"))
         }
         false => Ok(()),
     }
 }
 
-fn plan(
+fn plan_baseline(
     scenario: &Scenario,
     baseline: &Baseline,
-    columns: &Columns<Full>,
-    clock: Option<Clock>,
+    columns: &Columns<AllVariables>,
+    clock: Option<CommunicationClock>,
 ) -> Result<BaselinePlan, Error> {
     let span = baseline.recording.span();
-    let signals = signals(scenario, baseline, columns);
-    let during = during(scenario, baseline, clock);
+    let signals = compared_signals(scenario, baseline, columns);
+    let during = comparison_window(scenario, baseline, clock);
     let form = check_format(scenario, baseline);
-    let (signals, (during, ())) = Mistakes::both(signals, Mistakes::both(during, form))?;
-    let (file, line) = scenario.source.line(baseline.name.span().start);
+    let (signals, (during, ())) =
+        ErrorCollector::collect_both(signals, ErrorCollector::collect_both(during, form))?;
+    let (file, line) = scenario.source.file_and_line(baseline.name.span().start);
     Ok(BaselinePlan {
         file: file.to_owned(),
         line,
         name: baseline.name.get_ref().clone(),
-        path: scenario.source.resolve(&baseline.recording),
+        path: scenario.source.resolve_path(&baseline.recording),
         place: span,
         during,
         signals,
@@ -66,38 +68,38 @@ fn check_format(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
         Some((_, "mcap" | "csv")) => Ok(()),
         _ => {
             let message = format!("expected a recording `*.mcap` or `*.csv`, found `{name}`");
-            Err(scenario.error(&baseline.recording, message))
+            Err(scenario.error_at(&baseline.recording, message))
         }
     }
 }
 
-fn during(
+fn comparison_window(
     scenario: &Scenario,
     baseline: &Baseline,
-    clock: Option<Clock>,
+    clock: Option<CommunicationClock>,
 ) -> Result<Option<[f64; 2]>, Error> {
     let Some(word) = &baseline.during else { return Ok(None) };
     let [from, to] = *word.get_ref();
-    let [start, stop] = clock.map_or([0.0, f64::INFINITY], |clock| [clock.start, clock.stop()]);
+    let [start, stop] = clock.map_or([0.0, f64::INFINITY], |clock| [clock.start, clock.stop_time()]);
     if start <= from && from < to && to <= stop {
         return Ok(Some([from, to]));
     }
     let message = format!("expected a window from {start} to {stop} s, found {from} to {to} s");
-    Err(scenario.error(word, message))
+    Err(scenario.error_at(word, message))
 }
 
 /// The compared signals, in the order of the row.
-fn signals(
+fn compared_signals(
     scenario: &Scenario,
     baseline: &Baseline,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
 ) -> Result<Vec<BaselineSignal>, Error> {
     let given = baseline.signals.iter().flatten();
     let patterns = given.chain(baseline.tubes.iter().flat_map(|tube| &tube.signals));
-    let known = Mistakes::all(patterns.map(|pattern| check_pattern(scenario, pattern, columns)));
-    let all =
-        TubeSize { absolute: baseline.absolute, relative: baseline.relative, time: baseline.time };
-    let sizes = Mistakes::all(
+    let known =
+        ErrorCollector::collect_all(patterns.map(|pattern| check_pattern(scenario, pattern, columns)));
+    let all = TubeSize { absolute: baseline.absolute, relative: baseline.relative, time: baseline.time };
+    let sizes = ErrorCollector::collect_all(
         std::iter::once(check_size(scenario, baseline.name.span(), all)).chain(
             baseline
                 .tubes
@@ -105,18 +107,18 @@ fn signals(
                 .map(|tube| check_size(scenario, tube_span(tube, baseline), tube_size(all, tube))),
         ),
     );
-    Mistakes::both(known, sizes)?;
+    ErrorCollector::collect_both(known, sizes)?;
     let except = &scenario.document.record.except;
-    let numbers = columns.numbers().map(|(index, column)| (ColumnIndex::Number(index), column));
-    let texts = columns.texts().map(|(index, column)| (ColumnIndex::Text(index), column));
-    let signal = |(index, column): (ColumnIndex<Full>, &Column)| {
-        let name = column.name();
+    let numbers = columns.number_columns().map(|(index, column)| (ColumnIndex::Number(index), column));
+    let texts = columns.text_columns().map(|(index, column)| (ColumnIndex::Text(index), column));
+    let signal = |(index, column): (ColumnIndex<AllVariables>, &Column)| {
+        let name = column.qualified_name();
         if columns.find(&name) != Some(index) {
             // An input of the same name as an output has no name of its own.
             return None;
         }
         let is =
-            |patterns: &[Spanned<String>]| patterns.iter().any(|it| matches(it.get_ref(), &name));
+            |patterns: &[Spanned<String>]| patterns.iter().any(|it| matches_wildcard(it.get_ref(), &name));
         let wanted = match &baseline.signals {
             Some(patterns) => is(patterns),
             None => !is(except),
@@ -136,7 +138,7 @@ fn signals(
 }
 
 /// A tube whose sizes are partly those of another one.
-fn tube_size(size: TubeSize, tube: &Tube) -> TubeSize {
+fn tube_size(size: TubeSize, tube: &BaselineTube) -> TubeSize {
     TubeSize {
         absolute: tube.absolute.unwrap_or(size.absolute),
         relative: tube.relative.unwrap_or(size.relative),
@@ -144,7 +146,7 @@ fn tube_size(size: TubeSize, tube: &Tube) -> TubeSize {
     }
 }
 
-fn tube_span(tube: &Tube, baseline: &Baseline) -> Range<usize> {
+fn tube_span(tube: &BaselineTube, baseline: &Baseline) -> Range<usize> {
     tube.signals.first().map_or(baseline.name.span(), Spanned::span)
 }
 
@@ -153,9 +155,8 @@ fn check_size(scenario: &Scenario, span: Range<usize>, size: TubeSize) -> Result
     match sizes.into_iter().find(|(_, size)| !(*size >= 0.0 && size.is_finite())) {
         None => Ok(()),
         Some((key, size)) => {
-            let message =
-                format!("expected a number from 0 on as `{key}` of the tube, found {size}");
-            Err(scenario.source.error(span, message, ""))
+            let message = format!("expected a number from 0 on as `{key}` of the tube, found {size}");
+            Err(scenario.source.error_at(span, message, ""))
         }
     }
 }
@@ -163,15 +164,15 @@ fn check_size(scenario: &Scenario, span: Range<usize>, size: TubeSize) -> Result
 fn check_pattern(
     scenario: &Scenario,
     pattern: &Spanned<String>,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
 ) -> Result<(), Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
-    match names.iter().any(|name| matches(pattern.get_ref(), name)) {
+    let names: Vec<_> = columns.iter().map(Column::qualified_name).collect();
+    match names.iter().any(|name| matches_wildcard(pattern.get_ref(), name)) {
         true => Ok(()),
         false => {
             let known = names.iter().map(String::as_str);
-            let unknown = suggest::unknown("signal", pattern.get_ref(), known);
-            Err(unknown.at(&scenario.source, pattern.span()))
+            let unknown = suggest::unknown_name("signal", pattern.get_ref(), known);
+            Err(unknown.into_error_at(&scenario.source, pattern.span()))
         }
     }
 }

@@ -4,20 +4,20 @@ use std::time::Duration;
 
 use cosim::effect::stream_seed;
 use cosim::fault::{CallFault, CallFaultKind};
-use cosim::system::{Body, NodePlan};
-use diagnostics::{Error, Mistakes, Spanned, suggest};
-use recording::{Columns, Full, ValueKind};
+use cosim::system::{NodeBody, NodePlan};
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
+use recording::{AllVariables, Columns, ValueKind};
 
 use crate::document::{Fault, Scenario};
 use crate::pattern;
 
 /// Gives nodes the faults of their calls; the nodes with their columns.
-pub(super) fn attach(
+pub(super) fn attach_call_faults(
     scenario: &Scenario,
     nodes: &mut [NodePlan],
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
     seed: u64,
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) {
     for fault in &scenario.document.fault {
         let attached = match (&fault.input, &fault.node) {
@@ -29,10 +29,10 @@ pub(super) fn attach(
             (Some(_), None) => check_input_fault(scenario, fault),
             _ => {
                 let message = "expected either the `input` or the `node` that has the fault";
-                Err(scenario.error(&fault.from, message.to_owned()))
+                Err(scenario.error_at(&fault.from, message.to_owned()))
             }
         };
-        mistakes.take(attached);
+        mistakes.ok_or_record(attached);
     }
 }
 
@@ -48,31 +48,26 @@ fn check_input_fault(scenario: &Scenario, fault: &Fault) -> Result<(), Error> {
     match words.into_iter().find(|(_, given)| *given) {
         None => Ok(()),
         Some((key, _)) => {
-            let message =
-                format!("`{key}` is for the calls of a node, and this fault is one of an input");
+            let message = format!("`{key}` is for the calls of a node, and this fault is one of an input");
             Err(scenario
-                .error(&fault.from, message)
-                .help("name the FMU: `node = \"NAME\"` in place of `input`"))
+                .error_at(&fault.from, message)
+                .with_help("name the FMU: `node = \"NAME\"` in place of `input`"))
         }
     }
 }
 
-fn find_fmu(
-    scenario: &Scenario,
-    nodes: &[NodePlan],
-    name: &Spanned<String>,
-) -> Result<usize, Error> {
+fn find_fmu(scenario: &Scenario, nodes: &[NodePlan], name: &Spanned<String>) -> Result<usize, Error> {
     let wanted = name.get_ref();
-    let fmus = nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
+    let fmus = nodes.iter().filter(|node| matches!(node.body, NodeBody::Fmu { .. }));
     match nodes.iter().position(|node| node.name == *wanted) {
-        Some(index) if matches!(nodes[index].body, Body::Fmu { .. }) => Ok(index),
+        Some(index) if matches!(nodes[index].body, NodeBody::Fmu { .. }) => Ok(index),
         Some(_) => {
             let message = format!("`{wanted}` is no FMU, and only FMUs have calls that can fail");
-            Err(scenario.error(name, message))
+            Err(scenario.error_at(name, message))
         }
         None => {
             let known = fmus.map(|node| node.name.as_str());
-            Err(suggest::unknown("FMU", wanted, known).at(&scenario.source, name.span()))
+            Err(suggest::unknown_name("FMU", wanted, known).into_error_at(&scenario.source, name.span()))
         }
     }
 }
@@ -82,33 +77,29 @@ fn call_fault(
     fault: &Fault,
     name: &Spanned<String>,
     plan: &NodePlan,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
     seed: u64,
 ) -> Result<CallFault, Error> {
-    let wrong = |message: String| Err(scenario.error(name, message));
+    let wrong = |message: String| Err(scenario.error_at(name, message));
     if !fault.actions().is_empty() {
-        return wrong(format!(
-            "expected one of `{}` for the calls of a node",
-            Fault::OF_NODES.join("`, `")
-        ));
+        return wrong(format!("expected one of `{}` for the calls of a node", Fault::OF_NODES.join("`, `")));
     }
-    let late =
-        fault.late.as_ref().map(|word| {
-            let seconds = *word.get_ref();
-            match Duration::try_from_secs_f64(seconds) {
-                Ok(_) => Ok(("late", CallFaultKind::Late(seconds))),
-                Err(_) => Err(scenario
-                    .error(word, format!("expected a time of at least 0 s, found {seconds} s"))),
+    let late = fault.late.as_ref().map(|word| {
+        let seconds = *word.get_ref();
+        match Duration::try_from_secs_f64(seconds) {
+            Ok(_) => Ok(("late", CallFaultKind::Late(seconds))),
+            Err(_) => {
+                Err(scenario.error_at(word, format!("expected a time of at least 0 s, found {seconds} s")))
             }
-        });
+        }
+    });
     let nan = fault.nan.as_ref().map(|word| {
-        let indices = outputs(scenario, word, plan, columns)?;
+        let indices = nan_output_indices(scenario, word, plan, columns)?;
         Ok(("nan", CallFaultKind::NotANumber(indices)))
     });
-    let discard =
-        fault.discard.filter(|given| *given).map(|_| Ok(("discard", CallFaultKind::Discard)));
+    let discard = fault.discard.filter(|given| *given).map(|_| Ok(("discard", CallFaultKind::Discard)));
     let crash = fault.crash.filter(|given| *given).map(|_| Ok(("crash", CallFaultKind::Crash)));
-    let kinds = Mistakes::all([discard, late, nan, crash].into_iter().flatten())?;
+    let kinds = ErrorCollector::collect_all([discard, late, nan, crash].into_iter().flatten())?;
     let Ok([(word, kind)]) = <[_; 1]>::try_from(kinds) else {
         return wrong(format!("expected exactly one of `{}`", Fault::OF_NODES.join("`, `")));
     };
@@ -117,7 +108,7 @@ fn call_fault(
         Some(word) if (0.0..=1.0).contains(word.get_ref()) => *word.get_ref(),
         Some(word) => {
             let message = format!("expected a probability from 0 to 1, found {}", word.get_ref());
-            return Err(scenario.error(word, message));
+            return Err(scenario.error_at(word, message));
         }
     };
     let [from, until] = super::connections::fault_window(scenario, fault)?;
@@ -126,22 +117,22 @@ fn call_fault(
 }
 
 /// The indices of the outputs that are to be NaN.
-fn outputs(
+fn nan_output_indices(
     scenario: &Scenario,
     word: &Spanned<Vec<String>>,
     plan: &NodePlan,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
 ) -> Result<Vec<usize>, Error> {
     let mut indices = Vec::new();
     for wanted in word.get_ref() {
         let outputs = plan.outputs.indices().map(|index| &columns[index]).enumerate();
         let reals = outputs.filter(|(_, column)| column.kind == ValueKind::Real);
-        let matching = reals.filter(|(_, column)| pattern::matches(wanted, &column.variable));
+        let matching = reals.filter(|(_, column)| pattern::matches_wildcard(wanted, &column.variable));
         let before = indices.len();
         indices.extend(matching.map(|(index, _)| index));
         if indices.len() == before {
             let message = format!("`{}` has no output `{wanted}` that is a real number", plan.name);
-            return Err(scenario.error(word, message));
+            return Err(scenario.error_at(word, message));
         }
     }
     indices.sort_unstable();

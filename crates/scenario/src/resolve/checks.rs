@@ -2,30 +2,30 @@
 
 use std::collections::BTreeSet;
 
-use assessment::{CheckPlan, Condition, ResultName, Results};
-use cosim::clock::Clock;
-use diagnostics::{Error, Mistakes, Spanned, suggest};
-use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
-use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
+use assessment::{CheckCondition, CheckPlan, ResultName, ResultSpace};
+use cosim::clock::CommunicationClock;
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
+use expression::{Expression, NumberIndex, ParseError, ResolvedSignal, SignalOperand, TextIndex};
+use recording::{AllVariables, Column, ColumnIndex, Columns, IntegerIndex};
 
 use super::manoeuvres;
 use super::signal_units::{RunSignals, unit_help};
 use crate::document::{Check, Scenario};
 use crate::plan::MESSAGES;
 
-pub(super) fn resolve(
+pub(super) fn resolve_checks(
     scenario: &Scenario,
     signals: RunSignals,
-    clock: Option<Clock>,
-    mistakes: &mut Mistakes,
+    clock: Option<CommunicationClock>,
+    mistakes: &mut ErrorCollector,
 ) -> Vec<CheckPlan> {
     let checks = &scenario.document.check;
-    let plans = Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
+    let plans = ErrorCollector::collect_all(checks.iter().enumerate().map(|(index, check)| {
         let unique = check_unique_name(scenario, &checks[..index], check);
-        let plan = plan(scenario, check, signals, clock);
-        Mistakes::both(unique, plan).map(|(_, plan)| plan)
+        let plan = plan_check(scenario, check, signals, clock);
+        ErrorCollector::collect_both(unique, plan).map(|(_, plan)| plan)
     }));
-    mistakes.take(plans).unwrap_or_default()
+    mistakes.ok_or_record(plans).unwrap_or_default()
 }
 
 /// Reports and test results tell checks by their names.
@@ -33,31 +33,31 @@ fn check_unique_name(scenario: &Scenario, before: &[Check], check: &Check) -> Re
     let name = check.name.get_ref();
     if before.iter().any(|other| other.name.get_ref() == name) {
         let message = format!("there are two checks called `{name}`");
-        return Err(scenario.source.error(check.name.span(), message, "the second one"));
+        return Err(scenario.source.error_at(check.name.span(), message, "the second one"));
     }
     Ok(())
 }
 
-fn plan(
+fn plan_check(
     scenario: &Scenario,
     check: &Check,
     signals: RunSignals,
-    clock: Option<Clock>,
+    clock: Option<CommunicationClock>,
 ) -> Result<CheckPlan, Error> {
-    let condition = condition(scenario, check, signals);
+    let condition = parse_condition(scenario, check, signals);
     let during = match (&condition, &check.during) {
-        (Ok(Condition::Results(..)), Some(_)) => Err(window_error(scenario, check)),
-        _ => during(scenario, check, clock),
+        (Ok(CheckCondition::Results(..)), Some(_)) => Err(window_error(scenario, check)),
+        _ => window_of_check(scenario, check, clock),
     };
-    let numbers = Mistakes::both(tolerance(scenario, check), during);
-    let (condition, (tolerance, during)) = Mistakes::both(condition, numbers)?;
-    let (file, line) = scenario.source.line(check.name.span().start);
+    let numbers = ErrorCollector::collect_both(tolerance_of_check(scenario, check), during);
+    let (condition, (tolerance, during)) = ErrorCollector::collect_both(condition, numbers)?;
+    let (file, line) = scenario.source.file_and_line(check.name.span().start);
     Ok(CheckPlan {
         name: check.name.get_ref().clone(),
         that: check.that.get_ref().clone(),
         file: file.to_owned(),
         line,
-        integers: integers(&condition, signals.columns),
+        integers: integers_in_condition(&condition, signals.columns),
         condition,
         during,
         windowed: check.during.is_some(),
@@ -66,77 +66,79 @@ fn plan(
 }
 
 /// The integers of 64 bits in a condition.
-fn integers(condition: &Condition, columns: &Columns<Full>) -> Vec<(IntegerIndex<Full>, String)> {
-    let Condition::Run(expression) = condition else { return Vec::new() };
-    let exact = |number| Some((columns.integer(number)?, columns[number].name()));
-    expression.numbers().into_iter().filter_map(exact).collect()
+fn integers_in_condition(
+    condition: &CheckCondition,
+    columns: &Columns<AllVariables>,
+) -> Vec<(IntegerIndex<AllVariables>, String)> {
+    let CheckCondition::Run(expression) = condition else { return Vec::new() };
+    let exact = |number| Some((columns.integer_index_of(number)?, columns[number].qualified_name()));
+    expression.number_indices().into_iter().filter_map(exact).collect()
 }
 
-fn tolerance(scenario: &Scenario, check: &Check) -> Result<f64, Error> {
+fn tolerance_of_check(scenario: &Scenario, check: &Check) -> Result<f64, Error> {
     if check.tolerance >= 0.0 && check.tolerance.is_finite() {
         return Ok(check.tolerance);
     }
     let (name, tolerance) = (check.name.get_ref(), check.tolerance);
     let message = format!("check `{name}`: the tolerance {tolerance} is not a number from 0 on");
-    Err(scenario.error(&check.that, message))
+    Err(scenario.error_at(&check.that, message))
 }
 
 /// Marks conditions that may mix signals with results: nothing evaluates them.
-struct TypeCheckOnly;
+struct TypeCheckSpace;
 
 /// The condition of a check, over the run or over results.
-fn condition(
+fn parse_condition(
     scenario: &Scenario,
     check: &Check,
     RunSignals { columns, units }: RunSignals,
-) -> Result<Condition, Error> {
-    let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
+) -> Result<CheckCondition, Error> {
+    let result = |number| SignalOperand::Either(NumberIndex::new(number), TextIndex::new(number));
     let (mut signals, mut results) = (0, Vec::new());
-    let mixed = parse::<TypeCheckOnly>(scenario, check, columns, &mut |name| {
+    let mixed = parse_expression::<TypeCheckSpace>(scenario, check, columns, &mut |name| {
         if let Some(result) = result_name(scenario, columns, name) {
             results.push(result);
-            return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
+            return Some(SignalOperand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
         }
         signals += 1;
         let operand = match columns.find(name)? {
-            ColumnIndex::Number(_) => Operand::Number(NumberIndex::new(0)),
-            ColumnIndex::Text(_) => Operand::Text(TextIndex::new(0)),
+            ColumnIndex::Number(_) => SignalOperand::Number(NumberIndex::new(0)),
+            ColumnIndex::Text(_) => SignalOperand::Text(TextIndex::new(0)),
         };
-        Some(Signal { operand, unit: units.of(name) })
+        Some(ResolvedSignal { operand, unit: units.unit_of_signal(name) })
     })?;
     if !mixed.is_condition() {
-        let message =
-            format!("check `{}`: expected a comparison, found a value", check.name.get_ref());
+        let message = format!("check `{}`: expected a comparison, found a value", check.name.get_ref());
         return Err(scenario
-            .error(&check.that, message)
-            .help("write for example `abs(plant.v_y) < 2`"));
+            .error_at(&check.that, message)
+            .with_help("write for example `abs(plant.v_y) < 2`"));
     }
     if results.is_empty() {
         let resolve = &mut |name: &str| {
             let operand = columns.find(name)?.into();
-            Some(Signal { operand, unit: units.of(name) })
+            Some(ResolvedSignal { operand, unit: units.unit_of_signal(name) })
         };
-        return parse(scenario, check, columns, resolve).map(Condition::Run);
+        return parse_expression(scenario, check, columns, resolve).map(CheckCondition::Run);
     }
     if signals > 0 {
         return Err(window_error(scenario, check));
     }
     let mut numbers = 0..results.len();
     let mut resolve = |_: &str| Some(result(numbers.next()?).into());
-    let condition = parse::<Results>(scenario, check, columns, &mut resolve)?;
-    for index in condition.texts() {
+    let condition = parse_expression::<ResultSpace>(scenario, check, columns, &mut resolve)?;
+    for index in condition.text_indices() {
         results[index.position()].is_text = true;
     }
     manoeuvres::check_result_names(scenario, &results, &check.that)?;
     check_message_counts(scenario, columns, &results, &check.that)?;
-    Ok(Condition::Results(condition, results))
+    Ok(CheckCondition::Results(condition, results))
 }
 
-fn parse<S>(
+fn parse_expression<S>(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
-    resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
+    columns: &Columns<AllVariables>,
+    resolve: &mut dyn FnMut(&str) -> Option<ResolvedSignal<S>>,
 ) -> Result<Expression<S>, Error> {
     Expression::parse(check.that.get_ref(), resolve)
         .map_err(|error| expression_error(scenario, check, columns, error))
@@ -150,31 +152,30 @@ fn window_error(scenario: &Scenario, check: &Check) -> Error {
     let span = check.during.as_ref().map_or(check.that.span(), Spanned::span);
     scenario
         .source
-        .error(span, message, "")
-        .help("compare signals in a check of their own, and leave `during` out of this one")
+        .error_at(span, message, "")
+        .with_help("compare signals in a check of their own, and leave `during` out of this one")
 }
 
 /// A mistake in the text of a check, at its place.
 fn expression_error(
     scenario: &Scenario,
     check: &Check,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
     error: ParseError,
 ) -> Error {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
+    let names: Vec<_> = columns.iter().map(Column::qualified_name).collect();
     let span = span_within(scenario, &check.that, error.span);
     let unknown = error.unknown.as_deref();
-    let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
-    let closest =
-        unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
+    let hint = unknown.and_then(|name| suggest::suggest_name(name, names.iter().map(String::as_str)));
+    let closest = unknown.and_then(|name| suggest::did_you_mean(name, names.iter().map(String::as_str)));
     let message = format!("check `{}`: {}", check.name.get_ref(), error.message);
-    let pointed = scenario.source.error(span, message, "here");
+    let pointed = scenario.source.error_at(span, message, "here");
     let cure = error.unitless.map(|it| unit_help(scenario, &it.signal, &it.other));
-    pointed.hint(closest.or(cure).or(error.help).or(hint)).about_unknown(error.unknown)
+    pointed.with_optional_help(closest.or(cure).or(error.help).or(hint)).with_unknown_name(error.unknown)
 }
 
 /// The names of all numbers of messages: of all nodes together, and of each.
-fn message_counts(scenario: &Scenario, columns: &Columns<Full>) -> BTreeSet<String> {
+fn message_counts(scenario: &Scenario, columns: &Columns<AllVariables>) -> BTreeSet<String> {
     let both = |of: &str| ["warnings", "errors"].map(|what| format!("{MESSAGES}{of}.{what}"));
     let fmus = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
     let nodes = columns.iter().map(|column| column.node.as_str()).chain(fmus);
@@ -184,7 +185,7 @@ fn message_counts(scenario: &Scenario, columns: &Columns<Full>) -> BTreeSet<Stri
 /// Refuses numbers of messages that nobody counts.
 pub(super) fn check_message_counts(
     scenario: &Scenario,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
     results: &[ResultName],
     at: &Spanned<String>,
 ) -> Result<(), Error> {
@@ -192,8 +193,8 @@ pub(super) fn check_message_counts(
         let (name, known) = (format!("{of}.{path}"), message_counts(scenario, columns));
         if find_producer(scenario, of).is_none() && !known.contains(&name) {
             let known = known.iter().map(String::as_str);
-            let unknown = suggest::unknown("number of messages", &name, known);
-            return Err(unknown.at(&scenario.source, at.span()));
+            let unknown = suggest::unknown_name("number of messages", &name, known);
+            return Err(unknown.into_error_at(&scenario.source, at.span()));
         }
     }
     Ok(())
@@ -201,16 +202,16 @@ pub(super) fn check_message_counts(
 
 /// The analysis, validation or manoeuvre of this name.
 fn find_producer<'s>(scenario: &'s Scenario, name: &str) -> Option<&'s String> {
-    producers(scenario).find(|of| *of == name)
+    result_producer_names(scenario).find(|of| *of == name)
 }
 
 /// The result that a name means when it begins with an analysis or a validation; or else with `messages`, unless that is a node.
 pub(super) fn result_name(
     scenario: &Scenario,
-    columns: &Columns<Full>,
+    columns: &Columns<AllVariables>,
     name: &str,
 ) -> Option<ResultName> {
-    let found = producers(scenario).find_map(|of| {
+    let found = result_producer_names(scenario).find_map(|of| {
         let path = name.strip_prefix(of.as_str())?.strip_prefix('.')?;
         Some((of.clone(), path.to_owned()))
     });
@@ -224,7 +225,7 @@ pub(super) fn result_name(
 }
 
 /// The names of what gives results.
-fn producers(scenario: &Scenario) -> impl Iterator<Item = &String> {
+fn result_producer_names(scenario: &Scenario) -> impl Iterator<Item = &String> {
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);
@@ -232,9 +233,13 @@ fn producers(scenario: &Scenario) -> impl Iterator<Item = &String> {
     analyses.chain(validations).chain(manoeuvres).map(Spanned::get_ref)
 }
 
-fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f64; 2], Error> {
-    let clock = clock.ok_or_else(Error::follow_up)?;
-    let Some(written) = &check.during else { return Ok([clock.start, clock.stop()]) };
+fn window_of_check(
+    scenario: &Scenario,
+    check: &Check,
+    clock: Option<CommunicationClock>,
+) -> Result<[f64; 2], Error> {
+    let clock = clock.ok_or_else(Error::already_reported)?;
+    let Some(written) = &check.during else { return Ok([clock.start, clock.stop_time()]) };
     let [from, to] = *written.get_ref();
     let stop = scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref());
     // Half a step of slack: a window that ends with the run may be written with fewer digits.
@@ -246,7 +251,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f
         "check `{}`: expected a window within {start} .. {stop} s, found {from} .. {to} s",
         check.name.get_ref()
     );
-    Err(scenario.error(written, message))
+    Err(scenario.error_at(written, message))
 }
 
 /// The place in the file of a part of a text that is written there in plain quotes; texts with

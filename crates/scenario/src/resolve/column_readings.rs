@@ -1,6 +1,6 @@
 //! Chooses whether a column of a `[[table]]` is read as number, integer or text, by the inputs that it is connected to.
 
-use fmu_import::description::{Storage, Type};
+use fmu_import::description::{FmiType, StorageType};
 use recording::table::ColumnType;
 
 use super::node_draft::NodeDraft;
@@ -8,7 +8,7 @@ use super::ports::Port;
 use crate::document::{Column, Connect, Scenario, Table};
 
 /// The form of a column: texts for an input of texts or bytes; integers for one of 64 bits that gets them as they are.
-pub(super) fn reading_for(
+pub(super) fn column_type_for_inputs(
     scenario: &Scenario,
     table: &Table,
     column: &str,
@@ -20,9 +20,9 @@ pub(super) fn reading_for(
     let wanted = connects.filter_map(|connect| {
         let input = input_port(fmus, connect.to.get_ref())?;
         Some(match (input.kind, input.storage) {
-            (Type::String | Type::Binary, _) => ColumnType::Text,
-            (_, Storage::Int64 | Storage::UInt64)
-                if is_plain(scenario, connect) && !is_scaled(keys) =>
+            (FmiType::String | FmiType::Binary, _) => ColumnType::Text,
+            (_, StorageType::Int64 | StorageType::UInt64)
+                if is_unmodified_connection(scenario, connect) && !is_scaled(keys) =>
             {
                 ColumnType::Integer
             }
@@ -39,14 +39,12 @@ fn input_port<'a>(fmus: &'a [NodeDraft], full: &str) -> Option<&'a Port> {
 }
 
 /// Whether the connection changes no value.
-fn is_plain(scenario: &Scenario, connect: &Connect) -> bool {
+fn is_unmodified_connection(scenario: &Scenario, connect: &Connect) -> bool {
     let mut faults = scenario.document.fault.iter();
     connect.effects().is_empty()
         && connect.transform.is_none()
         && connect.convert.is_none()
-        && !faults.any(|fault| {
-            fault.input.as_ref().is_some_and(|it| it.get_ref() == connect.to.get_ref())
-        })
+        && !faults.any(|fault| fault.input.as_ref().is_some_and(|it| it.get_ref() == connect.to.get_ref()))
 }
 
 fn is_scaled(column: &Column) -> bool {

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use cosim::system::Body;
-use diagnostics::{Error, Mistakes, Spanned};
+use cosim::system::NodeBody;
+use diagnostics::{Error, ErrorCollector, Spanned};
 use expression::SignalUnit;
 use units::Unit;
 
 use super::lookup::{PortRef, PortSide, find_port};
 use super::node_draft::NodeDraft;
 use super::ports::Port;
-use super::signal_units::{signal_unit, toml_key, unit_help};
+use super::signal_units::{port_unit, toml_key, unit_help};
 use super::unit;
 use crate::document::{Connect, Scenario, Transform};
 
@@ -32,7 +32,7 @@ fn match_units(from: &Port, to: &Port) -> UnitMatch {
     let same = UnitMatch::Conversion((1.0, 0.0));
     // A plain number may do without.
     let plain = |unit: &Unit, other: &Port| *unit == Unit::ONE && other.unit.is_none();
-    match (signal_unit(from), signal_unit(to)) {
+    match (port_unit(from), port_unit(to)) {
         (SignalUnit::Plain, _) | (_, SignalUnit::Plain) => same,
         (SignalUnit::Known(mut a, one), SignalUnit::Known(mut b, other)) => {
             // A signal and a column of a table are what they are connected to.
@@ -65,21 +65,21 @@ fn has_unit_offset(port: &Port) -> bool {
 }
 
 /// Factor and offset of each connection of the scenario; none where an end is wrong.
-pub(super) type Conversions = Vec<Option<(f64, f64)>>;
+pub(super) type UnitConversions = Vec<Option<(f64, f64)>>;
 
 /// Both ends of a connection.
 #[derive(Clone, Copy)]
-struct Ends {
+struct ConnectedPorts {
     from: PortRef,
     to: PortRef,
 }
 
-impl Ends {
-    fn output(self, nodes: &[NodeDraft]) -> &Port {
+impl ConnectedPorts {
+    fn output_port(self, nodes: &[NodeDraft]) -> &Port {
         &nodes[self.from.node].outputs[self.from.port]
     }
 
-    fn input(self, nodes: &[NodeDraft]) -> &Port {
+    fn input_port(self, nodes: &[NodeDraft]) -> &Port {
         &nodes[self.to.node].inputs[self.to.port]
     }
 }
@@ -89,34 +89,34 @@ pub(super) fn convert_units(
     scenario: &Scenario,
     connects: &[Connect],
     nodes: &mut [NodeDraft],
-    mistakes: &mut Mistakes,
-) -> Conversions {
+    mistakes: &mut ErrorCollector,
+) -> UnitConversions {
     for connect in connects {
         if let (Some(word), Some(_)) = (&connect.unit, &connect.transform) {
             let message = "`transform` stands in place of a conversion of units: leave `unit` out";
-            mistakes.push(scenario.error(word, message));
+            mistakes.push(scenario.error_at(word, message));
             continue;
         }
         // A name that is wrong is told where it is connected.
-        let Some(ends) = ends(scenario, nodes, connect) else { continue };
-        mistakes.take(declare_unit(scenario, connects, nodes, connect, ends));
+        let Some(ends) = find_connected_ports(scenario, nodes, connect) else { continue };
+        mistakes.ok_or_record(declare_unit(scenario, connects, nodes, connect, ends));
     }
     let mut lacking: BTreeMap<usize, Vec<MissingUnit>> = BTreeMap::new();
     let conversions = connects.iter().map(|connect| {
-        let ends = ends(scenario, nodes, connect)?;
+        let ends = find_connected_ports(scenario, nodes, connect)?;
         if let Some(transform) = &connect.transform {
             let Transform { factor, offset, .. } = transform.get_ref();
             return finite_transform(scenario, transform, *factor, *offset, mistakes);
         }
-        match match_units(ends.output(nodes), ends.input(nodes)) {
+        match match_units(ends.output_port(nodes), ends.input_port(nodes)) {
             UnitMatch::Conversion((factor, offset)) if connect.inverted => {
                 return Some((-factor, -offset));
             }
             UnitMatch::Conversion(conversion) => return Some(conversion),
             UnitMatch::Mismatch(a, b) => mistakes.push(mismatch_error(scenario, connect, &a, &b)),
             UnitMatch::ZeroMismatch(one, other) => {
-                let from = ends.output(nodes);
-                mistakes.push(zero_mismatch_error(scenario, connect, from, &one, &other));
+                let from = ends.output_port(nodes);
+                mistakes.push(offset_mismatch_error(scenario, connect, from, &one, &other));
             }
             UnitMatch::Missing(side) => {
                 let node = if side == PortSide::Output { ends.from.node } else { ends.to.node };
@@ -127,14 +127,10 @@ pub(super) fn convert_units(
     });
     let conversions = conversions.collect();
     for (node, variables) in lacking {
-        let is_fmu = matches!(nodes[node].body, Body::Fmu { .. });
+        let is_fmu = matches!(nodes[node].body, NodeBody::Fmu { .. });
         match variables.as_slice() {
-            [_, _, ..] if is_fmu => {
-                mistakes.push(missing_units_error(scenario, nodes, node, &variables))
-            }
-            single => {
-                single.iter().for_each(|it| mistakes.push(missing_unit_error(scenario, nodes, it)))
-            }
+            [_, _, ..] if is_fmu => mistakes.push(missing_units_error(scenario, nodes, node, &variables)),
+            single => single.iter().for_each(|it| mistakes.push(missing_unit_error(scenario, nodes, it))),
         }
         for MissingUnit { ends, side, .. } in variables {
             let end = if side == PortSide::Output { ends.from } else { ends.to };
@@ -150,34 +146,38 @@ fn finite_transform(
     word: &Spanned<Transform>,
     factor: f64,
     offset: f64,
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> Option<(f64, f64)> {
     if factor.is_finite() && offset.is_finite() {
         return Some((factor, offset));
     }
     let message = format!("expected finite numbers, found factor {factor} and offset {offset}");
-    mistakes.push(scenario.error(word, message));
+    mistakes.push(scenario.error_at(word, message));
     None
 }
 
-fn ends(scenario: &Scenario, nodes: &[NodeDraft], connect: &Connect) -> Option<Ends> {
+fn find_connected_ports(
+    scenario: &Scenario,
+    nodes: &[NodeDraft],
+    connect: &Connect,
+) -> Option<ConnectedPorts> {
     let from = find_port(scenario, nodes, &connect.from, PortSide::Output).ok()?;
     let to = find_port(scenario, nodes, &connect.to, PortSide::Input).ok()?;
-    Some(Ends { from, to })
+    Some(ConnectedPorts { from, to })
 }
 
 /// A connection of which one end lacks a unit.
 struct MissingUnit<'a> {
     connect: &'a Connect,
-    ends: Ends,
+    ends: ConnectedPorts,
     side: PortSide,
 }
 
 impl<'a> MissingUnit<'a> {
     /// The full name and the port of the end without a unit, then those of the other end.
-    fn named_ends<'n>(&self, nodes: &'n [NodeDraft]) -> [(&'a Spanned<String>, &'n Port); 2] {
-        let from = (&self.connect.from, self.ends.output(nodes));
-        let to = (&self.connect.to, self.ends.input(nodes));
+    fn named_ports<'n>(&self, nodes: &'n [NodeDraft]) -> [(&'a Spanned<String>, &'n Port); 2] {
+        let from = (&self.connect.from, self.ends.output_port(nodes));
+        let to = (&self.connect.to, self.ends.input_port(nodes));
         if self.side == PortSide::Output { [from, to] } else { [to, from] }
     }
 }
@@ -189,14 +189,13 @@ fn mismatch_error(
     (b, to): &(Unit, String),
 ) -> Error {
     let (from_word, to_word) = (connect.from.get_ref(), connect.to.get_ref());
-    let message =
-        format!("cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]");
-    let help = format!("{} is not {}", a.dimension(), b.dimension());
-    scenario.error(&connect.to, message).help(help)
+    let message = format!("cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]");
+    let help = format!("{} is not {}", a.dimension_text(), b.dimension_text());
+    scenario.error_at(&connect.to, message).with_help(help)
 }
 
 /// The error about a difference that meets a point on a scale with a shifted zero.
-fn zero_mismatch_error(
+fn offset_mismatch_error(
     scenario: &Scenario,
     connect: &Connect,
     from: &Port,
@@ -206,17 +205,16 @@ fn zero_mismatch_error(
     let (a, b) = (connect.from.get_ref(), connect.to.get_ref());
     let words = ["a difference (relativeQuantity)", "a point on a scale with a shifted zero"];
     let [first, second] = if from.relative.is_some() { words } else { [words[1], words[0]] };
-    let message = format!(
-        "cannot connect `{a}` to `{b}`: `{a}` [{one}] is {first}, and `{b}` [{other}] is {second}"
-    );
-    scenario.error(&connect.to, message).help(
+    let message =
+        format!("cannot connect `{a}` to `{b}`: `{a}` [{one}] is {first}, and `{b}` [{other}] is {second}");
+    scenario.error_at(&connect.to, message).with_help(
         "connect two of one sort; if both mean the same, say how the number is led on: transform = { factor = 1.0, offset = 0.0 }",
     )
 }
 
 /// The error about one end without a unit.
 fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &MissingUnit) -> Error {
-    let [(word, port), (other, other_port)] = lacking.named_ends(nodes);
+    let [(word, port), (other, other_port)] = lacking.named_ports(nodes);
     let (name, unit) = (word.get_ref(), other_port.unit.as_deref().unwrap_or("1"));
     let what = match &port.unit {
         None => format!("`{name}` has no unit"),
@@ -225,9 +223,7 @@ fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &Missin
     let message = format!("`{}` is in [{unit}], and {what}", other.get_ref());
     let example = if other_port.dimension.is_some() { unit } else { "m/s" };
     let cure = unit_help(scenario, name, example);
-    scenario
-        .error(word, message)
-        .help(format!("{cure}, or unit = \"{example}\" in the [[connect]]"))
+    scenario.error_at(word, message).with_help(format!("{cure}, or unit = \"{example}\" in the [[connect]]"))
 }
 
 /// Gives the end without a unit the one that the connection declares.
@@ -236,14 +232,13 @@ fn declare_unit(
     connects: &[Connect],
     nodes: &mut [NodeDraft],
     connect: &Connect,
-    Ends { from, to }: Ends,
+    ConnectedPorts { from, to }: ConnectedPorts,
 ) -> Result<(), Error> {
     let Some(word) = &connect.unit else { return Ok(()) };
     let known = unit::parse_unit(scenario, word);
     let mut ends = [(from, PortSide::Output), (to, PortSide::Input)].into_iter();
-    let mut lacking = ends
-        .clone()
-        .filter(|&(end, side)| signal_unit(port_mut(nodes, end, side)) == SignalUnit::Missing);
+    let mut lacking =
+        ends.clone().filter(|&(end, side)| port_unit(port_mut(nodes, end, side)) == SignalUnit::Missing);
     match (lacking.next(), lacking.next()) {
         (Some((end, side)), None) => {
             let port = port_mut(nodes, end, side);
@@ -293,20 +288,15 @@ fn redundant_unit_error(
             "leave `unit` out, or declare the unit of each where the node is",
         ),
     };
-    scenario.error(word, message).help(help)
+    scenario.error_at(word, message).with_help(help)
 }
 
 /// The error about all connected variables of an FMU that lack a unit.
-fn missing_units_error(
-    scenario: &Scenario,
-    nodes: &[NodeDraft],
-    node: usize,
-    all: &[MissingUnit],
-) -> Error {
+fn missing_units_error(scenario: &Scenario, nodes: &[NodeDraft], node: usize, all: &[MissingUnit]) -> Error {
     let NodeDraft { name, span, .. } = &nodes[node];
     let unit = |port: &Port| port.unit.clone().unwrap_or_else(|| "1".to_owned());
     let meets = all.iter().map(|lacking| {
-        let [(_, port), (other, other_port)] = lacking.named_ends(nodes);
+        let [(_, port), (other, other_port)] = lacking.named_ports(nodes);
         format!("`{}` meets `{}` [{}]", port.name, other.get_ref(), unit(other_port))
     });
     let meets: Vec<_> = meets.collect();
@@ -317,7 +307,7 @@ fn missing_units_error(
     let listed = meets[..meets.len().min(LISTED)].join(", ");
     let message = format!("connected variables of `{name}` have no unit: {listed}{more}");
     let units = all.iter().map(|lacking| {
-        let [(_, port), (_, other)] = lacking.named_ends(nodes);
+        let [(_, port), (_, other)] = lacking.named_ports(nodes);
         (port.name.as_str(), unit(other))
     });
     let units: BTreeMap<_, _> = units.collect();
@@ -326,5 +316,5 @@ fn missing_units_error(
         "say in [[fmu]] `{name}` which units they have, such as unit = {{ {} }}",
         units.collect::<Vec<_>>().join(", ")
     );
-    scenario.source.error(span.clone(), message, "this node").help(help)
+    scenario.source.error_at(span.clone(), message, "this node").with_help(help)
 }

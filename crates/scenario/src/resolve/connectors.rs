@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use cosim::system::Body;
-use diagnostics::{Error, Mistakes};
+use cosim::system::NodeBody;
+use diagnostics::{Error, ErrorCollector};
 
 use super::lookup::{PortSide, find_port};
 use super::node_draft::{NodeDraft, PortNames};
 use super::ports::Port;
-use super::{Diagnostics, arrays, manoeuvres, terminals, types, unit};
+use super::{ResolveDiagnostics, arrays, manoeuvres, terminals, types, unit};
 use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, UnconnectedInputs};
 
 /// The connections of a scenario, each of one output and one input; connectors join the nodes. Connections that lead on from an
@@ -18,7 +18,7 @@ use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Un
 pub(super) fn expand_connections(
     scenario: &Scenario,
     nodes: &mut Vec<NodeDraft>,
-    diagnostics: &mut Diagnostics,
+    diagnostics: &mut ResolveDiagnostics,
 ) -> Vec<Connect> {
     let mut connects = terminals::expand_terminals(scenario, nodes, diagnostics);
     let mistakes = &mut diagnostics.mistakes;
@@ -28,18 +28,15 @@ pub(super) fn expand_connections(
     for word in &scenario.document.connector {
         let name = word.name.get_ref();
         let named = split_name(scenario, word, nodes);
-        let Some((node, variable)) = mistakes.take_named(name, named) else { continue };
-        let connector = connector(scenario, word, variable, &connects, nodes);
-        let Some((body, port)) = mistakes.take_named(name, connector) else { continue };
+        let Some((node, variable)) = mistakes.ok_or_record_named(name, named) else { continue };
+        let connector = build_connector(scenario, word, variable, &connects, nodes);
+        let Some((body, port)) = mistakes.ok_or_record_named(name, connector) else { continue };
         let fed = connects.iter().any(|connect| connect.to.get_ref() == name);
         if word.kind == ConnectorKind::Input && !fed {
             let found = input_without_start(scenario, word, &connects, nodes);
-            if let Some(found) =
-                found.filter(|_| word.unconnected != Some(UnconnectedInputs::Start))
-            {
+            if let Some(found) = found.filter(|_| word.unconnected != Some(UnconnectedInputs::Start)) {
                 let span = connector_span(scenario, word, node);
-                let connector =
-                    UnconnectedConnector { connector: variable.to_owned(), inner: found };
+                let connector = UnconnectedConnector { connector: variable.to_owned(), inner: found };
                 open.entry(node.to_owned()).or_insert((span, Vec::new())).1.push(connector);
             }
             connects.retain(|connect| connect.from.get_ref() != name);
@@ -73,7 +70,7 @@ fn split_name<'w>(
     nodes: &[NodeDraft],
 ) -> Result<(&'w str, &'w str), Error> {
     let name = word.name.get_ref();
-    let wrong = |message: String| Err(scenario.error(&word.name, message));
+    let wrong = |message: String| Err(scenario.error_at(&word.name, message));
     let Some((node, variable)) = name.split_once('.') else {
         return wrong(format!("expected `node.variable`, found `{name}`"));
     };
@@ -90,13 +87,13 @@ fn split_name<'w>(
 }
 
 /// What a connector is, and its port: that of the input that it leads to, of an output that of its source.
-fn connector(
+fn build_connector(
     scenario: &Scenario,
     word: &Connector,
     variable: &str,
     connects: &[Connect],
     nodes: &[NodeDraft],
-) -> Result<(Body, Port), Error> {
+) -> Result<(NodeBody, Port), Error> {
     let name = word.name.get_ref();
     let before = connects.iter().find(|connect| connect.to.get_ref() == name);
     let behind = connects.iter().find(|connect| connect.from.get_ref() == name);
@@ -109,19 +106,19 @@ fn connector(
         Ok(nodes[end.node].inputs[end.port].clone())
     };
     let (body, inner) = match (word.kind, before, behind) {
-        (ConnectorKind::Input, _, Some(behind)) => (Body::Inlet, target(behind)),
-        (ConnectorKind::Input, Some(before), None) => (Body::Inlet, source(before)),
-        (ConnectorKind::Output, Some(before), _) => (Body::Outlet, source(before)),
+        (ConnectorKind::Input, _, Some(behind)) => (NodeBody::Inlet, target(behind)),
+        (ConnectorKind::Input, Some(before), None) => (NodeBody::Inlet, source(before)),
+        (ConnectorKind::Output, Some(before), _) => (NodeBody::Outlet, source(before)),
         _ => {
             let message = format!("nothing is connected to `{name}`");
-            let error = scenario.error(&word.name, message);
-            return Err(error.help(format!("connect it: [[connect]] to = \"{name}\"")));
+            let error = scenario.error_at(&word.name, message);
+            return Err(error.with_help(format!("connect it: [[connect]] to = \"{name}\"")));
         }
     };
     // An end that is wrong is told where it is connected.
-    let inner = inner.map_err(|_: Error| Error::follow_up());
+    let inner = inner.map_err(|_: Error| Error::already_reported());
     let own = word.unit.as_ref().map(|word| unit::parse_unit(scenario, word)).transpose();
-    let (inner, own) = Mistakes::both(inner, own)?;
+    let (inner, own) = ErrorCollector::collect_both(inner, own)?;
     let mut port = Port {
         name: variable.to_owned(),
         description: None,
@@ -150,7 +147,7 @@ fn input_without_start(
         let node = &nodes[end.node];
         let port = &node.inputs[end.port];
         (!node.started_inputs.contains(&port.name) && !port.optional).then(|| {
-            let example = format!("{{ \"{}\" = {} }}", port.name, types::example(port));
+            let example = format!("{{ \"{}\" = {} }}", port.name, types::example_start_value(port));
             (node.name.clone(), example)
         })
     });
@@ -160,8 +157,8 @@ fn input_without_start(
 /// The word that a message about a connector points at: that of its system.
 fn connector_span(scenario: &Scenario, word: &Connector, node: &str) -> Range<usize> {
     let mut systems = scenario.document.system.iter();
-    let system = systems.find(|system| system.label() == node);
-    system.map_or_else(|| word.name.span(), Subsystem::span)
+    let system = systems.find(|system| system.subsystem_name() == node);
+    system.map_or_else(|| word.name.span(), Subsystem::name_or_path_span)
 }
 
 /// An input that nobody thought of keeps its start value for ever, which looks like a result: the scenario has to say that it wants
@@ -173,15 +170,13 @@ fn unconnected_error(
     open: &[UnconnectedConnector],
 ) -> Error {
     let names: Vec<_> = open.iter().map(|open| open.connector.as_str()).collect();
-    let message = format!(
-        "nothing is connected to `{}` of `{node}`, and there is no start value",
-        names.join("`, `")
-    );
-    let error = scenario.source.error(span, message, "this one");
+    let message =
+        format!("nothing is connected to `{}` of `{node}`, and there is no start value", names.join("`, `"));
+    let error = scenario.source.error_at(span, message, "this one");
     let Some(UnconnectedConnector { connector, inner: (inner, example) }) = open.first() else {
         return error;
     };
-    error.help(format!(
+    error.with_help(format!(
         "connect it: [[connect]] to = \"{node}.{connector}\", or let the input behind it stay at a value: start = {example} in [[fmu]] `{inner}`; with `unconnected = \"start\"` all of them keep the start values of the system"
     ))
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use cosim::clock::Clock;
-use cosim::system::Body;
+use cosim::clock::CommunicationClock;
+use cosim::system::NodeBody;
 
 use super::node_draft::NodeDraft;
 
@@ -11,10 +11,10 @@ use super::node_draft::NodeDraft;
 const SAME: f64 = 1e-9;
 
 /// What to tell of the descriptions of these nodes, once for each archive.
-pub(super) fn description_notes(nodes: &[NodeDraft], clock: Option<Clock>) -> Vec<String> {
+pub(super) fn description_notes(nodes: &[NodeDraft], clock: Option<CommunicationClock>) -> Vec<String> {
     let (mut known, mut notes) = (BTreeSet::new(), Vec::new());
     for node in nodes {
-        let Body::Fmu { fmu, .. } = &node.body else { continue };
+        let NodeBody::Fmu { fmu, .. } = &node.body else { continue };
         if !known.insert(&fmu.path) {
             continue;
         }
@@ -22,14 +22,12 @@ pub(super) fn description_notes(nodes: &[NodeDraft], clock: Option<Clock>) -> Ve
         let corrections = about.corrections.iter();
         notes.extend(corrections.map(|it| format!("{file}: modelDescription.xml: {it}")));
         let own = about.default_start;
-        let differs = |clock: &Clock| own != 0.0 && (own - clock.start).abs() > SAME;
-        if let Some(Clock { start, .. }) = clock.filter(differs) {
+        let differs = |clock: &CommunicationClock| own != 0.0 && (own - clock.start).abs() > SAME;
+        if let Some(CommunicationClock { start, .. }) = clock.filter(differs) {
             // Recordings have no times before 0.
             let cure = match own > 0.0 {
                 true => {
-                    format!(
-                        ": write `start = {own}` in [time], with a `stop` after it, to start there"
-                    )
+                    format!(": write `start = {own}` in [time], with a `stop` after it, to start there")
                 }
                 false => String::new(),
             };

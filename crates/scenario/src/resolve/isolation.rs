@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use cosim::system::{Body, Isolation};
-use diagnostics::{Error, Mistakes};
+use cosim::system::{FmuIsolation, NodeBody};
+use diagnostics::{Error, ErrorCollector};
 
 use super::node_draft::NodeDraft;
 use crate::document::{Fmu, Scenario};
@@ -22,12 +22,12 @@ pub enum IsolationPolicy {
 }
 
 /// How an FMU is kept apart from the others.
-pub(super) fn isolation(
+pub(super) fn fmu_isolation(
     scenario: &Scenario,
     node: &Fmu,
     policy: IsolationPolicy,
-    mistakes: &mut Mistakes,
-) -> Option<Isolation> {
+    mistakes: &mut ErrorCollector,
+) -> Option<FmuIsolation> {
     let written = node.isolate.as_ref().map(|word| *word.get_ref());
     let is_isolated = written.unwrap_or(match policy {
         IsolationPolicy::Nothing => false,
@@ -43,28 +43,27 @@ pub(super) fn isolation(
         ];
         for (key, span) in spans.into_iter().filter_map(|(key, span)| Some((key, span?))) {
             let message = format!("`{key}` is for an FMU in a process of its own");
-            let error = scenario.source.error(span, message, "");
-            mistakes.push(error.help("add `isolate = true`"));
+            let error = scenario.source.error_at(span, message, "");
+            mistakes.push(error.with_help("add `isolate = true`"));
         }
     }
     let call_limit = node.call_limit.as_ref().filter(|word| {
         let limit = *word.get_ref();
         let fits = Duration::try_from_secs_f64(limit).is_ok_and(|limit| !limit.is_zero());
         if !fits {
-            mistakes
-                .push(scenario.error(*word, format!("expected a time above 0 s, found {limit} s")));
+            mistakes.push(scenario.error_at(*word, format!("expected a time above 0 s, found {limit} s")));
         }
         fits
     });
     let call_limit = call_limit.map(|word| *word.get_ref());
     let existing = |word: &diagnostics::Spanned<String>| -> Result<_, Error> {
-        let path = scenario.source.resolve(word);
-        std::path::absolute(&path).and_then(|path| path.metadata().map(|_| path)).map_err(|error| {
-            scenario.error(word, format!("cannot read {}: {error}", path.display()))
-        })
+        let path = scenario.source.resolve_path(word);
+        std::path::absolute(&path)
+            .and_then(|path| path.metadata().map(|_| path))
+            .map_err(|error| scenario.error_at(word, format!("cannot read {}: {error}", path.display())))
     };
-    let may_read = node.may_read.iter().filter_map(|word| mistakes.take(existing(word))).collect();
-    is_isolated.then(|| Isolation {
+    let may_read = node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
+    is_isolated.then(|| FmuIsolation {
         on_failure: node.on_failure.as_ref().map(|word| *word.get_ref()).unwrap_or_default(),
         call_limit,
         sandbox: node.sandbox.as_ref().is_none_or(|word| *word.get_ref()),
@@ -73,14 +72,14 @@ pub(super) fn isolation(
 }
 
 /// Gives FMUs processes of their own that would share with another one what each has for itself elsewhere, and tells that.
-pub(super) fn isolate_clashes(nodes: &mut [NodeDraft], warnings: &mut Vec<String>) {
+pub(super) fn isolate_clashing_fmus(nodes: &mut [NodeDraft], warnings: &mut Vec<String>) {
     let mut together: Vec<Arc<fmu_import::Fmu>> = Vec::new();
     for NodeDraft { name, body, .. } in nodes {
-        let Body::Fmu { fmu, isolation: isolation @ None, .. } = body else { continue };
-        match together.iter().find_map(|other| fmu.clash(other)) {
+        let NodeBody::Fmu { fmu, isolation: isolation @ None, .. } = body else { continue };
+        match together.iter().find_map(|other| fmu.clash_reason(other)) {
             Some(why) => {
-                warnings.push(Isolation::notice(name, &why));
-                *isolation = Some(Isolation::plain());
+                warnings.push(FmuIsolation::isolation_notice(name, &why));
+                *isolation = Some(FmuIsolation::process_only());
             }
             None if together.iter().any(|other| Arc::ptr_eq(other, fmu)) => {}
             None => together.push(Arc::clone(fmu)),

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use cosim::system::Body;
+use cosim::system::NodeBody;
 
 use super::ports::{Port, PortSide};
 
@@ -12,7 +12,7 @@ use super::ports::{Port, PortSide};
 #[derive(Debug)]
 pub(super) struct NodeDraft {
     pub name: String,
-    pub body: Body,
+    pub body: NodeBody,
     pub outputs: Vec<Port>,
     pub inputs: Vec<Port>,
     /// Inputs that have a start value in the scenario.
@@ -29,7 +29,7 @@ pub(super) struct PortNames([OnceCell<HashMap<String, Vec<usize>>>; 2]);
 impl NodeDraft {
     /// Whether it hands on a value and does nothing else.
     pub fn is_connector(&self) -> bool {
-        matches!(self.body, Body::Inlet | Body::Outlet)
+        matches!(self.body, NodeBody::Inlet | NodeBody::Outlet)
     }
 
     /// The ports of a side.
@@ -41,13 +41,13 @@ impl NodeDraft {
     }
 
     /// The index of the port of this name on a side.
-    pub fn port(&self, side: PortSide, name: &str) -> Option<usize> {
+    pub fn find_port_index(&self, side: PortSide, name: &str) -> Option<usize> {
         let indices = self.ports_by_name(side).get(name)?;
         indices.iter().copied().find(|index| self.ports(side)[*index].name == name)
     }
 
     /// The indices of the elements of an array on a side, row by row.
-    pub fn elements(&self, side: PortSide, array: &str) -> impl Iterator<Item = usize> {
+    pub fn array_element_indices(&self, side: PortSide, array: &str) -> impl Iterator<Item = usize> {
         let indices = self.ports_by_name(side).get(array).into_iter().flatten().copied();
         indices.filter(move |index| self.ports(side)[*index].name != array)
     }

@@ -6,24 +6,24 @@ use std::sync::Arc;
 
 use cosim::assembly::is_tunable;
 use cosim::signal::Signal;
-use cosim::system::{Body, VariableGroups};
-use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{IntervalVariability, Storage, Type, Variable};
+use cosim::system::{NodeBody, VariableGroups};
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
+use fmu_import::description::{FmiType, IntervalVariability, StorageType, Variable};
 use fmu_import::{Causality, OpenError};
 use recording::table::{ColumnType, Interpolation};
 use units::Unit;
 
-use super::archives::{FmuCache, archive, archive_notes, open_fmu};
-use super::declared_units::with_declared_units;
-use super::logs::{self, Log, LogColumn};
+use super::archives::{FmuCache, archive_notes, find_fmu_archive, open_fmu};
+use super::declared_units::apply_declared_units;
+use super::logs::{self, LogColumn, RecordedLog};
 use super::node_draft::{NodeDraft, PortNames};
 use super::ports::{Port, fmu_port};
 use super::starts::{StartSources, start_values};
-use super::{Diagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
+use super::{ResolveDiagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
 use crate::build_request::BuildRequest;
 use crate::document::Part;
 use crate::document::{self, Scenario};
-use crate::pattern::matches;
+use crate::pattern::matches_wildcard;
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
 pub(super) fn resolve_nodes(
@@ -32,66 +32,58 @@ pub(super) fn resolve_nodes(
     cache: &mut FmuCache,
     starts: StartSources,
     run: RunSettings,
-    diagnostics: &mut Diagnostics,
+    diagnostics: &mut ResolveDiagnostics,
 ) -> Vec<NodeDraft> {
     let document = &scenario.document;
-    let mut nodes = signals(scenario, run, &mut diagnostics.mistakes);
+    let mut nodes = build_signal_nodes(scenario, run, &mut diagnostics.mistakes);
     // A table is read as the inputs of FMUs want its columns.
     let mut fmus = Vec::new();
     for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, archives, cache, starts, &mut diagnostics.mistakes);
-        fmus.extend(diagnostics.mistakes.take_named(fmu.name.get_ref(), node));
+        let node = self::build_fmu_node(scenario, fmu, archives, cache, starts, &mut diagnostics.mistakes);
+        fmus.extend(diagnostics.mistakes.ok_or_record_named(fmu.name.get_ref(), node));
     }
     starts.parameters.report_unused(scenario, &fmus, diagnostics);
-    let Diagnostics { mistakes, warnings } = diagnostics;
-    for node in manoeuvres::drivers(scenario, run, mistakes) {
-        nodes.extend(mistakes.take(check_unique(scenario, node, &nodes)));
+    let ResolveDiagnostics { mistakes, warnings } = diagnostics;
+    for node in manoeuvres::resolve_drivers(scenario, run, mistakes) {
+        nodes.extend(mistakes.ok_or_record(check_unique(scenario, node, &nodes)));
     }
     for table in &document.table {
-        let node = self::table(scenario, table, &fmus, warnings);
-        let node = mistakes.take_named(table.name.get_ref(), node);
-        nodes.extend(node.and_then(|node| mistakes.take(check_unique(scenario, node, &nodes))));
+        let node = self::build_table_node(scenario, table, &fmus, warnings);
+        let node = mistakes.ok_or_record_named(table.name.get_ref(), node);
+        nodes.extend(node.and_then(|node| mistakes.ok_or_record(check_unique(scenario, node, &nodes))));
     }
     warnings.extend(archive_notes(&fmus));
     for node in fmus {
-        nodes.extend(mistakes.take(check_unique(scenario, node, &nodes)));
+        nodes.extend(mistakes.ok_or_record(check_unique(scenario, node, &nodes)));
     }
-    isolation::isolate_clashes(&mut nodes, warnings);
-    mistakes.take(overrides::check_node_names(scenario, starts.overrides));
-    let is_empty =
-        document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
+    isolation::isolate_clashing_fmus(&mut nodes, warnings);
+    mistakes.ok_or_record(overrides::check_node_names(scenario, starts.overrides));
+    let is_empty = document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
-        let path = scenario.source.path().display();
+        let path = scenario.source.main_path().display();
         let message = format!("{path}: the scenario has no node, so there is nothing to run");
-        mistakes.push(Error::input(message).help(
-            "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
-        ));
+        mistakes.push(
+            Error::invalid_input(message)
+                .with_help("add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log"),
+        );
     }
     nodes
 }
 
 /// The node, if it can be added to the others.
-fn check_unique(
-    scenario: &Scenario,
-    node: NodeDraft,
-    others: &[NodeDraft],
-) -> Result<NodeDraft, Error> {
+fn check_unique(scenario: &Scenario, node: NodeDraft, others: &[NodeDraft]) -> Result<NodeDraft, Error> {
     if others.iter().any(|other| other.name == node.name) {
         let message = format!("there are two nodes called `{}`", node.name);
-        return Err(scenario.source.error(node.span, message, "the second one"));
+        return Err(scenario.source.error_at(node.span, message, "the second one"));
     }
     check_single_instance(scenario, &node, others).map(|()| node)
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
-fn check_single_instance(
-    scenario: &Scenario,
-    node: &NodeDraft,
-    before: &[NodeDraft],
-) -> Result<(), Error> {
-    let Body::Fmu { fmu, isolation: None, .. } = &node.body else { return Ok(()) };
+fn check_single_instance(scenario: &Scenario, node: &NodeDraft, before: &[NodeDraft]) -> Result<(), Error> {
+    let NodeBody::Fmu { fmu, isolation: None, .. } = &node.body else { return Ok(()) };
     // One in a process of its own shares that with none.
-    let same = |other: &&NodeDraft| matches!(&other.body, Body::Fmu { fmu: other, isolation: None, .. } if other.sha256 == fmu.sha256);
+    let same = |other: &&NodeDraft| matches!(&other.body, NodeBody::Fmu { fmu: other, isolation: None, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
@@ -99,43 +91,50 @@ fn check_single_instance(
         "`{}` and `{}` are the same FMU, of which a process can hold one instance only",
         first.name, node.name
     );
-    let error = scenario.source.error(node.span.clone(), message, "the second one");
-    Err(error.help(
+    let error = scenario.source.error_at(node.span.clone(), message, "the second one");
+    Err(error.with_help(
         "its description sets canBeInstantiatedOnlyOncePerProcess: give one of the nodes `isolate = true`",
     ))
 }
 
-fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option<Unit>, Error> {
+fn parse_optional_unit(
+    scenario: &Scenario,
+    written: Option<&Spanned<String>>,
+) -> Result<Option<Unit>, Error> {
     let Some(written) = written else { return Ok(None) };
     super::unit::parse_unit(scenario, written).map(Some)
 }
 
-fn signals(scenario: &Scenario, run: RunSettings, mistakes: &mut Mistakes) -> Vec<NodeDraft> {
+fn build_signal_nodes(
+    scenario: &Scenario,
+    run: RunSettings,
+    mistakes: &mut ErrorCollector,
+) -> Vec<NodeDraft> {
     let mut nodes: Vec<NodeDraft> = Vec::new();
     let (mut indices, mut names) = (HashMap::new(), HashSet::new());
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
-            mistakes.push(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
+            mistakes.push(scenario.error_at(part, "a signal needs a name, such as \"reference.v_x\""));
             continue;
         };
-        let signal = signal(scenario, part.get_ref(), name, run);
-        let Some((node, port, signal)) = mistakes.take_named(name.get_ref(), signal) else {
+        let signal = build_signal(scenario, part.get_ref(), name, run);
+        let Some((node, port, signal)) = mistakes.ok_or_record_named(name.get_ref(), signal) else {
             continue;
         };
         if !names.insert(name.get_ref()) {
             let message = format!("there are two signals called `{}`", name.get_ref());
-            mistakes.push(scenario.error(name, message));
+            mistakes.push(scenario.error_at(name, message));
             continue;
         }
         let index = *indices.entry(node).or_insert(nodes.len());
         match nodes.get_mut(index) {
-            Some(NodeDraft { outputs, body: Body::Signals(signals), .. }) => {
+            Some(NodeDraft { outputs, body: NodeBody::Signals(signals), .. }) => {
                 outputs.push(port);
                 signals.push(signal);
             }
             _ => nodes.push(NodeDraft {
                 name: node.to_owned(),
-                body: Body::Signals(vec![signal]),
+                body: NodeBody::Signals(vec![signal]),
                 outputs: vec![port],
                 inputs: Vec::new(),
                 started_inputs: Vec::new(),
@@ -148,7 +147,7 @@ fn signals(scenario: &Scenario, run: RunSettings, mistakes: &mut Mistakes) -> Ve
 }
 
 /// A signal, its node and its output.
-fn signal<'a>(
+fn build_signal<'a>(
     scenario: &Scenario,
     part: &'a Part,
     name: &'a Spanned<String>,
@@ -156,41 +155,43 @@ fn signal<'a>(
 ) -> Result<(&'a str, Port, Signal), Error> {
     let Some((node, variable)) = name.get_ref().split_once('.') else {
         let message = format!("expected `node.variable`, found `{}`", name.get_ref());
-        let error = scenario.error(name, message);
-        return Err(error.help("signals with the same node are recorded together"));
+        let error = scenario.error_at(name, message);
+        return Err(error.with_help("signals with the same node are recorded together"));
     };
-    let signal = run.clock.ok_or_else(Error::follow_up).and_then(|clock| {
-        part.build(run.seed, clock.stop()).map_err(|error| {
+    let signal = run.clock.ok_or_else(Error::already_reported).and_then(|clock| {
+        part.build(run.seed, clock.stop_time()).map_err(|error| {
             let span = error.span.clone().unwrap_or_else(|| name.span());
-            scenario.source.error(span, error.message, "")
+            scenario.source.error_at(span, error.message, "")
         })
     });
-    let dimension = unit(scenario, part.unit.as_ref());
-    let (signal, dimension) = Mistakes::both(signal, dimension)?;
+    let dimension = parse_optional_unit(scenario, part.unit.as_ref());
+    let (signal, dimension) = ErrorCollector::collect_both(signal, dimension)?;
     let unit = part.unit.as_ref().map(|unit| unit.get_ref().clone());
-    let port = Port::real(variable, unit, dimension);
+    let port = Port::real_port(variable, unit, dimension);
     Ok((node, port, signal))
 }
 
-fn table(
+fn build_table_node(
     scenario: &Scenario,
     table: &document::Table,
     fmus: &[NodeDraft],
     warnings: &mut Vec<String>,
 ) -> Result<NodeDraft, Error> {
     let reading = |column: &str, keys: &document::Column| {
-        column_readings::reading_for(scenario, table, column, keys, fmus)
+        column_readings::column_type_for_inputs(scenario, table, column, keys, fmus)
     };
-    let Log { table: mut read, columns } =
+    let RecordedLog { table: mut read, columns } =
         logs::read_for_playback(scenario, table.file(), &reading, warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for (index, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
         let (kind, storage) = match read.column_type(index) {
-            ColumnType::Number => (Type::Real, Storage::Float64),
-            ColumnType::Integer if read.is_unsigned(index) => (Type::Integer, Storage::UInt64),
-            ColumnType::Integer => (Type::Integer, Storage::Int64),
-            ColumnType::Text => (Type::String, Storage::String),
+            ColumnType::Number => (FmiType::Real, StorageType::Float64),
+            ColumnType::Integer if read.has_unsigned_integers(index) => {
+                (FmiType::Integer, StorageType::UInt64)
+            }
+            ColumnType::Integer => (FmiType::Integer, StorageType::Int64),
+            ColumnType::Text => (FmiType::String, StorageType::String),
         };
         outputs.push(Port {
             name,
@@ -206,7 +207,7 @@ fn table(
             reference: 0,
             storage,
             element: (0, 1),
-            continuous: kind == Type::Real && table.interpolation != Interpolation::Hold,
+            continuous: kind == FmiType::Real && table.interpolation != Interpolation::Hold,
             discrete: false,
             tunable: false,
             clocks: Vec::new(),
@@ -217,7 +218,7 @@ fn table(
     }
     Ok(NodeDraft {
         name: table.name.get_ref().clone(),
-        body: Body::Table(read),
+        body: NodeBody::Table(read),
         outputs,
         inputs: Vec::new(),
         started_inputs: Vec::new(),
@@ -226,55 +227,49 @@ fn table(
     })
 }
 
-fn fmu(
+fn build_fmu_node(
     scenario: &Scenario,
     node: &document::Fmu,
     archives: &BTreeMap<BuildRequest, PathBuf>,
     cache: &mut FmuCache,
     sources: StartSources,
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> Result<NodeDraft, Error> {
-    let (word, path) = archive(scenario, node, archives)?;
-    let archive_error = |error: OpenError| scenario.error(word, error.to_string());
+    let (word, path) = find_fmu_archive(scenario, node, archives)?;
+    let archive_error = |error: OpenError| scenario.error_at(word, error.to_string());
     let fmu = open_fmu(scenario, node, &path, cache, sources).map_err(archive_error)?;
-    mistakes.take(fmu.library().map_err(archive_error));
-    let (variables, wrong_units) =
-        with_declared_units(scenario, node, &fmu.description.variables, mistakes);
+    mistakes.ok_or_record(fmu.library_path().map_err(archive_error));
+    let (variables, wrong_units) = apply_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let events = fmu.description.event_mode;
     let ports = |variable_indices: Vec<usize>| -> Vec<Port> {
-        let port = |index| Port {
-            wrong_unit: wrong_units.contains(&index),
-            ..fmu_port(&variables, index, events)
-        };
+        let port =
+            |index| Port { wrong_unit: wrong_units.contains(&index), ..fmu_port(&variables, index, events) };
         let mut ports: Vec<_> = variable_indices.into_iter().map(port).collect();
         ports.sort_by_key(|port| port.storage);
         ports
     };
     // Clocks tick in event mode. Those that tick by time need no connection, and are recorded as outputs.
     let can_connect = |index: &usize| match &variables[*index] {
-        Variable { kind: Type::Clock, ticks, .. } => {
-            events
-                && ticks
-                    .as_ref()
-                    .is_none_or(|ticks| ticks.interval == IntervalVariability::Triggered)
+        Variable { kind: FmiType::Clock, ticks, .. } => {
+            events && ticks.as_ref().is_none_or(|ticks| ticks.interval == IntervalVariability::Triggered)
         }
         _ => true,
     };
     let tunable = connected_parameters(scenario, node, &variables);
-    let inputs = fmu.description.with(Causality::Input).filter(can_connect);
+    let inputs = fmu.description.indices_with_causality(Causality::Input).filter(can_connect);
     let inputs = ports(inputs.chain(tunable.iter().copied()).collect());
     check_observe_patterns(scenario, node, &variables, mistakes);
     let outputs = ports(output_indices(node, &variables, events, &tunable));
     let (starts, started_inputs) = start_values(scenario, node, &variables, sources, mistakes);
     Ok(NodeDraft {
         name: node.name.get_ref().clone(),
-        body: Body::Fmu {
+        body: NodeBody::Fmu {
             fmu,
             starts,
             inputs: VariableGroups::default(),
             outputs: VariableGroups::default(),
             log: node.log,
-            isolation: isolation::isolation(scenario, node, sources.overrides.isolate, mistakes),
+            isolation: isolation::fmu_isolation(scenario, node, sources.overrides.isolate, mistakes),
         },
         outputs,
         inputs,
@@ -285,11 +280,7 @@ fn fmu(
 }
 
 /// The tunable parameters that a connection or a fault names, by their indices: they take values during the run, as inputs do.
-fn connected_parameters(
-    scenario: &Scenario,
-    node: &document::Fmu,
-    variables: &[Variable],
-) -> Vec<usize> {
+fn connected_parameters(scenario: &Scenario, node: &document::Fmu, variables: &[Variable]) -> Vec<usize> {
     let variable_of_node = |name: &'_ Spanned<String>| -> Option<String> {
         let (of, variable) = name.get_ref().split_once('.')?;
         (of == node.name.get_ref()).then(|| variable.to_owned())
@@ -298,7 +289,7 @@ fn connected_parameters(
     let connected = document.connect.iter().filter_map(|it| variable_of_node(&it.to));
     let faulty = document.fault.iter().filter_map(|it| variable_of_node(it.input.as_ref()?));
     let names: HashSet<_> = connected.chain(faulty).collect();
-    let is_named = |it: &Variable| names.contains(&it.name) || names.contains(it.array());
+    let is_named = |it: &Variable| names.contains(&it.name) || names.contains(it.array_name());
     let indexed = variables.iter().enumerate();
     indexed.filter(|(_, it)| is_tunable(it) && is_named(it)).map(|(index, _)| index).collect()
 }
@@ -308,13 +299,13 @@ fn check_observe_patterns(
     scenario: &Scenario,
     node: &document::Fmu,
     variables: &[Variable],
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) {
     for pattern in &node.observe {
-        if !variables.iter().any(|variable| matches(pattern.get_ref(), &variable.name)) {
+        if !variables.iter().any(|variable| matches_wildcard(pattern.get_ref(), &variable.name)) {
             let known = variables.iter().map(|variable| variable.name.as_str());
-            let unknown = suggest::unknown("variable", pattern.get_ref(), known);
-            mistakes.push(unknown.at(&scenario.source, pattern.span()));
+            let unknown = suggest::unknown_name("variable", pattern.get_ref(), known);
+            mistakes.push(unknown.into_error_at(&scenario.source, pattern.span()));
         }
     }
 }
@@ -327,14 +318,14 @@ fn output_indices(
     tunable: &[usize],
 ) -> Vec<usize> {
     let is_observed = |variable: &Variable| {
-        node.observe.iter().any(|pattern| matches(pattern.get_ref(), &variable.name))
+        node.observe.iter().any(|pattern| matches_wildcard(pattern.get_ref(), &variable.name))
     };
     let is_output = |index: &usize| {
         let variable = &variables[*index];
         match variable.causality {
-            _ if variable.kind == Type::Clock && !events => false,
+            _ if variable.kind == FmiType::Clock && !events => false,
             Causality::Output => true,
-            Causality::Input if variable.kind == Type::Clock => {
+            Causality::Input if variable.kind == FmiType::Clock => {
                 let ticks = variable.ticks.as_ref();
                 ticks.is_some_and(|ticks| ticks.interval != IntervalVariability::Triggered)
             }

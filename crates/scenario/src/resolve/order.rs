@@ -1,50 +1,50 @@
 //! Finds the order of the nodes of a scenario and the loops of their connections, and says which connections form a loop.
 
-use cosim::assembly::{UnplacedNode, edges, follows};
-use cosim::clock::At;
-use cosim::order::{Delay, Edge, Graph, Order, delays};
-use cosim::system::Body;
+use cosim::assembly::{NodeDefinition, connection_edges, has_feedthrough};
+use cosim::clock::StepBoundary;
+use cosim::order::{ConnectionEdge, ConnectionGraph, LoopDelay, StepOrder, choose_loop_delays};
+use cosim::system::NodeBody;
 use diagnostics::Error;
-use diagnostics::suggest::shortened;
+use diagnostics::suggest::join_shortened;
 
-use super::Diagnostics;
-use crate::document::{Connect, Loops, Scenario};
+use super::ResolveDiagnostics;
+use crate::document::{Connect, LoopPolicy, Scenario};
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
 /// fresh value goes first, then the one that comes first in the file. Connections of loops are delayed, if the scenario wants that.
-pub(super) fn order(
+pub(super) fn order_nodes(
     scenario: &Scenario,
     connects: &[Connect],
-    nodes: &mut [UnplacedNode],
-    diagnostics: &mut Diagnostics,
-) -> Option<Order> {
-    let mut all = edges(nodes);
+    nodes: &mut [NodeDefinition],
+    diagnostics: &mut ResolveDiagnostics,
+) -> Option<StepOrder> {
+    let mut all = connection_edges(nodes);
     let coupling = &scenario.document.coupling;
-    if coupling.loops == Loops::Delay && !coupling.algorithm.rules().solves_loops {
-        let hands_on = |edge: &Edge| {
+    if coupling.loops == LoopPolicy::Delay && !coupling.algorithm.properties().solves_loops {
+        let hands_on = |edge: &ConnectionEdge| {
             let bodies = (&nodes[edge.from].body, &nodes[edge.to].body);
-            matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
+            matches!(bodies, (NodeBody::Inlet, _) | (_, NodeBody::Outlet))
         };
-        let delays = delays(&all, &hands_on);
+        let delays = choose_loop_delays(&all, &hands_on);
         for delay in delays {
-            diagnostics.warnings.push(delayed(&delay, &all));
+            diagnostics.warnings.push(delayed_loop_warning(&delay, &all));
             for edge in delay.edges {
                 let edge = &mut all[edge];
-                edge.at = At::Start;
+                edge.at = StepBoundary::Start;
                 if let Some(connection) = &mut nodes[edge.to].connections[edge.input] {
-                    connection.at = At::Start;
+                    connection.at = StepBoundary::Start;
                 }
             }
         }
     }
-    diagnostics.mistakes.take(sorted(scenario, connects, nodes, &all))
+    diagnostics.mistakes.ok_or_record(sort_nodes(scenario, connects, nodes, &all))
 }
 
 /// The warning about connections of a loop that are delayed.
-fn delayed(delay: &Delay, edges: &[Edge]) -> String {
+fn delayed_loop_warning(delay: &LoopDelay, edges: &[ConnectionEdge]) -> String {
     let listed = |places: &[usize]| {
         let labels: Vec<_> = places.iter().map(|it| edges[*it].label.as_str()).collect();
-        shortened(&labels)
+        join_shortened(&labels)
     };
     let (all, late) = (listed(&delay.all), listed(&delay.edges));
     let other = delay.other.and_then(|it| edges[it].label.split(" -> ").nth(1));
@@ -60,24 +60,29 @@ fn delayed(delay: &Delay, edges: &[Edge]) -> String {
 }
 
 /// The order of nodes with these edges.
-fn sorted(
+fn sort_nodes(
     scenario: &Scenario,
     connects: &[Connect],
-    nodes: &[UnplacedNode],
-    edges: &[Edge],
-) -> Result<Order, Error> {
-    let solves_loops = scenario.document.coupling.algorithm.rules().solves_loops;
-    let graph = Graph {
+    nodes: &[NodeDefinition],
+    edges: &[ConnectionEdge],
+) -> Result<StepOrder, Error> {
+    let solves_loops = scenario.document.coupling.algorithm.properties().solves_loops;
+    let graph = ConnectionGraph {
         nodes: nodes.len(),
         edges,
         is_connector: &|node| nodes[node].is_connector(),
-        follows: &|before, behind| follows(nodes, before, behind),
+        follows: &|before, behind| has_feedthrough(nodes, before, behind),
     };
-    Order::of(&graph, solves_loops).map_err(|it| looped(scenario, connects, edges, it))
+    StepOrder::of_graph(&graph, solves_loops).map_err(|it| loop_error(scenario, connects, edges, it))
 }
 
 /// The error of a loop that nothing breaks.
-fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<usize>) -> Error {
+fn loop_error(
+    scenario: &Scenario,
+    connects: &[Connect],
+    edges: &[ConnectionEdge],
+    cycle: Vec<usize>,
+) -> Error {
     let labels: Vec<_> = cycle.iter().map(|&edge| edges[edge].label.as_str()).collect();
     let inputs: Vec<_> = labels.iter().filter_map(|label| label.split(" -> ").nth(1)).collect();
     let in_loop = |to: &str| inputs.contains(&to);
@@ -86,7 +91,7 @@ fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<
     let connect = those.min_by_key(|connect| connect.to.span().start);
     let message = format!("these connections form a loop: {}", labels.join(", "));
     let place = connect.map_or(0..0, |connect| connect.to.span());
-    scenario.source.error(place, message, "one of them").help(
+    scenario.source.error_at(place, message, "one of them").with_help(
         "write `at = \"start\"` on the connection that breaks it: it hands over the value from the start of the step; or solve the loop \
          at each step: [coupling] algorithm = \"iterate\"; or let the program choose: [coupling] loops = \"delay\"",
     )

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use cosim::system::WordPlace;
+use cosim::system::SourceLocation;
 use diagnostics::suggest::{self, UnknownName};
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, ErrorCollector};
 use serde::{Deserialize, Serialize};
 
 use super::Overrides;
-use super::dotted_keys::flatten;
-use crate::document::{Edit, EditError, Scenario};
+use super::dotted_keys::flatten_dotted_keys;
+use crate::document::{EditError, Scenario, ScenarioEdit};
 use crate::override_value::OverrideValue;
 use crate::text_of;
 
@@ -26,7 +26,7 @@ pub struct Override {
     pub value: OverrideValue,
     /// Its place in a scenario; none when the command line gives it.
     #[serde(skip)]
-    pub place: Option<WordPlace>,
+    pub place: Option<SourceLocation>,
 }
 
 impl Override {
@@ -48,7 +48,7 @@ impl Override {
             Some((name, value)) if name.contains('.') => {
                 Ok(vec![Override::new(name, OverrideValue::parse(value)).with_paths(find)])
             }
-            _ => Err(malformed(entry)),
+            _ => Err(malformed_override_message(entry)),
         }
     }
 
@@ -56,11 +56,9 @@ impl Override {
     #[must_use]
     pub fn with_paths(self, find: impl Fn(&str) -> PathBuf) -> Self {
         let absolute = |file: &str| std::path::absolute(find(file)).ok();
-        let is_archive = self.variable() == "path";
+        let is_archive = self.variable_name() == "path";
         let value = match &self.value {
-            OverrideValue::TextOf(file) => {
-                file.to_str().and_then(absolute).map(OverrideValue::TextOf)
-            }
+            OverrideValue::TextOf(file) => file.to_str().and_then(absolute).map(OverrideValue::TextOf),
             OverrideValue::Typed(file) if is_archive && file.ends_with(".fmu") => {
                 absolute(file).map(|path| OverrideValue::Typed(path.to_string_lossy().into_owned()))
             }
@@ -74,35 +72,35 @@ impl Override {
 
     /// The node that it is about.
     #[must_use]
-    pub fn node(&self) -> &str {
+    pub fn node_name(&self) -> &str {
         self.name.split_once('.').map_or(&self.name, |(node, _)| node)
     }
 
     /// What it sets of the node: a variable, or keys of a word.
     #[must_use]
-    pub fn variable(&self) -> &str {
+    pub fn variable_name(&self) -> &str {
         self.name.split_once('.').map_or("", |(_, variable)| variable)
     }
 
     /// As it is written on the command line; of a long text, its beginning.
-    pub(super) fn text(&self) -> String {
+    pub(super) fn command_line_text(&self) -> String {
         let text = self.value.to_string();
         let value: String = text.chars().take(LONGEST).collect();
         let more = if value.len() < text.len() { "..." } else { "" };
         format!("{}={value}{more}", self.name)
     }
 
-    pub(super) fn error(&self, message: &str) -> Error {
+    pub(super) fn override_error(&self, message: &str) -> Error {
         let name = &self.name;
         match &self.place {
-            Some((source, place)) => source.error(place.clone(), format!("{name}: {message}"), ""),
-            None => Error::input(format!("--set {name}: {message}")),
+            Some((source, place)) => source.error_at(place.clone(), format!("{name}: {message}"), ""),
+            None => Error::invalid_input(format!("--set {name}: {message}")),
         }
     }
 }
 
 /// The error of an entry that is none.
-fn malformed(entry: &str) -> String {
+fn malformed_override_message(entry: &str) -> String {
     format!("expected node.variable=value or @FILE, found `{entry}`")
 }
 
@@ -119,13 +117,14 @@ impl Overrides {
         for value in variant {
             if value.name == SEED {
                 let seed = value.value.to_string();
-                overrides.seed = Some(seed.parse().map_err(|_| {
-                    format!("seed: expected a whole number from 0 on, found {seed}")
-                })?);
+                overrides.seed = Some(
+                    seed.parse()
+                        .map_err(|_| format!("seed: expected a whole number from 0 on, found {seed}"))?,
+                );
             } else if value.name.contains('.') {
                 overrides.starts.push(value.clone().with_paths(|file| folder.join(file)));
             } else {
-                return Err(malformed(&format!("{}={}", value.name, value.value)));
+                return Err(malformed_override_message(&format!("{}={}", value.name, value.value)));
             }
         }
         Ok(overrides)
@@ -133,24 +132,26 @@ impl Overrides {
 }
 
 /// The scenario with the entries that these values change, and the start values among them; no scenario when it stays as it is.
-pub(super) fn apply(
+pub(super) fn apply_overrides(
     scenario: &Scenario,
     overrides: &Overrides,
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> (Option<Scenario>, Overrides) {
     let is_edit = |entry: &Override| {
-        let is_archive = matches!(&entry.value, OverrideValue::Typed(path) if scenario.is_archive(&entry.name, path));
-        is_archive || scenario.has_target(&entry.name)
+        let is_archive =
+            matches!(&entry.value, OverrideValue::Typed(path) if scenario.is_archive(&entry.name, path));
+        is_archive || scenario.is_editable_name(&entry.name)
     };
     let (edited, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_edit);
     let rest = Overrides { starts, ..overrides.clone() };
     if edited.is_empty() && overrides.coupling.is_none() {
         return (None, rest);
     }
-    let edit = |entry: &Override| Edit { name: entry.name.clone(), value: entry.value.clone() };
+    let edit = |entry: &Override| ScenarioEdit { name: entry.name.clone(), value: entry.value.clone() };
     let edits: Vec<_> = edited.iter().map(edit).collect();
     let mut changed = scenario.with_edits(&edits).map_err(|errors| {
-        let located = |it: EditError| edited[it.index].error(&it.message).hint(it.help);
+        let located =
+            |it: EditError| edited[it.index].override_error(&it.message).with_optional_help(it.help);
         errors.into_iter().for_each(|error| mistakes.push(located(error)));
     });
     if let (Ok(changed), Some(algorithm)) = (&mut changed, overrides.coupling) {
@@ -166,22 +167,22 @@ pub(super) fn check_node_names(scenario: &Scenario, overrides: &Overrides) -> Re
     let names = document.signal.iter().filter_map(|part| part.get_ref().name.as_ref());
     let signals: Vec<_> = names.map(|name| name.get_ref().as_str()).collect();
     let tables: Vec<_> = document.table.iter().map(|table| table.name.get_ref().as_str()).collect();
-    let foreign = overrides.all().filter(|entry| !fmus.contains(&entry.node()));
+    let foreign = overrides.all_start_values().filter(|entry| !fmus.contains(&entry.node_name()));
     let errors = foreign.map(|entry| {
         let sources = signals.iter().filter_map(|name| Some(name.split_once('.')?.0));
-        let UnknownName { message, help, .. } = if tables.contains(&entry.node()) {
-            return entry.error(&format!(
+        let UnknownName { message, help, .. } = if tables.contains(&entry.node_name()) {
+            return entry.override_error(&format!(
                 "`{}` is a table, which has its values from its file",
-                entry.node()
+                entry.node_name()
             ));
-        } else if sources.clone().any(|node| node == entry.node()) {
-            suggest::unknown("signal", &entry.name, signals.iter().copied())
+        } else if sources.clone().any(|node| node == entry.node_name()) {
+            suggest::unknown_name("signal", &entry.name, signals.iter().copied())
         } else {
-            suggest::unknown("node", entry.node(), fmus.iter().copied().chain(sources))
+            suggest::unknown_name("node", entry.node_name(), fmus.iter().copied().chain(sources))
         };
-        entry.error(&message).hint(help)
+        entry.override_error(&message).with_optional_help(help)
     });
-    errors.collect::<Mistakes>().finish()
+    errors.collect::<ErrorCollector>().into_result()
 }
 
 /// The largest file with start values [B].
@@ -191,22 +192,20 @@ const LARGEST: u64 = 64 << 20;
 /// identification writes.
 fn read_file(path: &Path) -> Result<Vec<Override>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
-    let text =
-        diagnostics::read_text_bounded(path, LARGEST).map_err(|error| wrong(error.to_string()))?;
+    let text = diagnostics::read_text_bounded(path, LARGEST).map_err(|error| wrong(error.to_string()))?;
     let tables: toml::Table = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let mut starts = Vec::new();
     for (name, value) in &tables {
-        flatten(name, value, &mut |name, value| {
+        flatten_dotted_keys(name, value, &mut |name, value| {
             if !name.contains('.') {
                 let found = value.type_str();
                 return Err(wrong(format!(
                     "expected a table [{name}] or a key `{name}.variable`, found {found}"
                 )));
             }
-            let beside = |file: &str| {
-                std::path::absolute(path.parent().unwrap_or(Path::new("")).join(file)).ok()
-            };
-            let value = match (text_of::path_of(value).and_then(beside), value) {
+            let beside =
+                |file: &str| std::path::absolute(path.parent().unwrap_or(Path::new("")).join(file)).ok();
+            let value = match (text_of::text_file_path(value).and_then(beside), value) {
                 (Some(path), _) => OverrideValue::TextOf(path),
                 // A quoted number is a number here, as on the command line.
                 (None, toml::Value::String(text)) => OverrideValue::parse(text),
@@ -227,7 +226,7 @@ mod tests {
     fn an_entry_is_a_name_and_a_value() {
         let parsed = Override::parse("plant.body.m=800 kg", |file| file.into()).expect("an entry");
         let [mass] = parsed.as_slice() else { panic!("{parsed:?}") };
-        assert_eq!((mass.node(), mass.variable()), ("plant", "body.m"));
+        assert_eq!((mass.node_name(), mass.variable_name()), ("plant", "body.m"));
         assert_eq!(mass.value, OverrideValue::Typed("800 kg".to_owned()));
         for entry in ["plant.body.m", "mass=3", ""] {
             let message = Override::parse(entry, |file| file.into()).expect_err("no entry");
@@ -239,10 +238,7 @@ mod tests {
     fn files_of_values_lie_where_their_giver_is() {
         let find = |file: &str| Path::new("/variants").join(file);
         let text = Override::new("tire.data", OverrideValue::TextOf("front.tir".into()));
-        assert_eq!(
-            text.with_paths(find).value,
-            OverrideValue::TextOf("/variants/front.tir".into())
-        );
+        assert_eq!(text.with_paths(find).value, OverrideValue::TextOf("/variants/front.tir".into()));
         let archive = Override::new("plant.path", OverrideValue::Typed("fast.fmu".to_owned()));
         let path = OverrideValue::Typed("/variants/fast.fmu".to_owned());
         assert_eq!(archive.with_paths(find).value, path);
@@ -261,11 +257,7 @@ mod tests {
         assert_eq!(overrides.starts[0].value, mass);
         let wrong = [
             (SEED, OverrideValue::Integer(-1), "seed: expected a whole number from 0 on, found -1"),
-            (
-                "mass",
-                OverrideValue::Integer(3),
-                "expected node.variable=value or @FILE, found `mass=3`",
-            ),
+            ("mass", OverrideValue::Integer(3), "expected node.variable=value or @FILE, found `mass=3`"),
         ];
         for (name, value, expected) in wrong {
             let message = all.with_variant(&[Override::new(name, value)], Path::new(""));

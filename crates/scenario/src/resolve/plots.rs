@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use diagnostics::{Error, Mistakes};
-use recording::view::{Plot, Quantity, Role, Series};
-use recording::{Column, Direction, NumberIndex, Recorded};
+use diagnostics::{Error, ErrorCollector};
+use recording::view::{CurveRole, PlotSeries, RowQuantity, TimePlot};
+use recording::{Column, NumberIndex, RecordedVariables, VariableDirection};
 use units::Unit;
 
 use super::quantity::SignalScope;
@@ -17,11 +17,11 @@ const CURVES: usize = 8;
 /// A unit with its name; one of which only the name is known cannot be converted.
 pub(super) type UnitWithName = (Option<Unit>, String);
 
-pub(super) fn plot(
+pub(super) fn resolve_plot(
     scenario: &Scenario,
     scope: &SignalScope,
     written: &document::Plot,
-) -> Result<Plot, Error> {
+) -> Result<TimePlot, Error> {
     let wanted = written.unit.as_ref().map(|word| {
         let unit = unit::parse_unit(scenario, word)?;
         Ok((Some(unit), word.get_ref().clone()))
@@ -29,59 +29,59 @@ pub(super) fn plot(
     let wanted = wanted.transpose();
     let shown = match &wanted {
         Ok(Some(axis)) => Some(axis.clone()),
-        Ok(None) => written.signals.iter().find_map(|it| axis(scenario, scope, it)),
+        Ok(None) => written.signals.iter().find_map(|it| curve_axis_unit(scenario, scope, it)),
         // Without the unit of the axis there are still names to judge.
         Err(_) => None,
     };
-    let curves = written.signals.iter().map(|it| curve(scenario, scope, it, shown.as_ref()));
-    let (_, curves) = Mistakes::both(wanted, Mistakes::all(curves))?;
+    let curves = written.signals.iter().map(|it| resolve_curve(scenario, scope, it, shown.as_ref()));
+    let (_, curves) = ErrorCollector::collect_both(wanted, ErrorCollector::collect_all(curves))?;
     let title = match shown {
         Some((_, unit)) => format!("{} [{unit}]", written.title),
         None => written.title.clone(),
     };
     let series = curves.into_iter().flatten().collect();
-    Ok(Plot { title, group: None, range: written.range, series })
+    Ok(TimePlot { title, group: None, range: written.range, series })
 }
 
 /// The axis of a curve that is alone: what a formula makes without a name is shown in SI units.
-fn axis(
+fn curve_axis_unit(
     scenario: &Scenario,
     scope: &SignalScope,
     written: &document::Curve,
 ) -> Option<UnitWithName> {
-    let quantity = scope.quantity(&written.signal).ok()?;
+    let quantity = scope.parse_quantity(&written.signal).ok()?;
     let (unit, name) = curve_unit(scenario, scope, written, &quantity).ok()??;
     Some((Unit::parse(&name).ok().or(unit), name))
 }
 
 /// The lines of a curve on an axis.
-fn curve(
+fn resolve_curve(
     scenario: &Scenario,
     scope: &SignalScope,
     written: &document::Curve,
     axis: Option<&UnitWithName>,
-) -> Result<Vec<Series>, Error> {
-    let quantity = scope.quantity(&written.signal)?;
+) -> Result<Vec<PlotSeries>, Error> {
+    let quantity = scope.parse_quantity(&written.signal)?;
     let own = curve_unit(scenario, scope, written, &quantity)?;
     let (factor, offset) = match (axis, own) {
-        (Some((Some(to), axis)), Some((Some(from), own))) => conversion(&quantity, &from, to)
+        (Some((Some(to), axis)), Some((Some(from), own))) => curve_unit_conversion(&quantity, &from, to)
             .ok_or_else(|| {
                 let signal = written.signal.get_ref();
                 let message = format!("`{signal}` [{own}] cannot be shown in {axis}");
-                let help = format!("{} is not {}", from.dimension(), to.dimension());
-                scenario.error(&written.signal, message).help(help)
+                let help = format!("{} is not {}", from.dimension_text(), to.dimension_text());
+                scenario.error_at(&written.signal, message).with_help(help)
             })?,
         _ => (1.0, 0.0),
     };
     let label = written.label.clone().unwrap_or_else(|| written.signal.get_ref().clone());
     let line = |quantity, bound| {
         let (label, role) = (label.clone(), written.role);
-        Series { quantity, factor, offset, label, role, bound }
+        PlotSeries { quantity, factor, offset, label, role, bound }
     };
-    let bound = |(std, sigmas)| scope.with_sigmas(&written.signal, sigmas, std);
+    let bound = |(std, sigmas)| scope.quantity_plus_sigmas(&written.signal, sigmas, std);
     let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
     let mut series: Vec<_> =
-        Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
+        ErrorCollector::collect_all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
     series.push(line(quantity, false));
     Ok(series)
 }
@@ -91,48 +91,48 @@ fn curve_unit(
     scenario: &Scenario,
     scope: &SignalScope,
     written: &document::Curve,
-    quantity: &Quantity,
+    quantity: &RowQuantity,
 ) -> Result<Option<UnitWithName>, Error> {
-    let own = scope.unit(quantity);
+    let own = scope.quantity_unit(quantity);
     let Some(word) = &written.unit else { return Ok(own) };
     let (unit, said) = (unit::parse_unit(scenario, word)?, word.get_ref());
     match own {
-        Some((Some(known), own)) if conversion(quantity, &known, &unit) != Some((1.0, 0.0)) => {
+        Some((Some(known), own)) if curve_unit_conversion(quantity, &known, &unit) != Some((1.0, 0.0)) => {
             let signal = written.signal.get_ref();
             let message = format!("`{signal}` is in [{own}], and is said to be in [{said}]");
-            Err(scenario.error(word, message).help("leave `unit` out: the diagram converts"))
+            Err(scenario.error_at(word, message).with_help("leave `unit` out: the diagram converts"))
         }
         _ => Ok(Some((Some(unit), said.clone()))),
     }
 }
 
 /// Factor and offset from one unit to the other; in formulas an angle counts as a plain number.
-fn conversion(quantity: &Quantity, from: &Unit, to: &Unit) -> Option<(f64, f64)> {
+fn curve_unit_conversion(quantity: &RowQuantity, from: &Unit, to: &Unit) -> Option<(f64, f64)> {
     match quantity {
-        Quantity::Column(_) => Unit::conversion(from, to),
-        Quantity::Formula(_) => Unit::conversion(&from.without_angle(), &to.without_angle()),
+        RowQuantity::Column(_) => Unit::conversion(from, to),
+        RowQuantity::Formula(_) => Unit::conversion(&from.without_angle(), &to.without_angle()),
     }
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.
 pub fn plots_by_unit<'a>(
-    columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
-) -> Vec<Plot> {
-    let mut plots: Vec<Plot> = Vec::new();
+    columns: impl Iterator<Item = (NumberIndex<RecordedVariables>, &'a Column)> + Clone,
+) -> Vec<TimePlot> {
+    let mut plots: Vec<TimePlot> = Vec::new();
     // The last plot of each title, and the columns of each node: there may be a hundred thousand.
     let (mut last, mut sizes) = (HashMap::<String, usize>::new(), HashMap::<&str, usize>::new());
     for (_, column) in columns.clone() {
         *sizes.entry(&column.node).or_default() += 1;
     }
-    let outputs = columns.clone().filter(|(_, column)| column.direction == Direction::Output);
+    let outputs = columns.clone().filter(|(_, column)| column.direction == VariableDirection::Output);
     for (index, column) in outputs {
         let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
-        let series = Series {
-            quantity: Quantity::Column(index),
+        let series = PlotSeries {
+            quantity: RowQuantity::Column(index),
             factor: 1.0,
             offset: 0.0,
             label: column.variable.clone(),
-            role: Role::Other,
+            role: CurveRole::Other,
             bound: false,
         };
         let known = last.get(&title).and_then(|index| plots.get_mut(*index));
@@ -141,12 +141,12 @@ pub fn plots_by_unit<'a>(
             None => {
                 last.insert(title.clone(), plots.len());
                 let group = Some(column.node.clone());
-                plots.push(Plot { title, group, range: None, series: vec![series] });
+                plots.push(TimePlot { title, group, range: None, series: vec![series] });
             }
         }
     }
     // First the node that has most to show.
-    let size = |plot: &Plot| plot.group.as_ref().and_then(|group| sizes.get(group.as_str()));
+    let size = |plot: &TimePlot| plot.group.as_ref().and_then(|group| sizes.get(group.as_str()));
     plots.sort_by_key(|plot| std::cmp::Reverse(size(plot).copied()));
     plots
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cosim::assembly::{is_discrete, is_tunable};
 use fmu_import::Variability;
-use fmu_import::description::{EnumerationItem, Storage, Type, Variable};
+use fmu_import::description::{EnumerationItem, FmiType, StorageType, Variable};
 use units::Unit;
 
 /// The side of a node that a port is on.
@@ -18,7 +18,7 @@ pub(super) enum PortSide {
 #[derive(Debug, Clone)]
 pub(super) struct Port {
     pub name: String,
-    pub kind: Type,
+    pub kind: FmiType,
     /// Signals and tables deliver numbers that are of no type of FMI.
     pub typed: bool,
     /// Items of an enumeration.
@@ -32,7 +32,7 @@ pub(super) struct Port {
     pub description: Option<String>,
     pub reference: u32,
     /// The form of its values.
-    pub storage: Storage,
+    pub storage: StorageType,
     /// Its index in an array, and the number of elements there.
     pub element: (usize, usize),
     /// Whether it is a real number that changes continuously.
@@ -53,10 +53,10 @@ pub(super) struct Port {
 
 impl Port {
     /// The port of a real number without more, of a node that is no FMU.
-    pub fn real(name: &str, unit: Option<String>, dimension: Option<Unit>) -> Self {
+    pub fn real_port(name: &str, unit: Option<String>, dimension: Option<Unit>) -> Self {
         Port {
             name: name.to_owned(),
-            kind: Type::Real,
+            kind: FmiType::Real,
             typed: false,
             items: Vec::new(),
             dimension,
@@ -65,7 +65,7 @@ impl Port {
             wrong_unit: false,
             description: None,
             reference: 0,
-            storage: Storage::Float64,
+            storage: StorageType::Float64,
             element: (0, 1),
             continuous: true,
             discrete: false,
@@ -86,7 +86,7 @@ pub(super) fn fmu_port(variables: &[Variable], index: usize, events: bool) -> Po
         kind: variable.kind,
         typed: true,
         items: variable.items.clone(),
-        unit: variable.plain_unit(),
+        unit: variable.offset_free_unit_name(),
         dimension: variable.dimension,
         relative: variable.relative,
         wrong_unit: false,
@@ -94,7 +94,7 @@ pub(super) fn fmu_port(variables: &[Variable], index: usize, events: bool) -> Po
         reference: variable.reference,
         storage: variable.storage,
         element: variable.element,
-        continuous: variable.kind == Type::Real && variable.variability == Variability::Continuous,
+        continuous: variable.kind == FmiType::Real && variable.variability == Variability::Continuous,
         discrete: events && is_discrete(variable),
         tunable: is_tunable(variable),
         clocks: if events { variable.clocks.clone() } else { Vec::new() },

@@ -1,34 +1,35 @@
 //! Resolves `[record]`: selects the recorded variables.
 
-use diagnostics::{Error, Mistakes, suggest};
-use recording::{Column, Columns, Full, Selection};
+use diagnostics::{Error, ErrorCollector, suggest};
+use recording::{AllVariables, Column, Columns, RecordedSelection};
 
 use crate::document::Scenario;
-use crate::pattern::matches;
+use crate::pattern::matches_wildcard;
 
 /// Finds the patterns of `[record]` that no variable fits.
-fn check(scenario: &Scenario, columns: &Columns<Full>) -> Result<(), Error> {
-    let names: Vec<_> = columns.iter().map(Column::name).collect();
+fn check_record_patterns(scenario: &Scenario, columns: &Columns<AllVariables>) -> Result<(), Error> {
+    let names: Vec<_> = columns.iter().map(Column::qualified_name).collect();
     let except = scenario.document.record.except.iter();
     let unknown =
-        except.filter(|pattern| !names.iter().any(|name| matches(pattern.get_ref(), name)));
+        except.filter(|pattern| !names.iter().any(|name| matches_wildcard(pattern.get_ref(), name)));
     let errors = unknown.map(|pattern| {
         let known = names.iter().map(String::as_str);
-        let unknown = suggest::unknown("variable", pattern.get_ref(), known);
-        unknown.at(&scenario.source, pattern.span())
+        let unknown = suggest::unknown_name("variable", pattern.get_ref(), known);
+        unknown.into_error_at(&scenario.source, pattern.span())
     });
-    errors.collect::<Mistakes>().finish()
+    errors.collect::<ErrorCollector>().into_result()
 }
 
 /// The variables that `[record]` does not except.
-pub(super) fn selection(
+pub(super) fn recorded_selection(
     scenario: &Scenario,
-    columns: &Columns<Full>,
-    mistakes: &mut Mistakes,
-) -> Selection {
-    mistakes.take(check(scenario, columns));
+    columns: &Columns<AllVariables>,
+    mistakes: &mut ErrorCollector,
+) -> RecordedSelection {
+    mistakes.ok_or_record(check_record_patterns(scenario, columns));
     let except = &scenario.document.record.except;
-    let kept =
-        |column: &Column| !except.iter().any(|pattern| matches(pattern.get_ref(), &column.name()));
-    Selection::new(columns, kept)
+    let kept = |column: &Column| {
+        !except.iter().any(|pattern| matches_wildcard(pattern.get_ref(), &column.qualified_name()))
+    };
+    RecordedSelection::new(columns, kept)
 }

@@ -2,7 +2,7 @@
 
 use cosim::assembly;
 
-use super::connections::Connections;
+use super::connections::InputConnections;
 use super::node_draft::NodeDraft;
 use super::ports::Port;
 
@@ -26,15 +26,15 @@ impl From<Port> for assembly::Port {
 }
 
 /// The nodes with their connections, without what only the words of the scenario need.
-pub(super) fn connected(
+pub(super) fn to_unplaced_nodes(
     drafts: Vec<NodeDraft>,
-    connections: Connections,
-) -> Vec<assembly::UnplacedNode> {
+    connections: InputConnections,
+) -> Vec<assembly::NodeDefinition> {
     let ports = |ports: Vec<Port>| ports.into_iter().map(Into::into).collect();
     let nodes = drafts.into_iter().zip(connections).map(|(node, connections)| {
         let NodeDraft { name, body, outputs, inputs, .. } = node;
         let (outputs, inputs) = (ports(outputs), ports(inputs));
-        assembly::UnplacedNode { name, body, outputs, inputs, connections }
+        assembly::NodeDefinition { name, body, outputs, inputs, connections }
     });
     nodes.collect()
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::{Error, Spanned};
 
 use crate::document::Scenario;
-use crate::plan::{Axis, AxisValues};
+use crate::plan::{AxisValues, SweepAxis};
 
 /// How names of files of draws end.
 const ENDING: &str = "_draws.csv";
@@ -13,9 +13,9 @@ const ENDING: &str = "_draws.csv";
 const LARGEST: u64 = 1 << 30;
 
 /// The lines of a file that the scenario names.
-pub(super) fn variant_list(scenario: &Scenario, word: &Spanned<String>) -> Result<Axis, Error> {
-    let path = scenario.source.resolve(word);
-    read_table(&path).map_err(|what| scenario.error(word, what))
+pub(super) fn variant_list(scenario: &Scenario, word: &Spanned<String>) -> Result<SweepAxis, Error> {
+    let path = scenario.source.resolve_path(word);
+    read_table(&path).map_err(|what| scenario.error_at(word, what))
 }
 
 /// The draws in a file, or those that the identification of a run left beside its report.
@@ -23,10 +23,10 @@ pub(super) fn posterior_samples(
     scenario: &Scenario,
     name: &str,
     word: &Spanned<String>,
-) -> Result<Axis, Error> {
-    let path = scenario.source.resolve(word);
+) -> Result<SweepAxis, Error> {
+    let path = scenario.source.resolve_path(word);
     let axis = sample_file(&path, name).and_then(|path| read_table(&path));
-    axis.map_err(|what| scenario.error(word, what))
+    axis.map_err(|what| scenario.error_at(word, what))
 }
 
 /// The file of draws itself, when what is named is the report of a run.
@@ -62,14 +62,12 @@ fn file_beside_report(report: &Path, name: &str) -> Result<PathBuf, String> {
 }
 
 /// The columns of a file by their names, the unit of each in brackets behind it.
-fn read_table(path: &Path) -> Result<Axis, String> {
+fn read_table(path: &Path) -> Result<SweepAxis, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let text = diagnostics::read_text_bounded(path, LARGEST);
     let text = text.map_err(|error| wrong(format!("cannot read it: {error}")))?;
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
     let (mut names, mut units) = (Vec::new(), Vec::new());
     for title in &header {
@@ -107,6 +105,6 @@ fn read_table(path: &Path) -> Result<Axis, String> {
     }
     match levels.is_empty() {
         true => Err(wrong("it has no line with values".to_owned())),
-        false => Ok(Axis { names, units, is_joint: true, values: AxisValues::Levels(levels) }),
+        false => Ok(SweepAxis { names, units, is_joint: true, values: AxisValues::Levels(levels) }),
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use expression::SignalUnit;
-use fmu_import::description::Type;
-use recording::{Column, Columns, Full};
+use fmu_import::description::FmiType;
+use recording::{AllVariables, Column, Columns};
 use units::Unit;
 
 use super::node_draft::NodeDraft;
@@ -18,27 +18,27 @@ pub(super) struct SignalUnits(BTreeMap<String, SignalUnit>);
 /// The columns of the run and their units: what expressions and analyses look signals up in.
 #[derive(Clone, Copy)]
 pub(super) struct RunSignals<'a> {
-    pub columns: &'a Columns<Full>,
+    pub columns: &'a Columns<AllVariables>,
     pub units: &'a SignalUnits,
 }
 
 impl SignalUnits {
     /// Those of all inputs and outputs.
-    pub(super) fn of_nodes(nodes: &[NodeDraft]) -> Self {
+    pub(super) fn from_nodes(nodes: &[NodeDraft]) -> Self {
         let ports = nodes.iter().flat_map(|node| {
             let ports = node.outputs.iter().chain(&node.inputs);
-            ports.map(|port| (format!("{}.{}", node.name, port.name), signal_unit(port)))
+            ports.map(|port| (format!("{}.{}", node.name, port.name), port_unit(port)))
         });
         SignalUnits(ports.collect())
     }
 
     /// Those of all inputs and outputs, for expressions: differences are none on a scale with a shifted zero.
-    pub(super) fn of_expressions(nodes: &[NodeDraft]) -> Self {
+    pub(super) fn from_nodes_for_expressions(nodes: &[NodeDraft]) -> Self {
         let ports = nodes.iter().flat_map(|node| {
             let ports = node.outputs.iter().chain(&node.inputs);
             ports.map(|port| (format!("{}.{}", node.name, port.name), port))
         });
-        let units = ports.map(|(name, port)| match signal_unit(port) {
+        let units = ports.map(|(name, port)| match port_unit(port) {
             SignalUnit::Known(unit, text) if port.relative.is_some() => {
                 (name, SignalUnit::Difference(unit, text))
             }
@@ -48,25 +48,25 @@ impl SignalUnits {
     }
 
     /// Those of a recording. The run has judged them already: what is not known takes any.
-    pub(super) fn of_recording<S>(columns: &Columns<S>) -> Self {
+    pub(super) fn from_recorded_columns<S>(columns: &Columns<S>) -> Self {
         let unit = |column: &Column| {
             let name = column.unit.clone()?;
-            Some((column.name(), SignalUnit::Known(Unit::parse(&name).ok()?, name)))
+            Some((column.qualified_name(), SignalUnit::Known(Unit::parse(&name).ok()?, name)))
         };
         SignalUnits(columns.iter().filter_map(unit).collect())
     }
 
-    pub(super) fn of(&self, name: &str) -> SignalUnit {
+    pub(super) fn unit_of_signal(&self, name: &str) -> SignalUnit {
         self.0.get(name).cloned().unwrap_or(SignalUnit::Plain)
     }
 }
 
 /// The unit of a port. Only Real numbers have one.
-pub(super) fn signal_unit(port: &Port) -> SignalUnit {
+pub(super) fn port_unit(port: &Port) -> SignalUnit {
     match (port.kind, port.dimension, &port.unit) {
         _ if port.wrong_unit => SignalUnit::Plain,
-        (Type::Real, Some(unit), Some(name)) => SignalUnit::Known(unit, name.clone()),
-        (Type::Real, ..) => SignalUnit::Missing,
+        (FmiType::Real, Some(unit), Some(name)) => SignalUnit::Known(unit, name.clone()),
+        (FmiType::Real, ..) => SignalUnit::Missing,
         _ => SignalUnit::Plain,
     }
 }

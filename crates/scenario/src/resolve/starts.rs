@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use cosim::system::{StartValue, WordPlace};
-use diagnostics::{Mistakes, suggest};
-use fmu_import::description::{Storage, Type, Variable, describe_items};
+use cosim::system::{SourceLocation, StartValue};
+use diagnostics::{ErrorCollector, suggest};
+use fmu_import::description::{FmiType, StorageType, Variable, describe_items};
 use fmu_import::{Causality, Value, Variability, from_hex};
 
-use super::dotted_keys::flatten;
-use super::parameters::{Parameter, Parameters};
+use super::dotted_keys::flatten_dotted_keys;
+use super::parameters::{FileParameter, ParameterFiles};
 use super::{Override, OverrideValue, Overrides};
-use crate::document::{self, Scenario, convert_quantity, split_quantity};
+use crate::document::{self, Scenario, convert_quantity, split_number_and_unit};
 use crate::text_of::{self, TextCache};
 
 /// Where start values come from besides the entries of FMUs.
@@ -21,7 +21,7 @@ pub(super) struct StartSources<'a> {
     /// Values from outside the scenario.
     pub overrides: &'a Overrides,
     /// Files of parameters.
-    pub parameters: &'a Parameters,
+    pub parameters: &'a ParameterFiles,
 }
 
 /// The start values of an FMU, and the names of those that are inputs.
@@ -30,39 +30,43 @@ pub(super) fn start_values(
     node: &document::Fmu,
     variables: &[Variable],
     StartSources { overrides, parameters }: StartSources,
-    mistakes: &mut Mistakes,
+    mistakes: &mut ErrorCollector,
 ) -> (Vec<StartValue>, Vec<String>) {
     let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
-    let is_of_node = |entry: &&Override| entry.node() == node.name.get_ref();
+    let is_of_node = |entry: &&Override| entry.node_name() == node.name.get_ref();
     for entry in overrides.defaults.iter().filter(is_of_node) {
-        mistakes.take(starts.add_override(entry, texts).map_err(|message| entry.error(&message)));
+        mistakes.ok_or_record(
+            starts.add_override(entry, texts).map_err(|message| entry.override_error(&message)),
+        );
     }
-    for file in parameters.of(scenario, &node.parameters) {
-        let has = |it: &&Parameter| starts.first(&it.name).is_some();
+    for file in parameters.files_named_by(scenario, &node.parameters) {
+        let has = |it: &&FileParameter| starts.find_first_index(&it.name).is_some();
         let own: Vec<_> = file.values.iter().filter(has).collect();
-        for Parameter { name, value, span, .. } in own {
+        for FileParameter { name, value, span, .. } in own {
             let place = (file.source.clone(), span.clone());
-            let added = starts.add_within(name, value, place.clone());
-            mistakes.take(added.map_err(|message| place.0.error(place.1, message, "")));
+            let added = starts.add_value_in_range(name, value, place.clone());
+            mistakes.ok_or_record(added.map_err(|message| place.0.error_at(place.1, message, "")));
         }
     }
     let source = Arc::new(scenario.source.clone());
     for (name, value) in &node.start {
-        let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, leaf| {
-            let text = text_of::path_of(leaf).map(|file| {
-                let text = texts.read(&scenario.source.folder(name.span()).join(file));
+        let Ok(()) = flatten_dotted_keys(name.get_ref(), value.get_ref(), &mut |written, leaf| {
+            let text = text_of::text_file_path(leaf).map(|file| {
+                let text = texts.read_text(&scenario.source.base_folder(name.span()).join(file));
                 let text = text.map(toml::Value::String);
-                text.map_err(|message| scenario.error(value, message))
+                text.map_err(|message| scenario.error_at(value, message))
             });
-            let Some(read) = mistakes.take(text.transpose()) else { return Ok(()) };
+            let Some(read) = mistakes.ok_or_record(text.transpose()) else { return Ok(()) };
             let value = read.as_ref().unwrap_or(leaf);
-            let added = starts.add(written, value, Some((source.clone(), name.span())));
-            mistakes.take(added.map_err(|message| scenario.error(name, message)));
+            let added = starts.add_value(written, value, Some((source.clone(), name.span())));
+            mistakes.ok_or_record(added.map_err(|message| scenario.error_at(name, message)));
             Ok::<(), Infallible>(())
         });
     }
     for entry in overrides.starts.iter().filter(is_of_node) {
-        mistakes.take(starts.add_override(entry, texts).map_err(|message| entry.error(&message)));
+        mistakes.ok_or_record(
+            starts.add_override(entry, texts).map_err(|message| entry.override_error(&message)),
+        );
     }
     let written = starts.written.keys();
     let inputs = written.filter(|index| variables[**index].causality == Causality::Input);
@@ -85,20 +89,19 @@ pub(super) fn structural_parameters(
         let of_overrides = |list: &[Override]| {
             let mut latest_first = list.iter().rev();
             let value =
-                latest_first.find(|it| it.node() == node_name && it.variable() == variable.name)?;
+                latest_first.find(|it| it.node_name() == node_name && it.variable_name() == variable.name)?;
             value.value.to_string().parse::<u64>().ok()
         };
         let of_scenario = || {
             let mut entries = node.start.iter();
             let entry = entries.find(|(name, _)| *name.get_ref() == variable.name);
             let mut of_files = parameters
-                .of(scenario, &node.parameters)
+                .files_named_by(scenario, &node.parameters)
                 .rev()
                 .flat_map(|file| &file.values)
                 .filter(|it| it.name == variable.name);
-            let value = entry
-                .map(|(_, value)| value.get_ref())
-                .or_else(|| of_files.next().map(|it| &it.value));
+            let value =
+                entry.map(|(_, value)| value.get_ref()).or_else(|| of_files.next().map(|it| &it.value));
             value.and_then(toml::Value::as_integer).and_then(|value| u64::try_from(value).ok())
         };
         let value = of_overrides(&overrides.starts)
@@ -131,7 +134,7 @@ impl<'a> StartTable<'a> {
     fn new(variables: &'a [Variable]) -> Self {
         let indexed = || variables.iter().enumerate().rev();
         let of_array = |(index, it): (usize, &'a Variable)| {
-            (it.name != it.array()).then(|| (it.array(), index))
+            (it.name != it.array_name()).then(|| (it.array_name(), index))
         };
         StartTable {
             variables,
@@ -142,18 +145,18 @@ impl<'a> StartTable<'a> {
     }
 
     /// The place of the variable of this name, or of the first element of the array.
-    fn first(&self, name: &str) -> Option<usize> {
+    fn find_first_index(&self, name: &str) -> Option<usize> {
         self.names.get(name).or_else(|| self.arrays.get(name)).copied()
     }
 
     /// Adds a value of a file of parameters, which has to be within the limits of the variable.
-    fn add_within(
+    fn add_value_in_range(
         &mut self,
         name: &str,
         value: &toml::Value,
-        place: WordPlace,
+        place: SourceLocation,
     ) -> Result<(), String> {
-        self.add(name, value, Some(place))?;
+        self.add_value(name, value, Some(place))?;
         let one = self.names.get(name).map(|index| *index..index + 1);
         let array = |first: &usize| *first..first + self.variables[*first].element.1;
         for index in one.or_else(|| self.arrays.get(name).map(array)).unwrap_or_default() {
@@ -164,23 +167,23 @@ impl<'a> StartTable<'a> {
         Ok(())
     }
 
-    fn add(
+    fn add_value(
         &mut self,
         name: &str,
         value: &toml::Value,
-        place: Option<WordPlace>,
+        place: Option<SourceLocation>,
     ) -> Result<(), String> {
         if let Some(index) = self.names.get(name) {
-            return self.add_one(*index, value, place);
+            return self.add_single_value(*index, value, place);
         }
         let (first, count) = match self.arrays.get(name).copied() {
             Some(first) => (first, self.variables[first].element.1),
             None => {
                 let firsts = self.variables.iter().filter(|variable| variable.element.0 == 0);
-                let names = firsts.map(Variable::array);
+                let names = firsts.map(Variable::array_name);
                 let elements = self.variables.iter().filter(|it| it.element.1 > 1);
                 let elements = elements.map(|variable| variable.name.as_str());
-                return Err(suggest::unknown("variable", name, names.chain(elements)).to_string());
+                return Err(suggest::unknown_name("variable", name, names.chain(elements)).to_string());
             }
         };
         let mut values = Vec::new();
@@ -195,29 +198,28 @@ impl<'a> StartTable<'a> {
             ));
         }
         let mut values = (first..).zip(values);
-        values.try_for_each(|(index, value)| self.add_one(index, value, place.clone()))
+        values.try_for_each(|(index, value)| self.add_single_value(index, value, place.clone()))
     }
 
-    fn add_one(
+    fn add_single_value(
         &mut self,
         index: usize,
         value: &toml::Value,
-        place: Option<WordPlace>,
+        place: Option<SourceLocation>,
     ) -> Result<(), String> {
-        self.set(index, start_value(&self.variables[index], value), place)
+        self.set_value(index, start_value(&self.variables[index], value), place)
     }
 
     /// Sets the value of a variable; a wrong one takes the place of an earlier one, too.
-    fn set(
+    fn set_value(
         &mut self,
         index: usize,
         value: Result<Value, String>,
-        place: Option<WordPlace>,
+        place: Option<SourceLocation>,
     ) -> Result<(), String> {
         self.written.insert(index, None);
         let value = value?;
-        let Variable { name, reference, storage, element, causality, .. } =
-            self.variables[index].clone();
+        let Variable { name, reference, storage, element, causality, .. } = self.variables[index].clone();
         let start = StartValue { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
         Ok(())
@@ -225,28 +227,28 @@ impl<'a> StartTable<'a> {
 
     /// Adds a value from outside the scenario.
     fn add_override(&mut self, given: &Override, texts: &TextCache) -> Result<(), String> {
-        let (name, place) = (given.variable(), given.place.clone());
+        let (name, place) = (given.variable_name(), given.place.clone());
         let index = self.names.get(name).copied();
         let kind = index.map(|index| self.variables[index].kind);
-        if let (Some(index), Some(Type::Real), OverrideValue::Number { value, unit: Some(unit) }) =
+        if let (Some(index), Some(FmiType::Real), OverrideValue::Number { value, unit: Some(unit) }) =
             (index, kind, &given.value)
         {
-            return self.set(index, start_in_unit(&self.variables[index], *value, unit), place);
+            return self.set_value(index, start_in_unit(&self.variables[index], *value, unit), place);
         }
-        self.add(name, &toml_value(&given.value, kind, texts)?, place)
+        self.add_value(name, &override_as_toml(&given.value, kind, texts)?, place)
     }
 }
 
 /// A value from outside as TOML, for a variable of this type: a text needs no quotes, so that `3` and `true` are texts too where the
 /// variable is one.
-fn toml_value(
+fn override_as_toml(
     value: &OverrideValue,
-    kind: Option<Type>,
+    kind: Option<FmiType>,
     texts: &TextCache,
 ) -> Result<toml::Value, String> {
-    let is_text = kind == Some(Type::String);
+    let is_text = kind == Some(FmiType::String);
     let typed = match value {
-        OverrideValue::TextOf(path) => return texts.read(path).map(toml::Value::String),
+        OverrideValue::TextOf(path) => return texts.read_text(path).map(toml::Value::String),
         OverrideValue::Number { value, unit: None } => Some(toml::Value::Float(*value)),
         OverrideValue::Number { unit: Some(_), .. } => None,
         OverrideValue::Integer(value) => Some(toml::Value::Integer(*value)),
@@ -290,13 +292,10 @@ fn check_settable(variable: &Variable) -> Result<(), String> {
         variable.causality,
         Causality::Input | Causality::Parameter | Causality::StructuralParameter
     );
-    let settable =
-        (given || variable.start.is_some()) && variable.variability != Variability::Constant;
+    let settable = (given || variable.start.is_some()) && variable.variability != Variability::Constant;
     match settable {
         true => Ok(()),
-        false => {
-            Err(format!("`{}` is computed by the FMU and takes no start value", variable.name))
-        }
+        false => Err(format!("`{}` is computed by the FMU and takes no start value", variable.name)),
     }
 }
 
@@ -311,42 +310,39 @@ fn start_in_unit(variable: &Variable, number: f64, unit: &str) -> Result<Value, 
 fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     check_settable(variable)?;
     let name = &variable.name;
-    let wrong_type =
-        || format!("`{name}` is {:?}, found {} {value}", variable.kind, value.type_str());
+    let wrong_type = || format!("`{name}` is {:?}, found {} {value}", variable.kind, value.type_str());
     let value = match (variable.kind, value) {
-        (Type::Real, toml::Value::Float(value)) => Value::Real(*value),
-        (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
-        (Type::Real, toml::Value::String(text)) => {
-            let (number, unit) = split_quantity(text).ok_or_else(wrong_type)?;
+        (FmiType::Real, toml::Value::Float(value)) => Value::Real(*value),
+        (FmiType::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
+        (FmiType::Real, toml::Value::String(text)) => {
+            let (number, unit) = split_number_and_unit(text).ok_or_else(wrong_type)?;
             start_in_unit(variable, number, unit)?
         }
-        (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,
+        (FmiType::Integer, toml::Value::Integer(value)) => integer_value(variable, (*value).into())?,
         // TOML has no integer beyond 2^63.
-        (Type::Integer, toml::Value::String(value)) if value.parse::<i128>().is_ok() => {
-            integer(variable, value.parse().unwrap_or_default())?
+        (FmiType::Integer, toml::Value::String(value)) if value.parse::<i128>().is_ok() => {
+            integer_value(variable, value.parse().unwrap_or_default())?
         }
-        (Type::Binary, toml::Value::String(value)) => {
-            Value::Binary(from_hex(value).ok_or_else(|| {
-                format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
-            })?)
-        }
-        (Type::Enumeration, value) => Value::Integer(enumeration_item(variable, value)?.into()),
-        (Type::Boolean, toml::Value::Boolean(value)) => Value::Boolean(*value),
-        (Type::String, toml::Value::String(value)) if value.contains('\0') => {
+        (FmiType::Binary, toml::Value::String(value)) => Value::Binary(from_hex(value).ok_or_else(|| {
+            format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
+        })?),
+        (FmiType::Enumeration, value) => Value::Integer(enumeration_item(variable, value)?.into()),
+        (FmiType::Boolean, toml::Value::Boolean(value)) => Value::Boolean(*value),
+        (FmiType::String, toml::Value::String(value)) if value.contains('\0') => {
             return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
         }
-        (Type::String, toml::Value::String(value)) => Value::String(value.clone()),
+        (FmiType::String, toml::Value::String(value)) => Value::String(value.clone()),
         _ => return Err(wrong_type()),
     };
     Ok(value)
 }
 
-fn integer(variable: &Variable, value: i128) -> Result<Value, String> {
+fn integer_value(variable: &Variable, value: i128) -> Result<Value, String> {
     let (name, form) = (&variable.name, variable.storage);
-    let [low, high] = form.integers().unwrap_or_default();
+    let [low, high] = form.integer_range().unwrap_or_default();
     match form {
         _ if (low..=high).contains(&value) => Ok(Value::Integer(value)),
-        Storage::Int32 => Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
+        StorageType::Int32 => Err(format!("`{name}` is a 32-bit integer, {value} does not fit")),
         _ => Err(format!("`{name}` is an {form:?} from {low} to {high}, {value} does not fit")),
     }
 }
@@ -358,9 +354,9 @@ fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, Str
         // The FMU does not say what its enumeration may be.
         toml::Value::Integer(value) if items.is_empty() => {
             return match variable.storage {
-                Storage::Int32 => i32::try_from(*value)
-                    .map(i64::from)
-                    .map_err(|error| format!("`{name}`: {error}")),
+                StorageType::Int32 => {
+                    i32::try_from(*value).map(i64::from).map_err(|error| format!("`{name}`: {error}"))
+                }
                 _ => Ok(*value),
             };
         }
@@ -369,10 +365,7 @@ fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, Str
         _ => None,
     };
     found.map(|item| item.value).ok_or_else(|| {
-        format!(
-            "`{name}` is an Enumeration, expected one of {}, found {value}",
-            describe_items(items)
-        )
+        format!("`{name}` is an Enumeration, expected one of {}, found {value}", describe_items(items))
     })
 }
 
@@ -380,7 +373,7 @@ fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, Str
 mod tests {
     use super::*;
 
-    fn variable(name: &str, kind: Type, storage: Storage, unit: Option<&str>) -> Variable {
+    fn variable(name: &str, kind: FmiType, storage: StorageType, unit: Option<&str>) -> Variable {
         Variable {
             name: name.to_owned(),
             reference: 0,
@@ -416,7 +409,7 @@ mod tests {
 
     #[test]
     fn a_number_has_the_bits_of_its_text() {
-        let force = variable("F", Type::Real, Storage::Float64, Some("N"));
+        let force = variable("F", FmiType::Real, StorageType::Float64, Some("N"));
         for value in [1.0 / 3.0, 0.1 + 0.2, 1e300, -5e-324, 12.0] {
             for unit in [None, Some("N"), Some("kN"), Some("lbf")] {
                 let number = OverrideValue::Number { value, unit: unit.map(str::to_owned) };
@@ -434,10 +427,10 @@ mod tests {
     #[test]
     fn a_value_takes_the_type_of_its_variable_as_its_text_does() {
         let variables = [
-            variable("F", Type::Real, Storage::Float64, Some("N")),
-            variable("n", Type::Integer, Storage::Int32, None),
-            variable("b", Type::Boolean, Storage::Boolean, None),
-            variable("s", Type::String, Storage::String, None),
+            variable("F", FmiType::Real, StorageType::Float64, Some("N")),
+            variable("n", FmiType::Integer, StorageType::Int32, None),
+            variable("b", FmiType::Boolean, StorageType::Boolean, None),
+            variable("s", FmiType::String, StorageType::String, None),
         ];
         let values = [
             OverrideValue::Number { value: 2.5, unit: None },

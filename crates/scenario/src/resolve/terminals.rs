@@ -5,13 +5,13 @@ mod matching;
 use std::collections::HashSet;
 use std::ops::Range;
 
-use cosim::system::{Body, StartValue};
-use diagnostics::suggest::{self, shortened};
-use diagnostics::{Error, Mistakes, Spanned};
+use cosim::system::{NodeBody, StartValue};
+use diagnostics::suggest::{self, join_shortened};
+use diagnostics::{Error, ErrorCollector, Spanned};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Fmu, Terminal, Value};
 
-use super::Diagnostics;
+use super::ResolveDiagnostics;
 use super::node_draft::NodeDraft;
 use crate::document::{Connect, Scenario};
 
@@ -20,7 +20,7 @@ use crate::document::{Connect, Scenario};
 pub(super) fn expand_terminals(
     scenario: &Scenario,
     nodes: &[NodeDraft],
-    Diagnostics { mistakes, warnings }: &mut Diagnostics,
+    ResolveDiagnostics { mistakes, warnings }: &mut ResolveDiagnostics,
 ) -> Vec<Connect> {
     let words = &scenario.document.connect;
     let mut all = Vec::new();
@@ -28,19 +28,18 @@ pub(super) fn expand_terminals(
     for connect in words {
         let is_variable = |end: &Spanned<String>| names_variable(nodes, end.get_ref());
         let [from, to] = [&connect.from, &connect.to]
-            .map(|end| mistakes.take(end_terminal(scenario, nodes, end)));
+            .map(|end| mistakes.ok_or_record(find_terminal(scenario, nodes, end)));
         let (Some(from), Some(to)) = (from, to) else { continue };
-        if from.is_none() && to.is_none() || is_variable(&connect.from) && is_variable(&connect.to)
-        {
+        if from.is_none() && to.is_none() || is_variable(&connect.from) && is_variable(&connect.to) {
             all.push(connect.clone());
             continue;
         }
-        let links = both_terminals(scenario, nodes, connect, from, to).and_then(|ends| {
-            check_plain(scenario, connect)?;
+        let links = require_two_terminals(scenario, nodes, connect, from, to).and_then(|ends| {
+            check_no_value_settings(scenario, connect)?;
             member_connections(scenario, connect, &ends, warnings)
         });
         let own = |link: &Connect| connected.contains(link.to.get_ref());
-        all.extend(mistakes.take(links).into_iter().flatten().filter(|link| !own(link)));
+        all.extend(mistakes.ok_or_record(links).into_iter().flatten().filter(|link| !own(link)));
     }
     all
 }
@@ -55,43 +54,39 @@ struct TerminalEnd<'a> {
 
 fn names_variable(nodes: &[NodeDraft], full: &str) -> bool {
     let Some((node, variable)) = full.split_once('.') else { return false };
-    let Some(Body::Fmu { fmu, .. }) = nodes.iter().find(|it| it.name == node).map(|it| &it.body)
-    else {
+    let Some(NodeBody::Fmu { fmu, .. }) = nodes.iter().find(|it| it.name == node).map(|it| &it.body) else {
         return true;
     };
-    fmu.description.find(variable).is_some()
+    fmu.description.find_variable(variable).is_some()
 }
 
 /// The terminal that a word names, if it names one.
 ///
 /// # Errors
 /// When it names nothing, and the terminals of the FMU are not in order: it may be one of those.
-fn end_terminal<'a>(
+fn find_terminal<'a>(
     scenario: &Scenario,
     nodes: &'a [NodeDraft],
     word: &Spanned<String>,
 ) -> Result<Option<TerminalEnd<'a>>, Error> {
     let Some((name, path)) = word.get_ref().split_once('.') else { return Ok(None) };
     let Some(node) = nodes.iter().find(|it| it.name == name) else { return Ok(None) };
-    let Body::Fmu { fmu, starts, .. } = &node.body else { return Ok(None) };
-    let (terminals, problems) =
-        fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
-    match (Terminal::find(&terminals, path), problems.first()) {
-        (Some(terminal), _) => {
-            Ok(Some(TerminalEnd { node, fmu, starts, terminal: terminal.clone() }))
-        }
+    let NodeBody::Fmu { fmu, starts, .. } = &node.body else { return Ok(None) };
+    let (terminals, problems) = fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
+    match (Terminal::find_by_path(&terminals, path), problems.first()) {
+        (Some(terminal), _) => Ok(Some(TerminalEnd { node, fmu, starts, terminal: terminal.clone() })),
         (None, Some(problem)) if !names_variable(nodes, word.get_ref()) => {
             let full = word.get_ref();
             let message = format!("`{full}` is neither a variable nor a terminal that can be read");
             let help = format!("terminalsAndIcons.xml of the FMU is not in order: {problem}");
-            Err(scenario.error(word, message).help(help))
+            Err(scenario.error_at(word, message).with_help(help))
         }
         (None, _) => Ok(None),
     }
 }
 
 /// Both ends, each of which has to be a terminal.
-fn both_terminals<'a>(
+fn require_two_terminals<'a>(
     scenario: &Scenario,
     nodes: &[NodeDraft],
     connect: &Connect,
@@ -114,24 +109,24 @@ fn terminal_error(
     let name = other.get_ref();
     let node = name.split_once('.').and_then(|(node, _)| nodes.iter().find(|it| it.name == node));
     let known = match node.map(|node| (node, &node.body)) {
-        Some((node, Body::Fmu { fmu, .. })) if !names_variable(nodes, name) => {
+        Some((node, NodeBody::Fmu { fmu, .. })) if !names_variable(nodes, name) => {
             let (terminals, _) = fmu.terminals().unwrap_or_default();
-            let paths = Terminal::paths(&terminals).into_iter();
+            let paths = Terminal::terminal_paths(&terminals).into_iter();
             paths.map(|path| format!("{}.{path}", node.name)).collect()
         }
         _ => Vec::new(),
     };
     if !known.is_empty() {
-        let unknown = suggest::unknown("terminal", name, known.iter().map(String::as_str));
-        return unknown.at(&scenario.source, other.span());
+        let unknown = suggest::unknown_name("terminal", name, known.iter().map(String::as_str));
+        return unknown.into_error_at(&scenario.source, other.span());
     }
     let message = format!("`{}` is a terminal, and `{name}` is none", terminal.get_ref());
     let help = "connect two terminals, or two variables: `trackside inspect` lists both of an FMU";
-    scenario.error(other, message).help(help)
+    scenario.error_at(other, message).with_help(help)
 }
 
 /// Refuses words that are about one value.
-fn check_plain(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
+fn check_no_value_settings(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
     let spans = [
         ("unit", connect.unit.as_ref().map(Spanned::span)),
         ("transform", connect.transform.as_ref().map(Spanned::span)),
@@ -142,9 +137,9 @@ fn check_plain(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
     let error = |(key, span): (&str, Range<usize>)| {
         let message = format!("`{key}` belongs to one value, and this connects two terminals");
         let help = "connect that input on its own, too: its connection takes the place of the one between the terminals";
-        scenario.source.error(span, message, "").help(help)
+        scenario.source.error_at(span, message, "").with_help(help)
     };
-    spans.chain(effects).map(error).collect::<Mistakes>().finish()
+    spans.chain(effects).map(error).collect::<ErrorCollector>().into_result()
 }
 
 /// The connections of the members of two terminals.
@@ -155,25 +150,25 @@ fn member_connections(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Connect>, Error> {
     let names = [&connect.from, &connect.to].map(|word| word.get_ref().clone());
-    let error = |message: String| scenario.error(&connect.to, message);
+    let error = |message: String| scenario.error_at(&connect.to, message);
     let mut found = Vec::new();
-    matching::pairs([&ends[0].terminal, &ends[1].terminal], &names, &mut found)
-        .map_err(|message| error(message).help(ONE_BY_ONE))?;
+    matching::add_member_pairs([&ends[0].terminal, &ends[1].terminal], &names, &mut found)
+        .map_err(|message| error(message).with_help(ONE_BY_ONE))?;
     if found.is_empty() {
         let message = format!("`{}` and `{}` have no member in common", names[0], names[1]);
-        return Err(error(message).help(common_names(ends)));
+        return Err(error(message).with_help(common_names(ends)));
     }
     let mut links = Vec::new();
     for pair in &found {
         let full = [0, 1].map(|end| format!("{}.{}", ends[end].node.name, pair.variables[end]));
-        let variables = [0, 1].map(|end| variable(&ends[end], pair.variables[end]));
+        let variables = [0, 1].map(|end| find_end_variable(&ends[end], pair.variables[end]));
         let [Some(a), Some(b)] = variables else {
             let end = usize::from(variables[0].is_some());
             let message = format!(
                 "the terminal `{}` names `{}`, which is no variable of the FMU",
                 names[end], pair.variables[end]
             );
-            return Err(error(message).help(ONE_BY_ONE));
+            return Err(error(message).with_help(ONE_BY_ONE));
         };
         let word = |text: &String| Spanned::new(connect.to.span(), text.clone());
         let link = |from, to, at| Connect {
@@ -205,7 +200,7 @@ fn member_connections(
                     full[1],
                     causality_name(b)
                 );
-                return Err(error(message).help(ONE_BY_ONE));
+                return Err(error(message).with_help(ONE_BY_ONE));
             }
         }
     }
@@ -226,8 +221,8 @@ fn causality_name(causality: Causality) -> &'static str {
     }
 }
 
-fn variable<'a>(end: &TerminalEnd<'a>, name: &str) -> Option<&'a Variable> {
-    end.fmu.description.find(name).map(|index| &end.fmu.description.variables[index])
+fn find_end_variable<'a>(end: &TerminalEnd<'a>, name: &str) -> Option<&'a Variable> {
+    end.fmu.description.find_variable(name).map(|index| &end.fmu.description.variables[index])
 }
 
 /// Parameters of connected terminals are equal, or there is something wrong with the system.
@@ -264,7 +259,7 @@ fn check_equal_parameters(
 fn common_names(ends: &[TerminalEnd; 2]) -> String {
     let list = |end: &TerminalEnd| {
         let names = end.terminal.members.iter().filter_map(|member| member.name.as_deref());
-        format!("`{}` has {}", end.terminal.name, shortened(&names.collect::<Vec<_>>()))
+        format!("`{}` has {}", end.terminal.name, join_shortened(&names.collect::<Vec<_>>()))
     };
     format!("{}; {}", list(&ends[0]), list(&ends[1]))
 }

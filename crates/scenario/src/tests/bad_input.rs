@@ -143,10 +143,8 @@ fn lab() -> Lab {
     lab.write("text.fmu", "no archive");
     lab.write("cut.fmu", &plant[..plant.len() / 2]);
     let description = fmus::plant();
-    let windows: [(&str, &[u8]); 2] = [
-        ("modelDescription.xml", description.as_bytes()),
-        ("binaries/win64/plant.so", b"no library"),
-    ];
+    let windows: [(&str, &[u8]); 2] =
+        [("modelDescription.xml", description.as_bytes()), ("binaries/win64/plant.so", b"no library")];
     lab.write("windows.fmu", fmus::zipped(&windows));
     lab.write("mute.fmu", fmus::zipped(&windows[1..]));
     lab.write("broken.fmu", fmus::zipped(&[("modelDescription.xml", b"<fmiModelDescription")]));

@@ -149,10 +149,7 @@ fn lab() -> Lab {
     lab.write("base/base.toml", BASE);
     lab.write("self.toml", "extends = \"case.toml\"\n");
     lab.write("broken.toml", "title = \"Broken");
-    lab.write(
-        "twice.toml",
-        BASE.replace("path = \"", "path = \"base/").replace("never ever", "never"),
-    );
+    lab.write("twice.toml", BASE.replace("path = \"", "path = \"base/").replace("never ever", "never"));
     lab
 }
 
@@ -166,8 +163,7 @@ fn a_mistake_in_the_extending_scenario_is_told_there() {
         lab.message(&text).says(&[line, part]);
     }
     // All of them in one go, with the form of the file.
-    let text =
-        CHANGED.replacen("\"never*\"", "\"newer\", \"nada\"", 1).replacen("stop =", "stpo =", 1);
+    let text = CHANGED.replacen("\"never*\"", "\"newer\", \"nada\"", 1).replacen("stop =", "stpo =", 1);
     assert_eq!(lab.message(&text).says(&["case.toml:5:"]).count, 3);
 }
 

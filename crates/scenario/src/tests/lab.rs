@@ -44,9 +44,8 @@ impl Lab {
 
     /// The same with values of `--set`.
     pub fn resolve_with(&self, text: &str, set: &[&str]) -> Result<RunPlan, Error> {
-        let starts =
-            set.iter().map(|entry| Override::parse(entry, |file| Path::new(file).to_owned()));
-        let starts = starts.collect::<Result<Vec<_>, _>>().map_err(Error::input)?.concat();
+        let starts = set.iter().map(|entry| Override::parse(entry, |file| Path::new(file).to_owned()));
+        let starts = starts.collect::<Result<Vec<_>, _>>().map_err(Error::invalid_input)?.concat();
         let overrides = Overrides { starts, ..Overrides::default() };
         let scenario = self.read(text)?;
         RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, self.path("out"))
@@ -61,7 +60,7 @@ impl Lab {
     /// What is wrong with the sweep of the scenario of this text, or with the scenario.
     #[track_caller]
     pub fn sweep_message(&self, text: &str) -> Message {
-        let sweep = self.read(text).and_then(|scenario| resolve::sweep(&scenario));
+        let sweep = self.read(text).and_then(|scenario| resolve::resolve_sweep(&scenario));
         self.message_of(sweep.and_then(|_| self.resolve(text)).err(), text)
     }
 
@@ -69,10 +68,10 @@ impl Lab {
     pub fn message_of(&self, error: Option<Error>, text: &str) -> Message {
         let error = error.unwrap_or_else(|| panic!("nothing is wrong with:\n{text}"));
         assert_eq!(error.exit_code(), 2, "{error}");
-        let errors = error.split();
+        let errors = error.into_single_errors();
         let shown: Vec<String> = errors
             .iter()
-            .map(|error| format!("{:?}", miette::Report::new(PrintableError::of(error))))
+            .map(|error| format!("{:?}", miette::Report::new(PrintableError::from_error(error))))
             .collect();
         let frame = |c: char| "│╭╰─┬▲×·".contains(c);
         let words = shown.iter().flat_map(|shown| shown.split_whitespace());

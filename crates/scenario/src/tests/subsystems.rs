@@ -104,10 +104,7 @@ fn mistakes_about_systems_point_at_their_words() {
         ("[[system]]\nname = \"rig\"\n".to_owned(), &["case.toml:1", "path"]),
         (format!("{RIG}varient = \"x\"\n"), &["case.toml:3:1", "varient", "variant"]),
         (format!("{rig}{RIG}"), &["case.toml:5:8", "two systems called `rig`", "name = \"rig_2\""]),
-        (
-            format!("{rig}{}", node("rig")),
-            &["case.toml:2:8", "`rig` is a node of the scenario already"],
-        ),
+        (format!("{rig}{}", node("rig")), &["case.toml:2:8", "`rig` is a node of the scenario already"]),
         (
             format!("{rig}{}", signal("rig_a.x")),
             &["case.toml:5:8", "`rig_a` is a node of the system `rig` already"],
@@ -131,10 +128,7 @@ fn mistakes_about_connectors_point_at_their_words() {
             driven.clone() + &connect("drive.x", "rig.open", ""),
             &["case.toml:9:6", "unknown input `rig.open`"],
         ),
-        (
-            rig.clone() + &connect("rig.z", "rig.u", ""),
-            &["case.toml:5:8", "unknown output `rig.z`"],
-        ),
+        (rig.clone() + &connect("rig.z", "rig.u", ""), &["case.toml:5:8", "unknown output `rig.z`"]),
         (
             driven.clone()
                 + &connect("drive.x", "rig.u", "")
@@ -194,11 +188,10 @@ fn names_of_systems_do_not_meet() {
     let nested = structure().replace("name=\"b\"", "name=\"b_a\"").replace("\"b\"", "\"b_a\"");
     lab.write("nested/SystemStructure.ssd", nested);
     lab.fmu("nested/relay.fmu", fmus::RELAY);
-    let text = "[[system]]\nname = \"t\"\npath = \"nested\"\n[[system]]\nname = \"t_b\"\npath = \"rig.ssp\"\n";
-    lab.message(&format!("{text}{TIME}")).says(&[
-        "case.toml:5:8",
-        "the systems `t` and `t_b` would both have a node called `t_b_a`",
-    ]);
+    let text =
+        "[[system]]\nname = \"t\"\npath = \"nested\"\n[[system]]\nname = \"t_b\"\npath = \"rig.ssp\"\n";
+    lab.message(&format!("{text}{TIME}"))
+        .says(&["case.toml:5:8", "the systems `t` and `t_b` would both have a node called `t_b_a`"]);
     // Another FMU in the place of one of the system is told.
     let text = format!("{RIG}unconnected = \"start\"\n{}{TIME}", node("rig_a"));
     let plan = lab.resolve(&text).expect("a plan");

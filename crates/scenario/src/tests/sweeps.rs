@@ -68,31 +68,20 @@ fn wrong_keys_are_told_at_their_places() {
         (format!("{VARY}{values}\n{VARY}{values}"), ["`ramp.x` is varied twice", "here again"]),
         (format!("{VARY}values = []"), ["has no values", "ramp.x"]),
         (format!("{VARY}values = [[1.0]]"), ["expected a number, a text", "found array"]),
-        (
-            "[[sweep.vary]]\nname = 'seed'\nvalues = [-1]".to_owned(),
-            ["whole numbers from 0 on", "seed"],
-        ),
+        ("[[sweep.vary]]\nname = 'seed'\nvalues = [-1]".to_owned(), ["whole numbers from 0 on", "seed"]),
         (
             format!("{VARY}{values}\n[sweep.collect]\na = 'relay.x_out'"),
             ["one value of the whole run", "max(...)"],
         ),
-        (
-            format!("{VARY}{values}\n[sweep.collect]\na = 'max(relay.x_oud)'"),
-            ["relay.x_oud", "relay.x_out"],
-        ),
-        (
-            format!("{VARY}{values}\n[sweep]\npass_share = 2.0"),
-            ["a share from 0 to 1", "case.toml:"],
-        ),
+        (format!("{VARY}{values}\n[sweep.collect]\na = 'max(relay.x_oud)'"), ["relay.x_oud", "relay.x_out"]),
+        (format!("{VARY}{values}\n[sweep]\npass_share = 2.0"), ["a share from 0 to 1", "case.toml:"]),
         (format!("{VARY}{values}\n[sweep]\ndesing = 'grid'"), ["desing", "design"]),
         (
             format!("{VARY}uniform = [0.0, 1.0]\n[sweep.search]\nminimise = 'a'"),
             ["has no value called `a`", "case.toml:"],
         ),
         (
-            format!(
-                "{VARY}uniform = [0.0, 1.0]\n[sweep.search]\nlimit = 'largest'\ncheck = 'hight'"
-            ),
+            format!("{VARY}uniform = [0.0, 1.0]\n[sweep.search]\nlimit = 'largest'\ncheck = 'hight'"),
             ["no check called `hight`", "case.toml:"],
         ),
     ] {

@@ -77,24 +77,17 @@ fn units_that_cannot_be_read_fit_equal_ones_only() {
         .replace("<Real start", "<Real unit=\"paces\" start")
         .replace("<Real/>", "<Real unit=\"paces\"/>");
     lab.fmu("relay.fmu", &strange);
-    lab.message(&driven("", "", "")).says(&[
-        "`driver.v` is in [km/h], and the unit [paces] of `car.x` cannot be read",
-        "unit = { x =",
-    ]);
+    lab.message(&driven("", "", ""))
+        .says(&["`driver.v` is in [km/h], and the unit [paces] of `car.x` cannot be read", "unit = { x ="]);
 }
 
 #[test]
 fn a_declared_unit_fits_the_description_and_the_type() {
     let lab = lab();
-    let plant =
-        "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0, delta = 0.0 }\n";
-    let of_plant =
-        |unit: &str| driven("unit = { x = \"m/s\" }", "", &format!("{plant}unit = {{ {unit} }}"));
+    let plant = "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0, delta = 0.0 }\n";
+    let of_plant = |unit: &str| driven("unit = { x = \"m/s\" }", "", &format!("{plant}unit = {{ {unit} }}"));
     for (text, parts) in [
-        (
-            driven("unit = { x = \"kmh\" }", "", ""),
-            &["unknown unit `kmh`", "did you mean `km/h`?"][..],
-        ),
+        (driven("unit = { x = \"kmh\" }", "", ""), &["unknown unit `kmh`", "did you mean `km/h`?"][..]),
         (
             driven("unit = { xx = \"m/s\" }", "unit = \"m/s\"", ""),
             &["unknown variable of `car` `xx`", "did you mean `x`?"],
@@ -195,8 +188,7 @@ fn diagrams_of_formulas_have_units() {
     let plot = |curve: &str| {
         judged(&format!("[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{{ {curve} }}]"))
     };
-    for curve in ["signal = \"plant.psi + plant.r * 0.1 s\"", "signal = \"plant.v_y / plant.v_x\""]
-    {
+    for curve in ["signal = \"plant.psi + plant.r * 0.1 s\"", "signal = \"plant.v_y / plant.v_x\""] {
         assert!(lab.resolve(&plot(curve)).is_ok(), "{curve}");
     }
     for (curve, part) in [

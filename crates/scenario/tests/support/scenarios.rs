@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use damage::Target;
+use damage::FuzzTarget;
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
 
 use super::everything;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "scenarios",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../scenario/tests/corpus/scenarios"),
     sound,
@@ -91,11 +91,9 @@ fn sound() -> Vec<Vec<u8>> {
     let text = everything::TEXT;
     let time = "[time]\nstep = 0.25\nstop = 1.0\n\n";
     let parts: Vec<&str> = text.split("\n\n").collect();
-    let signals: Vec<_> =
-        parts.iter().copied().filter(|part| part.starts_with("[[signal")).collect();
+    let signals: Vec<_> = parts.iter().copied().filter(|part| part.starts_with("[[signal")).collect();
     let view = text.find("[view]").map_or("", |at| &text[at..]);
-    let check =
-        "\n\n[[check]]\nname = \"small\"\nthat = \"abs(s.sine) < 3 and s.step > 0.5 m/s\"\n";
+    let check = "\n\n[[check]]\nname = \"small\"\nthat = \"abs(s.sine) < 3 and s.step > 0.5 m/s\"\n";
     vec![
         text.as_bytes().to_vec(),
         [time, &signals.join("\n\n"), check].concat().into_bytes(),
@@ -110,8 +108,7 @@ fn sound() -> Vec<Vec<u8>> {
 fn attempt(bytes: &[u8], folder: &Path) -> bool {
     if !folder.join("relay.fmu").exists() {
         everything::write(folder).expect("it can be written");
-        std::fs::write(folder.join("everything.toml"), everything::TEXT)
-            .expect("it can be written");
+        std::fs::write(folder.join("everything.toml"), everything::TEXT).expect("it can be written");
     }
     let path = folder.join("x.toml");
     std::fs::write(&path, bytes).expect("it can be written");
@@ -122,7 +119,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
             return false;
         }
     };
-    let _ = scenario.values();
+    let _ = scenario.flattened_values();
     let out = folder.join("out");
     match RunPlan::resolve(&scenario, &BuildArtifacts::default(), &Overrides::default(), out) {
         Ok(RunPlan { system, .. }) => {

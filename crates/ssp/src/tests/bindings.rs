@@ -48,8 +48,7 @@ fn prefixes_come_before_names_and_mappings() {
     let both = set(&[("k", &real("7")), ("sub.c.k", &real("8"))]);
     let entry = r#"<ssm:MappingEntry source="k" target="sub.c.j"/>"#;
     let system = good(&nested(&[binding("", &both, entry)], &[], &[]));
-    let variables: Vec<_> =
-        system.components[0].start_values.iter().map(|x| x.variable.as_str()).collect();
+    let variables: Vec<_> = system.components[0].start_values.iter().map(|x| x.variable.as_str()).collect();
     assert_eq!((variables, number(&system, "sub.c", "j")), (vec!["j"], 7.0));
 }
 
@@ -86,20 +85,17 @@ fn dots_in_names_reach_all_that_they_may_mean() {
 fn units_of_values_are_handed_over_with_what_comes_after_the_conversion() {
     let value = r#"<ssv:Real value="2" unit="mm"/>"#;
     let entry = |rest: &str| {
-        format!(
-            r#"<ssm:MappingEntry source="k" target="k" {rest}>{}</ssm:MappingEntry>"#,
-            linear("3", "1")
-        )
+        format!(r#"<ssm:MappingEntry source="k" target="k" {rest}>{}</ssm:MappingEntry>"#, linear("3", "1"))
     };
     let own = binding("", &set(&[("k", value)]), &entry(""));
     let system = good(&nested(&[], &[], &[own]));
     let found = start(&system, "sub.c", "k");
     let (unit, to) = (found.unit.clone().expect("mm"), found.connector_unit.clone().expect("m"));
     assert_eq!((unit.name.as_str(), to.name.as_str()), ("mm", "m"));
-    assert_eq!((&found.value, factors(&found.transformation)), (&Value::Real(2.0), (3.0, 1.0)));
+    assert_eq!((&found.value, factors(&found.transformation)), (&SspValue::Real(2.0), (3.0, 1.0)));
     // 2 mm are 0.002 m, and 3 * 0.002 + 1 = 1.006.
-    let (factor, offset) = unit.to(&to).expect("lengths");
-    assert_eq!(found.converted(factor, offset), Some(Value::Real(3.0 * (0.001 * 2.0) + 1.0)));
+    let (factor, offset) = unit.conversion_to(&to).expect("lengths");
+    assert_eq!(found.converted_value(factor, offset), Some(SspValue::Real(3.0 * (0.001 * 2.0) + 1.0)));
     // Suppressed: 3 * 2 + 1 = 7, in the unit of the connector.
     let own = binding("", &set(&[("k", value)]), &entry(r#"suppressUnitConversion="true""#));
     let system = good(&nested(&[], &[], &[own]));
@@ -114,10 +110,7 @@ fn values_of_all_types_have_places() {
         ("s", r#"<ssv:String value="a  b"/>"#),
         ("e", r#"<ssv:Enumeration value="on"/>"#),
         ("x", r#"<ssv:Binary value="00fF"/>"#),
-        (
-            "v",
-            r#"<ssv:Float64 value="1 2 3 4 5 6"/><ssv:Dimension size="2"/><ssv:Dimension size="3"/>"#,
-        ),
+        ("v", r#"<ssv:Float64 value="1 2 3 4 5 6"/><ssv:Dimension size="2"/><ssv:Dimension size="3"/>"#),
         (
             "t",
             r#"<ssv:String><ssv:Value value="p"/><ssv:Value value="q r"/></ssv:String><ssv:Dimension size="2"/>"#,
@@ -131,21 +124,21 @@ fn values_of_all_types_have_places() {
           <ssc:MapEntry source="on" target="off"/></ssc:EnumerationMappingTransformation></ssm:MappingEntry>"#;
     let system = good(&nested(&[], &[], &[binding("", &values, "")]));
     let value = |name: &str| start(&system, "sub.c", name).value.clone();
-    assert_eq!(value("i"), Value::Integer(u64::MAX.into()));
-    assert_eq!((value("b"), value("s")), (Value::Boolean(true), Value::String("a  b".into())));
-    assert_eq!(value("e"), Value::Enumeration("on".into()));
-    assert_eq!(value("x"), Value::Binary(vec![0, 255]));
-    let elements = (1..7).map(|x| Value::Real(x.into())).collect();
-    assert_eq!(value("v"), Value::Array { dimensions: vec![2, 3], elements });
-    let elements = ["p", "q r"].map(|x| Value::String(x.into())).to_vec();
-    assert_eq!(value("t"), Value::Array { dimensions: vec![2], elements });
+    assert_eq!(value("i"), SspValue::Integer(u64::MAX.into()));
+    assert_eq!((value("b"), value("s")), (SspValue::Boolean(true), SspValue::String("a  b".into())));
+    assert_eq!(value("e"), SspValue::Enumeration("on".into()));
+    assert_eq!(value("x"), SspValue::Binary(vec![0, 255]));
+    let elements = (1..7).map(|x| SspValue::Real(x.into())).collect();
+    assert_eq!(value("v"), SspValue::Array { dimensions: vec![2, 3], elements });
+    let elements = ["p", "q r"].map(|x| SspValue::String(x.into())).to_vec();
+    assert_eq!(value("t"), SspValue::Array { dimensions: vec![2], elements });
     let position = &start(&system, "sub.c", "i").position;
-    assert!(position.file().ends_with("SystemStructure.ssd") && position.line() > 1);
+    assert!(position.file_path().ends_with("SystemStructure.ssd") && position.line() > 1);
 
     let system = good(&nested(&[], &[], &[binding("", &values, entries)]));
     let value = |name: &str| start(&system, "sub.c", name).value.clone();
-    assert_eq!(value("i"), Value::Integer(-4));
-    assert_eq!((value("b"), value("e")), (Value::Boolean(false), Value::Enumeration("off".into())));
+    assert_eq!(value("i"), SspValue::Integer(-4));
+    assert_eq!((value("b"), value("e")), (SspValue::Boolean(false), SspValue::Enumeration("off".into())));
 }
 
 #[test]
@@ -163,18 +156,17 @@ fn values_of_connectors_go_through_connections_and_win() {
     );
     let system = good(&contents);
     let found = start(&system, "sub.c", "k");
-    assert_eq!(found.value, Value::Real(4.0));
+    assert_eq!(found.value, SspValue::Real(4.0));
     let unit = found.unit.as_ref().map(|unit| unit.name.as_str());
     assert_eq!((unit, factors(&found.transformation)), (Some("km"), (2.0, 1.0)));
-    assert_eq!(found.converted(1000.0, 0.0), Some(Value::Real(8001.0)));
+    assert_eq!(found.converted_value(1000.0, 0.0), Some(SspValue::Real(8001.0)));
     assert!(system.notes.iter().any(|note| note.contains("`sub.c.k` is replaced")));
 }
 
 #[test]
 fn nothing_is_mapped_from_an_empty_source() {
     let values = set(&[("k", &real("3"))]);
-    let entries =
-        r#"<ssm:MappingEntry source="k" target="k"/><ssm:MappingEntry source="" target="u"/>"#;
+    let entries = r#"<ssm:MappingEntry source="k" target="k"/><ssm:MappingEntry source="" target="u"/>"#;
     let system = good(&nested(&[], &[], &[binding("", &values, entries)]));
     assert_eq!(number(&system, "sub.c", "k"), 3.0);
     assert!(system.notes.iter().any(|it| it.contains("`u` has no source")), "{:?}", system.notes);

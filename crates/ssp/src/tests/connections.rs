@@ -36,7 +36,7 @@ fn carried(contents: &str) -> f64 {
     let conversion = &system.connections[0].conversion;
     let (factor, offset) = match &conversion.units {
         (Some(from), Some(to)) if !conversion.suppress_unit_conversion => {
-            from.to(to).expect("units")
+            from.conversion_to(to).expect("units")
         }
         _ => (1.0, 0.0),
     };
@@ -51,11 +51,7 @@ fn transformations_through_three_connections_are_one() {
     // 1 -> 3 -> 8 -> 8.
     assert_eq!(carried(&far(["", "", "", ""], rests)), 8.0);
     assert!(good(&far(["", "", "", ""], rests)).connections[0].conversion.assumes_equal_units);
-    assert!(
-        !good(&far(["", "", "", ""], ["", "", rests[2]])).connections[0]
-            .conversion
-            .assumes_equal_units
-    );
+    assert!(!good(&far(["", "", "", ""], ["", "", rests[2]])).connections[0].conversion.assumes_equal_units);
     // 1 km = 1000 m -> 2001 m = 2001000 mm -> 6002999 mm = 6002.999 m -> 3005.4995 m.
     let value = carried(&far(["km", "m", "mm", "m"], rests));
     assert!((value - 3005.4995).abs() < 1e-9, "{value}");
@@ -84,10 +80,8 @@ fn suppressed_conversions_are_left_out() {
 #[test]
 fn tables_are_composed_and_kinds_are_not_mixed() {
     let table = |kind: &str, rows: &[(&str, &str)]| {
-        let rows: String = rows
-            .iter()
-            .map(|(a, b)| format!(r#"<ssc:MapEntry source="{a}" target="{b}"/>"#))
-            .collect();
+        let rows: String =
+            rows.iter().map(|(a, b)| format!(r#"<ssc:MapEntry source="{a}" target="{b}"/>"#)).collect();
         format!("<ssc:{kind}MappingTransformation>{rows}</ssc:{kind}MappingTransformation>")
     };
     let typed = |kind: &str, rests: [&str; 3]| {
@@ -99,12 +93,12 @@ fn tables_are_composed_and_kinds_are_not_mixed() {
     // 1 -> 2 -> 3, 5 -> 6, 2 -> 3, 7 -> 8, and 9 stays.
     let conversion = &system.connections[0].conversion.transformation;
     for (from, to) in [(1, 3), (5, 6), (2, 3), (7, 8), (9, 9)] {
-        assert_eq!(conversion.apply(&Value::Integer(from)), Some(Value::Integer(to)));
+        assert_eq!(conversion.apply(&SspValue::Integer(from)), Some(SspValue::Integer(to)));
     }
     let not = table("Boolean", &[("true", "false"), ("false", "true")]);
     let system = good(&typed("Boolean", [&not, &not, &not]));
     let conversion = &system.connections[0].conversion.transformation;
-    assert_eq!(conversion.apply(&Value::Boolean(true)), Some(Value::Boolean(false)));
+    assert_eq!(conversion.apply(&SspValue::Boolean(true)), Some(SspValue::Boolean(false)));
 
     let enumeration = table("Enumeration", &[("a", "b")]);
     let message = wrong(&typed(r#"Enumeration name="e""#, [&enumeration, &first, ""]));
@@ -115,13 +109,9 @@ fn tables_are_composed_and_kinds_are_not_mixed() {
 
 #[test]
 fn kinds_decide_the_direction() {
-    let parts =
-        [component("a", &[("y", "output", "")], ""), component("b", &[("u", "input", "")], "")];
+    let parts = [component("a", &[("y", "output", "")], ""), component("b", &[("u", "input", "")], "")];
     let contents = |link: &str| {
-        format!(
-            "<ssd:Elements>{}</ssd:Elements><ssd:Connections>{link}</ssd:Connections>",
-            parts.concat()
-        )
+        format!("<ssd:Elements>{}</ssd:Elements><ssd:Connections>{link}</ssd:Connections>", parts.concat())
     };
     assert_eq!(names(&good(&contents(&connection("b.u", "a.y", "")))), ["a.y -> b.u"]);
     for (from, to) in [("a.y", "a.y"), ("b.u", "b.u")] {
@@ -148,13 +138,11 @@ fn connectors_of_the_system_lead_to_components() {
         connection("a.y", "y", ""),
     );
     let system = good(&contents);
-    let inputs: Vec<_> =
-        system.inputs.iter().map(|x| (x.connector.name.as_str(), x.to.len())).collect();
+    let inputs: Vec<_> = system.inputs.iter().map(|x| (x.connector.name.as_str(), x.to.len())).collect();
     assert_eq!(inputs, [("u", 2), ("p", 1)]);
     let (port, conversion) = &system.inputs[0].to[0];
     assert_eq!((port.variable.as_str(), factors(&conversion.transformation)), ("u", (2.0, 0.0)));
-    let units =
-        [&conversion.units.0, &conversion.units.1].map(|x| x.as_ref().map(|x| x.name.clone()));
+    let units = [&conversion.units.0, &conversion.units.1].map(|x| x.as_ref().map(|x| x.name.clone()));
     assert_eq!(units, [Some("km".to_owned()), Some("m".to_owned())]);
     assert_eq!(system.outputs[0].from.as_ref().map(|x| x.0.variable.as_str()), Some("y"));
     assert!(system.outputs[1].from.is_none() && system.connections.is_empty());
@@ -200,14 +188,13 @@ fn dictionaries_connect_elements_of_all_levels() {
     );
     let opened = |contents: &str| {
         let folder = folder(&[("SystemStructure.ssd", &description(contents)), ("bus.ssb", &bus)]);
-        open(folder.path(), None)
+        open_system(folder.path(), None)
     };
     let system = opened(&contents).expect("a system");
     assert_eq!(names(&system), ["a.y -> sub.b.u"]);
     assert_eq!(factors(&system.connections[0].conversion.transformation), (6.0, 3.0));
-    let message = |from: &str, to: &str| {
-        opened(&contents.replace(from, to)).expect_err("an error").to_string()
-    };
+    let message =
+        |from: &str, to: &str| opened(&contents.replace(from, to)).expect_err("an error").to_string();
     assert!(message(r#"dictionary="bus""#, r#"dictionary="bis""#).contains("`bis`"));
     assert!(message(r#""v" kind="inout""#, r#""w" kind="inout""#).contains("entry"));
 }

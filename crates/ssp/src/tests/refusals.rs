@@ -7,15 +7,13 @@ fn changed(from: &str, to: &str) -> String {
     let text = sample();
     assert!(text.contains(from), "{from}");
     let folder = folder(&[("SystemStructure.ssd", &text.replace(from, to))]);
-    open(folder.path(), None).expect_err("an error").to_string()
+    open_system(folder.path(), None).expect_err("an error").to_string()
 }
 
 /// A small system that uses most of the standard.
 pub(super) fn sample() -> String {
-    let entry = format!(
-        r#"<ssm:MappingEntry source="v" target="sub.c.k">{}</ssm:MappingEntry>"#,
-        linear("2", "1")
-    );
+    let entry =
+        format!(r#"<ssm:MappingEntry source="v" target="sub.c.k">{}</ssm:MappingEntry>"#, linear("2", "1"));
     description(&format!(
         r#"
 {}
@@ -75,10 +73,7 @@ fn mistakes_have_places_expectations_and_cures() {
     for (from, to, part) in cases {
         let message = changed(from, to);
         assert!(message.contains(part), "{to}: {message}");
-        assert!(
-            message.contains("SystemStructure.ssd:") && message.contains("expected"),
-            "{message}"
-        );
+        assert!(message.contains("SystemStructure.ssd:") && message.contains("expected"), "{message}");
     }
     let message = changed(r#"factor="3""#, r#"factor="three""#);
     let line = sample().lines().position(|line| line.contains("factor=\"3\"")).expect("a line") + 1;
@@ -91,10 +86,8 @@ fn what_the_standard_does_not_know_is_noted() {
         .replace("<ssd:System name=\"sub\">", "<ssd:System name=\"sub\" color=\"red\" xmlns:o=\"http://o\" o:x=\"1\"><ssd:Wheel/>")
         .replace("</ssd:SystemStructureDescription>", r#"<ssd:Annotations><ssc:Annotation type="net.x"><y xmlns="http://y" timeStep="3"/></ssc:Annotation></ssd:Annotations></ssd:SystemStructureDescription>"#);
     let folder = folder(&[("SystemStructure.ssd", &text)]);
-    let notes = open(folder.path(), None).expect("a system").notes;
-    for part in
-        ["<Wheel> is not used", "color of <System>", "net.x is ignored; it says y.timeStep = 3"]
-    {
+    let notes = open_system(folder.path(), None).expect("a system").notes;
+    for part in ["<Wheel> is not used", "color of <System>", "net.x is ignored; it says y.timeStep = 3"] {
         assert!(notes.iter().any(|note| note.contains(part)), "{part}: {notes:?}");
     }
     assert!(!notes.iter().any(|note| note.contains("attribute x")), "{notes:?}");
@@ -109,19 +102,17 @@ fn steps_are_those_that_tools_noted() {
     };
     let oms = r#"<ssd:Annotations><ssc:Annotation type="org.openmodelica"><o:A xmlns:o="http://o"><o:FixedStepMaster description="oms-ma" stepSize="0.001000"/></o:A></ssc:Annotation></ssd:Annotations>"#;
     let read = |system: &str, experiment: &str| {
-        let text = description(system).replace(
-            "stopTime=\"2.5\"/>",
-            &format!("stopTime=\"2.5\">{experiment}</ssd:DefaultExperiment>"),
-        );
+        let text = description(system)
+            .replace("stopTime=\"2.5\"/>", &format!("stopTime=\"2.5\">{experiment}</ssd:DefaultExperiment>"));
         let folder = folder(&[("SystemStructure.ssd", &text)]);
-        let system = open(folder.path(), None).expect("a system");
+        let system = open_system(folder.path(), None).expect("a system");
         let ignored = system.notes.iter().filter(|note| note.contains("is ignored")).count();
         (system.stepping.map(|it| (it.master, it.step)), ignored)
     };
     let inner = format!("<ssd:Elements><ssd:System name=\"sub\">{oms}</ssd:System></ssd:Elements>");
-    assert_eq!(read("", &osp("1e-4")), (Some((Master::Osp, 1e-4)), 0));
-    assert_eq!(read(oms, ""), (Some((Master::OmSimulator, 1e-3)), 0));
-    assert_eq!(read(oms, &osp("0.5")), (Some((Master::Osp, 0.5)), 0));
+    assert_eq!(read("", &osp("1e-4")), (Some((SteppingTool::Osp, 1e-4)), 0));
+    assert_eq!(read(oms, ""), (Some((SteppingTool::OmSimulator, 1e-3)), 0));
+    assert_eq!(read(oms, &osp("0.5")), (Some((SteppingTool::Osp, 0.5)), 0));
     // A system inside is not the outermost one, and a step is above 0.
     assert_eq!(read(&inner, ""), (None, 1));
     assert_eq!(read("", &osp("0")), (None, 1));
@@ -132,12 +123,12 @@ fn steps_are_those_that_tools_noted() {
 fn prefixes_and_versions_of_namespaces_do_not_matter() {
     let text = sample().replace("ssd:", "q:").replace(":ssd=", ":q=").replace("SSP1", "SSP2");
     let folder = folder(&[("SystemStructure.ssd", &text)]);
-    let system = open(folder.path(), None).expect("a system");
+    let system = open_system(folder.path(), None).expect("a system");
     assert_eq!(names(&system), ["d.y -> sub.c.u"]);
     assert_eq!(number(&system, "sub.c", "k"), 3.0);
     let other = text.replace("SSP2/SystemStructureDescription", "SSP2/Something");
     let path = written(folder.path(), "other.ssd", other.as_bytes());
-    let message = open(&path, None).expect_err("an error").to_string();
+    let message = open_system(&path, None).expect_err("an error").to_string();
     assert!(message.contains("SSP2/Something"), "{message}");
 }
 
@@ -166,7 +157,7 @@ fn deep_and_endless_systems_are_refused() {
     files.push(("30.ssd".to_owned(), description("")));
     let files: Vec<_> = files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
     let folder = folder(&files);
-    let message = open(&folder.path().join("0.ssd"), None).expect_err("an error").to_string();
+    let message = open_system(&folder.path().join("0.ssd"), None).expect_err("an error").to_string();
     assert!(message.contains("at most 100000 elements"), "{message}");
 }
 
@@ -196,7 +187,7 @@ fn hostile_archives_are_refused() {
     let folder = TempDir::new().expect("a folder");
     let message = |name: &str, bytes: &[u8]| {
         let path = written(folder.path(), name, bytes);
-        open(&path, None).expect_err("an error")
+        open_system(&path, None).expect_err("an error")
     };
     assert!(matches!(message("a.ssp", b"no archive"), Error::Archive(archive::Error::Zip { .. })));
     let text = sample();
@@ -207,12 +198,12 @@ fn hostile_archives_are_refused() {
     let linked = writer.finish().expect("an archive").into_inner();
     assert!(matches!(message("c.ssp", &linked), Error::Archive(archive::Error::Link { .. })));
     assert!(matches!(message("d.ssp", &archive(&[("x", b"")])), Error::Read { .. }));
-    assert!(matches!(open(&folder.path().join("none.ssp"), None), Err(Error::Read { .. })));
+    assert!(matches!(open_system(&folder.path().join("none.ssp"), None), Err(Error::Read { .. })));
     // The limit is counted over what is written, not over what an entry claims.
     let path = written(folder.path(), "e.ssp", &archive(&[("x", &[0; 5_000])]));
     let into = folder.path().join("into");
     let mut left = 4_999;
-    let found = crate::read_archive::unpack(&path, &path, &into, &mut left);
+    let found = crate::read_archive::unpack_archive(&path, &path, &into, &mut left);
     assert!(matches!(found, Err(Error::Archive(archive::Error::TooLarge { .. }))));
 }
 
@@ -222,14 +213,13 @@ fn descriptions_without_end_are_refused() {
     let path = folder.path().join("SystemStructure.ssd");
     let file = std::fs::File::create(&path).expect("a file");
     file.set_len(crate::limits::LONGEST + 1).expect("a long file");
-    assert!(matches!(open(&path, None), Err(Error::TooLong { .. })));
+    assert!(matches!(open_system(&path, None), Err(Error::TooLong { .. })));
 }
 
 #[test]
 fn crowds_of_attributes_are_refused_at_once() {
-    let many = |prefix: &str| -> String {
-        (0..300_000).map(|index| format!(" {prefix}{index} = 'a>=<'")).collect()
-    };
+    let many =
+        |prefix: &str| -> String { (0..300_000).map(|index| format!(" {prefix}{index} = 'a>=<'")).collect() };
     for prefix in ["a", "xmlns:a"] {
         let message = changed(
             r#"<ssd:System name="sub""#,
@@ -246,6 +236,6 @@ fn crowds_of_attributes_are_refused_at_once() {
 fn texts_that_are_no_utf_8_have_a_place() {
     let folder = folder(&[]);
     let path = written(folder.path(), "SystemStructure.ssd", b"<a>\n \xff</a>");
-    let message = open(&path, None).expect_err("an error").to_string();
+    let message = open_system(&path, None).expect_err("an error").to_string();
     assert!(message.contains("SystemStructure.ssd:2:2: expected UTF-8"), "{message}");
 }

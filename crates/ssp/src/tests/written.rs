@@ -4,36 +4,36 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::write::{
-    Content, Draft, DraftAnnotation, DraftComponent, DraftConnection, DraftConnector, DraftValue,
-    Version, pack, parameter_set, structure,
+    DraftAnnotation, DraftComponent, DraftConnection, DraftConnector, DraftValue, EntryContent, SspVersion,
+    SystemDraft, pack_archive, parameter_set, system_structure_xml,
 };
 use crate::{
-    BaseUnit, ConnectorKind, Dimension, Enumeration, Experiment, Transformation, Type, Unit, Value,
-    Width,
+    ArrayDimension, BaseUnit, ConnectorKind, Enumeration, IntegerWidth, SspType, SspUnit, SspValue,
+    SystemExperiment, ValueTransformation,
 };
 
-const INT16: Type = Type::Integer(Width { bits: 16, signed: true });
-const INT32: Type = Type::Integer(Width { bits: 32, signed: true });
+const INT16: SspType = SspType::Integer(IntegerWidth { bits: 16, signed: true });
+const INT32: SspType = SspType::Integer(IntegerWidth { bits: 32, signed: true });
 
-fn connector(name: &str, kind: ConnectorKind, data_type: Type) -> DraftConnector {
+fn connector(name: &str, kind: ConnectorKind, data_type: SspType) -> DraftConnector {
     DraftConnector { name: name.to_owned(), kind, data_type, unit: None, dimensions: Vec::new() }
 }
 
-fn colours() -> Type {
+fn colours() -> SspType {
     let items = vec![("red & <green>".to_owned(), 1), ("\"blue\"".to_owned(), -2)];
-    Type::Enumeration(Some(Arc::new(Enumeration { name: "colours".to_owned(), items })))
+    SspType::Enumeration(Some(Arc::new(Enumeration { name: "colours".to_owned(), items })))
 }
 
-fn draft() -> Draft {
+fn draft() -> SystemDraft {
     let base = BaseUnit { exponents: [0, 1, -1, 0, 0, 0, 0, 0], factor: 1.0 / 3.6, offset: 0.0 };
     let speed = DraftConnector {
         unit: Some("km/h".to_owned()),
-        ..connector("v", ConnectorKind::Output, Type::Float64)
+        ..connector("v", ConnectorKind::Output, SspType::Float64)
     };
     let names = [("x", ConnectorKind::Output), ("u", ConnectorKind::Input)];
-    let other = names.map(|(name, kind)| connector(name, kind, Type::Boolean)).to_vec();
+    let other = names.map(|(name, kind)| connector(name, kind, SspType::Boolean)).to_vec();
     let mut other = [other, vec![connector("c", ConnectorKind::Parameter, colours())]].concat();
-    other.push(connector("w", ConnectorKind::Input, Type::Float64));
+    other.push(connector("w", ConnectorKind::Input, SspType::Float64));
     let component = |name: &str, values: Option<&str>, connectors| DraftComponent {
         name: name.to_owned(),
         source: "resources/a.fmu".to_owned(),
@@ -41,19 +41,19 @@ fn draft() -> Draft {
         connectors,
     };
     let end = |of: &str, name: &str| (Some(of.to_owned()), name.to_owned());
-    let swap = Transformation::Boolean(BTreeMap::from([(true, false), (false, true)]));
-    Draft {
+    let swap = ValueTransformation::Boolean(BTreeMap::from([(true, false), (false, true)]));
+    SystemDraft {
         name: "a system".to_owned(),
         components: vec![
             component("first", Some("resources/first.ssv"), vec![speed]),
             component("second", Some("resources/second.ssv"), other),
         ],
-        connectors: vec![connector("driver.go", ConnectorKind::Input, Type::Boolean)],
+        connectors: vec![connector("driver.go", ConnectorKind::Input, SspType::Boolean)],
         connections: vec![
             DraftConnection {
                 from: end("first", "v"),
                 to: end("second", "w"),
-                transformation: Some(Transformation::Linear { factor: 0.1 + 0.2, offset: -1e-300 }),
+                transformation: Some(ValueTransformation::Linear { factor: 0.1 + 0.2, offset: -1e-300 }),
             },
             DraftConnection {
                 from: (None, "driver.go".to_owned()),
@@ -61,8 +61,8 @@ fn draft() -> Draft {
                 transformation: Some(swap),
             },
         ],
-        units: vec![Arc::new(Unit { name: "km/h".to_owned(), base: Some(base) })],
-        experiment: Experiment { start: Some(0.1), stop: Some(4.0) },
+        units: vec![Arc::new(SspUnit { name: "km/h".to_owned(), base: Some(base) })],
+        experiment: SystemExperiment { start: Some(0.1), stop: Some(4.0) },
         step: Some(0.01),
         annotation: Some(DraftAnnotation {
             kind: "org.example".to_owned(),
@@ -74,26 +74,26 @@ fn draft() -> Draft {
     }
 }
 
-fn value(name: &str, data_type: Type, value: Value) -> DraftValue {
+fn value(name: &str, data_type: SspType, value: SspValue) -> DraftValue {
     DraftValue { name: name.to_owned(), data_type, value }
 }
 
-fn packed(draft: &Draft, second: &[DraftValue]) -> (tempfile::TempDir, Vec<u8>) {
+fn packed(draft: &SystemDraft, second: &[DraftValue]) -> (tempfile::TempDir, Vec<u8>) {
     let folder = tempfile::tempdir().expect("a folder");
     let fmu = folder.path().join("a.fmu");
     std::fs::write(&fmu, "fmu").expect("a file");
-    let first = [value("m", Type::Float64, Value::Real(0.1 + 0.2))];
+    let first = [value("m", SspType::Float64, SspValue::Real(0.1 + 0.2))];
     let text = |name: &str, values: &[DraftValue]| {
-        Content::Text(parameter_set(name, draft.version(), values))
+        EntryContent::Text(parameter_set(name, draft.required_version(), values))
     };
     let entries = BTreeMap::from([
-        ("SystemStructure.ssd".to_owned(), Content::Text(structure(draft))),
-        ("resources/a.fmu".to_owned(), Content::File(fmu)),
+        ("SystemStructure.ssd".to_owned(), EntryContent::Text(system_structure_xml(draft))),
+        ("resources/a.fmu".to_owned(), EntryContent::File(fmu)),
         ("resources/first.ssv".to_owned(), text("first", &first)),
         ("resources/second.ssv".to_owned(), text("second", second)),
     ]);
     let path = folder.path().join("a.ssp");
-    pack(&path, &entries).expect("an archive");
+    pack_archive(&path, &entries).expect("an archive");
     let bytes = std::fs::read(&path).expect("bytes");
     (folder, bytes)
 }
@@ -101,19 +101,19 @@ fn packed(draft: &Draft, second: &[DraftValue]) -> (tempfile::TempDir, Vec<u8>) 
 #[test]
 fn a_system_is_read_as_it_was_written() {
     let values = [
-        value("c", colours(), Value::Enumeration("red & <green>".to_owned())),
-        value("text", Type::String, Value::String(" a\n\"b\"\t".to_owned())),
-        value("n", INT32, Value::Integer(-7)),
-        value("b", Type::Binary { mime: "a/b".to_owned() }, Value::Binary(vec![0, 255])),
+        value("c", colours(), SspValue::Enumeration("red & <green>".to_owned())),
+        value("text", SspType::String, SspValue::String(" a\n\"b\"\t".to_owned())),
+        value("n", INT32, SspValue::Integer(-7)),
+        value("b", SspType::Binary { mime: "a/b".to_owned() }, SspValue::Binary(vec![0, 255])),
     ];
     let draft = draft();
-    assert_eq!(draft.version(), Version::One);
+    assert_eq!(draft.required_version(), SspVersion::One);
     let (folder, bytes) = packed(&draft, &values);
-    let system = crate::open(&folder.path().join("a.ssp"), None).expect("a system");
+    let system = crate::open_system(&folder.path().join("a.ssp"), None).expect("a system");
     assert_eq!(system.name, "a system");
     assert_eq!(system.experiment, draft.experiment);
     let [first, second] = &system.components[..] else { panic!("two components") };
-    assert_eq!(first.start_values[0].value, Value::Real(0.1 + 0.2));
+    assert_eq!(first.start_values[0].value, SspValue::Real(0.1 + 0.2));
     assert_eq!(first.connectors[0].unit.as_deref(), Some(&*draft.units[0]));
     let read: Vec<_> = second.start_values.iter().map(|it| (&*it.variable, &it.value)).collect();
     let mut written: Vec<_> = values.iter().map(|it| (&*it.name, &it.value)).collect();
@@ -144,25 +144,24 @@ fn arrays_and_types_of_fmi_3_make_version_2() {
     let mut draft = draft();
     let array = DraftConnector {
         dimensions: vec![2, 3],
-        ..connector("k", ConnectorKind::Parameter, Type::Float64)
+        ..connector("k", ConnectorKind::Parameter, SspType::Float64)
     };
     draft.components[1].connectors.extend([array, connector("i", ConnectorKind::Parameter, INT16)]);
-    assert_eq!(draft.version(), Version::Two);
-    let reals = (0..6).map(|k| Value::Real(f64::from(k) * 0.1)).collect();
-    let texts = ["a b", "", "c"].map(|text| Value::String(text.to_owned())).to_vec();
+    assert_eq!(draft.required_version(), SspVersion::Two);
+    let reals = (0..6).map(|k| SspValue::Real(f64::from(k) * 0.1)).collect();
+    let texts = ["a b", "", "c"].map(|text| SspValue::String(text.to_owned())).to_vec();
     let values = [
-        value("i", INT16, Value::Integer(-7)),
-        value("k", Type::Float64, Value::Array { dimensions: vec![2, 3], elements: reals }),
-        value("s", Type::String, Value::Array { dimensions: vec![3], elements: texts }),
+        value("i", INT16, SspValue::Integer(-7)),
+        value("k", SspType::Float64, SspValue::Array { dimensions: vec![2, 3], elements: reals }),
+        value("s", SspType::String, SspValue::Array { dimensions: vec![3], elements: texts }),
     ];
     let (folder, _) = packed(&draft, &values);
-    let system = crate::open(&folder.path().join("a.ssp"), None).expect("a system");
-    let read: Vec<_> =
-        system.components[1].start_values.iter().map(|it| it.value.clone()).collect();
+    let system = crate::open_system(&folder.path().join("a.ssp"), None).expect("a system");
+    let read: Vec<_> = system.components[1].start_values.iter().map(|it| it.value.clone()).collect();
     assert_eq!(read, values.map(|it| it.value));
     let found = system.components[1].connectors.iter().find(|it| it.name == "k");
     let dimensions = found.map(|it| it.dimensions.clone());
-    assert_eq!(dimensions, Some(vec![Dimension::Fixed(2), Dimension::Fixed(3)]));
+    assert_eq!(dimensions, Some(vec![ArrayDimension::Fixed(2), ArrayDimension::Fixed(3)]));
 }
 
 #[test]
@@ -170,9 +169,9 @@ fn an_archive_is_written_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.ssp");
     std::fs::write(&path, "before").expect("a file");
-    let missing = Content::File(folder.path().join("missing.fmu"));
+    let missing = EntryContent::File(folder.path().join("missing.fmu"));
     let entries = BTreeMap::from([("resources/missing.fmu".to_owned(), missing)]);
-    let error = pack(&path, &entries).expect_err("the file is missing");
+    let error = pack_archive(&path, &entries).expect_err("the file is missing");
     assert!(error.to_string().contains("missing.fmu"), "{error}");
     assert_eq!(std::fs::read_to_string(&path).expect("a file"), "before");
     assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);

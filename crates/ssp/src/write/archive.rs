@@ -5,15 +5,15 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use archive::Folder;
+use archive::TemporaryFolder;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use crate::{Error, System};
+use crate::{Error, SspSystem};
 
 /// What an entry of an archive holds.
 #[derive(Debug, Clone)]
-pub enum Content {
+pub enum EntryContent {
     /// A copy of this file.
     File(PathBuf),
     /// A text.
@@ -24,14 +24,14 @@ pub enum Content {
 ///
 /// # Errors
 /// When a file cannot be read or written; the path of it is in the text.
-pub fn pack(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result<()> {
+pub fn pack_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
     // Another process may write the same archive: each has a file of its own, and the last one to rename wins.
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let partial = folder.join(format!(".{name}.{}", std::process::id()));
-    let done = write(&partial, entries).and_then(|()| std::fs::rename(&partial, path));
+    let done = write_archive(&partial, entries).and_then(|()| std::fs::rename(&partial, path));
     if done.is_err() {
         let _ = std::fs::remove_file(&partial);
     }
@@ -42,26 +42,26 @@ pub fn pack(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result
 ///
 /// # Errors
 /// When the entries make no system, or a file cannot be written.
-pub fn read_back(entries: &BTreeMap<String, Content>) -> Result<System, Error> {
+pub fn read_back(entries: &BTreeMap<String, EntryContent>) -> Result<SspSystem, Error> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| Error::Read { path, source }
     };
-    let folder = Folder::new().map_err(failed(&std::env::temp_dir()))?;
+    let folder = TemporaryFolder::new().map_err(failed(&std::env::temp_dir()))?;
     for (name, content) in entries {
-        let path = folder.path().join(name);
-        let parent = path.parent().unwrap_or(folder.path());
+        let path = folder.folder_path().join(name);
+        let parent = path.parent().unwrap_or(folder.folder_path());
         std::fs::create_dir_all(parent).map_err(failed(parent))?;
         let text = match content {
-            Content::Text(text) => text.as_str(),
-            Content::File(_) => "",
+            EntryContent::Text(text) => text.as_str(),
+            EntryContent::File(_) => "",
         };
         std::fs::write(&path, text).map_err(failed(&path))?;
     }
-    crate::open(folder.path(), None)
+    crate::open_system(folder.folder_path(), None)
 }
 
-fn write(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result<()> {
+fn write_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> std::io::Result<()> {
     let mut archive = ZipWriter::new(BufWriter::new(File::create(path)?));
     for (name, content) in entries {
         // An FMU is packed already.
@@ -72,11 +72,11 @@ fn write(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result<()
             .unix_permissions(0o644)
             .compression_method(method);
         match content {
-            Content::Text(text) => {
+            EntryContent::Text(text) => {
                 archive.start_file(name.as_str(), options)?;
                 archive.write_all(text.as_bytes())?;
             }
-            Content::File(source) => {
+            EntryContent::File(source) => {
                 let failed = |error: std::io::Error| {
                     std::io::Error::new(error.kind(), format!("{}: {error}", source.display()))
                 };

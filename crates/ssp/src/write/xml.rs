@@ -3,61 +3,58 @@
 use std::fmt::Write as _;
 
 /// A document that grows.
-pub(super) struct Document {
+pub(super) struct XmlWriter {
     text: String,
     open: Vec<String>,
 }
 
-impl Document {
+impl XmlWriter {
     pub fn new() -> Self {
-        Document {
-            text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(),
-            open: Vec::new(),
-        }
+        XmlWriter { text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(), open: Vec::new() }
     }
 
     /// The text, when all elements are closed.
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
-            self.close();
+            self.close_element();
         }
         self.text
     }
 
-    pub fn open(&mut self, name: &str, attributes: &[(&str, &str)]) {
-        self.tag(name, attributes, ">\n");
+    pub fn open_element(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.write_tag(name, attributes, ">\n");
         self.open.push(name.to_owned());
     }
 
-    pub fn close(&mut self) {
+    pub fn close_element(&mut self) {
         let Some(name) = self.open.pop() else { return };
         let indent = "  ".repeat(self.open.len());
         // Writing into a string cannot fail.
         let _ = writeln!(self.text, "{indent}</{name}>");
     }
 
-    pub fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
-        self.tag(name, attributes, "/>\n");
+    pub fn write_empty_element(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.write_tag(name, attributes, "/>\n");
     }
 
     /// An element with nothing but a text.
     pub fn text_element(&mut self, name: &str, attributes: &[(&str, &str)], text: &str) {
-        self.tag(name, attributes, ">");
-        let _ = writeln!(self.text, "{}</{name}>", escaped(text, false));
+        self.write_tag(name, attributes, ">");
+        let _ = writeln!(self.text, "{}</{name}>", escape_xml(text, false));
     }
 
-    fn tag(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
+    fn write_tag(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
         let indent = "  ".repeat(self.open.len());
         let _ = write!(self.text, "{indent}<{name}");
         for (key, value) in attributes {
-            let _ = write!(self.text, " {key}=\"{}\"", escaped(value, true));
+            let _ = write!(self.text, " {key}=\"{}\"", escape_xml(value, true));
         }
         self.text.push_str(end);
     }
 }
 
 /// A text whose letters XML has. White space of attributes would become blanks, so it is written by number there.
-fn escaped(text: &str, attribute: bool) -> String {
+fn escape_xml(text: &str, attribute: bool) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

@@ -3,11 +3,11 @@
 use std::io::{Cursor, Write as _};
 use std::path::Path;
 
-use damage::{Pcg64, Target};
+use damage::{FuzzTarget, Pcg64};
 use rand::RngExt as _;
 use zip::write::SimpleFileOptions;
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "systems",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../ssp/tests/corpus/systems"),
     sound,
@@ -159,14 +159,11 @@ fn own(random: &mut Pcg64, bytes: &mut Vec<u8>) {
         let target = targets[random.random_range(0..targets.len())];
         let mime = if target.ends_with(".ssp") { "x-ssp-package" } else { "x-ssp-definition" };
         let twin = |name: &str| {
-            format!(
-                "<ssd:Component name=\"{name}\" type=\"application/{mime}\" source=\"{target}\"/>"
-            )
+            format!("<ssd:Component name=\"{name}\" type=\"application/{mime}\" source=\"{target}\"/>")
         };
         twin("t") + &twin("t2")
     };
-    let positions: Vec<_> =
-        text.match_indices("<ssd:Elements>").map(|(at, word)| at + word.len()).collect();
+    let positions: Vec<_> = text.match_indices("<ssd:Elements>").map(|(at, word)| at + word.len()).collect();
     if positions.is_empty() {
         return;
     }
@@ -183,10 +180,10 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("x.ssp");
     let Ok(packed) = archive(&files) else { return false };
     std::fs::write(&path, packed).expect("it can be written");
-    let _ = ssp::variants(&path).map_err(|error| assert!(!error.to_string().is_empty()));
-    match ssp::open(&path, None) {
+    let _ = ssp::list_variants(&path).map_err(|error| assert!(!error.to_string().is_empty()));
+    match ssp::open_system(&path, None) {
         Ok(system) => {
-            let (first, again) = (system.fingerprint(), ssp::open(&path, None));
+            let (first, again) = (system.fingerprint(), ssp::open_system(&path, None));
             assert_eq!(Some(first), again.ok().map(|it| it.fingerprint()), "it is the same system");
             true
         }

@@ -2,7 +2,7 @@
 
 use diagnostics::Error;
 
-use super::{Axis, Correlation};
+use super::{AxisCorrelation, DesignAxis};
 use crate::distribution::Distribution;
 
 /// A pivot of a matrix of correlations below this is that of values which determine each other.
@@ -10,16 +10,16 @@ const LEAST_PIVOT: f64 = 1e-10;
 
 /// The lower triangular factor of a matrix of correlations, row by row.
 #[derive(Clone, Debug)]
-pub struct Copula {
+pub struct GaussianCopula {
     rows: Vec<Vec<f64>>,
 }
 
-impl Copula {
+impl GaussianCopula {
     /// Of some pairs of axes; all others are independent. `None` if there are no pairs.
     ///
     /// # Errors
     /// When a pair has no axes, two coefficients, or one that no distribution with the other pairs has; the error names the pair.
-    pub fn new(axes: &[Axis], pairs: &[Correlation]) -> Result<Option<Self>, Error> {
+    pub fn from_correlations(axes: &[DesignAxis], pairs: &[AxisCorrelation]) -> Result<Option<Self>, Error> {
         if pairs.is_empty() {
             return Ok(None);
         }
@@ -27,18 +27,18 @@ impl Copula {
             .map(|i| (0..axes.len()).map(|j| if i == j { 1.0 } else { 0.0 }).collect())
             .collect();
         let mut given = std::collections::HashMap::new();
-        for &Correlation { first, second, coefficient } in pairs {
+        for &AxisCorrelation { first, second, coefficient } in pairs {
             let (Some(a), Some(b)) = (axes.get(first), axes.get(second)) else {
                 let (count, index) = (axes.len(), first.max(second));
-                return Err(Error::input(format!(
+                return Err(Error::invalid_input(format!(
                     "expected a correlation of two of {count} axes, found axis {index}"
                 )));
             };
             let refused = |what: String| {
                 let message = format!("correlation of `{}` and `{}`: {what}", a.name, b.name);
-                Err(Error::input(message))
+                Err(Error::invalid_input(message))
             };
-            let discrete = |axis: &Axis| matches!(axis.distribution, Distribution::Values(_));
+            let discrete = |axis: &DesignAxis| matches!(axis.distribution, Distribution::Values(_));
             if discrete(a) || discrete(b) {
                 return refused("expected distributions, found a list of values".to_owned());
             }
@@ -55,11 +55,11 @@ impl Copula {
             matrix[first][second] = coefficient;
             matrix[second][first] = coefficient;
         }
-        Self::factor(&matrix, axes).map(Some)
+        Self::from_cholesky(&matrix, axes).map(Some)
     }
 
     /// Cholesky's factor.
-    fn factor(matrix: &[Vec<f64>], axes: &[Axis]) -> Result<Self, Error> {
+    fn from_cholesky(matrix: &[Vec<f64>], axes: &[DesignAxis]) -> Result<Self, Error> {
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(matrix.len());
         for (i, wanted) in matrix.iter().enumerate() {
             let mut row = Vec::with_capacity(i + 1);
@@ -76,7 +76,7 @@ impl Copula {
                     axes[other].name, axes[i].name, wanted[other]
                 );
                 let help = "no distribution has these correlations: make one of them weaker";
-                return Err(Error::input(message).help(help));
+                return Err(Error::invalid_input(message).with_help(help));
             }
             row.push(pivot.sqrt());
             rows.push(row);
@@ -85,12 +85,12 @@ impl Copula {
     }
 
     /// Whether an axis depends on those before it. Others keep the scores that they have.
-    pub fn correlates(&self, axis: usize) -> bool {
+    pub fn is_correlated(&self, axis: usize) -> bool {
         self.rows[axis][..axis].iter().any(|&part| part != 0.0)
     }
 
     /// The score of an axis from the independent ones of all.
-    pub fn score(&self, axis: usize, independent: &[f64]) -> f64 {
+    pub fn correlated_score(&self, axis: usize, independent: &[f64]) -> f64 {
         self.rows[axis].iter().zip(independent).map(|(part, score)| part * score).sum()
     }
 }

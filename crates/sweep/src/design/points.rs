@@ -6,21 +6,21 @@ use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::copula::Copula;
-use super::{Design, Method};
+use super::copula::GaussianCopula;
+use super::{DesignMethod, ExperimentDesign};
 use crate::distribution::{Distribution, standard_normal};
 
 /// The points of a design. Latin hypercubes keep 4 bytes for each value, all others nothing.
 #[derive(Clone, Debug)]
-pub struct Points {
+pub struct DesignPoints {
     axes: Vec<Distribution>,
     count: u64,
-    source: Source,
-    copula: Option<Copula>,
+    source: PointSource,
+    copula: Option<GaussianCopula>,
 }
 
 #[derive(Clone, Debug)]
-enum Source {
+enum PointSource {
     /// The levels of each axis.
     Product(Vec<Vec<f64>>),
     /// Random numbers, and for each axis which share of it a variant has.
@@ -31,18 +31,18 @@ enum Source {
     Saltelli(ScrambledSobol),
 }
 
-impl Points {
-    pub(super) fn new(design: &Design) -> Result<Self, Error> {
+impl DesignPoints {
+    pub(super) fn new(design: &ExperimentDesign) -> Result<Self, Error> {
         let axes: Vec<_> = design.axes.iter().map(|axis| axis.distribution.clone()).collect();
-        let copula = Copula::new(&design.axes, &design.correlations)?;
+        let copula = GaussianCopula::from_correlations(&design.axes, &design.correlations)?;
         let mut random = Pcg64::seed_from_u64(design.seed);
         let (count, source) = match design.method {
-            Method::Grid | Method::Corners => {
-                let levels = design.levels()?;
-                (design.product(&levels)?, Source::Product(levels))
+            DesignMethod::Grid | DesignMethod::Corners => {
+                let levels = design.axis_levels()?;
+                (design.grid_point_count(&levels)?, PointSource::Product(levels))
             }
-            Method::LatinHypercube => {
-                let count = design.blocks(1)?;
+            DesignMethod::LatinHypercube => {
+                let count = design.block_count(1)?;
                 let shuffled: Vec<Vec<u32>> = (0..axes.len())
                     .map(|_| {
                         let mut shares: Vec<u32> = (0..=(count - 1) as u32).collect();
@@ -50,14 +50,16 @@ impl Points {
                         shares
                     })
                     .collect();
-                (count, Source::Strata(random, shuffled))
+                (count, PointSource::Strata(random, shuffled))
             }
-            Method::MonteCarlo => (design.blocks(1)?, Source::Random(random)),
-            Method::Sobol => (design.blocks(1)?, Source::Sobol(sequence(design, axes.len())?)),
-            Method::Saltelli => {
+            DesignMethod::MonteCarlo => (design.block_count(1)?, PointSource::Random(random)),
+            DesignMethod::Sobol => {
+                (design.block_count(1)?, PointSource::Sobol(scrambled_sobol_sequence(design, axes.len())?))
+            }
+            DesignMethod::Saltelli => {
                 let size = axes.len() as u64 + 2;
-                let sequence = sequence(design, 2 * axes.len())?;
-                (design.blocks(size)? * size, Source::Saltelli(sequence))
+                let sequence = scrambled_sobol_sequence(design, 2 * axes.len())?;
+                (design.block_count(size)? * size, PointSource::Saltelli(sequence))
             }
         };
         Ok(Self { axes, count, source, copula })
@@ -65,29 +67,29 @@ impl Points {
 
     /// How many there are.
     #[must_use]
-    pub fn count(&self) -> u64 {
+    pub fn point_count(&self) -> u64 {
         self.count
     }
 
     /// How many variants, one after the other, are one sample of Sobol's indices: only a Saltelli design has such. What is random in
     /// a run besides its values must be the same in all of a block.
     #[must_use]
-    pub fn block(&self) -> Option<u64> {
-        matches!(self.source, Source::Saltelli(_)).then_some(self.axes.len() as u64 + 2)
+    pub fn saltelli_block_size(&self) -> Option<u64> {
+        matches!(self.source, PointSource::Saltelli(_)).then_some(self.axes.len() as u64 + 2)
     }
 
     /// A point: a value for each axis, the index of one where the axis has a list.
     #[must_use]
     pub fn point(&self, index: u64) -> Vec<f64> {
         let mut point = vec![0.0; self.axes.len()];
-        self.fill(index, &mut point);
+        self.write_point(index, &mut point);
         point
     }
 
     /// The same into a slice of as many values as there are axes.
-    pub fn fill(&self, index: u64, point: &mut [f64]) {
+    pub fn write_point(&self, index: u64, point: &mut [f64]) {
         match &self.source {
-            Source::Product(levels) => {
+            PointSource::Product(levels) => {
                 let mut left = index;
                 for (value, levels) in point.iter_mut().zip(levels).rev() {
                     let count = levels.len() as u64;
@@ -96,8 +98,8 @@ impl Points {
                 }
                 return;
             }
-            Source::Strata(random, shares) => {
-                self.random(random, index, point);
+            PointSource::Strata(random, shares) => {
+                self.fill_with_uniform_numbers(random, index, point);
                 let count = self.count as f64;
                 for (place, shares) in point.iter_mut().zip(shares) {
                     // The largest sum would round to 1.
@@ -105,13 +107,13 @@ impl Points {
                     *place = share.min(1.0 - f64::EPSILON / 2.0);
                 }
             }
-            Source::Random(random) => self.random(random, index, point),
-            Source::Sobol(sequence) => sequence.point(index as u32, point),
-            Source::Saltelli(sequence) => {
+            PointSource::Random(random) => self.fill_with_uniform_numbers(random, index, point),
+            PointSource::Sobol(sequence) => sequence.write_point(index as u32, point),
+            PointSource::Saltelli(sequence) => {
                 let axes = self.axes.len();
                 let (block, member) = (index / (axes as u64 + 2), index % (axes as u64 + 2));
                 let mut both = vec![0.0; 2 * axes];
-                sequence.point(block as u32, &mut both);
+                sequence.write_point(block as u32, &mut both);
                 let (a, b) = both.split_at(axes);
                 point.copy_from_slice(if member == 1 { b } else { a });
                 if let Some(changed) = member.checked_sub(2) {
@@ -123,7 +125,7 @@ impl Points {
     }
 
     /// Numbers of the open unit interval: those that the stream has at this point.
-    fn random(&self, stream: &Pcg64, index: u64, point: &mut [f64]) {
+    fn fill_with_uniform_numbers(&self, stream: &Pcg64, index: u64, point: &mut [f64]) {
         let mut stream = stream.clone();
         stream.advance(u128::from(index) * self.axes.len() as u128);
         for place in point {
@@ -140,22 +142,22 @@ impl Points {
             }
             return;
         };
-        let scores: Vec<f64> = point.iter().map(|&u| standard_normal::quantile(u)).collect();
+        let scores: Vec<f64> = point.iter().map(|&u| standard_normal::normal_quantile(u)).collect();
         for (index, (place, axis)) in point.iter_mut().zip(&self.axes).enumerate() {
-            *place = match copula.correlates(index) {
-                true => axis.at_score(copula.score(index, &scores)),
+            *place = match copula.is_correlated(index) {
+                true => axis.at_score(copula.correlated_score(index, &scores)),
                 false => axis.quantile(*place),
             };
         }
     }
 }
 
-fn sequence(design: &Design, dimensions: usize) -> Result<ScrambledSobol, Error> {
+fn scrambled_sobol_sequence(design: &ExperimentDesign, dimensions: usize) -> Result<ScrambledSobol, Error> {
     ScrambledSobol::new(dimensions, design.seed).ok_or_else(|| {
-        let (method, axes) = (design.method.name(), design.axes.len());
+        let (method, axes) = (design.method.display_name(), design.axes.len());
         let message = format!(
             "expected at most {DIMENSIONS} dimensions in a design `{method}`, found {dimensions} of {axes} axes"
         );
-        Error::input(message).help("vary fewer values, or use the method latin_hypercube")
+        Error::invalid_input(message).with_help("vary fewer values, or use the method latin_hypercube")
     })
 }

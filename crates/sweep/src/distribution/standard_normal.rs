@@ -11,11 +11,11 @@ const FAR: f64 = 6.0;
 const TERMS: u32 = 60;
 
 /// A quotient of two polynomials of degree 7, of which the lower one begins with 1.
-type Quotient = ([f64; 8], [f64; 7]);
+type RationalCoefficients = ([f64; 8], [f64; 7]);
 
 /// Wichura, "Algorithm AS 241: the percentage points of the normal distribution", Applied Statistics 37 (1988), PPND16: about
 /// one part in 1e16. In the middle, in the tails, and far out.
-const MIDDLE: Quotient = (
+const MIDDLE: RationalCoefficients = (
     [
         3.387_132_872_796_366_5,
         1.331_416_678_917_843_8e2,
@@ -36,7 +36,7 @@ const MIDDLE: Quotient = (
         5.226_495_278_852_854e3,
     ],
 );
-const TAIL: Quotient = (
+const TAIL: RationalCoefficients = (
     [
         1.423_437_110_749_683_5,
         4.630_337_846_156_546,
@@ -57,7 +57,7 @@ const TAIL: Quotient = (
         1.050_750_071_644_416_9e-9,
     ],
 );
-const FAR_TAIL: Quotient = (
+const FAR_TAIL: RationalCoefficients = (
     [
         6.657_904_643_501_103,
         5.463_784_911_164_114,
@@ -80,48 +80,48 @@ const FAR_TAIL: Quotient = (
 );
 
 /// The probability of less than z.
-pub fn probability(z: f64) -> f64 {
+pub fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
 /// The z that has this probability below it, 0 < p < 1.
-pub fn quantile(p: f64) -> f64 {
+pub fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {
-        return q * value(&MIDDLE, 0.180_625 - q * q);
+        return q * evaluate_rational(&MIDDLE, 0.180_625 - q * q);
     }
     let r = (-libm::log(p.min(1.0 - p))).sqrt();
-    let z = if r <= 5.0 { value(&TAIL, r - 1.6) } else { value(&FAR_TAIL, r - 5.0) };
+    let z = if r <= 5.0 { evaluate_rational(&TAIL, r - 1.6) } else { evaluate_rational(&FAR_TAIL, r - 5.0) };
     z.copysign(q)
 }
 
 /// A quantile of what lies between a and b, a < b, as the distance from the end that it is given with: from a if the first is
 /// true, from b otherwise.
-pub fn between(u: f64, a: f64, b: f64) -> (bool, f64) {
+pub fn truncated_quantile_from_end(u: f64, a: f64, b: f64) -> (bool, f64) {
     if a > 0.0 {
-        return (true, beyond(u, a, b));
+        return (true, upper_tail_quantile(u, a, b));
     }
     if b < 0.0 {
-        return (false, -beyond(1.0 - u, -b, -a));
+        return (false, -upper_tail_quantile(1.0 - u, -b, -a));
     }
-    let below = probability(a);
-    let above = probability(-b);
+    let below = normal_cdf(a);
+    let above = normal_cdf(-b);
     let inside = 1.0 - below - above;
     let p = below + u * inside;
-    let z = if p < 0.5 { quantile(p) } else { -quantile(above + (1.0 - u) * inside) };
+    let z = if p < 0.5 { normal_quantile(p) } else { -normal_quantile(above + (1.0 - u) * inside) };
     if -a < b { (true, z - a) } else { (false, z - b) }
 }
 
 /// A quantile of what lies between a and b in the upper tail, 0 < a < b, as the distance from a. The logarithm of the tail's
 /// probability is concave, so Newton's method goes down to the solution from the first tangent's.
-fn beyond(u: f64, a: f64, b: f64) -> f64 {
-    let mills_a = mills(a);
+fn upper_tail_quantile(u: f64, a: f64, b: f64) -> f64 {
+    let mills_a = mills_ratio(a);
     let left =
-        if b.is_finite() { libm::exp(-0.5 * (b - a) * (b + a)) * mills(b) / mills_a } else { 0.0 };
+        if b.is_finite() { libm::exp(-0.5 * (b - a) * (b + a)) * mills_ratio(b) / mills_a } else { 0.0 };
     let wanted = libm::log1p(-u * (1.0 - left));
     let (mut distance, mut last) = (-wanted * mills_a, f64::INFINITY);
     for _ in 0..100 {
-        let mills = mills(a + distance);
+        let mills = mills_ratio(a + distance);
         let found = libm::log(mills / mills_a) - distance * (a + 0.5 * distance);
         let step = (found - wanted) * mills;
         distance += step;
@@ -135,7 +135,7 @@ fn beyond(u: f64, a: f64, b: f64) -> f64 {
 }
 
 /// The probability of more than x, divided by the density there; x ≥ 0.
-fn mills(x: f64) -> f64 {
+fn mills_ratio(x: f64) -> f64 {
     if x < FAR {
         return SQRT_FRAC_PI_2 * libm::exp(0.5 * x * x) * libm::erfc(x * FRAC_1_SQRT_2);
     }
@@ -143,7 +143,7 @@ fn mills(x: f64) -> f64 {
     1.0 / (1..=TERMS).rev().fold(x, |sum, k| x + f64::from(k) / sum)
 }
 
-fn value((upper, lower): &Quotient, t: f64) -> f64 {
+fn evaluate_rational((upper, lower): &RationalCoefficients, t: f64) -> f64 {
     let polynomial = |terms: &[f64]| terms.iter().rev().fold(0.0, |sum, term| sum * t + term);
     polynomial(upper) / (polynomial(lower) * t + 1.0)
 }
@@ -156,24 +156,23 @@ mod tests {
     fn quantiles_are_the_inverse_of_probabilities() {
         for k in 1..3000 {
             let z = -0.0125 * f64::from(k);
-            let p = probability(z);
+            let p = normal_cdf(z);
             // A relative error e of p is one of e/(z²+1) of z.
-            assert!((quantile(p) / z - 1.0).abs() < 2e-15 * (1.0 + 1.0 / z.abs()), "{z}");
+            assert!((normal_quantile(p) / z - 1.0).abs() < 2e-15 * (1.0 + 1.0 / z.abs()), "{z}");
         }
         // NormalDist().inv_cdf of Python 3.11.
         for (p, z) in [(0.975, 1.959_963_984_540_053_8), (1e-10, -6.361_340_902_404_056)] {
-            assert!((quantile(p) / z - 1.0).abs() < 1e-15);
+            assert!((normal_quantile(p) / z - 1.0).abs() < 1e-15);
         }
-        assert_eq!(quantile(0.5), 0.0);
+        assert_eq!(normal_quantile(0.5), 0.0);
     }
 
     #[test]
     fn both_ways_to_the_tail_agree() {
-        let direct =
-            |x: f64| SQRT_FRAC_PI_2 * libm::exp(0.5 * x * x) * libm::erfc(x * FRAC_1_SQRT_2);
+        let direct = |x: f64| SQRT_FRAC_PI_2 * libm::exp(0.5 * x * x) * libm::erfc(x * FRAC_1_SQRT_2);
         for k in 0..40 {
             let x = FAR + 0.25 * f64::from(k);
-            assert!((mills(x) / direct(x) - 1.0).abs() < 1e-13, "{x}");
+            assert!((mills_ratio(x) / direct(x) - 1.0).abs() < 1e-13, "{x}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Evaluation, Status};
+use super::{SearchStatus, VariantEvaluation};
 
 /// Variants of the first batch at least: both ends and the middle.
 const FIRST: usize = 3;
@@ -13,11 +13,11 @@ const POOR: f64 = 0.5;
 
 /// The last value of one parameter at which a check passes, seen from the side where it is expected to pass.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Limit {
+pub struct LimitSearch {
     /// Between these.
     pub bounds: [f64; 2],
     /// Which one.
-    pub side: Side,
+    pub side: LimitSide,
     /// It has converged when a value that passes and one that fails are no farther apart than this.
     pub tolerance: f64,
     /// Variants that are run at the same time.
@@ -29,7 +29,7 @@ pub struct Limit {
 /// Where a check is expected to fail.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Side {
+pub enum LimitSide {
     /// Above the limit, which is the largest value that passes.
     Largest,
     /// Below the limit, which is the smallest value that passes.
@@ -49,18 +49,18 @@ pub struct LimitBracket {
 
 /// A value that was tried, on an axis along which the check first passes.
 #[derive(Clone, Copy, Debug)]
-struct Trial {
+struct LimitTrial {
     place: f64,
     passed: bool,
     margin: f64,
 }
 
-impl Limit {
+impl LimitSearch {
     /// The next values, or why there are none.
     pub(super) fn next_batch(
         &self,
-        log: &[(Vec<f64>, Evaluation)],
-    ) -> Result<Vec<Vec<f64>>, Status> {
+        log: &[(Vec<f64>, VariantEvaluation)],
+    ) -> Result<Vec<Vec<f64>>, SearchStatus> {
         let [low, high] = self.bounds;
         if log.is_empty() {
             let count = self.batch.max(FIRST);
@@ -70,33 +70,32 @@ impl Limit {
             };
             return Ok((0..count).map(|k| vec![place(k)]).collect());
         }
-        let Some([passes, fails]) = bracket(&self.trials(log)) else {
-            return Err(Status::NotBracketed);
+        let Some([passes, fails]) = bracketing_trials(&self.sorted_trials(log)) else {
+            return Err(SearchStatus::NotBracketed);
         };
         let width = fails.place - passes.place;
         if width <= self.tolerance {
-            return Err(Status::Converged);
+            return Err(SearchStatus::Converged);
         }
         // How wide it was before the last batch.
         let before = log.len().saturating_sub(self.batch.max(1)).max(self.batch.max(FIRST));
-        let earlier = bracket(&self.trials(&log[..before.min(log.len())]));
-        let poor =
-            earlier.is_some_and(|[a, b]| log.len() > before && width > POOR * (b.place - a.place));
-        let places = if poor { None } else { self.about_root(passes, fails) };
+        let earlier = bracketing_trials(&self.sorted_trials(&log[..before.min(log.len())]));
+        let poor = earlier.is_some_and(|[a, b]| log.len() > before && width > POOR * (b.place - a.place));
+        let places = if poor { None } else { self.points_around_root(passes, fails) };
         let count = self.batch.max(1);
         let even = |k: usize| passes.place + width * (k + 1) as f64 / (count + 1) as f64;
         let mut places = places.unwrap_or_else(|| (0..count).map(even).collect());
         places.retain(|place| passes.place < *place && *place < fails.place);
         if places.is_empty() {
             // No number is between the two.
-            return Err(Status::Converged);
+            return Err(SearchStatus::Converged);
         }
-        Ok(places.into_iter().map(|place| vec![self.oriented(place)]).collect())
+        Ok(places.into_iter().map(|place| vec![self.oriented_value(place)]).collect())
     }
 
     /// Values about the place where a margin that changes evenly would be 0: one on each side of it, the others in the rest of the
     /// bracket. Nothing where the margins do not change their sign.
-    fn about_root(&self, passes: Trial, fails: Trial) -> Option<Vec<f64>> {
+    fn points_around_root(&self, passes: LimitTrial, fails: LimitTrial) -> Option<Vec<f64>> {
         let (above, below) = (passes.margin, -fails.margin);
         if !(above.is_finite() && below.is_finite() && above >= 0.0 && below > 0.0) {
             return None;
@@ -121,23 +120,23 @@ impl Limit {
     }
 
     /// The limit, if there is one.
-    pub(super) fn bracket(&self, log: &[(Vec<f64>, Evaluation)]) -> Option<LimitBracket> {
-        let trials = self.trials(log);
-        let [passes, fails] = bracket(&trials)?;
+    pub(super) fn limit_bracket(&self, log: &[(Vec<f64>, VariantEvaluation)]) -> Option<LimitBracket> {
+        let trials = self.sorted_trials(log);
+        let [passes, fails] = bracketing_trials(&trials)?;
         let beyond = trials.iter().find(|it| it.place > fails.place && it.passed);
         Some(LimitBracket {
-            passes: self.oriented(passes.place),
-            fails: self.oriented(fails.place),
-            passes_again: beyond.map(|it| self.oriented(it.place)),
+            passes: self.oriented_value(passes.place),
+            fails: self.oriented_value(fails.place),
+            passes_again: beyond.map(|it| self.oriented_value(it.place)),
         })
     }
 
     /// What was tried, in the order of its places.
-    fn trials(&self, log: &[(Vec<f64>, Evaluation)]) -> Vec<Trial> {
-        let mut trials: Vec<Trial> = log
+    fn sorted_trials(&self, log: &[(Vec<f64>, VariantEvaluation)]) -> Vec<LimitTrial> {
+        let mut trials: Vec<LimitTrial> = log
             .iter()
-            .map(|(point, outcome)| Trial {
-                place: self.oriented(point[0]),
+            .map(|(point, outcome)| LimitTrial {
+                place: self.oriented_value(point[0]),
                 passed: outcome.passed == Some(true),
                 margin: outcome.value,
             })
@@ -147,16 +146,16 @@ impl Limit {
     }
 
     /// From a value to its place on the axis and back.
-    fn oriented(&self, value: f64) -> f64 {
+    fn oriented_value(&self, value: f64) -> f64 {
         match self.side {
-            Side::Largest => value,
-            Side::Smallest => -value,
+            LimitSide::Largest => value,
+            LimitSide::Smallest => -value,
         }
     }
 }
 
 /// The last that passes before the first that fails, and that one. Nothing when all pass, or the first fails.
-fn bracket(trials: &[Trial]) -> Option<[Trial; 2]> {
+fn bracketing_trials(trials: &[LimitTrial]) -> Option<[LimitTrial; 2]> {
     let fails = trials.iter().position(|it| !it.passed)?;
     let passes = fails.checked_sub(1)?;
     Some([trials[passes], trials[fails]])

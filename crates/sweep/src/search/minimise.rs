@@ -11,14 +11,14 @@ use basin::{
     PopulationProgress, StepOutcome,
 };
 
-use super::{Evaluation, Status};
+use super::{SearchStatus, VariantEvaluation};
 
 /// Standard deviation of the first generation, of the width of the box: Hansen (2016) advises about a third.
 const FIRST_STEP: f64 = 0.3;
 
 /// The smallest value in a box.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Minimise {
+pub struct CmaEsSearch {
     /// Lower and upper bound of each parameter.
     pub bounds: Vec<[f64; 2]>,
     /// Variants of a generation, at least 4; 4 + 3 ln n of n parameters if nothing is said. One more is run at their middle.
@@ -31,13 +31,13 @@ pub struct Minimise {
 
 /// What the library calls: the log in its order, then anything, noting the point.
 struct ReplayedObjective<'a> {
-    goal: &'a Minimise,
-    log: &'a [(Vec<f64>, Evaluation)],
-    calls: RefCell<EvaluationCalls>,
+    goal: &'a CmaEsSearch,
+    log: &'a [(Vec<f64>, VariantEvaluation)],
+    calls: RefCell<ObjectiveCalls>,
 }
 
 #[derive(Default)]
-struct EvaluationCalls {
+struct ObjectiveCalls {
     count: usize,
     wanted: Vec<Vec<f64>>,
 }
@@ -56,20 +56,20 @@ impl CostFunction for &ReplayedObjective<'_> {
             Some((_, outcome)) if outcome.value.is_nan() => Ok(f64::INFINITY),
             Some((_, outcome)) => Ok(outcome.value),
             None => {
-                calls.wanted.push(self.goal.place(inside));
+                calls.wanted.push(self.goal.scale_to_bounds(inside));
                 Ok(0.0)
             }
         }
     }
 }
 
-impl Minimise {
+impl CmaEsSearch {
     /// The next generation, or why there is none.
     pub(super) fn next_batch(
         &self,
-        log: &[(Vec<f64>, Evaluation)],
+        log: &[(Vec<f64>, VariantEvaluation)],
         seed: u64,
-    ) -> Result<Vec<Vec<f64>>, Status> {
+    ) -> Result<Vec<Vec<f64>>, SearchStatus> {
         let replay = ReplayedObjective { goal: self, log, calls: RefCell::default() };
         let dimensions = self.bounds.len();
         let (low, high) = (vec![0.0; dimensions], vec![1.0; dimensions]);
@@ -81,7 +81,7 @@ impl Minimise {
         let middle = PopulationProgress::<Vec<f64>>::from_point(vec![0.5; dimensions]);
         let replayed = Constrained::new(&replay, bounds);
         let Ok(mut steps) = Executor::new(replayed, method, middle).into_stepper() else {
-            return Err(Status::Exhausted);
+            return Err(SearchStatus::Exhausted);
         };
         loop {
             let wanted = std::mem::take(&mut replay.calls.borrow_mut().wanted);
@@ -91,18 +91,17 @@ impl Minimise {
             match steps.step() {
                 Ok(StepOutcome::Continue) => {}
                 Ok(StepOutcome::Stopped(_)) if replay.calls.borrow().wanted.is_empty() => {
-                    return Err(Status::Converged);
+                    return Err(SearchStatus::Converged);
                 }
                 Ok(StepOutcome::Stopped(_)) => {}
-                Err(_) => return Err(Status::Exhausted),
+                Err(_) => return Err(SearchStatus::Exhausted),
             }
         }
     }
 
     /// From the unit cube to the box.
-    fn place(&self, inside: &[f64]) -> Vec<f64> {
-        let placed =
-            |(u, [low, high]): (&f64, &[f64; 2])| (low * (1.0 - u) + high * u).clamp(*low, *high);
+    fn scale_to_bounds(&self, inside: &[f64]) -> Vec<f64> {
+        let placed = |(u, [low, high]): (&f64, &[f64; 2])| (low * (1.0 - u) + high * u).clamp(*low, *high);
         inside.iter().zip(&self.bounds).map(placed).collect()
     }
 }

@@ -12,7 +12,7 @@ const RESAMPLES: usize = 200;
 
 /// Sobol's indices of one result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Indices {
+pub struct SobolIndices {
     /// For each axis: the share of the variance that goes when this value alone is known.
     pub first: Vec<Estimate>,
     /// For each axis: the share that stays when all others are known.
@@ -24,13 +24,13 @@ pub struct Indices {
 }
 
 /// First-order and total indices of each axis.
-struct PointEstimates {
+struct SobolIndexEstimates {
     first: Vec<f64>,
     total: Vec<f64>,
 }
 
 /// What a block adds to the sums.
-struct Block {
+struct SaltelliBlockSums {
     /// Of both points: sum of values and of squares.
     both: [f64; 2],
     /// For each axis: of the first and of the total index.
@@ -40,16 +40,16 @@ struct Block {
 /// The indices of a result from its values in the order of a Saltelli design of so many axes: first ones by Saltelli et al. (2010), total
 /// ones by Jansen (1999), intervals by drawing blocks again. Nothing of fewer than two whole blocks, or when the result never changes.
 #[must_use]
-pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
+pub fn sobol_indices(values: &[f64], axes: usize, seed: u64) -> Option<SobolIndices> {
     let all: Vec<&[f64]> = values.chunks(axes + 2).collect();
-    let is_complete =
-        |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
+    let is_complete = |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
     let used: Vec<&[f64]> = all.iter().copied().filter(is_complete).collect();
     // Centred, or the products would drown in the mean.
     let mean = used.iter().map(|it| it[0] + it[1]).sum::<f64>() / (2.0 * used.len() as f64);
-    let blocks: Vec<Block> = used.iter().map(|block| Block::new(block, mean)).collect();
+    let blocks: Vec<SaltelliBlockSums> =
+        used.iter().map(|block| SaltelliBlockSums::new(block, mean)).collect();
     let ones = vec![1; blocks.len()];
-    let PointEstimates { first, total } = point_estimates(&blocks, &ones, axes)?;
+    let SobolIndexEstimates { first, total } = weighted_sobol_indices(&blocks, &ones, axes)?;
     let mut stream = Pcg64::seed_from_u64(seed);
     let mut drawn = vec![[Vec::new(), Vec::new()]; axes];
     for _ in 0..RESAMPLES {
@@ -60,7 +60,7 @@ pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
             counts[index as usize] += 1;
         }
         // A sample in which nothing changes says nothing.
-        let Some(sample) = point_estimates(&blocks, &counts, axes) else { continue };
+        let Some(sample) = weighted_sobol_indices(&blocks, &counts, axes) else { continue };
         for ((drawn, first), total) in drawn.iter_mut().zip(sample.first).zip(sample.total) {
             drawn[0].push(first);
             drawn[1].push(total);
@@ -75,10 +75,10 @@ pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
         pairs.map(|(value, drawn)| estimate(value, &drawn[which])).collect()
     };
     let (used, left_out) = (used.len(), all.len() - used.len());
-    Some(Indices { first: of(first, 0), total: of(total, 1), blocks: used, left_out })
+    Some(SobolIndices { first: of(first, 0), total: of(total, 1), blocks: used, left_out })
 }
 
-impl Block {
+impl SaltelliBlockSums {
     fn new(values: &[f64], mean: f64) -> Self {
         let (a, b) = (values[0] - mean, values[1] - mean);
         let of = |mixed: &f64| {
@@ -90,7 +90,11 @@ impl Block {
 }
 
 /// First and total indices of blocks, each so many times.
-fn point_estimates(blocks: &[Block], counts: &[u32], axes: usize) -> Option<PointEstimates> {
+fn weighted_sobol_indices(
+    blocks: &[SaltelliBlockSums],
+    counts: &[u32],
+    axes: usize,
+) -> Option<SobolIndexEstimates> {
     let mut both = [0.0; 2];
     let mut sums = vec![[0.0; 2]; axes];
     let mut number = 0.0;
@@ -107,5 +111,5 @@ fn point_estimates(blocks: &[Block], counts: &[u32], axes: usize) -> Option<Poin
     let share = |k: usize| sums.iter().map(|sum| sum[k] / number / variance).collect();
     // Rounding errors of squares are no variance.
     let changes = blocks.len() > 1 && variance > 1e-20 * both[1] && variance > 0.0;
-    changes.then(|| PointEstimates { first: share(0), total: share(1) })
+    changes.then(|| SobolIndexEstimates { first: share(0), total: share(1) })
 }

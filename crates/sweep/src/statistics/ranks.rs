@@ -22,7 +22,7 @@ pub fn ranks(values: &[f64]) -> Vec<f64> {
 /// Spearman's correlation of values by their ranks, with the interval of Bonett and Wright (2000). Nothing of fewer than four values, or
 /// when one of both never changes.
 #[must_use]
-pub fn rank_correlation(a: &[f64], b: &[f64]) -> Option<Estimate> {
+pub fn spearman_correlation(a: &[f64], b: &[f64]) -> Option<Estimate> {
     let count = a.len().min(b.len());
     if count < 4 {
         return None;
@@ -60,7 +60,7 @@ mod tests {
     fn what_rises_together_correlates_however_it_bends() {
         let a: Vec<f64> = (0..50).map(f64::from).collect();
         let bent: Vec<f64> = a.iter().map(|a| (0.3 * a).exp()).collect();
-        let of = |a: &[f64], b: &[f64]| rank_correlation(&ranks(a), &ranks(b));
+        let of = |a: &[f64], b: &[f64]| spearman_correlation(&ranks(a), &ranks(b));
         let found = of(&a, &bent).expect("fifty values");
         assert!(found.value == 1.0 && found.interval[0] > 0.99);
         let down: Vec<f64> = bent.iter().map(|b| -b).collect();

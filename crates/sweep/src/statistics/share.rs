@@ -7,17 +7,17 @@ use super::Estimate;
 
 /// How many of some variants pass.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize)]
-pub struct Share {
+pub struct PassRate {
     /// Those that pass.
     pub passed: u64,
     /// All that were judged.
     pub of: u64,
 }
 
-impl Share {
+impl PassRate {
     /// Of verdicts.
     #[must_use]
-    pub fn of(verdicts: impl IntoIterator<Item = bool>) -> Self {
+    pub fn from_verdicts(verdicts: impl IntoIterator<Item = bool>) -> Self {
         verdicts.into_iter().fold(Self::default(), |share, passed| Self {
             passed: share.passed + u64::from(passed),
             of: share.of + 1,
@@ -27,7 +27,7 @@ impl Share {
     /// The share with the interval of Wilson (1927), which is right at none and at all too; nothing of no variants. It takes variants for
     /// independent draws: for points that are spread evenly it is too wide.
     #[must_use]
-    pub fn estimate(&self) -> Option<Estimate> {
+    pub fn wilson_estimate(&self) -> Option<Estimate> {
         let (count, share) = (self.of as f64, self.passed as f64 / self.of as f64);
         let square = NORMAL_95 * NORMAL_95;
         let middle = (share + square / (2.0 * count)) / (1.0 + square / count);
@@ -53,12 +53,12 @@ mod tests {
             (0, 20, 0.0, 0.1611),
             (1, 29, 0.0061, 0.1718),
         ] {
-            let found = Share { passed, of }.estimate().expect("some").interval;
+            let found = PassRate { passed, of }.wilson_estimate().expect("some").interval;
             assert!((found[0] - low).abs() < 5e-5 && (found[1] - high).abs() < 5e-5, "{found:?}");
         }
-        let all = Share::of([true; 20]).estimate().expect("some");
+        let all = PassRate::from_verdicts([true; 20]).wilson_estimate().expect("some");
         assert_eq!((all.value, all.interval[1]), (1.0, 1.0));
         assert!((all.interval[0] - 0.8389).abs() < 5e-5);
-        assert_eq!(Share::default().estimate(), None);
+        assert_eq!(PassRate::default().wilson_estimate(), None);
     }
 }

@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::{CHECK, MARGIN};
-use crate::statistics::{Estimate, indices, rank_correlation, ranks};
-use crate::table::{Column, Role, Table, Values};
+use crate::statistics::{Estimate, ranks, sobol_indices, spearman_correlation};
+use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 /// How the effects of a result were found.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum SensitivityMethod {
     /// First and total indices: the design has blocks.
     Indices,
     /// Correlations of ranks.
@@ -18,15 +18,15 @@ pub enum Method {
 
 /// A result, and what drives it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Output {
+pub struct ResultEffects {
     /// The name of its column.
     pub name: String,
     /// Its unit.
     pub unit: Option<String>,
     /// How the effects were found.
-    pub method: Method,
+    pub method: SensitivityMethod,
     /// The strongest first. None when the result never changes, or is of too few variants.
-    pub effects: Vec<Effect>,
+    pub effects: Vec<ParameterEffect>,
     /// Variants, or blocks of them, that the effects rest on.
     pub used: usize,
     /// Variants, or blocks, that are left out, since a result is missing.
@@ -35,7 +35,7 @@ pub struct Output {
 
 /// What a varied value does to a result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Effect {
+pub struct ParameterEffect {
     /// The name of the value's column, or of the design's axis.
     pub parameter: String,
     /// The correlation of ranks, or the first index.
@@ -44,100 +44,107 @@ pub struct Effect {
     pub total: Option<Estimate>,
 }
 
-impl Effect {
+impl ParameterEffect {
     /// How strong it is, for an order: of an index the total one, of a correlation its size.
     #[must_use]
-    pub fn strength(&self) -> f64 {
+    pub fn effect_strength(&self) -> f64 {
         self.total.unwrap_or(self.estimate).value.abs()
     }
 }
 
 /// A column in numbers.
 struct NumericColumn<'a> {
-    column: &'a Column,
+    column: &'a SweepColumn,
     values: Vec<f64>,
 }
 
 /// The effects of all varied parameters on all results.
-pub struct Effects {
-    pub outputs: Vec<Output>,
+pub struct SweepEffects {
+    pub outputs: Vec<ResultEffects>,
     /// Names of parameters without an order, such as files.
     pub not_ordered: Vec<String>,
 }
 
 /// The effects of all varied parameters on all results; `axes` are those of a Saltelli design.
-pub fn outputs(table: &Table, axes: Option<&[String]>, seed: u64) -> Effects {
-    let results: Vec<NumericColumn> = results(table).map(NumericColumn::of).collect();
+pub fn effects_on_results(table: &SweepTable, axes: Option<&[String]>, seed: u64) -> SweepEffects {
+    let results: Vec<NumericColumn> = result_columns(table).map(NumericColumn::from_column).collect();
     if let Some(axes) = axes {
-        let of = |result: &NumericColumn| by_blocks(result, axes, seed);
-        return Effects { outputs: results.iter().map(of).collect(), not_ordered: Vec::new() };
+        let of = |result: &NumericColumn| effects_by_sobol_indices(result, axes, seed);
+        return SweepEffects { outputs: results.iter().map(of).collect(), not_ordered: Vec::new() };
     }
-    let parameters: Vec<&Column> = table.of(Role::Parameter).collect();
-    let ordered = |column: &&&Column| is_ordered(column);
+    let parameters: Vec<&SweepColumn> = table.columns_with_role(SweepColumnRole::Parameter).collect();
+    let ordered = |column: &&&SweepColumn| has_ordered_values(column);
     let values: Vec<NumericColumn> =
-        parameters.iter().filter(ordered).map(|it| NumericColumn::of(it)).collect();
-    let not_ordered = parameters.iter().filter(|it| !is_ordered(it)).map(|it| it.name.clone());
+        parameters.iter().filter(ordered).map(|it| NumericColumn::from_column(it)).collect();
+    let not_ordered = parameters.iter().filter(|it| !has_ordered_values(it)).map(|it| it.name.clone());
     // Most results lack the same variants: the ranks of the values are sorted once for all of them.
     let (mut rows, mut ranked) = (Vec::new(), Vec::new());
     let outputs = results.iter().map(|result| {
         let there: Vec<usize> =
             (0..result.values.len()).filter(|&row| !result.values[row].is_nan()).collect();
         if there != rows || ranked.is_empty() {
-            ranked = values.iter().map(|it| ranks(&it.at(&there))).collect();
+            ranked = values.iter().map(|it| ranks(&it.values_at_rows(&there))).collect();
             rows = there;
         }
         by_ranks(result, &values, &rows, &ranked)
     });
-    Effects { outputs: outputs.collect(), not_ordered: not_ordered.collect() }
+    SweepEffects { outputs: outputs.collect(), not_ordered: not_ordered.collect() }
 }
 
 /// Margins, checks that have none, and collected values.
-fn results(table: &Table) -> impl Iterator<Item = &Column> {
-    let has_margin = |column: &Column| {
+fn result_columns(table: &SweepTable) -> impl Iterator<Item = &SweepColumn> {
+    let has_margin = |column: &SweepColumn| {
         let name = column.name.strip_prefix(CHECK).unwrap_or(&column.name);
         table.column(&format!("{MARGIN}{name}")).is_some()
     };
     table.columns.iter().filter(move |column| match column.role {
-        Role::Margin | Role::Collected => !matches!(column.values, Values::Texts(_)),
-        Role::Check => !has_margin(column),
+        SweepColumnRole::Margin | SweepColumnRole::Collected => {
+            !matches!(column.values, SweepColumnValues::Texts(_))
+        }
+        SweepColumnRole::Check => !has_margin(column),
         _ => false,
     })
 }
 
 /// Whether larger and smaller mean something: texts have no order unless there are just two.
-fn is_ordered(column: &Column) -> bool {
+fn has_ordered_values(column: &SweepColumn) -> bool {
     column.distinct_texts().len() <= 2
 }
 
 impl<'a> NumericColumn<'a> {
-    fn of(column: &'a Column) -> Self {
+    fn from_column(column: &'a SweepColumn) -> Self {
         Self { column, values: column.to_numbers() }
     }
 
-    fn at(&self, rows: &[usize]) -> Vec<f64> {
+    fn values_at_rows(&self, rows: &[usize]) -> Vec<f64> {
         rows.iter().map(|&row| self.values.get(row).copied().unwrap_or(f64::NAN)).collect()
     }
 
-    fn output(&self, method: Method, mut effects: Vec<Effect>, used: [usize; 2]) -> Output {
+    fn to_result_effects(
+        &self,
+        method: SensitivityMethod,
+        mut effects: Vec<ParameterEffect>,
+        used: [usize; 2],
+    ) -> ResultEffects {
         // Stable: of equal ones in the order of the table.
-        effects.sort_by(|a, b| b.strength().total_cmp(&a.strength()));
-        let Column { name, unit, .. } = self.column;
+        effects.sort_by(|a, b| b.effect_strength().total_cmp(&a.effect_strength()));
+        let SweepColumn { name, unit, .. } = self.column;
         let [used, left_out] = used;
-        Output { name: name.clone(), unit: unit.clone(), method, effects, used, left_out }
+        ResultEffects { name: name.clone(), unit: unit.clone(), method, effects, used, left_out }
     }
 }
 
-fn by_blocks(result: &NumericColumn, axes: &[String], seed: u64) -> Output {
-    let Some(found) = indices(&result.values, axes.len(), seed) else {
-        return result.output(Method::Indices, Vec::new(), [0, 0]);
+fn effects_by_sobol_indices(result: &NumericColumn, axes: &[String], seed: u64) -> ResultEffects {
+    let Some(found) = sobol_indices(&result.values, axes.len(), seed) else {
+        return result.to_result_effects(SensitivityMethod::Indices, Vec::new(), [0, 0]);
     };
     let pairs = found.first.into_iter().zip(found.total);
-    let effects = axes.iter().zip(pairs).map(|(axis, (estimate, total))| Effect {
+    let effects = axes.iter().zip(pairs).map(|(axis, (estimate, total))| ParameterEffect {
         parameter: axis.clone(),
         estimate,
         total: Some(total),
     });
-    result.output(Method::Indices, effects.collect(), [found.blocks, found.left_out])
+    result.to_result_effects(SensitivityMethod::Indices, effects.collect(), [found.blocks, found.left_out])
 }
 
 fn by_ranks(
@@ -145,12 +152,12 @@ fn by_ranks(
     values: &[NumericColumn],
     rows: &[usize],
     ranked: &[Vec<f64>],
-) -> Output {
-    let own = ranks(&result.at(rows));
+) -> ResultEffects {
+    let own = ranks(&result.values_at_rows(rows));
     let effects = values.iter().zip(ranked).filter_map(|(value, ranked)| {
-        let estimate = rank_correlation(ranked, &own)?;
-        Some(Effect { parameter: value.column.name.clone(), estimate, total: None })
+        let estimate = spearman_correlation(ranked, &own)?;
+        Some(ParameterEffect { parameter: value.column.name.clone(), estimate, total: None })
     });
     let used = [rows.len(), result.values.len() - rows.len()];
-    result.output(Method::Ranks, effects.collect(), used)
+    result.to_result_effects(SensitivityMethod::Ranks, effects.collect(), used)
 }

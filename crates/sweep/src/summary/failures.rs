@@ -4,15 +4,15 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::{ERROR, variant};
-use crate::table::{Column, Role, Table};
+use super::{ERROR, variant_number};
+use crate::table::{SweepColumn, SweepColumnRole, SweepTable};
 
 /// Variants of a group that are told.
 const TOLD: usize = 3;
 
 /// Variants that did not end for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Failures {
+pub struct FailureGroup {
     /// The node that failed, if one did.
     pub node: Option<String>,
     /// The call that failed.
@@ -28,25 +28,29 @@ pub struct Failures {
 }
 
 /// All of a table, the most frequent first.
-pub fn group_failures(table: &Table) -> Vec<Failures> {
-    let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
-    let text = |name: &str| table.column(name).and_then(Column::texts).unwrap_or_default();
+pub fn group_failed_variants(table: &SweepTable) -> Vec<FailureGroup> {
+    let verdicts = table
+        .columns_with_role(SweepColumnRole::Verdict)
+        .next()
+        .and_then(SweepColumn::as_texts)
+        .unwrap_or_default();
+    let text = |name: &str| table.column(name).and_then(SweepColumn::as_texts).unwrap_or_default();
     let [texts, nodes, calls] = ["error", "error.node", "error.call"].map(text);
-    let times = table.column("error.time").and_then(Column::numbers).unwrap_or_default();
+    let times = table.column("error.time").and_then(SweepColumn::as_numbers).unwrap_or_default();
     let at = |texts: &[Option<String>], row: usize| texts.get(row).cloned().flatten();
-    let (mut groups, mut places) = (Vec::<Failures>::new(), HashMap::new());
+    let (mut groups, mut places) = (Vec::<FailureGroup>::new(), HashMap::new());
     let rows = verdicts.iter().enumerate().filter(|(_, it)| it.as_deref() == Some(ERROR));
     for (row, _) in rows {
         let (node, call) = (at(nodes, row), at(calls, row));
         let place = *places.entry((node.clone(), call.clone())).or_insert_with(|| {
             let text = at(texts, row).unwrap_or_default();
-            groups.push(Failures { node, call, count: 0, variants: Vec::new(), text, time: None });
+            groups.push(FailureGroup { node, call, count: 0, variants: Vec::new(), text, time: None });
             groups.len() - 1
         });
         let group = &mut groups[place];
         group.count += 1;
         if group.variants.len() < TOLD {
-            group.variants.push(variant(table, row));
+            group.variants.push(variant_number(table, row));
         }
         if let Some(&time) = times.get(row).filter(|time| !time.is_nan()) {
             let [first, last] = group.time.unwrap_or([time; 2]);

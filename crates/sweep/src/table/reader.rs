@@ -9,58 +9,58 @@ use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
 
-use super::{Table, arrow};
+use super::{SweepTable, arrow};
 
 /// An open file of a table.
 #[derive(Debug)]
-pub struct Reader {
+pub struct SweepTableReader {
     path: PathBuf,
     file: File,
     metadata: ArrowReaderMetadata,
-    columns: Table,
+    columns: SweepTable,
 }
 
 /// Reads a whole file.
 ///
 /// # Errors
 /// When it cannot be read, is damaged, or holds no table of a sweep; the error names it.
-pub fn read(path: &Path) -> Result<Table, Error> {
-    Reader::open(path)?.all()
+pub fn read_table(path: &Path) -> Result<SweepTable, Error> {
+    SweepTableReader::open(path)?.read_all_rows()
 }
 
-impl Reader {
+impl SweepTableReader {
     /// Opens a file and reads what it says about its columns.
     ///
     /// # Errors
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
-        let metadata = catch_panic(|| {
-            ArrowReaderMetadata::load(&file, ArrowReaderOptions::new())
-                .map_err(|error| error.to_string())
+        let file = File::open(path).map_err(|error| unreadable_file_error(path, &error.to_string()))?;
+        let metadata = panic_to_error(|| {
+            ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()).map_err(|error| error.to_string())
         })
-        .map_err(|what| unreadable(path, &what))?;
-        let columns = arrow::columns(metadata.schema()).map_err(|what| unreadable(path, &what))?;
-        columns.check_columns().map_err(|what| unreadable(path, &what))?;
+        .map_err(|what| unreadable_file_error(path, &what))?;
+        let columns =
+            arrow::columns_of_schema(metadata.schema()).map_err(|what| unreadable_file_error(path, &what))?;
+        columns.check_columns().map_err(|what| unreadable_file_error(path, &what))?;
         Ok(Self { path: path.to_owned(), file, metadata, columns })
     }
 
     /// How many row groups it has.
     #[must_use]
-    pub fn groups(&self) -> usize {
+    pub fn row_group_count(&self) -> usize {
         self.metadata.metadata().num_row_groups()
     }
 
     /// How many rows it has.
     #[must_use]
-    pub fn rows(&self) -> usize {
+    pub fn row_count(&self) -> usize {
         let rows = self.metadata.metadata().file_metadata().num_rows();
         usize::try_from(rows).unwrap_or_default()
     }
 
     /// Its columns without their rows.
     #[must_use]
-    pub fn columns(&self) -> &Table {
+    pub fn columns(&self) -> &SweepTable {
         &self.columns
     }
 
@@ -68,24 +68,24 @@ impl Reader {
     ///
     /// # Errors
     /// When there is no such group, or as [`read`].
-    pub fn group(&self, index: usize) -> Result<Table, Error> {
-        if index >= self.groups() {
-            let what = format!("expected more than {index} row groups, found {}", self.groups());
-            return Err(unreadable(&self.path, &what));
+    pub fn read_row_group(&self, index: usize) -> Result<SweepTable, Error> {
+        if index >= self.row_group_count() {
+            let what = format!("expected more than {index} row groups, found {}", self.row_group_count());
+            return Err(unreadable_file_error(&self.path, &what));
         }
-        self.rows_of(vec![index])
+        self.read_row_groups(vec![index])
     }
 
     /// All rows.
     ///
     /// # Errors
     /// As [`read`].
-    pub fn all(&self) -> Result<Table, Error> {
-        self.rows_of((0..self.groups()).collect())
+    pub fn read_all_rows(&self) -> Result<SweepTable, Error> {
+        self.read_row_groups((0..self.row_group_count()).collect())
     }
 
-    fn rows_of(&self, groups: Vec<usize>) -> Result<Table, Error> {
-        let table = catch_panic(|| {
+    fn read_row_groups(&self, groups: Vec<usize>) -> Result<SweepTable, Error> {
+        let table = panic_to_error(|| {
             let file = self.file.try_clone().map_err(|error| error.to_string())?;
             let metadata = self.metadata.clone();
             let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
@@ -95,24 +95,22 @@ impl Reader {
             let mut table = self.columns.clone();
             for batch in batches {
                 let batch = batch.map_err(|error| error.to_string())?;
-                arrow::extend(&mut table, &batch)?;
+                arrow::append_record_batch(&mut table, &batch)?;
             }
             Ok(table)
         });
-        table.map_err(|what| unreadable(&self.path, &what))
+        table.map_err(|what| unreadable_file_error(&self.path, &what))
     }
 }
 
 /// The library panics on some damaged pages, which is a mistake of the file and none of the program.
-fn catch_panic<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+fn panic_to_error<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let panicked = |_| Err("a page of it is damaged".to_owned());
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(panicked)
 }
 
-fn unreadable(path: &Path, what: &str) -> Error {
-    let message = format!(
-        "{}: expected a table of a sweep in Parquet that can be read: {what}",
-        path.display()
-    );
-    Error::input(message).help("delete the file and run what writes it again")
+fn unreadable_file_error(path: &Path, what: &str) -> Error {
+    let message =
+        format!("{}: expected a table of a sweep in Parquet that can be read: {what}", path.display());
+    Error::invalid_input(message).with_help("delete the file and run what writes it again")
 }

@@ -10,7 +10,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 use tempfile::NamedTempFile;
 
-use super::{Table, arrow};
+use super::{SweepTable, arrow};
 
 /// Rows of a group in files that are written evenly: with 30 columns 16 MB of numbers.
 const EVEN: usize = 65_536;
@@ -27,32 +27,32 @@ pub enum RowGroups {
 }
 
 /// A file in the making. It appears under its name when it is finished; nothing is left of one that is dropped.
-pub struct Writer {
+pub struct SweepTableWriter {
     path: PathBuf,
     groups: RowGroups,
     writer: ArrowWriter<NamedTempFile>,
     schema: std::sync::Arc<arrow_schema::Schema>,
     /// Rows that are in no group yet.
-    waiting: Table,
+    waiting: SweepTable,
 }
 
 /// Writes a file of one table. The same table gives the same bytes.
 ///
 /// # Errors
 /// When the columns do not fit together, or the file cannot be written.
-pub fn write(path: &Path, table: &Table) -> Result<(), Error> {
-    let mut writer = Writer::create(path, table, RowGroups::Even)?;
+pub fn write_table(path: &Path, table: &SweepTable) -> Result<(), Error> {
+    let mut writer = SweepTableWriter::create(path, table, RowGroups::Even)?;
     writer.append(table)?;
     writer.finish()
 }
 
-impl Writer {
+impl SweepTableWriter {
     /// Begins a file with the columns of a table, whose rows are not taken.
     ///
     /// # Errors
     /// When the file cannot be made.
-    pub fn create(path: &Path, columns: &Table, groups: RowGroups) -> Result<Self, Error> {
-        let failed = |what: String| Error::output(path, what);
+    pub fn create(path: &Path, columns: &SweepTable, groups: RowGroups) -> Result<Self, Error> {
+        let failed = |what: String| Error::output_failure(path, what);
         let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
         let name = path.file_name().unwrap_or_default();
         let mut prefix = std::ffi::OsString::from(".");
@@ -68,7 +68,7 @@ impl Writer {
             .set_max_row_group_row_count(None)
             .build();
         let waiting = columns.without_rows();
-        let schema = arrow::schema(&waiting);
+        let schema = arrow::table_schema(&waiting);
         let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties))
             .map_err(|error| failed(error.to_string()))?;
         Ok(Self { path: path.to_owned(), groups, writer, schema, waiting })
@@ -78,13 +78,13 @@ impl Writer {
     ///
     /// # Errors
     /// When its columns are others, or the file cannot be written.
-    pub fn append(&mut self, table: &Table) -> Result<(), Error> {
-        self.waiting.append(table).map_err(|what| Error::output(&self.path, what))?;
+    pub fn append(&mut self, table: &SweepTable) -> Result<(), Error> {
+        self.waiting.append_rows(table).map_err(|what| Error::output_failure(&self.path, what))?;
         match self.groups {
-            RowGroups::Tables => self.group(usize::MAX),
+            RowGroups::Tables => self.write_row_group(usize::MAX),
             RowGroups::Even => {
-                while self.waiting.rows() >= EVEN {
-                    self.group(EVEN)?;
+                while self.waiting.row_count() >= EVEN {
+                    self.write_row_group(EVEN)?;
                 }
                 Ok(())
             }
@@ -96,11 +96,11 @@ impl Writer {
     /// # Errors
     /// When it cannot be written.
     pub fn finish(mut self) -> Result<(), Error> {
-        if self.waiting.rows() > 0 {
-            self.group(usize::MAX)?;
+        if self.waiting.row_count() > 0 {
+            self.write_row_group(usize::MAX)?;
         }
         let path = self.path;
-        let failed = |what: String| Error::output(&path, what);
+        let failed = |what: String| Error::output_failure(&path, what);
         let file = self.writer.into_inner().map_err(|error| failed(error.to_string()))?;
         file.as_file().sync_all().map_err(|error| failed(error.to_string()))?;
         file.persist(&path).map_err(|error| failed(error.to_string()))?;
@@ -110,13 +110,13 @@ impl Writer {
         folder.and_then(|it| it.sync_all()).map_err(|error| failed(error.to_string()))
     }
 
-    fn group(&mut self, rows: usize) -> Result<(), Error> {
-        let failed = |what: String| Error::output(&self.path, what);
+    fn write_row_group(&mut self, rows: usize) -> Result<(), Error> {
+        let failed = |what: String| Error::output_failure(&self.path, what);
         let front = self.waiting.split_front(rows);
-        let batch = arrow::batch(&front, &self.schema).map_err(failed)?;
+        let batch = arrow::table_to_record_batch(&front, &self.schema).map_err(failed)?;
         self.writer
             .write(&batch)
             .and_then(|()| self.writer.flush())
-            .map_err(|error| Error::output(&self.path, error))
+            .map_err(|error| Error::output_failure(&self.path, error))
     }
 }

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 use rand_pcg::Pcg64Mcg;
-use tire::{Coefficients, MfTire, Slip, Tire as _, Version};
+use tire::{Coefficients, MagicFormulaVersion, MfTire, Tire as _, TireOperatingPoint};
 
 /// Samples of a sweep, at 20 Hz.
 const COUNT: usize = 130;
@@ -20,18 +20,18 @@ pub const WARM: f64 = -0.05;
 
 /// The tire that is measured.
 pub fn truth() -> Coefficients {
-    Coefficients { version: Version::Mf61, ..Coefficients::sports_tire() }
+    Coefficients { version: MagicFormulaVersion::Mf61, ..Coefficients::sports_tire() }
 }
 
 /// The text of the file.
 pub fn bench_file() -> String {
     let tire = MfTire::new(truth()).expect("a tire");
-    let (mut random, normal) =
-        (Pcg64Mcg::seed_from_u64(22), Normal::new(0.0, 1.0).expect("a distribution"));
+    let (mut random, normal) = (Pcg64Mcg::seed_from_u64(22), Normal::new(0.0, 1.0).expect("a distribution"));
     let mut text =
-        "# Made of the sports tire by the example bench_file of the crate tire-bench; SAE axes.\n"
-            .to_owned();
-    text.push_str("ET [s],V [km/h],SA [deg],SL [-],IA [deg],P [kPa],FX [N],FY [N],FZ [N],MZ [N.m],TSTC [degC]\n");
+        "# Made of the sports tire by the example bench_file of the crate tire-bench; SAE axes.\n".to_owned();
+    text.push_str(
+        "ET [s],V [km/h],SA [deg],SL [-],IA [deg],P [kPa],FX [N],FY [N],FZ [N],MZ [N.m],TSTC [degC]\n",
+    );
     for sweep in 0..24 {
         let (load, pressure) = ([2000.0, 4000.0, 6000.0][sweep % 3], [200e3, 260e3][sweep / 3 % 2]);
         let (gamma, along) = ([0.0, 0.05][sweep / 6 % 2], sweep >= 12);
@@ -43,15 +43,12 @@ pub fn bench_file() -> String {
             let mut disturbed = |value: f64, std: f64| value + std * normal.sample(&mut random);
             let F_z = disturbed(load, 0.005 * load);
             let at =
-                Slip { kappa, alpha, gamma, F_z, v_x: 16.7, pressure: Some(pressure), mu: 1.0 };
+                TireOperatingPoint { kappa, alpha, gamma, F_z, v_x: 16.7, pressure: Some(pressure), mu: 1.0 };
             let factor = (WARM * warm / 10.0).exp();
-            let forces = tire.scaled([factor, factor, 1.0, 1.0]).forces(&at);
+            let forces = tire.with_scale_factors([factor, factor, 1.0, 1.0]).forces(&at);
             let time = sweep as f64 * (0.05 * COUNT as f64 + PAUSE) + 0.05 * k as f64;
-            let (F_x, F_y, M_z) = (
-                disturbed(forces.F_x, 20.0),
-                disturbed(forces.F_y, 20.0),
-                disturbed(forces.M_z, 2.0),
-            );
+            let (F_x, F_y, M_z) =
+                (disturbed(forces.F_x, 20.0), disturbed(forces.F_y, 20.0), disturbed(forces.M_z, 2.0));
             let _ = writeln!(
                 text,
                 "{time:.2},{:.2},{:.3},{kappa:.4},{:.2},{:.1},{F_x:.0},{:.0},{:.0},{:.1},{:.1}",

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use damage::Target;
-use tire::Axes;
-use tire_bench::{FileUnits, Reading, read};
+use damage::FuzzTarget;
+use tire::TireAxes;
+use tire_bench::{BenchReadOptions, FileUnits, read_bench_file};
 
 use super::writer::{Made, column, file};
 
-pub const TARGET: Target = Target {
+pub const TARGET: FuzzTarget = FuzzTarget {
     name: "bench_files",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../tire-bench/tests/corpus/bench_files"),
     sound,
@@ -53,7 +53,9 @@ fn sound() -> Vec<Vec<u8>> {
     };
     let csv = format!("{}\n{}\n{}", NAMES.join(","), UNITS.join(","), lines(","));
     let tabs = format!("a title\n{}\n{}\n{}", NAMES.join("\t"), UNITS.join("\t"), lines("\t"));
-    let mut tydex = "**HEADER\n**CONSTANTS\nINFLPRES  a pressure                    bar       2.0\n**MEASURCHANNELS\n".to_owned();
+    let mut tydex =
+        "**HEADER\n**CONSTANTS\nINFLPRES  a pressure                    bar       2.0\n**MEASURCHANNELS\n"
+            .to_owned();
     for (name, unit) in
         ["SLIPANGL", "FZH", "FYH", "MZH", "INCLANGL", "INFLPRES", "TRAJVELH"].iter().zip(UNITS)
     {
@@ -68,11 +70,11 @@ fn sound() -> Vec<Vec<u8>> {
 }
 
 fn attempt(bytes: &[u8], _folder: &Path) -> bool {
-    let reading = Reading {
-        axes: Axes::Iso,
+    let reading = BenchReadOptions {
+        axes: TireAxes::Iso,
         units: Some(FileUnits::TtcMetric),
         radius: 0.3,
-        ..Reading::default()
+        ..BenchReadOptions::default()
     };
-    read(bytes, "a", 0, &reading).is_ok()
+    read_bench_file(bytes, "a", 0, &reading).is_ok()
 }

@@ -6,13 +6,13 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::loss::Loss;
-use numerics::sqp::{Inequality, Model, Objective};
-use preparation::samples::Samples;
+use numerics::sqp::{LinearisedInequality, Objective, QuadraticModel};
+use preparation::samples::CurveSamples;
 
 use crate::bounds::Bounds;
 use crate::compressed::CompressedSamples;
-use crate::fit::{Constraints, Problem};
-use crate::kernel::{self, Pass};
+use crate::fit::{CurveConstraints, CurveFitProblem};
+use crate::kernel::{self, CostDerivatives};
 use crate::parameters::{COUNT, Parameter, Theta};
 use crate::regularisation::Regularisation;
 
@@ -25,22 +25,22 @@ const ROUNDING: f64 = 1e-4;
 
 /// Which parameters are unknowns, and how: B, C and D as logarithms, the others as they are.
 #[derive(Clone, Debug)]
-pub struct Unknowns {
+pub struct CurveVariables {
     /// Places of the free parameters.
     pub free: Vec<usize>,
     held: Theta,
     bounds: Bounds,
 }
 
-impl Unknowns {
+impl CurveVariables {
     /// The unknowns of a problem.
-    pub fn new(problem: &Problem) -> Self {
+    pub fn new(problem: &CurveFitProblem) -> Self {
         let free = problem.free_parameters().into_iter().map(|p| p as usize).collect();
         Self { free, held: problem.held, bounds: problem.bounds }
     }
 
     /// From parameters to unknowns.
-    pub fn of(&self, theta: &Theta) -> DVector<f64> {
+    pub fn x_from_theta(&self, theta: &Theta) -> DVector<f64> {
         DVector::from_iterator(
             self.free.len(),
             self.free.iter().map(|&i| if is_log(i) { theta[i].ln() } else { theta[i] }),
@@ -48,7 +48,7 @@ impl Unknowns {
     }
 
     /// From unknowns to parameters, on the bounds to the last bit.
-    pub fn theta(&self, x: &[f64]) -> Theta {
+    pub fn theta_from_x(&self, x: &[f64]) -> Theta {
         let mut theta = self.held;
         for (&i, &x) in self.free.iter().zip(x) {
             let (lower, upper) = (self.bounds.lower[i], self.bounds.upper[i]);
@@ -66,25 +66,28 @@ impl Unknowns {
     }
 
     /// dθ/dx of each unknown.
-    pub fn slopes(&self, theta: &Theta) -> Vec<f64> {
+    pub fn theta_derivatives(&self, theta: &Theta) -> Vec<f64> {
         self.free.iter().map(|&i| if is_log(i) { theta[i] } else { 1.0 }).collect()
     }
 
     /// The bounds of the unknowns.
-    pub fn bounds(&self) -> (DVector<f64>, DVector<f64>) {
-        (self.of(&self.bounds.lower), self.of(&self.bounds.upper))
+    pub fn variable_bounds(&self) -> (DVector<f64>, DVector<f64>) {
+        (self.x_from_theta(&self.bounds.lower), self.x_from_theta(&self.bounds.upper))
     }
 
     /// Stiffness and peak slip as inequalities of order 1: ln BCD between its limits, and the sine's argument at the limits of
     /// the peak slip on the right side of π/2, where the sine peaks.
-    pub fn inequalities(&self, theta: &Theta, constraints: &Constraints) -> Vec<Inequality> {
+    pub fn constraint_inequalities(
+        &self,
+        theta: &Theta,
+        constraints: &CurveConstraints,
+    ) -> Vec<LinearisedInequality> {
         let [B, C, D, ..] = *theta;
         let mut rows = Vec::new();
         let mut add = |sign: f64, value: f64, by_theta: Theta| {
-            let slopes = self.slopes(theta);
-            let gradient =
-                self.free.iter().zip(slopes).map(|(&i, slope)| sign * by_theta[i] * slope);
-            rows.push(Inequality {
+            let slopes = self.theta_derivatives(theta);
+            let gradient = self.free.iter().zip(slopes).map(|(&i, slope)| sign * by_theta[i] * slope);
+            rows.push(LinearisedInequality {
                 value: sign * value,
                 gradient: DVector::from_iterator(self.free.len(), gradient),
             });
@@ -113,15 +116,15 @@ fn is_log(parameter: usize) -> bool {
 }
 
 /// Adds what is expected to a model.
-pub fn regularise(
-    model: &mut Model,
-    unknowns: &Unknowns,
+pub fn add_regularisation(
+    model: &mut QuadraticModel,
+    unknowns: &CurveVariables,
     theta: &Theta,
     regularisation: &[Regularisation],
 ) {
-    let slopes = unknowns.slopes(theta);
+    let slopes = unknowns.theta_derivatives(theta);
     for expected in regularisation {
-        let (cost, gradient) = expected.at(theta);
+        let (cost, gradient) = expected.cost_and_gradient(theta);
         model.cost += cost;
         for (k, &i) in unknowns.free.iter().enumerate() {
             model.gradient[k] += gradient[i] * slopes[k];
@@ -134,17 +137,17 @@ pub fn regularise(
 }
 
 /// What a curve is compared with.
-enum Data<'a> {
+enum CurveData<'a> {
     /// All samples, or some, each for as many as it stands for.
-    Samples(Cow<'a, Samples>),
+    Samples(Cow<'a, CurveSamples>),
     /// For squares alone.
     CompressedSamples(Box<CompressedSamples>),
 }
 
 /// Samples at even steps in the order of the slip, of the weight of all.
-fn some(samples: &Samples) -> Samples {
-    let mut some = samples.pick(&samples.rows_by_slip(SOME));
-    let whole = |samples: &Samples| samples.weight.iter().sum::<f64>();
+fn subsample(samples: &CurveSamples) -> CurveSamples {
+    let mut some = samples.select_rows(&samples.rows_by_slip(SOME));
+    let whole = |samples: &CurveSamples| samples.weight.iter().sum::<f64>();
     let each = whole(samples) / whole(&some).max(f64::MIN_POSITIVE);
     some.weight.iter_mut().for_each(|weight| *weight *= each);
     some
@@ -152,37 +155,37 @@ fn some(samples: &Samples) -> Samples {
 
 /// Sum of the losses of one curve, with what is expected of it.
 pub struct CurveCost<'a> {
-    data: Data<'a>,
+    data: CurveData<'a>,
     free: [bool; COUNT],
     loss: Loss,
     regularisation: &'a [Regularisation],
-    constraints: Constraints,
-    pub unknowns: Unknowns,
+    constraints: CurveConstraints,
+    pub unknowns: CurveVariables,
     /// What residuals of rounding would cost.
     floor: f64,
 }
 
 impl<'a> CurveCost<'a> {
-    pub fn new(problem: &'a Problem<'a>) -> Self {
-        Self::of(problem, Data::Samples(Cow::Borrowed(problem.samples)))
+    pub fn new(problem: &'a CurveFitProblem<'a>) -> Self {
+        Self::with_data(problem, CurveData::Samples(Cow::Borrowed(problem.samples)))
     }
 
     /// Nearly the same cost for next to nothing, where that many starts or samples make it worth while.
-    pub fn rough(problem: &'a Problem<'a>, starts: usize) -> Option<Self> {
+    pub fn approximation(problem: &'a CurveFitProblem<'a>, starts: usize) -> Option<Self> {
         let samples = problem.samples;
         let data = match problem.loss {
             Loss::Square if samples.len() * starts >= MANY => {
-                Data::CompressedSamples(Box::new(CompressedSamples::new(samples)))
+                CurveData::CompressedSamples(Box::new(CompressedSamples::new(samples)))
             }
             Loss::Huber { .. } | Loss::StudentT { .. } if samples.len() >= 4 * SOME => {
-                Data::Samples(Cow::Owned(some(samples)))
+                CurveData::Samples(Cow::Owned(subsample(samples)))
             }
             _ => return None,
         };
-        Some(Self::of(problem, data))
+        Some(Self::with_data(problem, data))
     }
 
-    fn of(problem: &'a Problem<'a>, data: Data<'a>) -> Self {
+    fn with_data(problem: &'a CurveFitProblem<'a>, data: CurveData<'a>) -> Self {
         let samples = problem.samples;
         let energy: f64 = samples.force.iter().zip(&samples.weight).map(|(f, w)| w * f * f).sum();
         Self {
@@ -191,36 +194,36 @@ impl<'a> CurveCost<'a> {
             loss: problem.loss,
             regularisation: &problem.regularisation,
             constraints: problem.constraints,
-            unknowns: Unknowns::new(problem),
+            unknowns: CurveVariables::new(problem),
             floor: ROUNDING * energy.sqrt() + f64::MIN_POSITIVE,
         }
     }
 
     /// From unknowns to parameters.
-    pub fn theta(&self, x: &DVector<f64>) -> Theta {
-        self.unknowns.theta(x.as_slice())
+    pub fn theta_from_x(&self, x: &DVector<f64>) -> Theta {
+        self.unknowns.theta_from_x(x.as_slice())
     }
 
     /// From parameters to unknowns.
-    pub fn unknowns(&self, theta: &Theta) -> DVector<f64> {
-        self.unknowns.of(theta)
+    pub fn x_from_theta(&self, theta: &Theta) -> DVector<f64> {
+        self.unknowns.x_from_theta(theta)
     }
 
     /// The cost alone.
-    pub fn cost(&self, theta: &Theta) -> f64 {
+    pub fn cost_of_theta(&self, theta: &Theta) -> f64 {
         let own = match &self.data {
-            Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
-            Data::CompressedSamples(data) => 0.5 * data.squares(theta),
+            CurveData::Samples(samples) => kernel::curve_cost(samples, theta, self.loss),
+            CurveData::CompressedSamples(data) => 0.5 * data.residual_squares(theta),
         };
-        own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
+        own + self.regularisation.iter().map(|expected| expected.cost_and_gradient(theta).0).sum::<f64>()
     }
 
-    fn pass(&self, theta: &Theta) -> Pass {
+    fn cost_derivatives(&self, theta: &Theta) -> CostDerivatives {
         match &self.data {
-            Data::Samples(samples) => kernel::pass(samples, theta, &self.free, self.loss),
-            Data::CompressedSamples(data) => {
-                let near = data.quadratic(theta);
-                Pass {
+            CurveData::Samples(samples) => kernel::cost_derivatives(samples, theta, &self.free, self.loss),
+            CurveData::CompressedSamples(data) => {
+                let near = data.gauss_newton_expansion(theta);
+                CostDerivatives {
                     cost: 0.5 * near.squares,
                     gradient: near.gradient.into(),
                     hessian: near.hessian.into(),
@@ -229,36 +232,34 @@ impl<'a> CurveCost<'a> {
         }
     }
 
-    pub fn lower(&self) -> DVector<f64> {
-        self.unknowns.bounds().0
+    pub fn lower_bounds(&self) -> DVector<f64> {
+        self.unknowns.variable_bounds().0
     }
 
-    pub fn upper(&self) -> DVector<f64> {
-        self.unknowns.bounds().1
+    pub fn upper_bounds(&self) -> DVector<f64> {
+        self.unknowns.variable_bounds().1
     }
 }
 
 impl Objective for CurveCost<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let theta = self.theta(x);
-        let pass = self.pass(&theta);
-        let slopes = self.unknowns.slopes(&theta);
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let theta = self.theta_from_x(x);
+        let pass = self.cost_derivatives(&theta);
+        let slopes = self.unknowns.theta_derivatives(&theta);
         let free = &self.unknowns.free;
         let n = free.len();
-        let mut model = Model {
+        let mut model = QuadraticModel {
             cost: pass.cost,
             gradient: DVector::from_fn(n, |k, _| pass.gradient[free[k]] * slopes[k]),
-            hessian: DMatrix::from_fn(n, n, |k, l| {
-                pass.hessian[free[k]][free[l]] * slopes[k] * slopes[l]
-            }),
+            hessian: DMatrix::from_fn(n, n, |k, l| pass.hessian[free[k]][free[l]] * slopes[k] * slopes[l]),
             scale: 0.0,
         };
-        regularise(&mut model, &self.unknowns, &theta, self.regularisation);
+        add_regularisation(&mut model, &self.unknowns, &theta, self.regularisation);
         model.scale = (2.0 * model.cost).sqrt() + self.floor;
         model
     }
 
-    fn inequalities(&self, x: &DVector<f64>) -> Vec<Inequality> {
-        self.unknowns.inequalities(&self.theta(x), &self.constraints)
+    fn inequalities(&self, x: &DVector<f64>) -> Vec<LinearisedInequality> {
+        self.unknowns.constraint_inequalities(&self.theta_from_x(x), &self.constraints)
     }
 }

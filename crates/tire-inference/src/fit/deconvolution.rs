@@ -16,13 +16,13 @@ const ITERATIONS: usize = 30;
 
 /// Mean and variance of a true slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moments {
+pub struct TrueSlipMoments {
     pub mean: f64,
     pub variance: f64,
 }
 
 /// The density of true slips.
-struct Density {
+struct TrueSlipDensity {
     first: f64,
     cell: f64,
     noise: f64,
@@ -30,13 +30,13 @@ struct Density {
 }
 
 /// The moments of the true slip behind each measured one, for normal noise of a standard deviation.
-pub fn moments(slip: &[f64], noise: f64) -> Vec<Moments> {
-    let density = Density::of(slip, noise);
-    slip.iter().map(|&x| density.moments(x)).collect()
+pub fn true_slip_moments(slip: &[f64], noise: f64) -> Vec<TrueSlipMoments> {
+    let density = TrueSlipDensity::estimate(slip, noise);
+    slip.iter().map(|&x| density.moments_given_measured(x)).collect()
 }
 
-impl Density {
-    fn of(slip: &[f64], noise: f64) -> Self {
+impl TrueSlipDensity {
+    fn estimate(slip: &[f64], noise: f64) -> Self {
         let low = slip.iter().copied().fold(f64::INFINITY, f64::min);
         let high = slip.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let cell = (noise / FINENESS).max((high - low) / MOST_CELLS);
@@ -50,21 +50,15 @@ impl Density {
             (0..=reach).map(|k| (-0.5 * (k as f64 * cell / noise).powi(2)).exp()).collect();
         let blur = |values: &[f64]| -> Vec<f64> {
             let near = |j: usize| {
-                (j.saturating_sub(reach)..=(j + reach).min(cells - 1))
-                    .map(move |k| (k, j.abs_diff(k)))
+                (j.saturating_sub(reach)..=(j + reach).min(cells - 1)).map(move |k| (k, j.abs_diff(k)))
             };
-            (0..cells)
-                .map(|j| near(j).map(|(k, distance)| kernel[distance] * values[k]).sum())
-                .collect()
+            (0..cells).map(|j| near(j).map(|(k, distance)| kernel[distance] * values[k]).sum()).collect()
         };
         let mut weights = vec![1.0 / cells as f64; cells];
         for _ in 0..ITERATIONS {
             let expected = blur(&weights);
-            let ratio: Vec<f64> = counts
-                .iter()
-                .zip(&expected)
-                .map(|(c, e)| if *c > 0.0 { c / e } else { 0.0 })
-                .collect();
+            let ratio: Vec<f64> =
+                counts.iter().zip(&expected).map(|(c, e)| if *c > 0.0 { c / e } else { 0.0 }).collect();
             for (weight, gain) in weights.iter_mut().zip(blur(&ratio)) {
                 *weight *= gain;
             }
@@ -72,7 +66,7 @@ impl Density {
         Self { first: low, cell, noise, weights }
     }
 
-    fn moments(&self, x: f64) -> Moments {
+    fn moments_given_measured(&self, x: f64) -> TrueSlipMoments {
         let index = (x - self.first) / self.cell;
         let reach = REACH * self.noise / self.cell;
         let from = (index - reach).ceil().max(0.0) as usize;
@@ -87,9 +81,9 @@ impl Density {
         }
         if total > 0.0 {
             let mean = first / total;
-            Moments { mean: x + mean, variance: second / total - mean * mean }
+            TrueSlipMoments { mean: x + mean, variance: second / total - mean * mean }
         } else {
-            Moments { mean: x, variance: 0.0 }
+            TrueSlipMoments { mean: x, variance: 0.0 }
         }
     }
 }

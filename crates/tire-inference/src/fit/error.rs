@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::fit::Problem;
+use crate::fit::CurveFitProblem;
 use crate::parameters::Parameter;
 use crate::regularisation::Regularisation;
 
@@ -13,9 +13,7 @@ pub enum FitError {
     #[error("there are no samples to fit; check which rows the filters of the data leave over")]
     Empty,
     /// Columns of different length.
-    #[error(
-        "slip, force and weight need one value for each sample, found {slip}, {force} and {weight}"
-    )]
+    #[error("slip, force and weight need one value for each sample, found {slip}, {force} and {weight}")]
     Columns {
         /// Length of the column of slips.
         slip: usize,
@@ -182,11 +180,11 @@ pub enum FitError {
 }
 
 /// Checks everything that does not depend on the optimiser.
-pub fn check(problem: &Problem) -> Result<(), FitError> {
+pub fn check_problem(problem: &CurveFitProblem) -> Result<(), FitError> {
     check_samples(problem)?;
     for parameter in Parameter::ALL {
         let i = parameter as usize;
-        let (name, positive) = (parameter.name(), i < 3);
+        let (name, positive) = (parameter.symbol(), i < 3);
         let (lower, upper) = (problem.bounds.lower[i], problem.bounds.upper[i]);
         let sound = |x: f64| x.is_finite() && (!positive || x > 0.0);
         if problem.free[i] && !(sound(lower) && sound(upper) && lower <= upper) {
@@ -199,7 +197,7 @@ pub fn check(problem: &Problem) -> Result<(), FitError> {
     check_settings(problem)
 }
 
-fn check_samples(problem: &Problem) -> Result<(), FitError> {
+fn check_samples(problem: &CurveFitProblem) -> Result<(), FitError> {
     let samples = problem.samples;
     let (slip, force, weight) = (samples.slip.len(), samples.force.len(), samples.weight.len());
     if slip != force || slip != weight {
@@ -208,8 +206,7 @@ fn check_samples(problem: &Problem) -> Result<(), FitError> {
     if samples.is_empty() {
         return Err(FitError::Empty);
     }
-    for (column, values) in
-        [("slip", &samples.slip), ("force", &samples.force), ("weight", &samples.weight)]
+    for (column, values) in [("slip", &samples.slip), ("force", &samples.force), ("weight", &samples.weight)]
     {
         if let Some(row) = values.iter().position(|x| !x.is_finite()) {
             return Err(FitError::NotFinite { column, row, value: values[row] });
@@ -222,13 +219,8 @@ fn check_samples(problem: &Problem) -> Result<(), FitError> {
     if free == 0 {
         return Err(FitError::NothingFree);
     }
-    let used: Vec<f64> = samples
-        .slip
-        .iter()
-        .zip(&samples.weight)
-        .filter(|(_, w)| **w > 0.0)
-        .map(|(s, _)| *s)
-        .collect();
+    let used: Vec<f64> =
+        samples.slip.iter().zip(&samples.weight).filter(|(_, w)| **w > 0.0).map(|(s, _)| *s).collect();
     if used.len() <= free {
         return Err(FitError::TooFew { found: used.len(), free });
     }
@@ -238,7 +230,7 @@ fn check_samples(problem: &Problem) -> Result<(), FitError> {
     Ok(())
 }
 
-fn check_settings(problem: &Problem) -> Result<(), FitError> {
+fn check_settings(problem: &CurveFitProblem) -> Result<(), FitError> {
     let wrong = |setting, problem| Err(FitError::Setting { setting, problem });
     if !problem.loss.is_valid() {
         return wrong("loss", "threshold, degrees of freedom and scale must be finite and above 0");
@@ -264,10 +256,7 @@ fn check_settings(problem: &Problem) -> Result<(), FitError> {
             return wrong("slip_noise.std", "must be finite and above 0");
         }
         if problem.loss != numerics::loss::Loss::Square {
-            return wrong(
-                "slip_noise",
-                "is a likelihood of normal noise and goes with the square loss only",
-            );
+            return wrong("slip_noise", "is a likelihood of normal noise and goes with the square loss only");
         }
     }
     Ok(())

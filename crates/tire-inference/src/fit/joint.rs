@@ -1,11 +1,11 @@
 //! Fits front and rear together: two curves whose parameters are coupled.
 
 use nalgebra::DVector;
-use numerics::sqp::{Inequality, Model, Objective};
+use numerics::sqp::{LinearisedInequality, Objective, QuadraticModel};
 
 use crate::fit::curve::CurveCost;
-use crate::fit::solution::{Part, ResidualNoise};
-use crate::fit::{FitError, FitOptions, Problem, Solution, error, multistart};
+use crate::fit::solution::{CurveMinimum, ResidualNoise};
+use crate::fit::{CurveFitProblem, FitError, FitOptions, FitSolution, error, multistart};
 use crate::parameters::Parameter;
 use crate::regularisation::AxleCoupling;
 
@@ -15,12 +15,12 @@ use crate::regularisation::AxleCoupling;
 /// # Errors
 /// As for [`crate::fit::least_squares`], and if a problem has noise in the slip.
 pub fn joint_least_squares(
-    problems: [&Problem; 2],
+    problems: [&CurveFitProblem; 2],
     coupling: AxleCoupling,
     options: &FitOptions,
-) -> Result<[Solution; 2], FitError> {
+) -> Result<[FitSolution; 2], FitError> {
     for problem in problems {
-        error::check(problem)?;
+        error::check_problem(problem)?;
         if problem.slip_noise.is_some() {
             return Err(FitError::Setting {
                 setting: "slip_noise",
@@ -35,20 +35,20 @@ pub fn joint_least_squares(
         });
     }
     let cost = JointCost { axles: problems.map(CurveCost::new), coupling };
-    let [lower, upper] =
-        [CurveCost::lower, CurveCost::upper].map(|side| join(cost.axles.each_ref().map(side)));
-    let [front, rear] = problems.map(|p| multistart::starts(&p.bounds, &p.held, options));
-    let start = |(f, r)| join([cost.axles[0].unknowns(f), cost.axles[1].unknowns(r)]);
+    let [lower, upper] = [CurveCost::lower_bounds, CurveCost::upper_bounds]
+        .map(|side| concatenate(cost.axles.each_ref().map(side)));
+    let [front, rear] = problems.map(|p| multistart::start_points(&p.bounds, &p.held, options));
+    let start = |(f, r)| concatenate([cost.axles[0].x_from_theta(f), cost.axles[1].x_from_theta(r)]);
     let starts: Vec<DVector<f64>> = front.iter().zip(&rear).map(start).collect();
-    let search = multistart::search(&cost, None, &lower, &upper, &starts, options)?;
+    let search = multistart::search_from_starts(&cost, None, &lower, &upper, &starts, options)?;
     let solution = |axle: usize| {
         let count = cost.axles[axle].unknowns.free.len();
         let from = if axle == 0 { 0 } else { lower.len() - count };
-        let part = Part::of(&search.best, from, count);
-        let theta = |x: &DVector<f64>| cost.axles[axle].theta(&x.rows(from, count).into_owned());
+        let part = CurveMinimum::from_minimum(&search.best, from, count);
+        let theta = |x: &DVector<f64>| cost.axles[axle].theta_from_x(&x.rows(from, count).into_owned());
         let optima = search.optima.iter().map(|m| (theta(&m.x), m.model.cost)).collect();
-        let noise = ResidualNoise::of(problems[axle], &theta(&search.best.x), part.fitted);
-        part.solution(problems[axle], &noise, search.convergence(), optima)
+        let noise = ResidualNoise::estimate(problems[axle], &theta(&search.best.x), part.fitted);
+        part.to_solution(problems[axle], &noise, search.convergence(), optima)
     };
     Ok([solution(0), solution(1)])
 }
@@ -59,24 +59,25 @@ struct JointCost<'a> {
 }
 
 /// One vector above the other.
-fn join([front, rear]: [DVector<f64>; 2]) -> DVector<f64> {
+fn concatenate([front, rear]: [DVector<f64>; 2]) -> DVector<f64> {
     DVector::from_iterator(front.len() + rear.len(), front.iter().chain(rear.iter()).copied())
 }
 
 impl JointCost<'_> {
-    fn split(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
+    fn split_by_axle(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
         let front = self.axles[0].unknowns.free.len();
         [x.rows(0, front).into_owned(), x.rows(front, x.len() - front).into_owned()]
     }
 
-    fn couple(&self, model: &mut Model, parts: &[DVector<f64>; 2]) {
+    fn add_coupling(&self, model: &mut QuadraticModel, parts: &[DVector<f64>; 2]) {
         let [front, rear] = &self.axles;
-        let thetas = [front.theta(&parts[0]), rear.theta(&parts[1])];
-        let slopes = [front.unknowns.slopes(&thetas[0]), rear.unknowns.slopes(&thetas[1])];
+        let thetas = [front.theta_from_x(&parts[0]), rear.theta_from_x(&parts[1])];
+        let slopes =
+            [front.unknowns.theta_derivatives(&thetas[0]), rear.unknowns.theta_derivatives(&thetas[1])];
         for (k, &i) in front.unknowns.free.iter().enumerate() {
             let Some(l) = rear.unknowns.free.iter().position(|&p| p == i) else { continue };
             let [cost, slope, bend] =
-                self.coupling.at(Parameter::ALL[i], thetas[0][i], thetas[1][i]);
+                self.coupling.cost_and_derivatives(Parameter::ALL[i], thetas[0][i], thetas[1][i]);
             model.cost += cost;
             let by_x = [(k, slopes[0][k]), (front.unknowns.free.len() + l, -slopes[1][l])];
             for (i, by_i) in by_x {
@@ -90,29 +91,32 @@ impl JointCost<'_> {
 }
 
 impl Objective for JointCost<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let parts = self.split(x);
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let parts = self.split_by_axle(x);
         let [front, rear] = [self.axles[0].model(&parts[0]), self.axles[1].model(&parts[1])];
         let (n, total) = (front.gradient.len(), x.len());
         let mut hessian = front.hessian.resize(total, total, 0.0);
         hessian.view_mut((n, n), rear.hessian.shape()).copy_from(&rear.hessian);
-        let mut model = Model {
+        let mut model = QuadraticModel {
             cost: front.cost + rear.cost,
-            gradient: join([front.gradient, rear.gradient]),
+            gradient: concatenate([front.gradient, rear.gradient]),
             hessian,
             scale: front.scale.hypot(rear.scale),
         };
-        self.couple(&mut model, &parts);
+        self.add_coupling(&mut model, &parts);
         model
     }
 
-    fn inequalities(&self, x: &DVector<f64>) -> Vec<Inequality> {
-        let parts = self.split(x);
-        let index = |axle: usize, row: Inequality| {
+    fn inequalities(&self, x: &DVector<f64>) -> Vec<LinearisedInequality> {
+        let parts = self.split_by_axle(x);
+        let index = |axle: usize, row: LinearisedInequality| {
             let zeros = DVector::zeros(parts[1 - axle].len());
-            let gradient =
-                if axle == 0 { join([row.gradient, zeros]) } else { join([zeros, row.gradient]) };
-            Inequality { gradient, ..row }
+            let gradient = if axle == 0 {
+                concatenate([row.gradient, zeros])
+            } else {
+                concatenate([zeros, row.gradient])
+            };
+            LinearisedInequality { gradient, ..row }
         };
         let of = |axle: usize| {
             self.axles[axle].inequalities(&parts[axle]).into_iter().map(move |row| index(axle, row))

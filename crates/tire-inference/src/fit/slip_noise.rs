@@ -8,15 +8,15 @@
 
 use nalgebra::{Const, DMatrix, DVector, U1};
 use num_dual::{Derivative, DualSVec64};
-use numerics::sqp::{Inequality, Model, Objective};
+use numerics::sqp::{LinearisedInequality, Objective, QuadraticModel};
 use rayon::prelude::*;
 use vehicle::MagicFormula;
 
-use crate::fit::curve::{Unknowns, regularise};
-use crate::fit::deconvolution::{Moments, moments};
-use crate::fit::solution::{Part, ResidualNoise};
-use crate::fit::{FitError, FitOptions, Problem, Solution, least_squares, multistart};
-use crate::kernel::{LocalCurve, local};
+use crate::fit::curve::{CurveVariables, add_regularisation};
+use crate::fit::deconvolution::{TrueSlipMoments, true_slip_moments};
+use crate::fit::solution::{CurveMinimum, ResidualNoise};
+use crate::fit::{CurveFitProblem, FitError, FitOptions, FitSolution, least_squares, multistart};
+use crate::kernel::{CurveDerivatives, curve_derivatives};
 use crate::parameters::{COUNT, Theta};
 
 /// ResidualNoise in the slip, and which of its consequences are taken into account. Leaving one out is for studies: without `calibrate`
@@ -47,14 +47,14 @@ const CHUNK: usize = 1024;
 /// The noise of the force is at least this share of the residuals: noise in the slip cannot explain those at the peak.
 const LEAST_NOISE: f64 = 0.02;
 
-type Dual = DualSVec64<COUNT>;
+type ParameterDual = DualSVec64<COUNT>;
 
 /// Plain least squares first, then the likelihood from each of its optima.
-pub fn fit(
-    problem: &Problem,
+pub fn fit_with_slip_noise(
+    problem: &CurveFitProblem,
     noise: SlipNoise,
     options: &FitOptions,
-) -> Result<Solution, FitError> {
+) -> Result<FitSolution, FitError> {
     if let Some(std) = noise.force_std
         && !(std > 0.0 && std.is_finite())
     {
@@ -63,50 +63,49 @@ pub fn fit(
             problem: "must be finite and above 0",
         });
     }
-    let plain = least_squares(&Problem { slip_noise: None, ..problem.clone() }, options)?;
+    let plain = least_squares(&CurveFitProblem { slip_noise: None, ..problem.clone() }, options)?;
     let spread = plain.noise_std.max(f64::MIN_POSITIVE);
-    let cost = Likelihood::new(problem, noise);
-    let (lower, upper) = cost.unknowns.bounds();
-    let with_noise =
-        |x: DVector<f64>, std: f64| if noise.force_std.is_some() { x } else { x.push(std.ln()) };
+    let cost = SlipNoiseLikelihood::new(problem, noise);
+    let (lower, upper) = cost.unknowns.variable_bounds();
+    let with_noise = |x: DVector<f64>, std: f64| if noise.force_std.is_some() { x } else { x.push(std.ln()) };
     let starts: Vec<DVector<f64>> =
-        plain.optima.iter().map(|(theta, _)| with_noise(cost.unknowns.of(theta), spread)).collect();
+        plain.optima.iter().map(|(theta, _)| with_noise(cost.unknowns.x_from_theta(theta), spread)).collect();
     let (lower, upper) = (with_noise(lower, LEAST_NOISE * spread), with_noise(upper, 2.0 * spread));
-    let search = multistart::search(&cost, None, &lower, &upper, &starts, options)?;
+    let search = multistart::search_from_starts(&cost, None, &lower, &upper, &starts, options)?;
     let count = cost.unknowns.free.len();
-    let part = Part::of(&search.best, 0, count);
+    let part = CurveMinimum::from_minimum(&search.best, 0, count);
     let std = cost.force_std(&search.best.x);
-    let optima = search.optima.iter().map(|m| (cost.theta(&m.x), m.model.cost)).collect();
+    let optima = search.optima.iter().map(|m| (cost.theta_from_x(&m.x), m.model.cost)).collect();
     let mut convergence = search.convergence();
     convergence.starts = plain.convergence.starts;
     convergence.evaluations += plain.convergence.evaluations;
     convergence.optima = convergence.optima.max(plain.convergence.optima);
-    Ok(part.solution(problem, &ResidualNoise { std, factor: 1.0 }, convergence, optima))
+    Ok(part.to_solution(problem, &ResidualNoise { std, factor: 1.0 }, convergence, optima))
 }
 
-struct Likelihood<'a> {
-    problem: &'a Problem<'a>,
+struct SlipNoiseLikelihood<'a> {
+    problem: &'a CurveFitProblem<'a>,
     noise: SlipNoise,
-    unknowns: Unknowns,
-    truth: Vec<Moments>,
+    unknowns: CurveVariables,
+    truth: Vec<TrueSlipMoments>,
     count: f64,
 }
 
-impl<'a> Likelihood<'a> {
-    fn new(problem: &'a Problem, noise: SlipNoise) -> Self {
+impl<'a> SlipNoiseLikelihood<'a> {
+    fn new(problem: &'a CurveFitProblem, noise: SlipNoise) -> Self {
         let samples = problem.samples;
-        let as_measured = |&x: &f64| Moments { mean: x, variance: noise.std * noise.std };
+        let as_measured = |&x: &f64| TrueSlipMoments { mean: x, variance: noise.std * noise.std };
         let truth = if noise.calibrate {
-            moments(&samples.slip, noise.std)
+            true_slip_moments(&samples.slip, noise.std)
         } else {
             samples.slip.iter().map(as_measured).collect()
         };
         let count = samples.weight.iter().filter(|&&w| w > 0.0).count() as f64;
-        Self { problem, noise, unknowns: Unknowns::new(problem), truth, count }
+        Self { problem, noise, unknowns: CurveVariables::new(problem), truth, count }
     }
 
-    fn theta(&self, x: &DVector<f64>) -> Theta {
-        self.unknowns.theta(&x.as_slice()[..self.unknowns.free.len()])
+    fn theta_from_x(&self, x: &DVector<f64>) -> Theta {
+        self.unknowns.theta_from_x(&x.as_slice()[..self.unknowns.free.len()])
     }
 
     fn force_std(&self, x: &DVector<f64>) -> f64 {
@@ -114,11 +113,11 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Adds one sample: −ln of its normal density, the derivatives, and their expected squares (Fisher's information).
-    fn add(
+    fn add_sample(
         &self,
-        sums: &mut Sums,
+        sums: &mut LikelihoodSums,
         i: usize,
-        curve: &MagicFormula<Dual>,
+        curve: &MagicFormula<ParameterDual>,
         force_variance: f64,
         slopes: &[f64],
     ) {
@@ -126,21 +125,19 @@ impl<'a> Likelihood<'a> {
         if samples.weight[i] == 0.0 {
             return;
         }
-        let LocalCurve { value, slope, curvature } = local(curve, Dual::from(self.truth[i].mean));
-        let mean = if self.noise.curvature {
-            value + curvature * (0.5 * self.truth[i].variance)
-        } else {
-            value
-        };
+        let CurveDerivatives { value, slope, curvature } =
+            curve_derivatives(curve, ParameterDual::from(self.truth[i].mean));
+        let mean =
+            if self.noise.curvature { value + curvature * (0.5 * self.truth[i].variance) } else { value };
         let spread = if self.noise.variance {
             slope * slope * self.noise.std.powi(2)
         } else {
-            Dual::from(0.0)
+            ParameterDual::from(0.0)
         };
         let own = force_variance / samples.weight[i];
         let variance = spread.re + own;
         let residual = mean.re - samples.force[i];
-        let by = |dual: &Dual, k: usize| match (&dual.eps.0, self.unknowns.free.get(k)) {
+        let by = |dual: &ParameterDual, k: usize| match (&dual.eps.0, self.unknowns.free.get(k)) {
             (Some(eps), Some(&parameter)) => eps[parameter] * slopes[k],
             _ => 0.0,
         };
@@ -156,8 +153,7 @@ impl<'a> Likelihood<'a> {
                 (residual * sums.by_mean[k] + 0.5 * (1.0 - share) * sums.by_variance[k]) / variance;
             for l in 0..=k {
                 let by_variances = 0.5 * sums.by_variance[k] * sums.by_variance[l] / variance;
-                sums.hessian[(k, l)] +=
-                    (sums.by_mean[k] * sums.by_mean[l] + by_variances) / variance;
+                sums.hessian[(k, l)] += (sums.by_mean[k] * sums.by_mean[l] + by_variances) / variance;
             }
         }
     }
@@ -165,7 +161,7 @@ impl<'a> Likelihood<'a> {
 
 /// Sums over samples; the last two are room for one of them.
 #[derive(Clone)]
-struct Sums {
+struct LikelihoodSums {
     cost: f64,
     gradient: DVector<f64>,
     hessian: DMatrix<f64>,
@@ -173,18 +169,18 @@ struct Sums {
     by_variance: DVector<f64>,
 }
 
-impl Objective for Likelihood<'_> {
-    fn model(&self, x: &DVector<f64>) -> Model {
-        let theta = self.theta(x);
-        let slopes = self.unknowns.slopes(&theta);
+impl Objective for SlipNoiseLikelihood<'_> {
+    fn model(&self, x: &DVector<f64>) -> QuadraticModel {
+        let theta = self.theta_from_x(x);
+        let slopes = self.unknowns.theta_derivatives(&theta);
         let variance = self.force_std(x).powi(2);
-        let dual: [Dual; COUNT] = std::array::from_fn(|i| {
-            Dual::new(theta[i], Derivative::derivative_generic(Const::<COUNT>, U1, i))
+        let dual: [ParameterDual; COUNT] = std::array::from_fn(|i| {
+            ParameterDual::new(theta[i], Derivative::derivative_generic(Const::<COUNT>, U1, i))
         });
         let [B, C, D, E, S_h, S_v] = dual;
         let curve = MagicFormula { B, C, D, E, S_h, S_v };
         let n = x.len();
-        let none = Sums {
+        let none = LikelihoodSums {
             cost: 0.0,
             gradient: DVector::zeros(n),
             hessian: DMatrix::zeros(n, n),
@@ -195,11 +191,11 @@ impl Objective for Likelihood<'_> {
         let chunk = |c: usize| {
             let mut sums = none.clone();
             (c * CHUNK..((c + 1) * CHUNK).min(samples))
-                .for_each(|i| self.add(&mut sums, i, &curve, variance, &slopes));
+                .for_each(|i| self.add_sample(&mut sums, i, &curve, variance, &slopes));
             sums
         };
-        let parts: Vec<Sums> = (0..samples.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        let mut model = Model {
+        let parts: Vec<LikelihoodSums> = (0..samples.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+        let mut model = QuadraticModel {
             cost: 0.0,
             gradient: none.gradient,
             hessian: none.hessian,
@@ -211,13 +207,13 @@ impl Objective for Likelihood<'_> {
             model.hessian += part.hessian;
         }
         model.hessian.fill_upper_triangle_with_lower_triangle();
-        regularise(&mut model, &self.unknowns, &theta, &self.problem.regularisation);
+        add_regularisation(&mut model, &self.unknowns, &theta, &self.problem.regularisation);
         model
     }
 
-    fn inequalities(&self, x: &DVector<f64>) -> Vec<Inequality> {
-        let rows = self.unknowns.inequalities(&self.theta(x), &self.problem.constraints);
-        let extend = |row: Inequality| Inequality {
+    fn inequalities(&self, x: &DVector<f64>) -> Vec<LinearisedInequality> {
+        let rows = self.unknowns.constraint_inequalities(&self.theta_from_x(x), &self.problem.constraints);
+        let extend = |row: LinearisedInequality| LinearisedInequality {
             gradient: row.gradient.resize_vertically(x.len(), 0.0),
             ..row
         };
@@ -228,7 +224,7 @@ impl Objective for Likelihood<'_> {
 #[cfg(test)]
 mod tests {
     use approx::assert_relative_eq;
-    use preparation::samples::Samples;
+    use preparation::samples::CurveSamples;
 
     use super::*;
 
@@ -236,14 +232,14 @@ mod tests {
     fn the_gradient_is_that_of_the_likelihood() {
         let slip: Vec<f64> = (0..200).map(|i| 0.002 * f64::from(i) - 0.1).collect();
         let force = slip.iter().map(|x| 1.4 * (25.0 * x).tanh() + 0.1 * (1e3 * x).sin()).collect();
-        let mut samples = Samples::new(slip, force);
+        let mut samples = CurveSamples::new(slip, force);
         samples.weight.iter_mut().enumerate().for_each(|(i, w)| *w = (i % 3) as f64);
-        let problem = Problem { free: [true; COUNT], ..Problem::new(&samples) };
+        let problem = CurveFitProblem { free: [true; COUNT], ..CurveFitProblem::new(&samples) };
         let parts = [(true, true, true), (false, false, true), (false, true, false)];
         for (calibrate, curvature, variance) in parts {
             let noise = SlipNoise { calibrate, curvature, variance, ..SlipNoise::new(0.01) };
-            let cost = Likelihood::new(&problem, noise);
-            let x = cost.unknowns.of(&[14.0, 1.8, 1.4, 0.5, 0.003, -0.02]).push(0.07_f64.ln());
+            let cost = SlipNoiseLikelihood::new(&problem, noise);
+            let x = cost.unknowns.x_from_theta(&[14.0, 1.8, 1.4, 0.5, 0.003, -0.02]).push(0.07_f64.ln());
             let gradient = cost.model(&x).gradient;
             for k in 0..x.len() {
                 let at = |step: f64| {

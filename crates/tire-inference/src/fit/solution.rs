@@ -1,18 +1,18 @@
 //! Says what a fit found: values, noise, covariance.
 
 use nalgebra::{DMatrix, DVector};
-use numerics::convergence::Convergence;
+use numerics::convergence::ConvergenceReport;
 use numerics::loss::Loss;
-use numerics::sqp::Minimum;
+use numerics::sqp::SqpMinimum;
 
-use crate::fit::Problem;
-use crate::fit::curve::Unknowns;
+use crate::fit::CurveFitProblem;
+use crate::fit::curve::CurveVariables;
 use crate::kernel;
 use crate::parameters::{Parameter, Theta};
 
 /// What a fit found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution {
+pub struct FitSolution {
     /// All parameters, the held ones included.
     pub theta: Theta,
     /// Cost at the optimum: losses, prior and coupling; with noise in the slip, the negative log-likelihood.
@@ -27,22 +27,22 @@ pub struct Solution {
     /// Free parameters that stand on a bound.
     pub at_bound: Vec<Parameter>,
     /// How the optimum was reached.
-    pub convergence: Convergence,
+    pub convergence: ConvergenceReport,
     /// The different optima that the starts led to, best first, with their costs. More than one says that the data hardly
     /// decide between curves.
     pub optima: Vec<(Theta, f64)>,
 }
 
-impl Solution {
+impl FitSolution {
     /// Standard deviation of a free parameter.
-    pub fn std(&self, parameter: Parameter) -> Option<f64> {
+    pub fn parameter_std(&self, parameter: Parameter) -> Option<f64> {
         let index = self.free.iter().position(|&p| p == parameter)?;
         Some(self.covariance[(index, index)].sqrt())
     }
 }
 
 /// Some of the unknowns of a minimum: those of one curve.
-pub struct Part {
+pub struct CurveMinimum {
     /// Their values.
     pub x: DVector<f64>,
     /// Which of them stand on a bound.
@@ -53,43 +53,38 @@ pub struct Part {
     pub fitted: usize,
 }
 
-impl Part {
+impl CurveMinimum {
     /// The unknowns `from..from + count` of a minimum.
-    pub fn of(minimum: &Minimum, from: usize, count: usize) -> Self {
+    pub fn from_minimum(minimum: &SqpMinimum, from: usize, count: usize) -> Self {
         let at_bound = minimum.at_bound[from..from + count].to_vec();
         let held = |row: &usize| minimum.active_rows.row(*row).columns(from, count).amax() > 0.0;
-        let tied = at_bound.iter().filter(|b| **b).count()
-            + (0..minimum.active_rows.nrows()).filter(held).count();
+        let tied =
+            at_bound.iter().filter(|b| **b).count() + (0..minimum.active_rows.nrows()).filter(held).count();
         Self {
             x: minimum.x.rows(from, count).into_owned(),
             at_bound,
-            inverse: inverse_on_active(minimum).view((from, from), (count, count)).into_owned(),
+            inverse: inverse_hessian_on_free(minimum).view((from, from), (count, count)).into_owned(),
             fitted: count.saturating_sub(tied),
         }
     }
 
     /// The solution of the problem that these are the unknowns of.
-    pub fn solution(
+    pub fn to_solution(
         &self,
-        problem: &Problem,
+        problem: &CurveFitProblem,
         noise: &ResidualNoise,
-        convergence: Convergence,
+        convergence: ConvergenceReport,
         optima: Vec<(Theta, f64)>,
-    ) -> Solution {
-        let unknowns = Unknowns::new(problem);
-        let theta = unknowns.theta(self.x.as_slice());
-        let slopes = DVector::from_vec(unknowns.slopes(&theta));
+    ) -> FitSolution {
+        let unknowns = CurveVariables::new(problem);
+        let theta = unknowns.theta_from_x(self.x.as_slice());
+        let slopes = DVector::from_vec(unknowns.theta_derivatives(&theta));
         let free = problem.free_parameters();
-        Solution {
+        FitSolution {
             theta,
             cost: convergence.cost,
             noise_std: noise.std,
-            at_bound: free
-                .iter()
-                .zip(&self.at_bound)
-                .filter(|(_, b)| **b)
-                .map(|(p, _)| *p)
-                .collect(),
+            at_bound: free.iter().zip(&self.at_bound).filter(|(_, b)| **b).map(|(p, _)| *p).collect(),
             free,
             covariance: self.inverse.component_mul(&(&slopes * slopes.transpose())) * noise.factor,
             convergence,
@@ -100,7 +95,7 @@ impl Part {
 
 /// Inverse of the Hessian on what bounds and active constraints leave free, 0 elsewhere: the corner of the inverse of
 /// [H Aᵀ; A 0] for the free unknowns. Not a number where the cost does not depend on an unknown.
-fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
+fn inverse_hessian_on_free(minimum: &SqpMinimum) -> DMatrix<f64> {
     let n = minimum.x.len();
     let free: Vec<usize> = (0..n).filter(|&i| !minimum.at_bound[i]).collect();
     let (f, m) = (free.len(), minimum.active_rows.nrows());
@@ -115,8 +110,7 @@ fn inverse_on_active(minimum: &Minimum) -> DMatrix<f64> {
     let mut result = DMatrix::zeros(n, n);
     for (a, &i) in free.iter().enumerate() {
         for (b, &j) in free.iter().enumerate() {
-            result[(i, j)] =
-                inverse.as_ref().map_or(f64::NAN, |v| v[(a, b)] / (width[a] * width[b]));
+            result[(i, j)] = inverse.as_ref().map_or(f64::NAN, |v| v[(a, b)] / (width[a] * width[b]));
         }
     }
     result
@@ -133,19 +127,18 @@ pub struct ResidualNoise {
 impl ResidualNoise {
     /// For squares the residual variance; for the other losses its robust counterparts (Huber and Ronchetti, Robust
     /// Statistics, section 7.6): median of absolute residuals, and Σψ²/(Σψ')² relative to the weights in the Hessian.
-    pub fn of(problem: &Problem, theta: &Theta, fitted: usize) -> Self {
+    pub fn estimate(problem: &CurveFitProblem, theta: &Theta, fitted: usize) -> Self {
         let samples = problem.samples;
         let count = samples.weight.iter().filter(|&&w| w > 0.0).count();
         let spare = count.saturating_sub(fitted).max(1) as f64;
         let loss = problem.loss;
         if loss == Loss::Square {
-            let variance = 2.0 * kernel::cost(samples, theta, loss) / spare;
+            let variance = 2.0 * kernel::curve_cost(samples, theta, loss) / spare;
             return Self { std: variance.sqrt(), factor: variance };
         }
-        let points =
-            samples.slip.iter().zip(&samples.force).zip(&samples.weight).filter(|(_, w)| **w > 0.0);
+        let points = samples.slip.iter().zip(&samples.force).zip(&samples.weight).filter(|(_, w)| **w > 0.0);
         let residuals: Vec<(f64, f64)> =
-            points.map(|((s, f), w)| (kernel::value(theta, *s) - f, *w)).collect();
+            points.map(|((s, f), w)| (kernel::friction_coefficient(theta, *s) - f, *w)).collect();
         let mut sizes: Vec<f64> = residuals.iter().map(|(r, w)| r.abs() * w.sqrt()).collect();
         let median = *sizes.select_nth_unstable_by(count / 2, f64::total_cmp).1;
         let (mut squares, mut weights, mut curvatures) = (0.0, 0.0, 0.0);

@@ -7,7 +7,7 @@
 use numerics::scalar::Scalar;
 
 /// What value and derivatives are made of, without shifts. What is not used costs nothing: everything is inlined.
-pub struct Terms<T> {
+pub struct MagicFormulaTerms<T> {
     /// Slip.
     pub x: T,
     /// Parameters.
@@ -34,7 +34,7 @@ pub struct Terms<T> {
     pub E: T,
 }
 
-impl<T: Scalar> Terms<T> {
+impl<T: Scalar> MagicFormulaTerms<T> {
     /// Of a slip.
     #[inline(always)]
     pub fn new([B, C, D, E]: [T; 4], x: T) -> Self {

@@ -5,19 +5,22 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{SMatrix, SVector, Vector4};
-use numerics::levenberg_marquardt::{SquaredCost, minimise};
-use preparation::Series;
-use preparation::samples::Samples;
+use numerics::levenberg_marquardt::{SquaredCost, minimise_levenberg_marquardt};
+use preparation::PointTimeSeries;
+use preparation::samples::CurveSamples;
 
 use super::EFFECTS;
 use crate::dependence::correlation_time;
-use crate::kernel::value;
-use crate::local::{LEAST_C, LEAST_ROWS, MOST_C, MOST_E, StretchPrior, even_out, slope, theta};
+use crate::kernel::friction_coefficient;
+use crate::local::{
+    LEAST_C, LEAST_ROWS, MOST_C, MOST_E, StretchPrior, equalise_slip_weights, friction_and_log_gradient,
+    theta_from_log_coordinates,
+};
 
 /// ln K, C, ln D, E at rest and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
 const COUNT: usize = 9;
-type Vector = SVector<f64, COUNT>;
-type Matrix = SMatrix<f64, COUNT, COUNT>;
+type CoordinateVector = SVector<f64, COUNT>;
+type CoordinateMatrix = SMatrix<f64, COUNT, COUNT>;
 /// The first effect, and the first curvature.
 const FIRST: usize = 4;
 const CURVED: usize = FIRST + EFFECTS;
@@ -42,20 +45,20 @@ const ITERATIONS: usize = 40;
 
 /// An estimate with all that its variances come from.
 #[derive(Clone, Debug)]
-pub struct Fit {
-    at: Vector,
-    std: Vector,
+pub struct LoadEffectFit {
+    at: CoordinateVector,
+    std: CoordinateVector,
     /// Of the cost without the prior.
-    information: Matrix,
+    information: CoordinateMatrix,
     /// Variance of one independent residual.
     variance: f64,
     /// Sums of the scores by block, and what unknown offsets of force and slip add to them.
-    blocks: Vec<Vector>,
-    offsets: [Vector; 2],
+    blocks: Vec<CoordinateVector>,
+    offsets: [CoordinateVector; 2],
 }
 
-struct Rows {
-    samples: Samples,
+struct LoadFitRows {
+    samples: CurveSamples,
     time: Vec<f64>,
     /// F_z / F_z0 − 1.
     load: Vec<f64>,
@@ -63,15 +66,15 @@ struct Rows {
     square: Vec<f64>,
 }
 
-impl Rows {
-    fn of(series: &Series, nominal: f64) -> Option<Self> {
-        let Samples { slip, force, weight } = &series.samples;
+impl LoadFitRows {
+    fn from_series(series: &PointTimeSeries, nominal: f64) -> Option<Self> {
+        let CurveSamples { slip, force, weight } = &series.samples;
         let numbers = [slip, force, weight, &series.load, &series.other, &series.time];
         let known = numbers.iter().all(|column| column.iter().all(|it| it.abs() < HUGE));
         let step = series.time.len().div_ceil(MOST_ROWS).max(1);
         let rows: Vec<usize> = (0..series.time.len()).step_by(step).collect();
-        let mut series = series.pick(&rows);
-        even_out(&mut series.samples);
+        let mut series = series.select_rows(&rows);
+        equalise_slip_weights(&mut series.samples);
         let [low, high] = series.samples.slip_range()?;
         (rows.len() >= LEAST_ROWS && high > low && known && nominal > 0.0).then(|| Self {
             load: series.load.iter().map(|load| load / nominal - 1.0).collect(),
@@ -82,12 +85,12 @@ impl Rows {
     }
 
     /// The model at a row and another slip, with its derivatives.
-    fn model(&self, at: &Vector, row: usize, slip: f64) -> (f64, Vector) {
-        let Local { tire, factors, rest } = Local::of(at, self.load[row], self.square[row]);
-        let (coefficient, by) = slope(&tire, slip);
+    fn model_and_gradient(&self, at: &CoordinateVector, row: usize, slip: f64) -> (f64, CoordinateVector) {
+        let TireAtLoad { tire, factors, rest } = TireAtLoad::at_load(at, self.load[row], self.square[row]);
+        let (coefficient, by) = friction_and_log_gradient(&tire, slip);
         let ellipse = rest.max(LEAST_FACTOR).sqrt();
         let z = self.load[row];
-        let mut slopes = Vector::zeros();
+        let mut slopes = CoordinateVector::zeros();
         slopes.fixed_rows_mut::<4>(0).copy_from(&(by * ellipse));
         for (place, of_curve) in [0, 2].into_iter().enumerate() {
             if factors[place] > LEAST_FACTOR {
@@ -103,22 +106,23 @@ impl Rows {
     }
 
     /// JᵀWJ and −JᵀWr of the residuals, without a prior.
-    fn normal_equations(&self, at: &Vector) -> (Matrix, Vector) {
-        let (mut hessian, mut descent) = (Matrix::zeros(), Vector::zeros());
-        let Samples { slip, force, weight } = &self.samples;
+    fn normal_equations(&self, at: &CoordinateVector) -> (CoordinateMatrix, CoordinateVector) {
+        let (mut hessian, mut descent) = (CoordinateMatrix::zeros(), CoordinateVector::zeros());
+        let CurveSamples { slip, force, weight } = &self.samples;
         for row in 0..slip.len() {
-            let (value, by) = self.model(at, row, slip[row]);
+            let (value, by) = self.model_and_gradient(at, row, slip[row]);
             hessian += weight[row] * by * by.transpose();
             descent += weight[row] * (force[row] - value) * by;
         }
         (hessian, descent)
     }
 
-    fn residuals(&self, at: &Vector) -> Vec<f64> {
-        let Samples { slip, force, weight } = &self.samples;
+    fn residuals(&self, at: &CoordinateVector) -> Vec<f64> {
+        let CurveSamples { slip, force, weight } = &self.samples;
         let residual = |row: usize| {
-            let Local { tire, rest, .. } = Local::of(at, self.load[row], self.square[row]);
-            let model = rest.max(LEAST_FACTOR).sqrt() * value(&theta(&tire), slip[row]);
+            let TireAtLoad { tire, rest, .. } = TireAtLoad::at_load(at, self.load[row], self.square[row]);
+            let model = rest.max(LEAST_FACTOR).sqrt()
+                * friction_coefficient(&theta_from_log_coordinates(&tire), slip[row]);
             weight[row].sqrt() * (force[row] - model)
         };
         (0..slip.len()).map(residual).collect()
@@ -126,7 +130,7 @@ impl Rows {
 }
 
 /// The tire at a load and a longitudinal force.
-struct Local {
+struct TireAtLoad {
     tire: Vector4<f64>,
     /// Of K and D by load.
     factors: [f64; 2],
@@ -134,8 +138,8 @@ struct Local {
     rest: f64,
 }
 
-impl Local {
-    fn of(at: &Vector, z: f64, square: f64) -> Self {
+impl TireAtLoad {
+    fn at_load(at: &CoordinateVector, z: f64, square: f64) -> Self {
         let factors = [0, 1].map(|place| 1.0 + at[FIRST + place] * z + at[CURVED + place] * z * z);
         let [K, D] = factors.map(|factor| factor.max(LEAST_FACTOR).ln());
         let tire = Vector4::new(at[0] + K, at[1], at[2] + D, at[3]);
@@ -143,36 +147,36 @@ impl Local {
     }
 }
 
-struct Search<'a> {
-    rows: &'a Rows,
-    mean: Vector,
-    std: Vector,
+struct LoadFitSearch<'a> {
+    rows: &'a LoadFitRows,
+    mean: CoordinateVector,
+    std: CoordinateVector,
     variance: f64,
-    at: Vector,
+    at: CoordinateVector,
 }
 
-impl SquaredCost<COUNT> for Search<'_> {
-    fn cost(&self, at: &Vector) -> f64 {
+impl SquaredCost<COUNT> for LoadFitSearch<'_> {
+    fn cost(&self, at: &CoordinateVector) -> f64 {
         let square: f64 = self.rows.residuals(at).iter().map(|it| it * it).sum();
         square + self.variance * (at - self.mean).component_div(&self.std).norm_squared()
     }
 
-    fn normal_equations(&self, at: &Vector) -> (Matrix, Vector) {
+    fn normal_equations(&self, at: &CoordinateVector) -> (CoordinateMatrix, CoordinateVector) {
         let weights = self.std.map(|std| self.variance / (std * std));
         let (mut hessian, mut descent) = self.rows.normal_equations(at);
-        hessian += Matrix::from_diagonal(&weights);
+        hessian += CoordinateMatrix::from_diagonal(&weights);
         descent += weights.component_mul(&(self.mean - at));
         (hessian, descent)
     }
 
-    fn project(&self, mut at: Vector) -> Vector {
+    fn project(&self, mut at: CoordinateVector) -> CoordinateVector {
         at[1] = at[1].clamp(LEAST_C, MOST_C);
         at[3] = at[3].min(MOST_E);
         at
     }
 }
 
-impl Search<'_> {
+impl LoadFitSearch<'_> {
     /// Of independent residuals: of those that hang together, one in their correlation time is.
     fn residual_variance(&self) -> f64 {
         let residuals = self.rows.residuals(&self.at);
@@ -180,41 +184,41 @@ impl Search<'_> {
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    fn fit(self, usual: &StretchPrior) -> Fit {
+    fn fit_load_effects(self, usual: &StretchPrior) -> LoadEffectFit {
         let (information, _) = self.rows.normal_equations(&self.at);
-        let Samples { slip, force, weight } = &self.rows.samples;
+        let CurveSamples { slip, force, weight } = &self.rows.samples;
         let time = &self.rows.time;
         let (first, last) = (time[0], time[time.len() - 1]);
         let seconds = (last - first).max(f64::MIN_POSITIVE);
         let count = ((seconds / BLOCK) as usize).clamp(LEAST_BLOCKS, MOST_ROWS);
-        let mut blocks = vec![Vector::zeros(); count];
-        let mut offsets = [Vector::zeros(); 2];
+        let mut blocks = vec![CoordinateVector::zeros(); count];
+        let mut offsets = [CoordinateVector::zeros(); 2];
         for row in 0..slip.len() {
-            let (value, by) = self.rows.model(&self.at, row, slip[row]);
+            let (value, by) = self.rows.model_and_gradient(&self.at, row, slip[row]);
             let block = ((time[row] - first) / seconds * count as f64) as usize;
             blocks[block.min(count - 1)] += weight[row] * (force[row] - value) * by;
             let step = 1e-5;
-            let steepness = (self.rows.model(&self.at, row, slip[row] + step).0 - value) / step;
+            let steepness = (self.rows.model_and_gradient(&self.at, row, slip[row] + step).0 - value) / step;
             offsets[0] += weight[row] * usual.force_offset * by;
             offsets[1] += weight[row] * usual.slip_offset * steepness * by;
         }
         let unbiased = (count as f64 / (count as f64 - 1.0)).sqrt();
         blocks.iter_mut().for_each(|block| *block *= unbiased);
         let Self { at, std, variance, .. } = self;
-        Fit { at, std, information, variance, blocks, offsets }
+        LoadEffectFit { at, std, information, variance, blocks, offsets }
     }
 }
 
-impl Fit {
+impl LoadEffectFit {
     /// Fits points at the load at rest [N], from another fit of the same tire where there is one.
-    pub fn of(
-        series: &Series,
+    pub fn fit(
+        series: &PointTimeSeries,
         nominal: f64,
         usual: &StretchPrior,
         start: Option<&Self>,
     ) -> Option<Self> {
-        let rows = Rows::of(series, nominal)?;
-        let (mut mean, mut std) = (Vector::zeros(), Vector::repeat(CURVATURE_STD));
+        let rows = LoadFitRows::from_series(series, nominal)?;
+        let (mut mean, mut std) = (CoordinateVector::zeros(), CoordinateVector::repeat(CURVATURE_STD));
         mean.fixed_rows_mut::<4>(0).copy_from(&usual.mean);
         std.fixed_rows_mut::<4>(0).copy_from(&usual.std);
         for (place, of_effect) in USUAL_STD.into_iter().enumerate() {
@@ -225,36 +229,36 @@ impl Fit {
         mean[FIRST + 2] = usual.ellipse.powi(-2);
         // The noise of the last fit weighs the prior of the next one.
         let (at, variance, fits) = start.map_or((mean, 0.01, 3), |it| (it.at, it.variance, 2));
-        let mut search = Search { rows: &rows, mean, std, variance, at };
+        let mut search = LoadFitSearch { rows: &rows, mean, std, variance, at };
         for _ in 0..fits {
-            search.at = minimise(&search, search.at, ITERATIONS);
+            search.at = minimise_levenberg_marquardt(&search, search.at, ITERATIONS);
             search.variance = search.residual_variance();
         }
-        Some(search.fit(usual))
+        Some(search.fit_load_effects(usual))
     }
 
     /// k, d and 1 / μ_x².
-    pub fn effects(&self) -> [f64; EFFECTS] {
+    pub fn load_effects(&self) -> [f64; EFFECTS] {
         std::array::from_fn(|place| self.at[FIRST + place])
     }
 
     /// What is usual.
-    pub fn usual_std(&self, effect: usize) -> f64 {
+    pub fn prior_std(&self, effect: usize) -> f64 {
         self.std[FIRST + effect]
     }
 
     /// Variance of an effect, with what is usual.
-    pub fn variance(&self, effect: usize) -> f64 {
+    pub fn effect_variance(&self, effect: usize) -> f64 {
         self.variance_under(FIRST + effect, &self.std, true)
     }
 
     /// The same without offsets that both halves of a log have in common.
-    pub fn variance_of_half(&self, effect: usize) -> f64 {
+    pub fn half_log_variance(&self, effect: usize) -> f64 {
         self.variance_under(FIRST + effect, &self.std, false)
     }
 
     /// Variance of an effect by the data, with hardly a prior of it and a wide one of the others; one of them may be known.
-    pub fn variance_alone(&self, effect: usize, known: Option<usize>) -> f64 {
+    pub fn variance_from_data(&self, effect: usize, known: Option<usize>) -> f64 {
         let mut std = self.std;
         for place in 0..EFFECTS {
             let wider = if place == effect { UNKNOWN } else { DOUBTED };
@@ -264,17 +268,17 @@ impl Fit {
     }
 
     /// Variance of a coordinate under a prior; infinite where it cannot be computed.
-    fn variance_under(&self, place: usize, std: &Vector, offsets: bool) -> f64 {
+    fn variance_under(&self, place: usize, std: &CoordinateVector, offsets: bool) -> f64 {
         let weights = std.map(|std| self.variance / (std * std));
-        let hessian = self.information + Matrix::from_diagonal(&weights);
+        let hessian = self.information + CoordinateMatrix::from_diagonal(&weights);
         // Scales of slips and squares differ by orders.
         let scale = hessian.diagonal().map(|it| it.max(f64::MIN_POSITIVE).sqrt().recip());
-        let scaled = Matrix::from_fn(|i, j| hessian[(i, j)] * scale[i] * scale[j]);
+        let scaled = CoordinateMatrix::from_fn(|i, j| hessian[(i, j)] * scale[i] * scale[j]);
         let Some(inverse) = scaled.cholesky().map(|it| it.inverse()) else {
             return f64::INFINITY;
         };
-        let row = Vector::from_fn(|j, _| inverse[(place, j)] * scale[place] * scale[j]);
-        let square = |score: &Vector| row.dot(score).powi(2);
+        let row = CoordinateVector::from_fn(|j, _| inverse[(place, j)] * scale[place] * scale[j]);
+        let square = |score: &CoordinateVector| row.dot(score).powi(2);
         let prior: f64 = (0..COUNT).map(|j| (row[j] * weights[j] * std[j]).powi(2)).sum();
         let inside = self.blocks.iter().map(square).sum::<f64>() + prior;
         let plain = self.variance * row[place];

@@ -2,15 +2,15 @@
 
 use std::fmt;
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use serde::Serialize;
 
-use super::Halves;
+use super::HalfLogEffects;
 
 /// Why the data do not tell an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Obstacle {
+pub enum LoadEffectObstacle {
     /// The load is constant, or there is no longitudinal force.
     Still,
     /// The change of stiffness with load looks alike.
@@ -27,7 +27,7 @@ pub enum Obstacle {
     Wide,
 }
 
-impl Obstacle {
+impl LoadEffectObstacle {
     pub(super) fn hidden_by(effect: usize) -> Self {
         [Self::HiddenByStiffness, Self::HiddenByFriction, Self::HiddenByLongitudinalForce][effect]
     }
@@ -42,7 +42,7 @@ const SHOWN_BY: [&str; 3] = [
 const NAMES: [&str; 3] =
     ["change of stiffness with load", "change of friction with load", "longitudinal force"];
 
-impl fmt::Display for Obstacle {
+impl fmt::Display for LoadEffectObstacle {
     fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
         let hidden = |effect: usize| {
             format!(
@@ -65,13 +65,17 @@ impl fmt::Display for Obstacle {
 }
 
 /// The reason in a sentence, with what to drive.
-pub fn sentence(effect: usize, obstacle: Option<Obstacle>, halves: Option<Halves>) -> String {
+pub fn describe_obstacle(
+    effect: usize,
+    obstacle: Option<LoadEffectObstacle>,
+    halves: Option<HalfLogEffects>,
+) -> String {
     match (obstacle, halves) {
-        (None, Some(Halves { apart, .. })) => format!(
+        (None, Some(HalfLogEffects { apart, .. })) => format!(
             "The data tell it while the other effects are free; halves of the log are {} standard deviations apart.",
-            significant(apart, 2)
+            format_significant(apart, 2)
         ),
-        (Some(obstacle @ (Obstacle::Still | Obstacle::Wide)), _) => {
+        (Some(obstacle @ (LoadEffectObstacle::Still | LoadEffectObstacle::Wide)), _) => {
             format!("{obstacle} {}", SHOWN_BY[effect])
         }
         (Some(obstacle), _) => obstacle.to_string(),

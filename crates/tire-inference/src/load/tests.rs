@@ -1,13 +1,13 @@
 //! Asserts that effects of load and longitudinal force with known answers are found, that intervals hold them, and that what looks alike
 //! is not claimed.
 
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::parameters::curve;
+use crate::parameters::magic_formula_from_theta;
 
 const NOMINAL: f64 = 4000.0;
 const SEEDS: u64 = 60;
@@ -39,13 +39,13 @@ const USUAL: Axle = Axle {
 
 impl Axle {
     /// Five minutes at 25 Hz; noise hangs together over 0.8 s, the road falls to one side, and the slip has an offset.
-    fn drive(&self, seed: u64) -> Series {
+    fn drive(&self, seed: u64) -> PointTimeSeries {
         let mut random = Pcg64::seed_from_u64(seed);
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
         let phases = [draw(), draw(), draw()].map(|it| 3.0 * it);
         let (fall, late) = (0.02 * draw(), 0.001 * draw());
         let ([k, d, mu_x], [k2, d2]) = (self.truth, self.bend);
-        let (mut noise, mut series) = (0.0, Series::default());
+        let (mut noise, mut series) = (0.0, PointTimeSeries::default());
         for row in 0..7500 {
             let time = 0.04 * f64::from(row);
             let wave = |omega: f64, phase: usize| (omega * time + phases[phase]).sin();
@@ -54,31 +54,31 @@ impl Axle {
             let air = 0.5 + 0.5 * wave(0.071, 2);
             let (z, force) = ((self.load)(a, air), (self.longitudinal)(a));
             let (K, D) = (20.0 * (1.0 + k * z + k2 * z * z), 1.1 * (1.0 + d * z + d2 * z * z));
-            let tire = curve(&[K / (1.35 * D), 1.35, D, 0.1, 0.0, 0.0]);
+            let tire = magic_formula_from_theta(&[K / (1.35 * D), 1.35, D, 0.1, 0.0, 0.0]);
             let rest = (1.0 - (force / mu_x).powi(2)).max(0.0);
             noise = 0.95 * noise + 0.008 * draw();
             series.time.push(time);
             series.samples.slip.push(slip);
-            series.samples.force.push(rest.sqrt() * tire.coefficient(slip + late) + fall + noise);
+            series.samples.force.push(rest.sqrt() * tire.friction_coefficient(slip + late) + fall + noise);
             series.load.push(NOMINAL * (1.0 + z));
             series.other.push(force);
         }
-        let Samples { slip, force, .. } = series.samples;
-        Series { samples: Samples::new(slip, force), ..series }
+        let CurveSamples { slip, force, .. } = series.samples;
+        PointTimeSeries { samples: CurveSamples::new(slip, force), ..series }
     }
 
     fn told(&self, seed: u64) -> LoadEffects {
         let usual = StretchPrior::default();
-        super::Axle::fit(&self.drive(seed), NOMINAL, &usual).expect("a curve").judge(&[])
+        super::AxleLoadFit::fit(&self.drive(seed), NOMINAL, &usual).expect("a curve").judge_effects(&[])
     }
 }
 
-fn holds(effect: &Effect, truth: f64) -> bool {
+fn holds(effect: &LoadEffect, truth: f64) -> bool {
     let [low, high] = effect.interval.map(|end| end.unwrap_or(f64::INFINITY));
     (low..=high).contains(&truth)
 }
 
-fn of(told: &LoadEffects) -> [&Effect; EFFECTS] {
+fn of(told: &LoadEffects) -> [&LoadEffect; EFFECTS] {
     [&told.K, &told.D, &told.mu_x]
 }
 
@@ -99,7 +99,7 @@ fn intervals_hold_the_truth_in_nineteen_of_twenty_cases() {
         let told = axle.told(seed);
         for (place, effect) in of(&told).into_iter().enumerate() {
             inside[place] += u64::from(holds(effect, axle.truth[place]));
-            identified[place] += u64::from(effect.verdict == Verdict::Identified);
+            identified[place] += u64::from(effect.verdict == Identifiability::Identified);
         }
     }
     println!("inside {inside:?}, identified {identified:?} of {SEEDS}");
@@ -115,23 +115,23 @@ fn a_constant_load_tells_nothing_of_loads() {
     for seed in 0..5 {
         let told = axle.told(seed);
         for effect in [&told.K, &told.D] {
-            assert_eq!(effect.verdict, Verdict::NotIdentifiable, "{effect:?}");
-            assert_eq!(effect.obstacle, Some(Obstacle::Still));
+            assert_eq!(effect.verdict, Identifiability::NotIdentifiable, "{effect:?}");
+            assert_eq!(effect.obstacle, Some(LoadEffectObstacle::Still));
             assert!(effect.reason.contains("other loads"), "{}", effect.reason);
         }
-        assert_eq!(told.mu_x.verdict, Verdict::Identified, "{:?}", told.mu_x);
+        assert_eq!(told.mu_x.verdict, Identifiability::Identified, "{:?}", told.mu_x);
     }
     let axle = Axle { longitudinal: |_| 0.0, ..USUAL };
     let told = axle.told(0);
-    assert_eq!(told.mu_x.obstacle, Some(Obstacle::Still));
-    assert_eq!(told.D.verdict, Verdict::Identified, "{:?}", told.D);
+    assert_eq!(told.mu_x.obstacle, Some(LoadEffectObstacle::Still));
+    assert_eq!(told.D.verdict, Identifiability::Identified, "{:?}", told.D);
 }
 
 #[test]
 fn small_slips_tell_nothing_of_friction_by_load() {
     let told = Axle { slip: 0.015, ..USUAL }.told(1);
-    assert_eq!(told.D.verdict, Verdict::NotIdentifiable, "{:?}", told.D);
-    assert_ne!(told.K.verdict, Verdict::NotIdentifiable, "{:?}", told.K);
+    assert_eq!(told.D.verdict, Identifiability::NotIdentifiable, "{:?}", told.D);
+    assert_ne!(told.K.verdict, Identifiability::NotIdentifiable, "{:?}", told.K);
 }
 
 /// A load that is the square of the longitudinal force: friction by load and the ellipse are the same.
@@ -141,11 +141,11 @@ fn what_looks_alike_is_not_claimed_twice() {
     let mut hidden = 0;
     for seed in 0..20 {
         let told = alike.told(seed);
-        let sure = |effect: &Effect| effect.verdict != Verdict::NotIdentifiable;
+        let sure = |effect: &LoadEffect| effect.verdict != Identifiability::NotIdentifiable;
         assert!(!(sure(&told.mu_x) && sure(&told.D)), "{told:?}");
-        hidden += u64::from(told.D.obstacle == Some(Obstacle::HiddenByLongitudinalForce));
-        assert_ne!(told.mu_x.verdict, Verdict::Identified, "{:?}", told.mu_x);
-        assert_ne!(told.D.verdict, Verdict::Identified, "{:?}", told.D);
+        hidden += u64::from(told.D.obstacle == Some(LoadEffectObstacle::HiddenByLongitudinalForce));
+        assert_ne!(told.mu_x.verdict, Identifiability::Identified, "{:?}", told.mu_x);
+        assert_ne!(told.D.verdict, Identifiability::Identified, "{:?}", told.D);
     }
     println!("hidden {hidden} of 20");
 }
@@ -159,7 +159,7 @@ fn a_braked_axle_keeps_what_it_claims() {
         let told = front.told(seed);
         for (place, effect) in of(&told).into_iter().enumerate() {
             inside[place] += u64::from(holds(effect, TRUTH[place]));
-            claims[place] += u64::from(effect.verdict == Verdict::Identified);
+            claims[place] += u64::from(effect.verdict == Identifiability::Identified);
         }
     }
     println!("braked: inside {inside:?}, claims {claims:?} of 40");
@@ -172,24 +172,24 @@ fn halves_that_differ_lower_the_verdict() {
     let other = Axle { truth: [0.5, 0.5, 0.8], ..USUAL }.drive(3);
     let middle = first.time.len() / 2;
     first.samples.force[middle..].copy_from_slice(&other.samples.force[middle..]);
-    let told =
-        super::Axle::fit(&first, NOMINAL, &StretchPrior::default()).expect("a curve").judge(&[]);
+    let told = super::AxleLoadFit::fit(&first, NOMINAL, &StretchPrior::default())
+        .expect("a curve")
+        .judge_effects(&[]);
     for effect in [&told.K, &told.D] {
-        assert_ne!(effect.verdict, Verdict::Identified, "{effect:?}");
-        assert_eq!(effect.obstacle, Some(Obstacle::HalvesDiffer), "{effect:?}");
+        assert_ne!(effect.verdict, Identifiability::Identified, "{effect:?}");
+        assert_eq!(effect.obstacle, Some(LoadEffectObstacle::HalvesDiffer), "{effect:?}");
     }
 }
 
 #[test]
 fn what_is_not_known_of_the_car_counts() {
-    let axle =
-        super::Axle::fit(&USUAL.drive(2), NOMINAL, &StretchPrior::default()).expect("a curve");
-    let [k, d, s] = axle.all.effects();
-    let told = axle.judge(&[("h", [[k, d - 0.1, s], [k, d + 0.1, s]])]);
-    assert_eq!(told.D.obstacle, Some(Obstacle::Car("h")), "{:?}", told.D);
+    let axle = super::AxleLoadFit::fit(&USUAL.drive(2), NOMINAL, &StretchPrior::default()).expect("a curve");
+    let [k, d, s] = axle.all.load_effects();
+    let told = axle.judge_effects(&[("h", [[k, d - 0.1, s], [k, d + 0.1, s]])]);
+    assert_eq!(told.D.obstacle, Some(LoadEffectObstacle::Car("h")), "{:?}", told.D);
     assert!(told.D.reason.contains("Measure it"), "{}", told.D.reason);
-    assert_eq!(told.K.verdict, Verdict::Identified);
-    let width = |effect: &Effect| effect.interval[1].zip(effect.interval[0]).map(|(a, b)| a - b);
+    assert_eq!(told.K.verdict, Identifiability::Identified);
+    let width = |effect: &LoadEffect| effect.interval[1].zip(effect.interval[0]).map(|(a, b)| a - b);
     assert!(width(&told.D) > Some(0.39), "{:?}", told.D);
 }
 
@@ -202,12 +202,12 @@ fn rows_that_are_no_drive_are_no_axle() {
     wild.load[7] = f64::NAN;
     let mut infinite = USUAL.drive(1);
     infinite.other[7] = f64::INFINITY;
-    let short = USUAL.drive(1).pick(&[0, 1, 2]);
-    for series in [still, wild, infinite, short, Series::default()] {
-        assert!(super::Axle::fit(&series, NOMINAL, &usual).is_none());
+    let short = USUAL.drive(1).select_rows(&[0, 1, 2]);
+    for series in [still, wild, infinite, short, PointTimeSeries::default()] {
+        assert!(super::AxleLoadFit::fit(&series, NOMINAL, &usual).is_none());
     }
     let mut one_time = USUAL.drive(1);
     one_time.time.fill(3.0);
-    let told = super::Axle::fit(&one_time, NOMINAL, &usual).expect("rows").judge(&[]);
+    let told = super::AxleLoadFit::fit(&one_time, NOMINAL, &usual).expect("rows").judge_effects(&[]);
     assert!(of(&told).iter().all(|it| it.value.is_finite()), "{told:?}");
 }

@@ -6,15 +6,15 @@
 use numerics::loss::Loss;
 use numerics::statistics::{NORMAL_95, mean};
 use numerics::student::student_deviate;
-use numerics::text::significant;
-use preparation::samples::Samples;
+use numerics::text::format_significant;
+use preparation::samples::CurveSamples;
 use rand_distr::{ChiSquared, Distribution};
 use rand_pcg::Pcg64;
 use serde::Serialize;
 
-use crate::dependence::Dependence;
-use crate::kernel::value;
-use crate::model::{Fit, FitTest, ModelVerdict};
+use crate::dependence::SampleDependence;
+use crate::kernel::friction_coefficient;
+use crate::model::{FitTest, ModelFit, ModelVerdict};
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 
@@ -39,7 +39,7 @@ const GROSS: f64 = 4.0;
 
 /// What the samples look like under the posterior.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Predictive {
+pub struct PosteriorPredictiveCheck {
     /// Share of the samples inside the 95 % band of predictions.
     pub inside: f64,
     /// How often samples of the model would leave larger mean residuals in twenty groups of neighbouring slips than these:
@@ -66,19 +66,19 @@ pub struct Predictive {
 
 /// Compares `samples`, whose weights are their relative precisions, in the order in which they were measured. `None` where there
 /// are too few samples or no draws. Residuals that hang together count as what they tell. The same seed gives the same numbers.
-pub fn predictive(
-    samples: &Samples,
+pub fn check_posterior_predictive(
+    samples: &CurveSamples,
     loss: Loss,
     posterior: &PosteriorSamples,
-    dependence: Dependence,
+    dependence: SampleDependence,
     seed: u64,
-) -> Option<Predictive> {
+) -> Option<PosteriorPredictiveCheck> {
     let all: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
     let used: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(MOST).max(1)).collect();
     // In sweeps a wrong shape leaves residuals that hang together: that is no noise.
     let time = match dependence.sweeps {
         true => dependence.copies,
-        false => (dependence.share() * all.len() as f64 / used.len() as f64).min(1.0).recip(),
+        false => (dependence.effective_share() * all.len() as f64 / used.len() as f64).min(1.0).recip(),
     };
     let every = posterior.samples.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
@@ -97,7 +97,7 @@ pub fn predictive(
     let mut noise = 0.0;
     for theta in posterior.samples.iter().step_by(every) {
         let residual = |&i: &usize| {
-            samples.weight[i].sqrt() * (samples.force[i] - value(theta, samples.slip[i]))
+            samples.weight[i].sqrt() * (samples.force[i] - friction_coefficient(theta, samples.slip[i]))
         };
         let mut residuals: Vec<f64> = used.iter().map(residual).collect();
         let variance = if let Loss::StudentT { freedom, scale } = loss {
@@ -110,9 +110,8 @@ pub fn predictive(
         let group = |members: &[usize]| {
             members.iter().map(|&i| residuals[i]).sum::<f64>().powi(2) / members.len() as f64
         };
-        let groups = (0..GROUPS).map(|g| {
-            group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]) / variance
-        });
+        let groups = (0..GROUPS)
+            .map(|g| group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]) / variance);
         larger += f64::from(reference.sample(&mut random) >= groups.sum::<f64>() / time);
         draws += 1.0;
         noise += variance;
@@ -121,26 +120,26 @@ pub fn predictive(
             *second += r * r;
         }
     }
-    let [inside, gross, lopsided] = shares([&first, &second], draws, noise / draws);
+    let [inside, gross, lopsided] = prediction_shares([&first, &second], draws, noise / draws);
     let count = used.len() as f64;
-    let found = Predictive {
+    let found = PosteriorPredictiveCheck {
         inside,
         p_value: larger / draws,
         gross,
         lopsided: lopsided.abs(),
-        growth: growth(samples, &used, &first, &posterior.samples[0], time),
-        autocorrelation: autocorrelation(&first),
-        independent: dependence.share() * all.len() as f64,
+        growth: residual_growth_with_force(samples, &used, &first, &posterior.samples[0], time),
+        autocorrelation: lag_one_autocorrelation(&first),
+        independent: dependence.effective_share() * all.len() as f64,
         fits: true,
         message: String::new(),
         tests: Vec::new(),
     };
-    Some(found.concluded(count / time))
+    Some(found.with_conclusion(count / time))
 }
 
 /// Shares of the samples inside of the middle 95 % of predictions, grossly outside, and that on one side more than on the other, from
 /// sums of first and second powers of their residuals over draws.
-fn shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 3] {
+fn prediction_shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 3] {
     let (mut inside, mut gross, mut lopsided) = (0.0, 0.0, 0.0);
     for (first, second) in first.iter().zip(second) {
         let mean = first / draws;
@@ -153,37 +152,33 @@ fn shares([first, second]: [&[f64]; 2], draws: f64, noise: f64) -> [f64; 3] {
     [inside, gross, lopsided].map(|sum| sum / first.len() as f64)
 }
 
-impl Predictive {
+impl PosteriorPredictiveCheck {
     /// Whether the model fits, and why not.
-    fn concluded(mut self, independent: f64) -> Self {
-        self.tests = self.look(independent);
-        let objections: Vec<_> = self
-            .tests
-            .iter()
-            .filter(|test| !test.passed())
-            .map(|test| test.sentence.clone())
-            .collect();
+    fn with_conclusion(mut self, independent: f64) -> Self {
+        self.tests = self.residual_tests(independent);
+        let objections: Vec<_> =
+            self.tests.iter().filter(|test| !test.has_passed()).map(|test| test.sentence.clone()).collect();
         self.fits = objections.is_empty();
         self.message = match self.fits {
-            true => self.praise(),
+            true => self.describe_good_fit(),
             false => objections.join(" "),
         };
         self
     }
 
-    fn praise(&self) -> String {
-        let share = significant(100.0 * self.inside, 3);
+    fn describe_good_fit(&self) -> String {
+        let share = format_significant(100.0 * self.inside, 3);
         format!(
             "Nothing speaks against the model: {share} % of the samples are in the 95 % band of predictions. They tell as much as \
              {} independent ones.",
-            significant(self.independent, 3)
+            format_significant(self.independent, 3)
         )
     }
 
     /// The verdict on the model.
-    pub fn model(&self) -> ModelVerdict {
+    pub fn model_verdict(&self) -> ModelVerdict {
         ModelVerdict {
-            verdict: if self.fits { Fit::Fits } else { Fit::DoesNotFit },
+            verdict: if self.fits { ModelFit::Fits } else { ModelFit::DoesNotFit },
             sentence: self.message.clone(),
             tests: self.tests.clone(),
         }
@@ -192,8 +187,15 @@ impl Predictive {
 
 /// Mean size of residuals where the force of a tire is above half of its largest one, over that where it is below: what it is at
 /// least, by three standard errors of samples of which one in `time` is independent.
-fn growth(samples: &Samples, used: &[usize], residuals: &[f64], theta: &Theta, time: f64) -> f64 {
-    let heights: Vec<f64> = used.iter().map(|&i| value(theta, samples.slip[i]).abs()).collect();
+fn residual_growth_with_force(
+    samples: &CurveSamples,
+    used: &[usize],
+    residuals: &[f64],
+    theta: &Theta,
+    time: f64,
+) -> f64 {
+    let heights: Vec<f64> =
+        used.iter().map(|&i| friction_coefficient(theta, samples.slip[i]).abs()).collect();
     let half = 0.5 * heights.iter().copied().fold(0.0, f64::max);
     let (mut sizes, mut counts) = ([0.0; 2], [0.0; 2]);
     for (height, residual) in heights.iter().zip(residuals) {
@@ -210,16 +212,16 @@ fn growth(samples: &Samples, used: &[usize], residuals: &[f64], theta: &Theta, t
 }
 
 /// Correlation of neighbours.
-fn autocorrelation(values: &[f64]) -> f64 {
+fn lag_one_autocorrelation(values: &[f64]) -> f64 {
     let mean = mean(values);
     let products = values.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean));
     products.sum::<f64>() / values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
 }
 
-impl Predictive {
+impl PosteriorPredictiveCheck {
     /// All tests of the model; a share is known to three standard deviations of that of independent samples.
-    fn look(&self, independent: f64) -> Vec<FitTest> {
-        let percent = |share: f64| significant(100.0 * share, 3);
+    fn residual_tests(&self, independent: f64) -> Vec<FitTest> {
+        let percent = |share: f64| format_significant(100.0 * share, 3);
         let test = |name: &str, statistic: f64, limit: f64, sentence: String| FitTest {
             name: name.to_owned(),
             statistic,
@@ -242,7 +244,7 @@ impl Predictive {
                 1e-3_f64.max(5.0 / independent).max(3.0 * (self.gross / independent).sqrt()),
                 format!(
                     "{} % of the samples are gross outliers, more on one side of the curve than on the other: try the loss `student_t`.",
-                    significant(100.0 * self.gross, 2)
+                    format_significant(100.0 * self.gross, 2)
                 ),
             ),
             test(
@@ -258,7 +260,7 @@ impl Predictive {
                 format!(
                     "Residuals are at least {} times as large where the force is large as where it is small: one curve is not that of all samples, as \
                      of tires whose friction falls with the load; identify each load by itself.",
-                    significant(self.growth, 2)
+                    format_significant(self.growth, 2)
                 ),
             ),
             test(
@@ -268,8 +270,8 @@ impl Predictive {
                 format!(
                     "Residuals of consecutive samples correlate by {}: all samples tell as much as {} independent ones, too few to tell \
                      noise from a wrong model, such as a force that differs as the slip rises and falls.",
-                    significant(self.autocorrelation, 2),
-                    significant(self.independent, 2)
+                    format_significant(self.autocorrelation, 2),
+                    format_significant(self.independent, 2)
                 ),
             ),
         ]
@@ -280,24 +282,25 @@ impl Predictive {
 mod tests {
     use super::*;
     use crate::compressed::CompressedSamples;
-    use crate::posterior::{SamplingOptions, draw};
+    use crate::posterior::{SamplingOptions, draw_posterior};
     use crate::prior::Prior;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
-    fn check(seed: u64, spoil: impl Fn(usize, &mut f64)) -> Predictive {
-        let excitation = Excitation { samples: 600, slip_std: 0.0, seed, ..Excitation::default() };
-        let mut samples = samples(&excitation, 0.3);
+    fn check(seed: u64, spoil: impl Fn(usize, &mut f64)) -> PosteriorPredictiveCheck {
+        let excitation =
+            SyntheticExcitation { samples: 600, slip_std: 0.0, seed, ..SyntheticExcitation::default() };
+        let mut samples = synthetic_samples(&excitation, 0.3);
         samples.force.iter_mut().enumerate().for_each(|(i, force)| spoil(i, force));
         let data = CompressedSamples::new(&samples);
         let options = SamplingOptions { draws: 512, seed: 0 };
-        let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
-        let dependence = Dependence::of(&samples, &excitation.truth);
-        predictive(&samples, Loss::Square, &posterior, dependence, 0).expect("enough samples")
+        let posterior = draw_posterior(&data, &Prior::longitudinal(), &[], &options).posterior;
+        let dependence = SampleDependence::estimate(&samples, &excitation.truth);
+        check_posterior_predictive(&samples, Loss::Square, &posterior, dependence, 0).expect("enough samples")
     }
 
     #[test]
     fn data_of_the_model_fit() {
-        let found: Vec<Predictive> = (0..5).map(|seed| check(seed, |_, _| {})).collect();
+        let found: Vec<PosteriorPredictiveCheck> = (0..5).map(|seed| check(seed, |_, _| {})).collect();
         assert!(found.iter().all(|one| one.fits), "{found:?}");
         let inside = found.iter().map(|one| one.inside).sum::<f64>() / 5.0;
         assert!((inside - 0.95).abs() < 0.012, "{inside}");

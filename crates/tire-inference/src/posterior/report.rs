@@ -3,10 +3,10 @@
 use numerics::loss::Loss;
 use serde::Serialize;
 
-use crate::kernel::value;
+use crate::kernel::friction_coefficient;
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
-use crate::posterior::predictive::Predictive;
+use crate::posterior::predictive::PosteriorPredictiveCheck;
 use crate::quantity::PerQuantity;
 
 /// How draws were made.
@@ -55,7 +55,7 @@ pub enum SamplingStatus {
 
 /// A mode of the posterior.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Mode {
+pub struct PosteriorMode {
     /// Its share of the posterior.
     pub mass: f64,
     /// Mean of the parameters in it.
@@ -64,7 +64,7 @@ pub struct Mode {
 
 /// The middle 95 % of the curves at some slips.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Band {
+pub struct CurveBand {
     /// From the smallest to the largest slip of the data.
     pub slip: Vec<f64>,
     /// Friction coefficient [-] that 2.5 % of the curves are below.
@@ -73,21 +73,21 @@ pub struct Band {
     pub upper: Vec<f64>,
 }
 
-impl Band {
+impl CurveBand {
     /// At `count` slips.
     pub fn new(posterior: &PosteriorSamples, [low, high]: [f64; 2], count: usize) -> Self {
         let share = |k: usize| k as f64 / (count.max(2) - 1) as f64;
         let slip: Vec<f64> = (0..count).map(|k| low + share(k) * (high - low)).collect();
-        let (lower, upper) = posterior.band(&slip).into_iter().map(|[a, b]| (a, b)).unzip();
+        let (lower, upper) = posterior.curve_band(&slip).into_iter().map(|[a, b]| (a, b)).unzip();
         Self { slip, lower, upper }
     }
 
     /// As wide as it has to be to hold a curve.
     #[must_use]
-    pub fn holding(mut self, theta: &Theta) -> Self {
+    pub fn widened_to_contain(mut self, theta: &Theta) -> Self {
         let ends = self.lower.iter_mut().zip(&mut self.upper);
         for (slip, (low, high)) in self.slip.iter().zip(ends) {
-            let coefficient = value(theta, *slip);
+            let coefficient = friction_coefficient(theta, *slip);
             *low = low.min(coefficient);
             *high = high.max(coefficient);
         }
@@ -110,7 +110,7 @@ pub struct PosteriorReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub k_hat: Option<f64>,
     /// Modes with more than a thousandth of the mass, that with most first; empty without a grid.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<PosteriorMode>,
     /// Cells that were looked at, or draws.
     pub cells: usize,
     /// How often they were split, or rounds of draws.
@@ -121,10 +121,10 @@ pub struct PosteriorReport {
     pub mean: PerQuantity,
     /// The curves; absent where nobody asked for them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub band: Option<Band>,
+    pub band: Option<CurveBand>,
     /// Whether the model fits the data; absent where nobody asked, or there are too few samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub predictive: Option<Predictive>,
+    pub predictive: Option<PosteriorPredictiveCheck>,
 }
 
 impl PosteriorReport {
@@ -134,7 +134,7 @@ impl PosteriorReport {
     }
 
     /// What numbers from the draws are reported to be of.
-    pub fn source(&self) -> UncertaintySource {
+    pub fn uncertainty_source(&self) -> UncertaintySource {
         match self.method {
             SamplingMethod::Grid => UncertaintySource::Grid,
             SamplingMethod::Tempered => UncertaintySource::Tempered,

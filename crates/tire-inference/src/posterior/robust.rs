@@ -7,16 +7,16 @@
 //! gradient, sample by sample, so that few of them tell the difference well. Degrees of freedom and scale are taken as known.
 
 use numerics::loss::Loss;
-use numerics::resampling::systematic;
-use preparation::samples::Samples;
+use numerics::resampling::systematic_resample;
+use preparation::samples::CurveSamples;
 use rayon::prelude::*;
 
 use crate::compressed::CompressedSamples;
-use crate::kernel::{self, value};
+use crate::kernel::{self, friction_coefficient};
 use crate::parameters::{Normal, Theta};
 use crate::posterior::grid::{EFFECTIVE, LARGEST};
 use crate::posterior::report::{PosteriorReport, SamplingStatus};
-use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions, draw};
+use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions, draw_posterior};
 use crate::prior::Prior;
 
 /// Draws of the normal problem for each one that is wanted.
@@ -29,7 +29,7 @@ const WIDEST: f64 = 5.0;
 /// A likelihood of samples that is not normal.
 #[derive(Clone, Copy, Debug)]
 pub struct RobustLikelihood<'a> {
-    samples: &'a Samples,
+    samples: &'a CurveSamples,
     loss: Loss,
     /// What the cost is divided by in −ln(likelihood).
     variance: f64,
@@ -44,7 +44,7 @@ pub struct GaussianApproximation {
     /// The sum of squares with a weight for each sample, of all samples.
     squares: CompressedSamples,
     /// Some samples as they are.
-    some: Samples,
+    some: CurveSamples,
     /// The same with these weights.
     some_squares: CompressedSamples,
     /// How many samples one of them stands for.
@@ -53,17 +53,17 @@ pub struct GaussianApproximation {
 
 impl<'a> RobustLikelihood<'a> {
     /// `share` of the samples would tell as much if they were independent.
-    pub fn new(samples: &'a Samples, loss: Loss, noise_std: f64, share: f64) -> Self {
-        Self { samples, loss, variance: loss.variance(noise_std), share }
+    pub fn new(samples: &'a CurveSamples, loss: Loss, noise_std: f64, share: f64) -> Self {
+        Self { samples, loss, variance: loss.cost_divisor(noise_std), share }
     }
 
     /// The normal problem near a curve, with what was known from elsewhere.
-    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> GaussianApproximation {
+    pub fn gaussian_approximation(&self, theta: &Theta, known: Option<Normal>) -> GaussianApproximation {
         let mut weighted = self.samples.clone();
         let (mut weights, mut curvatures) = (0.0, 0.0);
         let points = self.samples.slip.iter().zip(&self.samples.force);
         for ((&slip, &force), weight) in points.zip(&mut weighted.weight) {
-            let residual = value(theta, slip) - force;
+            let residual = friction_coefficient(theta, slip) - force;
             curvatures += *weight * self.loss.curvature(residual);
             *weight *= self.loss.weight(residual);
             weights += *weight;
@@ -71,21 +71,21 @@ impl<'a> RobustLikelihood<'a> {
         let wider = if curvatures * WIDEST > weights { weights / curvatures } else { WIDEST };
         let variance = wider.max(1.0) * self.variance;
         let squares = CompressedSamples::new(&weighted);
-        let proposal = squares.clone().of_variance(variance, theta).telling(self.share);
-        let (some, some_squares, each) = self.some(&weighted);
-        let proposal = proposal.with(known, variance / self.share);
+        let proposal = squares.clone().with_noise_variance(variance, theta).with_effective_share(self.share);
+        let (some, some_squares, each) = self.subsample(&weighted);
+        let proposal = proposal.with_prior(known, variance / self.share);
         GaussianApproximation { proposal, squares, some, some_squares, each }
     }
 
     /// Samples at even steps in the order of the slip.
-    fn some(&self, weighted: &Samples) -> (Samples, CompressedSamples, f64) {
+    fn subsample(&self, weighted: &CurveSamples) -> (CurveSamples, CompressedSamples, f64) {
         let rows = self.samples.rows_by_slip(COMPARED);
         let each = self.samples.len() as f64 / rows.len().max(1) as f64;
-        (self.samples.pick(&rows), CompressedSamples::new(&weighted.pick(&rows)), each)
+        (self.samples.select_rows(&rows), CompressedSamples::new(&weighted.select_rows(&rows)), each)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
-    pub fn draw(
+    pub fn draw_posterior(
         &self,
         near: &GaussianApproximation,
         prior: &Prior,
@@ -94,28 +94,29 @@ impl<'a> RobustLikelihood<'a> {
     ) -> SampledPosterior {
         let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
         let GaussianApproximation { proposal, squares, some, some_squares, each } = near;
-        let SampledPosterior { posterior, report } = draw(proposal, prior, optima, &more);
-        let half = 0.5 * (proposal.count() as f64 - 1.0);
+        let SampledPosterior { posterior, report } = draw_posterior(proposal, prior, optima, &more);
+        let half = 0.5 * (proposal.effective_count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
-            let known = proposal.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
-            let of_some = kernel::cost(some, theta, self.loss) - 0.5 * some_squares.squares(theta);
-            let cost = self.share * (0.5 * squares.squares(theta) + each * of_some) / self.variance;
-            half * proposal.squares(theta).ln() - cost - 0.5 * known
+            let known =
+                proposal.prior().map_or(0.0, |(normal, _)| normal.squared_mahalanobis_distance(theta).0);
+            let of_some =
+                kernel::curve_cost(some, theta, self.loss) - 0.5 * some_squares.residual_squares(theta);
+            let cost = self.share * (0.5 * squares.residual_squares(theta) + each * of_some) / self.variance;
+            half * proposal.residual_squares(theta).ln() - cost - 0.5 * known
         };
         let logs: Vec<f64> = posterior.samples.par_iter().map(log_weight).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = logs.iter().map(|log| (log - best).exp()).collect();
         let whole: f64 = weights.iter().sum();
         let squares: f64 = weights.iter().map(|weight| weight * weight).sum();
-        let effective_share =
-            report.effective_share * whole * whole / squares / weights.len() as f64;
+        let effective_share = report.effective_share * whole * whole / squares / weights.len() as f64;
         let largest_weight = weights.iter().copied().fold(0.0, f64::max) / whole;
         let even = effective_share >= EFFECTIVE && largest_weight <= LARGEST;
         let status = match report.status {
             SamplingStatus::Exact if !even => SamplingStatus::Uneven,
             status => status,
         };
-        let chosen = systematic(&weights, options.draws, options.seed);
+        let chosen = systematic_resample(&weights, options.draws, options.seed);
         let draws = chosen.into_iter().map(|index| posterior.samples[index]).collect();
         let report = PosteriorReport { effective_share, largest_weight, status, ..report };
         SampledPosterior { posterior: PosteriorSamples { samples: draws }, report }

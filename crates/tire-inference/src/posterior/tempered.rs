@@ -34,24 +34,24 @@ impl Default for TemperingOptions {
 }
 
 /// Four times as many draws as members.
-pub fn draw(
+pub fn draw_tempered(
     data: &CompressedSamples,
     prior: &Prior,
     options: &TemperingOptions,
 ) -> PosteriorSamples {
-    let mut walk = Walk::new(data, prior, options);
+    let mut walk = TemperedPopulation::new(data, prior, options);
     let mut beta = 0.0;
     while beta < 1.0 {
-        let next = walk.next_beta(beta);
+        let next = walk.next_inverse_temperature(beta);
         walk.resample(next - beta);
         beta = next;
         for _ in 0..options.rounds {
-            walk.move_all(beta);
+            walk.metropolis_step(beta);
         }
     }
     let mut draws = Vec::with_capacity(4 * options.members);
     for round in 1..=options.last_rounds.max(4) {
-        walk.move_all(1.0);
+        walk.metropolis_step(1.0);
         if round * 4 % options.last_rounds.max(4) < 4 {
             draws.extend(walk.members.iter().map(|member| member.theta));
         }
@@ -60,47 +60,44 @@ pub fn draw(
 }
 
 #[derive(Clone, Copy)]
-struct Member {
+struct PopulationMember {
     theta: Theta,
     /// Logarithm of the likelihood.
     likelihood: f64,
 }
 
-struct Walk<'a> {
+struct TemperedPopulation<'a> {
     data: &'a CompressedSamples,
     prior: &'a Prior,
     free: Vec<usize>,
-    members: Vec<Member>,
+    members: Vec<PopulationMember>,
     random: Pcg64,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> TemperedPopulation<'a> {
     fn new(data: &'a CompressedSamples, prior: &'a Prior, options: &TemperingOptions) -> Self {
         let random = Pcg64::seed_from_u64(options.seed);
-        let free = prior.free().map(|parameter| parameter as usize).collect();
+        let free = prior.free_parameters().map(|parameter| parameter as usize).collect();
         let mut this = Self { data, prior, free, members: Vec::new(), random };
         for _ in 0..options.members {
-            let theta = prior.at(&std::array::from_fn(|_| this.random.random()));
-            let likelihood = this.likelihood(&theta);
-            this.members.push(Member { theta, likelihood });
+            let theta = prior.interpolate(&std::array::from_fn(|_| this.random.random()));
+            let likelihood = this.log_likelihood(&theta);
+            this.members.push(PopulationMember { theta, likelihood });
         }
         this
     }
 
     /// ∫ σ^−N exp(−S / 2σ²) dσ is S^−(N−1)/2 but for a factor.
-    fn likelihood(&self, theta: &Theta) -> f64 {
-        -0.5 * (self.data.count() as f64 - 1.0) * self.data.squares(theta).ln()
+    fn log_likelihood(&self, theta: &Theta) -> f64 {
+        -0.5 * (self.data.effective_count() as f64 - 1.0) * self.data.residual_squares(theta).ln()
     }
 
     /// The weight of the data at which half of the population still counts.
-    fn next_beta(&self, beta: f64) -> f64 {
-        let best =
-            self.members.iter().map(|member| member.likelihood).fold(f64::NEG_INFINITY, f64::max);
+    fn next_inverse_temperature(&self, beta: f64) -> f64 {
+        let best = self.members.iter().map(|member| member.likelihood).fold(f64::NEG_INFINITY, f64::max);
         let effective = |rise: f64| {
-            let weights =
-                self.members.iter().map(|member| (rise * (member.likelihood - best)).exp());
-            let (sum, square) =
-                weights.fold((0.0, 0.0), |(sum, square), w| (sum + w, square + w * w));
+            let weights = self.members.iter().map(|member| (rise * (member.likelihood - best)).exp());
+            let (sum, square) = weights.fold((0.0, 0.0), |(sum, square), w| (sum + w, square + w * w));
             sum * sum / square
         };
         let half = 0.5 * self.members.len() as f64;
@@ -117,10 +114,8 @@ impl<'a> Walk<'a> {
 
     /// Systematic resampling with weights exp(rise · likelihood).
     fn resample(&mut self, rise: f64) {
-        let best =
-            self.members.iter().map(|member| member.likelihood).fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> =
-            self.members.iter().map(|m| (rise * (m.likelihood - best)).exp()).collect();
+        let best = self.members.iter().map(|member| member.likelihood).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = self.members.iter().map(|m| (rise * (m.likelihood - best)).exp()).collect();
         let step = weights.iter().sum::<f64>() / weights.len() as f64;
         let mut threshold = step * self.random.random::<f64>();
         let mut reached = 0.0;
@@ -140,15 +135,13 @@ impl<'a> Walk<'a> {
     }
 
     /// One Metropolis step of each member, along the difference of two others (ter Braak 2006).
-    fn move_all(&mut self, beta: f64) {
+    fn metropolis_step(&mut self, beta: f64) {
         let before: Vec<Theta> =
-            self.members.iter().map(|member| straighten(&member.theta)).collect();
+            self.members.iter().map(|member| to_walk_coordinates(&member.theta)).collect();
         let usual = 2.38 / (2.0 * self.free.len() as f64).sqrt();
         for (index, start) in before.iter().enumerate() {
-            let (a, b) = (
-                self.random.random_range(0..before.len()),
-                self.random.random_range(0..before.len()),
-            );
+            let (a, b) =
+                (self.random.random_range(0..before.len()), self.random.random_range(0..before.len()));
             // Whole differences jump from mode to mode.
             let length = if self.random.random::<f64>() < 0.1 {
                 1.0
@@ -162,21 +155,21 @@ impl<'a> Walk<'a> {
                     * (1.0 + 0.1 * (self.random.random::<f64>() - 0.5));
             }
             let threshold = self.random.random::<f64>().ln();
-            let theta = self.bend(&moved);
+            let theta = self.leave_walk_coordinates(&moved);
             if !self.prior.contains(&theta) {
                 continue;
             }
-            let likelihood = self.likelihood(&theta);
+            let likelihood = self.log_likelihood(&theta);
             let old = &mut self.members[index];
-            let gain = beta * (likelihood - old.likelihood) + volume(&theta) - volume(&old.theta);
+            let gain = beta * (likelihood - old.likelihood) + log_jacobian(&theta) - log_jacobian(&old.theta);
             if threshold < gain {
-                *old = Member { theta, likelihood };
+                *old = PopulationMember { theta, likelihood };
             }
         }
     }
 
     /// Back from the coordinates of the walk. Parameters that are held stay.
-    fn bend(&self, walked: &Theta) -> Theta {
+    fn leave_walk_coordinates(&self, walked: &Theta) -> Theta {
         let [K, C, D, E, S_h, S_v] = *walked;
         let theta = [K.exp() / (C * D.exp()), C, D.exp(), E, S_h, S_v];
         std::array::from_fn(|i| if self.prior.free[i] { theta[i] } else { self.prior.centre[i] })
@@ -184,13 +177,13 @@ impl<'a> Walk<'a> {
 }
 
 /// Coordinates in which the posterior is closest to a normal distribution: ln K, C, ln D, E.
-fn straighten(theta: &Theta) -> Theta {
+fn to_walk_coordinates(theta: &Theta) -> Theta {
     let [B, C, D, E, S_h, S_v] = *theta;
     [(B * C * D).ln(), C, D.ln(), E, S_h, S_v]
 }
 
 /// Logarithm of the volume dB dD per d(ln K) d(ln D).
-fn volume(theta: &Theta) -> f64 {
+fn log_jacobian(theta: &Theta) -> f64 {
     (theta[0] * theta[2]).ln()
 }
 
@@ -201,7 +194,7 @@ mod tests {
     use super::*;
     use crate::bounds::Bounds;
     use crate::quantity::Quantity;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
     /// Means and standard deviations of B, C, D, E on a grid in the whole box, by brute force.
     fn brute_force(data: &CompressedSamples, prior: &Prior) -> [[f64; 2]; 4] {
@@ -212,7 +205,7 @@ mod tests {
         };
         let mut moments = [[0.0; 2]; 4];
         let mut whole = 0.0;
-        let best = data.squares(&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0]);
+        let best = data.residual_squares(&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0]);
         for place in 0..nodes[0] * nodes[1] * nodes[3] {
             let (B, C, E) = (
                 at(0, place / nodes[1] / nodes[3]),
@@ -220,17 +213,17 @@ mod tests {
                 at(3, place % nodes[3]),
             );
             // The sum of squares is a parabola in D.
-            let [zero, one, two] = [0.0, 1.0, 2.0].map(|D| data.squares(&[B, C, D, E, 0.0, 0.0]));
+            let [zero, one, two] = [0.0, 1.0, 2.0].map(|D| data.residual_squares(&[B, C, D, E, 0.0, 0.0]));
             let bend = (two - 2.0 * one + zero) / 2.0;
             let slope = one - zero - bend;
-            if data.count() as f64 * (zero - 0.25 * slope * slope / bend).max(best).ln()
-                > data.count() as f64 * best.ln() + 50.0
+            if data.effective_count() as f64 * (zero - 0.25 * slope * slope / bend).max(best).ln()
+                > data.effective_count() as f64 * best.ln() + 50.0
             {
                 continue;
             }
             for D in (0..nodes[2]).map(|l| at(2, l)) {
                 let squares = zero + D * (slope + D * bend);
-                let weight = (-0.5 * (data.count() as f64 - 1.0) * (squares / best).ln()).exp();
+                let weight = (-0.5 * (data.effective_count() as f64 - 1.0) * (squares / best).ln()).exp();
                 for (moment, value) in moments.iter_mut().zip([B, C, D, E]) {
                     moment[0] += weight * value;
                     moment[1] += weight * value * value;
@@ -246,13 +239,14 @@ mod tests {
 
     #[test]
     fn the_draws_have_the_moments_of_a_dense_grid() {
-        let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
+        let prior = Prior::lateral().with_bounds(Bounds::GOBLIRSCH);
         for level in [0.03, 0.08] {
-            let excitation = Excitation { samples: 300, slip_std: 0.0, ..Excitation::default() };
-            let data = CompressedSamples::new(&samples(&excitation, level));
-            let posterior = draw(&data, &prior, &TemperingOptions::default());
-            for (parameter, [expected, spread]) in prior.free().zip(brute_force(&data, &prior)) {
-                let values = posterior.values(Quantity::Parameter(parameter));
+            let excitation =
+                SyntheticExcitation { samples: 300, slip_std: 0.0, ..SyntheticExcitation::default() };
+            let data = CompressedSamples::new(&synthetic_samples(&excitation, level));
+            let posterior = draw_tempered(&data, &prior, &TemperingOptions::default());
+            for (parameter, [expected, spread]) in prior.free_parameters().zip(brute_force(&data, &prior)) {
+                let values = posterior.quantity_values(Quantity::Parameter(parameter));
                 let (error, ratio) = ((mean(&values) - expected) / spread, std(&values) / spread);
                 assert!(
                     error.abs() < 0.15,
@@ -268,14 +262,14 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_draws() {
-        let data = CompressedSamples::new(&samples(
-            &Excitation { samples: 200, ..Excitation::default() },
+        let data = CompressedSamples::new(&synthetic_samples(
+            &SyntheticExcitation { samples: 200, ..SyntheticExcitation::default() },
             0.2,
         ));
         let options = TemperingOptions { members: 64, ..TemperingOptions::default() };
-        let first = draw(&data, &Prior::lateral(), &options);
+        let first = draw_tempered(&data, &Prior::lateral(), &options);
         assert_eq!(first.samples.len(), 256);
-        assert_eq!(first, draw(&data, &Prior::lateral(), &options));
+        assert_eq!(first, draw_tempered(&data, &Prior::lateral(), &options));
         assert!(first.samples.iter().all(|theta| Prior::lateral().contains(theta)));
     }
 }

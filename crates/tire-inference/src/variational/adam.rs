@@ -1,6 +1,6 @@
 //! Configures the optimiser Adam for the variational fit of a tire: step length, number of steps, batches of samples.
 
-use numerics::variational::adam::Schedule;
+use numerics::variational::adam::AdamSchedule;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -41,8 +41,8 @@ impl Default for Adam {
 
 impl Adam {
     /// Its steps.
-    pub fn schedule(&self) -> Schedule {
+    pub fn schedule(&self) -> AdamSchedule {
         let Self { step, steps, average, .. } = *self;
-        Schedule { step, steps, average }
+        AdamSchedule { step, steps, average }
     }
 }

@@ -1,9 +1,9 @@
 //! Says what a fitted normal distribution found, and whether to trust it.
 
-use numerics::convergence::Status;
-use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
-use numerics::statistics::{interval, mean, std};
-use numerics::text::significant;
+use numerics::convergence::OptimisationStatus;
+use numerics::psis::{HIGHEST_K_HAT, WeightDiagnosis};
+use numerics::statistics::{central_95_percent_interval, mean, std};
+use numerics::text::format_significant;
 use numerics::variational::assessment::GaussianAssessment;
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ pub struct VariationalReport {
     /// Mean of the standard deviation of the noise of the friction coefficient [-].
     pub noise_std: f64,
     /// How its fit ended.
-    pub status: Status,
+    pub status: OptimisationStatus,
     /// How far the fit is from the optimum, without a unit, see [`numerics::variational::gaussian::Comparison::gradient_norm`].
     pub gradient_norm: f64,
     /// Steps that were taken.
@@ -48,9 +48,9 @@ pub struct VariationalReport {
     pub elbo_trace: Vec<f64>,
     /// Of the weights that would correct it.
     #[serde(flatten)]
-    pub diagnosis: Diagnosis,
+    pub diagnosis: WeightDiagnosis,
     /// Of the weights that do, on draws with heavier tails.
-    pub correction: Diagnosis,
+    pub correction: WeightDiagnosis,
     /// Wall time [s].
     pub seconds: f64,
 }
@@ -59,14 +59,14 @@ impl VariationalReport {
     /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
     pub fn new(
         judged: &GaussianAssessment,
-        correction: Diagnosis,
+        correction: WeightDiagnosis,
         gaussian: &PosteriorSamples,
         prior: &Prior,
         noise_std: f64,
     ) -> Self {
         let GaussianAssessment { fitted, points, draws, seconds } = judged;
-        let Summary { mean, std, interval } = Summary::of(gaussian, prior);
-        let free: Vec<_> = prior.free().collect();
+        let PosteriorSummary { mean, std, interval } = PosteriorSummary::from_posterior(gaussian, prior);
+        let free: Vec<_> = prior.free_parameters().collect();
         Self {
             trusted: true,
             warning: None,
@@ -90,15 +90,15 @@ impl VariationalReport {
     }
 
     /// Takes into account what the fit itself cannot see.
-    pub fn suspect(&mut self, suspicion: &Suspicion) {
+    pub fn apply_evidence(&mut self, suspicion: &NonNormalityEvidence) {
         let weights = [&self.diagnosis, &self.correction];
-        self.warning = warning(self.status, self.gradient_norm, weights, suspicion);
+        self.warning = distrust_warning(self.status, self.gradient_norm, weights, suspicion);
         self.trusted = self.warning.is_none();
     }
 }
 
 /// Numbers of a distribution.
-pub struct Summary {
+pub struct PosteriorSummary {
     /// Means.
     pub mean: PerQuantity,
     /// Standard deviations.
@@ -107,20 +107,17 @@ pub struct Summary {
     pub interval: PerQuantity<[f64; 2]>,
 }
 
-impl Summary {
+impl PosteriorSummary {
     /// Of draws, for all parameters that are free and what follows from them.
-    pub fn of(posterior: &PosteriorSamples, prior: &Prior) -> Self {
-        let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-        let mut summary = Self {
-            mean: PerQuantity::new(),
-            std: PerQuantity::new(),
-            interval: PerQuantity::new(),
-        };
+    pub fn from_posterior(posterior: &PosteriorSamples, prior: &Prior) -> Self {
+        let quantities = prior.free_parameters().map(Quantity::Parameter).chain(Quantity::DERIVED);
+        let mut summary =
+            Self { mean: PerQuantity::new(), std: PerQuantity::new(), interval: PerQuantity::new() };
         for quantity in quantities {
-            let values = posterior.values(quantity);
+            let values = posterior.quantity_values(quantity);
             summary.mean.insert(quantity, mean(&values));
             summary.std.insert(quantity, std(&values));
-            summary.interval.insert(quantity, interval(values));
+            summary.interval.insert(quantity, central_95_percent_interval(values));
         }
         summary
     }
@@ -128,7 +125,7 @@ impl Summary {
 
 /// What else is known that a normal distribution cannot show.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Suspicion {
+pub struct NonNormalityEvidence {
     /// Parameters whose best values are on a bound.
     pub at_bound: Vec<Parameter>,
     /// Optima or modes that the data do not decide between.
@@ -138,26 +135,26 @@ pub struct Suspicion {
 }
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
-fn warning(
-    status: Status,
+fn distrust_warning(
+    status: OptimisationStatus,
     gradient_norm: f64,
-    weights: [&Diagnosis; 2],
-    suspicion: &Suspicion,
+    weights: [&WeightDiagnosis; 2],
+    suspicion: &NonNormalityEvidence,
 ) -> Option<String> {
     let mut reasons = Vec::new();
-    if status != Status::Converged {
-        let norm = significant(gradient_norm, 2);
+    if status != OptimisationStatus::Converged {
+        let norm = format_significant(gradient_norm, 2);
         reasons.push(format!("its fit did not converge (gradient norm {norm})"));
     }
     if let Some(far) = weights.into_iter().find(|diagnosis| !diagnosis.is_close()) {
-        let Diagnosis { k_hat, effective_share, .. } = far;
-        let [k_hat, share] = [*k_hat, 100.0 * effective_share].map(|x| significant(x, 2));
+        let WeightDiagnosis { k_hat, effective_share, .. } = far;
+        let [k_hat, share] = [*k_hat, 100.0 * effective_share].map(|x| format_significant(x, 2));
         reasons.push(format!(
             "it does not cover the posterior (k-hat {k_hat}, to be below {HIGHEST_K_HAT}; {share} % of its draws count)"
         ));
     }
     if !suspicion.at_bound.is_empty() {
-        let names: Vec<&str> = suspicion.at_bound.iter().map(|p| p.name()).collect();
+        let names: Vec<&str> = suspicion.at_bound.iter().map(|p| p.symbol()).collect();
         reasons.push(format!("the posterior ends at a bound of {}", names.join(", ")));
     }
     if suspicion.modes > 1 {
@@ -170,6 +167,5 @@ fn warning(
         ));
     }
     let reasons = reasons.join("; ");
-    (!reasons.is_empty())
-        .then(|| format!("The normal distribution is not to be trusted: {reasons}."))
+    (!reasons.is_empty()).then(|| format!("The normal distribution is not to be trusted: {reasons}."))
 }

@@ -11,10 +11,10 @@ use serde::Serialize;
 use crate::compressed::CompressedSamples;
 use crate::parameters::{Parameter, Theta};
 use crate::posterior::tempered::{self, TemperingOptions};
-use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
+use crate::posterior::{PosteriorSamples, SamplingOptions, draw_posterior};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
-use crate::verdict::{prior_shift, width};
+use crate::verdict::{posterior_width_ratio, prior_shift};
 
 /// The weight of each sample, with twice its noise.
 const SHARE: f64 = 0.25;
@@ -42,9 +42,8 @@ pub struct DoubledNoise {
 impl DoubledNoise {
     /// Whether they would tell it as well as twice the noise allows: it makes an ordinary posterior twice as wide, and the prior
     /// moves it four times as far.
-    pub fn tells(&self) -> bool {
-        let unmoved =
-            self.prior_shift < MAX_PRIOR_SHIFT || self.moved < 4.0 * NEGLIGIBLE_PRIOR_SHIFT;
+    pub fn is_identified(&self) -> bool {
+        let unmoved = self.prior_shift < MAX_PRIOR_SHIFT || self.moved < 4.0 * NEGLIGIBLE_PRIOR_SHIFT;
         self.width_ratio < 2.0 * MAX_WIDTH_IDENTIFIED && unmoved
     }
 }
@@ -55,31 +54,30 @@ pub struct DoubledNoisePosterior(PosteriorSamples);
 impl DoubledNoisePosterior {
     /// `best` is the likeliest tire.
     pub fn new(data: &CompressedSamples, prior: &Prior, best: &Theta) -> Self {
-        let data = data.clone().telling(SHARE);
+        let data = data.clone().with_effective_share(SHARE);
         // A grid with shifts takes seconds.
         Self(match prior.free[Parameter::S_h as usize] || prior.free[Parameter::S_v as usize] {
             true => {
                 let usual = TemperingOptions::default();
-                tempered::draw(&data, prior, &TemperingOptions { members: DRAWS / 2, ..usual })
+                tempered::draw_tempered(&data, prior, &TemperingOptions { members: DRAWS / 2, ..usual })
             }
             false => {
                 let few = SamplingOptions { draws: DRAWS, ..SamplingOptions::default() };
-                draw(&data, prior, &[*best], &few).posterior
+                draw_posterior(&data, prior, &[*best], &few).posterior
             }
         })
     }
 
     /// What it leaves of a quantity, of which `before` draws the prior.
-    pub fn of(&self, quantity: Quantity, prior: &Prior, before: &PosteriorSamples) -> DoubledNoise {
+    pub fn statistics(&self, quantity: Quantity, prior: &Prior, before: &PosteriorSamples) -> DoubledNoise {
         let own = |quantity: Quantity| {
-            let values = self.0.values(quantity);
-            let width_ratio = width(quantity, prior, &values, before);
+            let values = self.0.quantity_values(quantity);
+            let width_ratio = posterior_width_ratio(quantity, prior, &values, before);
             let prior_shift = prior_shift(prior, &self.0, &values);
             DoubledNoise { width_ratio, prior_shift, moved: width_ratio * prior_shift }
         };
         let found = own(quantity);
-        let with_C =
-            quantity == Quantity::Parameter(Parameter::B) && prior.free[Parameter::C as usize];
+        let with_C = quantity == Quantity::Parameter(Parameter::B) && prior.free[Parameter::C as usize];
         if !with_C {
             return found;
         }
@@ -92,32 +90,35 @@ impl DoubledNoisePosterior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthetic::{Excitation, samples};
+    use crate::synthetic::{SyntheticExcitation, synthetic_samples};
 
     #[test]
     fn twice_the_noise_doubles_what_the_data_decide() {
-        let excitation = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
-        let (data, prior) = (CompressedSamples::new(&samples(&excitation, 1.0)), Prior::lateral());
+        let excitation =
+            SyntheticExcitation { samples: 1500, slip_std: 0.0, ..SyntheticExcitation::default() };
+        let (data, prior) = (CompressedSamples::new(&synthetic_samples(&excitation, 1.0)), Prior::lateral());
         let few = SamplingOptions { draws: DRAWS, ..SamplingOptions::default() };
-        let posterior = draw(&data, &prior, &[excitation.truth], &few).posterior;
-        let before = PosteriorSamples { samples: prior.literature().fill(1024).collect() };
+        let posterior = draw_posterior(&data, &prior, &[excitation.truth], &few).posterior;
+        let before = PosteriorSamples {
+            samples: prior.restricted_to_literature().space_filling_points(1024).collect(),
+        };
         let doubled = DoubledNoisePosterior::new(&data, &prior, &excitation.truth);
         for quantity in [Quantity::Parameter(Parameter::D), Quantity::K, Quantity::Peak] {
-            let noisier = doubled.of(quantity, &prior, &before);
-            let once = width(quantity, &prior, &posterior.values(quantity), &before);
+            let noisier = doubled.statistics(quantity, &prior, &before);
+            let once = posterior_width_ratio(quantity, &prior, &posterior.quantity_values(quantity), &before);
             let ratio = noisier.width_ratio / once;
             assert!((1.8..2.2).contains(&ratio), "{quantity:?}: {ratio} times as wide");
-            assert!(noisier.tells(), "{quantity:?}: {noisier:?}");
+            assert!(noisier.is_identified(), "{quantity:?}: {noisier:?}");
         }
     }
 
     #[test]
     fn what_the_prior_moves_is_not_told() {
         let told = DoubledNoise { width_ratio: 0.5, prior_shift: 0.2, moved: 0.1 };
-        assert!(told.tells());
-        assert!(!DoubledNoise { prior_shift: 0.3, ..told }.tells());
-        assert!(DoubledNoise { prior_shift: 0.3, moved: 0.03, ..told }.tells());
-        assert!(!DoubledNoise { width_ratio: 0.7, ..told }.tells());
-        assert!(!DoubledNoise { width_ratio: f64::NAN, ..told }.tells());
+        assert!(told.is_identified());
+        assert!(!DoubledNoise { prior_shift: 0.3, ..told }.is_identified());
+        assert!(DoubledNoise { prior_shift: 0.3, moved: 0.03, ..told }.is_identified());
+        assert!(!DoubledNoise { width_ratio: 0.7, ..told }.is_identified());
+        assert!(!DoubledNoise { width_ratio: f64::NAN, ..told }.is_identified());
     }
 }

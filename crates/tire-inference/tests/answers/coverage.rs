@@ -1,12 +1,12 @@
 //! How often the published intervals hold the truth, for tires in and outside of the literature's box.
 
-use preparation::direction::Direction;
+use preparation::direction::ForceDirection;
 use tire_inference::bounds::Bounds;
-use tire_inference::estimate::identify;
+use tire_inference::estimate::identify_tire;
 use tire_inference::parameters::Theta;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
-use tire_inference::verdict::Verdict;
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
+use tire_inference::verdict::Identifiability;
 
 const SEEDS: u64 = 5;
 const TIRES: [Theta; 2] = [[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], [9.0, 1.6, 1.1, -1.2, 0.0, 0.0]];
@@ -20,28 +20,23 @@ fn intervals_hold_the_truth_and_the_published_point() {
     for (tire, level) in TIRES.iter().flat_map(|tire| [0.1, 0.75].map(|level| (tire, level))) {
         for seed in 0..SEEDS {
             let force_std = 0.033 * tire[2];
-            let excitation = Excitation {
+            let excitation = SyntheticExcitation {
                 truth: *tire,
                 seed,
                 samples: 400,
                 force_std,
                 slip_std: 0.0,
-                ..Excitation::default()
+                ..SyntheticExcitation::default()
             };
-            let measured = samples(&excitation, level);
-            let settings = Settings::new(Direction::Lateral);
-            let answer = identify(&measured, &settings, &[Method::LeastSquares]).expect("a fit");
+            let measured = synthetic_samples(&excitation, level);
+            let settings = IdentificationSettings::new(ForceDirection::Lateral);
+            let answer = identify_tire(&measured, &settings, &[FitMethod::LeastSquares]).expect("a fit");
             for (k, it) in answer.judgements.iter().enumerate() {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 held[k] += u32::from(within(it.quantity.value(tire)));
                 names[k] = it.quantity.name();
                 let published = answer.estimates[0].1.mean[&it.quantity];
-                assert!(
-                    within(published),
-                    "{}: {published} outside of {:?}",
-                    names[k],
-                    it.interval
-                );
+                assert!(within(published), "{}: {published} outside of {:?}", names[k], it.interval);
             }
         }
     }
@@ -53,26 +48,26 @@ fn intervals_hold_the_truth_and_the_published_point() {
 #[test]
 fn a_posterior_that_is_narrow_by_luck_identifies_nothing() {
     let answer = |tire: Theta, seed: u64| {
-        let excitation = Excitation {
+        let excitation = SyntheticExcitation {
             truth: tire,
             seed,
             samples: 1000,
             force_std: 0.033 * tire[2],
             slip_std: 0.0,
-            ..Excitation::default()
+            ..SyntheticExcitation::default()
         };
-        let settings = Settings::new(Direction::Lateral);
-        identify(&samples(&excitation, 0.25), &settings, &[]).expect("a fit").judgements
+        let settings = IdentificationSettings::new(ForceDirection::Lateral);
+        identify_tire(&synthetic_samples(&excitation, 0.25), &settings, &[]).expect("a fit").judgements
     };
     for seed in [34, 37, 79, 187] {
         for it in answer(TIRES[0], seed) {
             let shape = ["B", "C", "E"].contains(&it.quantity.name());
-            let expected = if shape { Verdict::Weak } else { Verdict::Identified };
+            let expected = if shape { Identifiability::Weak } else { Identifiability::Identified };
             assert_eq!(it.verdict, expected, "{seed}: {}", it.reason);
             assert_eq!(shape, it.reason.contains("twice the noise"), "{seed}: {}", it.reason);
         }
     }
     for it in answer(TIRES[1], 0) {
-        assert_eq!(it.verdict, Verdict::Identified, "{}", it.reason);
+        assert_eq!(it.verdict, Identifiability::Identified, "{}", it.reason);
     }
 }

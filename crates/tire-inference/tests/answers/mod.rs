@@ -3,17 +3,17 @@
 
 mod coverage;
 
-use preparation::direction::Direction;
-use preparation::samples::Samples;
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use tire_inference::estimate::{Answer, identify};
+use tire_inference::estimate::{TireIdentification, identify_tire};
 use tire_inference::fit::FitError;
-use tire_inference::parameters::{Theta, curve};
+use tire_inference::parameters::{Theta, magic_formula_from_theta};
 use tire_inference::quantity::Quantity;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::verdict::Verdict;
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::verdict::Identifiability;
 
 /// Outside of the box of the literature.
 const TIRE: Theta = [9.0, 1.6, 1.1, -1.2, 0.0, 0.0];
@@ -24,42 +24,44 @@ fn normal(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// Slips of a function of the share of the rows that are over, noise of the force.
-fn measured(count: usize, noise: f64, seed: u64, slip: impl Fn(f64) -> f64) -> Samples {
+fn measured(count: usize, noise: f64, seed: u64, slip: impl Fn(f64) -> f64) -> CurveSamples {
     let mut random = normal(seed);
     let slips: Vec<f64> = (0..count).map(|i| slip(i as f64 / (count - 1) as f64)).collect();
-    let force = slips.iter().map(|&x| curve(&TIRE).coefficient(x) + noise * random()).collect();
-    Samples::new(slips, force)
+    let force = slips
+        .iter()
+        .map(|&x| magic_formula_from_theta(&TIRE).friction_coefficient(x) + noise * random())
+        .collect();
+    CurveSamples::new(slips, force)
 }
 
-fn answer(samples: &Samples) -> Answer {
-    let settings = Settings::new(Direction::Lateral);
-    identify(samples, &settings, &[Method::LeastSquares]).expect("a fit")
+fn answer(samples: &CurveSamples) -> TireIdentification {
+    let settings = IdentificationSettings::new(ForceDirection::Lateral);
+    identify_tire(samples, &settings, &[FitMethod::LeastSquares]).expect("a fit")
 }
 
-fn refusal(samples: &Samples) -> String {
-    let settings = Settings::new(Direction::Lateral);
-    let error: FitError = identify(samples, &settings, &[]).expect_err("no tire");
+fn refusal(samples: &CurveSamples) -> String {
+    let settings = IdentificationSettings::new(ForceDirection::Lateral);
+    let error: FitError = identify_tire(samples, &settings, &[]).expect_err("no tire");
     error.to_string()
 }
 
-fn holds(answer: &Answer, quantity: Quantity, truth: &Theta) -> bool {
+fn holds(answer: &TireIdentification, quantity: Quantity, truth: &Theta) -> bool {
     let judgement = answer.judgements.iter().find(|it| it.quantity == quantity).expect("judged");
     (judgement.interval[0]..=judgement.interval[1]).contains(&quantity.value(truth))
 }
 
-fn identified(answer: &Answer) -> Vec<&'static str> {
-    let known = answer.judgements.iter().filter(|it| it.verdict == Verdict::Identified);
+fn identified(answer: &TireIdentification) -> Vec<&'static str> {
+    let known = answer.judgements.iter().filter(|it| it.verdict == Identifiability::Identified);
     known.map(|it| it.quantity.name()).collect()
 }
 
-fn message(answer: &Answer) -> &str {
+fn message(answer: &TireIdentification) -> &str {
     answer.report.predictive.as_ref().map_or("", |predictive| predictive.message.as_str())
 }
 
 #[test]
 fn twelve_points_give_wide_intervals_that_hold_the_truth() {
-    let answers: Vec<_> =
-        (0..8).map(|seed| answer(&measured(12, 0.03, seed, |share| 0.3 * share))).collect();
+    let answers: Vec<_> = (0..8).map(|seed| answer(&measured(12, 0.03, seed, |share| 0.3 * share))).collect();
     for quantity in Quantity::DERIVED {
         // Of a chance of 95 %, 4 or fewer of 8 have one of 0.04 %.
         let held = answers.iter().filter(|answer| holds(answer, quantity, &TIRE)).count();
@@ -75,7 +77,7 @@ fn rows_that_are_there_ten_times_tell_as_much_as_once() {
     let next: Vec<usize> = (0..1500).map(|row| row / 10).collect();
     let alone = answer(&once);
     for rows in [rows, next] {
-        let copied = answer(&once.pick(&rows));
+        let copied = answer(&once.select_rows(&rows));
         for (a, b) in alone.judgements.iter().zip(&copied.judgements) {
             let ratio = b.std / a.std;
             assert!((0.9..1.15).contains(&ratio), "{}: {ratio} times as wide", a.quantity.name());
@@ -121,17 +123,20 @@ fn one_side_of_the_curve_does_not_tell_its_shifts_for_certain() {
     let shifted = [9.0, 1.6, 1.1, -1.2, 0.004, 0.03];
     let mut random = normal(0);
     let slip: Vec<f64> = (0..300).map(|i| 0.03 + 0.25 * f64::from(i) / 299.0).collect();
-    let force = slip.iter().map(|&x| curve(&shifted).coefficient(x) + 0.03 * random()).collect();
-    let samples = Samples::new(slip, force);
-    let held = Settings { hold: false, ..Settings::new(Direction::Lateral) };
+    let force = slip
+        .iter()
+        .map(|&x| magic_formula_from_theta(&shifted).friction_coefficient(x) + 0.03 * random())
+        .collect();
+    let samples = CurveSamples::new(slip, force);
+    let held = IdentificationSettings { hold: false, ..IdentificationSettings::new(ForceDirection::Lateral) };
     let mut free = held.clone();
     free.prior.free = [true; 6];
     let [held, found] =
-        [held, free].map(|it| identify(&samples, &it, &[Method::LeastSquares]).expect("a fit"));
+        [held, free].map(|it| identify_tire(&samples, &it, &[FitMethod::LeastSquares]).expect("a fit"));
     for it in &found.judgements {
         let name = it.quantity.name();
         let shift = ["S_h", "S_v"].contains(&name);
-        assert!(!shift || it.verdict != Verdict::Identified, "{}", it.reason);
+        assert!(!shift || it.verdict != Identifiability::Identified, "{}", it.reason);
         assert!(holds(&found, it.quantity, &shifted), "{name}: {:?}", it.interval);
         // What shifts could be is added to all that they move.
         let alone = held.judgements.iter().find(|other| other.quantity == it.quantity);
@@ -148,8 +153,7 @@ fn much_noise_leaves_the_shape_open() {
         let found = answer(&measured(300, 0.5, seed, |share| 0.3 * share));
         let known = identified(&found);
         assert!(!["B", "C", "E"].iter().any(|name| known.contains(name)), "{known:?}");
-        held +=
-            u32::from(holds(&found, Quantity::K, &TIRE) && holds(&found, Quantity::Peak, &TIRE));
+        held += u32::from(holds(&found, Quantity::K, &TIRE) && holds(&found, Quantity::Peak, &TIRE));
     }
     assert!(held >= 2, "{held} of 3");
 }
@@ -158,7 +162,7 @@ fn much_noise_leaves_the_shape_open() {
 fn what_is_no_tire_is_refused_with_its_correction() {
     let good = measured(300, 0.03, 5, |share| 0.6 * share - 0.3);
     let mut noise = normal(6);
-    let unrelated = Samples::new(good.slip.clone(), good.slip.iter().map(|_| noise()).collect());
+    let unrelated = CurveSamples::new(good.slip.clone(), good.slip.iter().map(|_| noise()).collect());
     assert!(refusal(&unrelated).contains("no relation beyond chance"), "{}", refusal(&unrelated));
     let mut mirrored = good.clone();
     mirrored.force.iter_mut().for_each(|force| *force *= -1.0);
@@ -179,8 +183,8 @@ fn a_missing_number_is_named_before_anything_is_said_of_the_tire() {
         samples.force[9] = broken;
         assert!(refusal(&samples).contains("force[9]"), "{}", refusal(&samples));
     }
-    assert!(refusal(&Samples::default()).contains("no samples"));
-    assert!(refusal(&good.pick(&[0, 100, 200])).contains("at least 5"));
+    assert!(refusal(&CurveSamples::default()).contains("no samples"));
+    assert!(refusal(&good.select_rows(&[0, 100, 200])).contains("at least 5"));
     let mut short = good.clone();
     short.weight.pop();
     assert!(refusal(&short).contains("299"), "{}", refusal(&short));

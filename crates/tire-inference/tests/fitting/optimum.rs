@@ -1,20 +1,20 @@
 //! Every fitter on every problem of one table, judged by conditions of optimality that dual numbers give.
 
 use approx::assert_relative_eq;
-use numerics::convergence::Status;
+use numerics::convergence::OptimisationStatus;
 use numerics::loss::Loss;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use tire_inference::bounds::Bounds;
-use tire_inference::fit::{Constraints, FitOptions, Problem, least_squares, nelder_mead};
-use tire_inference::parameters::{Normal, Parameter, Theta, curve};
+use tire_inference::fit::{CurveConstraints, CurveFitProblem, FitOptions, least_squares, nelder_mead};
+use tire_inference::parameters::{Normal, Parameter, Theta, magic_formula_from_theta};
 use tire_inference::regularisation::Regularisation;
 
 use super::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};
 
 struct Case {
     name: &'static str,
-    samples: Samples,
-    change: fn(&mut Problem),
+    samples: CurveSamples,
+    change: fn(&mut CurveFitProblem),
     at_bound: &'static [Parameter],
     /// Whether a simplex without derivatives can be expected to find the optimum.
     easy: bool,
@@ -47,11 +47,7 @@ fn cases() -> Vec<Case> {
             at_bound: &[Parameter::C, Parameter::D],
             ..plain("", [0.0, 0.75], true)
         },
-        Case {
-            name: "flat ridge",
-            at_bound: &[Parameter::C, Parameter::D],
-            ..plain("", [0.0, 0.02], false)
-        },
+        Case { name: "flat ridge", at_bound: &[Parameter::C, Parameter::D], ..plain("", [0.0, 0.02], false) },
         Case {
             name: "first parameter held",
             change: |p| (p.free[0], p.held[0]) = (false, 15.0),
@@ -86,10 +82,11 @@ fn cases() -> Vec<Case> {
 #[test]
 fn least_squares_ends_where_the_conditions_of_optimality_hold() {
     for case in cases() {
-        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
+        let mut problem =
+            CurveFitProblem { bounds: Bounds::GOBLIRSCH, ..CurveFitProblem::new(&case.samples) };
         (case.change)(&mut problem);
         let solution = least_squares(&problem, &FitOptions::default()).expect(case.name);
-        assert_eq!(solution.convergence.status, Status::Converged, "{}", case.name);
+        assert_eq!(solution.convergence.status, OptimisationStatus::Converged, "{}", case.name);
         assert!(solution.convergence.kkt_residual.is_some_and(|k| k <= 1e-8), "{}", case.name);
         assert_eq!(solution.at_bound, case.at_bound, "{}: {:?}", case.name, solution.theta);
         let slope = slope(&problem, &solution.theta);
@@ -107,11 +104,12 @@ fn least_squares_ends_where_the_conditions_of_optimality_hold() {
 #[test]
 fn nelder_mead_finds_the_same_where_it_can_and_never_anything_better() {
     for case in cases() {
-        let mut problem = Problem { bounds: Bounds::GOBLIRSCH, ..Problem::new(&case.samples) };
+        let mut problem =
+            CurveFitProblem { bounds: Bounds::GOBLIRSCH, ..CurveFitProblem::new(&case.samples) };
         (case.change)(&mut problem);
         // On a bound on purpose: a simplex that is clipped there has no extent in E.
         let start = FitOptions::from_start([10.0, 1.65, 1.5, -1.0, 0.0, 0.0]);
-        let simplex = nelder_mead::fit(&problem, &start).expect(case.name);
+        let simplex = nelder_mead::fit_nelder_mead(&problem, &start).expect(case.name);
         let best = least_squares(&problem, &FitOptions::default()).expect(case.name);
         assert!(
             simplex.cost >= best.cost * (1.0 - 1e-9),
@@ -120,7 +118,7 @@ fn nelder_mead_finds_the_same_where_it_can_and_never_anything_better() {
             simplex.cost,
             best.cost
         );
-        assert_eq!(simplex.convergence.status, Status::Converged, "{}", case.name);
+        assert_eq!(simplex.convergence.status, OptimisationStatus::Converged, "{}", case.name);
         for k in (0..6).filter(|&k| !problem.free[k]) {
             assert_eq!(simplex.theta[k], problem.held[k], "{}", case.name);
         }
@@ -136,12 +134,12 @@ fn nelder_mead_finds_the_same_where_it_can_and_never_anything_better() {
 fn an_active_stiffness_limit_is_met_exactly_and_costs_least() {
     let samples = sweep(&TRUTH, [0.0, 0.75], 1000, 0.05, 7);
     for (limits, expected) in [([50.0, 60.0], 50.0), ([30.0, 40.0], 40.0)] {
-        let constraints = Constraints { stiffness: Some(limits), peak_slip: None };
-        let problem = Problem { constraints, ..Problem::new(&samples) };
+        let constraints = CurveConstraints { stiffness: Some(limits), peak_slip: None };
+        let problem = CurveFitProblem { constraints, ..CurveFitProblem::new(&samples) };
         let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         let [b, c, d, ..] = solution.theta;
         assert_relative_eq!(b * c * d, expected, max_relative = 1e-14);
-        assert_eq!(solution.convergence.status, Status::Converged);
+        assert_eq!(solution.convergence.status, OptimisationStatus::Converged);
         // Along the constraint, ln B + ln C + ln D = const, the slopes of the cost by the logarithms are equal; E is free.
         let (cost, g) = cost_and_gradient(&problem, &solution.theta);
         let pull = [g[0] * b, g[1] * c, g[2] * d];
@@ -163,11 +161,13 @@ fn an_active_stiffness_limit_is_met_exactly_and_costs_least() {
 #[test]
 fn a_limit_that_the_optimum_meets_anyway_changes_nothing() {
     let samples = sweep(&TRUTH, [0.0, 0.75], 1000, 0.05, 7);
-    let free = least_squares(&Problem::new(&samples), &FitOptions::default()).expect("a fit");
-    let constraints = Constraints { stiffness: Some([30.0, 60.0]), peak_slip: Some([0.01, 0.3]) };
-    let held =
-        least_squares(&Problem { constraints, ..Problem::new(&samples) }, &FitOptions::default())
-            .expect("a fit");
+    let free = least_squares(&CurveFitProblem::new(&samples), &FitOptions::default()).expect("a fit");
+    let constraints = CurveConstraints { stiffness: Some([30.0, 60.0]), peak_slip: Some([0.01, 0.3]) };
+    let held = least_squares(
+        &CurveFitProblem { constraints, ..CurveFitProblem::new(&samples) },
+        &FitOptions::default(),
+    )
+    .expect("a fit");
     for k in 0..4 {
         assert_relative_eq!(free.theta[k], held.theta[k], max_relative = 1e-8);
     }
@@ -176,17 +176,15 @@ fn a_limit_that_the_optimum_meets_anyway_changes_nothing() {
 #[test]
 fn the_peak_stays_where_the_constraint_wants_it() {
     let samples = sweep(&TRUTH, [0.0, 0.75], 1000, 0.05, 7);
-    for (limits, expected) in
-        [([0.12, 0.2], 0.12), ([0.0, 0.07], 0.07), ([0.12, f64::INFINITY], 0.12)]
-    {
-        let constraints = Constraints { stiffness: None, peak_slip: Some(limits) };
-        let problem = Problem { constraints, ..Problem::new(&samples) };
+    for (limits, expected) in [([0.12, 0.2], 0.12), ([0.0, 0.07], 0.07), ([0.12, f64::INFINITY], 0.12)] {
+        let constraints = CurveConstraints { stiffness: None, peak_slip: Some(limits) };
+        let problem = CurveFitProblem { constraints, ..CurveFitProblem::new(&samples) };
         let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
-        let peak = curve(&solution.theta).peak_slip().expect("a peak");
+        let peak = magic_formula_from_theta(&solution.theta).peak_slip().expect("a peak");
         assert_relative_eq!(peak, expected, max_relative = 1e-8);
         assert_eq!(
             solution.convergence.status,
-            Status::Converged,
+            OptimisationStatus::Converged,
             "{limits:?} {:?}",
             solution.convergence
         );
@@ -199,9 +197,8 @@ fn the_peak_stays_where_the_constraint_wants_it() {
 #[test]
 fn several_starts_find_what_a_single_one_misses() {
     let samples = sweep(&TRUTH, [0.0, 0.3], 1000, 0.05, 7);
-    let problem = Problem::new(&samples);
-    let many = least_squares(&problem, &FitOptions { starts: 64, ..FitOptions::default() })
-        .expect("a fit");
+    let problem = CurveFitProblem::new(&samples);
+    let many = least_squares(&problem, &FitOptions { starts: 64, ..FitOptions::default() }).expect("a fit");
     let usual = least_squares(&problem, &FitOptions::default()).expect("a fit");
     assert_relative_eq!(usual.cost, many.cost, max_relative = 1e-10);
     assert!(usual.convergence.optima >= 1 && usual.optima.len() == usual.convergence.optima);

@@ -1,11 +1,11 @@
 //! Noise in the slip: how much of the bias of the stiffness its treatment takes away.
 
-use numerics::convergence::Status;
-use preparation::samples::Samples;
+use numerics::convergence::OptimisationStatus;
+use preparation::samples::CurveSamples;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
+use tire_inference::fit::{CurveFitProblem, FitOptions, SlipNoise, least_squares};
 use tire_inference::kernel;
 
 use super::support::TRUTH;
@@ -13,10 +13,10 @@ use super::support::TRUTH;
 const SEEDS: u64 = 4;
 const COUNT: usize = 16_000;
 
-fn draw(design: &str, seed: u64) -> Samples {
+fn draw(design: &str, seed: u64) -> CurveSamples {
     let mut random = Pcg64::seed_from_u64(seed);
     let normal = |std: f64| Normal::new(0.0, std).expect("a standard deviation");
-    let mut samples = Samples::default();
+    let mut samples = CurveSamples::default();
     for _ in 0..COUNT {
         let slip = match design {
             "15 %" => random.random_range(-0.15..0.15),
@@ -24,7 +24,7 @@ fn draw(design: &str, seed: u64) -> Samples {
             _ if random.random_bool(0.9) => normal(0.03).sample(&mut random),
             _ => normal(0.075).sample(&mut random),
         };
-        let force = kernel::value(&TRUTH, slip) + normal(0.05).sample(&mut random);
+        let force = kernel::friction_coefficient(&TRUTH, slip) + normal(0.05).sample(&mut random);
         samples.push(slip + normal(0.005).sample(&mut random), force, 1.0);
     }
     samples
@@ -34,11 +34,11 @@ fn draw(design: &str, seed: u64) -> Samples {
 fn bias(design: &str, slip_noise: Option<SlipNoise>) -> (f64, f64) {
     let fit = |seed| {
         let samples = draw(design, seed);
-        let problem = Problem { slip_noise, ..Problem::new(&samples) };
+        let problem = CurveFitProblem { slip_noise, ..CurveFitProblem::new(&samples) };
         let solution = least_squares(&problem, &FitOptions::default()).expect("a fit");
         assert_eq!(
             solution.convergence.status,
-            Status::Converged,
+            OptimisationStatus::Converged,
             "{design} {seed} {:?}",
             solution.convergence
         );

@@ -4,12 +4,12 @@
 use nalgebra::SVector;
 use num_dual::{DualSVec64, gradient};
 use numerics::loss::Loss;
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use tire_inference::fit::Problem;
-use tire_inference::parameters::{COUNT, Theta, curve};
+use tire_inference::fit::CurveFitProblem;
+use tire_inference::parameters::{COUNT, Theta, magic_formula_from_theta};
 use vehicle::MagicFormula;
 
 /// Table II of the paper that names the bounds, without shifts.
@@ -17,29 +17,33 @@ pub const TRUTH: Theta = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
 pub const ALL: [bool; COUNT] = [true; COUNT];
 
 /// Evenly spaced slips with normal noise in the force.
-pub fn sweep(truth: &Theta, [from, to]: [f64; 2], count: usize, noise: f64, seed: u64) -> Samples {
+pub fn sweep(truth: &Theta, [from, to]: [f64; 2], count: usize, noise: f64, seed: u64) -> CurveSamples {
     let mut random = Pcg64::seed_from_u64(seed);
     let normal = Normal::new(0.0, noise).expect("noise of 0 or more");
-    let mut samples = Samples::default();
+    let mut samples = CurveSamples::default();
     for i in 0..count {
         let slip = from + (to - from) * (i as f64 + 0.5) / count as f64;
-        samples.push(slip, curve(truth).coefficient(slip) + normal.sample(&mut random), 1.0);
+        samples.push(
+            slip,
+            magic_formula_from_theta(truth).friction_coefficient(slip) + normal.sample(&mut random),
+            1.0,
+        );
     }
     samples
 }
 
 /// The cost with its gradient by dual numbers, sample by sample, through the curve that the plant drives on.
-pub fn cost_and_gradient(problem: &Problem, theta: &Theta) -> (f64, Theta) {
+pub fn cost_and_gradient(problem: &CurveFitProblem, theta: &Theta) -> (f64, Theta) {
     let (mut cost, mut by_theta) = (0.0, [0.0; COUNT]);
     let samples = problem.samples;
     for ((slip, force), weight) in samples.slip.iter().zip(&samples.force).zip(&samples.weight) {
         let value = |t: SVector<DualSVec64<COUNT>, COUNT>| {
             let [B, C, D, E, S_h, S_v] = t.into();
-            MagicFormula { B, C, D, E, S_h, S_v }.coefficient(DualSVec64::from(*slip))
+            MagicFormula { B, C, D, E, S_h, S_v }.friction_coefficient(DualSVec64::from(*slip))
         };
         let (value, slope) = gradient(value, &SVector::from(*theta));
         let residual = value - force;
-        cost += weight * problem.loss.of(residual);
+        cost += weight * problem.loss.cost(residual);
         for k in 0..COUNT {
             by_theta[k] += weight * problem.loss.weight(residual) * residual * slope[k];
         }
@@ -59,9 +63,9 @@ pub fn cost_and_gradient(problem: &Problem, theta: &Theta) -> (f64, Theta) {
 
 /// Largest slope of the cost that bounds do not hold, over the length of the column of derivatives and of the residuals: the
 /// cosine that vanishes at an optimum without other constraints.
-pub fn slope(problem: &Problem, theta: &Theta) -> f64 {
+pub fn slope(problem: &CurveFitProblem, theta: &Theta) -> f64 {
     let (cost, gradient) = cost_and_gradient(problem, theta);
-    let pass = tire_inference::kernel::pass(problem.samples, theta, &ALL, Loss::Square);
+    let pass = tire_inference::kernel::cost_derivatives(problem.samples, theta, &ALL, Loss::Square);
     let size = |k: usize| (pass.hessian[k][k] * 2.0 * cost).sqrt();
     let open = |k: usize| {
         let cosine = gradient[k] / size(k);

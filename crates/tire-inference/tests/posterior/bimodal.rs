@@ -8,10 +8,10 @@ use super::support::{data, draw};
 
 #[test]
 fn both_modes_have_their_masses() {
-    let prior = Prior::longitudinal().within(Bounds::GOBLIRSCH);
+    let prior = Prior::longitudinal().with_bounds(Bounds::GOBLIRSCH);
     // A tire of an even sequence in the box, the largest slip, a value of E between the modes.
     for (number, level, between) in [(6, 0.08, 0.6), (152, 0.75, 0.65)] {
-        let tire = prior.fill(number + 1).last().expect("a tire");
+        let tire = prior.space_filling_points(number + 1).last().expect("a tire");
         let (data, optima) = data(tire, 400, level, number as u64);
         let expected = judge(&data, &prior, 32, between).mass_above;
         assert!((0.05..0.95).contains(&expected), "one mode has next to nothing: {expected}");

@@ -9,11 +9,7 @@ use super::support::{data, draw};
 const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.02];
 
 /// Mean and standard deviation of two parameters under the likelihood, by a fine grid in both, the others being `rest`.
-fn on_a_grid(
-    data: &CompressedSamples,
-    rest: [f64; 6],
-    axes: [(usize, [f64; 2]); 2],
-) -> [[f64; 2]; 2] {
+fn on_a_grid(data: &CompressedSamples, rest: [f64; 6], axes: [(usize, [f64; 2]); 2]) -> [[f64; 2]; 2] {
     let n = 400;
     let at = |axis: usize, k: usize| {
         let [low, high] = axes[axis].1;
@@ -25,7 +21,7 @@ fn on_a_grid(
         theta[axes[1].0] = at(1, k % n);
         theta
     };
-    let log = |k: usize| -0.5 * (data.count() as f64 - 1.0) * data.squares(&point(k)).ln();
+    let log = |k: usize| -0.5 * (data.effective_count() as f64 - 1.0) * data.residual_squares(&point(k)).ln();
     let logs: Vec<f64> = (0..n * n).map(log).collect();
     let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut sums = [[0.0; 3]; 2];

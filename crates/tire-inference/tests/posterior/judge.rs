@@ -63,24 +63,18 @@ pub struct Sum {
 }
 
 /// The line of all B through C and s. Where only the highest point is wanted, `log` is that.
-pub fn line(
-    data: &CompressedSamples,
-    prior: &Prior,
-    [C, s]: [f64; 2],
-    above: f64,
-    rough: bool,
-) -> Sum {
+pub fn line(data: &CompressedSamples, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
     let [lowest, highest_E] = [prior.bounds.lower[3], prior.bounds.upper[3]];
     // Most of a wide box is far from the upper bound, near which E has to be resolved.
     let root = if highest_E - lowest > 2.0 { 4.0 } else { 2.0 };
     let E = highest_E - (highest_E - lowest) * s.powf(root);
     let ends = [prior.bounds.lower[0].ln(), prior.bounds.upper[0].ln()];
     let within = [prior.bounds.lower[2], prior.bounds.upper[2]];
-    let half = 0.5 * (data.count() as f64 - 1.0);
-    let zero = data.square();
+    let half = 0.5 * (data.effective_count() as f64 - 1.0);
+    let zero = data.force_squares();
     // The sum of squares is a parabola in D.
     let parabola = |log_B: f64| {
-        let [one, two] = [1.0, 2.0].map(|D| data.squares(&[log_B.exp(), C, D, E, 0.0, 0.0]));
+        let [one, two] = [1.0, 2.0].map(|D| data.residual_squares(&[log_B.exp(), C, D, E, 0.0, 0.0]));
         let bend = 0.5 * (two - 2.0 * one + zero);
         (one - zero - bend, bend)
     };
@@ -95,8 +89,7 @@ pub fn line(
     let mut highest_of_all = f64::NEG_INFINITY;
     for _ in 0..4 {
         let step = (range[1] - range[0]) / f64::from(points);
-        let values: Vec<f64> =
-            (0..=points).map(|k| highest(range[0] + f64::from(k) * step)).collect();
+        let values: Vec<f64> = (0..=points).map(|k| highest(range[0] + f64::from(k) * step)).collect();
         let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let first = values.iter().position(|v| *v > top - 20.0).unwrap_or(0);
         let last = values.iter().rposition(|v| *v > top - 20.0).unwrap_or(points as usize);
@@ -108,8 +101,7 @@ pub fn line(
             break;
         }
     }
-    let mut sum =
-        Sum { log: f64::NEG_INFINITY, mass: 0.0, above: 0.0, first: [0.0; 5], second: [0.0; 5] };
+    let mut sum = Sum { log: f64::NEG_INFINITY, mass: 0.0, above: 0.0, first: [0.0; 5], second: [0.0; 5] };
     if rough {
         return Sum { log: highest_of_all, ..sum };
     }
@@ -128,8 +120,7 @@ pub fn line(
         for l in 0..count {
             let D = low + (high - low) * (l as f64 + 0.5) / count as f64;
             let squares = zero + D * (slope + D * bend);
-            let log =
-                -half * squares.ln() + log_B + (root - 1.0) * s.ln() + ((high - low) * step).ln();
+            let log = -half * squares.ln() + log_B + (root - 1.0) * s.ln() + ((high - low) * step).ln();
             if log > sum.log {
                 let shrink = (sum.log - log).exp();
                 sum.mass *= shrink;

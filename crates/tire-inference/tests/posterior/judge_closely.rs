@@ -30,8 +30,7 @@ pub fn judge(data: &CompressedSamples, prior: &Prior, above: f64) -> Moments {
         cells.par_iter().map(one).collect()
     };
     let mut size = ACROSS;
-    let mut cells: BTreeSet<Cell> =
-        (0..size).flat_map(|i| (0..size).map(move |k| (i, k))).collect();
+    let mut cells: BTreeSet<Cell> = (0..size).flat_map(|i| (0..size).map(move |k| (i, k))).collect();
     // By how much a narrow mode may be higher than the centre of its cell says [nat].
     let mut hidden = 1000.0;
     loop {
@@ -48,8 +47,7 @@ pub fn judge(data: &CompressedSamples, prior: &Prior, above: f64) -> Moments {
         if resolved || cells.len() > MOST {
             return moments(&all_of(&cells, size, false).into_values().collect::<Vec<_>>());
         }
-        let parts =
-            |(i, k): Cell| [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| (2 * i + a, 2 * k + b));
+        let parts = |(i, k): Cell| [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| (2 * i + a, 2 * k + b));
         cells = cells.into_iter().flat_map(parts).collect();
         size *= 2;
         hidden = if hidden > 10.0 { hidden / 4.0 } else { 0.0 };

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::kernel::shapes;
+use tire_inference::kernel::shape_sums;
 use tire_inference::prior::Prior;
 
 /// B, C, D, E, K, S_h, S_v.
@@ -23,12 +23,7 @@ const DEPTH: f64 = 18.0;
 
 /// Mean and standard deviation of each with all six parameters free, or all but S_h. `nodes` per side of the plane, `inner`
 /// per side of what is at its points.
-pub fn judge(
-    data: &CompressedSamples,
-    prior: &Prior,
-    nodes: usize,
-    inner: usize,
-) -> [[f64; 2]; COUNT] {
+pub fn judge(data: &CompressedSamples, prior: &Prior, nodes: usize, inner: usize) -> [[f64; 2]; COUNT] {
     let judge = Judge { data, prior };
     let (lower, upper) = (prior.bounds.lower, prior.bounds.upper);
     let shift = if prior.free[4] { [lower[4], upper[4]] } else { [prior.centre[4]; 2] };
@@ -111,20 +106,20 @@ impl Paraboloid {
 
 impl Judge<'_> {
     fn half(&self) -> f64 {
-        0.5 * (self.data.count() as f64 - 1.0)
+        0.5 * (self.data.effective_count() as f64 - 1.0)
     }
 
     fn paraboloid(&self, log_B: f64, C: f64, s: f64, S_h: f64) -> Paraboloid {
         let (mut slips, mut weights, mut forces) = (Vec::new(), Vec::new(), Vec::new());
-        for [slip, weight, force] in self.data.nodes() {
+        for [slip, weight, force] in self.data.slip_nodes() {
             slips.push(slip + S_h);
             weights.push(weight);
             forces.push(force);
         }
         let of = [log_B.exp(), C, 1.0 - 2.0 * s * s];
-        let [hh, yh, h] = shapes(of, &slips, [&weights, &forces, &weights]);
+        let [hh, yh, h] = shape_sums(of, &slips, [&weights, &forces, &weights]);
         let (ones, y) = (weights.iter().sum(), forces.iter().sum());
-        Paraboloid { ones, y, yy: self.data.square(), hh, yh, h }
+        Paraboloid { ones, y, yy: self.data.force_squares(), hh, yh, h }
     }
 
     /// Where S_v may be, and where D may be for an S_v.
@@ -211,8 +206,7 @@ impl Judge<'_> {
         });
         let (C, s) = (at[0][0], at[1][0]);
         for k in 0..inner * inner {
-            let (log_B, S_h) =
-                (across(part[0], k / inner, inner), across(part[1], k % inner, inner));
+            let (log_B, S_h) = (across(part[0], k / inner, inner), across(part[1], k % inner, inner));
             let of = self.paraboloid(log_B, C, s, S_h);
             if self.highest(&of) < top - DEPTH {
                 continue;

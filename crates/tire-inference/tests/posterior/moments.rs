@@ -20,14 +20,13 @@ fn the_draws_have_the_moments_of_brute_force() {
         (Bounds::WIDE, 0.2, 48),
     ];
     for (bounds, level, nodes) in cases {
-        let prior = Prior::longitudinal().within(bounds);
-        let level_of = format!("{level} in the box {}", bounds.name());
+        let prior = Prior::longitudinal().with_bounds(bounds);
+        let level_of = format!("{level} in the box {}", bounds.preset_name());
         let (data, optima) = data(TRUTH, 400, level, 42);
         let found = draw(&data, &prior, &optima);
         let truth = judge(&data, &prior, nodes, 0.95);
         for (i, name) in ["B", "C", "D", "E", "K"].into_iter().enumerate() {
-            let values: Vec<f64> =
-                found.posterior.samples.iter().map(|theta| quantities(theta)[i]).collect();
+            let values: Vec<f64> = found.posterior.samples.iter().map(|theta| quantities(theta)[i]).collect();
             let error = (mean(&values) - truth.mean[i]) / truth.std[i];
             let ratio = std(&values) / truth.std[i];
             assert!(error.abs() < 0.05, "{name} at {level_of}: off by {error} standard deviations");
@@ -43,7 +42,7 @@ fn a_seed_gives_the_same_draws_with_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = posterior::SamplingOptions { draws: 256, seed };
         let prior = Prior::longitudinal();
-        pool.install(|| grid::draw(&data, &prior, &optima, &options)).expect("applies").posterior
+        pool.install(|| grid::draw_from_grid(&data, &prior, &optima, &options)).expect("applies").posterior
     };
     let first = draws(1, 7);
     assert_eq!(first.samples.len(), 256);

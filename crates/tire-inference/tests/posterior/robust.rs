@@ -2,25 +2,26 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use numerics::loss::Loss;
-use numerics::statistics::{interval, mean, std};
-use preparation::direction::Direction;
-use preparation::samples::Samples;
-use tire_inference::estimate::{Answer, identify};
+use numerics::statistics::{central_95_percent_interval, mean, std};
+use preparation::direction::ForceDirection;
+use preparation::samples::CurveSamples;
+use tire_inference::estimate::{TireIdentification, identify_tire};
 use tire_inference::kernel;
 use tire_inference::noise::NoiseModel;
 use tire_inference::posterior::SamplingOptions;
 use tire_inference::posterior::robust::RobustLikelihood;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::settings::{Method, Settings};
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::settings::{FitMethod, IdentificationSettings};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.0];
 
 /// With a twentieth of the samples far off.
-fn spoilt(count: usize, seed: u64) -> Samples {
-    let excitation = Excitation { samples: count, slip_std: 0.0, seed, ..Excitation::default() };
-    let mut samples = samples(&excitation, 0.5);
+fn spoilt(count: usize, seed: u64) -> CurveSamples {
+    let excitation =
+        SyntheticExcitation { samples: count, slip_std: 0.0, seed, ..SyntheticExcitation::default() };
+    let mut samples = synthetic_samples(&excitation, 0.5);
     samples.force.iter_mut().skip(seed as usize % 20).step_by(20).for_each(|force| *force += 0.6);
     samples
 }
@@ -32,15 +33,15 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
         let mut prior = Prior { centre: TRUTH, ..Prior::longitudinal() };
         prior.free = [true, false, true, false, false, false];
         let robust = RobustLikelihood::new(&samples, loss, 0.05, 1.0);
-        let near = robust.near(&TRUTH, None);
-        let found = robust.draw(&near, &prior, &[TRUTH], &SamplingOptions::default());
+        let near = robust.gaussian_approximation(&TRUTH, None);
+        let found = robust.draw_posterior(&near, &prior, &[TRUTH], &SamplingOptions::default());
         assert!(found.report.is_exact(), "{:?}", found.report);
         let mut sums = [0.0; 5];
         for k in 0..200 * 200 {
             let (B, D) = (13.0 + (k / 200) as f64 * 0.02, 1.45 + (k % 200) as f64 * 0.0005);
-            let cost = kernel::cost(&samples, &[B, 2.0, D, 0.8, 0.0, 0.0], loss);
-            let reference = kernel::cost(&samples, &TRUTH, loss);
-            let weight = ((reference - cost) / loss.variance(0.05)).exp();
+            let cost = kernel::curve_cost(&samples, &[B, 2.0, D, 0.8, 0.0, 0.0], loss);
+            let reference = kernel::curve_cost(&samples, &TRUTH, loss);
+            let weight = ((reference - cost) / loss.cost_divisor(0.05)).exp();
             for (sum, part) in sums.iter_mut().zip([1.0, B, B * B, D, D * D]) {
                 *sum += weight * part;
             }
@@ -56,10 +57,11 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
     }
 }
 
-fn found(samples: &Samples, noise: NoiseModel) -> Answer {
-    let settings = Settings { hold: false, ..Settings::new(Direction::Longitudinal) };
-    let settings = noise.settle(settings, samples).expect("fits");
-    identify(samples, &settings, &[Method::LeastSquares]).expect("fits")
+fn found(samples: &CurveSamples, noise: NoiseModel) -> TireIdentification {
+    let settings =
+        IdentificationSettings { hold: false, ..IdentificationSettings::new(ForceDirection::Longitudinal) };
+    let settings = noise.apply_to_settings(settings, samples).expect("fits");
+    identify_tire(samples, &settings, &[FitMethod::LeastSquares]).expect("fits")
 }
 
 #[test]
@@ -74,7 +76,7 @@ fn with_gross_outliers_student_covers_the_truth_where_normal_noise_does_not() {
             let effective = answer.report.effective_share * answer.posterior.samples.len() as f64;
             assert!(effective > 500.0, "{:?}", answer.report);
             for (hit, quantity) in hits.iter_mut().zip(quantities) {
-                let [low, high] = interval(answer.posterior.values(quantity));
+                let [low, high] = central_95_percent_interval(answer.posterior.quantity_values(quantity));
                 *hit += usize::from((low..=high).contains(&quantity.value(&TRUTH)));
             }
         }

@@ -2,14 +2,14 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use numerics::statistics::{mean, std};
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use tire_inference::bounds::Bounds;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::fit::{FitOptions, Problem, least_squares};
-use tire_inference::linearised_slip_noise::with_slip_noise;
+use tire_inference::fit::{CurveFitProblem, FitOptions, least_squares};
+use tire_inference::linearised_slip_noise::linearise_slip_noise;
 use tire_inference::parameters::{COUNT, Theta};
 use tire_inference::prior::Prior;
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 
 use super::judge_shifts::{judge, quantities};
 use super::support::draw;
@@ -17,21 +17,22 @@ use super::support::draw;
 const TRUTH: Theta = [15.0, 2.0, 1.5, 0.8, 0.003, -0.02];
 
 /// Slips to both sides, with what they know of the noise in them.
-fn drive(count: usize, level: f64, slip_std: f64) -> Samples {
-    let excitation = Excitation { truth: TRUTH, samples: count, slip_std, ..Excitation::default() };
-    let right = samples(&excitation, level);
+fn drive(count: usize, level: f64, slip_std: f64) -> CurveSamples {
+    let excitation =
+        SyntheticExcitation { truth: TRUTH, samples: count, slip_std, ..SyntheticExcitation::default() };
+    let right = synthetic_samples(&excitation, level);
     let [B, C, D, E, S_h, S_v] = TRUTH;
     let truth = [B, C, D, E, -S_h, -S_v];
-    let left = samples(&Excitation { truth, seed: 1, ..excitation }, level);
+    let left = synthetic_samples(&SyntheticExcitation { truth, seed: 1, ..excitation }, level);
     let mut both = right;
     for ((slip, force), weight) in left.slip.into_iter().zip(left.force).zip(left.weight) {
         both.push(-slip, -force, weight);
     }
-    with_slip_noise(&both, &TRUTH, slip_std, 0.05)
+    linearise_slip_noise(&both, &TRUTH, slip_std, 0.05)
 }
 
-fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
-    let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
+fn compare(samples: &CurveSamples, prior: &Prior, nodes: [usize; 2]) {
+    let problem = CurveFitProblem { free: prior.free, held: prior.centre, ..CurveFitProblem::new(samples) };
     let fit = least_squares(&problem, &FitOptions::default()).expect("fits");
     let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
     let data = CompressedSamples::new(samples);
@@ -50,7 +51,7 @@ fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
 }
 
 fn all_free() -> Prior {
-    Prior { free: [true; COUNT], ..Prior::longitudinal().within(Bounds::GOBLIRSCH) }
+    Prior { free: [true; COUNT], ..Prior::longitudinal().with_bounds(Bounds::GOBLIRSCH) }
 }
 
 #[test]

@@ -1,43 +1,46 @@
 //! The normal distribution of variational inference: right where the posterior is one, and flagged where it is not.
 
-use numerics::convergence::Status;
+use numerics::convergence::OptimisationStatus;
 use numerics::statistics::{mean, std};
-use preparation::samples::Samples;
+use preparation::samples::CurveSamples;
 use tire_inference::bounds::Bounds;
 use tire_inference::compressed::CompressedSamples;
-use tire_inference::fit::{FitOptions, Problem, least_squares};
+use tire_inference::fit::{CurveFitProblem, FitOptions, least_squares};
 use tire_inference::parameters::Parameter;
 use tire_inference::posterior;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::synthetic::{Excitation, samples};
+use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 use tire_inference::variational::adam::Adam;
-use tire_inference::variational::{Optimiser, Start, Variational, fit};
+use tire_inference::variational::{ElboOptimiser, VariationalPosterior, VariationalStart, fit_variational};
 
 use super::support::draw;
 
-fn measured(count: usize, level: f64) -> Samples {
-    samples(&Excitation { samples: count, slip_std: 0.0, ..Excitation::default() }, level)
+fn measured(count: usize, level: f64) -> CurveSamples {
+    synthetic_samples(
+        &SyntheticExcitation { samples: count, slip_std: 0.0, ..SyntheticExcitation::default() },
+        level,
+    )
 }
 
-fn variational(samples: &Samples, prior: &Prior, optimiser: Optimiser) -> Variational {
+fn variational(samples: &CurveSamples, prior: &Prior, optimiser: ElboOptimiser) -> VariationalPosterior {
     let data = CompressedSamples::new(samples);
-    let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
+    let problem = CurveFitProblem { free: prior.free, held: prior.centre, ..CurveFitProblem::new(samples) };
     let best = least_squares(&problem, &FitOptions::default()).expect("fits");
     let best = (&best.theta, best.noise_std);
-    fit(Start { samples, data: &data, prior, best }, optimiser, 0)
+    fit_variational(VariationalStart { samples, data: &data, prior, best }, optimiser, 0)
 }
 
 #[test]
 fn of_much_data_past_the_peak_mean_and_width_are_those_of_the_exact_posterior() {
     let (samples, prior) = (measured(10_000, 1.0), Prior::longitudinal());
-    let found = variational(&samples, &prior, Optimiser::Newton);
+    let found = variational(&samples, &prior, ElboOptimiser::Newton);
     let report = &found.report;
-    assert_eq!(report.status, Status::Converged);
+    assert_eq!(report.status, OptimisationStatus::Converged);
     assert!(report.trusted && report.gradient_norm < 0.01, "{report:?}");
     let exact = draw(&CompressedSamples::new(&samples), &prior, &[]).posterior;
-    for quantity in prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED) {
-        let (name, values) = (quantity, exact.values(quantity));
+    for quantity in prior.free_parameters().map(Quantity::Parameter).chain(Quantity::DERIVED) {
+        let (name, values) = (quantity, exact.quantity_values(quantity));
         let error = (report.mean[&name] - mean(&values)) / std(&values);
         let ratio = report.std[&name] / std(&values);
         assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
@@ -49,7 +52,7 @@ fn of_much_data_past_the_peak_mean_and_width_are_those_of_the_exact_posterior() 
 #[test]
 fn a_curved_valley_is_told_from_a_normal_distribution() {
     let (samples, prior) = (measured(1500, 0.08), Prior::longitudinal());
-    let found = variational(&samples, &prior, Optimiser::Newton).report;
+    let found = variational(&samples, &prior, ElboOptimiser::Newton).report;
     assert!(!found.trusted && found.diagnosis.k_hat > 0.7, "{found:?}");
     let warning = found.warning.expect("a sentence");
     assert!(warning.contains("k-hat") && warning.contains("not to be trusted"), "{warning}");
@@ -63,8 +66,8 @@ fn the_bound_is_no_better_than_over_fresh_draws_and_never_falls() {
         samples.slip[i] *= -1.0;
         samples.force[i] *= -1.0;
     }
-    let report = variational(&samples, &prior, Optimiser::Newton).report;
-    assert_eq!(report.status, Status::Converged, "{}", report.gradient_norm);
+    let report = variational(&samples, &prior, ElboOptimiser::Newton).report;
+    assert_eq!(report.status, OptimisationStatus::Converged, "{}", report.gradient_norm);
     assert!(report.elbo_trace.is_sorted());
     let last = report.elbo_trace[report.steps];
     assert!(last - report.elbo < 0.1, "{last} over its own points, {} over others", report.elbo);
@@ -75,14 +78,14 @@ fn the_bound_is_no_better_than_over_fresh_draws_and_never_falls() {
 fn adam_and_newton_agree_where_both_converge() {
     // A known shape leaves a round posterior, which Adam finds in bearable time.
     let samples = measured(200, 0.75);
-    let narrow = Prior::longitudinal().within(Bounds::GOBLIRSCH);
+    let narrow = Prior::longitudinal().with_bounds(Bounds::GOBLIRSCH);
     let held = Prior { free: [true, false, true, false, false, false], ..narrow };
     let prior = Prior { centre: [15.0, 2.0, 1.5, 0.8, 0.0, 0.0], ..held };
-    let newton = variational(&samples, &prior, Optimiser::Newton).report;
-    assert_eq!(newton.status, Status::Converged);
+    let newton = variational(&samples, &prior, ElboOptimiser::Newton).report;
+    assert_eq!(newton.status, OptimisationStatus::Converged);
     for batch in [None, Some(100)] {
         let adam = Adam { step: 5e-3, steps: 30_000, average: true, batch, start: None };
-        let adam = variational(&samples, &prior, Optimiser::Adam(adam)).report;
+        let adam = variational(&samples, &prior, ElboOptimiser::Adam(adam)).report;
         assert!(adam.gradient_norm < 0.15, "{batch:?}: {}", adam.gradient_norm);
         for name in [Quantity::B, Quantity::D, Quantity::K] {
             let error = (adam.mean[&name] - newton.mean[&name]) / newton.std[&name];
@@ -91,9 +94,9 @@ fn adam_and_newton_agree_where_both_converge() {
             assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
         }
     }
-    let few = Optimiser::Adam(Adam { steps: 500, ..Adam::default() });
+    let few = ElboOptimiser::Adam(Adam { steps: 500, ..Adam::default() });
     let few = variational(&samples, &prior, few).report;
-    assert!(few.status == Status::IterationLimit && !few.trusted, "{few:?}");
+    assert!(few.status == OptimisationStatus::IterationLimit && !few.trusted, "{few:?}");
 }
 
 #[test]
@@ -104,15 +107,15 @@ fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
         pool.install(|| variational(&samples, &prior, optimiser))
     };
     let adam = Adam { steps: 300, batch: Some(20), ..Adam::default() };
-    for optimiser in [Optimiser::Newton, Optimiser::Adam(adam)] {
+    for optimiser in [ElboOptimiser::Newton, ElboOptimiser::Adam(adam)] {
         let (first, second) = (run(1, optimiser), run(3, optimiser));
         assert_eq!(first.corrected, second.corrected);
         assert_eq!(first.report.elbo_trace, second.report.elbo_trace);
     }
     let data = CompressedSamples::new(&samples);
     let best = (&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.05);
-    let start = Start { samples: &samples, data: &data, prior: &prior, best };
-    let of = |seed| fit(start, Optimiser::Newton, seed).corrected;
+    let start = VariationalStart { samples: &samples, data: &data, prior: &prior, best };
+    let of = |seed| fit_variational(start, ElboOptimiser::Newton, seed).corrected;
     assert_ne!(of(1), of(2));
     assert_eq!(of(1).samples.len(), posterior::SamplingOptions::default().draws);
 }

@@ -2,7 +2,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use super::MfTire;
-use crate::slip::Slip;
+use crate::slip::TireOperatingPoint;
 use crate::tire::Tire;
 
 /// Speed [m/s], that of the usual measurements.
@@ -16,7 +16,7 @@ const POINTS: u32 = 2000;
 
 /// The largest force in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
+pub struct FrictionPeak {
     /// Force divided by load [-].
     pub friction: f64,
     /// Its slip [- or rad], without sign; not a number while the force still rises at the largest slip.
@@ -25,15 +25,15 @@ pub struct Peak {
 
 /// What a tire is like at a load, its own inflation pressure and 16.7 m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Characteristics {
+pub struct TireCharacteristics {
     /// Load [N].
     pub F_z: f64,
     /// Largest lateral force, to the left.
-    pub lateral: Peak,
+    pub lateral: FrictionPeak,
     /// Largest force that drives.
-    pub driving: Peak,
+    pub driving: FrictionPeak,
     /// Largest force that brakes.
-    pub braking: Peak,
+    pub braking: FrictionPeak,
     /// Cornering stiffness −∂F_y/∂α [N/rad]; above 0 for a tire in ISO-W axes.
     pub C_alpha: f64,
     /// Longitudinal slip stiffness ∂F_x/∂κ [N].
@@ -44,11 +44,19 @@ pub struct Characteristics {
 
 impl MfTire {
     /// What the tire is like at a load [N].
-    pub fn characteristics(&self, F_z: f64) -> Characteristics {
+    pub fn characteristics_at_load(&self, F_z: f64) -> TireCharacteristics {
         let c = self.coefficients();
         let at = |kappa: f64, alpha: f64, gamma: f64| {
             let pressure = Some(c.INFLPRES);
-            Slip { kappa, alpha, gamma, F_z, v_x: SPEED, pressure, ..Slip::default() }
+            TireOperatingPoint {
+                kappa,
+                alpha,
+                gamma,
+                F_z,
+                v_x: SPEED,
+                pressure,
+                ..TireOperatingPoint::default()
+            }
         };
         let peak = |end: f64, force: &dyn Fn(f64) -> f64| {
             let slip = |i: u32| end.min(LARGEST) * f64::from(i) / f64::from(POINTS);
@@ -56,24 +64,20 @@ impl MfTire {
                 .map(|i| (i, force(slip(i))))
                 .fold((0, f64::NEG_INFINITY), |best, it| if it.1 > best.1 { it } else { best });
             let slip = if i == POINTS { f64::NAN } else { slip(i) };
-            Peak { friction: force / F_z, slip }
+            FrictionPeak { friction: force / F_z, slip }
         };
         // On the side of small cambers that is within the limits.
         let [left, right] = [-1e-4, 1e-4].map(|gamma: f64| gamma.max(c.CAMMIN).min(c.CAMMAX));
         let lateral_at = |gamma: f64| self.F_xy(&at(0.0, 0.0, gamma))[1];
-        let (_, details) = self.details(&at(0.0, 0.0, 0.0));
-        Characteristics {
+        let (_, details) = self.forces_and_details(&at(0.0, 0.0, 0.0));
+        TireCharacteristics {
             F_z,
             lateral: peak(-c.ALPMIN, &|alpha| self.F_xy(&at(0.0, -alpha, 0.0))[1]),
             driving: peak(c.KPUMAX, &|kappa| self.F_xy(&at(kappa, 0.0, 0.0))[0]),
             braking: peak(-c.KPUMIN, &|kappa| -self.F_xy(&at(-kappa, 0.0, 0.0))[0]),
             C_alpha: -details.K_ya,
             C_kappa: details.K_xk,
-            C_gamma: if left < right {
-                (lateral_at(left) - lateral_at(right)) / (right - left)
-            } else {
-                0.0
-            },
+            C_gamma: if left < right { (lateral_at(left) - lateral_at(right)) / (right - left) } else { 0.0 },
         }
     }
 }

@@ -26,16 +26,8 @@ impl fmt::Display for BadCoefficient {
 impl std::error::Error for BadCoefficient {}
 
 /// Lengths, forces and speeds that others are divided by.
-const POSITIVE: [&str; 8] = [
-    "LONGVL",
-    "UNLOADED_RADIUS",
-    "INFLPRES",
-    "NOMPRES",
-    "FNOMIN",
-    "VERTICAL_STIFFNESS",
-    "LFZO",
-    "PRESMIN",
-];
+const POSITIVE: [&str; 8] =
+    ["LONGVL", "UNLOADED_RADIUS", "INFLPRES", "NOMPRES", "FNOMIN", "VERTICAL_STIFFNESS", "LFZO", "PRESMIN"];
 
 /// Carcass stiffnesses, which relaxation lengths are divided by since 6.1.
 const POSITIVE_SINCE_61: [&str; 2] = ["LONGITUDINAL_STIFFNESS", "LATERAL_STIFFNESS"];
@@ -57,12 +49,11 @@ impl<T: Number> Coefficients<T> {
     /// # Errors
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn check(&self) -> Result<(), BadCoefficient> {
-        let expect =
-            |key: &'static str, holds: &dyn Fn(f64) -> bool, expected: &dyn Fn() -> String| {
-                let value = value(self, key);
-                let bad = || BadCoefficient { key, value, expected: expected() };
-                if holds(value) { Ok(()) } else { Err(bad()) }
-            };
+        let expect = |key: &'static str, holds: &dyn Fn(f64) -> bool, expected: &dyn Fn() -> String| {
+            let value = coefficient_by_name(self, key);
+            let bad = || BadCoefficient { key, value, expected: expected() };
+            if holds(value) { Ok(()) } else { Err(bad()) }
+        };
         for key in KEYS {
             expect(key.name, &f64::is_finite, &|| "that is finite".to_owned())?;
         }
@@ -72,21 +63,20 @@ impl<T: Number> Coefficients<T> {
         for key in NOT_NEGATIVE {
             expect(key, &|value| value >= 0.0, &|| "of at least 0".to_owned())?;
         }
-        let divisors: &[_] =
-            if self.version.is_before_61() { &["PTY2"] } else { &POSITIVE_SINCE_61 };
+        let divisors: &[_] = if self.version.is_before_61() { &["PTY2"] } else { &POSITIVE_SINCE_61 };
         for key in divisors {
             expect(key, &|value| value > 0.0, &|| "above 0".to_owned())?;
         }
         expect("PKY2", &|value| value != 0.0, &|| "other than 0".to_owned())?;
         for (lower, upper) in RANGES {
-            let bound = value(self, lower);
+            let bound = coefficient_by_name(self, lower);
             expect(upper, &|value| value >= bound, &|| format!("of at least {lower}, {bound}"))?;
         }
         Ok(())
     }
 }
 
-fn value<T: Number>(coefficients: &Coefficients<T>, name: &str) -> f64 {
+fn coefficient_by_name<T: Number>(coefficients: &Coefficients<T>, name: &str) -> f64 {
     let key = KEYS.iter().find(|key| key.name == name);
     key.map_or(f64::NAN, |key| key.get(coefficients).re())
 }

@@ -2,13 +2,13 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use super::MfTire;
-use super::point::Point;
-use crate::coefficients::Version;
-use crate::slip::{Forces, Relaxation, Slip};
+use super::point::NormalizedOperatingPoint;
+use crate::coefficients::MagicFormulaVersion;
+use crate::slip::{RelaxationLengths, TireForces, TireOperatingPoint};
 use elementary::Number;
 
 impl<T: Number> MfTire<T> {
-    pub(super) fn relaxation_lengths(&self, p: &Point<T>) -> Relaxation<T> {
+    pub(super) fn relaxation_lengths(&self, p: &NormalizedOperatingPoint<T>) -> RelaxationLengths<T> {
         let c = &self.coefficients;
         let (dfz, dpi) = (p.dfz, p.dpi);
         if c.version.is_before_61() {
@@ -18,29 +18,29 @@ impl<T: Number> MfTire<T> {
             let full = p.F_z / (c.PTY2 * c.FNOMIN * c.LFZO);
             let rise = (full.atan() * 2.0).sin();
             let y = c.PTY1 * rise * (-(c.PKY3 * p.gamma.abs()) + 1.0) * R0 * c.LFZO * c.LSGAL;
-            return Relaxation { x, y };
+            return RelaxationLengths { x, y };
         }
         let stiffness = |by_load: T, by_square: T, by_pressure: T| {
             (dfz * (by_load + by_square * dfz) + 1.0) * (by_pressure * dpi + 1.0)
         };
         let along = c.LONGITUDINAL_STIFFNESS * stiffness(c.PCFX1, c.PCFX2, c.PCFX3);
         let across = c.LATERAL_STIFFNESS * stiffness(c.PCFY1, c.PCFY2, c.PCFY3);
-        let K_xk = self.longitudinal(p).K;
+        let K_xk = self.longitudinal_curve(p).K;
         let [K_ya] = self.cornering_stiffness(p, [p.gamma_star]);
-        Relaxation { x: (K_xk / along).abs(), y: (K_ya / across).abs() }
+        RelaxationLengths { x: (K_xk / along).abs(), y: (K_ya / across).abs() }
     }
 
     /// Pressure relative to the nominal one, less 1, within its limits [-].
-    fn dpi(&self, slip: &Slip<T>) -> T {
-        self.point(slip).dpi
+    fn normalized_pressure_change(&self, slip: &TireOperatingPoint<T>) -> T {
+        self.normalized_point(slip).dpi
     }
 
     /// Effective rolling radius [m] and speed [rad/s] of the wheel, found together by iteration: the radius of the free tire grows
     /// with the speed.
-    pub(super) fn rolling_radius(&self, slip: &Slip<T>) -> (T, T) {
+    pub(super) fn rolling_radius(&self, slip: &TireOperatingPoint<T>) -> (T, T) {
         let c = &self.coefficients;
         let F_z0 = c.FNOMIN;
-        let stiffness = c.VERTICAL_STIFFNESS * (c.PFZ1 * self.dpi(slip) + 1.0);
+        let stiffness = c.VERTICAL_STIFFNESS * (c.PFZ1 * self.normalized_pressure_change(slip) + 1.0);
         let load = if slip.F_z.re() > 0.0 { slip.F_z / F_z0 } else { T::from(0.0) };
         let fall = F_z0 / stiffness * (c.DREFF * (c.BREFF * load).atan() + c.FREFF * load);
         let rim = slip.v_x * (slip.kappa + 1.0);
@@ -70,13 +70,13 @@ impl<T: Number> MfTire<T> {
     ///
     /// 5.2: R_Ω − F_z / C_z. 6.1: the square equation of the load over the deflection. 6.2: its root nearest to the free
     /// radius, with the deflection by camber; without a root, at little load, the free radius less what 6.1 gives.
-    pub(super) fn rest_radius(&self, slip: &Slip<T>, forces: &Forces<T>) -> T {
+    pub(super) fn loaded_radius_for_forces(&self, slip: &TireOperatingPoint<T>, forces: &TireForces<T>) -> T {
         let c = &self.coefficients;
         let (R0, F_z0) = (c.UNLOADED_RADIUS, c.FNOMIN);
-        let dpi = self.dpi(slip);
+        let dpi = self.normalized_pressure_change(slip);
         let (_, omega) = self.rolling_radius(slip);
         let free = self.free_radius(omega);
-        let F_z = self.point(slip).F_z;
+        let F_z = self.normalized_point(slip).F_z;
         let pressed = c.PFZ1 * dpi + 1.0;
         if c.version.is_before_61() {
             return free - F_z / (c.VERTICAL_STIFFNESS * pressed);
@@ -85,13 +85,13 @@ impl<T: Number> MfTire<T> {
         let Q_FZ1 = (first * first - c.Q_FZ2 * 4.0).sqrt();
         let turn = (omega * R0 / c.LONGVL).abs();
         let stiffening = c.Q_V2 * turn - (c.Q_FCX * forces.F_x / F_z0).powi(2) + 1.0;
-        if c.version == Version::Mf61 {
+        if c.version == MagicFormulaVersion::Mf61 {
             let across = (c.Q_FCY * forces.F_y / F_z0).powi(2);
             let load = F_z / F_z0 / ((stiffening - across) * pressed);
             let root = (Q_FZ1 * Q_FZ1 + c.Q_FZ2 * load * 4.0).sqrt();
             return free - R0 * load * 2.0 / (Q_FZ1 + root);
         }
-        let gamma = self.point(slip).gamma;
+        let gamma = self.normalized_point(slip).gamma;
         let missing = |radius: T| {
             let x = self.cambered_deflection(radius, free, gamma) / R0;
             if x.re() <= 0.0 {
@@ -115,8 +115,7 @@ impl<T: Number> MfTire<T> {
         let whole = arc(free);
         // Without these coefficients camber moves nothing.
         let share = if whole.re() == 0.0 { T::from(0.0) } else { (arc(radius) / whole).powi(2) };
-        upright + share * reference_width * 0.125 * gamma.tan().abs()
-            - c.Q_CAM3 * upright * gamma.abs()
+        upright + share * reference_width * 0.125 * gamma.tan().abs() - c.Q_CAM3 * upright * gamma.abs()
     }
 }
 

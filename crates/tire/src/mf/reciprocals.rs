@@ -6,7 +6,7 @@ use crate::real::Real;
 
 /// 1 over coefficients.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reciprocals<T> {
+pub(super) struct CoefficientReciprocals<T> {
     /// Of `FNOMIN` [1/N].
     pub FNOMIN: T,
     /// Of the scaled nominal load, `LFZO` `FNOMIN` [1/N].
@@ -21,8 +21,8 @@ pub(super) struct Reciprocals<T> {
     pub VXLOW: T,
 }
 
-impl<T: Real> Reciprocals<T> {
-    pub fn of(c: &Coefficients<T>) -> Self {
+impl<T: Real> CoefficientReciprocals<T> {
+    pub fn from_coefficients(c: &Coefficients<T>) -> Self {
         Self {
             FNOMIN: c.FNOMIN.recip(),
             F_z0: (c.FNOMIN * c.LFZO).recip(),

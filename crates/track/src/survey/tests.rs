@@ -6,12 +6,12 @@ use super::*;
 
 const ROWS: &str = "0,0,4,5\n10,0,4,5\n10,10,4,5\n0,10,4,5\n";
 
-fn read(text: &str) -> Survey {
-    Survey::read(text).expect("a table")
+fn read(text: &str) -> TrackSurvey {
+    TrackSurvey::from_table_text(text).expect("a table")
 }
 
 fn message(text: &str) -> String {
-    Survey::read(text).expect_err("a mistake").to_string()
+    TrackSurvey::from_table_text(text).expect_err("a mistake").to_string()
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! Holds what the single-track car with options does at one instant.
 #![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
 
-use super::state::State;
+use super::state::DetailedSingleTrackState;
 use crate::dual_track::PerAxle;
 
 /// Forces of an axle and how it moves, in its wheels' axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxleMotion<T = f64> {
+pub struct AxleForcesAndSlips<T = f64> {
     /// Longitudinal force [N].
     pub F_x: T,
     /// Lateral force [N], positive to the left.
@@ -25,15 +25,15 @@ pub struct AxleMotion<T = f64> {
 
 /// Forces and accelerations that follow from a [`State`] and an [`Input`](super::Input) at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion<T = f64> {
+pub struct DetailedTrackEvaluation<T = f64> {
     /// Time derivative of the state.
-    pub derivative: State<T>,
+    pub derivative: DetailedSingleTrackState<T>,
     /// Forward acceleration [m/s²] that an accelerometer in the centre of gravity measures along the road.
     pub a_x: T,
     /// Acceleration to the left [m/s²] that an accelerometer in the centre of gravity measures along the road.
     pub a_y: T,
     /// The axles.
-    pub axles: PerAxle<AxleMotion<T>>,
+    pub axles: PerAxle<AxleForcesAndSlips<T>>,
     /// Angle of the front wheels [rad].
     pub delta: T,
     /// Yaw moment of the differential [N m].

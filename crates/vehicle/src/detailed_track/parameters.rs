@@ -3,39 +3,39 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Aero, Body};
-use crate::dual_track::{BadParameter, Bound, Brakes, Rims, expect};
-use crate::wheel::Lock;
+use crate::body::{Aerodynamics, VehicleBody};
+use crate::dual_track::{BadParameter, Brakes, ParameterBound, RimParameters, check_parameter};
+use crate::wheel::DifferentialLock;
 
 /// Shortest lag of the steering [s] of an actuator that has a limit of its rate.
 pub const SHORTEST_LAG: f64 = 0.005;
 
 /// Everything about a car but its tires. The default is the demo car without any option.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
+pub struct DetailedSingleTrackParameters {
     /// Masses and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Drag and downforce.
-    pub aero: Aero,
+    pub aero: Aerodynamics,
     /// Share of a driving force that acts at the front axle [-].
     pub front_drive: f64,
     /// Brakes. Without spin, of these only the balance counts.
     pub brakes: Brakes,
     /// Wheels without their tires.
-    pub rims: Rims,
+    pub rims: RimParameters,
     /// Limited-slip differential of the rear axle.
-    pub lock: Lock,
+    pub lock: DifferentialLock,
     /// Distance between the rear wheels [m], for the differential.
     pub track_r: f64,
     /// What is between the demanded and the actual steering angle.
-    pub steering: Actuator,
+    pub steering: SteeringActuator,
     /// What wheels and tires do.
-    pub options: Options,
+    pub options: WheelDynamicsOptions,
 }
 
 /// What wheels and tires do beyond pure lateral slip that is there at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Options {
+pub struct WheelDynamicsOptions {
     /// Longitudinal force weakens lateral force and is limited with it.
     pub combined: bool,
     /// Slip builds up over the relaxation length.
@@ -46,7 +46,7 @@ pub struct Options {
 
 /// Actuator of the steering. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Actuator {
+pub struct SteeringActuator {
     /// Time constant [s]; 0 for none.
     pub lag: f64,
     /// Largest rate [rad/s]; 0 for no limit.
@@ -55,9 +55,9 @@ pub struct Actuator {
     pub compliance: f64,
 }
 
-impl Actuator {
+impl SteeringActuator {
     /// Whether the angle follows its demand with a delay.
-    pub fn lags(&self) -> bool {
+    pub fn has_lag(&self) -> bool {
         self.lag > 0.0 || self.rate_max > 0.0
     }
 
@@ -67,12 +67,12 @@ impl Actuator {
     }
 }
 
-impl Parameters {
+impl DetailedSingleTrackParameters {
     /// Whether one of the options is on; without, the plain car is the same one.
     pub fn has_options(&self) -> bool {
-        let Options { combined, relaxation, spin } = self.options;
+        let WheelDynamicsOptions { combined, relaxation, spin } = self.options;
         let lock = self.lock.drive > 0.0 || self.lock.coast > 0.0 || self.lock.preload > 0.0;
-        let steering = self.steering.lags() || self.steering.compliance > 0.0;
+        let steering = self.steering.has_lag() || self.steering.compliance > 0.0;
         combined || relaxation || spin || lock || steering || self.front_drive > 0.0
     }
 
@@ -81,8 +81,8 @@ impl Parameters {
     /// # Errors
     /// Names the first parameter that does not, and its bound.
     pub fn check(&self) -> Result<(), BadParameter> {
-        use Bound::{AtLeast, NotNegative, Positive, Share, Within};
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
+        use ParameterBound::{AtLeast, NotNegative, Positive, Share, Within};
+        let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
         let (brake, rims, lock) = (&self.brakes, &self.rims, &self.lock);
         for (name, value, bound) in [
             ("body.m", m, Positive),
@@ -106,24 +106,24 @@ impl Parameters {
             ("steer.rate_max", self.steering.rate_max, NotNegative),
             ("steer.compliance", self.steering.compliance, Within(1e-4)),
         ] {
-            expect(name, value, bound.holds(value), || bound.text())?;
+            check_parameter(name, value, bound.is_met_by(value), || bound.describe())?;
         }
         Ok(())
     }
 }
 
-impl Default for Parameters {
+impl Default for DetailedSingleTrackParameters {
     fn default() -> Self {
         Self {
-            body: Body::default(),
-            aero: Aero::default(),
+            body: VehicleBody::default(),
+            aero: Aerodynamics::default(),
             front_drive: 0.0,
             brakes: Brakes::default(),
-            rims: Rims::default(),
-            lock: Lock::default(),
+            rims: RimParameters::default(),
+            lock: DifferentialLock::default(),
             track_r: 1.5,
-            steering: Actuator::default(),
-            options: Options::default(),
+            steering: SteeringActuator::default(),
+            options: WheelDynamicsOptions::default(),
         }
     }
 }

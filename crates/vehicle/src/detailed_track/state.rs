@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
-use crate::dual_track::{PerAxle, Wheel};
-use crate::road::Road;
+use crate::dual_track::{PerAxle, WheelState};
+use crate::road::RoadConditions;
 use crate::single_track;
 
 /// Number of states.
@@ -15,11 +15,11 @@ pub const STATES: usize = 17;
 
 /// State of the car, or the time derivative of one. The default stands still.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct State<T = f64> {
+pub struct DetailedSingleTrackState<T = f64> {
     /// Position and velocities in the plane of the road.
-    pub planar: single_track::State<T>,
+    pub planar: single_track::PlanarState<T>,
     /// The two wheels of each axle as one.
-    pub axles: PerAxle<Wheel<T>>,
+    pub axles: PerAxle<WheelState<T>>,
     /// Angle of the steering behind its actuator [rad].
     pub delta: T,
     /// Sum of the longitudinal forces that has moved load between the axles [N].
@@ -28,11 +28,11 @@ pub struct State<T = f64> {
     pub F_yf: T,
 }
 
-impl<T: Number> From<SVector<T, STATES>> for State<T> {
+impl<T: Number> From<SVector<T, STATES>> for DetailedSingleTrackState<T> {
     #[inline]
     fn from(x: SVector<T, STATES>) -> Self {
         let axle =
-            |i: usize| Wheel { omega: x[i], kappa: x[i + 1], tan_alpha: x[i + 2], brake: x[i + 3] };
+            |i: usize| WheelState { omega: x[i], kappa: x[i + 1], tan_alpha: x[i + 2], brake: x[i + 3] };
         Self {
             planar: x.fixed_rows::<6>(0).into_owned().into(),
             axles: [axle(6), axle(10)],
@@ -43,13 +43,13 @@ impl<T: Number> From<SVector<T, STATES>> for State<T> {
     }
 }
 
-impl<T: Number> From<State<T>> for SVector<T, STATES> {
+impl<T: Number> From<DetailedSingleTrackState<T>> for SVector<T, STATES> {
     #[inline]
-    fn from(s: State<T>) -> Self {
+    fn from(s: DetailedSingleTrackState<T>) -> Self {
         let mut x: SVector<T, STATES> = SVector::from_element(T::zero());
         x.fixed_rows_mut::<6>(0).copy_from(&SVector::from(s.planar));
         for (i, axle) in s.axles.iter().enumerate() {
-            let Wheel { omega, kappa, tan_alpha, brake } = *axle;
+            let WheelState { omega, kappa, tan_alpha, brake } = *axle;
             x.as_mut_slice()[6 + 4 * i..][..4].copy_from_slice(&[omega, kappa, tan_alpha, brake]);
         }
         x.as_mut_slice()[14..].copy_from_slice(&[s.delta, s.F_x, s.F_yf]);
@@ -57,20 +57,20 @@ impl<T: Number> From<State<T>> for SVector<T, STATES> {
     }
 }
 
-impl State {
+impl DetailedSingleTrackState {
     /// The same state as constants of another number type.
-    pub fn lift<T: Number>(&self) -> State<T> {
+    pub fn cast<T: Number>(&self) -> DetailedSingleTrackState<T> {
         SVector::<f64, STATES>::from(*self).map(T::from).into()
     }
 }
 
 /// What the driver and the road do to the car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Input<T = f64> {
+pub struct DetailedSingleTrackInput<T = f64> {
     /// Demanded sum of the longitudinal tire forces [N]; it brakes when negative.
     pub F_x: T,
     /// Demanded steering angle of the front wheels [rad].
     pub delta: T,
     /// The road.
-    pub road: Road<T>,
+    pub road: RoadConditions<T>,
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tire::Number;
 
 use super::PerAxle;
-use crate::table::Curve;
+use crate::table::PiecewiseLinearCurve;
 
 /// Shortest time in which a brake's torque changes its sign at speed [s].
 pub(crate) const REVERSAL: f64 = 1e-3;
@@ -20,7 +20,7 @@ pub struct Brakes {
     pub torque_max: f64,
     /// Torque of both brakes of each axle [N m] over the pedal [0 to 1], which goes before the share; without it, the torque
     /// that the demanded force needs.
-    pub map: Option<PerAxle<Curve>>,
+    pub map: Option<PerAxle<PiecewiseLinearCurve>>,
     /// Demanded force [N], without its sign, at which the pedal is down, for a map.
     pub force_max: f64,
     /// Angle that a wheel turns at rest until its brake holds with all its torque [rad].
@@ -36,19 +36,18 @@ impl Default for Brakes {
 impl Brakes {
     /// How far the pedal is down [0 to 1] for a demanded force [N].
     #[inline]
-    pub(super) fn pedal<T: Number>(&self, F_x: T) -> T {
-        if F_x < 0.0 { pedal(-F_x, self.force_max) } else { T::zero() }
+    pub(super) fn pedal_position<T: Number>(&self, F_x: T) -> T {
+        if F_x < 0.0 { pedal_position(-F_x, self.force_max) } else { T::zero() }
     }
 
     /// Torque that the brake of a wheel of each axle can hold [N m], for a demanded force [N].
     #[inline]
-    pub(crate) fn capacity<T: Number>(&self, F_x: T, radius: PerAxle<f64>) -> PerAxle<T> {
+    pub(crate) fn brake_torque_capacity<T: Number>(&self, F_x: T, radius: PerAxle<f64>) -> PerAxle<T> {
         if let Some(map) = &self.map {
-            let pedal = self.pedal(F_x);
-            let torques = map.each_ref().map(|axle| axle.at(pedal));
+            let pedal = self.pedal_position(F_x);
+            let torques = map.each_ref().map(|axle| axle.interpolate(pedal));
             let total = torques[0] + torques[1];
-            let most =
-                if total > self.torque_max { T::from(self.torque_max) / total } else { T::one() };
+            let most = if total > self.torque_max { T::from(self.torque_max) / total } else { T::one() };
             return torques.map(|torque| torque * most * 0.5);
         }
         let demand = if F_x < 0.0 { -F_x } else { T::zero() };
@@ -65,7 +64,7 @@ impl Brakes {
     /// holds the wheel when it stands: nothing creeps. The angle θ grows with speed, so that b needs at least the time
     /// [`REVERSAL`]. A part in proportion to b' damps the swinging of a wheel that is held.
     #[inline]
-    pub(crate) fn torque<T: Number>(&self, capacity: T, omega: T, share: T) -> (T, T) {
+    pub(crate) fn brake_torque_and_rate<T: Number>(&self, capacity: T, omega: T, share: T) -> (T, T) {
         let speed = omega.abs();
         let at_speed = speed * REVERSAL;
         let angle = if at_speed > self.windup { at_speed } else { self.windup.into() };
@@ -97,7 +96,7 @@ impl Brakes {
 
 /// How far a pedal is down [0 to 1] for a demand, which is `most` when it is down.
 #[inline]
-pub(super) fn pedal<T: Number>(demand: T, most: f64) -> T {
+pub(super) fn pedal_position<T: Number>(demand: T, most: f64) -> T {
     let share = demand / most;
     if share > 1.0 { T::one() } else { share }
 }

@@ -6,8 +6,8 @@ use tire::{Number, TireSet};
 
 use super::brakes::REVERSAL;
 use super::wheels::{BUILD_UP, TireDynamics};
-use super::{DualTrack, Input, Parameters, PerAxle, STATES, State};
-use crate::integrate::{rk4_steps, substeps};
+use super::{DualTrack, DualTrackInput, DualTrackParameters, DualTrackState, PerAxle, STATES};
+use crate::integrate::{rk4_steps, substep_count_and_length};
 
 /// How far the method goes on the negative real axis with some distance to its limit, 2.78.
 const REACH: f64 = 2.5;
@@ -16,7 +16,7 @@ const REACH: f64 = 2.5;
 ///
 /// Spin and slip are fastest either at speed, where slip builds up in no less than [`BUILD_UP`], or at rest, where the
 /// wheel swings on its tire and its brake.
-pub(super) fn fastest_pole(p: &Parameters, tires: &PerAxle<TireDynamics>) -> f64 {
+pub(super) fn fastest_pole(p: &DualTrackParameters, tires: &PerAxle<TireDynamics>) -> f64 {
     let spin = tires.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
     let locks = p.drive.locks.iter().map(|lock| {
         let most = (lock.drive.max(lock.coast) * p.drive.torque_max).max(lock.preload);
@@ -41,17 +41,17 @@ impl<S> DualTrack<S> {
     /// `step` must not be negative and `max_substep` must be positive.
     pub fn advance<T: Number>(
         &self,
-        state: &State<T>,
-        input: &Input<T>,
+        state: &DualTrackState<T>,
+        input: &DualTrackInput<T>,
         step: f64,
         max_substep: f64,
-    ) -> State<T>
+    ) -> DualTrackState<T>
     where
         S: TireSet<T>,
     {
-        let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
+        let (n, h) = substep_count_and_length(step, max_substep.min(self.longest_substep()));
         let rates =
-            |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
+            |x: &SVector<T, STATES>| self.evaluate(&DualTrackState::from(*x), input).derivative.into();
         rk4_steps((*state).into(), n, h, rates).into()
     }
 }

@@ -5,29 +5,29 @@ use serde::{Deserialize, Serialize};
 
 use super::aero::AeroMap;
 use super::brakes::Brakes;
-use super::driveline::Drive;
-use super::rims::Rims;
-use super::steering::Steering;
+use super::driveline::Drivetrain;
+use super::rims::RimParameters;
+use super::steering::SteeringGeometry;
 use super::suspension::Suspension;
-use crate::body::{Body, G};
+use crate::body::{G, VehicleBody};
 
 /// Everything about a car but its tires. The default is the demo car.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
+pub struct DualTrackParameters {
     /// Masses and lengths.
-    pub body: Body,
+    pub body: VehicleBody,
     /// Springs, dampers and links.
     pub suspension: Suspension,
     /// Angles of the wheels.
-    pub steering: Steering,
+    pub steering: SteeringGeometry,
     /// Drag and downforce.
     pub aero: AeroMap,
     /// Engine and driveline.
-    pub drive: Drive,
+    pub drive: Drivetrain,
     /// Brakes.
     pub brakes: Brakes,
     /// Wheels without their tires.
-    pub rims: Rims,
+    pub rims: RimParameters,
 }
 
 /// A parameter that describes no car, alone or together with others.
@@ -43,7 +43,7 @@ pub struct BadParameter {
 }
 
 /// What a parameter has to be.
-pub(crate) enum Bound {
+pub(crate) enum ParameterBound {
     Positive,
     NotNegative,
     Share,
@@ -51,8 +51,8 @@ pub(crate) enum Bound {
     Within(f64),
 }
 
-impl Bound {
-    pub fn holds(&self, value: f64) -> bool {
+impl ParameterBound {
+    pub fn is_met_by(&self, value: f64) -> bool {
         value.is_finite()
             && match self {
                 Self::Positive => value > 0.0,
@@ -63,7 +63,7 @@ impl Bound {
             }
     }
 
-    pub fn text(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
             Self::Positive => "a number above 0".to_owned(),
             Self::NotNegative => "a number of at least 0".to_owned(),
@@ -74,7 +74,7 @@ impl Bound {
     }
 }
 
-impl Parameters {
+impl DualTrackParameters {
     /// Asserts that they describe a car that stands on its wheels and can be integrated.
     ///
     /// # Errors
@@ -82,15 +82,15 @@ impl Parameters {
     pub fn check(&self) -> Result<(), BadParameter> {
         let bounds = self.body_bounds().into_iter().chain(self.wheel_bounds());
         for (name, value, bound) in bounds {
-            expect(name, value, bound.holds(value), || bound.text())?;
+            check_parameter(name, value, bound.is_met_by(value), || bound.describe())?;
         }
         self.check_tables()?;
-        self.check_together()
+        self.check_static_stability()
     }
 
-    fn body_bounds(&self) -> Vec<(&'static str, f64, Bound)> {
-        use Bound::{AtLeast, NotNegative, Positive, Within};
-        let Body { m, I_zz, l_f, l_r, h } = self.body;
+    fn body_bounds(&self) -> Vec<(&'static str, f64, ParameterBound)> {
+        use ParameterBound::{AtLeast, NotNegative, Positive, Within};
+        let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
         let s = &self.suspension;
         let air = &self.aero.constant;
         vec![
@@ -125,8 +125,8 @@ impl Parameters {
         ]
     }
 
-    fn wheel_bounds(&self) -> Vec<(&'static str, f64, Bound)> {
-        use Bound::{AtLeast, NotNegative, Positive, Share, Within};
+    fn wheel_bounds(&self) -> Vec<(&'static str, f64, ParameterBound)> {
+        use ParameterBound::{AtLeast, NotNegative, Positive, Share, Within};
         let (steer, drive, brake, rims) = (&self.steering, &self.drive, &self.brakes, &self.rims);
         let [front, rear] = &drive.locks;
         vec![
@@ -156,33 +156,24 @@ impl Parameters {
     }
 
     /// A car falls over at rest when its springs hold it less than its weight tips it.
-    fn check_together(&self) -> Result<(), BadParameter> {
-        let Body { m, l_f, l_r, h, .. } = self.body;
+    fn check_static_stability(&self) -> Result<(), BadParameter> {
+        let VehicleBody { m, l_f, l_r, h, .. } = self.body;
         let s = &self.suspension;
         let axis = (l_r * s.roll_centre[0] + l_f * s.roll_centre[1]) / (l_f + l_r);
         let roll = s.roll_stiffness[0] + s.roll_stiffness[1];
         let tipping = m * G * (h - axis);
-        expect("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
-            format!(
-                "above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis"
-            )
+        check_parameter("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
+            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis")
         })?;
         let pitch = s.pitch_stiffness(&self.body);
         let tipping = m * G * (h - s.pitch_centre);
-        expect(
-            "2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)",
-            pitch,
-            pitch > tipping,
-            || {
-                format!(
-                    "above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre"
-                )
-            },
-        )
+        check_parameter("2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)", pitch, pitch > tipping, || {
+            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre")
+        })
     }
 }
 
-pub(crate) fn expect(
+pub(crate) fn check_parameter(
     name: &'static str,
     value: f64,
     holds: bool,

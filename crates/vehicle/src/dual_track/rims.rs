@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What wheels add to their tires.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rims {
+pub struct RimParameters {
     /// Moment of inertia of a wheel about its axis [kg m²].
     pub I_yy: f64,
     /// Shortest relaxation length [m], also for tires that have none.
@@ -14,7 +14,7 @@ pub struct Rims {
     pub radius: f64,
 }
 
-impl Default for Rims {
+impl Default for RimParameters {
     fn default() -> Self {
         Self { I_yy: 1.0, relaxation_min: 0.05, radius: 0.3 }
     }

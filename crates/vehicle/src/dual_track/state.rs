@@ -14,7 +14,7 @@ pub const STATES: usize = 31;
 
 /// How the body stands on its springs, relative to rest on a level road; or the rates of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Attitude<T = f64> {
+pub struct HeaveRollPitch<T = f64> {
     /// Heave [m], upwards.
     pub z: T,
     /// Roll angle [rad]: positive while the left side is up, as in a left turn.
@@ -25,7 +25,7 @@ pub struct Attitude<T = f64> {
 
 /// Forces that the links of the suspension pass on to the wheels as loads [N], with a short lag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Transfer<T = f64> {
+pub struct LoadTransferForces<T = f64> {
     /// Sum of the longitudinal tire forces.
     pub F_x: T,
     /// Lateral force of the front axle.
@@ -36,7 +36,7 @@ pub struct Transfer<T = f64> {
 
 /// State of one wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Wheel<T = f64> {
+pub struct WheelState<T = f64> {
     /// Angular velocity [rad/s], positive when it rolls forward.
     pub omega: T,
     /// Longitudinal slip that has built up in the tire [-].
@@ -49,63 +49,63 @@ pub struct Wheel<T = f64> {
 
 /// State of the dual-track car, or the time derivative of one. The default stands still.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct State<T = f64> {
+pub struct DualTrackState<T = f64> {
     /// Position and velocities in the plane of the road.
-    pub planar: single_track::State<T>,
+    pub planar: single_track::PlanarState<T>,
     /// How the body stands on its springs.
-    pub attitude: Attitude<T>,
+    pub attitude: HeaveRollPitch<T>,
     /// Rates of the attitude [m/s, rad/s]; they stay 0 without roll and pitch dynamics.
-    pub rates: Attitude<T>,
+    pub rates: HeaveRollPitch<T>,
     /// Forces that the links pass on.
-    pub transfer: Transfer<T>,
+    pub transfer: LoadTransferForces<T>,
     /// The wheels.
-    pub wheels: PerWheel<Wheel<T>>,
+    pub wheels: PerWheel<WheelState<T>>,
 }
 
-impl<T: Number> From<SVector<T, STATES>> for State<T> {
+impl<T: Number> From<SVector<T, STATES>> for DualTrackState<T> {
     #[inline]
     fn from(x: SVector<T, STATES>) -> Self {
-        let attitude = |i: usize| Attitude { z: x[i], phi: x[i + 1], theta: x[i + 2] };
+        let attitude = |i: usize| HeaveRollPitch { z: x[i], phi: x[i + 1], theta: x[i + 2] };
         let wheel = |i: usize| {
             let i = 15 + 4 * i;
-            Wheel { omega: x[i], kappa: x[i + 1], tan_alpha: x[i + 2], brake: x[i + 3] }
+            WheelState { omega: x[i], kappa: x[i + 1], tan_alpha: x[i + 2], brake: x[i + 3] }
         };
         Self {
             planar: x.fixed_rows::<6>(0).into_owned().into(),
             attitude: attitude(6),
             rates: attitude(9),
-            transfer: Transfer { F_x: x[12], F_yf: x[13], F_yr: x[14] },
+            transfer: LoadTransferForces { F_x: x[12], F_yf: x[13], F_yr: x[14] },
             wheels: std::array::from_fn(wheel),
         }
     }
 }
 
-impl<T: Number> From<State<T>> for SVector<T, STATES> {
+impl<T: Number> From<DualTrackState<T>> for SVector<T, STATES> {
     #[inline]
-    fn from(s: State<T>) -> Self {
+    fn from(s: DualTrackState<T>) -> Self {
         let (q, p, t) = (s.attitude, s.rates, s.transfer);
         let mut x: SVector<T, STATES> = SVector::from_element(T::zero());
         x.fixed_rows_mut::<6>(0).copy_from(&SVector::from(s.planar));
         let body = [q.z, q.phi, q.theta, p.z, p.phi, p.theta, t.F_x, t.F_yf, t.F_yr];
         x.as_mut_slice()[6..15].copy_from_slice(&body);
         for (i, wheel) in s.wheels.iter().enumerate() {
-            let Wheel { omega, kappa, tan_alpha, brake } = *wheel;
+            let WheelState { omega, kappa, tan_alpha, brake } = *wheel;
             x.as_mut_slice()[15 + 4 * i..][..4].copy_from_slice(&[omega, kappa, tan_alpha, brake]);
         }
         x
     }
 }
 
-impl State {
+impl DualTrackState {
     /// The same state as constants of another number type.
-    pub fn lift<T: Number>(&self) -> State<T> {
+    pub fn cast<T: Number>(&self) -> DualTrackState<T> {
         SVector::<f64, STATES>::from(*self).map(T::from).into()
     }
 }
 
 /// What the driver and the road do to the car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Input<T = f64> {
+pub struct DualTrackInput<T = f64> {
     /// Demanded sum of the longitudinal tire forces [N]; it brakes when negative.
     pub F_x: T,
     /// Mean angle of the front wheels [rad], positive to the left.
@@ -118,7 +118,7 @@ pub struct Input<T = f64> {
     pub bank: T,
 }
 
-impl<T: Number> Default for Input<T> {
+impl<T: Number> Default for DualTrackInput<T> {
     fn default() -> Self {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         Self { F_x: zero, delta: zero, mu: [one; 4], grade: zero, bank: zero }

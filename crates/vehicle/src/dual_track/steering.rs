@@ -5,32 +5,32 @@ use serde::{Deserialize, Serialize};
 use tire::Number;
 
 use super::{FRONT, PerAxle, PerWheel, axle_of, side_of};
-use crate::table::Curve;
+use crate::table::PiecewiseLinearCurve;
 
 /// Angles of the wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Steering {
+pub struct SteeringGeometry {
     /// Share of Ackermann's geometry [-]: 0 turns both front wheels alike, with 1 their axes meet on the rear axle's.
     pub ackermann: f64,
     /// Steering angle that the front axle loses for a lateral force on it [rad/N].
     pub compliance: f64,
     /// Toe-in of each wheel of an axle [rad] over its travel [m]: positive turns its front towards the car.
-    pub toe: PerAxle<Curve>,
+    pub toe: PerAxle<PiecewiseLinearCurve>,
     /// Camber of each wheel of an axle [rad], relative to the body, over its travel [m]: positive leans its top outwards.
-    pub camber: PerAxle<Curve>,
+    pub camber: PerAxle<PiecewiseLinearCurve>,
 }
 
-impl Default for Steering {
+impl Default for SteeringGeometry {
     fn default() -> Self {
-        let zero = || [Curve::from(0.0), Curve::from(0.0)];
+        let zero = || [PiecewiseLinearCurve::from(0.0), PiecewiseLinearCurve::from(0.0)];
         Self { ackermann: 0.0, compliance: 0.0, toe: zero(), camber: zero() }
     }
 }
 
 /// Sine and cosine of the angle of a wheel to the body's x axis.
-pub(crate) type Turn<T> = (T, T);
+pub(crate) type AngleSinCos<T> = (T, T);
 
-impl Steering {
+impl SteeringGeometry {
     /// Steering angles of the left and the right front wheel [rad] for their mean angle: with the turn's centre on
     /// the rear axle's line, tan δ_l = tan δ / (1 − tan δ t / 2L).
     #[inline]
@@ -46,15 +46,15 @@ impl Steering {
 
     /// How each wheel is turned against the body.
     #[inline]
-    pub(super) fn turns<T: Number>(
+    pub(super) fn wheel_angle_sin_cos<T: Number>(
         &self,
         angles: [T; 2],
         travel: &PerWheel<T>,
-    ) -> PerWheel<Turn<T>> {
-        let straight = self.toe.each_ref().map(|toe| toe.constant() == Some(0.0));
+    ) -> PerWheel<AngleSinCos<T>> {
+        let straight = self.toe.each_ref().map(|toe| toe.constant_value() == Some(0.0));
         let turn = |i: usize| {
             let axle = axle_of(i);
-            let toe = self.toe[axle].at(travel[i]) * -side_of(i);
+            let toe = self.toe[axle].interpolate(travel[i]) * -side_of(i);
             if axle == FRONT { (angles[i] + toe).sin_cos() } else { toe.sin_cos() }
         };
         let left = turn(0);
@@ -65,7 +65,7 @@ impl Steering {
 
     /// Inclination of each wheel to the road [rad], positive to the right: it leans with the body, and outwards by its camber.
     #[inline]
-    pub(super) fn inclinations<T: Number>(&self, phi: T, travel: &PerWheel<T>) -> PerWheel<T> {
-        std::array::from_fn(|i| phi - self.camber[axle_of(i)].at(travel[i]) * side_of(i))
+    pub(super) fn wheel_inclinations<T: Number>(&self, phi: T, travel: &PerWheel<T>) -> PerWheel<T> {
+        std::array::from_fn(|i| phi - self.camber[axle_of(i)].interpolate(travel[i]) * side_of(i))
     }
 }

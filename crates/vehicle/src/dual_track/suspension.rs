@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
-use super::state::{Attitude, State};
+use super::state::{DualTrackState, HeaveRollPitch};
 use super::{FRONT, PerAxle, PerWheel, REAR, SIDES, axle_of, side_of};
-use crate::body::Body;
+use crate::body::VehicleBody;
 
 /// Roll and pitch angle [rad] from which on a stop holds the body, with the stiffness of all springs: a car that
 /// tips over is outside of the model, but its state stays finite.
@@ -76,37 +76,41 @@ pub(crate) struct SprungMassForces<T> {
 }
 
 /// Distances of the axles from the centre of gravity [m], positive forward.
-pub(crate) fn axle_positions(body: &Body) -> PerAxle<f64> {
+pub(crate) fn axle_positions(body: &VehicleBody) -> PerAxle<f64> {
     [body.l_f, -body.l_r]
 }
 
 impl Suspension {
     /// Compression of the springs of an axle [m], the mean of its wheels, by heave and pitch; or its rate.
     #[inline]
-    pub(crate) fn compression<T: Number>(body: &Body, axle: usize, q: &Attitude<T>) -> T {
+    pub(crate) fn spring_compression<T: Number>(body: &VehicleBody, axle: usize, q: &HeaveRollPitch<T>) -> T {
         q.theta * axle_positions(body)[axle] - q.z
     }
 
     /// Way of each wheel towards the body [m].
     #[inline]
-    pub(crate) fn travel<T: Number>(&self, body: &Body, q: &Attitude<T>) -> PerWheel<T> {
+    pub(crate) fn wheel_travel<T: Number>(&self, body: &VehicleBody, q: &HeaveRollPitch<T>) -> PerWheel<T> {
         std::array::from_fn(|i| {
             let axle = axle_of(i);
-            Self::compression(body, axle, q) - q.phi * (0.5 * side_of(i) * self.track[axle])
+            Self::spring_compression(body, axle, q) - q.phi * (0.5 * side_of(i) * self.track[axle])
         })
     }
 
     /// Loads of the wheels [N]: weight at rest, springs, dampers, and what the links pass on. A wheel in the air has none.
     #[inline]
-    pub(crate) fn loads<T: Number>(&self, body: &Body, state: &State<T>) -> PerWheel<T> {
+    pub(crate) fn wheel_loads<T: Number>(
+        &self,
+        body: &VehicleBody,
+        state: &DualTrackState<T>,
+    ) -> PerWheel<T> {
         let (q, rate) = (&state.attitude, &state.rates);
         let rest = body.static_loads();
         let F_y = [state.transfer.F_yf, state.transfer.F_yr];
         let along = state.transfer.F_x * (0.5 * self.pitch_centre / body.wheelbase());
         let mut loads = [T::zero(); 4];
         for axle in [FRONT, REAR] {
-            let mean = Self::compression(body, axle, q) * self.ride_stiffness[axle]
-                + Self::compression(body, axle, rate) * self.ride_damping[axle]
+            let mean = Self::spring_compression(body, axle, q) * self.ride_stiffness[axle]
+                + Self::spring_compression(body, axle, rate) * self.ride_damping[axle]
                 + 0.5 * rest[axle]
                 + if axle == FRONT { -along } else { along };
             let moment = q.phi * self.roll_stiffness[axle]
@@ -125,7 +129,11 @@ impl Suspension {
     ///
     /// The links turn the wheels about roll centre and pitch centre, and velocities are those of the centre of gravity.
     #[inline]
-    pub(crate) fn swing<T: Number>(&self, body: &Body, rate: &Attitude<T>) -> (T, PerAxle<T>) {
+    pub(crate) fn roll_pitch_contact_speeds<T: Number>(
+        &self,
+        body: &VehicleBody,
+        rate: &HeaveRollPitch<T>,
+    ) -> (T, PerAxle<T>) {
         let sideways = |axle: usize| rate.phi * (body.h - self.roll_centre[axle]);
         (-rate.theta * (body.h - self.pitch_centre), [sideways(FRONT), sideways(REAR)])
     }
@@ -135,13 +143,13 @@ impl Suspension {
     /// m z'' = Σ F_z − W − D, I_xx φ'' = h F_y + Σ y F_z + M_x + W (h − h_ra) φ,
     /// I_yy θ'' = −h F_x − Σ x F_z + l_f D_f − l_r D_r + W (h − h_pc) θ.
     #[inline]
-    pub(crate) fn rates<T: Number>(
+    pub(crate) fn attitude_rates<T: Number>(
         &self,
-        body: &Body,
-        state: &State<T>,
+        body: &VehicleBody,
+        state: &DualTrackState<T>,
         on: &SprungMassForces<T>,
-    ) -> (Attitude<T>, Attitude<T>) {
-        let Body { m, l_f, l_r, h, .. } = *body;
+    ) -> (HeaveRollPitch<T>, HeaveRollPitch<T>) {
+        let VehicleBody { m, l_f, l_r, h, .. } = *body;
         let q = &state.attitude;
         let F_z = &on.F_z;
         let axle = [F_z[0] + F_z[1], F_z[2] + F_z[3]];
@@ -153,29 +161,29 @@ impl Suspension {
             + on.weight * (h - roll_axis) * q.phi
             + (F_z[0] - F_z[1]) * (0.5 * self.track[0])
             + (F_z[2] - F_z[3]) * (0.5 * self.track[1])
-            - beyond(q.phi) * self.stiffness().phi;
+            - angle_beyond_stops(q.phi) * self.heave_roll_stiffness().phi;
         let pitch = -on.F_x * h - (axle[0] - D_f) * l_f
             + (axle[1] - D_r) * l_r
             + on.weight * (h - self.pitch_centre) * q.theta
-            - beyond(q.theta) * self.pitch_stiffness(body);
+            - angle_beyond_stops(q.theta) * self.pitch_stiffness(body);
         if self.dynamic {
             let accelerations =
-                Attitude { z: lift / m, phi: roll / self.I_xx, theta: pitch / self.I_yy };
+                HeaveRollPitch { z: lift / m, phi: roll / self.I_xx, theta: pitch / self.I_yy };
             return (state.rates, accelerations);
         }
-        let K = self.stiffness();
+        let K = self.heave_roll_stiffness();
         let towards = |push: T, stiffness: f64| push / (stiffness * self.lag);
-        let rates = Attitude {
+        let rates = HeaveRollPitch {
             z: towards(lift, K.z),
             phi: towards(roll, K.phi),
             theta: towards(pitch, self.pitch_stiffness(body)),
         };
-        (rates, Attitude { z: T::zero(), phi: T::zero(), theta: T::zero() })
+        (rates, HeaveRollPitch { z: T::zero(), phi: T::zero(), theta: T::zero() })
     }
 
     /// Stiffness of heave [N/m] and roll [N m/rad].
-    fn stiffness(&self) -> Attitude {
-        Attitude {
+    fn heave_roll_stiffness(&self) -> HeaveRollPitch {
+        HeaveRollPitch {
             z: 2.0 * (self.ride_stiffness[0] + self.ride_stiffness[1]),
             phi: self.roll_stiffness[0] + self.roll_stiffness[1],
             theta: 0.0,
@@ -183,17 +191,17 @@ impl Suspension {
     }
 
     /// Pitch stiffness of the springs [N m/rad].
-    pub(crate) fn pitch_stiffness(&self, body: &Body) -> f64 {
+    pub(crate) fn pitch_stiffness(&self, body: &VehicleBody) -> f64 {
         let [k_f, k_r] = self.ride_stiffness;
         2.0 * (k_f * body.l_f * body.l_f + k_r * body.l_r * body.l_r)
     }
 
     /// Upper bound of the poles of the body on its springs and dampers [1/s].
-    pub(crate) fn fastest_pole(&self, body: &Body) -> f64 {
+    pub(crate) fn fastest_pole(&self, body: &VehicleBody) -> f64 {
         if !self.dynamic {
             return 4.0 / self.lag;
         }
-        let K = self.stiffness();
+        let K = self.heave_roll_stiffness();
         let [c_f, c_r] = self.ride_damping;
         let C_theta = 2.0 * (c_f * body.l_f * body.l_f + c_r * body.l_r * body.l_r);
         let C_phi = self.roll_damping[0] + self.roll_damping[1];
@@ -207,7 +215,7 @@ impl Suspension {
 
 /// How far an angle is beyond the stops.
 #[inline]
-fn beyond<T: Number>(angle: T) -> T {
+fn angle_beyond_stops<T: Number>(angle: T) -> T {
     if angle > STOP {
         angle - STOP
     } else if angle < -STOP {

@@ -7,25 +7,26 @@ use tire::{Coefficients, MagicFormula, MfSet, MfTire};
 
 use super::*;
 use crate::body::G;
-use crate::{Aero, State as Planar};
+use crate::{Aerodynamics, PlanarState as Planar};
 
 mod maps;
 
 type Road = DualTrack<MfSet>;
 
 /// The sports car of the scenarios, without air.
-fn parameters() -> Parameters {
-    let body = Body { m: 1400.0, I_zz: 2200.0, l_f: 1.3, l_r: 1.25, h: 0.5 };
+fn parameters() -> DualTrackParameters {
+    let body = VehicleBody { m: 1400.0, I_zz: 2200.0, l_f: 1.3, l_r: 1.25, h: 0.5 };
     let suspension = Suspension { I_xx: 450.0, I_yy: 1900.0, ..Suspension::default() };
-    let aero = AeroMap { constant: Aero { C_d: 0.0, ..Aero::default() }, ..AeroMap::default() };
-    Parameters { body, suspension, aero, ..Parameters::default() }
+    let aero =
+        AeroMap { constant: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() }, ..AeroMap::default() };
+    DualTrackParameters { body, suspension, aero, ..DualTrackParameters::default() }
 }
 
 fn tire() -> MfTire {
     MfTire::new(Coefficients::sports_tire()).expect("a tire")
 }
 
-fn car_of(parameters: Parameters) -> Road {
+fn car_of(parameters: DualTrackParameters) -> Road {
     DualTrack::new(parameters, MfSet::from([tire(), tire()])).expect("a car")
 }
 
@@ -34,25 +35,19 @@ fn car() -> Road {
 }
 
 /// The state after a time with the input held.
-fn after(car: &Road, start: State, input: Input, time: f64) -> State {
-    (0..(time * 100.0).round() as usize)
-        .fold(start, |state, _| car.advance(&state, &input, 0.01, 2e-3))
+fn after(car: &Road, start: DualTrackState, input: DualTrackInput, time: f64) -> DualTrackState {
+    (0..(time * 100.0).round() as usize).fold(start, |state, _| car.advance(&state, &input, 0.01, 2e-3))
 }
 
 /// The state and the input of the same drive, seen in a mirror.
-fn mirrored(s: State, input: Input) -> (State, Input) {
+fn mirrored(s: DualTrackState, input: DualTrackInput) -> (DualTrackState, DualTrackInput) {
     let swap =
-        |w: [Wheel; 4]| [w[1], w[0], w[3], w[2]].map(|w| Wheel { tan_alpha: -w.tan_alpha, ..w });
-    let planar = Planar {
-        Y: -s.planar.Y,
-        psi: -s.planar.psi,
-        v_y: -s.planar.v_y,
-        r: -s.planar.r,
-        ..s.planar
-    };
-    let flip = |q: Attitude| Attitude { phi: -q.phi, ..q };
-    let transfer = Transfer { F_yf: -s.transfer.F_yf, F_yr: -s.transfer.F_yr, ..s.transfer };
-    let state = State {
+        |w: [WheelState; 4]| [w[1], w[0], w[3], w[2]].map(|w| WheelState { tan_alpha: -w.tan_alpha, ..w });
+    let planar =
+        Planar { Y: -s.planar.Y, psi: -s.planar.psi, v_y: -s.planar.v_y, r: -s.planar.r, ..s.planar };
+    let flip = |q: HeaveRollPitch| HeaveRollPitch { phi: -q.phi, ..q };
+    let transfer = LoadTransferForces { F_yf: -s.transfer.F_yf, F_yr: -s.transfer.F_yr, ..s.transfer };
+    let state = DualTrackState {
         planar,
         attitude: flip(s.attitude),
         rates: flip(s.rates),
@@ -60,17 +55,17 @@ fn mirrored(s: State, input: Input) -> (State, Input) {
         wheels: swap(s.wheels),
     };
     let [fl, fr, rl, rr] = input.mu;
-    (state, Input { delta: -input.delta, bank: -input.bank, mu: [fr, fl, rr, rl], ..input })
+    (state, DualTrackInput { delta: -input.delta, bank: -input.bank, mu: [fr, fl, rr, rl], ..input })
 }
 
-fn is_finite(state: &State) -> bool {
+fn is_finite(state: &DualTrackState) -> bool {
     SVector::<f64, STATES>::from(*state).iter().all(|it| it.is_finite())
 }
 
 #[test]
 fn at_rest_the_wheels_carry_the_weight_by_the_lever_law() {
     let car = car();
-    let motion = car.evaluate(&State::default(), &Input::default());
+    let motion = car.evaluate(&DualTrackState::default(), &DualTrackInput::default());
     let [front, rear] = car.parameters().body.static_loads();
     for (i, load) in [front, front, rear, rear].into_iter().enumerate() {
         assert_relative_eq!(motion.wheels[i].F_z, 0.5 * load, max_relative = 1e-12);
@@ -82,11 +77,11 @@ fn at_rest_the_wheels_carry_the_weight_by_the_lever_law() {
 #[test]
 fn a_steady_turn_moves_load_as_roll_stiffness_and_roll_centres_say() {
     let car = car();
-    let input = Input { delta: 0.03, F_x: 150.0, ..Input::default() };
-    let end = after(&car, car.rolling(20.0), input, 6.0);
+    let input = DualTrackInput { delta: 0.03, F_x: 150.0, ..DualTrackInput::default() };
+    let end = after(&car, car.straight_rolling_state(20.0), input, 6.0);
     let motion = car.evaluate(&end, &input);
     let p = car.parameters();
-    let (s, Body { m, h, l_f, l_r, .. }) = (&p.suspension, p.body);
+    let (s, VehicleBody { m, h, l_f, l_r, .. }) = (&p.suspension, p.body);
     assert!(motion.a_y > 4.0, "{}", motion.a_y);
     let total: f64 = motion.wheels.iter().map(|wheel| wheel.F_z).sum();
     assert_relative_eq!(total, m * G, max_relative = 1e-4);
@@ -112,13 +107,17 @@ fn a_gentle_circle_has_the_understeer_gradient_of_linear_theory() {
     stiff.suspension.dynamic = false;
     let car = car_of(stiff);
     let (v, delta) = (25.0, 2e-3);
-    let input = Input { delta, ..Input::default() };
-    let end = after(&car, car.rolling(v), input, 4.0);
-    let Body { m, l_f, l_r, .. } = car.parameters().body;
+    let input = DualTrackInput { delta, ..DualTrackInput::default() };
+    let end = after(&car, car.straight_rolling_state(v), input, 4.0);
+    let VehicleBody { m, l_f, l_r, .. } = car.parameters().body;
     let loads = car.parameters().body.static_loads();
     let linear = |axle: usize| {
-        let slip = tire::Slip { F_z: 0.5 * loads[axle], v_x: v, ..tire::Slip::default() };
-        let details = tire().details(&slip).1;
+        let slip = tire::TireOperatingPoint {
+            F_z: 0.5 * loads[axle],
+            v_x: v,
+            ..tire::TireOperatingPoint::default()
+        };
+        let details = tire().forces_and_details(&slip).1;
         (-2.0 * details.K_ya, details.trail)
     };
     let [(C_f, t_f), (C_r, t_r)] = [linear(0), linear(1)];
@@ -132,25 +131,25 @@ fn a_gentle_circle_has_the_understeer_gradient_of_linear_theory() {
 #[test]
 fn straight_acceleration_lifts_the_nose_and_spins_wheels_that_get_too_much() {
     let car = car();
-    let gentle = Input { F_x: 3000.0, ..Input::default() };
-    let end = after(&car, car.rolling(15.0), gentle, 3.0);
+    let gentle = DualTrackInput { F_x: 3000.0, ..DualTrackInput::default() };
+    let end = after(&car, car.straight_rolling_state(15.0), gentle, 3.0);
     let motion = car.evaluate(&end, &gentle);
-    let Body { m, h, l_f, l_r, .. } = car.parameters().body;
+    let VehicleBody { m, h, l_f, l_r, .. } = car.parameters().body;
     let moved = m * motion.a_x * h / (l_f + l_r);
     let [front, _] = car.parameters().body.static_loads();
     assert_relative_eq!(motion.wheels[0].F_z, 0.5 * (front - moved), max_relative = 0.01);
     assert_relative_eq!(motion.a_x, 3000.0 / m, max_relative = 0.1);
-    let slippery = Input { F_x: 9000.0, mu: [0.2; 4], ..Input::default() };
-    let end = after(&car, car.rolling(5.0), slippery, 2.0);
-    assert!(end.wheels[2].omega * car.radius()[1] > end.planar.v_x + 5.0, "{end:?}");
+    let slippery = DualTrackInput { F_x: 9000.0, mu: [0.2; 4], ..DualTrackInput::default() };
+    let end = after(&car, car.straight_rolling_state(5.0), slippery, 2.0);
+    assert!(end.wheels[2].omega * car.effective_wheel_radii()[1] > end.planar.v_x + 5.0, "{end:?}");
     assert!(is_finite(&end));
 }
 
 #[test]
 fn braking_too_hard_locks_wheels_and_stops_the_car_for_good() {
     let car = car();
-    let input = Input { F_x: -20e3, ..Input::default() };
-    let locked = after(&car, car.rolling(30.0), input, 1.0);
+    let input = DualTrackInput { F_x: -20e3, ..DualTrackInput::default() };
+    let locked = after(&car, car.straight_rolling_state(30.0), input, 1.0);
     assert!(locked.wheels.iter().any(|wheel| wheel.omega.abs() < 0.5), "{locked:?}");
     let end = after(&car, locked, input, 6.0);
     assert!(end.planar.v_x.abs() < 1e-3 && end.planar.X < 75.0, "{end:?}");
@@ -161,13 +160,13 @@ fn braking_too_hard_locks_wheels_and_stops_the_car_for_good() {
 #[test]
 fn a_braked_car_stands_on_a_slope_and_an_unbraked_one_rolls_backwards() {
     let car = car();
-    let held = Input { F_x: -8000.0, grade: 0.12, ..Input::default() };
-    let settled = after(&car, State::default(), held, 3.0);
+    let held = DualTrackInput { F_x: -8000.0, grade: 0.12, ..DualTrackInput::default() };
+    let settled = after(&car, DualTrackState::default(), held, 3.0);
     let later = after(&car, settled, held, 10.0);
     assert!((later.planar.X - settled.planar.X).abs() < 1e-3, "it creeps");
     assert!(later.planar.v_x.abs() < 1e-5, "it shivers: {} m/s", later.planar.v_x);
-    let free = Input { grade: 0.12, ..Input::default() };
-    let rolled = after(&car, State::default(), free, 3.0);
+    let free = DualTrackInput { grade: 0.12, ..DualTrackInput::default() };
+    let rolled = after(&car, DualTrackState::default(), free, 3.0);
     let expected = -0.5 * G * 0.12_f64.sin() * 9.0;
     assert!((0.7..1.02).contains(&(rolled.planar.X / expected)), "{}", rolled.planar.X);
 }
@@ -176,37 +175,39 @@ fn a_braked_car_stands_on_a_slope_and_an_unbraked_one_rolls_backwards() {
 fn a_spinning_car_loses_energy_and_leaves_the_ground_without_nan() {
     let car = car();
     let p = car.parameters().clone();
-    let energy = |s: &State| {
+    let energy = |s: &DualTrackState| {
         let Planar { v_x, v_y, r, .. } = s.planar;
         let wheels: f64 = s.wheels.iter().map(|wheel| wheel.omega.powi(2)).sum();
         0.5 * (p.body.m * (v_x * v_x + v_y * v_y) + p.body.I_zz * r * r + p.rims.I_yy * wheels)
     };
-    let start = State {
+    let start = DualTrackState {
         planar: Planar { v_x: 20.0, v_y: -14.0, r: 3.0, ..Planar::default() },
-        ..car.rolling(20.0)
+        ..car.straight_rolling_state(20.0)
     };
     let mut state = start;
     let mut before = energy(&state);
     let mut lifted = false;
     for _ in 0..60 {
-        state = after(&car, state, Input::default(), 0.05);
+        state = after(&car, state, DualTrackInput::default(), 0.05);
         let now = energy(&state);
         // The body on its springs and the tires on theirs hold and return less than this.
         assert!(now < before + 1200.0 && is_finite(&state), "{now} J after {before} J");
         before = before.min(now);
-        lifted |= car.evaluate(&state, &Input::default()).wheels.iter().any(|it| it.F_z == 0.0);
+        lifted |= car.evaluate(&state, &DualTrackInput::default()).wheels.iter().any(|it| it.F_z == 0.0);
     }
     assert!(before < 0.5 * energy(&start));
-    let tall = Parameters { body: Body { h: 0.9, ..p.body }, ..p };
-    let tall = car_of(Parameters {
+    let tall = DualTrackParameters { body: VehicleBody { h: 0.9, ..p.body }, ..p };
+    let tall = car_of(DualTrackParameters {
         suspension: Suspension { roll_stiffness: [9e4, 8.5e4], ..tall.suspension },
         ..tall
     });
-    let mut state =
-        State { planar: Planar { v_x: 5.0, v_y: -18.0, ..Planar::default() }, ..tall.rolling(5.0) };
+    let mut state = DualTrackState {
+        planar: Planar { v_x: 5.0, v_y: -18.0, ..Planar::default() },
+        ..tall.straight_rolling_state(5.0)
+    };
     for _ in 0..100 {
-        state = after(&tall, state, Input::default(), 0.02);
-        lifted |= tall.evaluate(&state, &Input::default()).wheels.iter().any(|it| it.F_z == 0.0);
+        state = after(&tall, state, DualTrackInput::default(), 0.02);
+        lifted |= tall.evaluate(&state, &DualTrackInput::default()).wheels.iter().any(|it| it.F_z == 0.0);
         assert!(is_finite(&state));
     }
     assert!(lifted, "no wheel left the ground");
@@ -215,9 +216,9 @@ fn a_spinning_car_loses_energy_and_leaves_the_ground_without_nan() {
 #[test]
 fn the_error_falls_with_the_fourth_power_of_the_step() {
     let car = car();
-    let input = Input { F_x: 800.0, delta: 0.02, ..Input::default() };
-    let start = after(&car, car.rolling(25.0), input, 2.0);
-    let input = Input { delta: 0.025, ..input };
+    let input = DualTrackInput { F_x: 800.0, delta: 0.02, ..DualTrackInput::default() };
+    let start = after(&car, car.straight_rolling_state(25.0), input, 2.0);
+    let input = DualTrackInput { delta: 0.025, ..input };
     let end = |h: f64| SVector::<f64, STATES>::from(car.advance(&start, &input, 0.08, h));
     let exact = end(1.25e-5);
     let errors = [8e-4, 4e-4, 2e-4].map(|h| (end(h) - exact).norm());
@@ -234,9 +235,9 @@ fn a_narrow_flat_car_is_the_single_track() {
     let links = Suspension { roll_centre: [0.0; 2], pitch_centre: 0.0, ..p.suspension };
     p.suspension = Suspension { track: [0.01; 2], ..links };
     let tire = MagicFormula { B: 12.0, C: 1.4, D: 1.1, E: 0.2, S_h: 0.0, S_v: 0.0 };
-    let rims = Rims { relaxation_min: 1e-3, ..p.rims };
-    let dual = DualTrack::new(Parameters { rims, ..p }, [tire; 2]).expect("a car");
-    let single = crate::Vehicle {
+    let rims = RimParameters { relaxation_min: 1e-3, ..p.rims };
+    let dual = DualTrack::new(DualTrackParameters { rims, ..p }, [tire; 2]).expect("a car");
+    let single = crate::SingleTrackCar {
         body: dual.parameters().body,
         aero: dual.parameters().aero.constant,
         brake_front_share: 0.6,
@@ -244,10 +245,11 @@ fn a_narrow_flat_car_is_the_single_track() {
         tire_r: tire,
     };
     let delta = 0.02;
-    let (mut wide, mut narrow) = (dual.rolling(20.0), Planar { v_x: 20.0, ..Planar::default() });
+    let (mut wide, mut narrow) =
+        (dual.straight_rolling_state(20.0), Planar { v_x: 20.0, ..Planar::default() });
     for _ in 0..200 {
-        wide = dual.advance(&wide, &Input { delta, ..Input::default() }, 0.01, 1e-3);
-        narrow = single.advance(&narrow, &crate::Input { F_x: 0.0, delta }, 0.01, 1e-3);
+        wide = dual.advance(&wide, &DualTrackInput { delta, ..DualTrackInput::default() }, 0.01, 1e-3);
+        narrow = single.advance(&narrow, &crate::SingleTrackInput { F_x: 0.0, delta }, 0.01, 1e-3);
     }
     assert_relative_eq!(wide.planar.r, narrow.r, max_relative = 0.01);
     assert_relative_eq!(wide.planar.v_y, narrow.v_y, max_relative = 0.02);
@@ -256,7 +258,7 @@ fn a_narrow_flat_car_is_the_single_track() {
 
 #[test]
 fn parameters_of_no_car_are_refused_with_key_and_bound() {
-    let wrong = |change: fn(&mut Parameters)| {
+    let wrong = |change: fn(&mut DualTrackParameters)| {
         let mut p = parameters();
         change(&mut p);
         DualTrack::new(p, [tire(), tire()]).expect_err("no car").to_string()
@@ -281,8 +283,8 @@ proptest! {
         F_x in -15e3..8e3f64, bank in -0.2..0.2f64, left in 0.1..1.0f64,
     ) {
         let car = car();
-        let input = Input { F_x, delta, bank, mu: [left, 1.0, left, 1.0], ..Input::default() };
-        let start = State { planar: Planar { v_x, v_y, r, ..Planar::default() }, ..car.rolling(v_x) };
+        let input = DualTrackInput { F_x, delta, bank, mu: [left, 1.0, left, 1.0], ..DualTrackInput::default() };
+        let start = DualTrackState { planar: Planar { v_x, v_y, r, ..Planar::default() }, ..car.straight_rolling_state(v_x) };
         let (start_m, input_m) = mirrored(start, input);
         let end = after(&car, start, input, 0.3);
         let (expected, _) = mirrored(end, input);
@@ -316,14 +318,14 @@ fn no_state_and_no_input_gives_nan() {
             };
             far * random(-size, size)
         });
-        let input = Input {
+        let input = DualTrackInput {
             F_x: far * random(-3e4, 3e4),
             delta: far * random(-0.6, 0.6),
             mu: [0, 1, 2, 3].map(|_| random(-0.2, 1.5).max(0.0)),
             grade: random(-0.4, 0.4),
             bank: random(-0.6, 0.6),
         };
-        let end = car.advance(&State::from(x), &input, 5e-3, 1e-3);
+        let end = car.advance(&DualTrackState::from(x), &input, 5e-3, 1e-3);
         assert!(is_finite(&end), "case {case}: {x} {input:?}");
     }
 }

@@ -1,12 +1,12 @@
 //! Rolls the wheels: slip that builds up over the relaxation length, tire forces, and the spin of the wheel.
 #![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
 
-use tire::{Forces, MagicFormula, MfTire, Number, Slip, Tire};
+use tire::{MagicFormula, MfTire, Number, Tire, TireForces, TireOperatingPoint};
 
-use super::load_dependence::LoadDependence;
-use super::rims::Rims;
-use super::state::Wheel;
-use super::steering::Turn;
+use super::load_dependence::RadiusAndRelaxationTable;
+use super::rims::RimParameters;
+use super::state::WheelState;
+use super::steering::AngleSinCos;
 
 /// Shortest time in which slip builds up [s]: a relaxation length that is rolled over faster is taken as longer.
 pub const BUILD_UP: f64 = 1e-3;
@@ -37,18 +37,18 @@ pub struct PerDirection {
 ///
 /// At low speed the car has its own way, since slip that fades holds no car on a slope: slip has built up, and the
 /// tire is a spring. So the formula never sees a lower speed than this.
-pub trait CarTire<T: Number>: Tire<T> {
+pub trait TireWithFadingSpeed<T: Number>: Tire<T> {
     /// The highest speed [m/s] at which the formula fades slip.
     fn fading_speed(&self) -> f64;
 }
 
-impl<T: Number> CarTire<T> for MagicFormula<T> {
+impl<T: Number> TireWithFadingSpeed<T> for MagicFormula<T> {
     fn fading_speed(&self) -> f64 {
         0.0
     }
 }
 
-impl<T: Number> CarTire<T> for MfTire<T>
+impl<T: Number> TireWithFadingSpeed<T> for MfTire<T>
 where
     Self: Tire<T>,
 {
@@ -62,7 +62,7 @@ pub(crate) struct ContactPoint<T> {
     /// Velocity of the contact point along the body's axes [m/s].
     pub v: [T; 2],
     /// Angle to the body.
-    pub turn: Turn<T>,
+    pub turn: AngleSinCos<T>,
     /// Inclination to the road [rad], positive to the right.
     pub gamma: T,
     /// Load [N].
@@ -75,7 +75,7 @@ pub(crate) struct ContactPoint<T> {
 
 /// What a wheel does at one instant: forces and moments of the road in the wheel's axes, and its operating point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WheelMotion<T = f64> {
+pub struct WheelForcesAndSlips<T = f64> {
     /// Longitudinal force [N].
     pub F_x: T,
     /// Lateral force [N], positive to the left.
@@ -101,7 +101,7 @@ pub struct WheelMotion<T = f64> {
 /// What a tire does on its rim but for its forces, with what depends on the load alone worked out.
 #[derive(Clone, Debug)]
 pub(crate) struct TireDynamics {
-    pub load_dependence: LoadDependence,
+    pub load_dependence: RadiusAndRelaxationTable,
     /// Slip [-] and tangent of the slip angle [-] at which the tire would reach its peak if it stayed linear.
     pub linear: PerDirection,
     /// Time by which the rate of slip damps the tire at rest [s].
@@ -116,7 +116,7 @@ pub(crate) struct TireDynamics {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TireQuery<T> {
     /// Operating point of the tire, mirrored on the right side, but for the slip angle.
-    slip: Slip<T>,
+    slip: TireOperatingPoint<T>,
     /// Tangent of the slip angle [-], not mirrored.
     pub tan_alpha: T,
     /// Velocity of the contact point along the wheel's x axis [m/s].
@@ -132,28 +132,34 @@ pub(crate) struct TireQuery<T> {
 
 impl TireDynamics {
     /// Fits a tire for loads around that of the car at rest [N].
-    pub fn new<W: CarTire<f64>>(tire: &W, rims: &Rims, load: f64) -> Self {
-        let load_dependence = LoadDependence::new(tire, rims, load);
+    pub fn new<W: TireWithFadingSpeed<f64>>(tire: &W, rims: &RimParameters, load: f64) -> Self {
+        let load_dependence = RadiusAndRelaxationTable::new(tire, rims, load);
         let slowest = 1.001 * tire.fading_speed();
         // The wheel swings on the tire's longitudinal spring, K / σ.
         let frequency = |load: f64| {
             let at = |kappa| {
-                let slip = Slip { kappa, F_z: load, v_x: slowest.max(1.0), ..Slip::default() };
+                let slip = TireOperatingPoint {
+                    kappa,
+                    F_z: load,
+                    v_x: slowest.max(1.0),
+                    ..TireOperatingPoint::default()
+                };
                 tire.F_xy(&slip)[0]
             };
             let stiffness = ((at(1e-4) - at(-1e-4)) / 2e-4).max(0.0);
-            let [radius, _, sigma, _] = load_dependence.at(load, 0.0);
+            let [radius, _, sigma, _] = load_dependence.radii_and_relaxation_lengths(load, 0.0);
             (stiffness * radius * radius / (sigma * rims.I_yy)).sqrt()
         };
-        let highest = [0.5, 1.0, 2.0, 3.0]
-            .map(|share| frequency(share * load))
-            .into_iter()
-            .fold(1.0, f64::max);
+        let highest =
+            [0.5, 1.0, 2.0, 3.0].map(|share| frequency(share * load)).into_iter().fold(1.0, f64::max);
         let damping = 1.0 / highest;
         let linear = PerDirection {
-            kappa: linear_slip(|kappa| tire.F_xy(&Slip { kappa, ..at_rest(load, slowest) })[0]),
+            kappa: linear_slip(|kappa| {
+                tire.F_xy(&TireOperatingPoint { kappa, ..zero_slip_under_load(load, slowest) })[0]
+            }),
             tan_alpha: linear_slip(|tan| {
-                -tire.F_xy(&Slip { alpha: tan.atan(), ..at_rest(load, slowest) })[1]
+                -tire.F_xy(&TireOperatingPoint { alpha: tan.atan(), ..zero_slip_under_load(load, slowest) })
+                    [1]
             }),
         };
         Self { load_dependence, linear, damping, slowest, fastest_pole: 2.0 * highest }
@@ -161,18 +167,19 @@ impl TireDynamics {
 
     /// Asks for the forces of the tire: σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α.
     #[inline]
-    pub fn ask<T: Number>(&self, state: &Wheel<T>, place: &ContactPoint<T>) -> TireQuery<T> {
+    pub fn tire_query<T: Number>(&self, state: &WheelState<T>, place: &ContactPoint<T>) -> TireQuery<T> {
         let (sin, cos) = place.turn;
         let [v_x, v_y] = place.v;
         let (v_x, v_y) = (v_x * cos + v_y * sin, v_y * cos - v_x * sin);
-        let [R_e, R_l, sigma_x, sigma_y] = self.load_dependence.at(place.F_z, state.omega);
+        let [R_e, R_l, sigma_x, sigma_y] =
+            self.load_dependence.radii_and_relaxation_lengths(place.F_z, state.omega);
         let rim = state.omega * R_e;
         let speed = v_x.abs();
-        let bent = |sigma: T, slip: T, linear: f64| shortened(sigma, slip, place.mu * linear);
+        let bent = |sigma: T, slip: T, linear: f64| relaxation_length_at_slip(sigma, slip, place.mu * linear);
         let sigma_x = bent(sigma_x, state.kappa, self.linear.kappa);
         let sigma_y = bent(sigma_y, state.tan_alpha, self.linear.tan_alpha);
-        let kappa_rate = built_up(rim - v_x, state.kappa, speed, sigma_x, SLIP_MAX.kappa);
-        let alpha_rate = built_up(v_y, state.tan_alpha, speed, sigma_y, SLIP_MAX.tan_alpha);
+        let kappa_rate = slip_rate(rim - v_x, state.kappa, speed, sigma_x, SLIP_MAX.kappa);
+        let alpha_rate = slip_rate(v_y, state.tan_alpha, speed, sigma_y, SLIP_MAX.tan_alpha);
 
         let mut damping = T::zero();
         if speed < DAMPED {
@@ -180,7 +187,7 @@ impl TireDynamics {
             damping = slow * slow * self.damping;
         }
         let tan_alpha = state.tan_alpha + alpha_rate * damping;
-        let slip = Slip {
+        let slip = TireOperatingPoint {
             kappa: state.kappa + kappa_rate * damping,
             alpha: T::zero(),
             gamma: place.gamma * place.side,
@@ -196,8 +203,8 @@ impl TireDynamics {
 impl<T: Number> TireQuery<T> {
     /// Operating point of the tire with the slip angle [rad] of a wheel on a side, 1 or −1.
     #[inline]
-    pub fn at(&self, alpha: T, side: f64) -> Slip<T> {
-        Slip { alpha: alpha * side, ..self.slip }
+    pub fn operating_point(&self, alpha: T, side: f64) -> TireOperatingPoint<T> {
+        TireOperatingPoint { alpha: alpha * side, ..self.slip }
     }
 
     /// Rate of the slip angle's tangent [1/s].
@@ -208,20 +215,20 @@ impl<T: Number> TireQuery<T> {
     /// What the road does to the wheel, and the rate of its state but for the torque of the car: I ω' = −R_l F_x + M_y.
     /// The wheel has a slip angle [rad], is on a side, 1 or −1, and has a moment of inertia [kg m²].
     #[inline]
-    pub fn answered(
+    pub fn wheel_forces_and_rates(
         &self,
-        answer: &Forces<T>,
+        answer: &TireForces<T>,
         alpha: T,
         side: f64,
         I_yy: f64,
-    ) -> (WheelMotion<T>, Wheel<T>) {
+    ) -> (WheelForcesAndSlips<T>, WheelState<T>) {
         let Self { slip, v_x, rim, R_l, kappa_rate, alpha_rate, .. } = *self;
-        let Forces { F_x, F_y, M_x, M_y, M_z } = *answer;
+        let TireForces { F_x, F_y, M_x, M_y, M_z } = *answer;
         // The formula has seen a car that drives forward: the trail changes its side in reverse, the rolling resistance
         // its direction, and both vanish at rest.
         let backwards = v_x / at_least(v_x.abs(), 1.0);
         let M_y = M_y * (rim / at_least(rim.abs(), 1.0));
-        let motion = WheelMotion {
+        let motion = WheelForcesAndSlips {
             F_x,
             F_y: F_y * side,
             F_z: slip.F_z,
@@ -234,14 +241,14 @@ impl<T: Number> TireQuery<T> {
             torque: T::zero(),
         };
         let omega = (M_y - F_x * R_l) / I_yy;
-        (motion, Wheel { omega, kappa: kappa_rate, tan_alpha: alpha_rate, brake: T::zero() })
+        (motion, WheelState { omega, kappa: kappa_rate, tan_alpha: alpha_rate, brake: T::zero() })
     }
 }
 
 /// Rate of a slip that builds up [1/s]: (V_s − u s) / max(σ, u t), where the speed u that wears it off is |V_x|, or more
 /// where slip would exceed its largest value.
 #[inline]
-fn built_up<T: Number>(v_slip: T, slip: T, speed: T, sigma: T, most: f64) -> T {
+fn slip_rate<T: Number>(v_slip: T, slip: T, speed: T, sigma: T, most: f64) -> T {
     let sliding = v_slip.abs() * (1.0 / most);
     let u = if sliding > speed { sliding } else { speed };
     let way = u * BUILD_UP;
@@ -253,7 +260,7 @@ fn built_up<T: Number>(v_slip: T, slip: T, speed: T, sigma: T, most: f64) -> T {
 /// The tire bends by no more than σ s*, with which its carcass holds the peak of the force: the rest of the slip is sliding. With
 /// one length for all slips, a wheel that stops while it slides would spring back by a foot.
 #[inline]
-fn shortened<T: Number>(sigma: T, slip: T, linear: T) -> T {
+fn relaxation_length_at_slip<T: Number>(sigma: T, slip: T, linear: T) -> T {
     let square = linear * linear + SHORTEST_BEND;
     let share = square / (square + slip * slip);
     let length = sigma * share * share.sqrt();
@@ -269,8 +276,8 @@ fn linear_slip(force: impl Fn(f64) -> f64) -> f64 {
     if slip > 0.0 && slip.is_finite() { slip } else { 1e3 }
 }
 
-fn at_rest(load: f64, slowest: f64) -> Slip {
-    Slip { F_z: load, v_x: slowest.max(1.0), ..Slip::default() }
+fn zero_slip_under_load(load: f64, slowest: f64) -> TireOperatingPoint {
+    TireOperatingPoint { F_z: load, v_x: slowest.max(1.0), ..TireOperatingPoint::default() }
 }
 
 #[inline]

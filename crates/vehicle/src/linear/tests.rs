@@ -5,7 +5,7 @@ use num_dual::{DualSVec64, jacobian};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Aero, Input, State, Vehicle};
+use crate::{Aerodynamics, PlanarState, SingleTrackCar, SingleTrackInput};
 
 type Duals = SVector<DualSVec64<6>, 6>;
 
@@ -54,14 +54,14 @@ fn agrees_with_an_independent_program() {
     for case in REFERENCE {
         let x = SVector::from(case.x);
         let [F_x, delta] = case.u;
-        let rates = car.rates(&x, F_x, delta);
+        let rates = car.state_derivative(&x, F_x, delta);
         let after = car.advance(&x, F_x, delta, 0.01);
         for i in 0..3 {
             assert_relative_eq!(rates[i], case.rates[i], max_relative = 1e-12);
             assert_relative_eq!(after[i], case.after[i], max_relative = 1e-12);
             assert_eq!((rates[i + 3], after[i + 3]), (0.0, x[i + 3]));
             for j in 0..6 {
-                let found = car.jacobian(&x)[(i, j)];
+                let found = car.state_jacobian(&x)[(i, j)];
                 let expected = case.jacobian[i][j];
                 assert_relative_eq!(found, expected, max_relative = 1e-12, epsilon = 1e-12);
             }
@@ -71,7 +71,7 @@ fn agrees_with_an_independent_program() {
         assert_relative_eq!(y[3], case.a_y, max_relative = 1e-12);
     }
     // Under the floor of the speed.
-    let rates = car.rates(&SVector::from([0.5, 0.1, 0.05, 10.0, 20.0, -30.0]), 100.0, 0.1);
+    let rates = car.state_derivative(&SVector::from([0.5, 0.1, 0.05, 10.0, 20.0, -30.0]), 100.0, 0.1);
     let expected = [0.14602564102564103, -22.889358974358963, -14.313359999999994];
     for i in 0..3 {
         assert_relative_eq!(rates[i], expected[i], max_relative = 1e-12);
@@ -80,15 +80,18 @@ fn agrees_with_an_independent_program() {
 
 #[test]
 fn small_motion_is_that_of_the_nonlinear_car() {
-    let mut car = Vehicle { aero: Aero { C_d: 0.0, ..Aero::default() }, ..Vehicle::default() };
+    let mut car = SingleTrackCar {
+        aero: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() },
+        ..SingleTrackCar::default()
+    };
     car.body.h = 0.0;
     let [C_f, C_r] = car.body.static_loads().map(|F_z| 63.36 * F_z);
     let linear = NominalCar { C_f, C_r, ..NominalCar::default() };
-    let state = State { v_x: 30.0, v_y: -2e-4, r: 2e-4, ..State::default() };
-    let input = Input { F_x: 300.0, delta: 5e-5 };
+    let state = PlanarState { v_x: 30.0, v_y: -2e-4, r: 2e-4, ..PlanarState::default() };
+    let input = SingleTrackInput { F_x: 300.0, delta: 5e-5 };
     let motion = car.evaluate(&state, &input);
     let x = SVector::from([30.0, -2e-4, 2e-4, 0.0, 0.0, 0.0]);
-    let rates = linear.rates(&x, 300.0, 5e-5);
+    let rates = linear.state_derivative(&x, 300.0, 5e-5);
     assert_relative_eq!(rates[1], motion.derivative.v_y, max_relative = 1e-5);
     assert_relative_eq!(rates[2], motion.derivative.r, max_relative = 1e-5);
     assert_relative_eq!(linear.measurement(&x, 5e-5)[3], motion.a_y, max_relative = 1e-5);
@@ -109,11 +112,10 @@ fn stays_bounded_at_walking_pace() {
 fn steering_cancels_the_unsteered_moment() {
     let car = NominalCar::default();
     let x = SVector::from([18.0, 0.6, -0.3, 0.0, 0.0, 0.0]);
-    let by_hand =
-        -1.4 * 204_048.0 * (0.6 - 1.4 * 0.3) / 18.0 + 1.6 * 178_542.0 * (0.6 + 1.6 * 0.3) / 18.0;
-    assert_relative_eq!(car.unsteered_moment(&x), by_hand, max_relative = 1e-12);
-    let delta = -car.unsteered_moment(&x) / (car.l_f * car.C_f);
-    assert_relative_eq!(car.rates(&x, 0.0, delta)[2], 0.0, epsilon = 1e-12);
+    let by_hand = -1.4 * 204_048.0 * (0.6 - 1.4 * 0.3) / 18.0 + 1.6 * 178_542.0 * (0.6 + 1.6 * 0.3) / 18.0;
+    assert_relative_eq!(car.yaw_moment_without_steering(&x), by_hand, max_relative = 1e-12);
+    let delta = -car.yaw_moment_without_steering(&x) / (car.l_f * car.C_f);
+    assert_relative_eq!(car.state_derivative(&x, 0.0, delta)[2], 0.0, epsilon = 1e-12);
 }
 
 proptest! {
@@ -124,9 +126,9 @@ proptest! {
     ) {
         let car = NominalCar { C_f: 150e3, ..NominalCar::default() };
         let x = SVector::from([v_x, v_y, r, 300.0, -500.0, 200.0]);
-        let (f, A) = jacobian(|x: Duals| car.rates(&x, F_x.into(), delta.into()), &x);
-        assert_relative_eq!(car.rates(&x, F_x, delta), f, max_relative = 1e-12, epsilon = 1e-12);
-        assert_relative_eq!(car.jacobian(&x), A, max_relative = 1e-12, epsilon = 1e-10);
+        let (f, A) = jacobian(|x: Duals| car.state_derivative(&x, F_x.into(), delta.into()), &x);
+        assert_relative_eq!(car.state_derivative(&x, F_x, delta), f, max_relative = 1e-12, epsilon = 1e-12);
+        assert_relative_eq!(car.state_jacobian(&x), A, max_relative = 1e-12, epsilon = 1e-10);
         let (y, H) = jacobian(|x: Duals| car.measurement(&x, delta.into()), &x);
         assert_relative_eq!(car.measurement(&x, delta), y, max_relative = 1e-12, epsilon = 1e-12);
         assert_relative_eq!(car.measurement_jacobian(&x), H, max_relative = 1e-12, epsilon = 1e-10);

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::*;
 
-fn state(psi: f64, v_x: f64, v_y: f64, r: f64) -> State {
-    State { psi, v_x, v_y, r, ..State::default() }
+fn state(psi: f64, v_x: f64, v_y: f64, r: f64) -> PlanarState {
+    PlanarState { psi, v_x, v_y, r, ..PlanarState::default() }
 }
 
 /// v_x, v_y, r, psi, F_x, delta | v_x', v_y', r', X', Y', a_y, alpha_f, alpha_r, F_zf, F_zr, a_x;
@@ -42,12 +42,11 @@ const REFERENCE: [([f64; 6], [f64; 11]); 6] = [
 
 #[test]
 fn agrees_with_an_independent_program() {
-    let car = Vehicle { brake_front_share: 0.0, ..Vehicle::default() };
+    let car = SingleTrackCar { brake_front_share: 0.0, ..SingleTrackCar::default() };
     for ([v_x, v_y, r, psi, F_x, delta], expected) in REFERENCE {
-        let m = car.evaluate(&state(psi, v_x, v_y, r), &Input { F_x, delta });
+        let m = car.evaluate(&state(psi, v_x, v_y, r), &SingleTrackInput { F_x, delta });
         let d = m.derivative;
-        let found =
-            [d.v_x, d.v_y, d.r, d.X, d.Y, m.a_y, m.alpha_f, m.alpha_r, m.F_zf, m.F_zr, m.a_x];
+        let found = [d.v_x, d.v_y, d.r, d.X, d.Y, m.a_y, m.alpha_f, m.alpha_r, m.F_zf, m.F_zr, m.a_x];
         assert_relative_eq!(SVector::from(found), SVector::from(expected), max_relative = 1e-12);
         assert_eq!(d.psi, r);
     }
@@ -55,10 +54,10 @@ fn agrees_with_an_independent_program() {
 
 #[test]
 fn only_brakes_act_at_the_front() {
-    let car = Vehicle::default();
+    let car = SingleTrackCar::default();
     assert_eq!(car.split_force(1000.0), [0.0, 1000.0]);
     assert_eq!(car.split_force(-1000.0), [-600.0, -400.0]);
-    let braking = Input { F_x: -3000.0, delta: 0.1 };
+    let braking = SingleTrackInput { F_x: -3000.0, delta: 0.1 };
     // Slip-free front axle: all that is left there is the braking force along the steered wheel.
     let v_y = 30.0 * 0.1f64.tan();
     let m = car.evaluate(&state(0.0, 30.0, v_y, 0.0), &braking);
@@ -71,8 +70,8 @@ fn only_brakes_act_at_the_front() {
 
 #[test]
 fn left_is_positive() {
-    let left = Input { F_x: 0.0, delta: 0.01 };
-    let m = Vehicle::default().evaluate(&state(0.0, 20.0, 0.0, 0.0), &left);
+    let left = SingleTrackInput { F_x: 0.0, delta: 0.01 };
+    let m = SingleTrackCar::default().evaluate(&state(0.0, 20.0, 0.0, 0.0), &left);
     assert!(m.alpha_f > 0.0 && m.F_yf > 0.0);
     assert!(m.a_y > 0.0 && m.derivative.r > 0.0);
 }
@@ -82,11 +81,11 @@ fn dual_numbers_give_the_derivatives_of_state_and_tire() {
     // States, then B, C, D, E of the front tire.
     let at = SVector::from([0.2, 24.0, -0.5, 0.4, 22.0, 1.8, 1.6, 0.8]);
     fn rates<T: Number>(p: SVector<T, 8>) -> SVector<T, 6> {
-        let car = Vehicle::default();
-        let front = MagicFormula { B: p[4], C: p[5], D: p[6], E: p[7], ..car.tire_f.lift() };
-        let state = State { X: T::zero(), Y: T::zero(), psi: p[0], v_x: p[1], v_y: p[2], r: p[3] };
-        let input = Input { F_x: (-2000.0).into(), delta: 0.06.into() };
-        let motion = car.with_tires(front, car.tire_r.lift()).evaluate(&state, &input);
+        let car = SingleTrackCar::default();
+        let front = MagicFormula { B: p[4], C: p[5], D: p[6], E: p[7], ..car.tire_f.cast() };
+        let state = PlanarState { X: T::zero(), Y: T::zero(), psi: p[0], v_x: p[1], v_y: p[2], r: p[3] };
+        let input = SingleTrackInput { F_x: (-2000.0).into(), delta: 0.06.into() };
+        let motion = car.with_tires(front, car.tire_r.cast()).evaluate(&state, &input);
         motion.derivative.into()
     }
     let (value, exact) = jacobian(rates::<DualSVec64<8>>, &at);
@@ -104,8 +103,8 @@ proptest! {
     fn unpowered_car_never_gains_energy(
         v_x in 1.0..80.0, v_y in -10.0..10.0, r in -2.0..2.0, delta in -0.3..0.3,
     ) {
-        let car = Vehicle::default();
-        let m = car.evaluate(&state(0.0, v_x, v_y, r), &Input { F_x: 0.0, delta });
+        let car = SingleTrackCar::default();
+        let m = car.evaluate(&state(0.0, v_x, v_y, r), &SingleTrackInput { F_x: 0.0, delta });
         let d = m.derivative;
         let power = car.body.m * (v_x * d.v_x + v_y * d.v_y) + car.body.I_zz * r * d.r;
         prop_assert!(power <= 1e-9, "power {power} W");
@@ -115,9 +114,9 @@ proptest! {
     fn mirrored_car_moves_mirrored(
         v_x in 0.0..80.0, v_y in -5.0..5.0, r in -2.0..2.0, F_x in -6e3..6e3, delta in -0.3..0.3,
     ) {
-        let car = Vehicle::default();
-        let left = car.evaluate(&state(0.0, v_x, v_y, r), &Input { F_x, delta });
-        let right = car.evaluate(&state(0.0, v_x, -v_y, -r), &Input { F_x, delta: -delta });
+        let car = SingleTrackCar::default();
+        let left = car.evaluate(&state(0.0, v_x, v_y, r), &SingleTrackInput { F_x, delta });
+        let right = car.evaluate(&state(0.0, v_x, -v_y, -r), &SingleTrackInput { F_x, delta: -delta });
         prop_assert_eq!(left.a_x, right.a_x);
         prop_assert_eq!(left.a_y, -right.a_y);
         prop_assert_eq!(left.derivative.r, -right.derivative.r);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use libtest_mimic::Failed;
 use serde_json::Value;
-use vehicle::Body;
+use vehicle::VehicleBody;
 
 /// Parameters of a car by their names in the documentation, such as `m` or `tire.p_cx1`.
 pub struct Car(HashMap<String, f64>);
@@ -18,13 +18,11 @@ pub struct Demand {
 
 impl Car {
     pub fn new(all: &Value, number: &str) -> Result<Self, Failed> {
-        let car =
-            all["vehicles"][number].as_object().ok_or_else(|| format!("no vehicle {number}"))?;
+        let car = all["vehicles"][number].as_object().ok_or_else(|| format!("no vehicle {number}"))?;
         let mut values = HashMap::new();
         for (name, value) in car {
             let inner = value.as_object().into_iter().flatten();
-            let inner =
-                inner.filter_map(|(key, value)| Some((format!("{name}.{key}"), value.as_f64()?)));
+            let inner = inner.filter_map(|(key, value)| Some((format!("{name}.{key}"), value.as_f64()?)));
             values.extend(inner.chain(value.as_f64().map(|value| (name.clone(), value))));
         }
         Ok(Car(values))
@@ -40,8 +38,8 @@ impl Car {
     }
 
     /// Masses and lengths, with the height at which ST and STD transfer load.
-    pub fn body(&self) -> Body {
-        Body {
+    pub fn body(&self) -> VehicleBody {
+        VehicleBody {
             m: self.get("m"),
             I_zz: self.get("I_z"),
             l_f: self.get("a"),

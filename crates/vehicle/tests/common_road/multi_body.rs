@@ -49,8 +49,7 @@ impl Axle<'_> {
         let h = car.get("h_s");
         let up = (h - R + self.x[3] - x[11]) / x[6].cos() - h + R;
         let z = up + self.at * x[8] + side * 0.5 * (x[6] - self.x[0]) * self.track;
-        let rate =
-            self.x[4] - x[12] + self.at * x[9] + side * 0.5 * (x[7] - self.x[1]) * self.track;
+        let rate = self.x[4] - x[12] + self.at * x[9] + side * 0.5 * (x[7] - self.x[1]) * self.track;
         [z, rate]
     }
 
@@ -59,15 +58,13 @@ impl Axle<'_> {
         let of = |name: &str| car.get(&format!("{name}_{}", self.name));
         let R = car.get("R_w");
         let [roll, roll_rate, _, z, _] = [self.x[0], self.x[1], self.x[2], self.x[3], self.x[4]];
-        let F_z =
-            (z + R * (roll.cos() - 1.0) - side * 0.5 * self.track * roll.sin()) * car.get("K_zt");
+        let F_z = (z + R * (roll.cos() - 1.0) - side * 0.5 * self.track * roll.sin()) * car.get("K_zt");
         let v_x = x[3] + side * 0.5 * self.track * x[5];
         let v_y = x[10] + self.at * x[5];
         let along = (v_x * self.delta.cos() + v_y * self.delta.sin()).max(0.0);
         let slow = x[3].abs() < SLOW;
         let s = if slow { 0.0 } else { 1.0 - R * omega / along };
-        let alpha =
-            if slow { 0.0 } else { ((v_y - roll_rate * (R - z)) / v_x).atan() - self.delta };
+        let alpha = if slow { 0.0 } else { ((v_y - roll_rate * (R - z)) / v_x).atan() - self.delta };
         let [bump, _] = self.compression(car, x, side);
         let gamma = x[6] + side * (of("D") * bump + of("E") * bump * bump);
         let [F_x, F_y] = forces(car, Contact { s, alpha, gamma, F_z });
@@ -87,8 +84,7 @@ impl Axle<'_> {
         let (twist, twist_rate) = (phi - roll, x[7] - self.x[1]);
         let slides = x[10] + self.at * x[5] - self.x[2];
         let stretch = dz * phi.sin() - self.aside * phi.cos() - self.raised * twist.sin();
-        let rate = (dz * phi.cos() + self.aside * phi.sin()) * x[7]
-            + (self.x[4] - x[12]) * phi.sin()
+        let rate = (dz * phi.cos() + self.aside * phi.sin()) * x[7] + (self.x[4] - x[12]) * phi.sin()
             - slides * phi.cos()
             - self.raised * twist.cos() * twist_rate;
         let link = stretch * car.get("K_ras") + rate * car.get("K_rad");
@@ -116,13 +112,7 @@ impl Axle<'_> {
             springs,
             link,
             L: half * (S_l - S_r) - link / phi.cos() * (dz - x_raised(self, roll)),
-            rates: [
-                self.x[1],
-                moment / of("I_u"),
-                aside / m - x[5] * x[3],
-                self.x[4],
-                G - down / m,
-            ],
+            rates: [self.x[1], moment / of("I_u"), aside / m - x[5] * x[3], self.x[4], G - down / m],
             F_x: [X_l, X_r],
             slides,
         }

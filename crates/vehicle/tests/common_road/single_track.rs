@@ -83,18 +83,14 @@ pub fn std(car: &Car, x: &[f64], wanted: Demand) -> Vec<f64> {
     };
     let ([F_xf, F_yf], [F_xr, F_yr]) = (axle(0), axle(1));
     let turned = delta - beta;
-    let speed =
-        (-F_yf * turned.sin() + F_yr * beta.sin() + F_xr * beta.cos() + F_xf * turned.cos())
-            / body.m;
-    let yaw = (F_yf * delta.cos() * body.l_f - F_yr * body.l_r + F_xf * delta.sin() * body.l_f)
-        / body.I_zz;
+    let speed = (-F_yf * turned.sin() + F_yr * beta.sin() + F_xr * beta.cos() + F_xf * turned.cos()) / body.m;
+    let yaw = (F_yf * delta.cos() * body.l_f - F_yr * body.l_r + F_xf * delta.sin() * body.l_f) / body.I_zz;
     let across = F_yf * turned.cos() + F_yr * beta.cos() - F_xr * beta.sin() + F_xf * turned.sin();
     let side = if moves { across / (body.m * v) - r } else { 0.0 };
     let torques = car.torques(demand.a);
-    let wheels =
-        [F_xf, F_xr].into_iter().zip(torques).zip(&x[7..9]).map(|((F_x, torque), omega)| {
-            if *omega >= 0.0 { (torque - R * F_x) / car.get("I_y_w") } else { 0.0 }
-        });
+    let wheels = [F_xf, F_xr].into_iter().zip(torques).zip(&x[7..9]).map(|((F_x, torque), omega)| {
+        if *omega >= 0.0 { (torque - R * F_x) / car.get("I_y_w") } else { 0.0 }
+    });
     let wheels: Vec<f64> = wheels.collect();
     let slides = 0.5 * (((v - V_S) / V_B).tanh() + 1.0);
     let free = rolling(car, x, demand, beta);

@@ -34,8 +34,7 @@ pub fn forces(car: &Car, at: Contact) -> [f64; 2] {
     let phase = angle(B_x, car.get("tire.p_cx1"), car.get("tire.p_ex1"), car.get("tire.p_hx1") - s);
     let F_x0 = mu_x * F_z * (phase + F_z * car.get("tire.p_vx1")).sin();
     let B_xa = car.get("tire.r_bx1") * (car.get("tire.r_bx2") * s).atan().cos();
-    let F_x = F_x0
-        * weight(B_xa, car.get("tire.r_cx1"), car.get("tire.r_ex1"), alpha, car.get("tire.r_hx1"));
+    let F_x = F_x0 * weight(B_xa, car.get("tire.r_cx1"), car.get("tire.r_ex1"), alpha, car.get("tire.r_hx1"));
 
     let side = if gamma == 0.0 { 0.0 } else { gamma.signum() };
     let mu_y = car.get("tire.p_dy1") * (1.0 - car.get("tire.p_dy3") * gamma * gamma);
@@ -47,9 +46,8 @@ pub fn forces(car: &Car, at: Contact) -> [f64; 2] {
         S_h: side * (car.get("tire.p_hy1") + car.get("tire.p_hy3") * gamma.abs()),
         S_v: side * (car.get("tire.p_vy1") + car.get("tire.p_vy3") * gamma.abs()),
     };
-    let B_yk = car.get("tire.r_by1")
-        * (car.get("tire.r_by2") * (alpha - car.get("tire.r_by3"))).atan().cos();
-    let weighted = curve.force(alpha, F_z)
+    let B_yk = car.get("tire.r_by1") * (car.get("tire.r_by2") * (alpha - car.get("tire.r_by3"))).atan().cos();
+    let weighted = curve.lateral_force(alpha, F_z)
         * weight(B_yk, car.get("tire.r_cy1"), car.get("tire.r_ey1"), s, car.get("tire.r_hy1"));
     let amplitude = mu_y
         * F_z

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use plugin::{Analysis as _, Diagram, File, Host, Request, Signal};
+use plugin::{Analysis as _, AnalysisRequest, AnalysisServices, ConfigFile, Diagram, Signal};
 use serde_json::Value;
 
 use crate::plugin::Identify;
@@ -15,28 +15,28 @@ const TIRE: &str = "unloaded_radius = 0.317\nnominal_load = 4000.0\nnominal_pres
 #[derive(Default)]
 struct Files(Vec<(String, String)>);
 
-impl Host for Files {
-    fn progress(&mut self, _: f64, _: &str) -> bool {
+impl AnalysisServices for Files {
+    fn report_progress(&mut self, _: f64, _: &str) -> bool {
         true
     }
-    fn record(&mut self, _: &str, _: &[Signal]) {}
-    fn diagram(&mut self, _: &str, _: &Diagram) {}
-    fn file(&mut self, name: &str, text: &str) {
+    fn record_signals(&mut self, _: &str, _: &[Signal]) {}
+    fn add_diagram(&mut self, _: &str, _: &Diagram) {}
+    fn write_file(&mut self, name: &str, text: &str) {
         self.0.push((name.to_owned(), text.to_owned()));
     }
 }
 
 /// The configuration with files as the program adds them.
 fn config(more: &str, files: &[(&str, &[u8])]) -> String {
-    let files = files.iter().map(|(name, bytes)| ((*name).to_owned(), File::value(bytes.to_vec())));
-    let table =
-        toml::Table::from_iter([("files".to_owned(), toml::Table::from_iter(files).into())]);
+    let files =
+        files.iter().map(|(name, bytes)| ((*name).to_owned(), ConfigFile::config_value(bytes.to_vec())));
+    let table = toml::Table::from_iter([("files".to_owned(), toml::Table::from_iter(files).into())]);
     format!("task = \"bench\"\n{TIRE}{more}\n{table}")
 }
 
 fn run(config: &str) -> Result<(Value, Files), String> {
-    let (request, mut files) = (Request { config, signals: Vec::new() }, Files::default());
-    Identify::check(&request).map_err(|error| error.to_string())?;
+    let (request, mut files) = (AnalysisRequest { config, signals: Vec::new() }, Files::default());
+    Identify::check_request(&request).map_err(|error| error.to_string())?;
     let result = Identify::run(&request, &mut files).map_err(|error| error.to_string())?;
     Ok((serde_json::from_str(&result).expect("JSON"), files))
 }
@@ -56,9 +56,7 @@ fn a_packed_file_becomes_a_tire_a_page_and_verdicts() {
     );
     let page = page.expect("well-formed");
     let count = |tag: &str| {
-        page.descendants()
-            .filter(|it| it.has_tag_name(("http://www.w3.org/1999/xhtml", tag)))
-            .count()
+        page.descendants().filter(|it| it.has_tag_name(("http://www.w3.org/1999/xhtml", tag))).count()
     };
     assert!(!files[1].1.contains("-0.0 deg"));
     // 12 sweeps each of F_x, F_y and M_z.
@@ -69,8 +67,7 @@ fn a_packed_file_becomes_a_tire_a_page_and_verdicts() {
     assert_eq!(coefficients["TDY3"]["verdict"], "not_identifiable", "{}", coefficients["TDY3"]);
     let summary = found["summary"].to_string();
     assert!(
-        summary.contains("a: 24 sweeps were found by their conditions")
-            && summary.contains("are identified"),
+        summary.contains("a: 24 sweeps were found by their conditions") && summary.contains("are identified"),
         "{summary}"
     );
 }

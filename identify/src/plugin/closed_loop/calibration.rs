@@ -1,37 +1,37 @@
 //! Estimates errors of sensors by themselves, where the configuration asks for it.
 
-use drive_doctor::Examination;
-use drive_inference::calibration::{CalibrationAssessment, assess};
+use drive_doctor::LogExamination;
+use drive_inference::calibration::{CalibrationAssessment, assess_sensor_errors};
 use drive_inference::{Drive, DriveOptions};
-use numerics::text::significant;
-use plugin::Host;
+use numerics::text::format_significant;
+use plugin::AnalysisServices;
 use tire_inference::model::ModelVerdict;
-use tire_inference::verdict::Verdict;
+use tire_inference::verdict::Identifiability;
 
 use crate::config::ClosedLoop;
-use crate::names::words;
-use crate::plugin::go_on;
+use crate::names::verdict_words;
+use crate::plugin::report_progress;
 
 /// The errors of sensors that are wanted by themselves; none can be told of a log that is wrong.
 pub(super) fn assess_sensors(
     config: &ClosedLoop,
     options: &DriveOptions,
     used: &[Drive],
-    log: &Examination,
+    log: &LogExamination,
     model: &ModelVerdict,
-    host: &mut dyn Host,
+    host: &mut dyn AnalysisServices,
 ) -> Result<Vec<CalibrationAssessment>, String> {
     if config.calibrate.is_empty() {
         return Ok(Vec::new());
     }
-    go_on(host, 0.9, "calibrating sensors")?;
+    report_progress(host, 0.9, "calibrating sensors")?;
     let mut judged =
-        assess(&options.car, used, &config.calibrate).map_err(|error| error.to_string())?;
+        assess_sensor_errors(&options.car, used, &config.calibrate).map_err(|error| error.to_string())?;
     // A model that does not fit the drive tells no error of a sensor.
-    judged.iter_mut().for_each(|it| model.cap_with(&mut it.verdict, &mut it.reason));
-    if let Some(refusal) = log.refusal() {
+    judged.iter_mut().for_each(|it| model.cap_verdict_and_reason(&mut it.verdict, &mut it.reason));
+    if let Some(refusal) = log.refusing_finding() {
         for it in &mut judged {
-            it.verdict = Verdict::NotIdentifiable;
+            it.verdict = Identifiability::NotIdentifiable;
             it.reason = format!("The log is wrong: {}", refusal.sentence);
         }
     }
@@ -39,16 +39,13 @@ pub(super) fn assess_sensors(
 }
 
 /// Each error with its interval and verdict in a sentence.
-pub(super) fn sentences(judged: &[CalibrationAssessment]) -> impl Iterator<Item = String> {
+pub(super) fn describe_sensor_errors(judged: &[CalibrationAssessment]) -> impl Iterator<Item = String> {
     judged.iter().map(|it| {
         let about = it.error.cause.describe();
         let (factor, unit) = about.display;
         let [value, low, high] = [it.error.value, it.error.interval[0], it.error.interval[1]]
-            .map(|number| significant(factor * number, 3));
-        let verdict = words(it.verdict);
-        format!(
-            "By itself, {} is {value} {unit} [{low}, {high}], {verdict}: {}",
-            about.title, it.reason
-        )
+            .map(|number| format_significant(factor * number, 3));
+        let verdict = verdict_words(it.verdict);
+        format!("By itself, {} is {value} {unit} [{low}, {high}], {verdict}: {}", about.title, it.reason)
     })
 }

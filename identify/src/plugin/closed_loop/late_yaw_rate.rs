@@ -3,7 +3,7 @@
 #[path = "../../../../crates/drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use plugin::{Analysis, NullHost, Request, Signal};
+use plugin::{Analysis, AnalysisRequest, NullAnalysisServices, Signal};
 use real_log::RealLog;
 use serde_json::Value;
 
@@ -25,11 +25,11 @@ const REACH: usize = 5;
 const WHEEL: f64 = 1.0 / 3.6 / 0.3;
 
 /// Time from the first row on [s], and columns with the names of signals.
-type Columns = (Vec<f64>, Vec<(&'static str, Vec<f64>)>);
+type RecordedColumns = (Vec<f64>, Vec<(&'static str, Vec<f64>)>);
 
 /// The recording. Nobody recorded the lateral acceleration, so it is that of the motion over ground; the force is that of the
 /// forward acceleration.
-fn read() -> Option<Columns> {
+fn read_recording() -> Option<RecordedColumns> {
     let recording = RealLog::read("av21_putnam_park.csv")?;
     let column = |title: &str, factor: f64| recording.column(title, factor);
     let stamps = column("time(s)", 1.0);
@@ -55,13 +55,13 @@ fn read() -> Option<Columns> {
 }
 
 /// The result of the task from a window [s], with the speeds of the wheels or without.
-fn found((time, columns): &Columns, window: [f64; 2], wheels: bool) -> Value {
+fn identify_window((time, columns): &RecordedColumns, window: [f64; 2], wheels: bool) -> Value {
     let config = format!("task = \"closed_loop\"\nwindows = [{window:?}]\n[car]\n{CAR}");
     let used = columns.iter().filter(|(name, _)| wheels || !name.starts_with("omega"));
     let signals = used.map(|(name, values)| Signal { name, unit: "", time, values }).collect();
-    let request = Request { config: &config, signals };
-    Identify::check(&request).unwrap_or_else(|error| panic!("{error}"));
-    let text = Identify::run(&request, &mut NullHost).unwrap_or_else(|error| panic!("{error}"));
+    let request = AnalysisRequest { config: &config, signals };
+    Identify::check_request(&request).unwrap_or_else(|error| panic!("{error}"));
+    let text = Identify::run(&request, &mut NullAnalysisServices).unwrap_or_else(|error| panic!("{error}"));
     serde_json::from_str(&text).expect("JSON")
 }
 
@@ -81,11 +81,11 @@ fn is_refused(found: &Value) {
 #[test]
 #[ignore = "needs logs of real cars"]
 fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
-    let columns = read().expect("a log of TRACKSIDE_DATA");
+    let columns = read_recording().expect("a log of TRACKSIDE_DATA");
     for window in [[60.0, 160.0], [260.0, 360.0]] {
-        is_refused(&found(&columns, window, true));
+        is_refused(&identify_window(&columns, window, true));
     }
-    let long = found(&columns, [160.0, 360.0], false);
+    let long = identify_window(&columns, [160.0, 360.0], false);
     is_refused(&long);
     let summary = long["summary"].to_string();
     assert!(summary.contains("understeer gradient is 0.00"), "{summary}");

@@ -6,11 +6,11 @@ mod drive;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use drive_inference::{Drive, Formulation, Tires};
-use plugin::{Analysis, Host, Request, Signal};
+use drive_inference::{Drive, FitFormulation, Tires};
+use plugin::{Analysis, AnalysisRequest, AnalysisServices, Signal};
 use serde_json::Value;
 use tire_inference::parameters::TireParameters;
-use vehicle::Vehicle;
+use vehicle::SingleTrackCar;
 
 use crate::plugin::{CANCELLED, Identify};
 
@@ -21,7 +21,7 @@ const UNEQUAL: Tires = Tires {
 
 /// 30 s at one speed, past the peaks of both axles.
 static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
-    let car = drive::on_tires(&Vehicle::default(), &UNEQUAL);
+    let car = drive::on_tires(&SingleTrackCar::default(), &UNEQUAL);
     drive::drive(&car, &drive::limit(&[25.0], 9.0), &drive::USUAL, 1)
 });
 
@@ -41,8 +41,8 @@ struct Log {
     questions: Option<usize>,
 }
 
-impl Host for Log {
-    fn progress(&mut self, share: f64, _what: &str) -> bool {
+impl AnalysisServices for Log {
+    fn report_progress(&mut self, share: f64, _what: &str) -> bool {
         assert!((0.0..=1.0).contains(&share));
         match &mut self.questions {
             Some(0) => false,
@@ -54,7 +54,7 @@ impl Host for Log {
         }
     }
 
-    fn record(&mut self, group: &str, signals: &[Signal]) {
+    fn record_signals(&mut self, group: &str, signals: &[Signal]) {
         for signal in signals {
             assert_eq!(signal.time.len(), signal.values.len(), "{group} {}", signal.name);
             assert!(signal.values.iter().all(|value| value.is_finite()), "{group} {}", signal.name);
@@ -64,28 +64,28 @@ impl Host for Log {
         self.rows.insert(group.to_owned(), signals[0].time.len());
     }
 
-    fn diagram(&mut self, group: &str, diagram: &plugin::Diagram) {
+    fn add_diagram(&mut self, group: &str, diagram: &plugin::Diagram) {
         for layer in &diagram.layers {
             assert_eq!(layer.x.len(), layer.y.len(), "{group} {}", diagram.title);
         }
         self.diagrams.entry(group.to_owned()).or_default().push(diagram.title.to_owned());
     }
 
-    fn file(&mut self, name: &str, text: &str) {
+    fn write_file(&mut self, name: &str, text: &str) {
         self.files.insert(name.to_owned(), text.to_owned());
     }
 }
 
-fn request<'a>(recording: &'a Drive, config: &'a str) -> Request<'a> {
-    let columns = recording.columns().into_iter().filter(|(name, _)| *name != "t");
+fn request<'a>(recording: &'a Drive, config: &'a str) -> AnalysisRequest<'a> {
+    let columns = recording.named_columns().into_iter().filter(|(name, _)| *name != "t");
     let signal = |(name, values)| Signal { name, unit: "", time: &recording.t, values };
-    Request { config, signals: columns.map(signal).collect() }
+    AnalysisRequest { config, signals: columns.map(signal).collect() }
 }
 
 fn run(recording: &Drive, config: &str, log: &mut Log) -> Result<Value, String> {
     let config = format!("task = \"closed_loop\"\n{CAR}\n{config}");
     let request = request(recording, &config);
-    Identify::check(&request).map_err(|error| error.to_string())?;
+    Identify::check_request(&request).map_err(|error| error.to_string())?;
     let text = Identify::run(&request, log).map_err(|error| error.to_string())?;
     Ok(serde_json::from_str(&text).expect("JSON"))
 }
@@ -113,11 +113,10 @@ fn calibrated_errors_are_told_with_verdicts_in_the_result_and_on_the_page() {
 
 #[test]
 fn slip_far_below_the_peak_is_told_to_be_too_little() {
-    let car = Vehicle::default();
+    let car = SingleTrackCar::default();
     let recording = drive::drive(&car, &drive::chirp(15.0), &drive::CLEAN, 2);
     let [v_x, v_y, r, a_y] = drive::CLEAN;
-    let config =
-        format!("em_passes = 0\nnoise = {{ v_x = {v_x}, v_y = {v_y}, r = {r}, a_y = {a_y} }}");
+    let config = format!("em_passes = 0\nnoise = {{ v_x = {v_x}, v_y = {v_y}, r = {r}, a_y = {a_y} }}");
     let found = run(&recording, &config, &mut Log::default()).expect("tires");
     for axle in ["front", "rear"] {
         let axle = &found["pem"][axle];
@@ -134,7 +133,7 @@ fn slip_far_below_the_peak_is_told_to_be_too_little() {
 fn every_formulation_can_be_asked_for() {
     // 6 s around the limit.
     let part = LIMIT.slice(1300..1900);
-    for formulation in Formulation::ALL.into_iter().skip(1) {
+    for formulation in FitFormulation::ALL.into_iter().skip(1) {
         let name = formulation.name();
         let mut log = Log::default();
         let config = format!("method = {name:?}\nem_passes = 0");
@@ -144,9 +143,8 @@ fn every_formulation_can_be_asked_for() {
         assert_eq!(last, &found[name]["rear"]["mean"]["D"]);
         assert!(log.files["tires.html"].contains(formulation.title()));
     }
-    let all = Formulation::ALL.map(|formulation| format!("{:?}", formulation.name())).join(", ");
-    let config =
-        format!("method = \"axle_forces\"\ncompare = [{all}]\nem_passes = 0\nodd_terms = true");
+    let all = FitFormulation::ALL.map(|formulation| format!("{:?}", formulation.name())).join(", ");
+    let config = format!("method = \"axle_forces\"\ncompare = [{all}]\nem_passes = 0\nodd_terms = true");
     let found = run(&part, &config, &mut Log::default()).expect("tires");
     assert_eq!(found["formulations"].as_object().expect("a table").len(), 5);
     assert!(found["axle_forces"]["front"]["mean"]["B"].is_number());
@@ -159,12 +157,8 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
     let config = "compare = [\"smoothed_acceleration\"]\nsvi = true\nwindows = [[0.0, 12.0], [14.0, 30.0]]\nem_passes = 30\n\
                   [[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 11.0";
     let found = run(&LIMIT, config, &mut log).expect("tires");
-    let windows: Vec<_> = found["recordings"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|used| &used["window"])
-        .collect();
+    let windows: Vec<_> =
+        found["recordings"].as_array().expect("a list").iter().map(|used| &used["window"]).collect();
     for (window, expected) in windows.iter().zip([[0.0, 7.99], [11.01, 12.0], [14.0, 29.99]]) {
         for i in 0..2 {
             assert!((number(&window[i]) - expected[i]).abs() < 1e-9, "{window} {expected:?}");
@@ -177,8 +171,7 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
         let rises = trace.windows(2).all(|pair| number(&pair[1]) >= number(&pair[0]) - 1e-5);
         assert!(rises && trace.len() > 3, "{trace:?}");
         assert_eq!(smoothing["em"]["violations"].as_array().map(Vec::len), Some(0));
-        let variances =
-            ["Q", "R"].iter().flat_map(|name| smoothing[name].as_array().expect("a list"));
+        let variances = ["Q", "R"].iter().flat_map(|name| smoothing[name].as_array().expect("a list"));
         assert!(variances.map(number).all(|variance| variance > 0.0), "{smoothing}");
         assert!(number(&smoothing["a_y_rmse"]) < 0.1);
     }
@@ -192,10 +185,7 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
     for (name, sensor) in [("a_y", 0.1), ("r", 0.01)] {
         let in_noise = number(&weave["in_noise"][name]);
         assert!((0.8..1.5).contains(&in_noise), "{weave}");
-        assert!(
-            number(&weave["normalised"][name]) < 2.0 * number(&weave["floor"][name]),
-            "{weave}"
-        );
+        assert!(number(&weave["normalised"][name]) < 2.0 * number(&weave["floor"][name]), "{weave}");
         assert!((number(&weave["rmse"][name]) / sensor - in_noise).abs() < 0.1 * in_noise);
     }
     let used = 800 + 100 + 1600;
@@ -230,8 +220,7 @@ fn the_draws_are_those_of_the_report(draws: &str, axles: &Value) {
     let (heads, lines) = draws.split_once('\n').expect("a first line");
     let heads: Vec<_> = heads.split(',').collect();
     let number = |text: &str| text.parse::<f64>().expect("a number");
-    let rows: Vec<Vec<f64>> =
-        lines.lines().map(|line| line.split(',').map(number).collect()).collect();
+    let rows: Vec<Vec<f64>> = lines.lines().map(|line| line.split(',').map(number).collect()).collect();
     assert_eq!(rows.len(), 1000);
     let count = rows.len() as f64;
     let mean = |of: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(of).sum::<f64>() / count;
@@ -247,14 +236,9 @@ fn the_draws_are_those_of_the_report(draws: &str, axles: &Value) {
         for (a, name) in parameters.into_iter().enumerate() {
             let std = entry(a, a).sqrt();
             let expected = self::number(&axles[axle]["posterior"]["mean"][name]);
-            assert!(
-                (means[a] - expected).abs() < 0.1 * std,
-                "{axle} {name}: {} {expected}",
-                means[a]
-            );
+            assert!((means[a] - expected).abs() < 0.1 * std, "{axle} {name}: {} {expected}", means[a]);
             for b in 0..4 {
-                let product =
-                    |row: &Vec<f64>| (row[places[a]] - means[a]) * (row[places[b]] - means[b]);
+                let product = |row: &Vec<f64>| (row[places[a]] - means[a]) * (row[places[b]] - means[b]);
                 let off = (mean(&product) - entry(a, b)) / (std * entry(b, b).sqrt());
                 assert!(off.abs() < 0.15, "{axle} {name} {}: off by {off}", parameters[b]);
             }
@@ -281,7 +265,7 @@ fn noises_bounds_and_coupling_are_those_that_were_asked_for() {
 fn nothing_is_integrated_over_a_gap() {
     let without = |from: f64, until: f64| {
         let inside = |k: &usize| !(from..until).contains(&LIMIT.t[*k]);
-        LIMIT.rows(&(0..LIMIT.len()).filter(inside).collect::<Vec<_>>())
+        LIMIT.select_rows(&(0..LIMIT.len()).filter(inside).collect::<Vec<_>>())
     };
     let gap = without(10.0, 15.0);
     let config = "em_passes = 0\nposterior = false\n[[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 17.0";
@@ -343,7 +327,7 @@ fn a_mistake_is_named_by_its_key() {
     for (config, says) in cases {
         let car = if config.starts_with("car") { "" } else { CAR };
         let text = format!("task = \"closed_loop\"\n{car}\n{config}");
-        let error = Identify::check(&request(&part, &text)).expect_err(config).to_string();
+        let error = Identify::check_request(&request(&part, &text)).expect_err(config).to_string();
         assert!(error.contains(says), "{config}: {error}");
     }
     for (config, says) in [

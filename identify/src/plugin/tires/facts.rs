@@ -1,10 +1,10 @@
 //! Tells people what was done to the recording.
 
-use numerics::text::significant;
-use preparation::{OffsetSource, Prepared, RowCounts};
+use numerics::text::format_significant;
+use preparation::{OffsetSource, PreparedRecording, RowCounts};
 
 /// What was done to the recording, for people.
-pub(super) fn facts(prepared: &Prepared) -> Vec<(String, String)> {
+pub(super) fn preparation_facts(prepared: &PreparedRecording) -> Vec<(String, String)> {
     let report = &prepared.report;
     let RowCounts { rows, held, slow, gear_shift, gap, short, used } = report.lost;
     let mut facts = vec![
@@ -27,16 +27,11 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<(String, String)> {
             OffsetSource::Estimated => "estimated from straight driving",
             OffsetSource::TooFewStraightSamples => "too little straight driving to tell",
         };
-        let value = significant(offset.value, 3);
-        (
-            format!("offset of {}", offset.name),
-            format!("{value} {}, {from}", offset_unit(offset.name)),
-        )
+        let value = format_significant(offset.value, 3);
+        (format!("offset of {}", offset.name), format!("{value} {}, {from}", offset_unit(offset.name)))
     }));
     let repeated = report.held.iter().filter(|(_, count)| **count > 0);
-    facts.extend(
-        repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
-    );
+    facts.extend(repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())));
     facts.extend(report.points.iter().map(|points| {
         let name = format!("{} {:?} points", points.axle, points.direction).to_lowercase();
         (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))

@@ -4,9 +4,9 @@ mod ros;
 
 use std::path::Path;
 
-use diagnostics::suggest::{shortened, unknown};
-use diagnostics::{Error, Mistakes};
-use recording::table::{ColumnTitle, Titles};
+use diagnostics::suggest::{join_shortened, unknown_name};
+use diagnostics::{Error, ErrorCollector};
+use recording::table::{ColumnTitle, FileTitles};
 use units::Unit;
 
 use super::titles::{USUAL, UsualTitles};
@@ -35,36 +35,36 @@ pub fn unit_of_signal(name: &str) -> &'static str {
 ///
 /// # Errors
 /// When the file has no such column, a unit is none, or time or any signal is missing.
-pub fn choose(
+pub fn choose_columns(
     log: &Path,
-    titles: &Titles,
+    titles: &FileTitles,
     given: &[(&'static str, &Option<String>)],
 ) -> Result<Vec<ColumnChoice>, Error> {
-    let Titles { columns: titles, has_time, .. } = titles;
+    let FileTitles { columns: titles, has_time, .. } = titles;
     let one = |(name, written): &(&'static str, &Option<String>)| match written {
         Some(written) => named_column(log, titles, name, written).map(Some),
         None => Ok(guessed_column(titles, name)),
     };
     let chosen: Vec<ColumnChoice> =
-        Mistakes::all(given.iter().map(one))?.into_iter().flatten().collect();
+        ErrorCollector::collect_all(given.iter().map(one))?.into_iter().flatten().collect();
     let names: Vec<&str> = titles.iter().map(|title| title.name.as_str()).collect();
     let there = |name: &str| chosen.iter().any(|it| it.name == name);
     if !has_time && !there("time") {
-        return Err(missing(log, "time", &names));
+        return Err(missing_column_error(log, "time", &names));
     }
     match chosen.iter().any(|it| it.name != "time") {
         true => Ok(chosen),
-        false => Err(missing(log, "v_x", &names)),
+        false => Err(missing_column_error(log, "v_x", &names)),
     }
 }
 
-fn missing(log: &Path, name: &str, titles: &[&str]) -> Error {
-    let known = shortened(titles);
+fn missing_column_error(log: &Path, name: &str, titles: &[&str]) -> Error {
+    let known = join_shortened(titles);
     let message = format!("{}: no column has a usual title for `{name}`", log.display());
-    Error::input(message).help(format!("name it: --{name} COLUMN; the file has {known}"))
+    Error::invalid_input(message).with_help(format!("name it: --{name} COLUMN; the file has {known}"))
 }
 
-fn matches_title(title: &ColumnTitle, text: &str) -> bool {
+fn is_title_match(title: &ColumnTitle, text: &str) -> bool {
     [&title.name, &title.text, &title.plain].iter().any(|it| *it == text)
 }
 
@@ -75,8 +75,7 @@ fn named_column(
     name: &'static str,
     written: &str,
 ) -> Result<ColumnChoice, Error> {
-    let is_title =
-        |text: &str| titles.is_empty() || titles.iter().any(|title| matches_title(title, text));
+    let is_title = |text: &str| titles.is_empty() || titles.iter().any(|title| is_title_match(title, text));
     let (column, unit) = match written.rsplit_once(':') {
         Some((column, unit)) if !is_title(written) || titles.is_empty() => (column, Some(unit)),
         _ => (written, None),
@@ -84,12 +83,12 @@ fn named_column(
     if !is_title(column) {
         let names = titles.iter().map(|title| title.name.as_str());
         let kind = format!("column of {} for --{name}", log.display());
-        return Err(unknown(&kind, column, names).input());
+        return Err(unknown_name(&kind, column, names).into_error());
     }
     if let Some(Err(error)) = unit.map(Unit::parse) {
-        return Err(Error::input(format!("--{name} {written}: {error}")));
+        return Err(Error::invalid_input(format!("--{name} {written}: {error}")));
     }
-    let recorded = titles.iter().find(|it| matches_title(it, column));
+    let recorded = titles.iter().find(|it| is_title_match(it, column));
     let stated = recorded.and_then(|title| title.unit.clone());
     let unit = match unit {
         Some(unit) => Some(unit.to_owned()),
@@ -103,23 +102,21 @@ fn named_column(
 /// The column with the most usual title whose unit fits, or which has none: a wheel in km/h is no angular speed, and a steering angle
 /// in rpm is none.
 fn guessed_column(titles: &[ColumnTitle], name: &'static str) -> Option<ColumnChoice> {
-    let UsualTitles { unit: wanted, titles: usual, .. } =
-        USUAL.iter().find(|it| it.signal == name)?;
+    let UsualTitles { unit: wanted, titles: usual, .. } = USUAL.iter().find(|it| it.signal == name)?;
     let is = |title: &ColumnTitle, usual: &str| {
-        split_unit(&title.plain, wanted).0 == usual || normalized(&title.plain) == usual
+        split_unit(&title.plain, wanted).0 == usual || normalized_title(&title.plain) == usual
     };
     let fits = |title: &&ColumnTitle| {
         title
             .unit
             .as_ref()
-            .is_none_or(|unit| same_dimension(unit, wanted) || is_gravity(unit, wanted))
+            .is_none_or(|unit| same_dimension(unit, wanted) || is_g_of_acceleration(unit, wanted))
     };
-    let by_title = usual
-        .iter()
-        .find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits));
-    let title = by_title.or_else(|| ros::usual(titles, name).filter(fits))?;
+    let by_title =
+        usual.iter().find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits));
+    let title = by_title.or_else(|| ros::usual_ros_column(titles, name).filter(fits))?;
     let unit = match &title.unit {
-        Some(unit) if is_gravity(unit, wanted) => Some("g0".to_owned()),
+        Some(unit) if is_g_of_acceleration(unit, wanted) => Some("g0".to_owned()),
         Some(_) => None,
         None => Some(unit_of(&title.plain, name)),
     };
@@ -128,7 +125,7 @@ fn guessed_column(titles: &[ColumnTitle], name: &'static str) -> Option<ColumnCh
 }
 
 /// Whether `g` means an acceleration, which is a gram elsewhere.
-fn is_gravity(unit: &str, wanted: &str) -> bool {
+fn is_g_of_acceleration(unit: &str, wanted: &str) -> bool {
     unit == "g" && wanted == "m/s2"
 }
 
@@ -147,21 +144,21 @@ fn unit_of(title: &str, name: &str) -> String {
 }
 
 /// Small letters and digits alone.
-fn normalized(title: &str) -> String {
+fn normalized_title(title: &str) -> String {
     title.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
 }
 
 /// The plain title without a unit of the wanted dimension at its end, behind a sign, and that unit.
 fn split_unit(title: &str, wanted: &str) -> (String, Option<String>) {
     let Some((rest, end)) = title.rsplit_once(['_', ' ', '.']) else {
-        return (normalized(title), None);
+        return (normalized_title(title), None);
     };
     let parsed = Unit::parse(end).is_ok().then_some(end);
     let gravities = (end.eq_ignore_ascii_case("g")).then_some("g0");
-    let units = [gravities, units::unit_of_spelling(end), parsed].into_iter().flatten();
+    let units = [gravities, units::unit_for_spelling(end), parsed].into_iter().flatten();
     match units.into_iter().find(|unit| same_dimension(unit, wanted)) {
-        Some(unit) => (normalized(rest), Some(unit.to_owned())),
-        None => (normalized(title), None),
+        Some(unit) => (normalized_title(rest), Some(unit.to_owned())),
+        None => (normalized_title(title), None),
     }
 }
 
@@ -169,7 +166,7 @@ fn split_unit(title: &str, wanted: &str) -> (String, Option<String>) {
 mod tests {
     use super::*;
 
-    fn titles(names: &[&str]) -> Titles {
+    fn titles(names: &[&str]) -> FileTitles {
         // `title [unit]`, or a title alone.
         let title = |name: &&str| {
             let parts = name.strip_suffix(']').and_then(|it| it.split_once(" ["));
@@ -178,14 +175,11 @@ mod tests {
             ColumnTitle { text, plain, name, unit: unit.map(str::to_owned) }
         };
         let (columns, format) = (names.iter().map(title).collect(), "CSV".to_owned());
-        Titles { columns, has_time: false, format }
+        FileTitles { columns, has_time: false, format }
     }
 
-    fn all(
-        names: &[&str],
-        given: &[(&'static str, &Option<String>)],
-    ) -> Result<Vec<ColumnChoice>, Error> {
-        choose(Path::new("drive.csv"), &titles(names), given)
+    fn all(names: &[&str], given: &[(&'static str, &Option<String>)]) -> Result<Vec<ColumnChoice>, Error> {
+        choose_columns(Path::new("drive.csv"), &titles(names), given)
     }
 
     #[test]
@@ -194,9 +188,8 @@ mod tests {
         let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
         let found = all(&["t_s", "vx_kmh", "yaw_rate_degps", "ay_mps2", "delta_rad", "x"], &given);
         let found = found.expect("all are there");
-        let of = |it: &ColumnChoice| {
-            format!("{} {} {}", it.name, it.column, it.unit.as_deref().unwrap_or("-"))
-        };
+        let of =
+            |it: &ColumnChoice| format!("{} {} {}", it.name, it.column, it.unit.as_deref().unwrap_or("-"));
         let found: Vec<String> = found.iter().map(of).collect();
         assert_eq!(
             found,
@@ -241,13 +234,7 @@ mod tests {
                 "Time, Ground Speed, Gyro Yaw Velocity, G Force Lat, Steering Wheel Angle",
             ),
             (
-                &[
-                    "Time [s]",
-                    "GPS Speed [mph]",
-                    "LateralAcc [g0]",
-                    "Steering Pos [V]",
-                    "SteerAngle [deg]",
-                ],
+                &["Time [s]", "GPS Speed [mph]", "LateralAcc [g0]", "Steering Pos [V]", "SteerAngle [deg]"],
                 "Time, GPS Speed, LateralAcc, SteerAngle",
             ),
         ] {
@@ -270,8 +257,8 @@ mod tests {
             "/vehicle/status/steering_status.steering_tire_angle",
             "/control/command.lateral.steering_tire_angle",
         ];
-        let titles = Titles { has_time: true, ..titles(&names) };
-        let found = choose(Path::new("drive.mcap"), &titles, &given).expect("some are there");
+        let titles = FileTitles { has_time: true, ..titles(&names) };
+        let found = choose_columns(Path::new("drive.mcap"), &titles, &given).expect("some are there");
         let found: Vec<_> = found.iter().map(|it| (it.name, it.column.as_str())).collect();
         assert_eq!(found, [("v_x", names[1]), ("r", names[2]), ("delta", names[5])]);
     }
@@ -283,14 +270,8 @@ mod tests {
         let found = all(&["time", "Speed"], &given).expect("both are there");
         assert_eq!((found[1].column.as_str(), found[1].unit.as_deref()), ("Speed", Some("km/h")));
         let wrong = all(&["time", "Sped"], &given).expect_err("there is no such column");
-        assert!(
-            wrong.to_string().contains("unknown column of drive.csv for --v_x `Speed`"),
-            "{wrong}"
-        );
+        assert!(wrong.to_string().contains("unknown column of drive.csv for --v_x `Speed`"), "{wrong}");
         let no_time = all(&["Speed"], &given).expect_err("there is no time");
-        assert!(
-            no_time.to_string().contains("no column has a usual title for `time`"),
-            "{no_time}"
-        );
+        assert!(no_time.to_string().contains("no column has a usual title for `time`"), "{no_time}");
     }
 }

@@ -9,7 +9,7 @@ use super::columns::{ColumnChoice, unit_of_signal};
 
 /// The keys of a column in a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ColumnKeys<'a> {
+pub struct CorrectedColumn<'a> {
     chosen: &'a ColumnChoice,
     /// Its unit, where the file does not say it.
     unit: Option<String>,
@@ -23,15 +23,15 @@ pub struct ColumnKeys<'a> {
     gaps: Option<String>,
 }
 
-impl<'a> ColumnKeys<'a> {
+impl<'a> CorrectedColumn<'a> {
     /// The column as it is chosen.
-    pub fn of(chosen: &'a ColumnChoice) -> Self {
+    pub fn from_choice(chosen: &'a ColumnChoice) -> Self {
         let unit = chosen.unit.clone();
-        ColumnKeys { chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
+        CorrectedColumn { chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
     }
 
     /// The column with the corrections of a finding on top of those that it has. Nothing where the line is none of a column.
-    fn correct(&mut self, line: &str) -> Option<()> {
+    fn apply_correction(&mut self, line: &str) -> Option<()> {
         let keys: toml::Table = toml::from_str(&format!("keys = {{ {line} }}")).ok()?;
         let keys = keys.get("keys")?.as_table()?;
         let number = |key: &str| {
@@ -39,7 +39,7 @@ impl<'a> ColumnKeys<'a> {
             value.as_float().or_else(|| Some(value.as_integer()? as f64))
         };
         if let Some(unit) = keys.get("unit").and_then(toml::Value::as_str) {
-            self.change_unit(unit);
+            self.reinterpret_in_unit(unit);
         }
         let factor = number("gain").unwrap_or(1.0) * number("sign").unwrap_or(1.0);
         self.gain *= factor.abs();
@@ -53,11 +53,11 @@ impl<'a> ColumnKeys<'a> {
     }
 
     /// Takes the values for those of another unit: by a factor where the file or the user says the unit already.
-    fn change_unit(&mut self, unit: &str) {
+    fn reinterpret_in_unit(&mut self, unit: &str) {
         let signal = unit_of_signal(self.chosen.name);
         if self.unit.as_deref() == Some(signal) {
             self.unit = Some(unit.to_owned());
-        } else if let Some(factor) = factor(unit, signal) {
+        } else if let Some(factor) = unit_conversion_factor(unit, signal) {
             self.gain *= factor;
             self.offset *= factor;
         }
@@ -66,60 +66,60 @@ impl<'a> ColumnKeys<'a> {
     /// What one unit of the column is in that of the signal.
     fn to_signal(&self) -> f64 {
         let own = self.unit.as_ref().or(self.chosen.stated.as_ref());
-        own.and_then(|unit| factor(unit, unit_of_signal(self.chosen.name))).unwrap_or(1.0)
+        own.and_then(|unit| unit_conversion_factor(unit, unit_of_signal(self.chosen.name))).unwrap_or(1.0)
     }
 
     /// The line of the column.
-    pub fn line(&self) -> String {
+    pub fn toml_line(&self) -> String {
         let Self { chosen, unit, gain, offset, sign, delay, gaps } = self;
-        let mut line = format!("{} = {{ column = {}", chosen.name, quoted(&chosen.column));
+        let mut line = format!("{} = {{ column = {}", chosen.name, toml_string(&chosen.column));
         let texts = [("unit", unit), ("gaps", gaps)];
         for (key, text) in texts.iter().filter_map(|(key, text)| Some((key, text.as_ref()?))) {
             // Writing into a string cannot fail.
-            let _ = write!(line, ", {key} = {}", quoted(text));
+            let _ = write!(line, ", {key} = {}", toml_string(text));
         }
         if *sign < 0.0 {
             line += ", sign = -1";
         }
         let numbers = [("gain", *gain, 1.0), ("offset", *offset, 0.0), ("delay", *delay, 0.0)];
         for (key, value, _) in numbers.into_iter().filter(|(_, value, none)| value != none) {
-            let _ = write!(line, ", {key} = {:?}", rounded(value));
+            let _ = write!(line, ", {key} = {:?}", round_to_six_digits(value));
         }
         line + " }"
     }
 }
 
 /// The scale between two units.
-fn factor(from: &str, to: &str) -> Option<f64> {
+fn unit_conversion_factor(from: &str, to: &str) -> Option<f64> {
     let [from, to] = [from, to].map(|unit| Unit::parse(unit).ok());
     Unit::conversion(&from?, &to?).map(|(scale, _)| scale)
 }
 
 /// Six digits: no correction is known better.
-fn rounded(value: f64) -> f64 {
+fn round_to_six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// A text of TOML.
-pub fn quoted(text: &str) -> String {
+pub fn toml_string(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
 /// A table with all certain and likely corrections.
 pub struct CorrectedTable<'a> {
     /// Its columns.
-    pub columns: Vec<ColumnKeys<'a>>,
+    pub columns: Vec<CorrectedColumn<'a>>,
     /// Further keys of the table.
     pub table: toml::Table,
 }
 
 /// The table with all certain and likely corrections. Nothing where none of them is a line.
-pub fn corrected_table<'a>(
+pub fn apply_corrections_to_table<'a>(
     chosen: &'a [ColumnChoice],
     findings: &[Value],
 ) -> Option<CorrectedTable<'a>> {
-    let mut columns: Vec<ColumnKeys> =
-        chosen.iter().filter(|it| it.name != "time").map(ColumnKeys::of).collect();
+    let mut columns: Vec<CorrectedColumn> =
+        chosen.iter().filter(|it| it.name != "time").map(CorrectedColumn::from_choice).collect();
     let (mut table, mut any) = (toml::Table::new(), false);
     for finding in findings.iter().filter(|it| it["sure"] != "possible") {
         let Some(line) = finding["correction"].as_str() else { continue };
@@ -128,7 +128,7 @@ pub fn corrected_table<'a>(
                 let names: Vec<&str> =
                     finding["channels"].as_array()?.iter().filter_map(Value::as_str).collect();
                 let wrong = columns.iter_mut().filter(|it| names.contains(&it.chosen.name));
-                any |= wrong.filter_map(|keys| keys.correct(line)).count() > 0;
+                any |= wrong.filter_map(|keys| keys.apply_correction(line)).count() > 0;
             }
             Some("table") => {
                 let keys: toml::Table = toml::from_str(line).unwrap_or_default();
@@ -154,33 +154,26 @@ mod tests {
     }
 
     fn line(chosen: &ColumnChoice, corrections: &[&str]) -> String {
-        let mut keys = ColumnKeys::of(chosen);
+        let mut keys = CorrectedColumn::from_choice(chosen);
         for correction in corrections {
-            keys.correct(correction).expect("keys");
+            keys.apply_correction(correction).expect("keys");
         }
-        keys.line()
+        keys.toml_line()
     }
 
     #[test]
     fn a_unit_gives_way_to_a_gain_where_the_file_says_another_one() {
         let free = chosen("v_x", Some("m/s"), None);
         let correction = ["unit = \"km/h\", sign = -1"];
-        assert_eq!(
-            line(&free, &correction),
-            "v_x = { column = \"it\", unit = \"km/h\", sign = -1 }"
-        );
+        assert_eq!(line(&free, &correction), "v_x = { column = \"it\", unit = \"km/h\", sign = -1 }");
         let stated = chosen("v_x", None, Some("m/s"));
-        assert_eq!(
-            line(&stated, &correction),
-            "v_x = { column = \"it\", sign = -1, gain = 0.277778 }"
-        );
+        assert_eq!(line(&stated, &correction), "v_x = { column = \"it\", sign = -1, gain = 0.277778 }");
     }
 
     #[test]
     fn an_offset_is_in_the_unit_of_the_column_and_behind_what_came_before() {
         let degrees = chosen("delta", Some("deg"), None);
-        let found =
-            ["sign = -1, gain = 0.1", "offset = 0.017453293", "delay = 0.02", "delay = 0.01"];
+        let found = ["sign = -1, gain = 0.1", "offset = 0.017453293", "delay = 0.02", "delay = 0.01"];
         assert_eq!(
             line(&degrees, &found),
             "delta = { column = \"it\", unit = \"deg\", sign = -1, gain = 0.1, offset = 1.0, delay = 0.03 }"

@@ -9,7 +9,7 @@ pub struct UsualTitles {
     pub titles: &'static [(&'static str, &'static str)],
 }
 
-const fn usual(
+const fn usual_titles(
     signal: &'static str,
     unit: &'static str,
     titles: &'static [(&'static str, &'static str)],
@@ -33,7 +33,7 @@ macro_rules! wheel {
 
 /// All signals. Titles of one logger are listed once, even if others have them, too.
 pub const USUAL: [UsualTitles; 16] = [
-    usual(
+    usual_titles(
         "time",
         "s",
         &[
@@ -45,7 +45,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("devicetime", "Torque"),
         ],
     ),
-    usual(
+    usual_titles(
         "v_x",
         "m/s",
         &[
@@ -69,7 +69,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("fieldtwistlinearx", "rostopic, geometry_msgs/TwistStamped"),
         ],
     ),
-    usual(
+    usual_titles(
         "v_y",
         "m/s",
         &[
@@ -82,7 +82,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("fieldtwisttwistlineary", "rostopic, nav_msgs/Odometry"),
         ],
     ),
-    usual(
+    usual_titles(
         "r",
         "rad/s",
         &[
@@ -100,7 +100,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("fieldangularvelocityz", "rostopic, sensor_msgs/Imu"),
         ],
     ),
-    usual(
+    usual_titles(
         "a_x",
         "m/s2",
         &[
@@ -120,7 +120,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("fieldlinearaccelerationx", "rostopic, sensor_msgs/Imu"),
         ],
     ),
-    usual(
+    usual_titles(
         "a_y",
         "m/s2",
         &[
@@ -139,7 +139,7 @@ pub const USUAL: [UsualTitles; 16] = [
             ("fieldlinearaccelerationy", "rostopic, sensor_msgs/Imu"),
         ],
     ),
-    usual(
+    usual_titles(
         "delta",
         "rad",
         &[
@@ -156,13 +156,13 @@ pub const USUAL: [UsualTitles; 16] = [
             ("swa", SCRIPTS),
         ],
     ),
-    usual("F_x", "N", &[("fx", SCRIPTS)]),
-    usual("omega_fl", "rad/s", &wheel!("fl")),
-    usual("omega_fr", "rad/s", &wheel!("fr")),
-    usual("omega_rl", "rad/s", &wheel!("rl")),
-    usual("omega_rr", "rad/s", &wheel!("rr")),
-    usual("roll", "rad", &[("roll", SCRIPTS), ("carroll", "CarMaker"), ("rollangle", "VBOX")]),
-    usual(
+    usual_titles("F_x", "N", &[("fx", SCRIPTS)]),
+    usual_titles("omega_fl", "rad/s", &wheel!("fl")),
+    usual_titles("omega_fr", "rad/s", &wheel!("fr")),
+    usual_titles("omega_rl", "rad/s", &wheel!("rl")),
+    usual_titles("omega_rr", "rad/s", &wheel!("rr")),
+    usual_titles("roll", "rad", &[("roll", SCRIPTS), ("carroll", "CarMaker"), ("rollangle", "VBOX")]),
+    usual_titles(
         "course",
         "rad",
         &[
@@ -173,18 +173,12 @@ pub const USUAL: [UsualTitles; 16] = [
             ("trackangle", SCRIPTS),
         ],
     ),
-    usual(
+    usual_titles(
         "x",
         "m",
-        &[
-            ("x", SCRIPTS),
-            ("posx", SCRIPTS),
-            ("positionx", SCRIPTS),
-            ("east", SCRIPTS),
-            ("easting", SCRIPTS),
-        ],
+        &[("x", SCRIPTS), ("posx", SCRIPTS), ("positionx", SCRIPTS), ("east", SCRIPTS), ("easting", SCRIPTS)],
     ),
-    usual(
+    usual_titles(
         "y",
         "m",
         &[

@@ -4,36 +4,36 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
-use fmu_export::description::Table;
-use fmu_export::pack::{Version, archive};
+use fmu_export::description::DescriptionTable;
+use fmu_export::pack::{FmiVersion, write_fmu_archive};
 use serde::Serialize;
 
 /// An FMU to be packed, without its resources.
 pub struct FmuPackage<'a> {
     pub name: &'a str,
-    pub version: Version,
+    pub version: FmiVersion,
     /// The folder of the archive.
     pub out: &'a Path,
-    pub table: &'a Table,
+    pub table: &'a DescriptionTable,
     pub library: &'a Path,
 }
 
 impl FmuPackage<'_> {
     /// The identity of the FMU with these resources, by their paths.
-    pub fn identity(&self, resources: &BTreeMap<String, Vec<u8>>) -> String {
+    pub fn content_guid(&self, resources: &BTreeMap<String, Vec<u8>>) -> String {
         let mut identity = self.table.guid().into_bytes();
         resources.iter().for_each(|(name, bytes)| {
             identity.extend(name.bytes());
-            identity.extend(fmu_import::sha256(bytes).bytes());
+            identity.extend(fmu_import::sha256_hex(bytes).bytes());
         });
-        format!("{{{}}}", &fmu_import::sha256(&identity)[..32])
+        format!("{{{}}}", &fmu_import::sha256_hex(&identity)[..32])
     }
 
     /// Writes the archive with its resources, and its interface as the resource `file`; returns its path.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn pack(
+    pub fn write_archive(
         &self,
         guid: &str,
         mut resources: BTreeMap<String, Vec<u8>>,
@@ -43,14 +43,14 @@ impl FmuPackage<'_> {
         let text = serde_json::to_string_pretty(interface).unwrap_or_default();
         resources.insert(file.to_owned(), text.into_bytes());
         let xml = match self.version {
-            Version::Two => self.table.xml(guid),
-            Version::Three => self.table.xml3(guid),
+            FmiVersion::Two => self.table.fmi2_description_xml(guid),
+            FmiVersion::Three => self.table.fmi3_description_xml(guid),
         };
-        let path = self.out.join(format!("{}{}", self.name, self.version.suffix()));
+        let path = self.out.join(format!("{}{}", self.name, self.version.archive_suffix()));
         let in_archive = |(name, bytes)| (format!("resources/{name}"), bytes);
         let files: Vec<_> = resources.into_iter().map(in_archive).collect();
-        let packed = archive(&path, self.name, self.version, &xml, self.library, &files);
-        packed.map_err(|error| Error::input(error.to_string()))?;
+        let packed = write_fmu_archive(&path, self.name, self.version, &xml, self.library, &files);
+        packed.map_err(|error| Error::invalid_input(error.to_string()))?;
         Ok(path)
     }
 }

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::python::{Interpreter, MODEL_SERVER, MODEL_SERVER_PATH, PythonException, ScriptError};
-use diagnostics::{Error, Source, TextFile};
-use fmu_export::pack::{Version, is_identifier};
+use ::python::{MODEL_SERVER, MODEL_SERVER_PATH, PythonException, PythonInterpreter, ScriptError};
+use diagnostics::{Error, SourceFiles, TextFile};
+use fmu_export::pack::{FmiVersion, is_identifier};
 use orchestrator::package::BuildProgress;
 use python_model::PackedScript;
 
 use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
-use crate::command::{print, tell};
+use crate::command::{print_text, print_to_stderr};
 
 /// The package whose library asks the process of a script.
 const LIBRARY: &str = "python-fmu";
@@ -30,7 +30,7 @@ pub struct PackOptions<'a> {
     /// Files and folders that it needs.
     pub with: &'a [PathBuf],
     /// Its version of FMI.
-    pub version: Version,
+    pub version: FmiVersion,
     /// The folder of the archive.
     pub out: &'a Path,
 }
@@ -39,50 +39,46 @@ pub struct PackOptions<'a> {
 ///
 /// # Errors
 /// When the script does not load, is no model, or the archive cannot be written.
-pub fn run(order: &PackOptions) -> Result<u8, Error> {
+pub fn pack_python_script(order: &PackOptions) -> Result<u8, Error> {
     let PackOptions { script, name, class, .. } = *order;
     let stem = script.file_stem().unwrap_or_default().to_string_lossy();
     let name = name.unwrap_or(&stem);
     if !is_identifier(name) {
-        let error = Error::input(format!(
+        let error = Error::invalid_input(format!(
             "expected a name of letters, digits and `_` without a digit in front, found `{name}`"
         ));
-        return Err(error.help("name the FMU: --name NAME"));
+        return Err(error.with_help("name the FMU: --name NAME"));
     }
     let mut resources = BTreeMap::new();
     let file = resource_name(script)?;
-    read(script, file.clone(), &mut resources)?;
+    read_resource_files(script, file.clone(), &mut resources)?;
     for path in order.with {
-        read(path, resource_path(script, path)?, &mut resources)?;
+        read_resource_files(path, resource_path(script, path)?, &mut resources)?;
     }
     resources.insert(MODEL_SERVER_PATH.to_owned(), MODEL_SERVER.as_bytes().to_vec());
     // What the script imports must be in the archive, so it is asked where nothing else is.
-    let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
-    write(folder.path(), &resources)?;
-    let interpreter = Interpreter::choose(None);
-    let described = python_model::describe(&interpreter, folder.path(), &file, class, name)
-        .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
+    let folder = tempfile::tempdir().map_err(|error| Error::output_failure(Path::new("."), error))?;
+    write_resource_files(folder.path(), &resources)?;
+    let interpreter = PythonInterpreter::choose_interpreter(None);
+    let described = python_model::describe_script(&interpreter, folder.path(), &file, class, name)
+        .map_err(|failure| script_load_error(order, &resources, &interpreter, failure))?;
     let PackedScript { mut interface, table, unsaved, python, printed } = described;
-    printed.iter().for_each(|line| tell(line));
+    printed.iter().for_each(|line| print_to_stderr(line));
     let mut building = BuildLine::default();
-    let library =
-        super::library::find(LIBRARY, &mut |progress: BuildProgress| building.show(&progress))?;
+    let library = super::library::find_package_library(LIBRARY, &mut |progress: BuildProgress| {
+        building.show(&progress)
+    })?;
     // The identity is that of all that is in the archive, but not of the place of Python on this machine.
-    let package = FmuPackage {
-        name,
-        version: order.version,
-        out: order.out,
-        table: &table,
-        library: &library,
-    };
-    interface.guid = package.identity(&resources);
-    let path = package.pack(&interface.guid, resources, python_model::INTERFACE, &interface)?;
+    let package =
+        FmuPackage { name, version: order.version, out: order.out, table: &table, library: &library };
+    interface.guid = package.content_guid(&resources);
+    let path = package.write_archive(&interface.guid, resources, python_model::INTERFACE, &interface)?;
     if let Some(reason) = unsaved {
-        tell(&format!(
+        print_to_stderr(&format!(
             "note: the FMU has no copies of its state, so no checkpoints: {reason}; methods `save` and `restore` of the class can do without it"
         ));
     }
-    print(&format!("{} (Python {python})\n", path.display()));
+    print_text(&format!("{} (Python {python})\n", path.display()));
     Ok(0)
 }
 
@@ -91,7 +87,7 @@ fn resource_name(path: &Path) -> Result<String, Error> {
     let name = path.file_name().and_then(|name| name.to_str());
     match name {
         Some(name) if name != python_model::INTERFACE && name != "trackside" => Ok(name.to_owned()),
-        _ => Err(Error::input(format!(
+        _ => Err(Error::invalid_input(format!(
             "expected a file whose name is UTF-8 and neither `{}` nor `trackside`, found {}",
             python_model::INTERFACE,
             path.display()
@@ -105,29 +101,30 @@ fn resource_path(script: &Path, path: &Path) -> Result<String, Error> {
     let (path, script) = (canonical(path), canonical(script));
     let own = script.parent().and_then(|folder| path.strip_prefix(folder).ok());
     match own.and_then(Path::to_str).filter(|own| !own.is_empty()) {
-        Some(own) => resource_name(own.split('/').next().unwrap_or_default().as_ref())
-            .map(|_| own.to_owned()),
+        Some(own) => {
+            resource_name(own.split('/').next().unwrap_or_default().as_ref()).map(|_| own.to_owned())
+        }
         None => resource_name(&path),
     }
 }
 
 /// Reads a file, or all files of a folder but those that Python or others put there for themselves.
-fn read(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
-    let wrong = |error: std::io::Error| Error::input(format!("{}: {error}", path.display()));
+fn read_resource_files(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
+    let wrong = |error: std::io::Error| Error::invalid_input(format!("{}: {error}", path.display()));
     let about = std::fs::metadata(path).map_err(wrong)?;
     if about.is_dir() {
         for entry in std::fs::read_dir(path).map_err(wrong)? {
             let entry = entry.map_err(wrong)?.path();
             let own = resource_name(&entry)?;
             if own != "__pycache__" && !own.starts_with('.') {
-                read(&entry, format!("{name}/{own}"), into)?;
+                read_resource_files(&entry, format!("{name}/{own}"), into)?;
             }
         }
         return Ok(());
     }
     if about.len() > LARGEST {
         let (path, length) = (path.display(), about.len());
-        return Err(Error::input(format!(
+        return Err(Error::invalid_input(format!(
             "expected a file of at most {LARGEST} bytes, found {path} with {length}"
         )));
     }
@@ -135,24 +132,24 @@ fn read(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Resu
     Ok(())
 }
 
-fn write(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
+fn write_resource_files(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
     files.iter().try_for_each(|(name, bytes)| {
         let path = folder.join(name);
         let above = path.parent().unwrap_or(folder);
         let done = std::fs::create_dir_all(above).and_then(|()| std::fs::write(&path, bytes));
-        done.map_err(|error| Error::output(&path, error))
+        done.map_err(|error| Error::output_failure(&path, error))
     })
 }
 
 /// The error of a script that does not load, at its line.
-fn refused(
+fn script_load_error(
     order: &PackOptions,
     resources: &BTreeMap<String, Vec<u8>>,
-    interpreter: &Interpreter,
+    interpreter: &PythonInterpreter,
     failure: ScriptError,
 ) -> Error {
     let ScriptError::Exception(PythonException { message, file, line, .. }) = failure else {
-        return Error::input(format!("{}: {failure}", order.script.display()));
+        return Error::invalid_input(format!("{}: {failure}", order.script.display()));
     };
     let path = |file: &String| order.script.with_file_name(file);
     let place = file.as_ref().zip(line).and_then(|(file, line)| {
@@ -161,11 +158,11 @@ fn refused(
         let words = text.get(begin..)?.lines().next().unwrap_or_default();
         let indent = words.len() - words.trim_start().len();
         let range = begin + indent..begin + words.trim_end().len().max(indent);
-        Some((Source::generated(TextFile::new(path(file), text)), range))
+        Some((SourceFiles::from_generated(TextFile::new(path(file), text)), range))
     });
     let error = match place {
-        Some((source, range)) => source.error(range, &message, ""),
-        None => Error::input(format!("{}: {message}", order.script.display())),
+        Some((source, range)) => source.error_at(range, &message, ""),
+        None => Error::invalid_input(format!("{}: {message}", order.script.display())),
     };
     let missing = message.strip_prefix("ModuleNotFoundError: No module named '");
     let Some(module) = missing.and_then(|rest| rest.split(['\'', '.']).next()) else {
@@ -173,8 +170,8 @@ fn refused(
     };
     let own = [format!("{module}.py"), module.to_owned()];
     match own.into_iter().find(|name| path(name).exists()) {
-        Some(own) => error.help(format!("to take it along: --with {}", path(&own).display())),
-        None => error.help(format!(
+        Some(own) => error.with_help(format!("to take it along: --with {}", path(&own).display())),
+        None => error.with_help(format!(
             "install it for {} ({}), or name another Python by the environment variable TRACKSIDE_PYTHON",
             interpreter.path.display(),
             interpreter.reason

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Mistakes};
+use diagnostics::{Error, ErrorCollector};
 use orchestrator::package::{self, BuildProgress};
 use orchestrator::{suite, validation};
 use scenario::Scenario;
-use scenario::export::export;
+use scenario::export::export_ssp;
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 
 use crate::command::progress::BuildLine;
-use crate::command::{print, tell};
+use crate::command::{print_text, print_to_stderr};
 
 /// The folder of the archives when none is named.
 const FOLDER: &str = "target/ssp";
@@ -20,11 +20,11 @@ const FOLDER: &str = "target/ssp";
 ///
 /// # Errors
 /// When a scenario is wrong, or its archive cannot be written.
-pub fn run(scenarios: &[String], out: Option<&Path>) -> Result<u8, Error> {
+pub fn pack_scenarios_as_ssp(scenarios: &[String], out: Option<&Path>) -> Result<u8, Error> {
     let scenarios: Vec<PathBuf> = scenarios.iter().map(PathBuf::from).collect();
     if scenarios.is_empty() {
-        let error = Error::input("expected a scenario to pack, found none");
-        return Err(error.help("trackside pack SCENARIO.toml --ssp"));
+        let error = Error::invalid_input("expected a scenario to pack, found none");
+        return Err(error.with_help("trackside pack SCENARIO.toml --ssp"));
     }
     suite::check_names(&scenarios)?;
     let is_archive = |path: &&Path| {
@@ -37,26 +37,27 @@ pub fn run(scenarios: &[String], out: Option<&Path>) -> Result<u8, Error> {
             scenarios.len(),
             archive.display()
         );
-        return Err(Error::input(message));
+        return Err(Error::invalid_input(message));
     }
     let packed = scenarios.iter().map(|scenario| {
         let name = scenario.file_stem().unwrap_or_default().to_string_lossy();
         let default = out.unwrap_or(Path::new(FOLDER)).join(format!("{name}.ssp"));
-        pack(scenario, archive.unwrap_or(&default))
+        write_ssp_archive(scenario, archive.unwrap_or(&default))
     });
-    Mistakes::all(packed).map(|_| 0)
+    ErrorCollector::collect_all(packed).map(|_| 0)
 }
 
-fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
+fn write_ssp_archive(path: &Path, archive: &Path) -> Result<(), Error> {
     let scenario = Scenario::read(path)?;
     let mut building = BuildLine::default();
-    let built = package::build(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
+    let built =
+        package::build_scenario_packages(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
     let plan = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    validation::check_all(&scenario, &built, &plan.system)?;
-    let exported = export(&scenario, &built, &plan.system, archive)?;
+    validation::check_validations(&scenario, &built, &plan.system)?;
+    let exported = export_ssp(&scenario, &built, &plan.system, archive)?;
     for note in &exported.notes {
-        tell(&format!("note: {note}"));
+        print_to_stderr(&format!("note: {note}"));
     }
-    print(&format!("{} (SSP {})\n", archive.display(), exported.version));
+    print_text(&format!("{} (SSP {})\n", archive.display(), exported.version));
     Ok(())
 }

@@ -5,19 +5,19 @@ use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
-use ::system::expose::{self, Choice};
-use cosim::system::{Body, NodePlan, System};
+use ::system::expose::{self, VariableChoice};
+use cosim::system::{NodeBody, NodePlan, System};
 use diagnostics::Error;
-use fmu_export::pack::{Version, is_identifier};
+use fmu_export::pack::{FmiVersion, is_identifier};
 use orchestrator::package::{self, BuildProgress};
-use scenario::bundle::{Bundle, Layout, SCENARIO};
+use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
 
 use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
-use crate::command::{print, tell};
+use crate::command::{print_text, print_to_stderr};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
@@ -27,9 +27,9 @@ pub struct PackOptions<'a> {
     /// One scenario.
     pub scenarios: &'a [String],
     /// Name, inputs and outputs of the FMU.
-    pub choice: Choice,
+    pub choice: VariableChoice,
     /// Its version of FMI.
-    pub version: Version,
+    pub version: FmiVersion,
     /// The folder of the archive.
     pub out: &'a Path,
 }
@@ -38,69 +38,67 @@ pub struct PackOptions<'a> {
 ///
 /// # Errors
 /// When the scenario is wrong, a chosen variable is none, or the archive cannot be written.
-pub fn run(options: &PackOptions) -> Result<u8, Error> {
+pub fn pack_scenario_as_fmu(options: &PackOptions) -> Result<u8, Error> {
     let [path] = options.scenarios else {
         let found = options.scenarios.len();
-        let error = Error::input(format!("--fmu: expected one scenario, found {found}"));
-        return Err(error.help(
-            "trackside pack SCENARIO.toml --fmu NAME --inputs plant.delta --outputs 'plant.*'",
-        ));
+        let error = Error::invalid_input(format!("--fmu: expected one scenario, found {found}"));
+        return Err(error
+            .with_help("trackside pack SCENARIO.toml --fmu NAME --inputs plant.delta --outputs 'plant.*'"));
     };
     let name = &options.choice.name;
     if !is_identifier(name) {
-        return Err(Error::input(format!(
+        return Err(Error::invalid_input(format!(
             "--fmu: expected letters, digits and `_` without a digit in front, found `{name}`"
         )));
     }
     let scenario = Scenario::read(Path::new(path))?;
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
-    let built = package::build(&scenario, progress)?;
+    let built = package::build_scenario_packages(&scenario, progress)?;
     let original = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    check_one_process(&original.system)?;
-    let library = super::library::find(LIBRARY, progress)?;
+    refuse_multi_process_fmus(&original.system)?;
+    let library = super::library::find_package_library(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
-    let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
-    let exposed =
-        expose_system(&scenario, &original.system, &built, &options.choice, folder.path())?;
-    let ExposedSystem { mut interface, table, left_out, resources } = exposed;
+    let folder = private.map_err(|error| Error::output_failure(Path::new("."), error))?;
+    let exposed = prepare_system_export(&scenario, &original.system, &built, &options.choice, folder.path())?;
+    let ExportedSystem { mut interface, table, left_out, resources } = exposed;
     let (version, out) = (options.version, options.out);
     let package = FmuPackage { name, version, out, table: &table, library: &library };
-    interface.guid = package.identity(&resources);
-    let path = package.pack(&interface.guid, resources, ::system::INTERFACE, &interface)?;
+    interface.guid = package.content_guid(&resources);
+    let path = package.write_archive(&interface.guid, resources, ::system::INTERFACE, &interface)?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
-        tell(&format!(
+        print_to_stderr(&format!(
             "note: these parameters are none of the FMU, since they have no start value that FMI 2.0 can hold: {names}"
         ));
     }
-    print(&format!("{}\n", path.display()));
+    print_text(&format!("{}\n", path.display()));
     Ok(0)
 }
 
 /// What the scenario looks like from outside.
-struct ExposedSystem {
-    interface: ::system::Interface,
-    table: fmu_export::description::Table,
+struct ExportedSystem {
+    interface: ::system::ScenarioFmuInterface,
+    table: fmu_export::description::DescriptionTable,
     left_out: Vec<String>,
     /// The files of the scenario, by their paths.
     resources: BTreeMap<String, Vec<u8>>,
 }
 
 /// Refuses FMUs that cannot be in one process.
-fn check_one_process(system: &System) -> Result<(), Error> {
+fn refuse_multi_process_fmus(system: &System) -> Result<(), Error> {
     let fmus = system.nodes.iter().filter_map(|node| match &node.body {
-        Body::Fmu { fmu, .. } => Some((&node.name, fmu)),
+        NodeBody::Fmu { fmu, .. } => Some((&node.name, fmu)),
         _ => None,
     });
     let fmus: Vec<_> = fmus.collect();
     for (place, (name, fmu)) in fmus.iter().enumerate() {
         for (other, theirs) in &fmus[..place] {
-            if let Some(why) = fmu.clash(theirs) {
+            if let Some(why) = fmu.clash_reason(theirs) {
                 let message = format!(
                     "`{other}` and `{name}` cannot be in one FMU, which steps all of its own in one process: {why}"
                 );
-                return Err(Error::input(message).help(
+                return Err(Error::invalid_input(message).with_help(
                     "`trackside run` gives one of them a process of its own; or pack the scenario with `--ssp`",
                 ));
             }
@@ -110,23 +108,20 @@ fn check_one_process(system: &System) -> Result<(), Error> {
 }
 
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
-fn expose_system(
+fn prepare_system_export(
     scenario: &Scenario,
     original: &System,
     built: &BuildArtifacts,
-    choice: &Choice,
+    choice: &VariableChoice,
     folder: &Path,
-) -> Result<ExposedSystem, Error> {
+) -> Result<ExportedSystem, Error> {
     let overrides = Overrides::default();
-    let layout = Layout { fmus: "fmus", others: "files", plugins: None };
-    let bundle = Bundle::gather(scenario, built, layout)?;
+    let layout = BundleLayout { fmus: "fmus", others: "files", plugins: None };
+    let bundle = ScenarioBundle::gather(scenario, built, layout)?;
     bundle.write(folder)?;
-    let apart = |node: &&NodePlan| matches!(node.body, Body::Fmu { isolation: Some(_), .. });
+    let apart = |node: &&NodePlan| matches!(node.body, NodeBody::Fmu { isolation: Some(_), .. });
     for node in original.nodes.iter().filter(apart) {
-        eprintln!(
-            "note: `{}` is not isolated there: an FMU steps all of its own in one process",
-            node.name
-        );
+        eprintln!("note: `{}` is not isolated there: an FMU steps all of its own in one process", node.name);
     }
     let document = &scenario.document;
     let unused_lists = [
@@ -138,19 +133,19 @@ fn expose_system(
     let unused_lists: Vec<_> =
         unused_lists.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
     let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
-    let (inputs, text) = expose::guided(original, &unused_lists, &written, SCENARIO, choice)?;
+    let (inputs, text) =
+        expose::extend_scenario_for_inputs(original, &unused_lists, &written, SCENARIO, choice)?;
     let path = folder.join(::system::SCENARIO);
-    std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    std::fs::write(&path, text).map_err(|error| Error::output_failure(&path, error))?;
     let guided = Scenario::read(&path)?;
-    let mut plan =
-        RunPlan::resolve(&guided, &BuildArtifacts::default(), &overrides, PathBuf::new())?;
-    let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
+    let mut plan = RunPlan::resolve(&guided, &BuildArtifacts::default(), &overrides, PathBuf::new())?;
+    let (interface, table, left_out) = expose::build_fmu_interface(&mut plan, choice, &inputs)?;
     let names = bundle.files.keys().map(String::as_str).chain([SCENARIO, ::system::SCENARIO]);
     let read = |name: &str| {
         let path = folder.join(name);
-        let bytes = std::fs::read(&path).map_err(|error| Error::output(&path, error))?;
+        let bytes = std::fs::read(&path).map_err(|error| Error::output_failure(&path, error))?;
         Ok((name.to_owned(), bytes))
     };
     let resources = names.map(read).collect::<Result<_, Error>>()?;
-    Ok(ExposedSystem { interface, table, left_out, resources })
+    Ok(ExportedSystem { interface, table, left_out, resources })
 }

@@ -1,21 +1,21 @@
 //! Draws what checks compare over time.
 
-use assessment::check::Verdict;
-use expression::{TracePoint, Traced};
-use html_page::{Axis, Markup, Plot};
+use assessment::check::CheckVerdict;
+use expression::{TraceContent, TracePoint};
+use html_page::{Markup, Plot, PlotAxis};
 
 /// Sizes of pictures [px]: of failed checks, and of passed ones.
 pub const WIDE: [f64; 2] = [1080.0, 280.0];
 pub const SMALL: [f64; 2] = [350.0, 190.0];
 
 /// What a check compares over time, and its expression.
-pub struct Picture<'a> {
+pub struct CheckPlot<'a> {
     pub plot: Markup,
     pub that: &'a str,
 }
 
 /// What a check compares over its window, if that is more than a moment.
-pub fn picture(check: &Verdict, size: [f64; 2]) -> Option<Picture<'_>> {
+pub fn check_plot(check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>> {
     let points = check.trace.points();
     let seen = points.iter().filter(|point| point.value.iter().all(|it| it.is_finite()));
     if seen.count() < 2 {
@@ -23,34 +23,34 @@ pub fn picture(check: &Verdict, size: [f64; 2]) -> Option<Picture<'_>> {
     }
     let [from, to] = check.during;
     let limits = points.iter().flat_map(|point| point.limit);
-    let (label, limit) = match check.trace.of() {
-        Traced::Sides => ("left side", "limit"),
-        Traced::Reduced => ("quantity", "limit"),
-        Traced::Margins => ("margin", "violated below"),
+    let (label, limit) = match check.trace.content() {
+        TraceContent::Sides => ("left side", "limit"),
+        TraceContent::Reduced => ("quantity", "limit"),
+        TraceContent::Margins => ("margin", "violated below"),
     };
     let title = check.unit.as_ref().map_or(label.to_owned(), |unit| format!("{label} [{unit}]"));
-    let y = Axis::about(&title, points.iter().flat_map(|point| point.value).chain(limits));
-    let mut plot = Plot::new(size, Axis::linear("time [s]", from, to), y);
-    plot.line(&outline(points, |point| point.value), "c0", label);
+    let y = PlotAxis::around_values(&title, points.iter().flat_map(|point| point.value).chain(limits));
+    let mut plot = Plot::new(size, PlotAxis::linear("time [s]", from, to), y);
+    plot.add_line(&min_max_line(points, |point| point.value), "c0", label);
     if points.iter().any(|point| point.limit[0].is_finite()) {
-        plot.dashes(&outline(points, |point| point.limit), "limit", limit);
+        plot.add_dashed_line(&min_max_line(points, |point| point.limit), "limit", limit);
     }
     if let Some(first) = check.first {
-        plot.mark(first, "poor", "first deviation");
+        plot.add_vertical_line(first, "poor", "first deviation");
     }
-    let worst = match check.trace.of() {
-        Traced::Sides | Traced::Reduced => check.value,
-        Traced::Margins => check.margin,
+    let worst = match check.trace.content() {
+        TraceContent::Sides | TraceContent::Reduced => check.value,
+        TraceContent::Margins => check.margin,
     };
     if let (Some(at), Some(value)) = (check.at, worst) {
         let class = if check.passed { "c1" } else { "poor" };
-        plot.dots(&[(at, value)], 4.5, class, "worst");
+        plot.add_dots(&[(at, value)], 4.5, class, "worst");
     }
-    Some(Picture { plot: plot.figure(&check.name), that: &check.that })
+    Some(CheckPlot { plot: plot.figure_with_legend(&check.name), that: &check.that })
 }
 
 /// The line through the lowest and the highest value of each point.
-fn outline(points: &[TracePoint], of: fn(&TracePoint) -> [f64; 2]) -> Vec<(f64, f64)> {
+fn min_max_line(points: &[TracePoint], of: fn(&TracePoint) -> [f64; 2]) -> Vec<(f64, f64)> {
     let mut line = Vec::with_capacity(2 * points.len());
     for point in points {
         let [low, high] = of(point);

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::process::{Command, Stdio};
 
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 
-use super::submission::Submission;
+use super::submission::TaskArraySubmission;
 
 /// The state of a task that has not ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,11 +16,11 @@ pub(super) enum TaskState {
 }
 
 /// The tasks that have not ended, by the number of the submission and by their place in it.
-pub(super) type Queue = HashMap<(u32, usize), TaskState>;
+pub(super) type UnfinishedTasks = HashMap<(u32, usize), TaskState>;
 
 /// Why a command of an engine failed.
 #[derive(Debug)]
-pub(super) enum Refusal {
+pub(super) enum EngineCommandError {
     /// Its program is not there.
     Missing(&'static str),
     /// It failed with this message.
@@ -28,18 +28,21 @@ pub(super) enum Refusal {
 }
 
 /// A program that runs tasks, on this machine or on others.
-pub(super) trait Engine {
+pub(super) trait TaskEngine {
     /// How many tasks an array may have.
     fn max_array_size(&mut self) -> usize;
 
     /// Starts the tasks of a submission.
-    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal>;
+    fn submit_tasks(&mut self, submission: &TaskArraySubmission) -> Result<(), EngineCommandError>;
 
     /// Which tasks of these submissions have not ended.
-    fn queue(&mut self, submissions: &[Submission]) -> Result<Queue, Refusal>;
+    fn unfinished_tasks(
+        &mut self,
+        submissions: &[TaskArraySubmission],
+    ) -> Result<UnfinishedTasks, EngineCommandError>;
 
     /// Ends the tasks of these submissions.
-    fn cancel(&mut self, submissions: &[Submission]);
+    fn cancel_tasks(&mut self, submissions: &[TaskArraySubmission]);
 
     /// Whether its tasks go on when this program ends.
     fn outlives_program(&self) -> bool {
@@ -47,18 +50,18 @@ pub(super) trait Engine {
     }
 
     /// What to do when it is not there.
-    fn remedy(&self) -> &'static str;
+    fn missing_engine_advice(&self) -> &'static str;
 }
 
 /// Runs a command of an engine, and returns its standard output.
 pub(super) fn run_command<A: AsRef<OsStr>>(
     program: &'static str,
     arguments: impl IntoIterator<Item = A>,
-) -> Result<String, Refusal> {
+) -> Result<String, EngineCommandError> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => Refusal::Missing(program),
-        _ => Refusal::Failed(format!("{program} does not start: {error}")),
+        std::io::ErrorKind::NotFound => EngineCommandError::Missing(program),
+        _ => EngineCommandError::Failed(format!("{program} does not start: {error}")),
     })?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     if output.status.success() {
@@ -66,22 +69,24 @@ pub(super) fn run_command<A: AsRef<OsStr>>(
     }
     let message = [text(&output.stderr), text(&output.stdout)];
     let message = message.into_iter().find(|message| !message.is_empty());
-    Err(Refusal::Failed(
+    Err(EngineCommandError::Failed(
         message.unwrap_or_else(|| format!("{program} ended with {}", output.status)),
     ))
 }
 
-impl Refusal {
+impl EngineCommandError {
     /// In words.
-    pub fn what(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
-            Refusal::Missing(program) => format!("the program {program} is not on the path"),
-            Refusal::Failed(message) => shown(message).into_owned(),
+            EngineCommandError::Missing(program) => {
+                format!("the program {program} is not on the path")
+            }
+            EngineCommandError::Failed(message) => escape_for_terminal(message).into_owned(),
         }
     }
 
     /// The error of a sweep that cannot go on because of it.
-    pub fn error(&self, remedy: &str) -> Error {
-        Error::input(format!("the chunks cannot be submitted: {}", self.what())).help(remedy)
+    pub fn to_sweep_error(&self, remedy: &str) -> Error {
+        Error::invalid_input(format!("the chunks cannot be submitted: {}", self.describe())).with_help(remedy)
     }
 }

@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, shown};
+use diagnostics::{Error, escape_for_terminal};
 
 use super::super::chunk;
 use super::super::file_names::PARTS;
-use super::super::plan::Plan;
+use super::super::plan::SweepPlanFolder;
 use super::super::worker_process::end_requested;
-use super::engine::{Engine, Queue, Refusal, TaskState};
-use super::submission::{LogTail, Submission, Submissions, TaskExit};
+use super::engine::{EngineCommandError, TaskEngine, TaskState, UnfinishedTasks};
+use super::submission::{LogTail, TaskArraySubmission, TaskArraySubmissions, TaskExit};
 
 /// A chunk is submitted so often at most by one command.
 const ATTEMPTS: u32 = 3;
@@ -56,11 +56,11 @@ pub enum FollowOutcome {
 
 /// Follows the chunks of a plan until all are done.
 pub(super) struct ChunkFollower<'a> {
-    plan: &'a Plan,
-    engine: Box<dyn Engine>,
-    submissions: Submissions,
+    plan: &'a SweepPlanFolder,
+    engine: Box<dyn TaskEngine>,
+    submissions: TaskArraySubmissions,
     /// Those that were listed last.
-    listed: Vec<Submission>,
+    listed: Vec<TaskArraySubmission>,
     /// The numbers of those that had tasks since this program looks.
     live: HashSet<u32>,
     /// Files of chunks that were no results when this program came.
@@ -81,17 +81,17 @@ struct QueueSnapshot {
 
 impl<'a> ChunkFollower<'a> {
     pub fn new(
-        plan: &'a Plan,
-        engine: Box<dyn Engine>,
-        submissions: Submissions,
+        plan: &'a SweepPlanFolder,
+        engine: Box<dyn TaskEngine>,
+        submissions: TaskArraySubmissions,
     ) -> Result<Self, Error> {
         let mut damaged = BTreeSet::new();
         for number in chunks_with_files(plan)? {
-            if chunk::part(plan, number)?.is_none() {
+            if chunk::read_completed_chunk(plan, number)?.is_none() {
                 damaged.insert(number);
             }
         }
-        let progress = ChunkProgress { chunks: plan.chunks() as usize, ..ChunkProgress::default() };
+        let progress = ChunkProgress { chunks: plan.chunk_count() as usize, ..ChunkProgress::default() };
         Ok(ChunkFollower {
             plan,
             engine,
@@ -110,7 +110,7 @@ impl<'a> ChunkFollower<'a> {
     ///
     /// # Errors
     /// When the engine refuses, a task fails for a reason that stays, or a chunk failed three times.
-    pub fn run(
+    pub fn follow_and_submit_chunks(
         &mut self,
         detach: bool,
         show: &mut dyn FnMut(&ChunkProgress),
@@ -118,14 +118,14 @@ impl<'a> ChunkFollower<'a> {
         let mut first = true;
         loop {
             let begin = Instant::now();
-            let snapshot = match self.snapshot() {
+            let snapshot = match self.read_queue_snapshot() {
                 Ok(snapshot) => Some(snapshot),
                 Err(SnapshotError::Silent(refusal)) if !first => {
-                    self.progress.silent = Some(refusal.what());
+                    self.progress.silent = Some(refusal.describe());
                     None
                 }
                 Err(SnapshotError::Silent(refusal)) => {
-                    return Err(refusal.error(self.engine.remedy()));
+                    return Err(refusal.to_sweep_error(self.engine.missing_engine_advice()));
                 }
                 Err(SnapshotError::Failed(error)) => return Err(error),
             };
@@ -144,53 +144,49 @@ impl<'a> ChunkFollower<'a> {
             }
             first = false;
             let [least, most] = PERIODS;
-            let period = if self.engine.outlives_program() {
-                (asked * SHARE).clamp(least, most)
-            } else {
-                OWN
-            };
+            let period =
+                if self.engine.outlives_program() { (asked * SHARE).clamp(least, most) } else { OWN };
             let until = Instant::now() + period;
             while Instant::now() < until {
                 if end_requested() {
-                    return Ok(self.stop());
+                    return Ok(self.stop_following());
                 }
                 std::thread::sleep(Duration::from_millis(50).min(period));
             }
         }
     }
 
-    fn stop(&mut self) -> FollowOutcome {
+    fn stop_following(&mut self) -> FollowOutcome {
         if self.engine.outlives_program() {
             return FollowOutcome::Left;
         }
-        self.engine.cancel(&self.listed);
+        self.engine.cancel_tasks(&self.listed);
         FollowOutcome::Stopped
     }
 
     /// Looks at files and at the queue.
-    fn snapshot(&mut self) -> Result<QueueSnapshot, SnapshotError> {
-        self.listed = self.submissions.list();
+    fn read_queue_snapshot(&mut self) -> Result<QueueSnapshot, SnapshotError> {
+        self.listed = self.submissions.read_all();
         // The queue first: a task that ends in between has left its file.
-        let queue = self.engine.queue(&self.listed).map_err(SnapshotError::Silent)?;
-        let done = self.done().map_err(SnapshotError::Failed)?;
+        let queue = self.engine.unfinished_tasks(&self.listed).map_err(SnapshotError::Silent)?;
+        let done = self.finished_chunks().map_err(SnapshotError::Failed)?;
         let missing: BTreeSet<u64> =
-            (0..self.plan.chunks()).filter(|chunk| !done.contains(chunk)).collect();
+            (0..self.plan.chunk_count()).filter(|chunk| !done.contains(chunk)).collect();
         let queue = self.by_chunk(&queue);
         let count = |state| queue.values().filter(|it| **it == state).count();
         let progress = &mut self.progress;
-        (progress.running, progress.waiting) =
-            (count(TaskState::Running), count(TaskState::Waiting));
+        (progress.running, progress.waiting) = (count(TaskState::Running), count(TaskState::Waiting));
         progress.done = progress.chunks - missing.len();
         progress.silent = None;
         Ok(QueueSnapshot { missing, queue })
     }
 
     /// The chunks whose results are there.
-    fn done(&mut self) -> Result<BTreeSet<u64>, Error> {
+    fn finished_chunks(&mut self) -> Result<BTreeSet<u64>, Error> {
         let mut done = chunks_with_files(self.plan)?;
         let mut mended = Vec::new();
         for number in self.damaged.intersection(&done) {
-            if chunk::part(self.plan, *number)?.is_some() {
+            if chunk::read_completed_chunk(self.plan, *number)?.is_some() {
                 mended.push(*number);
             }
         }
@@ -201,7 +197,7 @@ impl<'a> ChunkFollower<'a> {
         Ok(done)
     }
 
-    fn by_chunk(&mut self, queue: &Queue) -> HashMap<u64, TaskState> {
+    fn by_chunk(&mut self, queue: &UnfinishedTasks) -> HashMap<u64, TaskState> {
         let mut chunks = HashMap::new();
         for ((number, task), state) in queue {
             self.live.insert(*number);
@@ -218,17 +214,16 @@ impl<'a> ChunkFollower<'a> {
     fn check_exit_codes(&mut self, snapshot: &QueueSnapshot) -> Result<(), Error> {
         for submission in self.listed.iter().filter(|it| self.live.contains(&it.number)) {
             let exits = submission.task_exits().into_iter();
-            let mut fatal = exits.filter(|it| {
-                FATAL_EXIT_CODES.contains(&it.code) && snapshot.missing.contains(&it.chunk)
-            });
+            let mut fatal = exits
+                .filter(|it| FATAL_EXIT_CODES.contains(&it.code) && snapshot.missing.contains(&it.chunk));
             if let Some(TaskExit { chunk, code }) = fatal.next() {
                 let tail = submission.log_tail(chunk);
-                self.engine.cancel(&self.listed);
-                return Err(Error::input(format!(
+                self.engine.cancel_tasks(&self.listed);
+                return Err(Error::invalid_input(format!(
                     "chunk {chunk} ended with exit code {code}, as each other one would; all tasks are cancelled: {}",
-                    end_of_log(&tail)
+                    describe_log_tail(&tail)
                 ))
-                .help("mend it, and give the same command again: what is done is kept"));
+                .with_help("mend it, and give the same command again: what is done is kept"));
             }
         }
         Ok(())
@@ -255,27 +250,28 @@ impl<'a> ChunkFollower<'a> {
             return Ok(());
         }
         let is_due = self.submitted.is_none_or(|since| since.elapsed() > COLLECT);
-        if is_due || snapshot.queue.is_empty() { self.submit(&again, first) } else { Ok(()) }
+        if is_due || snapshot.queue.is_empty() { self.submit_chunks(&again, first) } else { Ok(()) }
     }
 
     /// Submits those of these chunks that still have no task.
-    fn submit(&mut self, chunks: &BTreeSet<u64>, first: bool) -> Result<(), Error> {
-        let _lock = self.submissions.lock();
-        let snapshot = match self.snapshot() {
+    fn submit_chunks(&mut self, chunks: &BTreeSet<u64>, first: bool) -> Result<(), Error> {
+        let _lock = self.submissions.lock_submissions();
+        let snapshot = match self.read_queue_snapshot() {
             Ok(snapshot) => snapshot,
             Err(SnapshotError::Failed(error)) => return Err(error),
-            Err(SnapshotError::Silent(refusal)) => return self.handle_refusal(&refusal, first),
+            Err(SnapshotError::Silent(refusal)) => {
+                return self.handle_engine_error(&refusal, first);
+            }
         };
-        let still =
-            |chunk: &u64| snapshot.missing.contains(chunk) && !snapshot.queue.contains_key(chunk);
+        let still = |chunk: &u64| snapshot.missing.contains(chunk) && !snapshot.queue.contains_key(chunk);
         let chunks: Vec<u64> = chunks.iter().copied().filter(still).collect();
         let largest = self.engine.max_array_size();
         for array in chunks.chunks(largest) {
-            let submission = self.submissions.add(array.to_vec())?;
-            if let Err(refusal) = self.engine.submit(&submission) {
-                Submissions::remove(&submission);
+            let submission = self.submissions.write_submission(array.to_vec())?;
+            if let Err(refusal) = self.engine.submit_tasks(&submission) {
+                TaskArraySubmissions::remove_submission_files(&submission);
                 let nothing = snapshot.queue.is_empty() && array.first() == chunks.first();
-                return self.handle_refusal(&refusal, nothing);
+                return self.handle_engine_error(&refusal, nothing);
             }
             self.live.insert(submission.number);
             self.submitted = Some(Instant::now());
@@ -292,12 +288,12 @@ impl<'a> ChunkFollower<'a> {
     }
 
     /// A refusal is an error when no task of this plan is there that could end and make room.
-    fn handle_refusal(&mut self, refusal: &Refusal, nothing: bool) -> Result<(), Error> {
-        if nothing || matches!(refusal, Refusal::Missing(_)) {
-            return Err(refusal.error(self.engine.remedy()));
+    fn handle_engine_error(&mut self, refusal: &EngineCommandError, nothing: bool) -> Result<(), Error> {
+        if nothing || matches!(refusal, EngineCommandError::Missing(_)) {
+            return Err(refusal.to_sweep_error(self.engine.missing_engine_advice()));
         }
         self.submitted = Some(Instant::now());
-        self.progress.silent = Some(refusal.what());
+        self.progress.silent = Some(refusal.describe());
         Ok(())
     }
 
@@ -312,41 +308,41 @@ impl<'a> ChunkFollower<'a> {
         let last = chunks.first().and_then(|chunk| {
             let submission = self.listed.iter().rev().find(|it| it.chunks.contains(chunk))?;
             let exit = submission.task_exits().into_iter().find(|it| it.chunk == *chunk);
-            let code = exit.map_or("it left no exit code".to_owned(), |exit| {
-                format!("its exit code was {}", exit.code)
-            });
+            let code = exit
+                .map_or("it left no exit code".to_owned(), |exit| format!("its exit code was {}", exit.code));
             let tail = submission.log_tail(*chunk);
-            Some(format!("; of chunk {chunk}: {code}; {}", end_of_log(&tail)))
+            Some(format!("; of chunk {chunk}: {code}; {}", describe_log_tail(&tail)))
         });
         message += &last.unwrap_or_default();
-        Error::input(message)
-            .help("look at the memory and the time that a task may take; the same command submits them again")
+        Error::invalid_input(message).with_help(
+            "look at the memory and the time that a task may take; the same command submits them again",
+        )
     }
 }
 
 /// Why a look shows nothing.
 enum SnapshotError {
     /// The engine does not answer.
-    Silent(Refusal),
+    Silent(EngineCommandError),
     Failed(Error),
 }
 
 /// The chunks that have a file of results.
-fn chunks_with_files(plan: &Plan) -> Result<BTreeSet<u64>, Error> {
+fn chunks_with_files(plan: &SweepPlanFolder) -> Result<BTreeSet<u64>, Error> {
     let folder = plan.folder.join(PARTS);
     let files = match std::fs::read_dir(&folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeSet::new()),
         files => files
-            .map_err(|error| Error::input(format!("cannot read {}: {error}", folder.display())))?,
+            .map_err(|error| Error::invalid_input(format!("cannot read {}: {error}", folder.display())))?,
     };
     let number = |name: std::ffi::OsString| name.to_str()?.strip_suffix(".parquet")?.parse().ok();
     Ok(files.flatten().filter_map(|file| number(file.file_name())).collect())
 }
 
 /// What a log says, and where it is.
-fn end_of_log(LogTail { path, text }: &LogTail) -> String {
+fn describe_log_tail(LogTail { path, text }: &LogTail) -> String {
     match text.as_str() {
         "" => format!("it printed nothing into {}", path.display()),
-        text => format!("{} (the end of {})", shown(text), path.display()),
+        text => format!("{} (the end of {})", escape_for_terminal(text), path.display()),
     }
 }

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::engine::{Engine, Queue, Refusal, TaskState, run_command};
-use super::submission::Submission;
+use super::engine::{EngineCommandError, TaskEngine, TaskState, UnfinishedTasks, run_command};
+use super::submission::TaskArraySubmission;
 
 /// The engine.
 pub(super) struct HyperQueue {
@@ -18,7 +18,7 @@ const LARGEST: usize = 100_000;
 const JSON: &str = "--output-mode=json";
 
 /// A job of HyperQueue.
-struct Job {
+struct HyperQueueJob {
     id: u64,
     /// The number of its submission.
     submission: u32,
@@ -26,30 +26,30 @@ struct Job {
 
 impl HyperQueue {
     /// The jobs with the names of these submissions.
-    fn jobs(submissions: &[Submission]) -> Result<Vec<Job>, Refusal> {
-        let jobs = json(&run_command("hq", ["job", "list", "--all", JSON])?)?;
+    fn find_jobs(submissions: &[TaskArraySubmission]) -> Result<Vec<HyperQueueJob>, EngineCommandError> {
+        let jobs = parse_hyperqueue_json(&run_command("hq", ["job", "list", "--all", JSON])?)?;
         let named = |job: &Value| {
             let name = job["name"].as_str()?;
             let submission = submissions.iter().find(|it| it.name == name)?;
-            Some(Job { id: job["id"].as_u64()?, submission: submission.number })
+            Some(HyperQueueJob { id: job["id"].as_u64()?, submission: submission.number })
         };
         Ok(jobs.as_array().into_iter().flatten().filter_map(named).collect())
     }
 }
 
-impl Engine for HyperQueue {
+impl TaskEngine for HyperQueue {
     fn max_array_size(&mut self) -> usize {
         LARGEST
     }
 
-    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
+    fn submit_tasks(&mut self, submission: &TaskArraySubmission) -> Result<(), EngineCommandError> {
         // A colon would end a path, so logs are named from the folder of the plan on.
-        let log = format!("%{{CWD}}/{}", submission.log("%{TASK_ID}"));
+        let log = format!("%{{CWD}}/{}", submission.task_log_path("%{TASK_ID}"));
         let mut arguments = vec![
             "submit".to_owned(),
             JSON.to_owned(),
             format!("--name={}", submission.name),
-            format!("--array={}", submission.range()),
+            format!("--array={}", submission.task_number_range()),
             "--cwd".to_owned(),
             submission.plan.to_string_lossy().into_owned(),
             format!("--stdout={log}"),
@@ -62,40 +62,43 @@ impl Engine for HyperQueue {
         }
         let answer = run_command("hq", arguments)?;
         // For people; the server is asked by the name.
-        let job = json(&answer)?["id"].as_u64().unwrap_or_default();
+        let job = parse_hyperqueue_json(&answer)?["id"].as_u64().unwrap_or_default();
         let _ = std::fs::write(submission.folder.join("job"), format!("{job}\n"));
         Ok(())
     }
 
-    fn queue(&mut self, submissions: &[Submission]) -> Result<Queue, Refusal> {
-        let jobs = Self::jobs(submissions)?;
+    fn unfinished_tasks(
+        &mut self,
+        submissions: &[TaskArraySubmission],
+    ) -> Result<UnfinishedTasks, EngineCommandError> {
+        let jobs = Self::find_jobs(submissions)?;
         if jobs.is_empty() {
-            return Ok(Queue::new());
+            return Ok(UnfinishedTasks::new());
         }
         let numbers: Vec<_> = jobs.iter().map(|job| job.id.to_string()).collect();
-        let tasks = json(&run_command("hq", ["task", "list", &numbers.join(","), JSON])?)?;
-        Ok(queue(&jobs, &tasks))
+        let tasks = parse_hyperqueue_json(&run_command("hq", ["task", "list", &numbers.join(","), JSON])?)?;
+        Ok(unfinished_hyperqueue_tasks(&jobs, &tasks))
     }
 
-    fn cancel(&mut self, submissions: &[Submission]) {
-        for job in Self::jobs(submissions).unwrap_or_default() {
+    fn cancel_tasks(&mut self, submissions: &[TaskArraySubmission]) {
+        for job in Self::find_jobs(submissions).unwrap_or_default() {
             let _ = run_command("hq", ["job", "cancel", &job.id.to_string()]);
         }
     }
 
-    fn remedy(&self) -> &'static str {
+    fn missing_engine_advice(&self) -> &'static str {
         "start a server and workers: hq server start, and hq worker start on each machine, or hq alloc add slurm; options of hq submit follow `--`"
     }
 }
 
-fn json(text: &str) -> Result<Value, Refusal> {
+fn parse_hyperqueue_json(text: &str) -> Result<Value, EngineCommandError> {
     serde_json::from_str(text)
-        .map_err(|error| Refusal::Failed(format!("hq gave an answer that is no JSON: {error}")))
+        .map_err(|error| EngineCommandError::Failed(format!("hq gave an answer that is no JSON: {error}")))
 }
 
 /// The tasks of a list such as `{"3": [{"id": 0, "state": "running"}]}`.
-fn queue(jobs: &[Job], tasks: &Value) -> Queue {
-    let mut queue = Queue::new();
+fn unfinished_hyperqueue_tasks(jobs: &[HyperQueueJob], tasks: &Value) -> UnfinishedTasks {
+    let mut queue = UnfinishedTasks::new();
     for job in jobs {
         for task in tasks[job.id.to_string()].as_array().into_iter().flatten() {
             let state = match task["state"].as_str() {
@@ -122,7 +125,7 @@ mod tests {
             "5": [{"id": 0, "state": "failed"}, {"id": 7, "state": "waiting"}],
         });
         let expected = [((1, 0), TaskState::Running), ((2, 7), TaskState::Waiting)];
-        let jobs = [Job { id: 3, submission: 1 }, Job { id: 5, submission: 2 }];
-        assert_eq!(queue(&jobs, &tasks), Queue::from(expected));
+        let jobs = [HyperQueueJob { id: 3, submission: 1 }, HyperQueueJob { id: 5, submission: 2 }];
+        assert_eq!(unfinished_hyperqueue_tasks(&jobs, &tasks), UnfinishedTasks::from(expected));
     }
 }

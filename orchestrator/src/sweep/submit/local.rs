@@ -5,14 +5,14 @@ use std::fs::File;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::engine::{Engine, Queue, Refusal, TaskState};
-use super::submission::Submission;
+use super::engine::{EngineCommandError, TaskEngine, TaskState, UnfinishedTasks};
+use super::submission::TaskArraySubmission;
 
 /// The engine.
-pub(super) struct Local {
+pub(super) struct LocalProcessEngine {
     /// Tasks at a time.
     pub jobs: usize,
-    waiting: VecDeque<(Submission, usize)>,
+    waiting: VecDeque<(TaskArraySubmission, usize)>,
     running: Vec<(u32, usize, Child)>,
 }
 
@@ -21,26 +21,26 @@ pub(super) const TASK: &str = "TRACKSIDE_TASK";
 /// Processes that were asked to end have this long for it.
 const GRACE: Duration = Duration::from_secs(20);
 
-impl Local {
+impl LocalProcessEngine {
     pub fn new(jobs: usize) -> Self {
-        Local { jobs: jobs.max(1), waiting: VecDeque::new(), running: Vec::new() }
+        LocalProcessEngine { jobs: jobs.max(1), waiting: VecDeque::new(), running: Vec::new() }
     }
 
     /// Starts tasks while there is room for them.
-    fn fill(&mut self) -> Result<(), Refusal> {
+    fn start_waiting_tasks(&mut self) -> Result<(), EngineCommandError> {
         self.running.retain_mut(|(_, _, child)| matches!(child.try_wait(), Ok(None)));
         while self.running.len() < self.jobs {
             let Some((submission, task)) = self.waiting.pop_front() else { break };
-            let child = start(&submission, task)
-                .map_err(|error| Refusal::Failed(format!("a chunk does not start: {error}")))?;
+            let child = spawn_task_process(&submission, task)
+                .map_err(|error| EngineCommandError::Failed(format!("a chunk does not start: {error}")))?;
             self.running.push((submission.number, task, child));
         }
         Ok(())
     }
 }
 
-fn start(submission: &Submission, task: usize) -> std::io::Result<Child> {
-    let log = File::create(submission.plan.join(submission.log(&task.to_string())))?;
+fn spawn_task_process(submission: &TaskArraySubmission, task: usize) -> std::io::Result<Child> {
+    let log = File::create(submission.plan.join(submission.task_log_path(&task.to_string())))?;
     let mut command = Command::new("/bin/sh");
     command.arg(&submission.script).arg(&submission.folder).env(TASK, task.to_string());
     command.current_dir(&submission.plan).stdin(Stdio::null());
@@ -50,26 +50,25 @@ fn start(submission: &Submission, task: usize) -> std::io::Result<Child> {
     command.spawn()
 }
 
-impl Engine for Local {
+impl TaskEngine for LocalProcessEngine {
     fn max_array_size(&mut self) -> usize {
         usize::MAX
     }
 
-    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
+    fn submit_tasks(&mut self, submission: &TaskArraySubmission) -> Result<(), EngineCommandError> {
         let tasks = (0..submission.chunks.len()).map(|task| (submission.clone(), task));
         self.waiting.extend(tasks);
-        self.fill()
+        self.start_waiting_tasks()
     }
 
-    fn queue(&mut self, _: &[Submission]) -> Result<Queue, Refusal> {
-        self.fill()?;
-        let waiting =
-            self.waiting.iter().map(|(it, task)| ((it.number, *task), TaskState::Waiting));
+    fn unfinished_tasks(&mut self, _: &[TaskArraySubmission]) -> Result<UnfinishedTasks, EngineCommandError> {
+        self.start_waiting_tasks()?;
+        let waiting = self.waiting.iter().map(|(it, task)| ((it.number, *task), TaskState::Waiting));
         let running = self.running.iter().map(|(it, task, _)| ((*it, *task), TaskState::Running));
         Ok(waiting.chain(running).collect())
     }
 
-    fn cancel(&mut self, _: &[Submission]) {
+    fn cancel_tasks(&mut self, _: &[TaskArraySubmission]) {
         self.waiting.clear();
         for (_, _, child) in &self.running {
             if let Some(group) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
@@ -87,13 +86,13 @@ impl Engine for Local {
         false
     }
 
-    fn remedy(&self) -> &'static str {
+    fn missing_engine_advice(&self) -> &'static str {
         "look into the folder `submit` of the plan"
     }
 }
 
-impl Drop for Local {
+impl Drop for LocalProcessEngine {
     fn drop(&mut self) {
-        self.cancel(&[]);
+        self.cancel_tasks(&[]);
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 
-use super::super::plan::Plan;
+use super::super::plan::SweepPlanFolder;
 
 /// The folder of all that is submitted.
 const FOLDER: &str = "submit";
@@ -20,7 +20,7 @@ const TAIL: usize = 2000;
 
 /// An array of tasks, a chunk each.
 #[derive(Debug, Clone)]
-pub(super) struct Submission {
+pub(super) struct TaskArraySubmission {
     /// Its number, from 1 on.
     pub number: u32,
     /// What the engine calls it: no other plan has a submission with this name.
@@ -35,14 +35,14 @@ pub(super) struct Submission {
     pub chunks: Vec<u64>,
 }
 
-impl Submission {
+impl TaskArraySubmission {
     /// The numbers of its tasks, as engines take them.
-    pub fn range(&self) -> String {
+    pub fn task_number_range(&self) -> String {
         format!("0-{}", self.chunks.len().saturating_sub(1))
     }
 
     /// The log of a task, from the folder of the plan on; `task` is its number or what an engine has for it.
-    pub fn log(&self, task: &str) -> String {
+    pub fn task_log_path(&self, task: &str) -> String {
         format!("{FOLDER}/{LOGS}/{:04}_{task}.log", self.number)
     }
 
@@ -60,7 +60,7 @@ impl Submission {
     /// The end of the log of the task of a chunk.
     pub fn log_tail(&self, chunk: u64) -> LogTail {
         let place = self.chunks.iter().position(|it| *it == chunk).unwrap_or_default();
-        let path = self.plan.join(self.log(&place.to_string()));
+        let path = self.plan.join(self.task_log_path(&place.to_string()));
         let bytes = std::fs::read(&path).unwrap_or_default();
         let end = &bytes[bytes.len().saturating_sub(TAIL)..];
         let text = String::from_utf8_lossy(end).trim().to_owned();
@@ -81,7 +81,7 @@ pub(super) struct LogTail {
 }
 
 /// The submissions of a plan to one engine.
-pub(super) struct Submissions {
+pub(super) struct TaskArraySubmissions {
     plan: PathBuf,
     folder: PathBuf,
     engine: &'static str,
@@ -89,37 +89,37 @@ pub(super) struct Submissions {
     mark: String,
 }
 
-impl Submissions {
+impl TaskArraySubmissions {
     /// Opens those of a plan; `number_of_task` is the variable that tells a task its number.
     ///
     /// # Errors
     /// When the folder cannot be made.
     pub fn open(
-        plan: &Plan,
+        plan: &SweepPlanFolder,
         engine: &'static str,
         number_of_task: &str,
         program: &Path,
     ) -> Result<Self, Error> {
-        let wrong = |error: std::io::Error| Error::output(&plan.folder, error);
+        let wrong = |error: std::io::Error| Error::output_failure(&plan.folder, error);
         let root = plan.folder.canonicalize().map_err(wrong)?;
         let folder = root.join(FOLDER);
         for inner in [engine, LOGS] {
             std::fs::create_dir_all(folder.join(inner)).map_err(wrong)?;
         }
         let mark = format!("{} {}", plan.metadata.digest, root.display());
-        let mark = fmu_import::sha256(mark.as_bytes())[..12].to_owned();
-        let made = Submissions { plan: root, folder, engine, mark };
+        let mark = fmu_import::sha256_hex(mark.as_bytes())[..12].to_owned();
+        let made = TaskArraySubmissions { plan: root, folder, engine, mark };
         made.write_script(number_of_task, program)?;
         Ok(made)
     }
 
-    fn script(&self) -> PathBuf {
+    fn script_path(&self) -> PathBuf {
         self.folder.join(format!("{}.sh", self.engine))
     }
 
     /// Writes the script, unless one is there: it is the user's to change.
     fn write_script(&self, number_of_task: &str, program: &Path) -> Result<(), Error> {
-        let path = self.script();
+        let path = self.script_path();
         if path.exists() {
             return Ok(());
         }
@@ -143,12 +143,12 @@ exit $code
         );
         let draft = self.folder.join(format!(".{}.{}", self.engine, std::process::id()));
         let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, &path));
-        written.map_err(|error| Error::output(&path, error))
+        written.map_err(|error| Error::output_failure(&path, error))
     }
 
     /// Lets nobody else submit until the file is dropped, where the file system can do that. Without, a chunk may run twice at a time, which
     /// costs time and nothing else.
-    pub fn lock(&self) -> Option<File> {
+    pub fn lock_submissions(&self) -> Option<File> {
         let file = File::create(self.folder.join("lock")).ok()?;
         file.lock().ok()?;
         Some(file)
@@ -162,28 +162,28 @@ exit $code
     }
 
     /// All of them, in their order.
-    pub fn list(&self) -> Vec<Submission> {
+    pub fn read_all(&self) -> Vec<TaskArraySubmission> {
         let files = std::fs::read_dir(self.folder.join(self.engine));
         let names = files.into_iter().flatten().flatten().map(|file| file.file_name());
         let numbers = names.filter_map(|name| name.to_str()?.parse().ok());
         let mut numbers: Vec<u32> = numbers.collect();
         numbers.sort_unstable();
-        numbers.into_iter().filter_map(|number| self.read(number)).collect()
+        numbers.into_iter().filter_map(|number| self.read_submission(number)).collect()
     }
 
-    fn read(&self, number: u32) -> Option<Submission> {
-        let mut submission = self.describe(number, Vec::new());
+    fn read_submission(&self, number: u32) -> Option<TaskArraySubmission> {
+        let mut submission = self.submission_of_chunks(number, Vec::new());
         let text = std::fs::read_to_string(submission.folder.join(CHUNKS)).ok()?;
         submission.chunks = text.lines().filter_map(|line| line.parse().ok()).collect();
         Some(submission)
     }
 
-    fn describe(&self, number: u32, chunks: Vec<u64>) -> Submission {
-        Submission {
+    fn submission_of_chunks(&self, number: u32, chunks: Vec<u64>) -> TaskArraySubmission {
+        TaskArraySubmission {
             number,
             name: format!("trackside-{}-{number:04}", self.mark),
             folder: self.folder.join(self.engine).join(format!("{number:04}")),
-            script: self.script(),
+            script: self.script_path(),
             plan: self.plan.clone(),
             chunks,
         }
@@ -193,11 +193,11 @@ exit $code
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn add(&self, chunks: Vec<u64>) -> Result<Submission, Error> {
-        let last = self.list().last().map_or(0, |it| it.number);
+    pub fn write_submission(&self, chunks: Vec<u64>) -> Result<TaskArraySubmission, Error> {
+        let last = self.read_all().last().map_or(0, |it| it.number);
         for number in last + 1.. {
-            let submission = self.describe(number, chunks.clone());
-            let wrong = |error: std::io::Error| Error::output(&submission.folder, error);
+            let submission = self.submission_of_chunks(number, chunks.clone());
+            let wrong = |error: std::io::Error| Error::output_failure(&submission.folder, error);
             match std::fs::create_dir(&submission.folder) {
                 // Somebody submits at the same moment, where nothing locks.
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
@@ -208,11 +208,11 @@ exit $code
             std::fs::write(submission.folder.join(CHUNKS), lines).map_err(wrong)?;
             return Ok(submission);
         }
-        Err(Error::follow_up())
+        Err(Error::already_reported())
     }
 
     /// Removes the files of one that the engine did not take.
-    pub fn remove(submission: &Submission) {
+    pub fn remove_submission_files(submission: &TaskArraySubmission) {
         let _ = std::fs::remove_dir_all(&submission.folder);
     }
 }

@@ -12,19 +12,19 @@ const NOISE: f64 = 1e-12;
 
 /// The last changes of guess and residual, both relative to the sizes of the values (Walker and Ni 2011, type II).
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Anderson {
+pub(super) struct AndersonAcceleration {
     changes: VecDeque<(Vec<f64>, Vec<f64>)>,
     last: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-impl Anderson {
-    pub fn begin(&mut self) {
+impl AndersonAcceleration {
+    pub fn begin_step(&mut self) {
         self.changes.clear();
         self.last = None;
     }
 
     /// The change of the guess with this residual.
-    pub fn step(&mut self, residual: Vec<f64>) -> Vec<f64> {
+    pub fn guess_change(&mut self, residual: Vec<f64>) -> Vec<f64> {
         if let Some((step, before)) = self.last.take() {
             let change = residual.iter().zip(&before).map(|(now, before)| now - before).collect();
             self.changes.push_back((step, change));
@@ -33,7 +33,7 @@ impl Anderson {
             }
         }
         let mut step = residual.clone();
-        if let Some(weights) = self.weights(&residual) {
+        if let Some(weights) = self.least_squares_weights(&residual) {
             for ((moved, changed), weight) in self.changes.iter().zip(&weights) {
                 for (place, it) in step.iter_mut().enumerate() {
                     *it -= weight * (moved[place] + changed[place]);
@@ -45,7 +45,7 @@ impl Anderson {
     }
 
     /// The weights of the changes that leave the smallest residual.
-    fn weights(&self, residual: &[f64]) -> Option<Vec<f64>> {
+    fn least_squares_weights(&self, residual: &[f64]) -> Option<Vec<f64>> {
         if self.changes.is_empty() {
             return None;
         }

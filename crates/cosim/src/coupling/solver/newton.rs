@@ -8,7 +8,7 @@ const STALE: u32 = 8;
 
 /// The derivatives of what the loop gives by what it gets, and the last pass.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Newton {
+pub(super) struct BroydenNewton {
     /// By columns.
     derivatives: Option<Vec<Vec<f64>>>,
     /// Whether they lead nowhere.
@@ -18,24 +18,23 @@ pub(super) struct Newton {
     passes: u32,
 }
 
-impl Newton {
-    pub fn begin(&mut self) {
+impl BroydenNewton {
+    pub fn begin_step(&mut self) {
         self.last = None;
         self.passes = 0;
     }
 
     /// Whether its derivatives are those of so many values.
-    pub fn fits(&self, count: usize) -> bool {
-        let square =
-            |it: &Vec<Vec<f64>>| it.len() == count && it.iter().all(|it| it.len() == count);
+    pub fn is_sized_for(&self, count: usize) -> bool {
+        let square = |it: &Vec<Vec<f64>>| it.len() == count && it.iter().all(|it| it.len() == count);
         self.derivatives.as_ref().is_none_or(square)
     }
 
-    pub fn wants_derivatives(&self) -> bool {
+    pub fn needs_jacobian(&self) -> bool {
         self.stale || self.derivatives.is_none()
     }
 
-    pub fn take(&mut self, columns: &[Vec<f64>]) {
+    pub fn set_jacobian(&mut self, columns: &[Vec<f64>]) {
         let finite = columns.iter().flatten().all(|it| it.is_finite());
         // Without derivatives the first pass is one of a fixed point.
         let zeros = || vec![vec![0.0; columns.len()]; columns.len()];
@@ -44,23 +43,22 @@ impl Newton {
     }
 
     /// How far the solution is, by the derivatives that it has; nothing without any. All is relative to the sizes of the values.
-    pub fn way_to_go(&self, residual: Vec<f64>, scale: &dyn Fn(usize) -> f64) -> Vec<f64> {
-        let (Some(columns), false) = (&self.derivatives, residual.iter().all(|it| *it == 0.0))
-        else {
+    pub fn predicted_change(&self, residual: Vec<f64>, scale: &dyn Fn(usize) -> f64) -> Vec<f64> {
+        let (Some(columns), false) = (&self.derivatives, residual.iter().all(|it| *it == 0.0)) else {
             return Vec::new();
         };
         let count = residual.len();
-        let matrix = of_residual(columns, scale);
+        let matrix = residual_jacobian(columns, scale);
         let step = matrix.lu().solve(&DVector::from_vec(residual));
         step.map_or_else(|| vec![f64::INFINITY; count], |step| step.iter().copied().collect())
     }
 
     /// The change of the guess with this residual, both relative to the sizes of the values.
-    pub fn step(&mut self, residual: Vec<f64>, scale: &dyn Fn(usize) -> f64) -> Vec<f64> {
+    pub fn guess_change(&mut self, residual: Vec<f64>, scale: &dyn Fn(usize) -> f64) -> Vec<f64> {
         let count = residual.len();
         self.passes += 1;
         let Some(columns) = &mut self.derivatives else { return residual };
-        let mut matrix = of_residual(columns, scale);
+        let mut matrix = residual_jacobian(columns, scale);
         let now = DVector::from_vec(residual);
         if let Some((moved, before)) = &self.last {
             let relative = |it: &Vec<f64>| DVector::from_fn(count, |row, _| it[row] / scale(row));
@@ -89,7 +87,7 @@ impl Newton {
 }
 
 /// The derivative of the residual by the guess, in relative terms.
-fn of_residual(columns: &[Vec<f64>], scale: &dyn Fn(usize) -> f64) -> DMatrix<f64> {
+fn residual_jacobian(columns: &[Vec<f64>], scale: &dyn Fn(usize) -> f64) -> DMatrix<f64> {
     DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
         let own = if row == column { 1.0 } else { 0.0 };
         columns[column][row] * scale(column) / scale(row) - own

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use fmu_import::CallError;
 
-use crate::clock::Clock;
+use crate::clock::CommunicationClock;
 use crate::node::{ExtrapolatedInputs, InputPolynomial, Node, NodeState, Stateful};
 
 /// A mass between two springs: the first one holds it at what is before it, and pulls at that, too. The solution within a step is
@@ -45,7 +45,7 @@ impl Mass {
     fn inputs_at(&self, time: f64) -> [f64; 3] {
         let mut inputs = self.inputs;
         for InputPolynomial { place, polynomial } in &self.polynomials {
-            inputs[*place] = polynomial.at(time);
+            inputs[*place] = polynomial.value_at(time);
         }
         inputs
     }
@@ -70,7 +70,7 @@ impl Node for Mass {
         Ok(())
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         self.steps += 1;
         if clock.step > self.longest * 1.000_001 {
             let discarded = CallError::new("step", "is too long");
@@ -78,7 +78,7 @@ impl Node for Mass {
         }
         let h = clock.step / 20.0;
         for part in 0..20 {
-            let t = clock.at(tick) + f64::from(part) * h;
+            let t = clock.time_at(tick) + f64::from(part) * h;
             let [x, v] = self.state;
             let plus = |k: [f64; 2], h: f64| [x + h * k[0], v + h * k[1]];
             let k1 = self.slope([x, v], t);
@@ -91,7 +91,7 @@ impl Node for Mass {
         Ok(())
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 
@@ -114,13 +114,13 @@ impl ExtrapolatedInputs for Mass {
 }
 
 impl Stateful for Mass {
-    fn save(&mut self) -> Result<NodeState, CallError> {
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(self.clone()))
     }
 
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
         let steps = self.steps;
-        *self = state.get::<Mass>()?.clone();
+        *self = state.downcast_ref::<Mass>()?.clone();
         self.steps = steps;
         Ok(())
     }

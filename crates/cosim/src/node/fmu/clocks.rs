@@ -1,15 +1,15 @@
 //! Knows when the clocks of an FMU tick, and which ones ticked in a step (FMI 3.0, sections 2.2.9 and 4.2).
 
 use fmu_import::{
-    CallError, Causality, Description, Instance, IntervalQualifier, IntervalVariability, Type,
+    CallError, Causality, FmiType, FmuDescription, Instance, IntervalQualifier, IntervalVariability,
 };
 use serde::{Deserialize, Serialize};
 
 /// The clocks of an FMU.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Clocks {
+pub(super) struct FmuClocks {
     /// Input clocks that tick by time, those of high priority first.
-    timed: Vec<Timed>,
+    timed: Vec<TimedClock>,
     /// Output clocks.
     outputs: Vec<u32>,
     /// Connected input clocks that tick at the beginning of this step.
@@ -20,7 +20,7 @@ pub(super) struct Clocks {
 
 /// An input clock that ticks by time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Timed {
+struct TimedClock {
     name: String,
     reference: u32,
     interval: IntervalVariability,
@@ -37,22 +37,22 @@ struct Timed {
     countdown: Option<f64>,
 }
 
-impl Timed {
+impl TimedClock {
     /// The next tick [s]. It is computed, never accumulated.
-    fn due(&self) -> Option<f64> {
+    fn next_tick_time(&self) -> Option<f64> {
         match self.interval {
             IntervalVariability::Countdown => self.countdown,
             _ => Some(self.origin + self.ticks as f64 * self.seconds?),
         }
     }
 
-    fn tick(&mut self, time: f64) {
+    fn record_tick(&mut self, time: f64) {
         (self.last, self.countdown) = (Some(time), None);
         self.ticks += 1;
     }
 
     /// Counts from the last tick on with another interval [s]; before the first tick nothing counts but the shift.
-    fn change(&mut self, seconds: f64) {
+    fn change_interval(&mut self, seconds: f64) {
         self.seconds = Some(seconds);
         if let Some(last) = self.last {
             (self.origin, self.ticks) = (last, 1);
@@ -60,18 +60,16 @@ impl Timed {
     }
 }
 
-impl Clocks {
+impl FmuClocks {
     /// The clocks of a description.
-    pub fn new(about: &Description) -> Self {
-        let mut clocks = Clocks::default();
-        for variable in about.variables.iter().filter(|variable| variable.kind == Type::Clock) {
+    pub fn new(about: &FmuDescription) -> Self {
+        let mut clocks = FmuClocks::default();
+        for variable in about.variables.iter().filter(|variable| variable.kind == FmiType::Clock) {
             let reference = variable.reference;
             match (variable.causality, &variable.ticks) {
                 (Causality::Output, _) => clocks.outputs.push(reference),
-                (Causality::Input, Some(ticks))
-                    if ticks.interval != IntervalVariability::Triggered =>
-                {
-                    clocks.timed.push(Timed {
+                (Causality::Input, Some(ticks)) if ticks.interval != IntervalVariability::Triggered => {
+                    clocks.timed.push(TimedClock {
                         name: variable.name.clone(),
                         reference,
                         interval: ticks.interval,
@@ -86,7 +84,7 @@ impl Clocks {
                 _ => {}
             }
         }
-        let priority = |timed: &Timed| {
+        let priority = |timed: &TimedClock| {
             let of = about.variables.iter().find(|variable| variable.reference == timed.reference);
             of.and_then(|variable| variable.ticks.as_ref()?.priority).unwrap_or(u32::MAX)
         };
@@ -96,7 +94,7 @@ impl Clocks {
     }
 
     /// Whether others are those of the same FMU at another time.
-    pub fn are_those_of(&self, other: &Self) -> bool {
+    pub fn is_same_clock_set(&self, other: &Self) -> bool {
         let timed = |clocks: &Self| {
             let each = clocks.timed.iter().map(|it| (it.name.clone(), it.reference, it.interval));
             each.collect::<Vec<_>>()
@@ -105,71 +103,65 @@ impl Clocks {
     }
 
     /// Begins to count at the start of the run [s], in event mode after the initialisation.
-    pub fn start(&mut self, instance: &mut Instance, begin: f64) -> Result<(), CallError> {
+    pub fn start_counting(&mut self, instance: &mut Instance, begin: f64) -> Result<(), CallError> {
         for timed in &mut self.timed {
             timed.origin = begin + timed.shift;
             if timed.interval == IntervalVariability::Calculated {
-                let (seconds, change) = instance.interval(timed.reference)?;
+                let (seconds, change) = instance.clock_interval(timed.reference)?;
                 timed.seconds = (change != IntervalQualifier::Unknown).then_some(seconds);
-                timed.shift = instance.shift(timed.reference)?;
+                timed.shift = instance.clock_shift(timed.reference)?;
                 timed.origin = begin + timed.shift;
             }
         }
-        self.refresh(instance, begin)
+        self.update_changing_intervals(instance, begin)
     }
 
     /// Asks for the intervals that change while the FMU runs, in event mode at a time [s].
-    pub fn refresh(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
+    pub fn update_changing_intervals(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
         for timed in &mut self.timed {
-            let changes = [
-                IntervalVariability::Tunable,
-                IntervalVariability::Changing,
-                IntervalVariability::Countdown,
-            ]
-            .contains(&timed.interval);
+            let changes =
+                [IntervalVariability::Tunable, IntervalVariability::Changing, IntervalVariability::Countdown]
+                    .contains(&timed.interval);
             if !changes {
                 continue;
             }
-            let (seconds, change) = instance.interval(timed.reference)?;
+            let (seconds, change) = instance.clock_interval(timed.reference)?;
             if change != IntervalQualifier::Changed {
                 continue;
             }
             // Zero is a tick at once only for a countdown.
-            let least = if timed.interval == IntervalVariability::Countdown {
-                0.0
-            } else {
-                f64::MIN_POSITIVE
-            };
+            let least =
+                if timed.interval == IntervalVariability::Countdown { 0.0 } else { f64::MIN_POSITIVE };
             if !seconds.is_finite() || seconds < least {
                 let what = format!("gave the clock `{}` the interval {seconds} s", timed.name);
                 return Err(CallError::new("fmi3GetIntervalDecimal", what));
             }
             match timed.interval {
                 IntervalVariability::Countdown => timed.countdown = Some(time + seconds),
-                _ => timed.change(seconds),
+                _ => timed.change_interval(seconds),
             }
         }
         Ok(())
     }
 
     /// The next tick by time, with the name of its clock [s].
-    pub fn next(&self) -> Option<(f64, &str)> {
-        let due = self.timed.iter().filter_map(|timed| Some((timed.due()?, timed.name.as_str())));
+    pub fn next_tick(&self) -> Option<(f64, &str)> {
+        let due = self.timed.iter().filter_map(|timed| Some((timed.next_tick_time()?, timed.name.as_str())));
         due.min_by(|one, other| one.0.total_cmp(&other.0))
     }
 
     /// Whether a clock ticks up to a time [s].
     pub fn tick_by(&self, time: f64) -> bool {
-        !self.triggered.is_empty() || self.next().is_some_and(|(due, _)| due <= time)
+        !self.triggered.is_empty() || self.next_tick().is_some_and(|(due, _)| due <= time)
     }
 
     /// The input clocks that tick up to a time [s]: each of them once.
-    pub fn take(&mut self, time: f64) -> Vec<u32> {
+    pub fn take_due_clocks(&mut self, time: f64) -> Vec<u32> {
         let mut active = std::mem::take(&mut self.triggered);
         for timed in &mut self.timed {
-            if timed.due().is_some_and(|due| due <= time) {
-                let due = timed.due().unwrap_or(time);
-                timed.tick(due);
+            if timed.next_tick_time().is_some_and(|due| due <= time) {
+                let due = timed.next_tick_time().unwrap_or(time);
+                timed.record_tick(due);
                 active.push(timed.reference);
             }
         }
@@ -177,12 +169,12 @@ impl Clocks {
     }
 
     /// The output clocks.
-    pub fn outputs(&self) -> &[u32] {
+    pub fn output_clocks(&self) -> &[u32] {
         &self.outputs
     }
 
     /// Lets an input clock tick at the beginning of the next step.
-    pub fn trigger(&mut self, reference: u32) {
+    pub fn trigger_input_clock(&mut self, reference: u32) {
         self.triggered.push(reference);
     }
 
@@ -192,12 +184,12 @@ impl Clocks {
     }
 
     /// Notes what ticks.
-    pub fn note(&mut self, active: &[u32]) {
+    pub fn record_ticks(&mut self, active: &[u32]) {
         self.ticked.extend(active);
     }
 
     /// Whether a clock ticked in this step.
-    pub fn ticked(&self, reference: u32) -> bool {
+    pub fn has_ticked(&self, reference: u32) -> bool {
         self.ticked.contains(&reference)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fmu_import::{CallError, Causality, Instance, Storage, Variability};
+use fmu_import::{CallError, Causality, Instance, StorageType, Variability};
 
 use super::FmuNode;
 use crate::node::{DirectionalDerivatives, ExtrapolatedInputs, InputPolynomial};
@@ -15,27 +15,27 @@ pub(super) struct RealVariables {
     inputs: Vec<Option<u32>>,
     /// The same of outputs.
     outputs: Vec<Option<u32>>,
-    known: Derivatives,
-    unknown: Derivatives,
+    known: DerivativeBuffer,
+    unknown: DerivativeBuffer,
 }
 
 /// Variables and their derivatives, with memory from one question to the next.
 #[derive(Debug, Default)]
-struct Derivatives {
+struct DerivativeBuffer {
     references: Vec<u32>,
     values: Vec<f64>,
 }
 
 impl RealVariables {
     pub fn new(instance: &Instance, inputs: &VariableGroups, outputs: &VariableGroups) -> Self {
-        let inputs = references(instance, &inputs.numbers, Causality::Input);
-        let outputs = references(instance, &outputs.numbers, Causality::Output);
+        let inputs = continuous_real_references(instance, &inputs.numbers, Causality::Input);
+        let outputs = continuous_real_references(instance, &outputs.numbers, Causality::Output);
         RealVariables { inputs, outputs, ..RealVariables::default() }
     }
 }
 
 /// The references of real numbers that are no arrays and change continuously.
-fn references(
+fn continuous_real_references(
     instance: &Instance,
     groups: &[VariableGroup],
     causality: Causality,
@@ -46,8 +46,8 @@ fn references(
         own.any(|it| it.causality == causality && it.variability == Variability::Continuous)
     };
     let of = |group: &VariableGroup| -> Vec<_> {
-        let scalars = group.references.len() == group.elements && group.is_whole();
-        let real = scalars && group.storage == Storage::Float64;
+        let scalars = group.references.len() == group.elements && group.is_fully_transferred();
+        let real = scalars && group.storage == StorageType::Float64;
         match real {
             true => group.references.iter().map(|it| is_continuous(*it).then_some(*it)).collect(),
             false => vec![None; group.places.len()],
@@ -58,7 +58,7 @@ fn references(
 
 impl FmuNode {
     /// Whether the FMU takes derivatives of its inputs: those of FMI 2.0 only.
-    pub(in crate::node) fn takes_input_derivatives(&self) -> bool {
+    pub(in crate::node) fn can_set_input_derivatives(&self) -> bool {
         self.instance.description().interpolated_inputs
     }
 }
@@ -72,7 +72,7 @@ impl ExtrapolatedInputs for FmuNode {
         span: Range<f64>,
     ) -> Result<(), CallError> {
         for InputPolynomial { place, polynomial } in polynomials {
-            inputs[*place] = polynomial.at(span.start);
+            inputs[*place] = polynomial.value_at(span.start);
         }
         self.set_numbers(inputs)?;
         for InputPolynomial { place, polynomial } in polynomials {
@@ -89,11 +89,7 @@ impl ExtrapolatedInputs for FmuNode {
 }
 
 impl DirectionalDerivatives for FmuNode {
-    fn directional_derivatives(
-        &mut self,
-        changes: &[f64],
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError> {
+    fn directional_derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
         let FmuNode { instance, real_variables, .. } = self;
         if !instance.description().directional_derivative {
             return Ok(false);
@@ -115,14 +111,14 @@ impl DirectionalDerivatives for FmuNode {
         if known.references.is_empty() || unknown.references.is_empty() {
             return Ok(true);
         }
-        let asked = instance.derivatives(
+        let asked = instance.directional_derivatives(
             &known.references,
             &known.values,
             &unknown.references,
             &mut unknown.values,
         );
         if let Err(error) = asked {
-            return if instance.is_lost() { Err(error) } else { Ok(false) };
+            return if instance.has_failed_fatally() { Err(error) } else { Ok(false) };
         }
         let places = own.iter().enumerate().filter(|(_, reference)| reference.is_some());
         places.zip(&unknown.values).for_each(|((place, _), value)| outputs[place] = *value);

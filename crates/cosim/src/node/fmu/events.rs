@@ -1,12 +1,12 @@
 //! Steps an FMU with event mode: discrete inputs, clocks, early ends of steps, and updates until nothing changes any more (FMI 3.0,
 //! section 4.2).
 
-use fmu_import::{CallError, Instance, Storage};
+use fmu_import::{CallError, Instance, StorageType};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
-use super::clocks::Clocks;
-use crate::clock::Clock;
+use super::clocks::FmuClocks;
+use crate::clock::CommunicationClock;
 use crate::node::SAME;
 use crate::system::VariableGroup;
 
@@ -15,70 +15,75 @@ const MOST: usize = 1000;
 
 /// The state of an FMU between its events.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Events {
+pub(super) struct FmuEventState {
     /// Whether the initialisation is over, and there is event mode.
     pub running: bool,
     /// Whether a discrete input has another value than the FMU knows.
     pub changed: bool,
     /// When the FMU wants its next event [s].
     next: Option<f64>,
-    pub clocks: Clocks,
+    pub clocks: FmuClocks,
 }
 
-impl Events {
+impl FmuEventState {
     pub fn new(instance: &Instance) -> Self {
         match instance.uses_event_mode() {
-            true => Events { clocks: Clocks::new(instance.description()), ..Events::default() },
-            false => Events::default(),
+            true => {
+                FmuEventState { clocks: FmuClocks::new(instance.description()), ..FmuEventState::default() }
+            }
+            false => FmuEventState::default(),
         }
     }
 
     /// Whether the FMU takes values of a group in event mode only: those of discrete inputs, and those of clocked ones while their
     /// clock ticks.
-    pub fn delays(&self, group: &VariableGroup) -> bool {
+    pub fn is_set_in_event_mode(&self, group: &VariableGroup) -> bool {
         (self.running && group.discrete) || !group.clocks.is_empty()
     }
 }
 
 impl FmuNode {
     /// Handles the first event, which the initialisation ends with.
-    pub(super) fn begin_events(&mut self) -> Result<(), CallError> {
+    pub(super) fn handle_first_event(&mut self) -> Result<(), CallError> {
         if !self.instance.uses_event_mode() {
             return Ok(());
         }
         self.events.running = true;
-        self.events.clocks.start(&mut self.instance, self.begin)?;
-        self.update(self.begin, Vec::new())
+        self.events.clocks.start_counting(&mut self.instance, self.begin)?;
+        self.update_discrete_states(self.begin, Vec::new())
     }
 
     /// Handles an event at a time [s]; `active` are the input clocks that tick there.
-    fn event(&mut self, time: f64, active: Vec<u32>) -> Result<(), CallError> {
+    fn handle_event(&mut self, time: f64, active: Vec<u32>) -> Result<(), CallError> {
         self.instance.enter_event_mode()?;
         if std::mem::take(&mut self.events.changed) {
             self.set_stored(&|group| group.discrete && group.clocks.is_empty())?;
         }
-        self.instance.set_clocks(&active)?;
+        self.instance.activate_clocks(&active)?;
         if !active.is_empty() {
-            let ticks =
-                |group: &VariableGroup| group.clocks.iter().any(|clock| active.contains(clock));
+            let ticks = |group: &VariableGroup| group.clocks.iter().any(|clock| active.contains(clock));
             self.set_stored(&ticks)?;
         }
-        self.update(time, active)
+        self.update_discrete_states(time, active)
     }
 
     /// Updates the discrete states until nothing changes, and goes back to step mode.
-    pub(super) fn update(&mut self, time: f64, mut active: Vec<u32>) -> Result<(), CallError> {
+    pub(super) fn update_discrete_states(
+        &mut self,
+        time: f64,
+        mut active: Vec<u32>,
+    ) -> Result<(), CallError> {
         for _ in 0..MOST {
-            active.extend(self.instance.active_clocks(self.events.clocks.outputs())?);
+            active.extend(self.instance.active_clocks(self.events.clocks.output_clocks())?);
             if !active.is_empty() {
                 self.store_clocked(&active)?;
-                self.events.clocks.note(&active);
+                self.events.clocks.record_ticks(&active);
                 active.clear();
             }
             let updated = self.instance.update_discrete_states(time)?;
             self.events.next = updated.next_event_time;
             if !updated.discrete_states_need_update {
-                self.events.clocks.refresh(&mut self.instance, time)?;
+                self.events.clocks.update_changing_intervals(&mut self.instance, time)?;
                 return self.instance.enter_step_mode();
             }
         }
@@ -87,23 +92,27 @@ impl FmuNode {
     }
 
     /// Goes to the next communication point, with all events on the way.
-    pub(super) fn step_with_events(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        let (begin, slack) = (clock.at(tick), SAME * clock.step);
+    pub(super) fn step_with_events(
+        &mut self,
+        clock: &CommunicationClock,
+        tick: u64,
+    ) -> Result<(), CallError> {
+        let (begin, slack) = (clock.time_at(tick), SAME * clock.step);
         let (mut time, end) = (begin, begin + clock.step);
         self.events.clocks.begin_step();
         let mut standing = 0;
         loop {
             if self.events.changed || self.events.clocks.tick_by(time + slack) {
-                let active = self.events.clocks.take(time + slack);
-                self.event(time, active)?;
+                let active = self.events.clocks.take_due_clocks(time + slack);
+                self.handle_event(time, active)?;
             }
-            let stop = self.stop_within(time + slack, end - slack)?;
+            let stop = self.next_event_between(time + slack, end - slack)?;
             let to = stop.unwrap_or(end);
             let length = if time == begin && stop.is_none() { clock.step } else { to - time };
             let advance = self.instance.advance(time, length)?;
             let wanted = self.events.next.is_some_and(|next| next <= advance.reached + slack);
             if advance.event || wanted {
-                self.event(advance.reached, Vec::new())?;
+                self.handle_event(advance.reached, Vec::new())?;
             }
             let early = advance.reached < to - slack;
             if !early && stop.is_none() {
@@ -111,8 +120,7 @@ impl FmuNode {
             }
             standing = if advance.reached > time { 0 } else { standing + 1 };
             if standing > MOST {
-                let what =
-                    format!("returned early at {time} s {MOST} times, without coming further");
+                let what = format!("returned early at {time} s {MOST} times, without coming further");
                 return Err(CallError::new("fmi3DoStep", what));
             }
             time = if early { advance.reached } else { to };
@@ -120,10 +128,10 @@ impl FmuNode {
     }
 
     /// Where a step has to be divided, between two times [s]: at a tick of a clock, or where the FMU wants its next event.
-    fn stop_within(&self, from: f64, to: f64) -> Result<Option<f64>, CallError> {
+    fn next_event_between(&self, from: f64, to: f64) -> Result<Option<f64>, CallError> {
         let variable = self.instance.description().variable_step;
         let inside = |time: &f64| *time > from && *time < to;
-        let tick = self.events.clocks.next().filter(|(due, _)| inside(due));
+        let tick = self.events.clocks.next_tick().filter(|(due, _)| inside(due));
         if let (Some((due, clock)), false) = (tick, variable) {
             let what = format!(
                 "is not called: the clock `{clock}` ticks at {due} s, between two communication points, and the FMU takes \
@@ -141,5 +149,5 @@ impl FmuNode {
 
 /// Whether a group holds the ticks of clocks.
 pub(super) fn is_clock(group: &VariableGroup) -> bool {
-    group.storage == Storage::Clock
+    group.storage == StorageType::Clock
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fmu_import::{CallError, Instance, Storage};
+use fmu_import::{CallError, Instance, StorageType};
 
 use super::events::is_clock;
 use crate::system::{VariableGroup, VariableGroups};
@@ -10,16 +10,16 @@ use crate::system::{VariableGroup, VariableGroups};
 /// The calls of a step: without events, and without arithmetic, which depends on how numbers are rounded.
 #[derive(Debug)]
 pub(super) struct StepCalls {
-    set: Vec<Call>,
-    get: Vec<Call>,
+    set: Vec<GroupCall>,
+    get: Vec<GroupCall>,
     /// The value references of all calls.
     references: Vec<u32>,
 }
 
 /// A call for one group of variables.
 #[derive(Debug)]
-struct Call {
-    storage: Storage,
+struct GroupCall {
+    storage: StorageType,
     /// Its value references among those of all calls.
     references: Range<usize>,
     /// Its values among those of the node's side.
@@ -28,23 +28,21 @@ struct Call {
 
 impl StepCalls {
     /// The calls for these variables; nothing if some are not handed over as they are.
-    pub fn of(inputs: &VariableGroups, outputs: &VariableGroups) -> Option<Self> {
+    pub fn for_variables(inputs: &VariableGroups, outputs: &VariableGroups) -> Option<Self> {
         let plain = |group: &VariableGroup| {
-            group.is_whole() && group.clocks.is_empty() && !group.is_exact() && !is_clock(group)
+            group.is_fully_transferred() && group.clocks.is_empty() && !group.is_int64() && !is_clock(group)
         };
-        let plain_input = |group: &VariableGroup| {
-            plain(group) && group.storage != Storage::Float32 && !group.tunable
-        };
+        let plain_input =
+            |group: &VariableGroup| plain(group) && group.storage != StorageType::Float32 && !group.tunable;
         let plain_output = |group: &VariableGroup| !group.needed || plain(group);
-        let numbers =
-            inputs.numbers.iter().all(plain_input) && outputs.numbers.iter().all(plain_output);
+        let numbers = inputs.numbers.iter().all(plain_input) && outputs.numbers.iter().all(plain_output);
         let texts = !inputs.texts.is_empty() || outputs.texts.iter().any(|group| group.needed);
         if !numbers || texts {
             return None;
         }
         let mut references = Vec::new();
-        let set = calls(&inputs.numbers, &mut references, |_| true);
-        let get = calls(&outputs.numbers, &mut references, |group| group.needed);
+        let set = group_calls(&inputs.numbers, &mut references, |_| true);
+        let get = group_calls(&outputs.numbers, &mut references, |group| group.needed);
         Some(StepCalls { set, get, references })
     }
 
@@ -53,7 +51,7 @@ impl StepCalls {
     /// # Errors
     /// Those of the calls.
     #[inline]
-    pub fn make(
+    pub fn execute_step(
         &self,
         instance: &mut Instance,
         inputs: &[f64],
@@ -61,13 +59,13 @@ impl StepCalls {
         step: f64,
         outputs: &mut [f64],
     ) -> Result<(), CallError> {
-        instance.batch(|instance| {
-            for Call { storage, references, values } in &self.set {
+        instance.batch_step_calls(|instance| {
+            for GroupCall { storage, references, values } in &self.set {
                 let references = &self.references[references.clone()];
                 instance.set_numbers(*storage, references, &inputs[values.clone()])?;
             }
             instance.step(time, step)?;
-            for Call { storage, references, values } in &self.get {
+            for GroupCall { storage, references, values } in &self.get {
                 let references = &self.references[references.clone()];
                 instance.get_numbers(*storage, references, &mut outputs[values.clone()])?;
             }
@@ -77,18 +75,18 @@ impl StepCalls {
 }
 
 /// The calls for groups whose values follow each other, of those that are wanted.
-fn calls(
+fn group_calls(
     groups: &[VariableGroup],
     references: &mut Vec<u32>,
     wanted: impl Fn(&VariableGroup) -> bool,
-) -> Vec<Call> {
+) -> Vec<GroupCall> {
     let (mut calls, mut begin) = (Vec::new(), 0);
     for group in groups {
         let end = begin + group.places.len();
         if wanted(group) {
             let first = references.len();
             references.extend(&group.references);
-            calls.push(Call {
+            calls.push(GroupCall {
                 storage: group.storage,
                 references: first..references.len(),
                 values: begin..end,

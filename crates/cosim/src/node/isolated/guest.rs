@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::{Error, shown};
-use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
-use isolation::{Channel, Packet, Sandbox};
+use diagnostics::{Error, escape_for_terminal};
+use fmu_import::{CallError, Fmu, FmuMessage, MessageLevel, OpenError};
+use isolation::{ChannelPacket, ProcessChannel, SandboxFiles};
 
 use super::protocol::{
-    Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup, StepPolynomials,
+    GuestCommand, GuestCommandOutcome, GuestRequest, GuestResponse, IsolatedNodeSetup, NonNumericValues,
+    SandboxPaths, StepPolynomials,
 };
-use crate::node::refusal::Refusal;
+use crate::node::refusal::FmuRefusal;
 use crate::node::{
-    DirectionalDerivatives, ExtrapolatedInputs, FmuNode, Node, NodeState, Stateful,
-    TunableParameters, TypedValues,
+    DirectionalDerivatives, ExtrapolatedInputs, FmuNode, Node, NodeState, Stateful, TunableParameters,
+    TypedValues,
 };
 use crate::system::VariableGroups;
 
@@ -22,57 +23,57 @@ use crate::system::VariableGroups;
 ///
 /// # Errors
 /// When this process has no such host, or that has ended.
-pub fn serve(host: u32) -> Result<(), Error> {
-    let wrong = |what: String| Error::input(format!("isolated is for FMUs of a run: {what}"));
+pub fn serve_host_process(host: u32) -> Result<(), Error> {
+    let wrong = |what: String| Error::invalid_input(format!("isolated is for FMUs of a run: {what}"));
     let (channel, note) =
-        isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+        isolation::connect_to_host_process(host).map_err(|error| wrong(error.to_string()))?;
     fmu_import::ignore_termination_signals();
     fmu_import::share_call_notes(Some(note));
-    let look = || match isolation::has_host(host) {
+    let look = || match isolation::is_host_alive(host) {
         true => Ok(()),
         false => Err(wrong("that has ended".to_owned())),
     };
-    let (mut talk, mut served) = (Packet::default(), None);
+    let (mut talk, mut served) = (ChannelPacket::default(), None);
     loop {
         channel.receive(&mut talk, look)?;
-        let request = postcard::from_bytes::<Request>(&talk.bytes);
+        let request = postcard::from_bytes::<GuestRequest>(&talk.bytes);
         let request = request.map_err(|error| wrong(error.to_string()))?;
-        if let Command::Exit = request.command {
+        if let GuestCommand::Exit = request.command {
             // The run is over, and nobody reads the note any more.
             fmu_import::share_call_notes(None);
             fmu_import::set_final_exit_code(Some(0));
             drop(served);
             let late = fmu_import::messages_while_freed();
-            late.iter().for_each(|it| eprintln!("{}", shown(&format!("warning: {it}"))));
+            late.iter().for_each(|it| eprintln!("{}", escape_for_terminal(&format!("warning: {it}"))));
             return Ok(());
         }
-        let end = matches!(request.command, Command::Terminate);
-        let outcome = respond(&mut served, request, &mut talk.numbers);
-        let messages = served.as_mut().map(|served| served.node.messages());
+        let end = matches!(request.command, GuestCommand::Terminate);
+        let outcome = respond_to_request(&mut served, request, &mut talk.numbers);
+        let messages = served.as_mut().map(|served| served.node.take_messages());
         let mut messages = messages.unwrap_or_default();
         if end {
-            let changed = fmu_import::process_state_changes().into_iter();
-            messages.extend(changed.map(|what| Message::new(MessageLevel::Warning, "", &what)));
+            let changed = fmu_import::take_process_change_reports().into_iter();
+            messages.extend(changed.map(|what| FmuMessage::new(MessageLevel::Warning, "", &what)));
         }
-        let response = Response { outcome, messages };
-        send(&channel, &talk, &response, look)?;
+        let response = GuestResponse { outcome, messages };
+        send_response(&channel, &talk, &response, look)?;
     }
 }
 
-fn send(
-    channel: &Channel,
-    talk: &Packet,
-    response: &Response,
+fn send_response(
+    channel: &ProcessChannel,
+    talk: &ChannelPacket,
+    response: &GuestResponse,
     look: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
-    let shown = matches!(response.outcome, Ok(Outcome::Outputs(_)));
+    let bytes = postcard::to_stdvec(response).map_err(|error| Error::invalid_input(error.to_string()))?;
+    let shown = matches!(response.outcome, Ok(GuestCommandOutcome::Outputs(_)));
     let numbers = if shown { talk.numbers.as_slice() } else { &[] };
     channel.send(numbers, &bytes, look)
 }
 
 /// A node, its saved states by number, and how much it shows.
-struct Served {
+struct ServedNode {
     node: FmuNode,
     states: BTreeMap<u64, NodeState>,
     numbers: usize,
@@ -81,21 +82,21 @@ struct Served {
 }
 
 /// Does what is asked. `numbers` are those of the inputs at first, and those of the outputs when they are shown.
-fn respond(
-    served: &mut Option<Served>,
-    request: Request,
+fn respond_to_request(
+    served: &mut Option<ServedNode>,
+    request: GuestRequest,
     numbers: &mut Vec<f64>,
-) -> Result<Outcome, Refusal> {
-    if let Command::Open(setup) = request.command {
-        let (opened, done) = open(*setup)?;
+) -> Result<GuestCommandOutcome, FmuRefusal> {
+    if let GuestCommand::Open(setup) = request.command {
+        let (opened, done) = open_node(*setup)?;
         *served = Some(opened);
         return Ok(done);
     }
     let Some(served) = served else {
-        return Err(Refusal::Early(CallError::new("the node", "is not open yet")));
+        return Err(FmuRefusal::Early(CallError::new("the node", "is not open yet")));
     };
     served.drop_states(&request.dropped);
-    if let Some(OtherValues { integers, texts, extrapolation }) = request.inputs {
+    if let Some(NonNumericValues { integers, texts, extrapolation }) = request.inputs {
         match extrapolation {
             None => served.node.set_inputs(numbers)?,
             Some(StepPolynomials { polynomials, span })
@@ -113,34 +114,34 @@ fn respond(
         }
     }
     match request.command {
-        Command::EnterInitialization => {
-            served.node.begin_initialization().map(Outcome::Initialized)
+        GuestCommand::EnterInitialization => {
+            served.node.begin_initialization().map(GuestCommandOutcome::Initialized)
         }
-        Command::DoStep(clock, tick) => {
+        GuestCommand::DoStep(clock, tick) => {
             served.node.do_step(&clock, tick)?;
             Ok(served.get_outputs(numbers)?)
         }
-        Command::GetOutputs => Ok(served.get_outputs(numbers)?),
-        command => Ok(served.run(command)?),
+        GuestCommand::GetOutputs => Ok(served.get_outputs(numbers)?),
+        command => Ok(served.run_command(command)?),
     }
 }
 
-impl Served {
+impl ServedNode {
     /// The numbers of saved states grow, so none is given twice.
-    fn keep(&mut self, state: NodeState) -> Outcome {
+    fn keep_state(&mut self, state: NodeState) -> GuestCommandOutcome {
         let number = self.states.last_key_value().map_or(0, |(last, _)| last + 1);
         self.states.insert(number, state);
-        Outcome::State(number)
+        GuestCommandOutcome::State(number)
     }
 
     fn drop_states(&mut self, states: &[u64]) {
         states.iter().for_each(|state| drop(self.states.remove(state)));
     }
 
-    fn get_outputs(&mut self, numbers: &mut Vec<f64>) -> Result<Outcome, CallError> {
+    fn get_outputs(&mut self, numbers: &mut Vec<f64>) -> Result<GuestCommandOutcome, CallError> {
         numbers.clear();
         numbers.resize(self.numbers, 0.0);
-        let mut others = OtherValues {
+        let mut others = NonNumericValues {
             integers: vec![0; self.integers],
             texts: vec![String::new(); self.texts],
             extrapolation: None,
@@ -150,69 +151,73 @@ impl Served {
             self.node.get_integers(&mut others.integers)?;
         }
         self.node.get_texts(&mut others.texts)?;
-        Ok(Outcome::Outputs(others))
+        Ok(GuestCommandOutcome::Outputs(others))
     }
 
-    fn run(&mut self, command: Command) -> Result<Outcome, CallError> {
-        let Served { node, states, .. } = self;
+    fn run_command(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, CallError> {
+        let ServedNode { node, states, .. } = self;
         let unknown = || CallError::new("the state", "is not one of this process");
         Ok(match command {
-            Command::ExitInitialization => node.exit_initialization().map(|()| Outcome::Done)?,
-            Command::Terminate => node.terminate().map(|()| Outcome::Done)?,
-            Command::Save => {
-                let state = node.save()?;
-                self.keep(state)
+            GuestCommand::ExitInitialization => {
+                node.exit_initialization().map(|()| GuestCommandOutcome::Done)?
             }
-            Command::Restore(state) => {
-                node.restore(states.get(&state).ok_or_else(unknown)?)?;
-                Outcome::Done
+            GuestCommand::Terminate => node.terminate().map(|()| GuestCommandOutcome::Done)?,
+            GuestCommand::Save => {
+                let state = node.save_state()?;
+                self.keep_state(state)
             }
-            Command::Wait(seconds) => {
+            GuestCommand::Restore(state) => {
+                node.restore_state(states.get(&state).ok_or_else(unknown)?)?;
+                GuestCommandOutcome::Done
+            }
+            GuestCommand::Wait(seconds) => {
                 // A time that no clock holds is longer than any limit.
                 std::thread::sleep(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-                Outcome::Done
+                GuestCommandOutcome::Done
             }
-            Command::Crash => std::process::abort(),
-            Command::Tune(values, time) => node.tune(&values, time).map(|()| Outcome::Done)?,
-            Command::Serialise(state) => {
-                Outcome::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
+            GuestCommand::Crash => std::process::abort(),
+            GuestCommand::Tune(values, time) => {
+                node.tune_parameters(&values, time).map(|()| GuestCommandOutcome::Done)?
             }
-            Command::DirectionalDerivatives(changes) => {
+            GuestCommand::Serialise(state) => {
+                GuestCommandOutcome::Bytes(node.serialise_state(states.get(&state).ok_or_else(unknown)?)?)
+            }
+            GuestCommand::DirectionalDerivatives(changes) => {
                 let mut found = vec![0.0; self.numbers];
                 let known = node.directional_derivatives(&changes, &mut found)?;
-                Outcome::Derivatives(known.then_some(found))
+                GuestCommandOutcome::Derivatives(known.then_some(found))
             }
-            Command::Deserialise(bytes) => {
-                let state = node.deserialise(&bytes)?;
-                self.keep(state)
+            GuestCommand::Deserialise(bytes) => {
+                let state = node.deserialise_state(&bytes)?;
+                self.keep_state(state)
             }
-            _ => Outcome::Done,
+            _ => GuestCommandOutcome::Done,
         })
     }
 }
 
 /// Makes the node, in a sandbox if it is to be in one.
-fn open(setup: Setup) -> Result<(Served, Outcome), Refusal> {
-    let early = |error: OpenError| Refusal::Early(CallError::new("opening", error.to_string()));
-    let shut = |SandboxPaths { read, write }| isolation::enter_sandbox(&Sandbox { read, write });
+fn open_node(setup: IsolatedNodeSetup) -> Result<(ServedNode, GuestCommandOutcome), FmuRefusal> {
+    let early = |error: OpenError| FmuRefusal::Early(CallError::new("opening", error.to_string()));
+    let shut = |SandboxPaths { read, write }| isolation::enter_sandbox(&SandboxFiles { read, write });
     let lacks = setup.sandbox.map(shut).unwrap_or_default();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let VariableGroups { numbers, texts } = &setup.outputs;
-    let exact = numbers.iter().filter(|group| group.is_exact());
+    let exact = numbers.iter().filter(|group| group.is_int64());
     let counts = [
         numbers.iter().map(|group| group.places.len()).sum(),
         exact.map(|group| group.places.len()).sum(),
         texts.iter().map(|group| group.places.len()).sum(),
     ];
     let mut node = FmuNode::new(&fmu, &setup.name, setup.log, setup.inputs, setup.outputs)?;
-    node.prepare(setup.experiment, setup.starts)?;
+    node.set_experiment_and_starts(setup.experiment, setup.starts)?;
     // The runtime of an FMU may have taken the signals.
     fmu_import::ignore_termination_signals();
-    let outcome = Outcome::Opened {
+    let outcome = GuestCommandOutcome::Opened {
         can_save: node.can_save(),
-        takes_input_derivatives: node.takes_input_derivatives(),
+        takes_input_derivatives: node.can_set_input_derivatives(),
         lacks,
     };
     let [numbers, integers, texts] = counts;
-    Ok((Served { node, states: BTreeMap::new(), numbers, integers, texts }, outcome))
+    Ok((ServedNode { node, states: BTreeMap::new(), numbers, integers, texts }, outcome))
 }

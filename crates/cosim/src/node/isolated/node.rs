@@ -3,40 +3,40 @@
 use std::ops::Range;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Message};
+use fmu_import::{CallError, FmuMessage};
 
-use super::protocol::{Command, OtherValues, Outcome, StepPolynomials};
-use super::{IsolatedNode, Values, unexpected};
-use crate::clock::Clock;
-use crate::node::fmu::Bytes;
+use super::protocol::{GuestCommand, GuestCommandOutcome, NonNumericValues, StepPolynomials};
+use super::{IsolatedNode, NodeValues, invalid_response_error};
+use crate::clock::CommunicationClock;
+use crate::node::fmu::FmuNodeStateBytes;
 use crate::node::{
-    DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial,
-    Node, NodeState, Stateful, TunableParameters, TypedValues,
+    DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial, Node,
+    NodeState, Stateful, TunableParameters, TypedValues,
 };
-use crate::system::{OnFailure, StartValue};
+use crate::system::{FmuFailurePolicy, StartValue};
 
 /// The outputs of an FMU that has failed.
-struct FrozenState(Values);
+struct FrozenOutputs(NodeValues);
 
 impl IsolatedNode {
     /// Asks for the outputs, unless they are there.
     fn fetch_outputs(&mut self) -> Result<(), CallError> {
         match self.has_outputs || self.frozen {
             true => Ok(()),
-            false => self.call(Command::GetOutputs).map(|_| ()),
+            false => self.call_guest(GuestCommand::GetOutputs).map(|_| ()),
         }
     }
 
     /// There are inputs that the process does not know.
-    fn note_new_inputs(&mut self) {
+    fn mark_inputs_as_new(&mut self) {
         (self.has_new_inputs, self.has_outputs) = (true, false);
     }
 }
 
 /// Copies outputs of which there are as many as expected.
-fn copy<T: Clone>(from: &[T], to: &mut [T]) -> Result<(), CallError> {
+fn copy_same_length<T: Clone>(from: &[T], to: &mut [T]) -> Result<(), CallError> {
     if from.len() != to.len() {
-        return Err(unexpected());
+        return Err(invalid_response_error());
     }
     to.clone_from_slice(from);
     Ok(())
@@ -44,48 +44,46 @@ fn copy<T: Clone>(from: &[T], to: &mut [T]) -> Result<(), CallError> {
 
 impl Node for IsolatedNode {
     fn enter_initialization(&mut self) -> Result<Vec<String>, Error> {
-        let entered = self.ask(Command::EnterInitialization);
-        match entered.map_err(|refusal| self.refused(refusal))? {
-            Outcome::Initialized(mut notices) => {
+        let entered = self.send_command(GuestCommand::EnterInitialization);
+        match entered.map_err(|refusal| self.refusal_error(refusal))? {
+            GuestCommandOutcome::Initialized(mut notices) => {
                 let name = &self.setup.name;
                 let lacks = self.lacks.drain(..);
-                notices.extend(
-                    lacks.map(|what| format!("the sandbox of `{name}` is not whole: {what}")),
-                );
+                notices.extend(lacks.map(|what| format!("the sandbox of `{name}` is not whole: {what}")));
                 Ok(notices)
             }
-            _ => Err(self.refused(unexpected().into())),
+            _ => Err(self.refusal_error(invalid_response_error().into())),
         }
     }
 
     fn exit_initialization(&mut self) -> Result<(), CallError> {
-        self.call(Command::ExitInitialization).map(|_| ())
+        self.call_guest(GuestCommand::ExitInitialization).map(|_| ())
     }
 
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.numbers.clear();
         self.inputs.numbers.extend_from_slice(inputs);
         self.inputs.others.extrapolation = None;
-        self.note_new_inputs();
+        self.mark_inputs_as_new();
         Ok(())
     }
 
     fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.fetch_outputs()?;
-        copy(&self.outputs.numbers, outputs)
+        copy_same_length(&self.outputs.numbers, outputs)
     }
 
-    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         if self.frozen {
             return Ok(());
         }
-        self.try_step(clock, tick).or_else(|failure| self.recover(failure, clock, tick))
+        self.try_step(clock, tick).or_else(|failure| self.recover_from_failure(failure, clock, tick))
     }
 
     fn terminate(&mut self) -> Result<(), CallError> {
         match self.frozen {
             true => Ok(()),
-            false => self.call(Command::Terminate).map(|_| ()),
+            false => self.call_guest(GuestCommand::Terminate).map(|_| ()),
         }
     }
 
@@ -93,11 +91,11 @@ impl Node for IsolatedNode {
         !self.messages.is_empty()
     }
 
-    fn messages(&mut self) -> Vec<Message> {
+    fn take_messages(&mut self) -> Vec<FmuMessage> {
         std::mem::take(&mut self.messages)
     }
 
-    fn state(&mut self) -> Option<&mut dyn Stateful> {
+    fn as_stateful(&mut self) -> Option<&mut dyn Stateful> {
         Some(self)
     }
 
@@ -109,15 +107,15 @@ impl Node for IsolatedNode {
         if self.takes_input_derivatives { Some(self) } else { None }
     }
 
-    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+    fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
         Some(self)
     }
 
-    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+    fn as_tunable_parameters(&mut self) -> Option<&mut dyn TunableParameters> {
         Some(self)
     }
 
-    fn faults(&mut self) -> Option<&mut dyn FaultInjection> {
+    fn as_fault_injection(&mut self) -> Option<&mut dyn FaultInjection> {
         Some(self)
     }
 }
@@ -126,25 +124,25 @@ impl TypedValues for IsolatedNode {
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
         self.inputs.others.texts.clear();
         self.inputs.others.texts.extend_from_slice(inputs);
-        self.note_new_inputs();
+        self.mark_inputs_as_new();
         Ok(())
     }
 
     fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
         self.fetch_outputs()?;
-        copy(&self.outputs.others.texts, outputs)
+        copy_same_length(&self.outputs.others.texts, outputs)
     }
 
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
         self.inputs.others.integers.clear();
         self.inputs.others.integers.extend_from_slice(inputs);
-        self.note_new_inputs();
+        self.mark_inputs_as_new();
         Ok(())
     }
 
     fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
         self.fetch_outputs()?;
-        copy(&self.outputs.others.integers, outputs)
+        copy_same_length(&self.outputs.others.integers, outputs)
     }
 }
 
@@ -163,24 +161,22 @@ impl ExtrapolatedInputs for IsolatedNode {
 }
 
 impl DirectionalDerivatives for IsolatedNode {
-    fn directional_derivatives(
-        &mut self,
-        changes: &[f64],
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError> {
-        match self.call(Command::DirectionalDerivatives(changes.to_vec()))? {
-            Outcome::Derivatives(None) => Ok(false),
-            Outcome::Derivatives(Some(derivatives)) => copy(&derivatives, outputs).map(|()| true),
-            _ => Err(unexpected()),
+    fn directional_derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+        match self.call_guest(GuestCommand::DirectionalDerivatives(changes.to_vec()))? {
+            GuestCommandOutcome::Derivatives(None) => Ok(false),
+            GuestCommandOutcome::Derivatives(Some(derivatives)) => {
+                copy_same_length(&derivatives, outputs).map(|()| true)
+            }
+            _ => Err(invalid_response_error()),
         }
     }
 }
 
 impl TunableParameters for IsolatedNode {
-    fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError> {
+    fn tune_parameters(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError> {
         match self.frozen {
             true => Ok(()),
-            false => self.call(Command::Tune(values.to_vec(), time)).map(|_| ()),
+            false => self.call_guest(GuestCommand::Tune(values.to_vec(), time)).map(|_| ()),
         }
     }
 }
@@ -197,47 +193,47 @@ impl Stateful for IsolatedNode {
         self.can_save
     }
 
-    fn save(&mut self) -> Result<NodeState, CallError> {
+    fn save_state(&mut self) -> Result<NodeState, CallError> {
         if self.frozen {
-            return Ok(NodeState::new(FrozenState(self.outputs.clone())));
+            return Ok(NodeState::new(FrozenOutputs(self.outputs.clone())));
         }
-        let outcome = self.call(Command::Save)?;
+        let outcome = self.call_guest(GuestCommand::Save)?;
         self.remote_state(&outcome)
     }
 
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        if let Ok(FrozenState(outputs)) = state.get() {
+    fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
+        if let Ok(FrozenOutputs(outputs)) = state.downcast_ref() {
             (self.frozen, self.outputs) = (true, outputs.clone());
             return Ok(());
         }
-        let number = self.number(state)?;
-        self.call(Command::Restore(number))?;
+        let number = self.remote_state_number(state)?;
+        self.call_guest(GuestCommand::Restore(number))?;
         self.frozen = false;
         match self.isolation.on_failure {
             // It may fail before it shows anything.
-            OnFailure::Hold => self.fetch_outputs(),
-            OnFailure::End | OnFailure::Restart => Ok(()),
+            FmuFailurePolicy::Hold => self.fetch_outputs(),
+            FmuFailurePolicy::End | FmuFailurePolicy::Restart => Ok(()),
         }
     }
 
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        if let Ok(FrozenState(Values { numbers, others })) = state.get() {
-            let OtherValues { integers, texts, .. } = others;
-            return Bytes::Frozen(numbers.clone(), integers.clone(), texts.clone()).pack();
+    fn serialise_state(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        if let Ok(FrozenOutputs(NodeValues { numbers, others })) = state.downcast_ref() {
+            let NonNumericValues { integers, texts, .. } = others;
+            return FmuNodeStateBytes::Frozen(numbers.clone(), integers.clone(), texts.clone()).serialise();
         }
-        let number = self.number(state)?;
-        match self.call(Command::Serialise(number))? {
-            Outcome::Bytes(bytes) => Ok(bytes),
-            _ => Err(unexpected()),
+        let number = self.remote_state_number(state)?;
+        match self.call_guest(GuestCommand::Serialise(number))? {
+            GuestCommandOutcome::Bytes(bytes) => Ok(bytes),
+            _ => Err(invalid_response_error()),
         }
     }
 
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        if let Bytes::Frozen(numbers, integers, texts) = Bytes::unpack(bytes)? {
-            let others = OtherValues { integers, texts, extrapolation: None };
-            return Ok(NodeState::new(FrozenState(Values { numbers, others })));
+    fn deserialise_state(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        if let FmuNodeStateBytes::Frozen(numbers, integers, texts) = FmuNodeStateBytes::deserialise(bytes)? {
+            let others = NonNumericValues { integers, texts, extrapolation: None };
+            return Ok(NodeState::new(FrozenOutputs(NodeValues { numbers, others })));
         }
-        let outcome = self.call(Command::Deserialise(bytes.to_owned()))?;
+        let outcome = self.call_guest(GuestCommand::Deserialise(bytes.to_owned()))?;
         self.remote_state(&outcome)
     }
 }

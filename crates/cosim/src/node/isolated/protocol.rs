@@ -3,23 +3,23 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use fmu_import::{FmuLocation, Message};
+use fmu_import::{FmuLocation, FmuMessage};
 use serde::{Deserialize, Serialize};
 
-use crate::clock::Clock;
-use crate::node::refusal::Refusal;
-use crate::node::{Experiment, InputPolynomial};
+use crate::clock::CommunicationClock;
+use crate::node::refusal::FmuRefusal;
+use crate::node::{FmuExperiment, InputPolynomial};
 use crate::system::{StartValue, VariableGroups};
 
 /// What the node is made of.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Setup {
+pub(super) struct IsolatedNodeSetup {
     pub name: String,
     pub fmu: FmuLocation,
     pub log: bool,
     pub inputs: VariableGroups,
     pub outputs: VariableGroups,
-    pub experiment: Experiment,
+    pub experiment: FmuExperiment,
     pub starts: Vec<StartValue>,
     /// Without one, it is in no sandbox.
     pub sandbox: Option<SandboxPaths>,
@@ -34,7 +34,7 @@ pub(super) struct SandboxPaths {
 
 /// Inputs or outputs, besides the numbers.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct OtherValues {
+pub(super) struct NonNumericValues {
     pub integers: Vec<i128>,
     pub texts: Vec<String>,
     /// Of inputs that change within a step.
@@ -50,20 +50,20 @@ pub(super) struct StepPolynomials {
 
 /// What the node is to do: first it drops states, then it takes inputs, then comes the command.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Request {
+pub(super) struct GuestRequest {
     /// States by number.
     pub dropped: Vec<u64>,
-    pub inputs: Option<OtherValues>,
-    pub command: Command,
+    pub inputs: Option<NonNumericValues>,
+    pub command: GuestCommand,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Command {
-    Open(Box<Setup>),
+pub(super) enum GuestCommand {
+    Open(Box<IsolatedNodeSetup>),
     EnterInitialization,
     ExitInitialization,
     /// To the communication point after this one.
-    DoStep(Clock, u64),
+    DoStep(CommunicationClock, u64),
     GetOutputs,
     Terminate,
     Save,
@@ -83,13 +83,13 @@ pub(super) enum Command {
 
 /// What the node did.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Response {
-    pub outcome: Result<Outcome, Refusal>,
-    pub messages: Vec<Message>,
+pub(super) struct GuestResponse {
+    pub outcome: Result<GuestCommandOutcome, FmuRefusal>,
+    pub messages: Vec<FmuMessage>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Outcome {
+pub(super) enum GuestCommandOutcome {
     /// Nothing more to say.
     Done,
     /// What the node can do, and what its sandbox lacks.
@@ -97,7 +97,7 @@ pub(super) enum Outcome {
     /// What it did not keep of what it was told.
     Initialized(Vec<String>),
     /// Its outputs.
-    Outputs(OtherValues),
+    Outputs(NonNumericValues),
     /// A state by its number.
     State(u64),
     /// A state.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
+use super::{ShapeParameters, SignalShape};
 use crate::signal::rules;
-use crate::signal::window::Window;
+use crate::signal::window::SignalWindow;
 
 /// Shape: a frequency that changes linearly, `chirp = { amplitude = 0.05, f_start = 0.2, f_end = 4.0, duration = 20.0 }`.
 /// After `duration` it stays at `f_end`.
@@ -34,16 +34,16 @@ pub struct Chirp {
 }
 
 impl ShapeParameters for Chirp {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::finite(&[("amplitude", self.amplitude), ("phase", self.phase)])?;
-        rules::frequencies(&[("f_start", self.f_start), ("f_end", self.f_end)])?;
-        rules::positive("duration", self.duration)?;
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_finite(&[("amplitude", self.amplitude), ("phase", self.phase)])?;
+        rules::check_frequencies(&[("f_start", self.f_start), ("f_end", self.f_end)])?;
+        rules::check_positive("duration", self.duration)?;
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Chirp {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for Chirp {
+    fn value_at(&self, time: f64) -> f64 {
         let rising = time.min(self.duration);
         let turns = self.f_start * rising
             + (self.f_end - self.f_start) * rising * rising / (2.0 * self.duration)

@@ -8,9 +8,9 @@ use rand_pcg::Pcg64;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
+use super::{ShapeParameters, SignalShape};
 use crate::signal::rules;
-use crate::signal::window::Window;
+use crate::signal::window::SignalWindow;
 
 /// The search for the peak of a multisine takes at most this many points.
 const MOST_POINTS: f64 = 1e6;
@@ -37,69 +37,64 @@ pub struct Multisine {
 }
 
 impl ShapeParameters for Multisine {
-    fn build(&self, window: &Window, seed: u64) -> Result<Arc<dyn Shape>, String> {
+    fn build_shape(&self, window: &SignalWindow, seed: u64) -> Result<Arc<dyn SignalShape>, String> {
         let count = self.frequencies.len();
         if count == 0 {
             return Err("expected at least one of `frequencies`, found none".to_owned());
         }
-        rules::finite(&[("peak", self.peak)])?;
+        rules::check_finite(&[("peak", self.peak)])?;
         for frequency in &self.frequencies {
-            rules::frequencies(&[("frequencies", *frequency)])?;
+            rules::check_frequencies(&[("frequencies", *frequency)])?;
         }
         let weights = self.weights.clone().unwrap_or_else(|| vec![1.0; count]);
         let mut random = Pcg64::seed_from_u64(self.seed.unwrap_or(seed));
-        let phases = self
-            .phases
-            .clone()
-            .unwrap_or_else(|| (0..count).map(|_| random.random_range(-PI..PI)).collect());
-        rules::lengths("weights", weights.len(), "frequencies", count)?;
-        rules::lengths("phases", phases.len(), "frequencies", count)?;
-        rules::list("weights", &weights)?;
-        rules::list("phases", &phases)?;
+        let phases =
+            self.phases.clone().unwrap_or_else(|| (0..count).map(|_| random.random_range(-PI..PI)).collect());
+        rules::check_equal_lengths("weights", weights.len(), "frequencies", count)?;
+        rules::check_equal_lengths("phases", phases.len(), "frequencies", count)?;
+        rules::check_finite_list("weights", &weights)?;
+        rules::check_finite_list("phases", &phases)?;
         let waves = self.frequencies.iter().zip(weights).zip(phases);
         let mut waves: Vec<[f64; 3]> =
             waves.map(|((frequency, weight), phase)| [weight, *frequency, phase]).collect();
-        let peak = peak(&waves, window);
+        let peak = peak_amplitude(&waves, window);
         if peak < 1e-12 {
             return Err(
-                "expected a sum that can be scaled to `peak`, found zero in the whole window"
-                    .to_owned(),
+                "expected a sum that can be scaled to `peak`, found zero in the whole window".to_owned()
             );
         }
         for wave in &mut waves {
             wave[0] *= self.peak / peak;
         }
-        Ok(Arc::new(Waves(waves)))
+        Ok(Arc::new(SineComponents(waves)))
     }
 }
 
 /// Amplitude, frequency [Hz] and phase [rad] of each component.
 #[derive(Debug)]
-struct Waves(Vec<[f64; 3]>);
+struct SineComponents(Vec<[f64; 3]>);
 
-impl Shape for Waves {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for SineComponents {
+    fn value_at(&self, time: f64) -> f64 {
         sum_of(&self.0, time)
     }
 }
 
 /// The waves at a time [s].
 fn sum_of(waves: &[[f64; 3]], time: f64) -> f64 {
-    let wave = |[amplitude, frequency, phase]: &[f64; 3]| {
-        amplitude * (TAU * frequency * time + phase).sin()
-    };
+    let wave = |[amplitude, frequency, phase]: &[f64; 3]| amplitude * (TAU * frequency * time + phase).sin();
     waves.iter().map(wave).sum()
 }
 
 /// The largest absolute value in the window: the largest of 32 points per period of the fastest
 /// wave, refined by the parabola through its neighbours.
-fn peak(waves: &[[f64; 3]], window: &Window) -> f64 {
+fn peak_amplitude(waves: &[[f64; 3]], window: &SignalWindow) -> f64 {
     let length = (window.end - window.from).max(0.0);
     let fastest = waves.iter().map(|wave| wave[1]).fold(0.0, f64::max);
     let points = (length * fastest * 32.0).ceil().clamp(256.0, MOST_POINTS);
     let size = |index: f64| {
         let time = length * index / points;
-        (window.fade(window.from + time) * sum_of(waves, time)).abs()
+        (window.fade_weight(window.from + time) * sum_of(waves, time)).abs()
     };
     let (mut before, mut here) = (size(0.0), size(1.0));
     let mut largest = before;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
+use super::{ShapeParameters, SignalShape};
 use crate::signal::rules;
-use crate::signal::window::Window;
+use crate::signal::window::SignalWindow;
 
 /// Shape: a straight line between two values, `ramp = { start = 1.0, end = 3.0, after = 0.1 }`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -29,8 +29,8 @@ pub struct Ramp {
 }
 
 impl ShapeParameters for Ramp {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::finite(&[
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_finite(&[
             ("start", self.start),
             ("end", self.end),
             ("before", self.before),
@@ -38,16 +38,14 @@ impl ShapeParameters for Ramp {
         ])?;
         if self.end <= self.start {
             let (start, end) = (self.start, self.end);
-            return Err(format!(
-                "expected `end` after `start` at {start} s, found {end} s; a `step` jumps"
-            ));
+            return Err(format!("expected `end` after `start` at {start} s, found {end} s; a `step` jumps"));
         }
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Ramp {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for Ramp {
+    fn value_at(&self, time: f64) -> f64 {
         let share = (time - self.start) / (self.end - self.start);
         self.before + share.clamp(0.0, 1.0) * (self.after - self.before)
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
+use super::{ShapeParameters, SignalShape};
 use crate::signal::rules;
-use crate::signal::window::Window;
+use crate::signal::window::SignalWindow;
 
 /// Shape: one frequency, `sine = { amplitude = 0.05, frequency = 0.5 }`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -31,19 +31,19 @@ pub struct Sine {
 }
 
 impl ShapeParameters for Sine {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::finite(&[
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_finite(&[
             ("amplitude", self.amplitude),
             ("phase", self.phase),
             ("offset", self.offset),
         ])?;
-        rules::frequencies(&[("frequency", self.frequency)])?;
+        rules::check_frequencies(&[("frequency", self.frequency)])?;
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Sine {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for Sine {
+    fn value_at(&self, time: f64) -> f64 {
         self.offset + self.amplitude * (TAU * self.frequency * time + self.phase).sin()
     }
 }

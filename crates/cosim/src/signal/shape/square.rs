@@ -6,8 +6,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
-use crate::signal::window::Window;
+use super::{ShapeParameters, SignalShape};
+use crate::signal::window::SignalWindow;
 use crate::signal::{EDGE, rules};
 
 /// Shape: two levels in turn, `square = { amplitude = 100.0, period = 4.0 }`.
@@ -34,22 +34,22 @@ pub struct Square {
 }
 
 impl ShapeParameters for Square {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::finite(&[
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_finite(&[
             ("amplitude", self.amplitude),
             ("phase", self.phase),
             ("offset", self.offset),
         ])?;
-        rules::positive("period", self.period)?;
+        rules::check_positive("period", self.period)?;
         if let Some(sharpness) = self.sharpness {
-            rules::positive("sharpness", sharpness)?;
+            rules::check_positive("sharpness", sharpness)?;
         }
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Square {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for Square {
+    fn value_at(&self, time: f64) -> f64 {
         let level = match self.sharpness {
             Some(sharpness) => (sharpness * (TAU * time / self.period + self.phase).sin()).tanh(),
             None => {

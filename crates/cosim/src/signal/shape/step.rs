@@ -5,14 +5,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
-use crate::signal::window::Window;
+use super::{ShapeParameters, SignalShape};
+use crate::signal::window::SignalWindow;
 use crate::signal::{EDGE, rules};
 
 /// Shape: a jump, `step = { at = 0.5, after = 100.0 }`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Step {
+pub struct StepSignal {
     /// Time of the jump after the beginning of the window [s].
     #[schemars(example = 0.5)]
     pub at: f64,
@@ -25,15 +25,15 @@ pub struct Step {
     pub after: f64,
 }
 
-impl ShapeParameters for Step {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::finite(&[("at", self.at), ("before", self.before), ("after", self.after)])?;
+impl ShapeParameters for StepSignal {
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_finite(&[("at", self.at), ("before", self.before), ("after", self.after)])?;
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Step {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for StepSignal {
+    fn value_at(&self, time: f64) -> f64 {
         if time + EDGE >= self.at { self.after } else { self.before }
     }
 }

@@ -6,15 +6,15 @@ use recording::table::Interpolation;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Shape, ShapeParameters};
-use crate::signal::window::Window;
+use super::{ShapeParameters, SignalShape};
+use crate::signal::window::SignalWindow;
 use crate::signal::{EDGE, rules};
 
 /// Shape: values at given times, `table = { time = [0.0, 1.0, 4.0], value = [0.0, 2.0, 0.0] }`. Before the first and after the
 /// last time it has their values.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Samples {
+pub struct SampledSignal {
     /// Times after the beginning of the window, increasing [s].
     #[schemars(example = [0.0, 1.0, 4.0])]
     pub time: Vec<f64>,
@@ -27,26 +27,24 @@ pub struct Samples {
     pub interpolation: Interpolation,
 }
 
-impl ShapeParameters for Samples {
-    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
-        rules::lengths("value", self.value.len(), "time", self.time.len())?;
+impl ShapeParameters for SampledSignal {
+    fn build_shape(&self, _: &SignalWindow, _: u64) -> Result<Arc<dyn SignalShape>, String> {
+        rules::check_equal_lengths("value", self.value.len(), "time", self.time.len())?;
         if self.time.is_empty() {
             return Err("expected at least one time and value, found none".to_owned());
         }
-        rules::list("time", &self.time)?;
-        rules::list("value", &self.value)?;
+        rules::check_finite_list("time", &self.time)?;
+        rules::check_finite_list("value", &self.value)?;
         if let Some(pair) = self.time.windows(2).find(|pair| pair[1] <= pair[0]) {
             let (before, found) = (pair[0], pair[1]);
-            return Err(format!(
-                "expected increasing numbers in `time`, found {found} after {before}"
-            ));
+            return Err(format!("expected increasing numbers in `time`, found {found} after {before}"));
         }
         Ok(Arc::new(self.clone()))
     }
 }
 
-impl Shape for Samples {
-    fn value(&self, time: f64) -> f64 {
+impl SignalShape for SampledSignal {
+    fn value_at(&self, time: f64) -> f64 {
         let after = self.time.partition_point(|t| *t <= time + EDGE);
         let here = after.saturating_sub(1);
         let is_outside = after == 0 || after == self.time.len();

@@ -29,7 +29,7 @@ pub(super) struct LapRepetition {
 }
 
 /// A drive over places at equal distances.
-struct Course {
+struct PathOverDistance {
     every: f64,
     /// First row at each place.
     rows: Vec<usize>,
@@ -39,7 +39,7 @@ struct Course {
     heading: Vec<f64>,
 }
 
-impl Course {
+impl PathOverDistance {
     /// From speed [m/s] and yaw rate [rad/s] in rows of a step [s]; what is no number goes on as before.
     fn new(v_x: &[f64], r: &[f64], step: f64) -> Option<Self> {
         let held = |column: &[f64]| -> Vec<f64> {
@@ -75,7 +75,7 @@ impl Course {
     }
 
     /// The length of a lap in places.
-    fn lap(&self) -> Option<usize> {
+    fn lap_length(&self) -> Option<usize> {
         let count = self.rows.len();
         let shortest = (SHORTEST / self.every) as usize;
         let longest = (count as f64 / (1.0 + AGAIN)) as usize;
@@ -118,9 +118,9 @@ fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
 }
 
 /// What of a quantity comes again lap by lap. `None` without laps.
-pub(super) fn again(v_x: &[f64], r: &[f64], step: f64, quantity: &[f64]) -> Option<LapRepetition> {
-    let course = Course::new(v_x, r, step)?;
-    let lap = course.lap()?;
+pub(super) fn lap_repetition(v_x: &[f64], r: &[f64], step: f64, quantity: &[f64]) -> Option<LapRepetition> {
+    let course = PathOverDistance::new(v_x, r, step)?;
+    let lap = course.lap_length()?;
     let here: Vec<f64> = course.rows.iter().map(|row| quantity[*row]).collect();
     let correlation = correlation(&here[lap..], &here)?;
     let common = here[lap..].iter().zip(&here).map(|(later, now)| 0.5 * (later + now));
@@ -142,8 +142,8 @@ mod tests {
         while distance < laps * 1200.0 {
             let place = std::f64::consts::TAU * distance / 1200.0;
             let v_x = 22.0 + 6.0 * (place + 0.3).sin() + 0.8 * (0.05 * 0.02 * row as f64).sin();
-            let curvature = (1.0 + 1.5 * (2.0 * place).cos() + (3.0 * place).sin())
-                / (1200.0 / std::f64::consts::TAU);
+            let curvature =
+                (1.0 + 1.5 * (2.0 * place).cos() + (3.0 * place).sin()) / (1200.0 / std::f64::consts::TAU);
             let row_of = [v_x, v_x * curvature, quantity(place, row)];
             columns.iter_mut().zip(row_of).for_each(|(column, value)| column.push(value));
             distance += 0.02 * v_x;
@@ -155,14 +155,11 @@ mod tests {
     #[test]
     fn what_is_of_the_road_comes_again_and_what_drifts_does_not() {
         let [v_x, r, bank] = drive(2.5, |place, _| 0.3 * (place + 1.0).sin());
-        let found = again(&v_x, &r, 0.02, &bank).expect("laps");
+        let found = lap_repetition(&v_x, &r, 0.02, &bank).expect("laps");
         assert!((found.lap - 1200.0).abs() < 20.0, "{found:?}");
-        assert!(
-            found.correlation > 0.95 && (found.rms - 0.3 / 2_f64.sqrt()).abs() < 0.03,
-            "{found:?}"
-        );
+        assert!(found.correlation > 0.95 && (found.rms - 0.3 / 2_f64.sqrt()).abs() < 0.03, "{found:?}");
         let [v_x, r, drift] = drive(2.5, |_, row| 0.3 * (0.0012 * row as f64).sin());
-        let found = again(&v_x, &r, 0.02, &drift).expect("laps");
+        let found = lap_repetition(&v_x, &r, 0.02, &drift).expect("laps");
         assert!(found.correlation < 0.5, "{found:?}");
     }
 
@@ -170,9 +167,9 @@ mod tests {
     fn a_slalom_has_no_laps() {
         let v_x = vec![20.0; 5000];
         let r: Vec<f64> = (0..5000).map(|k| 0.3 * (0.02 * f64::from(k)).sin()).collect();
-        assert_eq!(again(&v_x, &r, 0.02, &r), None);
-        assert_eq!(again(&[], &[], 0.02, &[]), None);
+        assert_eq!(lap_repetition(&v_x, &r, 0.02, &r), None);
+        assert_eq!(lap_repetition(&[], &[], 0.02, &[]), None);
         let none = vec![f64::NAN; 500];
-        assert_eq!(again(&none, &none, 0.02, &none), None);
+        assert_eq!(lap_repetition(&none, &none, 0.02, &none), None);
     }
 }

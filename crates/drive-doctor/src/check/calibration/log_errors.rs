@@ -1,27 +1,24 @@
 //! The systematic errors that show in a log: what each adds to the relations of the motion, to first order, and how it is reported.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::{ErrorDescription, ErrorKind, SystematicError};
 
-use super::terms::{Relation, Terms};
-use crate::correction::Correction;
+use super::terms::{MotionRelation, SmoothedSignals};
+use crate::correction::LogCorrection;
 
 /// The largest error of a kind that is one to first order.
-pub(super) fn largest(kind: ErrorKind) -> f64 {
+pub(super) fn largest_first_order_error(kind: ErrorKind) -> f64 {
     match kind {
         ErrorKind::Delay => 0.2,
         ErrorKind::Gain => 0.3,
         ErrorKind::MountingAngle => 0.1,
-        ErrorKind::Offset
-        | ErrorKind::Lever
-        | ErrorKind::RelaxationLength
-        | ErrorKind::CarParameter => 5.0,
+        ErrorKind::Offset | ErrorKind::Lever | ErrorKind::RelaxationLength | ErrorKind::CarParameter => 5.0,
     }
 }
 
 /// The smallest error that matters.
-pub(super) fn smallest(error: SystematicError) -> f64 {
+pub(super) fn smallest_relevant_error(error: SystematicError) -> f64 {
     error.describe().least.unwrap_or(f64::INFINITY)
 }
 
@@ -54,17 +51,16 @@ pub(super) const LOG_ERRORS: [SystematicError; 15] = [
 /// force [rad/(m/s²)], `arm` the distance to it [m].
 pub(super) fn effect_column(
     error: SystematicError,
-    relation: Relation,
-    terms: &Terms,
+    relation: MotionRelation,
+    terms: &SmoothedSignals,
     compliance: f64,
     arm: Option<f64>,
 ) -> Option<Vec<f64>> {
     use ErrorKind::{Delay, Gain, Lever, MountingAngle, Offset, RelaxationLength};
-    use Relation::{Front, Rear, RigidBody};
+    use MotionRelation::{Front, Rear, RigidBody};
     let rows = terms.v_x[0].len();
     let map = |f: &dyn Fn(usize) -> f64| Some((0..rows).map(f).collect::<Vec<f64>>());
-    let times =
-        |column: &[f64], factor: f64| Some(column.iter().map(|x| factor * x).collect::<Vec<f64>>());
+    let times = |column: &[f64], factor: f64| Some(column.iter().map(|x| factor * x).collect::<Vec<f64>>());
     // The front's slip goes against v_y, the rear's with it.
     let side = if relation == Front { -1.0 } else { 1.0 };
     let ErrorDescription { channel, kind, .. } = *error.describe();
@@ -121,7 +117,7 @@ pub(super) fn describe_size(error: SystematicError, value: f64, [low, high]: [f6
     let sign = value.signum();
     let (low, high) = if sign < 0.0 { (-high, -low) } else { (low, high) };
     let text = |factor: f64| {
-        let [value, low, high] = [value.abs(), low, high].map(|x| significant(factor * x, 2));
+        let [value, low, high] = [value.abs(), low, high].map(|x| format_significant(factor * x, 2));
         (value, format!("[{low}, {high}]"))
     };
     let more = if value > 0.0 { "more" } else { "less" };
@@ -133,11 +129,8 @@ pub(super) fn describe_size(error: SystematicError, value: f64, [low, high]: [f6
         }
         ErrorKind::Gain => {
             let (value, interval) = text(100.0);
-            let of =
-                if channel == "a_y" { "; roll of the body adds some per cent too" } else { "" };
-            format!(
-                "`{channel}` reads {value} % {interval} {more} than the other channels say{of}."
-            )
+            let of = if channel == "a_y" { "; roll of the body adds some per cent too" } else { "" };
+            format!("`{channel}` reads {value} % {interval} {more} than the other channels say{of}.")
         }
         ErrorKind::Offset if channel == "a_y" => {
             let (value, interval) = text(1.0);
@@ -173,7 +166,7 @@ pub(super) fn describe_size(error: SystematicError, value: f64, [low, high]: [f6
 }
 
 /// What the error does to the tires.
-pub(super) fn consequence(error: SystematicError) -> &'static str {
+pub(super) fn error_consequence(error: SystematicError) -> &'static str {
     match (error.describe().channel, error.describe().kind) {
         ("delta", ErrorKind::Offset) | ("v_y", ErrorKind::MountingAngle) => {
             "The curve is shifted along the slip: stiffness and curvature E make up for it."
@@ -185,18 +178,14 @@ pub(super) fn consequence(error: SystematicError) -> &'static str {
         ("v_y", ErrorKind::Lever) => "Both slips get a part of the yaw rate: C and E are far off.",
         ("a_y", ErrorKind::Offset | ErrorKind::Gain) => "D and K are wrong by what the forces are.",
         ("a_y", ErrorKind::Lever) => "Forces get a part of the yaw acceleration.",
-        ("r", ErrorKind::Offset | ErrorKind::Gain) => {
-            "Both slips and the equilibrium of forces are wrong."
-        }
+        ("r", ErrorKind::Offset | ErrorKind::Gain) => "Both slips and the equilibrium of forces are wrong.",
         (_, ErrorKind::RelaxationLength) => "In fast manoeuvres the stiffness comes out too small.",
-        _ => {
-            "Slip and force are those of different moments: C and E follow the hysteresis that this makes."
-        }
+        _ => "Slip and force are those of different moments: C and E follow the hysteresis that this makes.",
     }
 }
 
 /// Unit of the figure; `1` of a share.
-pub(super) fn unit(error: SystematicError) -> &'static str {
+pub(super) fn error_unit(error: SystematicError) -> &'static str {
     match error.describe().unit {
         "-" => "1",
         unit => unit,
@@ -204,29 +193,27 @@ pub(super) fn unit(error: SystematicError) -> &'static str {
 }
 
 /// What corrects it.
-pub(super) fn correction(error: SystematicError, value: f64) -> Correction {
+pub(super) fn error_correction(error: SystematicError, value: f64) -> LogCorrection {
     let ErrorDescription { channel, kind, .. } = *error.describe();
-    if let Some(key) = error.column_key(value, 0.0) {
-        let correction = Correction::column(&[key.into()]);
+    if let Some(key) = error.correction_key(value, 0.0) {
+        let correction = LogCorrection::from_column_keys(&[key.into()]);
         return match kind {
-            ErrorKind::Offset => correction.noting(format!(
-                "in {}: convert it where the column has another unit",
-                unit(error)
-            )),
+            ErrorKind::Offset => correction
+                .with_note(format!("in {}: convert it where the column has another unit", error_unit(error))),
             _ => correction,
         };
     }
-    let number = significant(value.abs(), 3);
+    let number = format_significant(value.abs(), 3);
     // Less what is too much.
     let sign = if value > 0.0 { "less" } else { "plus" };
     match kind {
         ErrorKind::Lever => {
             let with = if channel == "v_y" { "r" } else { "the derivative of r" };
-            Correction::advice(format!("Give `{channel}` {sign} {number} m times {with}."))
+            LogCorrection::from_advice(format!("Give `{channel}` {sign} {number} m times {with}."))
         }
         ErrorKind::MountingAngle => {
-            Correction::advice(format!("Give `v_y` {sign} {number} times v_x."))
+            LogCorrection::from_advice(format!("Give `v_y` {sign} {number} times v_x."))
         }
-        _ => Correction::advice("It is no error of the log: let the fit estimate it."),
+        _ => LogCorrection::from_advice("It is no error of the log: let the fit estimate it."),
     }
 }

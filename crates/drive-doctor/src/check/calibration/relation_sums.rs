@@ -2,9 +2,9 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use super::log_errors::{CONSTANT, LOG_ERRORS, effect_column};
-use super::terms::{Relation, Terms};
-use crate::blocks::{Blocks, split, trim};
-use crate::case::Case;
+use super::terms::{MotionRelation, SmoothedSignals};
+use crate::blocks::{BlockNormalEquations, assign_rows_to_blocks, drop_outlier_rows};
+use crate::case::ExaminedLog;
 use crate::statistics::quantile;
 
 /// Share of the highest lateral acceleration below which slip goes with force, but for its cube.
@@ -12,53 +12,57 @@ const LINEAR: f64 = 0.6;
 /// Fewest rows of a relation.
 const LEAST_ROWS: usize = 400;
 
-const RELATIONS: [Relation; 3] = [Relation::RigidBody, Relation::Rear, Relation::Front];
+const RELATIONS: [MotionRelation; 3] =
+    [MotionRelation::RigidBody, MotionRelation::Rear, MotionRelation::Front];
 /// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle.
 const PER_AXLE: usize = 5;
 /// Columns before those of the causes.
 pub(super) const NUISANCES: usize = 2 * PER_AXLE;
 
 /// The sums of one relation.
-pub(super) struct RelationSums {
-    pub relation: Relation,
+pub(super) struct RelationNormalEquations {
+    pub relation: MotionRelation,
     /// Columns: those that the car decides, then those of the causes.
-    pub blocks: Blocks,
+    pub blocks: BlockNormalEquations,
     /// Columns of its own that are fitted with the causes.
     pub own: Vec<usize>,
 }
 
-impl Terms {
+impl SmoothedSignals {
     /// Sums of all relations that the log has the channels for.
     /// `known` are errors, by their index, with which rows are told that no fit explains.
-    pub fn measure(&self, case: &Case, known: &[(usize, f64)]) -> Vec<RelationSums> {
+    pub fn all_normal_equations(
+        &self,
+        case: &ExaminedLog,
+        known: &[(usize, f64)],
+    ) -> Vec<RelationNormalEquations> {
         let top = quantile(self.v_x[0].iter().copied(), 0.95);
         let moves: Vec<bool> = self.v_x[0].iter().map(|v_x| *v_x > 0.3 * top).collect();
-        let split = split(&moves);
+        let split = assign_rows_to_blocks(&moves);
         RELATIONS
             .into_iter()
-            .filter_map(|relation| self.relation(case, relation, &split, known))
+            .filter_map(|relation| self.relation_normal_equations(case, relation, &split, known))
             .collect()
     }
 
-    fn relation(
+    fn relation_normal_equations(
         &self,
-        case: &Case,
-        relation: Relation,
+        case: &ExaminedLog,
+        relation: MotionRelation,
         split: &[Option<usize>],
         known: &[(usize, f64)],
-    ) -> Option<RelationSums> {
+    ) -> Option<RelationNormalEquations> {
         let rows = self.v_x[0].len();
-        let arm =
-            case.car.axles.map(|[l_f, l_r]| if relation == Relation::Front { l_f } else { l_r });
-        let target = self.target(relation, arm);
-        let force = self.forces(relation, case);
+        let arm = case.car.axles.map(|[l_f, l_r]| if relation == MotionRelation::Front { l_f } else { l_r });
+        let target = self.relation_residual(relation, arm);
+        let force = self.force_per_mass(relation, case);
         let top = quantile(force.iter().map(|force| force.abs()), 0.98);
-        let linear = |k: usize| relation == Relation::RigidBody || force[k].abs() < LINEAR * top;
-        let nuisances = self.nuisances(force.clone());
+        let linear = |k: usize| relation == MotionRelation::RigidBody || force[k].abs() < LINEAR * top;
+        let nuisances = self.nuisance_columns(force.clone());
         let first = match relation {
-            Relation::RigidBody => None,
-            Relation::Rear => Some(0),
-            Relation::Front => Some(PER_AXLE),
+            MotionRelation::RigidBody => None,
+            MotionRelation::Rear => Some(0),
+            MotionRelation::Front => Some(PER_AXLE),
         };
         let own: Vec<usize> = match (first, arm) {
             (None, _) => Vec::new(),
@@ -73,24 +77,20 @@ impl Terms {
             let mut right = target.clone();
             for &(index, value) in known {
                 if let Some(column) = effect_column(LOG_ERRORS[index], relation, self, 0.0, arm) {
-                    right
-                        .iter_mut()
-                        .zip(&column)
-                        .for_each(|(right, error)| *right -= value * error);
+                    right.iter_mut().zip(&column).for_each(|(right, error)| *right -= value * error);
                 }
             }
-            used = trim(&columns.chain([&one[..]]).collect::<Vec<_>>(), &right, &used);
+            used = drop_outlier_rows(&columns.chain([&one[..]]).collect::<Vec<_>>(), &right, &used);
         }
         let sums = |compliance: f64| {
             let mut columns: Vec<Option<&[f64]>> = vec![None; NUISANCES];
             for &column in &own {
                 columns[column] = Some(&nuisances[column % PER_AXLE]);
             }
-            let causes =
-                LOG_ERRORS.map(|error| effect_column(error, relation, self, compliance, arm));
+            let causes = LOG_ERRORS.map(|error| effect_column(error, relation, self, compliance, arm));
             columns.extend(causes.iter().map(Option::as_deref));
-            let mut blocks = Blocks::new(columns.len());
-            blocks.add(&columns, &target, |k| used[k]);
+            let mut blocks = BlockNormalEquations::new(columns.len());
+            blocks.add_rows(&columns, &target, |k| used[k]);
             blocks
         };
         let mut blocks = sums(0.0);
@@ -98,22 +98,22 @@ impl Terms {
             return None;
         }
         if first.is_some() {
-            let alone = blocks.fit(&[&own[..], &[NUISANCES + CONSTANT]].concat())?;
-            if relation.is_of_a_tire(alone.t(0)) {
+            let alone = blocks.fit_columns(&[&own[..], &[NUISANCES + CONSTANT]].concat())?;
+            if relation.is_tire_like(alone.t_value(0)) {
                 blocks = sums(alone.values[0].abs());
             }
         }
-        Some(RelationSums { relation, blocks, own })
+        Some(RelationNormalEquations { relation, blocks, own })
     }
 
     /// What is 0 for true signals, but for the slip that the force of an axle makes.
-    fn target(&self, relation: Relation, arm: Option<f64>) -> Vec<f64> {
+    fn relation_residual(&self, relation: MotionRelation, arm: Option<f64>) -> Vec<f64> {
         let at = |k: usize| -> f64 {
             let reach = arm.unwrap_or(0.0) * self.curvature[0][k];
             match relation {
-                Relation::RigidBody => self.a_y[0][k] - self.turn[0][k] - self.v_y[0][k],
-                Relation::Rear => self.sideslip[0][k] - reach,
-                Relation::Front => self.delta[0][k] - self.sideslip[0][k] - reach,
+                MotionRelation::RigidBody => self.a_y[0][k] - self.turn[0][k] - self.v_y[0][k],
+                MotionRelation::Rear => self.sideslip[0][k] - reach,
+                MotionRelation::Front => self.delta[0][k] - self.sideslip[0][k] - reach,
             }
         };
         (0..self.v_x[0].len()).map(at).collect()
@@ -121,19 +121,18 @@ impl Terms {
 
     /// The force of an axle over the mass that it carries [m/s²]: a_y + l_f r' in front and a_y − l_r r' in the rear, with
     /// I_zz of about m l_f l_r.
-    fn forces(&self, relation: Relation, case: &Case) -> Vec<f64> {
+    fn force_per_mass(&self, relation: MotionRelation, case: &ExaminedLog) -> Vec<f64> {
         let arm = match (relation, case.car.axles) {
-            (Relation::Front, Some([l_f, _])) => l_f,
-            (Relation::Rear, Some([_, l_r])) => -l_r,
+            (MotionRelation::Front, Some([l_f, _])) => l_f,
+            (MotionRelation::Rear, Some([_, l_r])) => -l_r,
             _ => 0.0,
         };
         self.a_y[0].iter().zip(&self.r[1]).map(|(a_y, rate)| a_y + arm * rate).collect()
     }
 
-    fn nuisances(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
+    fn nuisance_columns(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
         let cube = force.iter().map(|force| force.powi(3)).collect();
-        let with_speed =
-            force.iter().zip(&self.v_x[0]).map(|(force, v_x)| force * v_x.powi(2)).collect();
+        let with_speed = force.iter().zip(&self.v_x[0]).map(|(force, v_x)| force * v_x.powi(2)).collect();
         [force, cube, with_speed, self.r[1].clone(), self.curvature[0].clone()]
     }
 }

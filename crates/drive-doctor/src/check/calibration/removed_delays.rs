@@ -4,7 +4,7 @@ use preparation::ErrorKind;
 
 use super::ErrorFit;
 use super::log_errors::LOG_ERRORS;
-use crate::case::Case;
+use crate::case::ExaminedLog;
 
 /// What is left of a delay that was taken, and is worth another round [s].
 const SETTLED: f64 = 0.004;
@@ -17,41 +17,41 @@ pub(super) struct RemovedDelays([f64; LOG_ERRORS.len()]);
 
 impl RemovedDelays {
     /// What was taken of an error so far [s].
-    pub fn of(&self, cause: usize) -> f64 {
+    pub fn removed_delay(&self, cause: usize) -> f64 {
         self.0[cause]
     }
 
     /// Delays that the log still has and that ask for another round.
-    pub fn long(&self, found: &ErrorFit) -> Vec<(usize, f64)> {
+    pub fn remaining_long_delays(&self, found: &ErrorFit) -> Vec<(usize, f64)> {
         let is_long = |&(cause, value): &(usize, f64)| {
-            let least = if self.of(cause) == 0.0 { SHORT } else { SETTLED };
+            let least = if self.removed_delay(cause) == 0.0 { SHORT } else { SETTLED };
             LOG_ERRORS[cause].describe().kind == ErrorKind::Delay && value.abs() > least
         };
-        found.left().into_iter().filter(is_long).collect()
+        found.remaining_errors().into_iter().filter(is_long).collect()
     }
 
     /// Takes a delay out of the log.
-    pub fn take(&mut self, case: &mut Case, cause: usize, value: f64) {
-        case.correct(LOG_ERRORS[cause].describe().channel, 1.0, value);
+    pub fn remove_delay(&mut self, case: &mut ExaminedLog, cause: usize, value: f64) {
+        case.correct_channel(LOG_ERRORS[cause].describe().channel, 1.0, value);
         self.0[cause] += value;
     }
 
     /// Of channels against each other only differences are seen: the time of most of them is that of the log.
-    pub fn settle(&mut self, case: &mut Case) {
+    pub fn restore_common_delay(&mut self, case: &mut ExaminedLog) {
         let here = |cause: &usize| {
             let error = LOG_ERRORS[*cause].describe();
-            error.kind == ErrorKind::Delay && case.has(&[error.channel])
+            error.kind == ErrorKind::Delay && case.has_channels(&[error.channel])
         };
         let delays: Vec<usize> = (0..LOG_ERRORS.len()).filter(here).collect();
         let near =
-            |time: f64| delays.iter().filter(|it| (self.of(**it) - time).abs() < SHORT).count();
-        let times = delays.iter().map(|it| self.of(*it));
+            |time: f64| delays.iter().filter(|it| (self.removed_delay(**it) - time).abs() < SHORT).count();
+        let times = delays.iter().map(|it| self.removed_delay(*it));
         let most = times.filter(|time| near(*time) > near(0.0)).max_by_key(|time| near(*time));
         let Some(most) = most else { return };
         for cause in delays {
-            let own = self.of(cause) - most;
-            let back = if own.abs() < SHORT { self.of(cause) } else { most };
-            self.take(case, cause, -back);
+            let own = self.removed_delay(cause) - most;
+            let back = if own.abs() < SHORT { self.removed_delay(cause) } else { most };
+            self.remove_delay(case, cause, -back);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The smoothed signals of a log that the relations of its motion are made of.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use crate::motion::Motion;
+use crate::motion::ResampledChannels;
 
 /// Narrowest filter [s].
 const FILTER: f64 = 0.06;
 
 /// Smoothed signals: the number is the order of the derivative.
-pub(super) struct Terms {
+pub(super) struct SmoothedSignals {
     pub v_x: [Vec<f64>; 2],
     /// v_y' and v_y''.
     pub v_y: [Vec<f64>; 2],
@@ -24,7 +24,7 @@ pub(super) struct Terms {
 
 /// The relations, each of which is 0 for true signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Relation {
+pub(super) enum MotionRelation {
     /// a_y − v_x r − v_y'.
     RigidBody,
     /// (v_y − l_r r)/v_x less what the rear slip is by its force.
@@ -33,34 +33,34 @@ pub(super) enum Relation {
     Front,
 }
 
-impl Relation {
+impl MotionRelation {
     /// Whether slip goes with force as that of a tire does, by the t-value of its coefficient.
-    pub fn is_of_a_tire(self, t: f64) -> bool {
+    pub fn is_tire_like(self, t: f64) -> bool {
         match self {
-            Relation::RigidBody => true,
-            Relation::Rear => t < -4.0,
-            Relation::Front => t > 4.0,
+            MotionRelation::RigidBody => true,
+            MotionRelation::Rear => t < -4.0,
+            MotionRelation::Front => t > 4.0,
         }
     }
 }
 
-impl Terms {
+impl SmoothedSignals {
     /// The name of a channel that is mostly noise, if there is one.
-    pub fn new(motion: &Motion) -> Result<Self, &'static str> {
-        let filter = |name| motion.filter(name, FILTER).ok_or(name);
+    pub fn new(motion: &ResampledChannels) -> Result<Self, &'static str> {
+        let filter = |name| motion.narrowest_filter_width(name, FILTER).ok_or(name);
         let filter = filter("r")?.max(filter("v_y")?);
-        let both = |column: &[f64]| [0, 1].map(|order| motion.smooth(column, filter, order));
-        let v_y = motion.raw("v_y");
-        let ratio = |name| motion.combine(name, "v_x", |a, v_x| a / v_x);
+        let both = |column: &[f64]| [0, 1].map(|order| motion.gaussian_filter(column, filter, order));
+        let v_y = motion.channel_values("v_y");
+        let ratio = |name| motion.combine_channels(name, "v_x", |a, v_x| a / v_x);
         Ok(Self {
-            v_x: both(&motion.raw("v_x")),
-            v_y: [1, 2].map(|order| motion.smooth(&v_y, filter, order)),
-            turn: both(&motion.combine("v_x", "r", |v_x, r| v_x * r)),
-            r: both(&motion.raw("r")),
-            a_y: both(&motion.raw("a_y")),
+            v_x: both(&motion.channel_values("v_x")),
+            v_y: [1, 2].map(|order| motion.gaussian_filter(&v_y, filter, order)),
+            turn: both(&motion.combine_channels("v_x", "r", |v_x, r| v_x * r)),
+            r: both(&motion.channel_values("r")),
+            a_y: both(&motion.channel_values("a_y")),
             sideslip: both(&ratio("v_y")),
             curvature: both(&ratio("r")),
-            delta: both(&motion.raw("delta")),
+            delta: both(&motion.channel_values("delta")),
         })
     }
 }

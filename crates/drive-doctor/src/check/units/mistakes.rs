@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-use numerics::text::significant;
+use numerics::text::format_significant;
 use preparation::ColumnKey;
 use units::STANDARD_GRAVITY;
 
-use crate::correction::{Correction, Key};
+use crate::correction::{CorrectionKey, LogCorrection};
 
 /// What a mistake is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum MistakeKind {
     Unit,
     Sign,
     UnitAndSign,
@@ -22,9 +22,9 @@ pub(super) enum Kind {
 
 /// A mistake in one channel: the log reads `factor` times what it should.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mistake {
+pub(super) struct ChannelMistake {
     pub channel: &'static str,
-    pub kind: Kind,
+    pub kind: MistakeKind,
     /// As "in km/h, not m/s".
     words: &'static str,
     /// The unit in which the channel is.
@@ -42,39 +42,39 @@ pub(super) struct Mistake {
 /// All wheels at once: what is wrong with one is mostly wrong with all.
 const WHEELS: &str = "omega";
 
-impl Mistake {
+impl ChannelMistake {
     /// Whether a channel has it.
-    pub fn is_of(&self, channel: &str) -> bool {
+    pub fn is_in_channel(&self, channel: &str) -> bool {
         self.channel == channel || self.channel == WHEELS && channel.starts_with("omega_")
     }
 
     /// Whether some channel would have both.
-    pub fn excludes(&self, other: &Self) -> bool {
-        self.is_of(other.channel) || other.is_of(self.channel)
+    pub fn is_exclusive_with(&self, other: &Self) -> bool {
+        self.is_in_channel(other.channel) || other.is_in_channel(self.channel)
     }
 
     /// The factor, where nothing says more.
-    pub fn middle(&self) -> f64 {
+    pub fn typical_factor(&self) -> f64 {
         self.sign * (self.range[0] * self.range[1]).sqrt()
     }
 
     /// The mistake as a name: `v_x_unit`, `a_y_sign`, `delta_steering_wheel`.
-    pub fn check(&self) -> String {
+    pub fn check_name(&self) -> String {
         let kind = match self.kind {
-            Kind::Unit | Kind::RimSpeed => "unit",
-            Kind::Sign => "sign",
-            Kind::UnitAndSign => "unit_and_sign",
-            Kind::SteeringWheel => "steering_wheel",
+            MistakeKind::Unit | MistakeKind::RimSpeed => "unit",
+            MistakeKind::Sign => "sign",
+            MistakeKind::UnitAndSign => "unit_and_sign",
+            MistakeKind::SteeringWheel => "steering_wheel",
         };
         format!("{}_{kind}", self.channel)
     }
 
     /// The mistake in words, with a factor that is found only now.
-    pub fn what(&self, factor: f64) -> String {
+    pub fn describe_mistake(&self, factor: f64) -> String {
         let mirrored = if self.sign < 0.0 { "mirrored" } else { "" };
         let ratio = match self.kind {
-            Kind::SteeringWheel => {
-                format!(", {} times that of the road wheels", self.ratio(factor, 2))
+            MistakeKind::SteeringWheel => {
+                format!(", {} times that of the road wheels", self.formatted_ratio(factor, 2))
             }
             _ => String::new(),
         };
@@ -82,33 +82,33 @@ impl Mistake {
         parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", and ")
     }
 
-    fn ratio(&self, factor: f64, digits: usize) -> String {
-        significant(factor.abs() / self.scale, digits)
+    fn formatted_ratio(&self, factor: f64, digits: usize) -> String {
+        format_significant(factor.abs() / self.scale, digits)
     }
 
     /// What corrects it, with a factor that is found only now.
-    pub fn correction(&self, factor: f64) -> Correction {
+    pub fn mistake_correction(&self, factor: f64) -> LogCorrection {
         let gain = match self.kind {
-            Kind::SteeringWheel | Kind::RimSpeed => {
+            MistakeKind::SteeringWheel | MistakeKind::RimSpeed => {
                 Some(ColumnKey::Gain(self.scale / factor.abs()).into())
             }
             _ => None,
         };
-        let mirrored = (self.sign < 0.0).then_some(Key::Mirrored);
-        let keys = [self.unit.map(Key::Unit), gain, mirrored];
-        let correction = Correction::column(&keys.into_iter().flatten().collect::<Vec<_>>());
+        let mirrored = (self.sign < 0.0).then_some(CorrectionKey::Mirrored);
+        let keys = [self.unit.map(CorrectionKey::Unit), gain, mirrored];
+        let correction = LogCorrection::from_column_keys(&keys.into_iter().flatten().collect::<Vec<_>>());
         match self.kind {
-            Kind::SteeringWheel => {
-                correction.noting("the gain is one over the steering ratio: write yours")
+            MistakeKind::SteeringWheel => {
+                correction.with_note("the gain is one over the steering ratio: write yours")
             }
-            Kind::RimSpeed => {
-                correction.noting("the gain is one over the radius of the tire [1/m]")
+            MistakeKind::RimSpeed => {
+                correction.with_note("the gain is one over the radius of the tire [1/m]")
             }
-            Kind::Unit | Kind::UnitAndSign => correction.noting(format!(
+            MistakeKind::Unit | MistakeKind::UnitAndSign => correction.with_note(format!(
                 "or gain = {} where the file says another unit itself",
-                significant(1.0 / self.scale, 4)
+                format_significant(1.0 / self.scale, 4)
             )),
-            Kind::Sign => correction,
+            MistakeKind::Sign => correction,
         }
     }
 }
@@ -123,16 +123,16 @@ const RATIOS: [f64; 2] = [8.0, 25.0];
 /// Radii of tires of cars [m].
 const RADII: [f64; 2] = [0.2, 0.45];
 
-const fn unit(
+const fn unit_mistake(
     channel: &'static str,
     words: &'static str,
     unit: &'static str,
     factor: f64,
     nats: f64,
-) -> Mistake {
-    Mistake {
+) -> ChannelMistake {
+    ChannelMistake {
         channel,
-        kind: Kind::Unit,
+        kind: MistakeKind::Unit,
         words,
         unit: Some(unit),
         range: [factor, factor],
@@ -142,10 +142,10 @@ const fn unit(
     }
 }
 
-const fn mirrored(channel: &'static str) -> Mistake {
-    Mistake {
+const fn sign_mistake(channel: &'static str) -> ChannelMistake {
+    ChannelMistake {
         channel,
-        kind: Kind::Sign,
+        kind: MistakeKind::Sign,
         words: "",
         unit: None,
         range: [1.0, 1.0],
@@ -155,35 +155,40 @@ const fn mirrored(channel: &'static str) -> Mistake {
     }
 }
 
-const fn both(of: Mistake) -> Mistake {
-    Mistake { kind: Kind::UnitAndSign, sign: -1.0, nats: TWO, ..of }
+const fn unit_and_sign_mistake(of: ChannelMistake) -> ChannelMistake {
+    ChannelMistake { kind: MistakeKind::UnitAndSign, sign: -1.0, nats: TWO, ..of }
 }
 
-const fn wheel(of: Mistake, words: &'static str, sign: f64, nats: f64) -> Mistake {
+const fn steering_wheel_mistake(
+    of: ChannelMistake,
+    words: &'static str,
+    sign: f64,
+    nats: f64,
+) -> ChannelMistake {
     let range = [RATIOS[0] * of.scale, RATIOS[1] * of.scale];
-    Mistake { kind: Kind::SteeringWheel, words, range, sign, nats, ..of }
+    ChannelMistake { kind: MistakeKind::SteeringWheel, words, range, sign, nats, ..of }
 }
 
-const fn kmh(channel: &'static str) -> Mistake {
-    unit(channel, "in km/h, not m/s", "km/h", 3.6, COMMON)
+const fn kmh_mistake(channel: &'static str) -> ChannelMistake {
+    unit_mistake(channel, "in km/h, not m/s", "km/h", 3.6, COMMON)
 }
 
-const fn mph(channel: &'static str) -> Mistake {
-    unit(channel, "in mph, not m/s", "mph", 2.236_936, RARE)
+const fn mph_mistake(channel: &'static str) -> ChannelMistake {
+    unit_mistake(channel, "in mph, not m/s", "mph", 2.236_936, RARE)
 }
 
-const fn gravities(channel: &'static str) -> Mistake {
-    unit(channel, "in g, not m/s2", "g0", 1.0 / STANDARD_GRAVITY, COMMON)
+const fn g_unit_mistake(channel: &'static str) -> ChannelMistake {
+    unit_mistake(channel, "in g, not m/s2", "g0", 1.0 / STANDARD_GRAVITY, COMMON)
 }
 
-const fn rpm(channel: &'static str) -> Mistake {
-    unit(channel, "in revolutions per minute, not rad/s", "rpm", 30.0 / PI, COMMON)
+const fn rpm_mistake(channel: &'static str) -> ChannelMistake {
+    unit_mistake(channel, "in revolutions per minute, not rad/s", "rpm", 30.0 / PI, COMMON)
 }
 
-const fn rim_speed(channel: &'static str) -> Mistake {
-    Mistake {
+const fn rim_speed(channel: &'static str) -> ChannelMistake {
+    ChannelMistake {
         channel,
-        kind: Kind::RimSpeed,
+        kind: MistakeKind::RimSpeed,
         words: "a speed in m/s, not rad/s",
         unit: None,
         range: RADII,
@@ -193,53 +198,53 @@ const fn rim_speed(channel: &'static str) -> Mistake {
     }
 }
 
-const R: Mistake = unit("r", "in deg/s, not rad/s", "deg/s", DEG, COMMON);
-const DELTA: Mistake = unit("delta", "in deg, not rad", "deg", DEG, COMMON);
+const R: ChannelMistake = unit_mistake("r", "in deg/s, not rad/s", "deg/s", DEG, COMMON);
+const DELTA: ChannelMistake = unit_mistake("delta", "in deg, not rad", "deg", DEG, COMMON);
 const WHEEL: &str = "that of the steering wheel";
 const WHEEL_DEG: &str = "that of the steering wheel in deg";
 /// The angle in rad, whose unit needs no word.
-const IN_RAD: Mistake = Mistake { unit: None, ..unit("delta", "", "rad", 1.0, COMMON) };
+const IN_RAD: ChannelMistake = ChannelMistake { unit: None, ..unit_mistake("delta", "", "rad", 1.0, COMMON) };
 
 /// All mistakes that are looked for.
-pub(super) const MISTAKES: [Mistake; 40] = [
-    kmh("v_x"),
-    mirrored("v_x"),
-    both(kmh("v_x")),
-    mph("v_x"),
-    kmh("v_y"),
-    mirrored("v_y"),
-    both(kmh("v_y")),
-    mph("v_y"),
+pub(super) const MISTAKES: [ChannelMistake; 40] = [
+    kmh_mistake("v_x"),
+    sign_mistake("v_x"),
+    unit_and_sign_mistake(kmh_mistake("v_x")),
+    mph_mistake("v_x"),
+    kmh_mistake("v_y"),
+    sign_mistake("v_y"),
+    unit_and_sign_mistake(kmh_mistake("v_y")),
+    mph_mistake("v_y"),
     R,
-    mirrored("r"),
-    both(R),
-    gravities("a_y"),
-    mirrored("a_y"),
-    both(gravities("a_y")),
-    gravities("a_x"),
-    mirrored("a_x"),
-    both(gravities("a_x")),
+    sign_mistake("r"),
+    unit_and_sign_mistake(R),
+    g_unit_mistake("a_y"),
+    sign_mistake("a_y"),
+    unit_and_sign_mistake(g_unit_mistake("a_y")),
+    g_unit_mistake("a_x"),
+    sign_mistake("a_x"),
+    unit_and_sign_mistake(g_unit_mistake("a_x")),
     DELTA,
-    mirrored("delta"),
-    both(DELTA),
-    wheel(IN_RAD, WHEEL, 1.0, COMMON),
-    wheel(IN_RAD, WHEEL, -1.0, TWO),
-    wheel(DELTA, WHEEL_DEG, 1.0, RARE),
-    wheel(DELTA, WHEEL_DEG, -1.0, TWO + 1.0),
-    unit("roll", "in deg, not rad", "deg", DEG, COMMON),
-    rpm(WHEELS),
+    sign_mistake("delta"),
+    unit_and_sign_mistake(DELTA),
+    steering_wheel_mistake(IN_RAD, WHEEL, 1.0, COMMON),
+    steering_wheel_mistake(IN_RAD, WHEEL, -1.0, TWO),
+    steering_wheel_mistake(DELTA, WHEEL_DEG, 1.0, RARE),
+    steering_wheel_mistake(DELTA, WHEEL_DEG, -1.0, TWO + 1.0),
+    unit_mistake("roll", "in deg, not rad", "deg", DEG, COMMON),
+    rpm_mistake(WHEELS),
     rim_speed(WHEELS),
-    mirrored(WHEELS),
-    rpm("omega_fl"),
-    rpm("omega_fr"),
-    rpm("omega_rl"),
-    rpm("omega_rr"),
+    sign_mistake(WHEELS),
+    rpm_mistake("omega_fl"),
+    rpm_mistake("omega_fr"),
+    rpm_mistake("omega_rl"),
+    rpm_mistake("omega_rr"),
     rim_speed("omega_fl"),
     rim_speed("omega_fr"),
     rim_speed("omega_rl"),
     rim_speed("omega_rr"),
-    mirrored("omega_fl"),
-    mirrored("omega_fr"),
-    mirrored("omega_rl"),
-    mirrored("omega_rr"),
+    sign_mistake("omega_fl"),
+    sign_mistake("omega_fr"),
+    sign_mistake("omega_rl"),
+    sign_mistake("omega_rr"),
 ];

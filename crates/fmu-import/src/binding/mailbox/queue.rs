@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::RECEIVED;
 use crate::binding::call_monitor::CallMonitor;
-use crate::{Message, MessageKind, MessageKinds, MessageLevel, other_kinds_text};
+use crate::{FmuMessage, MessageKind, MessageKinds, MessageLevel, further_kinds_message};
 
 /// What waits for an instance; an FMU may log from a thread of its own.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ pub(super) struct MessageQueue {
 /// The messages of an instance since they were taken, and their kinds since it was made.
 #[derive(Debug, Default)]
 struct QueueContents {
-    messages: Vec<Message>,
+    messages: Vec<FmuMessage>,
     kinds: MessageKinds<MessageKindEntry>,
     last: LastMessage,
 }
@@ -36,7 +36,7 @@ struct QueueContents {
 #[derive(Debug)]
 struct MessageKindEntry {
     /// The first message, and how often the kind came since that was handed over.
-    first: Message,
+    first: FmuMessage,
     /// The call that returned a warning with the first one, as long as none did an empty text.
     returned: String,
 }
@@ -67,22 +67,18 @@ impl MessageQueue {
         }
     }
 
-    pub(super) fn put(&self, level: MessageLevel, category: &str, text: &str) {
+    pub(super) fn push_message(&self, level: MessageLevel, category: &str, text: &str) {
         let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
         let QueueContents { messages, kinds, last } = &mut *logged;
         let (kind, new) = kinds.entry_index(MessageKind::of(level, text), |beyond| {
-            let text =
-                if beyond { Cow::Owned(other_kinds_text(text)) } else { Cow::Borrowed(text) };
-            MessageKindEntry {
-                first: Message::new(level, category, &text),
-                returned: String::new(),
-            }
+            let text = if beyond { Cow::Owned(further_kinds_message(text)) } else { Cow::Borrowed(text) };
+            MessageKindEntry { first: FmuMessage::new(level, category, &text), returned: String::new() }
         });
         if new || self.every && messages.len() < MOST_WAITING {
             last.place = Some(messages.len());
             messages.push(match new {
                 true => kinds.entries()[kind].first.clone(),
-                false => Message::new(level, category, text),
+                false => FmuMessage::new(level, category, text),
             });
             self.some.store(true, Release);
             RECEIVED.fetch_add(1, Release);
@@ -97,7 +93,7 @@ impl MessageQueue {
     }
 
     /// Notes that a call returned a warning: what came in it last is why.
-    pub(super) fn note_warning_status(&self, status: &str) {
+    pub(super) fn record_warning_status(&self, status: &str) {
         let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
         let QueueContents { messages, kinds, last } = &mut *logged;
         if last.call != self.activity.call_and_time() {
@@ -105,12 +101,12 @@ impl MessageQueue {
             let text = format!(
                 "{status}, and logs nothing about it: `log = true` in [[fmu]] turns its debug logging on"
             );
-            return self.put(MessageLevel::Warning, "", &text);
+            return self.push_message(MessageLevel::Warning, "", &text);
         }
         let kind = &mut kinds.entries_mut()[last.kind];
-        let marked = |message: &Message| {
+        let marked = |message: &FmuMessage| {
             let level = message.level().max(MessageLevel::Warning);
-            Message::new(level, &message.category, &format!("{status}: {}", message.text))
+            FmuMessage::new(level, &message.category, &format!("{status}: {}", message.text))
         };
         let waiting = last.place.and_then(|place| messages.get_mut(place));
         match waiting {
@@ -122,16 +118,16 @@ impl MessageQueue {
             // Another call may have returned a warning with it before.
             None if !kind.returned.is_empty() => {}
             None => {
-                let Message { category, text, .. } = marked(&kind.first);
+                let FmuMessage { category, text, .. } = marked(&kind.first);
                 let level = kind.first.level().max(MessageLevel::Warning);
                 kind.first.again = kind.first.again.saturating_sub(1);
                 drop(logged);
-                self.put(level, &category, &text);
+                self.push_message(level, &category, &text);
             }
         }
     }
 
-    pub(super) fn take(&self) -> Vec<Message> {
+    pub(super) fn take_messages(&self) -> Vec<FmuMessage> {
         let MessageQueue { logged, some, again, .. } = self;
         // Whoever logs on another thread meanwhile says so after this, or its message is taken.
         let take = |flag: &AtomicBool| flag.load(Relaxed) && flag.swap(false, AcqRel);
@@ -142,9 +138,7 @@ impl MessageQueue {
         let QueueContents { messages, kinds, last } = &mut *logged;
         last.place = None;
         let mut taken = std::mem::take(messages);
-        for MessageKindEntry { first, .. } in
-            kinds.entries_mut().iter_mut().filter(|it| it.first.again > 0)
-        {
+        for MessageKindEntry { first, .. } in kinds.entries_mut().iter_mut().filter(|it| it.first.again > 0) {
             taken.push(first.clone());
             first.again = 0;
         }

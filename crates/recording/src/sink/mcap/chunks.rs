@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use diagnostics::Error;
 
 use super::file::McapFile;
-use super::tail::Tail;
+use super::tail::TailFile;
 
 /// A message closes its chunk at this size [B]. Chunks thus stay below 256 KiB, which bounds the memory of a reader.
 const CHUNK: usize = 240 << 10;
@@ -28,7 +28,7 @@ const WAKE: usize = 32 << 10;
 const WAITING: usize = 1 << 20;
 
 /// The messages of a chunk, as records.
-struct Chunk {
+struct MessageChunk {
     /// The thread reads them while a tail may still get them, too.
     messages: Arc<Vec<u8>>,
     count: u64,
@@ -40,15 +40,15 @@ struct Chunk {
 }
 
 /// What the sink and the thread tell each other.
-struct Desk {
-    open: Chunk,
+struct ChunkQueue {
+    open: MessageChunk,
     /// Full chunks that are not yet in the file, and their size [B].
-    full: VecDeque<Chunk>,
+    full: VecDeque<MessageChunk>,
     waiting: usize,
     /// The memory of a written chunk.
     spare: Arc<Vec<u8>>,
     /// That in use first. The first chunk takes the other one, which is named `tail`.
-    tails: [Tail; 2],
+    tails: [TailFile; 2],
     /// Messages in the file.
     written: u64,
     /// A killed program leaves all rows up to this time behind [s].
@@ -58,15 +58,15 @@ struct Desk {
     closed: bool,
 }
 
-impl Desk {
+impl ChunkQueue {
     fn new(recording: &Path) -> Self {
         let (messages, never) = (Arc::default(), f64::NEG_INFINITY);
-        Desk {
-            open: Chunk { messages, count: 0, from: never, last: never, saved: (0, 0) },
+        ChunkQueue {
+            open: MessageChunk { messages, count: 0, from: never, last: never, saved: (0, 0) },
             full: VecDeque::new(),
             waiting: 0,
             spare: Arc::default(),
-            tails: Tail::beside(recording),
+            tails: TailFile::pair_beside(recording),
             written: 0,
             saved: never,
             failed: None,
@@ -75,8 +75,8 @@ impl Desk {
     }
 
     /// Adds to a tail what is neither there nor in the file.
-    fn save(&mut self) -> Result<(), Error> {
-        let Desk { open, full, tails, written, .. } = self;
+    fn save_to_tail_file(&mut self) -> Result<(), Error> {
+        let ChunkQueue { open, full, tails, written, .. } = self;
         let mut before = *written;
         for chunk in full.iter_mut().chain([open]) {
             let (bytes, known) = chunk.saved;
@@ -84,9 +84,9 @@ impl Desk {
                 if known == 0 && tails[1].through <= *written {
                     // The other one has the chunk before, which the thread may be at.
                     tails.swap(0, 1);
-                    tails[0].begin();
+                    tails[0].restart();
                 }
-                tails[0].save(before + known, &chunk.messages[bytes..], chunk.count - known)?;
+                tails[0].append_messages(before + known, &chunk.messages[bytes..], chunk.count - known)?;
                 chunk.saved = (chunk.messages.len(), chunk.count);
             }
             before += chunk.count;
@@ -96,16 +96,16 @@ impl Desk {
     }
 
     /// Closes the open chunk.
-    fn hand_over(&mut self) {
+    fn close_open_chunk(&mut self) {
         let (messages, last) = (std::mem::take(&mut self.spare), self.open.last);
-        let next = Chunk { messages, count: 0, from: last, last, saved: (0, 0) };
+        let next = MessageChunk { messages, count: 0, from: last, last, saved: (0, 0) };
         let full = std::mem::replace(&mut self.open, next);
         self.waiting += full.messages.len();
         self.full.push_back(full);
     }
 
     /// The first full chunk is in the file now.
-    fn note_written(&mut self) {
+    fn remove_written_chunk(&mut self) {
         let Some(mut chunk) = self.full.pop_front() else { return };
         self.waiting -= chunk.messages.len();
         self.written += chunk.count;
@@ -117,9 +117,9 @@ impl Desk {
     }
 }
 
-struct Shared {
+struct SharedChunkQueue {
     path: PathBuf,
-    desk: Mutex<Desk>,
+    desk: Mutex<ChunkQueue>,
     /// The thread and the sink write it in turn.
     file: Mutex<McapFile>,
     /// For the thread: there is a chunk, or the end.
@@ -128,94 +128,94 @@ struct Shared {
     room: Condvar,
 }
 
-impl Shared {
+impl SharedChunkQueue {
     /// A panic of the thread is told by [`Desk::failed`].
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn lock_queue(&self) -> MutexGuard<'_, ChunkQueue> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for the thread.
     fn wait_while<'a>(
         &self,
-        desk: MutexGuard<'a, Desk>,
-        goes_on: impl Fn(&Desk) -> bool,
-    ) -> Result<MutexGuard<'a, Desk>, Error> {
+        desk: MutexGuard<'a, ChunkQueue>,
+        goes_on: impl Fn(&ChunkQueue) -> bool,
+    ) -> Result<MutexGuard<'a, ChunkQueue>, Error> {
         let waited = self.room.wait_while(desk, |desk| desk.failed.is_none() && goes_on(desk));
         let desk = waited.unwrap_or_else(PoisonError::into_inner);
         match &desk.failed {
-            Some(why) => Err(Error::output(&self.path, why)),
+            Some(why) => Err(Error::output_failure(&self.path, why)),
             None => Ok(desk),
         }
     }
 
     /// Writes a chunk.
-    fn write(&self, messages: &[u8]) -> io::Result<()> {
+    fn write_chunk(&self, messages: &[u8]) -> io::Result<()> {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_messages(messages)
     }
 }
 
 /// The chunks of a recording, written on a thread of its own, which begins with the first message.
-pub(super) struct Chunks {
-    shared: Arc<Shared>,
+pub(super) struct ChunkWriter {
+    shared: Arc<SharedChunkQueue>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Chunks {
+impl ChunkWriter {
     pub fn new(path: &Path, file: McapFile) -> Self {
-        let shared = Shared {
+        let shared = SharedChunkQueue {
             path: path.to_owned(),
-            desk: Mutex::new(Desk::new(path)),
+            desk: Mutex::new(ChunkQueue::new(path)),
             file: Mutex::new(file),
             work: Condvar::new(),
             room: Condvar::new(),
         };
-        Chunks { shared: Arc::new(shared), thread: None }
+        ChunkWriter { shared: Arc::new(shared), thread: None }
     }
 
     /// The open chunk, to add messages to. Waits while the thread falls behind, which bounds the memory.
     ///
     /// # Errors
     /// When an earlier chunk could not be written.
-    pub fn open(&mut self) -> Result<Open<'_>, Error> {
+    pub fn open_chunk(&mut self) -> Result<OpenChunk<'_>, Error> {
         if self.thread.is_none() {
             let shared = Arc::clone(&self.shared);
-            self.thread = Some(std::thread::spawn(move || work(&shared)));
+            self.thread = Some(std::thread::spawn(move || run_writer_thread(&shared)));
         }
-        let desk = self.shared.wait_while(self.shared.desk(), |desk| desk.waiting >= WAITING)?;
-        Ok(Open { shared: &self.shared, desk })
+        let desk = self.shared.wait_while(self.shared.lock_queue(), |desk| desk.waiting >= WAITING)?;
+        Ok(OpenChunk { shared: &self.shared, desk })
     }
 
     /// Closes the open chunk, and then writes to the file what is no message.
     ///
     /// # Errors
     /// When the file cannot be written, now or before.
-    pub fn close<T>(
+    pub fn close_chunk_and_write<T>(
         &mut self,
         write: impl FnOnce(&mut McapFile) -> io::Result<T>,
     ) -> Result<T, Error> {
         if self.thread.is_some() {
-            let mut open = self.open()?;
+            let mut open = self.open_chunk()?;
             if open.desk.open.count > 0 {
-                open.hand_over();
+                open.close_and_wake_writer();
             }
-            let Open { shared, desk } = open;
+            let OpenChunk { shared, desk } = open;
             shared.work.notify_one();
             drop(shared.wait_while(desk, |desk| !desk.full.is_empty())?);
         }
         let mut file = self.shared.file.lock().unwrap_or_else(PoisonError::into_inner);
-        write(&mut file).map_err(|error| Error::output(&self.shared.path, error))
+        write(&mut file).map_err(|error| Error::output_failure(&self.shared.path, error))
     }
 
     /// Removes the files that a complete recording does not need.
     pub fn remove_tails(&self) {
-        self.shared.desk().tails.iter().for_each(Tail::remove);
+        self.shared.lock_queue().tails.iter().for_each(TailFile::remove_file);
     }
 }
 
-impl Drop for Chunks {
+impl Drop for ChunkWriter {
     fn drop(&mut self) {
-        self.shared.desk().closed = true;
+        self.shared.lock_queue().closed = true;
         self.shared.work.notify_one();
         if let Some(thread) = self.thread.take() {
             // Its panic was told as an error of the recording.
@@ -225,25 +225,25 @@ impl Drop for Chunks {
 }
 
 /// The open chunk, while messages are added.
-pub(super) struct Open<'a> {
-    shared: &'a Shared,
-    desk: MutexGuard<'a, Desk>,
+pub(super) struct OpenChunk<'a> {
+    shared: &'a SharedChunkQueue,
+    desk: MutexGuard<'a, ChunkQueue>,
 }
 
-impl Open<'_> {
+impl OpenChunk<'_> {
     /// Adds a message, which `append` appends as a record.
-    pub fn add(&mut self, append: impl FnOnce(&mut Vec<u8>)) {
+    pub fn append_message(&mut self, append: impl FnOnce(&mut Vec<u8>)) {
         if self.desk.open.messages.len() > CHUNK {
-            self.hand_over();
+            self.close_and_wake_writer();
         }
         let open = &mut self.desk.open;
         append(Arc::make_mut(&mut open.messages));
         open.count += 1;
     }
 
-    fn hand_over(&mut self) {
+    fn close_and_wake_writer(&mut self) {
         let before = self.desk.waiting;
-        self.desk.hand_over();
+        self.desk.close_open_chunk();
         // A thread that is at work looks for more by itself.
         if before < WAKE && self.desk.waiting >= WAKE {
             self.shared.work.notify_one();
@@ -262,10 +262,10 @@ impl Open<'_> {
         let step = if before.is_finite() { time - before } else { 0.0 };
         // Half a step beside the edge, where rounding would decide.
         if open.messages.len() >= SMALL_CHUNK && time + 0.5 * step >= open.from + SPAN {
-            self.hand_over();
+            self.close_and_wake_writer();
         }
         match time + step - self.desk.saved > LOST {
-            true => self.save(),
+            true => self.save_to_tail_file(),
             false => Ok(()),
         }
     }
@@ -274,29 +274,29 @@ impl Open<'_> {
     ///
     /// # Errors
     /// When that fails.
-    pub fn save(mut self) -> Result<(), Error> {
-        self.desk.save()
+    pub fn save_to_tail_file(mut self) -> Result<(), Error> {
+        self.desk.save_to_tail_file()
     }
 }
 
 /// Tells the sink that the thread is gone, for whatever reason.
-struct Ends<'a>(&'a Shared, Option<String>);
+struct WriterExitGuard<'a>(&'a SharedChunkQueue, Option<String>);
 
-impl Drop for Ends<'_> {
+impl Drop for WriterExitGuard<'_> {
     fn drop(&mut self) {
-        self.0.desk().failed = self.1.take();
+        self.0.lock_queue().failed = self.1.take();
         self.0.room.notify_one();
     }
 }
 
 /// Writes chunks until the recording is closed.
-fn work(shared: &Shared) {
-    let mut ends = Ends(shared, Some("the thread that writes it has ended".to_owned()));
+fn run_writer_thread(shared: &SharedChunkQueue) {
+    let mut ends = WriterExitGuard(shared, Some("the thread that writes it has ended".to_owned()));
     ends.1 = write_chunks(shared).err();
 }
 
 /// The message of the system: the error gets the name of the recording later.
-fn why(error: Error) -> String {
+fn output_error_message(error: Error) -> String {
     match error {
         Error::Output { what, .. } => what,
         error => error.to_string(),
@@ -305,27 +305,27 @@ fn why(error: Error) -> String {
 
 /// # Errors
 /// Why the file cannot be written.
-fn write_chunks(shared: &Shared) -> Result<(), String> {
+fn write_chunks(shared: &SharedChunkQueue) -> Result<(), String> {
     let mut next_save = Instant::now() + SAVE;
-    let mut desk = shared.desk();
+    let mut desk = shared.lock_queue();
     loop {
-        let waits = |desk: &mut Desk| desk.full.is_empty() && !desk.closed;
+        let waits = |desk: &mut ChunkQueue| desk.full.is_empty() && !desk.closed;
         let patience = next_save.saturating_duration_since(Instant::now());
         let waited = shared.work.wait_timeout_while(desk, patience, waits);
         desk = waited.unwrap_or_else(PoisonError::into_inner).0;
         if let Some(chunk) = desk.full.front() {
             let messages = Arc::clone(&chunk.messages);
             drop(desk);
-            shared.write(&messages).map_err(|error| error.to_string())?;
+            shared.write_chunk(&messages).map_err(|error| error.to_string())?;
             drop(messages);
-            desk = shared.desk();
-            desk.note_written();
+            desk = shared.lock_queue();
+            desk.remove_written_chunk();
             shared.room.notify_one();
         } else if desk.closed {
             return Ok(());
         }
         if Instant::now() >= next_save {
-            desk.save().map_err(why)?;
+            desk.save_to_tail_file().map_err(output_error_message)?;
             next_save = Instant::now() + SAVE;
         }
     }

@@ -7,7 +7,12 @@ use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
 /// A field of a message; `of` names its message or enumeration type.
-pub(super) fn field(name: &str, number: i32, kind: Type, of: Option<&str>) -> FieldDescriptorProto {
+pub(super) fn field_descriptor(
+    name: &str,
+    number: i32,
+    kind: Type,
+    of: Option<&str>,
+) -> FieldDescriptorProto {
     FieldDescriptorProto {
         name: Some(name.to_owned()),
         number: Some(number),
@@ -19,12 +24,12 @@ pub(super) fn field(name: &str, number: i32, kind: Type, of: Option<&str>) -> Fi
 }
 
 /// A message with these fields.
-pub(super) fn message(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+pub(super) fn message_descriptor(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
     DescriptorProto { name: Some(name.to_owned()), field, ..DescriptorProto::default() }
 }
 
 /// A file with one message, and the files that it needs.
-pub(super) fn file(
+pub(super) fn file_descriptor(
     package: &str,
     message: DescriptorProto,
     needed: &[&str],
@@ -40,12 +45,12 @@ pub(super) fn file(
 }
 
 /// A schema as MCAP wants it: its file after the files that it needs.
-pub(super) fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
+pub(super) fn encode_descriptor_set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
     FileDescriptorSet { file }.encode_to_vec()
 }
 
 /// The numbers of fields: from 1 on, without those that protobuf keeps for itself.
-pub(super) fn numbers() -> impl Iterator<Item = u32> {
+pub(super) fn field_numbers() -> impl Iterator<Item = u32> {
     (1..RESERVED.start).chain(RESERVED.end..)
 }
 
@@ -53,10 +58,10 @@ pub(super) fn numbers() -> impl Iterator<Item = u32> {
 const RESERVED: Range<u32> = 19_000..20_000;
 
 /// The schema of a message of doubles and texts: names and types of its fields, which have the [`numbers`].
-pub(super) fn schema(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
+pub(super) fn encode_message_schema(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
     let fields = fields
         .iter()
-        .zip(numbers())
-        .map(|((name, kind), number)| field(name, number as i32, *kind, None));
-    set(vec![file(package, message(name, fields.collect()), &[])])
+        .zip(field_numbers())
+        .map(|((name, kind), number)| field_descriptor(name, number as i32, *kind, None));
+    encode_descriptor_set(vec![file_descriptor(package, message_descriptor(name, fields.collect()), &[])])
 }

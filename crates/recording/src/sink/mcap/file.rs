@@ -10,7 +10,7 @@ use ::mcap::MAGIC;
 use ::mcap::records::op;
 
 use super::messages;
-use super::record::Record;
+use super::record::RecordBuilder;
 
 const COMPRESSION: &str = "lz4";
 /// How a frame of lz4 begins whose blocks of 64 KiB at most stand for themselves, without checksums: the chunk has one. The last
@@ -28,12 +28,12 @@ pub(super) struct McapFile {
     /// The checksum of all data so far.
     sum: crc32fast::Hasher,
     /// Schemas and channels, as the summary repeats them; and those that no chunk has yet.
-    schemas: Group,
-    channels: Group,
+    schemas: SummaryRecords,
+    channels: SummaryRecords,
     undefined: Vec<u8>,
-    chunks: Group,
-    attachments: Group,
-    metadata: Group,
+    chunks: SummaryRecords,
+    attachments: SummaryRecords,
+    metadata: SummaryRecords,
     /// Messages of each channel, and all times [ns].
     counts: BTreeMap<u16, u64>,
     times: Option<[u64; 2]>,
@@ -44,13 +44,13 @@ pub(super) struct McapFile {
 
 /// Records of the summary.
 #[derive(Default)]
-struct Group {
+struct SummaryRecords {
     bytes: Vec<u8>,
     count: u32,
 }
 
-impl Group {
-    fn add(&mut self, record: &[u8]) {
+impl SummaryRecords {
+    fn add_record(&mut self, record: &[u8]) {
         self.bytes.extend_from_slice(record);
         self.count += 1;
     }
@@ -72,23 +72,23 @@ impl McapFile {
             file: File::create(path)?,
             position: 0,
             sum: crc32fast::Hasher::new(),
-            schemas: Group::default(),
-            channels: Group::default(),
+            schemas: SummaryRecords::default(),
+            channels: SummaryRecords::default(),
             undefined: Vec::new(),
-            chunks: Group::default(),
-            attachments: Group::default(),
-            metadata: Group::default(),
+            chunks: SummaryRecords::default(),
+            attachments: SummaryRecords::default(),
+            metadata: SummaryRecords::default(),
             counts: BTreeMap::new(),
             times: None,
             chunk: Vec::new(),
             indices: BTreeMap::new(),
         };
-        let header = Record::new(op::HEADER).text("").text(library).bytes();
-        file.put(&[MAGIC, &header].concat())?;
+        let header = RecordBuilder::new(op::HEADER).with_text("").with_text(library).into_bytes();
+        file.write_bytes(&[MAGIC, &header].concat())?;
         Ok(file)
     }
 
-    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+    fn write_bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.file.write_all(bytes)?;
         self.sum.update(bytes);
         self.position += bytes.len() as u64;
@@ -106,12 +106,13 @@ impl McapFile {
         metadata: &BTreeMap<String, String>,
     ) -> io::Result<u16> {
         let id = self.channels.next_id()?;
-        let schema = Record::new(op::SCHEMA).u16(id).text(name).text("protobuf");
-        let schema = schema.short(descriptor).bytes();
-        let channel = Record::new(op::CHANNEL).u16(id).u16(id).text(topic).text("protobuf");
-        let channel = channel.texts(metadata).bytes();
-        self.schemas.add(&schema);
-        self.channels.add(&channel);
+        let schema = RecordBuilder::new(op::SCHEMA).with_u16(id).with_text(name).with_text("protobuf");
+        let schema = schema.with_u32_length_bytes(descriptor).into_bytes();
+        let channel =
+            RecordBuilder::new(op::CHANNEL).with_u16(id).with_u16(id).with_text(topic).with_text("protobuf");
+        let channel = channel.with_text_map(metadata).into_bytes();
+        self.schemas.add_record(&schema);
+        self.channels.add_record(&channel);
         self.undefined.extend([schema, channel].concat());
         Ok(id)
     }
@@ -120,7 +121,7 @@ impl McapFile {
     ///
     /// # Errors
     /// When that fails.
-    pub fn define(&mut self) -> io::Result<()> {
+    pub fn write_channel_definitions(&mut self) -> io::Result<()> {
         let defined = std::mem::take(&mut self.undefined);
         if defined.is_empty() { Ok(()) } else { self.write_chunk(&defined, [0; 2]) }
     }
@@ -131,7 +132,7 @@ impl McapFile {
     /// When that fails.
     pub fn write_messages(&mut self, records: &[u8]) -> io::Result<()> {
         let (mut place, mut times) = (0_u64, None);
-        for (header, data) in messages::of(records) {
+        for (header, data) in messages::iter_message_records(records) {
             let index = self.indices.entry(header.channel_id).or_default();
             index.extend_from_slice(&header.log_time.to_le_bytes());
             index.extend_from_slice(&place.to_le_bytes());
@@ -148,28 +149,36 @@ impl McapFile {
     /// Writes a chunk, behind it the indices of its messages, and notes all in the summary.
     fn write_chunk(&mut self, records: &[u8], [first, last]: [u64; 2]) -> io::Result<()> {
         let size = records.len() as u64;
-        let head = Record::new(op::CHUNK).u64(first).u64(last).u64(size);
-        let head = head.u32(crc32fast::hash(records)).text(COMPRESSION).u64(0).bytes();
+        let head = RecordBuilder::new(op::CHUNK).with_u64(first).with_u64(last).with_u64(size);
+        let head = head.with_u32(crc32fast::hash(records)).with_text(COMPRESSION).with_u64(0).into_bytes();
         let mut bytes = std::mem::take(&mut self.chunk);
         bytes.clear();
         bytes.extend_from_slice(&head);
-        compress(records, &mut bytes)?;
+        lz4_compress(records, &mut bytes)?;
         let (length, packed) = (bytes.len() as u64, (bytes.len() - head.len()) as u64);
         bytes[1..9].copy_from_slice(&(length - 9).to_le_bytes());
         bytes[head.len() - 8..head.len()].copy_from_slice(&packed.to_le_bytes());
         let mut places = Vec::new();
         for (channel, index) in self.indices.iter_mut().filter(|(_, index)| !index.is_empty()) {
             places.push((*channel, self.position + bytes.len() as u64));
-            bytes.extend(Record::new(op::MESSAGE_INDEX).u16(*channel).short(index).bytes());
+            bytes.extend(
+                RecordBuilder::new(op::MESSAGE_INDEX)
+                    .with_u16(*channel)
+                    .with_u32_length_bytes(index)
+                    .into_bytes(),
+            );
             // A time and a place each.
             *self.counts.entry(*channel).or_default() += index.len() as u64 / 16;
             index.clear();
         }
-        let index =
-            Record::new(op::CHUNK_INDEX).u64(first).u64(last).u64(self.position).u64(length);
-        let index = index.by_channel(places.into_iter()).u64(bytes.len() as u64 - length);
-        self.chunks.add(&index.text(COMPRESSION).u64(packed).u64(size).bytes());
-        self.put(&bytes)?;
+        let index = RecordBuilder::new(op::CHUNK_INDEX)
+            .with_u64(first)
+            .with_u64(last)
+            .with_u64(self.position)
+            .with_u64(length);
+        let index = index.with_channel_map(places.into_iter()).with_u64(bytes.len() as u64 - length);
+        self.chunks.add_record(&index.with_text(COMPRESSION).with_u64(packed).with_u64(size).into_bytes());
+        self.write_bytes(&bytes)?;
         self.chunk = bytes;
         Ok(())
     }
@@ -178,32 +187,32 @@ impl McapFile {
     ///
     /// # Errors
     /// When that fails.
-    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> io::Result<()> {
+    pub fn write_attachment(&mut self, name: &str, media_type: &str, data: &[u8]) -> io::Result<()> {
         // Both times, of the record and of the file, are the beginning.
-        let record = Record::new(op::ATTACHMENT).u64(0).u64(0).text(name).text(media_type);
-        let mut record = record.long(data).u32(0).bytes();
+        let record =
+            RecordBuilder::new(op::ATTACHMENT).with_u64(0).with_u64(0).with_text(name).with_text(media_type);
+        let mut record = record.with_u64_length_bytes(data).with_u32(0).into_bytes();
         if let Some((covered, sum)) = record[9..].split_last_chunk_mut::<4>() {
             *sum = crc32fast::hash(covered).to_le_bytes();
         }
-        let index = Record::new(op::ATTACHMENT_INDEX).u64(self.position).u64(record.len() as u64);
-        let index = index.u64(0).u64(0).u64(data.len() as u64).text(name).text(media_type);
-        self.attachments.add(&index.bytes());
-        self.put(&record)
+        let index =
+            RecordBuilder::new(op::ATTACHMENT_INDEX).with_u64(self.position).with_u64(record.len() as u64);
+        let index =
+            index.with_u64(0).with_u64(0).with_u64(data.len() as u64).with_text(name).with_text(media_type);
+        self.attachments.add_record(&index.into_bytes());
+        self.write_bytes(&record)
     }
 
     /// Writes texts by texts.
     ///
     /// # Errors
     /// When that fails.
-    pub fn write_metadata(
-        &mut self,
-        name: &str,
-        entries: &BTreeMap<String, String>,
-    ) -> io::Result<()> {
-        let record = Record::new(op::METADATA).text(name).texts(entries).bytes();
-        let index = Record::new(op::METADATA_INDEX).u64(self.position).u64(record.len() as u64);
-        self.metadata.add(&index.text(name).bytes());
-        self.put(&record)
+    pub fn write_metadata(&mut self, name: &str, entries: &BTreeMap<String, String>) -> io::Result<()> {
+        let record = RecordBuilder::new(op::METADATA).with_text(name).with_text_map(entries).into_bytes();
+        let index =
+            RecordBuilder::new(op::METADATA_INDEX).with_u64(self.position).with_u64(record.len() as u64);
+        self.metadata.add_record(&index.with_text(name).into_bytes());
+        self.write_bytes(&record)
     }
 
     /// Completes the file.
@@ -212,15 +221,15 @@ impl McapFile {
     /// When that fails.
     pub fn finish(&mut self) -> io::Result<()> {
         let sum = self.sum.clone().finalize();
-        self.put(&Record::new(op::DATA_END).u32(sum).bytes())?;
+        self.write_bytes(&RecordBuilder::new(op::DATA_END).with_u32(sum).into_bytes())?;
         let start = self.position;
         let [first, last] = self.times.unwrap_or_default();
-        let statistics = Record::new(op::STATISTICS).u64(self.counts.values().sum());
-        let statistics = statistics.u16(self.schemas.count as u16).u32(self.channels.count);
-        let statistics = statistics.u32(self.attachments.count).u32(self.metadata.count);
-        let statistics = statistics.u32(self.chunks.count).u64(first).u64(last);
+        let statistics = RecordBuilder::new(op::STATISTICS).with_u64(self.counts.values().sum());
+        let statistics = statistics.with_u16(self.schemas.count as u16).with_u32(self.channels.count);
+        let statistics = statistics.with_u32(self.attachments.count).with_u32(self.metadata.count);
+        let statistics = statistics.with_u32(self.chunks.count).with_u64(first).with_u64(last);
         let counts = self.counts.iter().map(|(channel, count)| (*channel, *count));
-        let statistics = statistics.by_channel(counts).bytes();
+        let statistics = statistics.with_channel_map(counts).into_bytes();
         let (mut summary, mut offsets) = (Vec::new(), Vec::new());
         for (opcode, group) in [
             (op::SCHEMA, &self.schemas.bytes),
@@ -233,25 +242,26 @@ impl McapFile {
             if group.is_empty() {
                 continue;
             }
-            let offset = Record::new(op::SUMMARY_OFFSET).u8(opcode);
-            let offset = offset.u64(start + summary.len() as u64).u64(group.len() as u64);
-            offsets.extend(offset.bytes());
+            let offset = RecordBuilder::new(op::SUMMARY_OFFSET).with_u8(opcode);
+            let offset = offset.with_u64(start + summary.len() as u64).with_u64(group.len() as u64);
+            offsets.extend(offset.into_bytes());
             summary.extend_from_slice(group);
         }
         let offset_start = start + summary.len() as u64;
         summary.extend(offsets);
-        let footer = Record::new(op::FOOTER).u64(start).u64(offset_start).u32(0).bytes();
+        let footer =
+            RecordBuilder::new(op::FOOTER).with_u64(start).with_u64(offset_start).with_u32(0).into_bytes();
         summary.extend(footer);
         if let Some((covered, sum)) = summary.split_last_chunk_mut::<4>() {
             *sum = crc32fast::hash(covered).to_le_bytes();
         }
         summary.extend_from_slice(MAGIC);
-        self.put(&summary)
+        self.write_bytes(&summary)
     }
 }
 
 /// Packs records as a frame of lz4.
-fn compress(records: &[u8], to: &mut Vec<u8>) -> io::Result<()> {
+fn lz4_compress(records: &[u8], to: &mut Vec<u8>) -> io::Result<()> {
     to.extend_from_slice(&FRAME);
     for block in records.chunks(BLOCK) {
         let start = to.len() + 4;
@@ -274,7 +284,7 @@ fn compress(records: &[u8], to: &mut Vec<u8>) -> io::Result<()> {
 mod tests {
     use std::io::Read as _;
 
-    use super::{BLOCK, compress};
+    use super::{BLOCK, lz4_compress};
 
     #[test]
     fn the_reader_of_lz4_itself_unpacks_what_was_packed() {
@@ -286,7 +296,7 @@ mod tests {
         let noise: Vec<u8> = noise.collect();
         for records in [&[][..], &[7; 100], &[7; 2 * BLOCK + 1], &noise] {
             let mut packed = Vec::new();
-            compress(records, &mut packed).expect("it can be packed");
+            lz4_compress(records, &mut packed).expect("it can be packed");
             let mut unpacked = Vec::new();
             let mut decoder = lz4::Decoder::new(packed.as_slice()).expect("a frame");
             decoder.read_to_end(&mut unpacked).expect("it is sound");

@@ -1,10 +1,10 @@
 //! Parses a cell: a number, a gap or a time of day.
 
-use super::super::read_request::Decimal;
+use super::super::read_request::DecimalMark;
 
 /// The content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Cell {
+pub(super) enum CsvCell {
     Number(f64),
     /// Nothing, or a word for it.
     Gap,
@@ -18,34 +18,34 @@ const GAPS: [&str; 12] =
     ["", "-", "--", "nan", "na", "n/a", "#n/a", "#nv", "null", "none", "1.#qnan", "1.#ind"];
 
 /// Reads a cell.
-pub(super) fn cell(text: &str, decimal: Decimal) -> Cell {
+pub(super) fn parse_cell(text: &str, decimal: DecimalMark) -> CsvCell {
     let text = text.trim();
     let number = match decimal {
-        Decimal::Point => text.parse::<f64>(),
-        Decimal::Comma if text.contains('.') => return gap(text),
-        Decimal::Comma => text.replacen(',', ".", 1).parse(),
+        DecimalMark::Point => text.parse::<f64>(),
+        DecimalMark::Comma if text.contains('.') => return parse_bool_or_gap(text),
+        DecimalMark::Comma => text.replacen(',', ".", 1).parse(),
     };
     match number {
-        Ok(value) if value.is_finite() => Cell::Number(value),
-        Ok(value) if value.is_nan() => Cell::Gap,
-        Ok(_) => Cell::Infinite,
-        Err(_) => gap(text),
+        Ok(value) if value.is_finite() => CsvCell::Number(value),
+        Ok(value) if value.is_nan() => CsvCell::Gap,
+        Ok(_) => CsvCell::Infinite,
+        Err(_) => parse_bool_or_gap(text),
     }
 }
 
 /// What is no number: a truth, which counts as 0 or 1, or a word for no value.
-fn gap(text: &str) -> Cell {
+fn parse_bool_or_gap(text: &str) -> CsvCell {
     let word = text.to_ascii_lowercase();
     let truth = ["false", "true"].iter().position(|it| *it == word);
     if let Some(truth) = truth {
-        return Cell::Number(truth as f64);
+        return CsvCell::Number(truth as f64);
     }
     let signed = word.strip_prefix('-').filter(|rest| rest.starts_with("1.#"));
-    if GAPS.contains(&signed.unwrap_or(&word)) { Cell::Gap } else { Cell::Other }
+    if GAPS.contains(&signed.unwrap_or(&word)) { CsvCell::Gap } else { CsvCell::Other }
 }
 
 /// What may be behind a cell that is no number.
-pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
+pub(super) fn non_number_hint(text: &str, decimal: DecimalMark) -> &'static str {
     let text = text.trim();
     let digits = text.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
     let commas = text.matches(',').count();
@@ -55,9 +55,9 @@ pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
         "; hexadecimal numbers are not read, export decimal ones"
     } else if !digits {
         "; if the line holds units, say `unit_row = true`"
-    } else if decimal == Decimal::Point && commas == 1 && !text.contains('.') {
+    } else if decimal == DecimalMark::Point && commas == 1 && !text.contains('.') {
         "; if it has a decimal comma, say `decimal = \",\"`"
-    } else if decimal == Decimal::Comma && text.matches('.').count() == 1 && commas == 0 {
+    } else if decimal == DecimalMark::Comma && text.matches('.').count() == 1 && commas == 0 {
         "; commas are taken for decimal marks here: if it has a decimal point, say `decimal = \".\"`"
     } else if !text.contains(|c: char| !(c.is_ascii_digit() || ",.' +-".contains(c))) {
         "; separators of thousands are not read, export without them"
@@ -74,7 +74,7 @@ pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DecimalEvidence {
     Nothing,
-    Decimal(Decimal),
+    Decimal(DecimalMark),
     /// One comma before three digits: a decimal mark, or a separator of thousands.
     Either,
 }
@@ -88,25 +88,24 @@ pub(super) fn decimal_evidence(text: &str) -> DecimalEvidence {
         // `1.500` is rarely meant as thousands.
         let is_decimal = number.matches('.').count() == 1;
         return if is_decimal {
-            DecimalEvidence::Decimal(Decimal::Point)
+            DecimalEvidence::Decimal(DecimalMark::Point)
         } else {
             DecimalEvidence::Nothing
         };
     };
-    let thousands =
-        after.len() == 3 && after.bytes().all(|b| b.is_ascii_digit()) && before.len() <= 3;
+    let thousands = after.len() == 3 && after.bytes().all(|b| b.is_ascii_digit()) && before.len() <= 3;
     if after.contains([',', '.']) {
-        DecimalEvidence::Decimal(Decimal::Point)
+        DecimalEvidence::Decimal(DecimalMark::Point)
     } else if thousands && !before.starts_with('0') && !before.is_empty() && !before.contains('.') {
         DecimalEvidence::Either
     } else {
-        DecimalEvidence::Decimal(Decimal::Comma)
+        DecimalEvidence::Decimal(DecimalMark::Comma)
     }
 }
 
 /// The seconds of `12:34:56.789` since midnight, and of `2024-05-01 12:34:56`, `2024-05-01T12:34:56Z` and
 /// `01-May-2024 12:34:56` since 1970. Clocks count as UTC, whatever their zone.
-pub(super) fn clock(text: &str) -> Option<f64> {
+pub(super) fn parse_clock_seconds(text: &str) -> Option<f64> {
     let text = text.trim().trim_end_matches('Z');
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) if date.contains(['-', '/']) => (Some(date), time.trim()),
@@ -119,7 +118,7 @@ pub(super) fn clock(text: &str) -> Option<f64> {
     if parts.next().is_some() || hours > 23 || minutes > 59 || !(0.0..61.0).contains(&seconds) {
         return None;
     }
-    let days = date.map_or(Some(0), days)?;
+    let days = date.map_or(Some(0), parse_date_days)?;
     let whole = days * 86_400 + i64::from(hours) * 3600 + i64::from(minutes) * 60;
     Some(whole as f64 + seconds)
 }
@@ -128,7 +127,7 @@ const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
 /// The days from 1970-01-01 to the date, in the calendar of today. Of `01/02/2024` nobody knows the month.
-fn days(date: &str) -> Option<i64> {
+fn parse_date_days(date: &str) -> Option<i64> {
     let parts: Vec<&str> = date.split(['-', '/']).collect();
     let [first, middle, last] = parts[..] else { return None };
     let named = MONTHS.iter().position(|it| it.eq_ignore_ascii_case(middle));
@@ -153,34 +152,34 @@ mod tests {
 
     #[test]
     fn numbers_gaps_and_other_cells_are_told_apart() {
-        use Decimal::{Comma, Point};
+        use DecimalMark::{Comma, Point};
         for (text, decimal, expected) in [
-            (" 1.5 ", Point, Cell::Number(1.5)),
-            ("-1,5e3", Comma, Cell::Number(-1500.0)),
-            ("false", Point, Cell::Number(0.0)),
-            ("TRUE", Comma, Cell::Number(1.0)),
-            ("7", Comma, Cell::Number(7.0)),
-            ("1,5", Point, Cell::Other),
-            ("1.5", Comma, Cell::Other),
-            ("1.234,5", Comma, Cell::Other),
-            ("", Point, Cell::Gap),
-            ("NaN", Point, Cell::Gap),
-            ("-nan", Comma, Cell::Gap),
-            ("N/A", Comma, Cell::Gap),
-            ("-1.#IND", Point, Cell::Gap),
-            ("-", Point, Cell::Gap),
-            ("1e400", Point, Cell::Infinite),
-            ("-inf", Point, Cell::Infinite),
-            ("0x1F", Point, Cell::Other),
+            (" 1.5 ", Point, CsvCell::Number(1.5)),
+            ("-1,5e3", Comma, CsvCell::Number(-1500.0)),
+            ("false", Point, CsvCell::Number(0.0)),
+            ("TRUE", Comma, CsvCell::Number(1.0)),
+            ("7", Comma, CsvCell::Number(7.0)),
+            ("1,5", Point, CsvCell::Other),
+            ("1.5", Comma, CsvCell::Other),
+            ("1.234,5", Comma, CsvCell::Other),
+            ("", Point, CsvCell::Gap),
+            ("NaN", Point, CsvCell::Gap),
+            ("-nan", Comma, CsvCell::Gap),
+            ("N/A", Comma, CsvCell::Gap),
+            ("-1.#IND", Point, CsvCell::Gap),
+            ("-", Point, CsvCell::Gap),
+            ("1e400", Point, CsvCell::Infinite),
+            ("-inf", Point, CsvCell::Infinite),
+            ("0x1F", Point, CsvCell::Other),
         ] {
-            assert_eq!(cell(text, decimal), expected, "{text}");
+            assert_eq!(parse_cell(text, decimal), expected, "{text}");
         }
     }
 
     #[test]
     fn a_comma_is_a_decimal_mark_unless_three_digits_follow_it() {
         let (comma, point) =
-            (DecimalEvidence::Decimal(Decimal::Comma), DecimalEvidence::Decimal(Decimal::Point));
+            (DecimalEvidence::Decimal(DecimalMark::Comma), DecimalEvidence::Decimal(DecimalMark::Point));
         for (text, expected) in [
             ("1,5", comma),
             ("0,125", comma),
@@ -214,7 +213,7 @@ mod tests {
             ("01/02/2024 12:00:00", None),
             ("2024-13-01 12:00:00", None),
         ] {
-            assert_eq!(clock(text), expected, "{text}");
+            assert_eq!(parse_clock_seconds(text), expected, "{text}");
         }
     }
 }

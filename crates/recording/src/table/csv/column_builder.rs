@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::cell::{self, Cell, DecimalEvidence, cell, clock, decimal_evidence};
-use crate::table::read_request::Decimal;
+use super::cell::{self, CsvCell, DecimalEvidence, decimal_evidence, parse_cell, parse_clock_seconds};
+use crate::table::read_request::DecimalMark;
 
 /// The form in which a column is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub struct CellError {
 #[derive(Debug)]
 pub struct ColumnBuilder {
     pub form: CellType,
-    given: Option<Decimal>,
+    given: Option<DecimalMark>,
     /// Gaps are NaN.
     pub values: Vec<f64>,
     pub integers: Vec<i128>,
@@ -56,15 +56,15 @@ pub struct ColumnBuilder {
     clocks: bool,
 }
 
-const EACH: [Decimal; 2] = [Decimal::Point, Decimal::Comma];
+const EACH: [DecimalMark; 2] = [DecimalMark::Point, DecimalMark::Comma];
 
 /// The index of a decimal mark in lists of both.
-pub fn index(decimal: Decimal) -> usize {
-    usize::from(decimal == Decimal::Comma)
+pub fn decimal_mark_index(decimal: DecimalMark) -> usize {
+    usize::from(decimal == DecimalMark::Comma)
 }
 
 impl ColumnBuilder {
-    pub fn new(form: CellType, given: Option<Decimal>) -> Self {
+    pub fn new(form: CellType, given: Option<DecimalMark>) -> Self {
         ColumnBuilder {
             form,
             given,
@@ -82,18 +82,18 @@ impl ColumnBuilder {
     }
 
     /// Takes a cell.
-    pub fn take(&mut self, begin: u64, text: Cow<str>) {
+    pub fn push_cell(&mut self, begin: u64, text: Cow<str>) {
         let at = || CellPosition { begin, text: text.trim().to_owned() };
         if self.form == CellType::Text {
             self.values.push(self.values.len() as f64);
             return self.texts.push(text.into_owned());
         }
-        self.look_for_marks(&text, begin);
+        self.note_decimal_mark(&text, begin);
         if self.form == CellType::Time && self.values.is_empty() {
-            self.clocks = clock(&text).is_some();
+            self.clocks = parse_clock_seconds(&text).is_some();
         }
         if self.clocks {
-            let stamp = clock(&text);
+            let stamp = parse_clock_seconds(&text);
             let expected = "a clock or a date as in the rows before";
             if stamp.is_none() {
                 let wrong = || CellError { at: at(), expected, hint: "" };
@@ -101,26 +101,26 @@ impl ColumnBuilder {
             }
             return self.values.push(stamp.unwrap_or(f64::NAN));
         }
-        let value = self.number(&text, &at);
+        let value = self.parse_number(&text, &at);
         if value.is_nan() {
             self.gap.get_or_insert_with(|| CellPosition { begin, text: text.clone().into_owned() });
         }
         if self.form == CellType::Integer && !value.is_nan() {
-            self.integer(text.trim(), value, &at);
+            self.push_integer(text.trim(), value, &at);
             self.values.push(self.integers.len() as f64 - 1.0);
         } else {
             self.values.push(value);
         }
     }
 
-    fn look_for_marks(&mut self, text: &str, begin: u64) {
+    fn note_decimal_mark(&mut self, text: &str, begin: u64) {
         let plain = !text.contains(',');
-        if self.given.is_some() || (plain && self.shows[index(Decimal::Point)]) {
+        if self.given.is_some() || (plain && self.shows[decimal_mark_index(DecimalMark::Point)]) {
             return;
         }
         match decimal_evidence(text) {
             DecimalEvidence::Nothing => {}
-            DecimalEvidence::Decimal(decimal) => self.shows[index(decimal)] = true,
+            DecimalEvidence::Decimal(decimal) => self.shows[decimal_mark_index(decimal)] = true,
             DecimalEvidence::Either => {
                 let at = || CellPosition { begin, text: text.trim().to_owned() };
                 self.either.get_or_insert_with(at);
@@ -129,7 +129,7 @@ impl ColumnBuilder {
     }
 
     /// The number under the decimal mark that makes it one; NaN for a gap, and where it is wrong.
-    fn number(&mut self, text: &str, at: &dyn Fn() -> CellPosition) -> f64 {
+    fn parse_number(&mut self, text: &str, at: &dyn Fn() -> CellPosition) -> f64 {
         let same = !text.contains([',', '.']);
         let decimals = match self.given {
             Some(given) => &[given][..],
@@ -138,30 +138,31 @@ impl ColumnBuilder {
         };
         let mut value = f64::NAN;
         for &decimal in decimals {
-            let wrong = match cell(text, decimal) {
-                Cell::Number(number) => {
+            let wrong = match parse_cell(text, decimal) {
+                CsvCell::Number(number) => {
                     value = number;
                     continue;
                 }
-                Cell::Gap => continue,
-                Cell::Infinite => ("a finite number", "; remove the row or empty the cell"),
-                Cell::Other => ("a number", ""),
+                CsvCell::Gap => continue,
+                CsvCell::Infinite => ("a finite number", "; remove the row or empty the cell"),
+                CsvCell::Other => ("a number", ""),
             };
-            for place in
-                [index(decimal), 1 - index(decimal)].into_iter().take(1 + usize::from(same))
+            for place in [decimal_mark_index(decimal), 1 - decimal_mark_index(decimal)]
+                .into_iter()
+                .take(1 + usize::from(same))
             {
                 let of = EACH[place];
                 self.wrong[place].get_or_insert_with(|| CellError {
                     at: at(),
                     expected: wrong.0,
-                    hint: if wrong.1.is_empty() { cell::hint(text, of) } else { wrong.1 },
+                    hint: if wrong.1.is_empty() { cell::non_number_hint(text, of) } else { wrong.1 },
                 });
             }
         }
         value
     }
 
-    fn integer(&mut self, text: &str, value: f64, at: &dyn Fn() -> CellPosition) {
+    fn push_integer(&mut self, text: &str, value: f64, at: &dyn Fn() -> CellPosition) {
         let exact = text.parse::<i128>().ok();
         // Such as `5.0` and `1e3`: beyond 2^53 the digits are not all there.
         let whole = || (value.abs() <= 2.0_f64.powi(53)).then_some(value as i128);
@@ -181,8 +182,8 @@ impl ColumnBuilder {
     }
 
     /// The first cell that is wrong, now that the decimal mark is known.
-    pub fn wrong(&self, decimal: Decimal) -> Option<&CellError> {
-        self.wrong[index(decimal)].as_ref().or(self.no_integer.as_ref())
+    pub fn first_error(&self, decimal: DecimalMark) -> Option<&CellError> {
+        self.wrong[decimal_mark_index(decimal)].as_ref().or(self.no_integer.as_ref())
     }
 
     /// Whether its times are clocks or dates.

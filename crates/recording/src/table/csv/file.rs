@@ -8,15 +8,15 @@ use std::path::Path;
 use ::csv::ByteRecord;
 use text_encoding::utf8_or_latin1;
 
-use super::cell::{self, Cell};
-use super::explanation::sensor;
-use super::layout::{self, Layout};
-use super::text::Text;
-use super::{line, reader};
-use crate::table::foreign::foreign;
-use crate::table::names::{Heading, Names};
-use crate::table::read_request::{Decimal, Dialect, Separator};
-use crate::table::title::Title;
+use super::cell::{self, CsvCell};
+use super::explanation::sensor_name;
+use super::layout::{self, CsvLayout};
+use super::text::CsvText;
+use super::{csv_reader, line};
+use crate::table::foreign::detect_foreign_format;
+use crate::table::names::{ColumnHeading, UniqueColumnNames};
+use crate::table::read_request::{CsvDialect, DecimalMark, Separator};
+use crate::table::title::ParsedTitle;
 use crate::table::{ColumnTitle, CsvError, TableError};
 
 /// What is looked at to find the titles and the units has at most so many bytes [B].
@@ -25,9 +25,9 @@ const LARGEST_HEAD: u64 = 64 << 20;
 /// A CSV file whose titles are known.
 pub(super) struct CsvFile<'a> {
     pub path: &'a Path,
-    text: &'a Text,
-    pub layout: Layout,
-    names: Names,
+    text: &'a CsvText,
+    pub layout: CsvLayout,
+    names: UniqueColumnNames,
     /// The first column of the time that the profile names.
     own_time: Option<usize>,
     /// Whether its rows have times, so that one like the row before it, cell by cell, says nothing: some loggers write them.
@@ -41,45 +41,44 @@ impl<'a> CsvFile<'a> {
     /// Finds the titles and the units.
     pub fn open(
         path: &'a Path,
-        text: &'a Text,
+        text: &'a CsvText,
         titles: &[&str],
-        dialect: &Dialect,
+        dialect: &CsvDialect,
     ) -> Result<Self, CsvError> {
         let unreadable = |source| CsvError::Read { path: path.to_owned(), source };
-        let head = head(text).map_err(unreadable)?;
+        let head = read_header_bytes(text).map_err(unreadable)?;
         let binary = head.iter().take(1 << 12).any(|byte| *byte == 0);
         let zeros = || ("no text, or text in UTF-16", "save it as UTF-8");
-        if let Some((found, cure)) = foreign(path, &head).or_else(|| binary.then(zeros)) {
+        if let Some((found, cure)) = detect_foreign_format(path, &head).or_else(|| binary.then(zeros)) {
             return Err(CsvError::NoText { path: path.to_owned(), found, cure });
         }
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
-        let layout = layout::find(&head, titles, dialect).ok_or_else(empty)?;
+        let layout = layout::detect_csv_layout(&head, titles, dialect).ok_or_else(empty)?;
         if layout.is_numbers {
             let names = (1..layout.titles.len()).map(|k| format!("x{k}"));
-            let example =
-                std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
+            let example = std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
             let line = layout.titles_line;
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
-        let of_line = |place: usize| layout.sources.get(place).map(|it| sensor(it));
-        let said = layout.titles.iter().enumerate().map(|(place, title)| Heading {
+        let of_line = |place: usize| layout.sources.get(place).map(|it| sensor_name(it));
+        let said = layout.titles.iter().enumerate().map(|(place, title)| ColumnHeading {
             text: &title.text,
             plain: &title.plain,
             source: of_line(place).filter(|it| !it.is_empty()).or(title.source.as_deref()),
         });
-        let names = Names::new(&said.collect::<Vec<_>>());
+        let names = UniqueColumnNames::new(&said.collect::<Vec<_>>());
         let times = layout.profile.map_or(&[][..], |it| it.time).iter();
-        let own_time = times.filter_map(|it| names.places(it).first().copied()).next();
+        let own_time = times.filter_map(|it| names.columns_named(it).first().copied()).next();
         Ok(CsvFile { path, text, layout, names, own_time, is_timed: false })
     }
 
     /// The column of the time that counts when none is named.
-    pub fn own_time(&self) -> Option<usize> {
+    pub fn default_time_column(&self) -> Option<usize> {
         self.own_time
     }
 
     /// What of the file above its rows is not read.
-    pub fn left_out(&self) -> Option<String> {
+    pub fn unread_header_note(&self) -> Option<String> {
         let lines = self.layout.left_out.iter().map(ToString::to_string).collect::<Vec<_>>();
         let path = self.path.display();
         let cure = "name the lines of titles and units by `title_row` and `unit_row`";
@@ -92,7 +91,7 @@ impl<'a> CsvFile<'a> {
     }
 
     /// The unit of a column: that in its title, or that of the line below.
-    pub fn unit(&self, place: usize) -> Result<Option<String>, CsvError> {
+    pub fn column_unit(&self, place: usize) -> Result<Option<String>, CsvError> {
         let title = &self.layout.titles[place];
         let below = self.layout.units.get(place).cloned().flatten();
         match (title.unit.clone(), below) {
@@ -109,7 +108,7 @@ impl<'a> CsvFile<'a> {
     }
 
     /// The number of the line that a row begins in; blank lines before it are skipped. The file is read again up to there.
-    pub fn line(&self, begin: u64) -> usize {
+    pub fn line_number_at(&self, begin: u64) -> usize {
         let (mut ends, mut returns, mut at) = (0, 0, 0u64);
         let Ok(text) = self.text.open() else { return 1 };
         for byte in io::BufReader::with_capacity(1 << 16, text).bytes().map_while(Result::ok) {
@@ -125,80 +124,79 @@ impl<'a> CsvFile<'a> {
     }
 
     /// Where the columns are.
-    pub fn places(&self, wanted: &[&str]) -> Result<Vec<usize>, TableError> {
-        wanted.iter().map(|name| self.place(name)).collect()
+    pub fn column_indices(&self, wanted: &[&str]) -> Result<Vec<usize>, TableError> {
+        wanted.iter().map(|name| self.column_index(name)).collect()
     }
 
     /// Where a column is: by its whole title, without its unit, or by a name that tells it from others of one title.
-    pub fn place(&self, name: &str) -> Result<usize, TableError> {
-        match self.names.places(name) {
+    pub fn column_index(&self, name: &str) -> Result<usize, TableError> {
+        match self.names.columns_named(name) {
             [place] => Ok(*place),
-            [] => Err(TableError::missing(self.path, name, self.names())),
-            found => Err(self.ambiguous(name, found).into()),
+            [] => Err(TableError::missing_column(self.path, name, self.unique_column_names())),
+            found => Err(self.ambiguous_column_error(name, found).into()),
         }
     }
 
     /// Refuses several columns of one title, whatever their units are.
-    pub fn without_twins(&self) -> Result<(), CsvError> {
+    pub fn check_unique_titles(&self) -> Result<(), CsvError> {
         let mut first: HashMap<&str, usize> = HashMap::new();
         for (place, title) in self.layout.titles.iter().enumerate().skip(1) {
             if !title.plain.is_empty()
                 && let Some(twin) = first.insert(&title.plain, place)
             {
-                return Err(self.ambiguous(&title.plain, &[twin, place]));
+                return Err(self.ambiguous_column_error(&title.plain, &[twin, place]));
             }
         }
         Ok(())
     }
 
-    fn ambiguous(&self, name: &str, found: &[usize]) -> CsvError {
-        let places = found.iter().map(|at| format!("`{}`", self.names.own(*at)));
+    fn ambiguous_column_error(&self, name: &str, found: &[usize]) -> CsvError {
+        let places = found.iter().map(|at| format!("`{}`", self.names.unique_name(*at)));
         let places = places.collect::<Vec<_>>().join(", ");
         let (path, column) = (self.path.to_owned(), name.to_owned());
         CsvError::Ambiguous { path, column, places }
     }
 
     /// The titles of the columns, with their units.
-    pub fn titles(&self) -> Result<Vec<ColumnTitle>, CsvError> {
+    pub fn column_titles(&self) -> Result<Vec<ColumnTitle>, CsvError> {
         let titles = self.layout.titles.iter().enumerate();
         let titles = titles.filter(|(_, title)| !title.plain.is_empty()).map(|(place, title)| {
             let (text, plain) = (title.text.clone(), title.plain.clone());
-            let (name, unit) = (self.names.own(place).to_owned(), self.unit(place)?);
+            let (name, unit) = (self.names.unique_name(place).to_owned(), self.column_unit(place)?);
             Ok(ColumnTitle { text, plain, name, unit })
         });
         titles.collect()
     }
 
     /// A name of each column that is no other one's.
-    pub fn names(&self) -> Vec<String> {
+    pub fn unique_column_names(&self) -> Vec<String> {
         let titles = self.layout.titles.iter().enumerate();
         let named = titles.filter(|(_, it)| !it.plain.is_empty());
-        named.map(|(place, _)| self.names.own(place).to_owned()).collect()
+        named.map(|(place, _)| self.names.unique_name(place).to_owned()).collect()
     }
 
     /// The name of a column that is no other one's.
-    pub fn name(&self, place: usize) -> &str {
-        self.names.own(place)
+    pub fn unique_column_name(&self, place: usize) -> &str {
+        self.names.unique_name(place)
     }
 
     /// Goes through the rows until `take` wants no more, and warns of a last one that was cut off, which is left out. So are rows
     /// without any content.
-    pub fn rows(&self, take: RowCallback) -> Result<Option<String>, CsvError> {
+    pub fn visit_rows(&self, take: RowCallback) -> Result<Option<String>, CsvError> {
         let unreadable = |source| CsvError::Read { path: self.path.to_owned(), source };
         let (last, begin) = (Shared::new(b'\n'), self.layout.rows_begin as u64);
         let is_blank = self.layout.separator == Separator::Blank;
         let from = self.text.open_at(begin).map_err(unreadable)?;
         let text = LastByteReader { from, last: &last, is_blank };
-        let mut reader = reader(text, self.layout.separator);
+        let mut reader = csv_reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.layout.titles.len();
-        let (mut count, mut titles, mut repeated) =
-            (0, SkippedRows::default(), SkippedRows::default());
+        let (mut count, mut titles, mut repeated) = (0, SkippedRows::default(), SkippedRows::default());
         let mut previous = ByteRecord::new();
         let mut more = |into: &mut ByteRecord| {
             let read = reader.read_byte_record(into);
             if is_blank {
-                without_empty(into);
+                remove_empty_cells(into);
             }
             read.map_err(|error| unreadable(error.into()))
         };
@@ -209,11 +207,11 @@ impl<'a> CsvFile<'a> {
                 continue;
             }
             if self.is_titles(&record) {
-                titles.add(begin);
+                titles.count_row(begin);
                 continue;
             }
             if self.is_timed && record.iter().eq(previous.iter()) {
-                repeated.add(begin);
+                repeated.count_row(begin);
                 continue;
             }
             let wider = record.iter().skip(expected).any(|cell| !empty(cell));
@@ -222,12 +220,12 @@ impl<'a> CsvFile<'a> {
                 && !more(&mut next)?
                 && ![b'\n', b'\r'].contains(&last.get())
             {
-                let (path, line) = (self.path.display(), self.line(begin));
+                let (path, line) = (self.path.display(), self.line_number_at(begin));
                 let what = "the file was cut off in this line";
                 return Ok(Some(format!("line {line} of {path} is left out: {what}")));
             }
             if record.len() < expected || wider {
-                return Err(self.ragged(begin, record.len()));
+                return Err(self.ragged_row_error(begin, record.len()));
             }
             count += 1;
             if !take(begin, &record) {
@@ -248,15 +246,15 @@ impl<'a> CsvFile<'a> {
     /// Whether a row has the titles again, as where a logger began anew.
     fn is_titles(&self, record: &ByteRecord) -> bool {
         let titles = &self.layout.titles;
-        let same = |(cell, title): (&[u8], &Title)| utf8_or_latin1(cell).trim() == title.text;
+        let same = |(cell, title): (&[u8], &ParsedTitle)| utf8_or_latin1(cell).trim() == title.text;
         titles.len() > 1 && record.len() >= titles.len() && record.iter().zip(titles).all(same)
     }
 
     /// The first byte of a row.
-    pub fn begin_of(&self, row: usize) -> u64 {
+    pub fn row_offset(&self, row: usize) -> u64 {
         let (mut number, mut found) = (0, self.layout.rows_begin as u64);
         // What is wrong with the rows before it is told already.
-        let _ = self.rows(&mut |begin, _| {
+        let _ = self.visit_rows(&mut |begin, _| {
             found = begin;
             number += 1;
             number <= row
@@ -264,9 +262,9 @@ impl<'a> CsvFile<'a> {
         found
     }
 
-    fn ragged(&self, begin: u64, found: usize) -> CsvError {
+    fn ragged_row_error(&self, begin: u64, found: usize) -> CsvError {
         let (path, line, expected) =
-            (self.path.to_owned(), self.line(begin), self.layout.titles.len());
+            (self.path.to_owned(), self.line_number_at(begin), self.layout.titles.len());
         let hint = match self.layout.separator {
             Separator::Comma if found == 2 * expected => {
                 "; numbers with decimal commas need another separator: export with semicolons"
@@ -286,7 +284,7 @@ struct SkippedRows {
 }
 
 impl SkippedRows {
-    fn add(&mut self, begin: u64) {
+    fn count_row(&mut self, begin: u64) {
         self.first = if self.count == 0 { begin } else { self.first };
         self.count += 1;
     }
@@ -295,14 +293,14 @@ impl SkippedRows {
         let (count, path) = (self.count, file.path.display());
         let rows = if count == 1 { "row" } else { "rows" };
         (count > 0).then(|| {
-            let line = file.line(self.first);
+            let line = file.line_number_at(self.first);
             format!("{count} {rows} of {path} {what} left out, the first one in line {line}")
         })
     }
 }
 
 /// The lines among which the titles and the units are.
-fn head(text: &Text) -> io::Result<Vec<u8>> {
+fn read_header_bytes(text: &CsvText) -> io::Result<Vec<u8>> {
     let mut text = text.open()?.take(LARGEST_HEAD);
     let (mut head, mut lines) = (Vec::new(), 0);
     while lines <= 2 * line::HEAD {
@@ -337,7 +335,7 @@ impl<R: io::Read> io::Read for LastByteReader<'_, R> {
 }
 
 /// Takes the empty cells between several blanks out.
-fn without_empty(record: &mut ByteRecord) {
+fn remove_empty_cells(record: &mut ByteRecord) {
     let position = record.position().cloned();
     let mut cells = ByteRecord::from_iter(record.iter().filter(|cell| !cell.is_empty()));
     cells.set_position(position);
@@ -347,5 +345,5 @@ fn without_empty(record: &mut ByteRecord) {
 /// Whether a row that begins with this cell is a comment. `#N/A` is a gap.
 fn is_comment(cell: &[u8]) -> bool {
     cell.trim_ascii_start().starts_with(b"#")
-        && cell::cell(&utf8_or_latin1(cell), Decimal::Point) != Cell::Gap
+        && cell::parse_cell(&utf8_or_latin1(cell), DecimalMark::Point) != CsvCell::Gap
 }

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use super::parse;
-use super::text::Text;
+use super::parse_csv_columns;
+use super::text::CsvText;
 use crate::table::read_request::ReadRequest;
-use crate::table::{Table, TableError, gaps};
+use crate::table::{TableError, TimeSeriesTable, gaps};
 
-fn read(text: &str, request: &ReadRequest) -> Result<Table, TableError> {
+fn read(text: &str, request: &ReadRequest) -> Result<TimeSeriesTable, TableError> {
     let path = Path::new("log.csv");
-    let mut recorded = parse(path, &Text::Memory(text.as_bytes().to_owned()), request)?;
-    gaps::fill(path, &mut recorded, &request.columns)?;
-    Table::new(recorded, request)
+    let mut recorded = parse_csv_columns(path, &CsvText::Memory(text.as_bytes().to_owned()), request)?;
+    gaps::fill_gaps(path, &mut recorded, &request.columns)?;
+    TimeSeriesTable::new(recorded, request)
 }
 
 /// What a file must give: as what it is read, then of some columns name, unit and first value, and the times.
@@ -150,16 +150,16 @@ fn the_text_files_of_loggers_are_recognised_with_units_sources_and_times() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("log.csv");
         std::fs::write(&path, text).expect("a file");
-        let found = super::titles(&path).unwrap_or_else(|it| panic!("{description}: {it}"));
+        let found = super::csv_titles(&path).unwrap_or_else(|it| panic!("{description}: {it}"));
         assert_eq!((found.format.as_str(), found.has_time), (*description, true));
         let names: Vec<&str> = columns.iter().map(|(name, ..)| *name).collect();
-        let request = ReadRequest { time: None, ..ReadRequest::plain("", &names) };
+        let request = ReadRequest { time: None, ..ReadRequest::from_names("", &names) };
         let mut table = read(text, &request).unwrap_or_else(|it| panic!("{description}: {it}"));
         table.set_origin(Some(0.0));
-        assert_eq!(table.times()[0], times, "{description}");
+        assert_eq!(table.clock_times()[0], times, "{description}");
         for (place, (name, unit, first)) in columns.iter().enumerate() {
             assert_eq!(
-                (table.unit(place), table.column(place)[0]),
+                (table.column_unit(place), table.column_values(place)[0]),
                 (*unit, *first),
                 "{description}: {name}"
             );
@@ -170,9 +170,8 @@ fn the_text_files_of_loggers_are_recognised_with_units_sources_and_times() {
 #[test]
 fn a_title_that_occurs_twice_is_asked_back_with_names_that_are_read() {
     let error =
-        read(RACECHRONO, &ReadRequest::plain("timestamp", &["speed"])).expect_err("there are two");
-    let named =
-        "can be any of the columns `speed [gps]`, `speed [canbus]` of log.csv: name one of them so";
+        read(RACECHRONO, &ReadRequest::from_names("timestamp", &["speed"])).expect_err("there are two");
+    let named = "can be any of the columns `speed [gps]`, `speed [canbus]` of log.csv: name one of them so";
     assert!(error.to_string().contains(named), "{error}");
 }
 
@@ -187,30 +186,26 @@ fn blanks_separate_where_nothing_else_does() {
         ("units below", "Time\tCar.v Car.Yaw\n[s] [m/s]  [rad]\n"),
     ] {
         let rows = "   0.0    20.5  0.1\n  0.01\t20.6   0.2\n";
-        let table =
-            read(&format!("{head}{rows}"), &ReadRequest::plain("Time", &["Car.v", "Car.Yaw"]));
+        let table = read(&format!("{head}{rows}"), &ReadRequest::from_names("Time", &["Car.v", "Car.Yaw"]));
         let table = table.unwrap_or_else(|it| panic!("{name}: {it}"));
         assert_eq!(
-            (table.column(0), table.column(1)),
+            (table.column_values(0), table.column_values(1)),
             (&[20.5, 20.6][..], &[0.1, 0.2][..]),
             "{name}"
         );
         let unit = (name != "plain").then_some("m/s");
-        assert_eq!(table.unit(0), unit, "{name}");
+        assert_eq!(table.column_unit(0), unit, "{name}");
     }
 }
 
 /// RaceChrono writes some rows twice.
 #[test]
 fn a_row_like_the_one_before_it_is_left_out() {
-    let table =
-        read("t,v\n0,1\n1,2\n1,2\n2,3\n", &ReadRequest::plain("t", &["v"])).expect("a table");
-    assert_eq!(table.column(0), [1.0, 2.0, 3.0]);
-    let warning =
-        "1 row of log.csv like the row before, cell by cell, left out, the first one in line 4";
+    let table = read("t,v\n0,1\n1,2\n1,2\n2,3\n", &ReadRequest::from_names("t", &["v"])).expect("a table");
+    assert_eq!(table.column_values(0), [1.0, 2.0, 3.0]);
+    let warning = "1 row of log.csv like the row before, cell by cell, left out, the first one in line 4";
     assert_eq!(table.warnings(), [warning]);
-    let error =
-        read("t,v\n0,1\n1,2\n1,3\n", &ReadRequest::plain("t", &["v"])).expect_err("they differ");
+    let error = read("t,v\n0,1\n1,2\n1,3\n", &ReadRequest::from_names("t", &["v"])).expect_err("they differ");
     assert!(error.to_string().contains("expected a time after 1"), "{error}");
 }
 
@@ -218,14 +213,11 @@ fn a_row_like_the_one_before_it_is_left_out() {
 fn a_time_in_two_columns_is_their_sum() {
     for (seconds, nanoseconds) in [("sec", "nanosec"), ("secs", "nsecs")] {
         let title = |end: &str| format!("header.stamp.{end}");
-        let text = format!(
-            "{},{},v\n5,250000000,1\n5,750000000,2\n6,0,3\n",
-            title(seconds),
-            title(nanoseconds)
-        );
+        let text =
+            format!("{},{},v\n5,250000000,1\n5,750000000,2\n6,0,3\n", title(seconds), title(nanoseconds));
         for time in ["header.stamp", &title(seconds)] {
-            let table = read(&text, &ReadRequest::plain(time, &["v"])).expect("a table");
-            assert_eq!(table.times()[0], [0.0, 0.5, 0.75], "{time}");
+            let table = read(&text, &ReadRequest::from_names(time, &["v"])).expect("a table");
+            assert_eq!(table.clock_times()[0], [0.0, 0.5, 0.75], "{time}");
         }
     }
 }
@@ -243,9 +235,9 @@ fn titles_are_above_the_first_rows_whatever_notes_are_there() {
         ("pandas", ",t,v\n0,0,1\n1,1,2\n"),
         ("no value in words", "t,v\n0,1\n1,2\n2,NaN\n"),
     ] {
-        let mut request = ReadRequest::plain("t", &["v"]);
+        let mut request = ReadRequest::from_names("t", &["v"]);
         request.columns[0].gaps = crate::table::read_request::GapRule::Drop;
         let table = read(text, &request).unwrap_or_else(|it| panic!("{name}: {it}"));
-        assert_eq!(table.column(0), [1.0, 2.0], "{name}");
+        assert_eq!(table.column_values(0), [1.0, 2.0], "{name}");
     }
 }

@@ -2,7 +2,7 @@
 
 /// A kind of text file.
 #[derive(Debug, PartialEq)]
-pub(super) struct Profile {
+pub(super) struct LoggerProfile {
     /// Its name, for people.
     pub name: &'static str,
     /// What all of its files have within their first [`HEAD`] bytes, in small letters.
@@ -31,8 +31,8 @@ const HEAD: usize = 1 << 12;
 const UNITS: &[HeaderLine] = &[HeaderLine::Units];
 
 /// The first one whose marks a file has counts. Layouts are those of public files of each of them.
-const PROFILES: [Profile; 12] = [
-    Profile {
+const PROFILES: [LoggerProfile; 12] = [
+    LoggerProfile {
         name: "RaceChrono CSV v3",
         marks: &["racechrono", "format,3"],
         below: &[HeaderLine::Units, HeaderLine::Sources],
@@ -40,77 +40,77 @@ const PROFILES: [Profile; 12] = [
         time_unit: None,
     },
     // Its titles have unit and source: `Speed (m/s) *gps`.
-    Profile {
+    LoggerProfile {
         name: "RaceChrono CSV v2",
         marks: &["racechrono", "format,2"],
         below: &[],
         time: &["Time", "Timestamp"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "RaceChrono CSV",
         marks: &["created using racechrono"],
         below: UNITS,
         time: &["timestamp", "Timestamp", "Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "MoTeC i2 CSV",
         marks: &["motec csv file"],
         below: UNITS,
         time: &["Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "AiM Race Studio CSV",
         marks: &["aim csv file"],
         below: UNITS,
         time: &["Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "Harry's LapTimer CSV",
         marks: &["harry's", "laptimer", "time_lap"],
         below: &[],
         time: &["TIME", "TIME_LAP"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "INCA ASCII",
         marks: &["etasasciiitemfile"],
         below: &[HeaderLine::Types, HeaderLine::Units],
         time: &["time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "rostopic CSV",
         marks: &["%time,field."],
         below: &[],
         time: &["%time"],
         time_unit: Some("ns"),
     },
-    Profile {
+    LoggerProfile {
         name: "TrackAddict CSV",
         marks: &["racerender data: trackaddict"],
         below: &[],
         time: &["Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "Torque CSV",
         marks: &["gps time", "device time"],
         below: &[],
         time: &["Device Time", "GPS Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "Accessport CSV",
         marks: &["ap info:["],
         below: &[],
         time: &["Time"],
         time_unit: None,
     },
-    Profile {
+    LoggerProfile {
         name: "BlueDriver CSV",
         marks: &["bluedriver data log"],
         below: &[],
@@ -120,7 +120,7 @@ const PROFILES: [Profile; 12] = [
 ];
 
 /// The profile of a file that begins like this.
-pub(super) fn profile(head: &[u8]) -> Option<&'static Profile> {
+pub(super) fn detect_logger_profile(head: &[u8]) -> Option<&'static LoggerProfile> {
     let head = String::from_utf8_lossy(&head[..head.len().min(HEAD)]).to_ascii_lowercase();
     PROFILES.iter().find(|it| it.marks.iter().all(|mark| head.contains(mark)))
 }

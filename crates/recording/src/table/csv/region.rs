@@ -4,14 +4,14 @@
 //! wide as they are, are titles and what explains them. Notes about the drive stand apart, or are narrower.
 
 use super::explanation::{is_explanation, is_units};
-use super::line::{Line, is_gap, is_number, width};
+use super::line::{CsvLine, filled_cell_count, is_gap, is_number};
 use crate::table::read_request::Separator;
 
 /// So many lines at the end are looked at for the last row; others are footers.
 const FOOTERS: usize = 50;
 
 /// The rows that a separator makes.
-pub(super) struct Region {
+pub(super) struct NumericRegion {
     pub separator: Separator,
     /// Of each column, the cells that are numbers, and those that are other texts.
     counts: Vec<[usize; 2]>,
@@ -20,22 +20,22 @@ pub(super) struct Region {
     pub titles: usize,
 }
 
-impl Region {
+impl NumericRegion {
     /// The rows among lines, with titles above them; nothing where this separator makes none.
-    pub fn find(lines: &[Line], separator: Separator) -> Option<Self> {
-        let cells: Vec<Vec<String>> = lines.iter().map(|it| it.cells(separator)).collect();
+    pub fn detect(lines: &[CsvLine], separator: Separator) -> Option<Self> {
+        let cells: Vec<Vec<String>> = lines.iter().map(|it| it.split_cells(separator)).collect();
         let places: Vec<usize> = (0..lines.len()).filter(|it| !lines[*it].is_comment()).collect();
         let numbers = |place: &usize| cells[*place].iter().filter(|it| is_number(it)).count();
         let most = places.iter().rev().take(FOOTERS).map(numbers).max().filter(|it| *it > 0)?;
         let last = places.iter().rposition(|place| 2 * numbers(place) >= most)?;
-        let mut region = Region { separator, counts: Vec::new(), rows: 0, titles: 0 };
+        let mut region = NumericRegion { separator, counts: Vec::new(), rows: 0, titles: 0 };
         let mut above = last + 1;
         while above > 0 && region.is_row(&cells[places[above - 1]]) {
             above -= 1;
-            region.add(&cells[places[above]]);
+            region.add_row(&cells[places[above]]);
         }
-        let widest = places[above..=last].iter().map(|it| width(&cells[*it])).max()?;
-        let block = block(lines, &cells, &places[..above], widest);
+        let widest = places[above..=last].iter().map(|it| filled_cell_count(&cells[*it])).max()?;
+        let block = title_block_above(lines, &cells, &places[..above], widest);
         // numpy writes the titles as a comment, others their units below it.
         let mut comments = (0..*places.get(above)?).rev().filter(|it| lines[*it].is_comment());
         let nearest = comments.next().filter(|_| block.is_empty());
@@ -45,7 +45,7 @@ impl Region {
         });
         let is_title = |place: &&usize| {
             let numbers = cells[**place].iter().filter(|it| is_number(it)).count();
-            width(&cells[**place]) >= widest && 2 * numbers < width(&cells[**place])
+            filled_cell_count(&cells[**place]) >= widest && 2 * numbers < filled_cell_count(&cells[**place])
         };
         // The lowest line that explains no other one; titles such as `t,V,A` look as if they did.
         let mut titles = block.iter().chain(&nearest).filter(is_title);
@@ -53,20 +53,20 @@ impl Region {
         let found = *lowest.or_else(|| titles.next_back())?;
         // A logger that began anew wrote them again.
         region.titles = cells.iter().position(|it| *it == cells[found])?;
-        (region.is_table() && widest > 1).then_some(region)
+        (region.has_number_column() && widest > 1).then_some(region)
     }
 
     /// Whether it has a column of numbers.
-    fn is_table(&self) -> bool {
-        self.columns() > 0
+    fn has_number_column(&self) -> bool {
+        self.number_column_count() > 0
     }
 
     /// The number of columns with numbers.
-    pub fn columns(&self) -> usize {
+    pub fn number_column_count(&self) -> usize {
         self.counts.iter().filter(|[numbers, others]| numbers > others).count()
     }
 
-    fn add(&mut self, cells: &[String]) {
+    fn add_row(&mut self, cells: &[String]) {
         self.rows += 1;
         self.counts.resize(self.counts.len().max(cells.len()), [0; 2]);
         for (cell, counts) in cells.iter().zip(&mut self.counts) {
@@ -98,13 +98,13 @@ impl Region {
 
 /// The lines directly above the rows that are as wide as these, from below; an empty line ends them once there is one that can
 /// have titles.
-fn block(lines: &[Line], cells: &[Vec<String>], above: &[usize], widest: usize) -> Vec<usize> {
+fn title_block_above(lines: &[CsvLine], cells: &[Vec<String>], above: &[usize], widest: usize) -> Vec<usize> {
     let (mut block, mut is_apart, mut has_titles) = (Vec::new(), false, false);
     for place in above.iter().rev() {
         if (is_apart && has_titles) || cells[*place].len() < widest {
             break;
         }
-        has_titles |= !is_explanation(&cells[*place]) && width(&cells[*place]) >= widest;
+        has_titles |= !is_explanation(&cells[*place]) && filled_cell_count(&cells[*place]) >= widest;
         is_apart = lines[*place].is_apart;
         block.push(*place);
     }

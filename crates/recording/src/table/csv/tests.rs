@@ -4,26 +4,25 @@ use std::path::Path;
 
 use proptest::prelude::*;
 
-use super::parse;
-use super::text::Text;
+use super::parse_csv_columns;
+use super::text::CsvText;
 use crate::table::read_request::{
-    Decimal, Dialect, GapRule, ReadRequest, Scaling, Separator, UnitRow,
+    ColumnScaling, CsvDialect, DecimalMark, GapRule, ReadRequest, Separator, UnitRow,
 };
-use crate::table::{Table, TableError, gaps};
+use crate::table::{TableError, TimeSeriesTable, gaps};
 
-fn read(bytes: impl AsRef<[u8]>, request: &ReadRequest) -> Result<Table, TableError> {
-    let text = Text::Memory(bytes.as_ref().to_owned());
-    let mut recorded = parse(Path::new("log.csv"), &text, request)?;
-    gaps::fill(Path::new("log.csv"), &mut recorded, &request.columns)?;
-    Table::new(recorded, request)
+fn read(bytes: impl AsRef<[u8]>, request: &ReadRequest) -> Result<TimeSeriesTable, TableError> {
+    let text = CsvText::Memory(bytes.as_ref().to_owned());
+    let mut recorded = parse_csv_columns(Path::new("log.csv"), &text, request)?;
+    gaps::fill_gaps(Path::new("log.csv"), &mut recorded, &request.columns)?;
+    TimeSeriesTable::new(recorded, request)
 }
 
 /// The time stamps, the values and the unit of the column `v`.
 fn v(text: impl AsRef<[u8]>) -> (Vec<f64>, Vec<f64>, Option<String>) {
-    let mut table =
-        read(text, &ReadRequest::plain("t", &["v"])).unwrap_or_else(|it| panic!("{it}"));
+    let mut table = read(text, &ReadRequest::from_names("t", &["v"])).unwrap_or_else(|it| panic!("{it}"));
     table.set_origin(Some(0.0));
-    (table.times().remove(0), table.column(0).to_vec(), table.unit(0).map(str::to_owned))
+    (table.clock_times().remove(0), table.column_values(0).to_vec(), table.column_unit(0).map(str::to_owned))
 }
 
 fn error(text: impl AsRef<[u8]>, request: &ReadRequest) -> String {
@@ -50,7 +49,7 @@ fn a_survey_finds_titles_and_columns_in_every_dialect() {
     ];
     for (name, text) in cases {
         std::fs::write(&path, text).expect("a file");
-        let found = super::csv_tallies(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let found = super::survey_csv(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
         let names: Vec<_> = found.channels.iter().take(3).map(|it| it.name.as_str()).collect();
         assert!(names == ["t", "v", "w"] || names == ["t_ms", "v", "w"], "{name}: {names:?}");
         let tally = &found.channels[1].tally;
@@ -109,12 +108,12 @@ fn one_recording_is_the_same_in_every_dialect() {
     std::io::Write::write_all(&mut packed, text.as_bytes()).expect("memory");
     let packed = packed.finish().expect("memory");
     assert_eq!(v(&packed), plain, "gzip");
-    let cut = error(&packed[..packed.len() - 12], &ReadRequest::plain("t", &["v"]));
+    let cut = error(&packed[..packed.len() - 12], &ReadRequest::from_names("t", &["v"]));
     assert!(cut.contains("cannot read the recording log.csv"), "{cut}");
     let latin = b"t;v;T [\xb0C]\n0,5;12,5;3\n1;-1000,25;4\n";
     assert_eq!(v(latin), plain, "Western Windows");
-    let table = read(latin, &ReadRequest::plain("t", &["T"])).expect("it is well-formed");
-    assert_eq!(table.unit(0), Some("degC"));
+    let table = read(latin, &ReadRequest::from_names("t", &["T"])).expect("it is well-formed");
+    assert_eq!(table.column_unit(0), Some("degC"));
 }
 
 #[test]
@@ -125,44 +124,43 @@ fn clocks_and_dates_are_times() {
     assert_eq!(times, [1_709_208_000.5, 1_709_208_001.0]);
     let (times, ..) = v("t,v\n1692117187.46380758,1\n1692117187.50,2\n");
     assert_eq!(times[0], 1_692_117_187.463_807_6);
-    let text = error("t,v\n23:59:59.5,1\n00:00:00.5,2\n", &ReadRequest::plain("t", &["v"]));
+    let text = error("t,v\n23:59:59.5,1\n00:00:00.5,2\n", &ReadRequest::from_names("t", &["v"]));
     assert!(text.contains("add dates to a clock that passes midnight"), "{text}");
 }
 
 #[test]
 fn keys_decide_where_a_file_is_ambiguous() {
-    let request = |dialect| ReadRequest { dialect, ..ReadRequest::plain("t", &["v"]) };
-    let comma = Dialect { decimal: Some(Decimal::Comma), ..Dialect::default() };
+    let request = |dialect| ReadRequest { dialect, ..ReadRequest::from_names("t", &["v"]) };
+    let comma = CsvDialect { decimal: Some(DecimalMark::Comma), ..CsvDialect::default() };
     let text = "t;v\n1;1,500\n2;2,750\n";
-    assert_eq!(read(text, &request(comma)).expect("said").column(0), [1.5, 2.75]);
-    let question = error(text, &ReadRequest::plain("t", &["v"]));
+    assert_eq!(read(text, &request(comma)).expect("said").column_values(0), [1.5, 2.75]);
+    let question = error(text, &ReadRequest::from_names("t", &["v"]));
     assert!(question.contains("line 2 of log.csv: is \"1,500\" in column `v`"), "{question}");
     // One other number in the file answers the question.
     assert_eq!(v("t;v\n0,1;1,500\n2;2,750\n").1, [1.5, 2.75]);
-    let row = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
+    let row = CsvDialect { unit_row: Some(UnitRow::Below(true)), ..CsvDialect::default() };
     let units = "t,v\ns,furlong\n0,1\n";
-    assert_eq!(read(units, &request(row)).expect("said").unit(0), Some("furlong"));
+    assert_eq!(read(units, &request(row)).expect("said").column_unit(0), Some("furlong"));
     // What is no row of numbers below the titles is none without the key either.
     assert_eq!(
-        read(units, &ReadRequest::plain("t", &["v"])).expect("seen").unit(0),
+        read(units, &ReadRequest::from_names("t", &["v"])).expect("seen").column_unit(0),
         Some("furlong")
     );
-    let other =
-        Dialect { title_row: Some(2), unit_row: Some(UnitRow::Line(4)), ..Dialect::default() };
+    let other = CsvDialect { title_row: Some(2), unit_row: Some(UnitRow::Line(4)), ..CsvDialect::default() };
     let notes = "a,b\nt,v\nfirst,second\ns,km/h\n0,1\n1,2\n";
     let table = read(notes, &request(other)).expect("said");
-    assert_eq!((table.unit(0), table.column(0)), (Some("km/h"), &[1.0, 2.0][..]));
+    assert_eq!((table.column_unit(0), table.column_values(0)), (Some("km/h"), &[1.0, 2.0][..]));
     assert!(table.warnings()[0].contains("line 3 of log.csv"), "{:?}", table.warnings());
-    let tab = Dialect { separator: Some(Separator::Tab), ..Dialect::default() };
+    let tab = CsvDialect { separator: Some(Separator::Tab), ..CsvDialect::default() };
     assert!(error("t,v\n0,1\n", &request(tab)).contains("no column `v`"));
-    let quoted = Dialect { decimal: Some(Decimal::Comma), ..Dialect::default() };
+    let quoted = CsvDialect { decimal: Some(DecimalMark::Comma), ..CsvDialect::default() };
     let table = read("t,v\n\"0,5\",\"1,5\"\n", &request(quoted)).expect("quoted");
-    assert_eq!(table.column(0), [1.5]);
+    assert_eq!(table.column_values(0), [1.5]);
 }
 
 #[test]
 fn a_wrong_file_is_refused_with_line_and_cure() {
-    let plain = ReadRequest::plain("t", &["v"]);
+    let plain = ReadRequest::from_names("t", &["v"]);
     #[rustfmt::skip]
     let cases: &[(&str, &[&str])] = &[
         ("\u{feff}", &["log.csv, found nothing"]),
@@ -212,21 +210,24 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
 fn gaps_follow_the_rule_of_their_column() {
     let text = "t,v,w\n0,,1\n1,1,\n2,,\n3,3,4\n4,,5\n";
     let with = |rules: [GapRule; 2]| {
-        let mut request = ReadRequest::plain("t", &["v", "w"]);
+        let mut request = ReadRequest::from_names("t", &["v", "w"]);
         request.columns.iter_mut().zip(rules).for_each(|(column, gaps)| column.gaps = gaps);
         read(text, &request)
     };
     let table = with([GapRule::Hold, GapRule::Interpolate]).expect("each has a rule");
-    assert_eq!(table.times(), [[0.0, 1.0, 2.0, 3.0]]);
-    assert_eq!(table.column(0), [1.0, 1.0, 3.0, 3.0]);
-    assert_eq!(table.column(1), [2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(table.clock_times(), [[0.0, 1.0, 2.0, 3.0]]);
+    assert_eq!(table.column_values(0), [1.0, 1.0, 3.0, 3.0]);
+    assert_eq!(table.column_values(1), [2.0, 3.0, 4.0, 5.0]);
     let warning = "log.csv is read from 1 s to 4 s: outside of it `v` has no value, 1 rows at the beginning and 0 at the end";
     assert!(table.warnings()[0].starts_with(warning), "{:?}", table.warnings());
     let table = with([GapRule::Interpolate, GapRule::Hold]).expect("each has a rule");
-    assert_eq!((table.column(0), table.column(1)), (&[1.0, 2.0, 3.0][..], &[1.0, 1.0, 4.0][..]));
+    assert_eq!(
+        (table.column_values(0), table.column_values(1)),
+        (&[1.0, 2.0, 3.0][..], &[1.0, 1.0, 4.0][..])
+    );
     let refused = with([GapRule::Hold, GapRule::Refuse]).expect_err("gaps").to_string();
     assert!(refused.contains("`w` has no value in 2 rows"), "{refused}");
-    let mut apart = ReadRequest::plain("t", &["v", "w"]);
+    let mut apart = ReadRequest::from_names("t", &["v", "w"]);
     apart.columns.iter_mut().for_each(|column| column.gaps = GapRule::Interpolate);
     let message = error("t,v,w\n0,1,\n1,2,\n2,,3\n3,,4\n", &apart);
     assert!(message.contains("`v`, `w` of log.csv have no row in common"), "{message}");
@@ -234,22 +235,17 @@ fn gaps_follow_the_rule_of_their_column() {
 
 #[test]
 fn gain_offset_and_sign_follow_the_formula() {
-    let mut request = ReadRequest::plain("t", &["v"]);
-    request.columns[0].scaling = Scaling { gain: 0.0625, offset: 0.5, sign: -1.0 };
-    assert_eq!(read("t,v\n0,16\n1,-0\n", &request).expect("a table").column(0), [-0.5, 0.5]);
-    assert!(Scaling::default().apply(-0.0).is_sign_negative());
+    let mut request = ReadRequest::from_names("t", &["v"]);
+    request.columns[0].scaling = ColumnScaling { gain: 0.0625, offset: 0.5, sign: -1.0 };
+    assert_eq!(read("t,v\n0,16\n1,-0\n", &request).expect("a table").column_values(0), [-0.5, 0.5]);
+    assert!(ColumnScaling::default().apply(-0.0).is_sign_negative());
 }
 
 #[test]
 fn a_file_that_was_cut_off_is_read_without_its_last_line() {
-    let table =
-        read("t,v,w\n0,1,2\n1,2,3\n2,3", &ReadRequest::plain("t", &["v"])).expect("a table");
-    assert_eq!(table.column(0), [1.0, 2.0]);
-    assert!(
-        table.warnings()[0].contains("line 4 of log.csv is left out"),
-        "{:?}",
-        table.warnings()
-    );
+    let table = read("t,v,w\n0,1,2\n1,2,3\n2,3", &ReadRequest::from_names("t", &["v"])).expect("a table");
+    assert_eq!(table.column_values(0), [1.0, 2.0]);
+    assert!(table.warnings()[0].contains("line 4 of log.csv is left out"), "{:?}", table.warnings());
 }
 
 proptest! {
@@ -259,15 +255,15 @@ proptest! {
         body in prop::collection::vec(any::<u8>(), 0..300),
     ) {
         let bytes = [head.as_bytes(), &body].concat();
-        let _ = read(&bytes, &ReadRequest::plain("t", &["v"]));
+        let _ = read(&bytes, &ReadRequest::from_names("t", &["v"]));
     }
 
     #[test]
     fn no_text_of_the_letters_of_logs_makes_the_reader_panic(text in "[tv0-9,;\t\n\r\"'#.: eN\\[\\]()°-]{0,200}") {
-        let mut request = ReadRequest::plain("t", &["v"]);
+        let mut request = ReadRequest::from_names("t", &["v"]);
         request.columns[0].gaps = GapRule::Interpolate;
         let _ = read(&text, &request);
-        let _ = super::columns(Path::new("log.csv"), Some(&text), &["v"]);
+        let _ = super::read_untimed_columns(Path::new("log.csv"), Some(&text), &["v"]);
     }
 
     #[test]
@@ -275,17 +271,17 @@ proptest! {
         let row = |(row, value): (usize, &f64)| format!("{row};{value}\n");
         let text: String = values.iter().enumerate().map(row).collect();
         let text = if comma { text.replace('.', ",") } else { text };
-        let decimal = Some(if comma { Decimal::Comma } else { Decimal::Point });
-        let dialect = Dialect { decimal, ..Dialect::default() };
-        let request = ReadRequest { dialect, ..ReadRequest::plain("t", &["v"]) };
+        let decimal = Some(if comma { DecimalMark::Comma } else { DecimalMark::Point });
+        let dialect = CsvDialect { decimal, ..CsvDialect::default() };
+        let request = ReadRequest { dialect, ..ReadRequest::from_names("t", &["v"]) };
         let table = read(format!("t;v\n{text}"), &request).expect("numbers");
-        prop_assert_eq!(table.column(0), &values);
+        prop_assert_eq!(table.column_values(0), &values);
     }
 }
 
 #[test]
 fn all_wrong_columns_are_told_at_once() {
-    let request = ReadRequest::plain("t", &["v", "w", "x", "u"]);
+    let request = ReadRequest::from_names("t", &["v", "w", "x", "u"]);
     let error = error("t,u,v,x\n0,1,2,\n1,1,two,3\n", &request);
     let lines: Vec<&str> = error.lines().collect();
     assert_eq!(lines.len(), 3, "{error}");
@@ -295,9 +291,12 @@ fn all_wrong_columns_are_told_at_once() {
 
 #[test]
 fn a_column_whose_rows_are_dropped_has_its_own_times() {
-    let mut request = ReadRequest::plain("t", &["v", "w"]);
+    let mut request = ReadRequest::from_names("t", &["v", "w"]);
     request.columns[1].gaps = GapRule::Drop;
     let table = read("t,v,w\n0,1,\n1,2,5\n2,3,\n3,4,6\n", &request).expect("a table");
-    assert_eq!((table.column(0), table.column(1)), (&[1.0, 2.0, 3.0, 4.0][..], &[5.0, 6.0][..]));
-    assert_eq!(table.times()[table.clock(1)], [1.0, 3.0]);
+    assert_eq!(
+        (table.column_values(0), table.column_values(1)),
+        (&[1.0, 2.0, 3.0, 4.0][..], &[5.0, 6.0][..])
+    );
+    assert_eq!(table.clock_times()[table.column_clock(1)], [1.0, 3.0]);
 }

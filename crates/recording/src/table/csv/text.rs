@@ -10,7 +10,7 @@ use text_encoding::{ByteOrder, utf16_units};
 
 /// The text of a file; bytes count in what [`Text::open`] gives.
 #[derive(Debug, Clone)]
-pub enum Text {
+pub enum CsvText {
     File(PathBuf),
     /// What can be read only once, or is no file.
     Memory(Vec<u8>),
@@ -19,25 +19,25 @@ pub enum Text {
 /// The most of a pipe or a device [B].
 const LARGEST: u64 = 2 << 30;
 
-impl Text {
+impl CsvText {
     /// The text at a path.
-    pub fn at(path: &Path) -> io::Result<Self> {
+    pub fn from_path(path: &Path) -> io::Result<Self> {
         Ok(match std::fs::metadata(path)?.is_file() {
-            true => Text::File(path.to_owned()),
-            false => Text::Memory(read_bounded(path, LARGEST)?),
+            true => CsvText::File(path.to_owned()),
+            false => CsvText::Memory(read_bounded(path, LARGEST)?),
         })
     }
 
     /// The bytes from the first letter on.
     pub fn open(&self) -> io::Result<Box<dyn Read + '_>> {
         let mut raw: Box<dyn Read> = match self {
-            Text::File(path) => Box::new(BufReader::with_capacity(1 << 16, File::open(path)?)),
-            Text::Memory(bytes) => Box::new(&bytes[..]),
+            CsvText::File(path) => Box::new(BufReader::with_capacity(1 << 16, File::open(path)?)),
+            CsvText::Memory(bytes) => Box::new(&bytes[..]),
         };
-        let mut head = first(&mut raw)?;
+        let mut head = read_first_bytes(&mut raw)?;
         if head.starts_with(&[0x1f, 0x8b]) {
             raw = Box::new(MultiGzDecoder::new(io::Cursor::new(head).chain(raw)));
-            head = first(&mut raw)?;
+            head = read_first_bytes(&mut raw)?;
         }
         let skip = match head[..] {
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => 2,
@@ -62,7 +62,7 @@ impl Text {
 }
 
 /// The first three bytes, or all.
-fn first(from: &mut dyn Read) -> io::Result<Vec<u8>> {
+fn read_first_bytes(from: &mut dyn Read) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
     from.take(3).read_to_end(&mut head)?;
     Ok(head)
@@ -84,11 +84,11 @@ impl<R: Read> Utf16Reader<R> {
     }
 
     /// Decodes some more.
-    fn fill(&mut self) -> io::Result<()> {
+    fn decode_more(&mut self) -> io::Result<()> {
         let mut bytes = Vec::new();
         (&mut self.from).take(1 << 14).read_to_end(&mut bytes)?;
         let mut units: Vec<u16> = self.high.take().into_iter().collect();
-        units.extend(bytes.as_chunks().0.iter().map(|it| self.order.unit(*it)));
+        units.extend(bytes.as_chunks().0.iter().map(|it| self.order.code_unit(*it)));
         let full = bytes.len() == 1 << 14;
         if full && units.last().is_some_and(|it| (0xd800..0xdc00).contains(it)) {
             self.high = units.pop();
@@ -102,7 +102,7 @@ impl<R: Read> Utf16Reader<R> {
 impl<R: Read> Read for Utf16Reader<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         if self.given == self.ready.len() {
-            self.fill()?;
+            self.decode_more()?;
         }
         let count = into.len().min(self.ready.len() - self.given);
         into[..count].copy_from_slice(&self.ready[self.given..self.given + count]);

@@ -19,15 +19,14 @@ const SPLIT: [(&str, &str); 4] =
 impl CsvFile<'_> {
     /// The columns of a time that is named, or of the one that the file has itself. `header.stamp` and `header.stamp.sec` are the
     /// time of both `header.stamp.sec` and `header.stamp.nanosec`.
-    pub fn time(&self, named: Option<&str>) -> Result<TimeColumns, TableError> {
+    pub fn find_time_columns(&self, named: Option<&str>) -> Result<TimeColumns, TableError> {
         let Some(name) = named else {
             let (path, format) = (self.path.to_owned(), "CSV");
-            let missing = || TableError::NoTime { path, format, present: self.names() };
-            let place = self.own_time().ok_or_else(missing)?;
+            let missing = || TableError::NoTime { path, format, present: self.unique_column_names() };
+            let place = self.default_time_column().ok_or_else(missing)?;
             return Ok(TimeColumns { place, nanoseconds: None });
         };
-        let place =
-            |whole: &str, end: &str, joint: &str| self.place(&format!("{whole}{joint}{end}"));
+        let place = |whole: &str, end: &str, joint: &str| self.column_index(&format!("{whole}{joint}{end}"));
         for (seconds, nanoseconds) in SPLIT {
             for joint in [".", "_", "/"] {
                 let end = format!("{joint}{seconds}");
@@ -38,7 +37,7 @@ impl CsvFile<'_> {
                 }
             }
         }
-        let place = self.place(name)?;
+        let place = self.column_index(name)?;
         Ok(TimeColumns { place, nanoseconds: None })
     }
 }

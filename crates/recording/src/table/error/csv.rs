@@ -166,7 +166,7 @@ pub enum CsvError {
 impl CsvError {
     /// The word of the scenario that does not fit the file.
     #[must_use]
-    pub fn word(&self) -> Option<&str> {
+    pub fn offending_word(&self) -> Option<&str> {
         match self {
             CsvError::Ambiguous { column, .. }
             | CsvError::TimeUnit { column, .. }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::records::Damage;
+use crate::records::RecordDamage;
 
 /// An error in an MCAP recording; messages count from 1 in each channel.
 #[derive(Debug, thiserror::Error)]
@@ -21,7 +21,7 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: Damage,
+        source: RecordDamage,
     },
     /// The compression of the file is unknown.
     #[error(
@@ -155,7 +155,7 @@ pub enum RecordingError {
 impl RecordingError {
     /// The word of the scenario that does not fit the file.
     #[must_use]
-    pub fn word(&self) -> Option<&str> {
+    pub fn offending_word(&self) -> Option<&str> {
         match self {
             RecordingError::TimeSource { found: word, .. }
             | RecordingError::Ambiguous { column: word, .. }

@@ -3,27 +3,27 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use log_file::{Channel, Clock, Log, Time};
+use log_file::{ClockTime, LogChannel, LogClock, LogFile};
 
-use crate::table::title::{self, Title};
+use crate::table::title::{self, ParsedTitle};
 use crate::table::{ColumnTitle, ReadRequest, TableError};
 
 /// The names of a log.
 pub struct ChannelIndex {
     path: PathBuf,
     format: &'static str,
-    channels: Vec<Channel>,
-    clocks: Vec<Clock>,
-    titles: Vec<Title>,
+    channels: Vec<LogChannel>,
+    clocks: Vec<LogClock>,
+    titles: Vec<ParsedTitle>,
     /// The channels of each whole name, each name without its unit, both behind their group, and each name with its number among
     /// those of this name: `Speed #2`.
     by_name: [HashMap<String, Vec<usize>>; 5],
 }
 
 impl ChannelIndex {
-    pub fn new(path: &Path, log: &Log) -> Self {
+    pub fn new(path: &Path, log: &LogFile) -> Self {
         let channels = log.channels().to_vec();
-        let titles: Vec<Title> = channels.iter().map(|it| Title::read(&it.name)).collect();
+        let titles: Vec<ParsedTitle> = channels.iter().map(|it| ParsedTitle::parse(&it.name)).collect();
         let mut by_name: [HashMap<String, Vec<usize>>; 5] = Default::default();
         for (place, (channel, title)) in channels.iter().zip(&titles).enumerate() {
             let behind = |name: &str| format!("{}.{name}", channel.group);
@@ -40,17 +40,17 @@ impl ChannelIndex {
         Self { path, format: log.format, channels, clocks, titles, by_name }
     }
 
-    fn named(&self, name: &str) -> &[usize] {
+    fn channels_named(&self, name: &str) -> &[usize] {
         self.by_name.iter().find_map(|of| of.get(name)).map_or(&[], Vec::as_slice)
     }
 
     /// The channel of a name.
-    pub fn place(&self, name: &str) -> Result<usize, TableError> {
-        match self.named(name) {
+    pub fn find_channel(&self, name: &str) -> Result<usize, TableError> {
+        match self.channels_named(name) {
             [place] => Ok(*place),
-            [] => Err(TableError::missing(&self.path, name, self.names())),
+            [] => Err(TableError::missing_column(&self.path, name, self.shortest_unique_names())),
             several => {
-                let each = several.iter().map(|it| self.whole_name(*it)).collect();
+                let each = several.iter().map(|it| self.qualified_name(*it)).collect();
                 let (path, column) = (self.path.clone(), name.to_owned());
                 Err(TableError::Ambiguous { path, column, each })
             }
@@ -58,10 +58,10 @@ impl ChannelIndex {
     }
 
     /// Its name with the group, or with its number among those of this name.
-    fn whole_name(&self, place: usize) -> String {
-        let Channel { name, group, .. } = &self.channels[place];
+    fn qualified_name(&self, place: usize) -> String {
+        let LogChannel { name, group, .. } = &self.channels[place];
         let grouped = format!("{group}.{name}");
-        match self.named(&grouped) {
+        match self.channels_named(&grouped) {
             [_] if !group.is_empty() => grouped,
             _ => {
                 let numbered = self.by_name[4].iter().find(|(_, places)| places[..] == [place]);
@@ -71,75 +71,75 @@ impl ChannelIndex {
     }
 
     /// The shortest name of each channel that tells it from the others.
-    fn names(&self) -> Vec<String> {
-        let plain = |(place, title): (usize, &Title)| match self.named(&title.plain) {
+    fn shortest_unique_names(&self) -> Vec<String> {
+        let plain = |(place, title): (usize, &ParsedTitle)| match self.channels_named(&title.plain) {
             [_] => title.plain.clone(),
-            _ => self.whole_name(place),
+            _ => self.qualified_name(place),
         };
         self.titles.iter().enumerate().map(plain).collect()
     }
 
     /// The titles as of the columns of a table.
-    pub fn titles(&self) -> Vec<ColumnTitle> {
+    pub fn column_titles(&self) -> Vec<ColumnTitle> {
         let title = |(place, name): (usize, String)| {
-            let Title { text, plain, .. } = self.titles[place].clone();
-            ColumnTitle { text, plain, name, unit: self.unit(place) }
+            let ParsedTitle { text, plain, .. } = self.titles[place].clone();
+            ColumnTitle { text, plain, name, unit: self.channel_unit(place) }
         };
-        self.names().into_iter().enumerate().map(title).collect()
+        self.shortest_unique_names().into_iter().enumerate().map(title).collect()
     }
 
     /// Whether each clock has a time of its own.
     pub fn has_times(&self) -> bool {
-        self.clocks.iter().all(|it| it.time != Time::Unknown)
+        self.clocks.iter().all(|it| it.time != ClockTime::Unknown)
     }
 
     /// The unit of a channel as this program spells it.
-    pub fn unit(&self, place: usize) -> Option<String> {
+    pub fn channel_unit(&self, place: usize) -> Option<String> {
         let of_file = self.channels[place].unit.as_deref();
         if of_file == Some("") {
             return None;
         }
-        let Title { plain, unit, .. } = &self.titles[place];
-        let known = |text: &str| title::unit(text, plain).unwrap_or_else(|| text.to_owned());
+        let ParsedTitle { plain, unit, .. } = &self.titles[place];
+        let known = |text: &str| title::parse_title_unit(text, plain).unwrap_or_else(|| text.to_owned());
         of_file.map(known).or_else(|| unit.clone())
     }
 
-    pub fn channel(&self, place: usize) -> &Channel {
+    pub fn channel(&self, place: usize) -> &LogChannel {
         &self.channels[place]
     }
 
-    pub fn clock(&self, place: usize) -> usize {
+    pub fn channel_clock(&self, place: usize) -> usize {
         self.channels[place].clock
     }
 
     /// The clock of the first channel of a name.
-    pub fn clock_of(&self, name: &str) -> Option<usize> {
-        self.named(name).first().map(|it| self.clock(*it))
+    pub fn clock_by_channel_name(&self, name: &str) -> Option<usize> {
+        self.channels_named(name).first().map(|it| self.channel_clock(*it))
     }
 
     /// The time of a clock: the wanted channel where it is one of this clock, or else its own.
-    pub fn time(&self, clock: usize, request: &ReadRequest) -> Result<Time, TableError> {
+    pub fn clock_time(&self, clock: usize, request: &ReadRequest) -> Result<ClockTime, TableError> {
         let own = self.clocks[clock].time;
         let Some(name) = &request.time else {
             return match own {
-                Time::Unknown => Err(self.no_time(clock)),
+                ClockTime::Unknown => Err(self.no_time(clock)),
                 own => Ok(own),
             };
         };
-        let named = self.named(name);
-        let of_clock = |it: &&usize| self.clock(**it) == clock;
+        let named = self.channels_named(name);
+        let of_clock = |it: &&usize| self.channel_clock(**it) == clock;
         match (named.iter().find(of_clock), own) {
-            (Some(place), _) => Ok(Time::Channel(*place)),
+            (Some(place), _) => Ok(ClockTime::Channel(*place)),
             // It is the time of other columns.
-            (None, own) if !named.is_empty() && own != Time::Unknown => Ok(own),
+            (None, own) if !named.is_empty() && own != ClockTime::Unknown => Ok(own),
             (None, _) if !named.is_empty() => Err(self.no_time(clock)),
-            (None, _) => Err(TableError::missing(&self.path, name, self.names())),
+            (None, _) => Err(TableError::missing_column(&self.path, name, self.shortest_unique_names())),
         }
     }
 
     fn no_time(&self, clock: usize) -> TableError {
-        let names = self.names().into_iter().enumerate();
-        let present = names.filter(|(place, _)| self.clock(*place) == clock);
+        let names = self.shortest_unique_names().into_iter().enumerate();
+        let present = names.filter(|(place, _)| self.channel_clock(*place) == clock);
         let present = present.map(|(_, name)| name).collect();
         TableError::NoTime { path: self.path.clone(), format: self.format, present }
     }

@@ -1,6 +1,6 @@
 //! Builds the series of a channel, value by value, in the requested type.
 
-use log_file::Values;
+use log_file::ChannelValues;
 
 use crate::table::exact_values::ExactValues;
 use crate::table::read_request::ColumnType;
@@ -40,7 +40,7 @@ impl SeriesBuilder {
     }
 
     /// Takes a stretch of a log.
-    pub fn take(&mut self, stretch: &Values) {
+    pub fn push_chunk(&mut self, stretch: &ChannelValues) {
         for row in 0..stretch.len() {
             let nothing = || match self.column_type {
                 // As an empty cell is an empty text.
@@ -48,24 +48,24 @@ impl SeriesBuilder {
                 _ => ChannelValue::Number(f64::NAN),
             };
             let cell = match stretch {
-                Values::Texts(all) => all[row].clone().map_or_else(nothing, ChannelValue::Text),
-                Values::Integers(all) => all[row].map_or_else(nothing, ChannelValue::Integer),
-                Values::Numbers(all) => ChannelValue::Number(all[row]),
+                ChannelValues::Texts(all) => all[row].clone().map_or_else(nothing, ChannelValue::Text),
+                ChannelValues::Integers(all) => all[row].map_or_else(nothing, ChannelValue::Integer),
+                ChannelValues::Numbers(all) => ChannelValue::Number(all[row]),
             };
             let row = self.values.len() + 1;
-            self.push(cell, &|| format!("row {row}"));
+            self.push_value(cell, &|| format!("row {row}"));
         }
     }
 
     /// Takes a value, which stands at a place.
-    pub fn push(&mut self, cell: ChannelValue, place: &dyn Fn() -> String) {
+    pub fn push_value(&mut self, cell: ChannelValue, place: &dyn Fn() -> String) {
         match self.column_type {
-            ColumnType::Text => self.text(cell),
-            ColumnType::Number | ColumnType::Integer => self.number(cell, place),
+            ColumnType::Text => self.push_text(cell),
+            ColumnType::Number | ColumnType::Integer => self.push_number(cell, place),
         }
     }
 
-    fn text(&mut self, cell: ChannelValue) {
+    fn push_text(&mut self, cell: ChannelValue) {
         let text = match cell {
             ChannelValue::Text(text) => text,
             ChannelValue::Integer(integer) => integer.to_string(),
@@ -78,17 +78,17 @@ impl SeriesBuilder {
         }
     }
 
-    fn number(&mut self, cell: ChannelValue, place: &dyn Fn() -> String) {
+    fn push_number(&mut self, cell: ChannelValue, place: &dyn Fn() -> String) {
         let (number, exact) = match cell {
-            ChannelValue::Number(number) => (number, whole(number)),
+            ChannelValue::Number(number) => (number, exact_integer(number)),
             ChannelValue::Integer(integer) => (integer as f64, Some(integer)),
             ChannelValue::Text(text) => {
-                self.blame("numbers", &format!("the text {text:?}"), place);
+                self.note_first_error("numbers", &format!("the text {text:?}"), place);
                 (f64::NAN, None)
             }
         };
         if number.is_infinite() {
-            self.blame("finite numbers", &number.to_string(), place);
+            self.note_first_error("finite numbers", &number.to_string(), place);
         }
         if number.is_nan() {
             self.gap.get_or_insert_with(place);
@@ -99,21 +99,20 @@ impl SeriesBuilder {
             self.values.push(integers.len() as f64);
             integers.push(exact.unwrap_or_default());
             if exact.is_none() {
-                self.blame("integers", &number.to_string(), place);
+                self.note_first_error("integers", &number.to_string(), place);
             }
         } else {
             self.values.push(number);
         }
     }
 
-    fn blame(&mut self, expected: &str, found: &str, place: &dyn Fn() -> String) {
-        self.wrong
-            .get_or_insert_with(|| format!("expected {expected}, found {found} in {}", place()));
+    fn note_first_error(&mut self, expected: &str, found: &str, place: &dyn Fn() -> String) {
+        self.wrong.get_or_insert_with(|| format!("expected {expected}, found {found} in {}", place()));
     }
 }
 
 /// Beyond 2^53 the digits are not all there.
-fn whole(number: f64) -> Option<i128> {
+fn exact_integer(number: f64) -> Option<i128> {
     let whole = (number.abs() <= 2.0_f64.powi(53)).then_some(number as i128);
     whole.filter(|whole| *whole as f64 == number)
 }

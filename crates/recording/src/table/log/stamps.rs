@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use log_file::{ChannelKind, Time, Values};
+use log_file::{ChannelKind, ChannelValues, ClockTime};
 use units::Unit;
 
 use super::channel_index::ChannelIndex;
-use crate::table::title::unit_of_time;
+use crate::table::title::time_unit_in_name;
 use crate::table::{CsvError, ReadRequest, TableError};
 
 /// The time stamps of a clock, while they are read.
@@ -55,31 +55,36 @@ impl StampBuilder {
         path: &Path,
         format: &'static str,
         found: &ChannelIndex,
-        time: Time,
+        time: ClockTime,
         request: &ReadRequest,
     ) -> Result<Self, TableError> {
         let (column, form) = match time {
-            Time::Rate(rate) => (format!("the clock of {format}"), StampUnit::Rate(rate)),
-            Time::Channel(place) => {
+            ClockTime::Rate(rate) => (format!("the clock of {format}"), StampUnit::Rate(rate)),
+            ClockTime::Channel(place) => {
                 let channel = found.channel(place);
                 let form = match channel.kind {
                     ChannelKind::Stamp(per_second) => StampUnit::Integers(per_second),
-                    _ => StampUnit::Unit(factor(path, &channel.name, found.unit(place), request)?),
+                    _ => StampUnit::Unit(seconds_per_unit(
+                        path,
+                        &channel.name,
+                        found.channel_unit(place),
+                        request,
+                    )?),
                 };
                 (channel.name.clone(), form)
             }
-            Time::Unknown => (String::new(), StampUnit::Unit(1.0)),
+            ClockTime::Unknown => (String::new(), StampUnit::Unit(1.0)),
         };
         let (path, stamps) = (path.to_owned(), Vec::new());
         Ok(StampBuilder { path, column, form, base: 0.0, stamps, gap: None })
     }
 
     /// Takes the times of a stretch, or the number of its rows where these have a rate.
-    pub fn take(&mut self, times: Option<&Values>, rows: usize) {
-        for row in 0..times.map_or(rows, Values::len) {
+    pub fn push_times(&mut self, times: Option<&ChannelValues>, rows: usize) {
+        for row in 0..times.map_or(rows, ChannelValues::len) {
             let stamp = match (&self.form, times) {
                 (StampUnit::Rate(rate), _) => self.stamps.len() as f64 / rate,
-                (StampUnit::Integers(per_second), Some(Values::Integers(all))) => {
+                (StampUnit::Integers(per_second), Some(ChannelValues::Integers(all))) => {
                     let per_second = i128::from(*per_second);
                     if self.stamps.is_empty() {
                         // Whole seconds: what is left has all its digits.
@@ -89,7 +94,7 @@ impl StampBuilder {
                     all[row].map_or(f64::NAN, |it| since(it) as f64 / per_second as f64)
                 }
                 (StampUnit::Unit(factor), Some(times)) => {
-                    let number = times.number(row).unwrap_or(f64::NAN);
+                    let number = times.number_at(row).unwrap_or(f64::NAN);
                     if *factor == 1.0 { number } else { number * factor }
                 }
                 _ => f64::NAN,
@@ -102,7 +107,7 @@ impl StampBuilder {
     }
 
     /// The stamps, which must rise; with `jumps` two rows may have one time.
-    pub fn finish(self, jumps: bool) -> Result<MonotonicStamps, TableError> {
+    pub fn into_rising_stamps(self, jumps: bool) -> Result<MonotonicStamps, TableError> {
         let StampBuilder { path, column, base: zero, stamps, gap, .. } = self;
         let wrong = |what: String| {
             let (path, column) = (path.clone(), column.clone());
@@ -132,29 +137,22 @@ impl StampBuilder {
 }
 
 /// The seconds in one unit of the time.
-fn factor(
+fn seconds_per_unit(
     path: &Path,
     column: &str,
     written: Option<String>,
     request: &ReadRequest,
 ) -> Result<f64, TableError> {
     let Some(unit) = written else {
-        return Ok(request
-            .time_unit
-            .or_else(|| unit_of_time(column))
-            .map_or(1.0, |unit| unit.factor));
+        return Ok(request.time_unit.or_else(|| time_unit_in_name(column)).map_or(1.0, |unit| unit.factor));
     };
     let is_time = |it: &Unit| Unit::parse("s").is_ok_and(|second| it.same_dimension(&second));
     let known = Unit::parse(&unit).ok().filter(is_time);
     let why = match (known, request.time_unit) {
-        (Some(known), Some(said)) if known != said => {
-            "and `time_unit` is another one: leave it out"
-        }
+        (Some(known), Some(said)) if known != said => "and `time_unit` is another one: leave it out",
         (Some(known), _) => return Ok(known.factor),
         (None, Some(said)) => return Ok(said.factor),
-        (None, None) => {
-            "which is no unit of time that is known here: say `time_unit = \"ms\"`, for example"
-        }
+        (None, None) => "which is no unit of time that is known here: say `time_unit = \"ms\"`, for example",
     };
     let (path, column) = (path.to_owned(), column.to_owned());
     Err(CsvError::TimeUnit { path, column, unit, why }.into())

@@ -1,23 +1,21 @@
 //! Decodes fields of messages: protobuf and ROS by their schemas, JSON by names.
 
 use mcap::Channel;
-use prost_reflect::{
-    DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value,
-};
-use ros_bag::{Definition, Encoding, FieldListing, FieldPath, Language, PathError};
+use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value};
+use ros_bag::{DefinitionLanguage, FieldListing, FieldPath, MessageDefinition, MessageEncoding, PathError};
 use serde_json::Value as Json;
 
 pub use crate::table::log::ChannelValue;
 
 /// How messages of a channel are read.
 #[derive(Debug)]
-pub enum MessageReader {
+pub enum MessageDecoder {
     /// By this description.
     Protobuf(MessageDescriptor),
     /// As they are.
     Json,
     /// By this definition of ROS.
-    Ros(Box<Definition>, Encoding),
+    Ros(Box<MessageDefinition>, MessageEncoding),
 }
 
 /// A message that has been read.
@@ -28,7 +26,7 @@ pub enum DecodedMessage {
     /// As it is.
     Json(Json),
     /// As a tree of values.
-    Ros(ros_bag::Value),
+    Ros(ros_bag::MessageValue),
 }
 
 /// A row of a message: most messages are one.
@@ -45,7 +43,7 @@ pub struct MessageRow<'m> {
 enum RowContent<'m> {
     Protobuf(&'m DynamicMessage),
     Json(&'m Json),
-    Ros(&'m ros_bag::Value),
+    Ros(&'m ros_bag::MessageValue),
 }
 
 /// The way to a number in the messages of a channel.
@@ -80,35 +78,37 @@ pub enum FieldError {
 /// Messages in messages are listed down to this depth: a message may contain its own kind.
 const DEEPEST: usize = 5;
 
-impl MessageReader {
+impl MessageDecoder {
     /// Nothing for encodings that cannot be read.
     ///
     /// # Errors
     /// With what is wrong with the channel's schema.
     pub fn new(channel: &Channel) -> Result<Option<Self>, String> {
         match channel.message_encoding.as_str() {
-            "json" => Ok(Some(MessageReader::Json)),
+            "json" => Ok(Some(MessageDecoder::Json)),
             "protobuf" => {
                 let schema = channel.schema.as_ref().ok_or("it has no schema")?;
                 let pool = DescriptorPool::decode(&*schema.data);
                 let pool = pool.map_err(|error| format!("its schema cannot be read: {error}"))?;
                 let message = pool.get_message_by_name(&schema.name);
                 let missing = || format!("its schema has no message `{}`", schema.name);
-                Ok(Some(MessageReader::Protobuf(message.ok_or_else(missing)?)))
+                Ok(Some(MessageDecoder::Protobuf(message.ok_or_else(missing)?)))
             }
-            encoding => match Encoding::of(encoding) {
-                Some(encoding) => Ok(Some(ros(channel, encoding)?)),
+            encoding => match MessageEncoding::from_name(encoding) {
+                Some(encoding) => Ok(Some(ros_message_decoder(channel, encoding)?)),
                 None => Ok(None),
             },
         }
     }
 
     /// The way to a value, as far as one can tell without a message.
-    pub fn find(&self, path: &str) -> Result<MessageField, FieldError> {
+    pub fn resolve_field(&self, path: &str) -> Result<MessageField, FieldError> {
         match self {
-            MessageReader::Json => Ok(MessageField::Json(path.to_owned())),
-            MessageReader::Protobuf(message) => way(message, path).map(MessageField::Protobuf),
-            MessageReader::Ros(definition, _) => match definition.find(path) {
+            MessageDecoder::Json => Ok(MessageField::Json(path.to_owned())),
+            MessageDecoder::Protobuf(message) => {
+                resolve_protobuf_path(message, path).map(MessageField::Protobuf)
+            }
+            MessageDecoder::Ros(definition, _) => match definition.resolve_field_path(path) {
                 Ok(way) => Ok(MessageField::Ros(way)),
                 Err(PathError::Missing) => Err(FieldError::Missing),
                 Err(PathError::Other(found)) => Err(FieldError::Other(found)),
@@ -120,30 +120,30 @@ impl MessageReader {
     ///
     /// # Errors
     /// With what is wrong with it.
-    pub fn read(&self, data: &[u8]) -> Result<DecodedMessage, String> {
+    pub fn decode(&self, data: &[u8]) -> Result<DecodedMessage, String> {
         match self {
-            MessageReader::Protobuf(kind) => DynamicMessage::decode(kind.clone(), data)
+            MessageDecoder::Protobuf(kind) => DynamicMessage::decode(kind.clone(), data)
                 .map(DecodedMessage::Protobuf)
                 .map_err(|error| format!("it does not fit its schema: {error}")),
-            MessageReader::Json => serde_json::from_slice(data)
+            MessageDecoder::Json => serde_json::from_slice(data)
                 .map(DecodedMessage::Json)
                 .map_err(|error| format!("it is no JSON: {error}")),
-            MessageReader::Ros(definition, encoding) => {
-                definition.read(*encoding, &ros_bag::decompress(data)?).map(DecodedMessage::Ros)
-            }
+            MessageDecoder::Ros(definition, encoding) => definition
+                .decode_message(*encoding, &ros_bag::decompress_message(data)?)
+                .map(DecodedMessage::Ros),
         }
     }
 
     /// The rows of a message.
-    pub fn rows<'m>(&self, message: &'m DecodedMessage) -> Vec<MessageRow<'m>> {
+    pub fn message_rows<'m>(&self, message: &'m DecodedMessage) -> Vec<MessageRow<'m>> {
         let one = |content| vec![MessageRow { key: None, stamp: None, content }];
         match (self, message) {
             (_, DecodedMessage::Protobuf(message)) => one(RowContent::Protobuf(message)),
             (_, DecodedMessage::Json(json)) => one(RowContent::Json(json)),
-            (MessageReader::Ros(definition, _), DecodedMessage::Ros(value)) => {
-                let rows = definition.rows(value).into_iter();
-                let row = |row: ros_bag::Row<'m>| {
-                    let stamp = definition.stamp(&row);
+            (MessageDecoder::Ros(definition, _), DecodedMessage::Ros(value)) => {
+                let rows = definition.message_rows(value).into_iter();
+                let row = |row: ros_bag::RosMessageRow<'m>| {
+                    let stamp = definition.header_stamp(&row);
                     MessageRow { key: row.key, stamp, content: RowContent::Ros(row.value) }
                 };
                 rows.map(row).collect()
@@ -154,41 +154,39 @@ impl MessageReader {
 
     /// Whether messages say when they were measured.
     pub fn has_stamp(&self) -> bool {
-        matches!(self, MessageReader::Ros(definition, _) if definition.has_stamp())
+        matches!(self, MessageDecoder::Ros(definition, _) if definition.has_stamp())
     }
 
     /// The unit of a field, where the type of the message tells.
-    pub fn unit(&self, field: &MessageField) -> Option<&'static str> {
+    pub fn field_unit(&self, field: &MessageField) -> Option<&'static str> {
         match (self, field) {
-            (MessageReader::Ros(definition, _), MessageField::Ros(way)) => definition.unit(way),
+            (MessageDecoder::Ros(definition, _), MessageField::Ros(way)) => definition.field_unit(way),
             _ => None,
         }
     }
 
     /// What a row of a message of ROS has; without one what the definition promises.
-    pub fn listing(&self, row: Option<&MessageRow>) -> Option<FieldListing> {
-        let MessageReader::Ros(definition, _) = self else { return None };
+    pub fn ros_field_listing(&self, row: Option<&MessageRow>) -> Option<FieldListing> {
+        let MessageDecoder::Ros(definition, _) = self else { return None };
         let row = row.and_then(|row| match row.content {
-            RowContent::Ros(value) => Some(ros_bag::Row { key: row.key, value }),
+            RowContent::Ros(value) => Some(ros_bag::RosMessageRow { key: row.key, value }),
             _ => None,
         });
-        Some(definition.list(row.as_ref()))
+        Some(definition.list_fields(row.as_ref()))
     }
 
     /// The numbers of a message by their paths, of ROS its texts, too; without a message those that the schema promises.
-    pub fn list(&self, message: Option<&DecodedMessage>) -> Vec<String> {
+    pub fn field_paths(&self, message: Option<&DecodedMessage>) -> Vec<String> {
         let mut paths = Vec::new();
         match (self, message) {
-            (MessageReader::Protobuf(kind), _) => list(kind, "", DEEPEST, &mut paths),
-            (MessageReader::Json, Some(DecodedMessage::Json(json))) => {
-                list_json(json, "", &mut paths)
-            }
-            (MessageReader::Json, _) => {}
-            (MessageReader::Ros(..), message) => {
-                let rows = message.map_or_else(Vec::new, |message| self.rows(message));
+            (MessageDecoder::Protobuf(kind), _) => list_protobuf_fields(kind, "", DEEPEST, &mut paths),
+            (MessageDecoder::Json, Some(DecodedMessage::Json(json))) => list_json(json, "", &mut paths),
+            (MessageDecoder::Json, _) => {}
+            (MessageDecoder::Ros(..), message) => {
+                let rows = message.map_or_else(Vec::new, |message| self.message_rows(message));
                 let listings = match rows.is_empty() {
-                    true => vec![self.listing(None)],
-                    false => rows.iter().map(|row| self.listing(Some(row))).collect(),
+                    true => vec![self.ros_field_listing(None)],
+                    false => rows.iter().map(|row| self.ros_field_listing(Some(row))).collect(),
                 };
                 let leaves = listings.into_iter().flatten().flat_map(|it| it.leaves);
                 paths.extend(leaves.map(|leaf| leaf.path));
@@ -198,7 +196,7 @@ impl MessageReader {
     }
 }
 
-fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<PathStep>, FieldError> {
+fn resolve_protobuf_path(message: &MessageDescriptor, path: &str) -> Result<Vec<PathStep>, FieldError> {
     let (mut steps, mut message) = (Vec::new(), Some(message.clone()));
     let mut names = path.split('.').peekable();
     while let Some(name) = names.next() {
@@ -227,14 +225,14 @@ fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<PathStep>, FieldEr
     Ok(steps)
 }
 
-fn list(message: &MessageDescriptor, prefix: &str, depth: usize, paths: &mut Vec<String>) {
+fn list_protobuf_fields(message: &MessageDescriptor, prefix: &str, depth: usize, paths: &mut Vec<String>) {
     for field in message.fields().filter(|field| !field.is_map()) {
         let place = if field.is_list() { ".0" } else { "" };
         let path = format!("{prefix}{}{place}", field.name());
         match field.kind() {
             Kind::String | Kind::Bytes => {}
             Kind::Message(message) if depth > 0 => {
-                list(&message, &format!("{path}."), depth - 1, paths);
+                list_protobuf_fields(&message, &format!("{path}."), depth - 1, paths);
             }
             Kind::Message(_) => {}
             _ => paths.push(path),
@@ -262,11 +260,11 @@ fn list_json(json: &Json, path: &str, paths: &mut Vec<String>) {
 
 impl MessageRow<'_> {
     /// The length of a list of ROS.
-    pub fn length(&self, way: &[usize]) -> Option<usize> {
+    pub fn ros_list_length(&self, way: &[usize]) -> Option<usize> {
         let RowContent::Ros(value) = self.content else { return None };
-        match value.get(way)? {
-            ros_bag::Value::List(list) => Some(list.len()),
-            ros_bag::Value::Long(count) => Some(*count),
+        match value.get_at_path(way)? {
+            ros_bag::MessageValue::List(list) => Some(list.len()),
+            ros_bag::MessageValue::Long(count) => Some(*count),
             _ => None,
         }
     }
@@ -274,7 +272,7 @@ impl MessageRow<'_> {
 
 impl MessageField {
     /// What tells the row of this field from others.
-    pub fn key(&self) -> Option<&str> {
+    pub fn row_key(&self) -> Option<&str> {
         match self {
             MessageField::Ros(way) => way.key.as_deref(),
             _ => None,
@@ -285,9 +283,11 @@ impl MessageField {
     ///
     /// # Errors
     /// When there is none.
-    pub fn value(&self, row: &MessageRow) -> Result<ChannelValue, FieldError> {
+    pub fn value_in_row(&self, row: &MessageRow) -> Result<ChannelValue, FieldError> {
         match (self, &row.content) {
-            (MessageField::Protobuf(steps), RowContent::Protobuf(message)) => field(message, steps),
+            (MessageField::Protobuf(steps), RowContent::Protobuf(message)) => {
+                protobuf_field_value(message, steps)
+            }
             (MessageField::Json(path), RowContent::Json(json)) => json_value(json, path),
             (MessageField::Ros(way), RowContent::Ros(value)) => ros_value(value, &way.steps),
             _ => Err(FieldError::Missing),
@@ -296,65 +296,62 @@ impl MessageField {
 }
 
 /// How messages of ROS are read; a bag without definitions has those that are known here.
-fn ros(channel: &Channel, encoding: Encoding) -> Result<MessageReader, String> {
+fn ros_message_decoder(channel: &Channel, encoding: MessageEncoding) -> Result<MessageDecoder, String> {
     let schema = channel.schema.as_ref().ok_or("it has no schema")?;
     if schema.data.is_empty() && schema.encoding.is_empty() {
-        let known = Definition::standard(&schema.name).map_err(|_| {
+        let known = MessageDefinition::standard_message(&schema.name).map_err(|_| {
             format!(
                 "the bag has no definition of `{}`, as those of releases before ROS 2 Iron, and it is not one of the usual \
                  messages; `ros2 bag convert` makes a bag with definitions where the package of that message is installed",
                 schema.name
             )
         });
-        return Ok(MessageReader::Ros(Box::new(known?), encoding));
+        return Ok(MessageDecoder::Ros(Box::new(known?), encoding));
     }
-    let language = Language::of(&schema.encoding).ok_or_else(|| {
-        format!(
-            "expected a schema in ros2msg, ros2idl or ros1msg, found one in `{}`",
-            schema.encoding
-        )
+    let language = DefinitionLanguage::from_name(&schema.encoding).ok_or_else(|| {
+        format!("expected a schema in ros2msg, ros2idl or ros1msg, found one in `{}`", schema.encoding)
     })?;
     let text = String::from_utf8_lossy(&schema.data);
-    let definition = Definition::new(&schema.name, language, &text).map_err(|error| {
+    let definition = MessageDefinition::parse(&schema.name, language, &text).map_err(|error| {
         match schema.name.contains("/srv/") || schema.name.contains("/action/") {
             true => "it is of a service or an action, not of a topic".to_owned(),
             false => format!("its schema cannot be read: {error}"),
         }
     })?;
-    Ok(MessageReader::Ros(Box::new(definition), encoding))
+    Ok(MessageDecoder::Ros(Box::new(definition), encoding))
 }
 
-fn ros_value(value: &ros_bag::Value, steps: &[usize]) -> Result<ChannelValue, FieldError> {
-    use ros_bag::Value;
+fn ros_value(value: &ros_bag::MessageValue, steps: &[usize]) -> Result<ChannelValue, FieldError> {
+    use ros_bag::MessageValue;
     for length in 0..steps.len() {
-        if let Some(Value::Long(count)) = value.get(&steps[..length]) {
+        if let Some(MessageValue::Long(count)) = value.get_at_path(&steps[..length]) {
             return Err(FieldError::Other(format!(
                 "in a list of {count} elements, of which those of up to {} are read",
                 ros_bag::LONGEST
             )));
         }
     }
-    match value.get(steps) {
-        Some(Value::Integer(integer)) => Ok(ChannelValue::Integer(*integer)),
-        Some(Value::Real(number)) => Ok(ChannelValue::Number(*number)),
-        Some(Value::Text(text)) => Ok(ChannelValue::Text(text.clone())),
+    match value.get_at_path(steps) {
+        Some(MessageValue::Integer(integer)) => Ok(ChannelValue::Integer(*integer)),
+        Some(MessageValue::Real(number)) => Ok(ChannelValue::Number(*number)),
+        Some(MessageValue::Text(text)) => Ok(ChannelValue::Text(text.clone())),
         _ => Err(FieldError::Missing),
     }
 }
 
-fn field(message: &DynamicMessage, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
+fn protobuf_field_value(message: &DynamicMessage, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
     let [PathStep::Into(field), rest @ ..] = steps else { return Err(FieldError::Missing) };
     if field.supports_presence() && !message.has_field(field) {
         return Err(FieldError::Missing);
     }
-    value(&message.get_field(field), rest)
+    protobuf_value_at(&message.get_field(field), rest)
 }
 
-fn value(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
+fn protobuf_value_at(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
     Ok(match (found, steps) {
-        (Value::Message(message), _) => return field(message, steps),
+        (Value::Message(message), _) => return protobuf_field_value(message, steps),
         (Value::List(list), [PathStep::At(place), rest @ ..]) => {
-            return value(list.get(*place).ok_or(FieldError::Missing)?, rest);
+            return protobuf_value_at(list.get(*place).ok_or(FieldError::Missing)?, rest);
         }
         (Value::F64(value), _) => ChannelValue::Number(*value),
         (Value::F32(value), _) => ChannelValue::Number(f64::from(*value)),
@@ -369,7 +366,7 @@ fn value(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, FieldError> 
 }
 
 fn json_value(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
-    match place(json, path).ok_or(FieldError::Missing)? {
+    match json_node_at(json, path).ok_or(FieldError::Missing)? {
         Json::Number(number) => match (number.as_i64(), number.as_u64()) {
             (Some(integer), _) => Ok(ChannelValue::Integer(integer.into())),
             (_, Some(integer)) => Ok(ChannelValue::Integer(integer.into())),
@@ -384,14 +381,13 @@ fn json_value(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
 }
 
 /// What stands at a path; names may have dots themselves.
-fn place<'a>(json: &'a Json, path: &str) -> Option<&'a Json> {
+fn json_node_at<'a>(json: &'a Json, path: &str) -> Option<&'a Json> {
     let child = |name: &str| match json {
         Json::Object(fields) => fields.get(name),
         Json::Array(list) => list.get(name.parse::<usize>().ok()?),
         _ => None,
     };
-    let inner = || {
-        path.match_indices('.').find_map(|(dot, _)| place(child(&path[..dot])?, &path[dot + 1..]))
-    };
+    let inner =
+        || path.match_indices('.').find_map(|(dot, _)| json_node_at(child(&path[..dot])?, &path[dot + 1..]));
     child(path).or_else(inner)
 }

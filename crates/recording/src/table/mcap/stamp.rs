@@ -19,20 +19,18 @@ pub enum TimeSource {
 
 impl TimeSource {
     /// Nothing where each topic has the one that fits it.
-    pub fn of(path: &Path, word: Option<&str>) -> Result<Option<Self>, RecordingError> {
+    pub fn parse(path: &Path, word: Option<&str>) -> Result<Option<Self>, RecordingError> {
         match word {
             None => Ok(None),
             Some("header.stamp") => Ok(Some(TimeSource::Header)),
             Some("log_time") => Ok(Some(TimeSource::Log)),
             Some("publish_time") => Ok(Some(TimeSource::Publish)),
-            Some(found) => {
-                Err(RecordingError::TimeSource { path: path.to_owned(), found: found.to_owned() })
-            }
+            Some(found) => Err(RecordingError::TimeSource { path: path.to_owned(), found: found.to_owned() }),
         }
     }
 
     /// Its name, and that of another one.
-    pub fn names(self) -> (&'static str, &'static str) {
+    pub fn name_and_alternative(self) -> (&'static str, &'static str) {
         match self {
             TimeSource::Header => ("header.stamp", "log_time"),
             TimeSource::Log => ("log_time", "publish_time"),
@@ -52,11 +50,7 @@ pub struct MessageTimes {
 
 impl MessageTimes {
     pub fn new(header: &MessageHeader, measured: Option<i128>) -> Self {
-        MessageTimes {
-            log: header.log_time.into(),
-            publish: header.publish_time.into(),
-            header: measured,
-        }
+        MessageTimes { log: header.log_time.into(), publish: header.publish_time.into(), header: measured }
     }
 
     pub fn get(&self, stamp: TimeSource) -> Option<i128> {
@@ -84,7 +78,7 @@ pub struct HeaderStampCheck {
 }
 
 impl HeaderStampCheck {
-    pub fn take(&mut self, times: &MessageTimes) {
+    pub fn add_row(&mut self, times: &MessageTimes) {
         self.rows += 1;
         let Some(header) = times.header else {
             self.missing = true;
@@ -102,7 +96,7 @@ impl HeaderStampCheck {
     }
 
     /// What speaks against them; nothing where they count.
-    pub fn objection(&self) -> Option<String> {
+    pub fn rejection_reason(&self) -> Option<String> {
         let (least, most) = self.range?;
         if self.missing {
             return Some("some messages have none".to_owned());
@@ -111,22 +105,19 @@ impl HeaderStampCheck {
         if far.abs() > NEAR {
             let far = far as f64 / 1e9;
             let away = if far > 0.0 { "before" } else { "after" };
-            return Some(format!(
-                "they are up to {:.3} s {away} log_time, so of another clock",
-                far.abs()
-            ));
+            return Some(format!("they are up to {:.3} s {away} log_time, so of another clock", far.abs()));
         }
         let [first, second] = self.repeated?;
         Some(format!("messages {first} and {second} have the same"))
     }
 
     /// Whether they count.
-    pub fn is_right(&self) -> bool {
-        self.range.is_some() && self.objection().is_none()
+    pub fn is_accepted(&self) -> bool {
+        self.range.is_some() && self.rejection_reason().is_none()
     }
 
     /// The least and the most that they are before those of the recorder [s].
-    pub fn before(&self) -> Option<(f64, f64)> {
+    pub fn recorder_delay_range(&self) -> Option<(f64, f64)> {
         self.range.map(|(least, most)| (least as f64 / 1e9, most as f64 / 1e9))
     }
 }

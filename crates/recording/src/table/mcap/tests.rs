@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
 
-use super::super::{Dialect, GapRule, ReadRequest, Table, TableError, UnitRow};
+use super::super::{CsvDialect, GapRule, ReadRequest, TableError, TimeSeriesTable, UnitRow};
 
 /// A file that is removed again.
 struct Scrap(PathBuf);
@@ -29,10 +29,9 @@ impl Scrap {
         Scrap(path)
     }
 
-    fn read(&self, time: Option<&str>, columns: &[&str]) -> Result<Table, TableError> {
-        let request =
-            ReadRequest { time: time.map(str::to_owned), ..ReadRequest::plain("", columns) };
-        Table::read(&self.0, &request)
+    fn read(&self, time: Option<&str>, columns: &[&str]) -> Result<TimeSeriesTable, TableError> {
+        let request = ReadRequest { time: time.map(str::to_owned), ..ReadRequest::from_names("", columns) };
+        TimeSeriesTable::read(&self.0, &request)
     }
 
     fn error(&self, column: &str) -> String {
@@ -71,9 +70,9 @@ fn words_about_csv_are_refused() {
         let topic = channel(file, "/x", "json");
         put(file, topic, [1; 2], br#"{"x":1}"#);
     });
-    let dialect = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
-    let request = ReadRequest { time: None, dialect, ..ReadRequest::plain("", &["/x.x"]) };
-    let error = Table::read(&scrap.0, &request).expect_err("it is MCAP").to_string();
+    let dialect = CsvDialect { unit_row: Some(UnitRow::Below(true)), ..CsvDialect::default() };
+    let request = ReadRequest { time: None, dialect, ..ReadRequest::from_names("", &["/x.x"]) };
+    let error = TimeSeriesTable::read(&scrap.0, &request).expect_err("it is MCAP").to_string();
     assert!(error.contains("is MCAP: `unit_row` is about CSV files"), "{error}");
 }
 
@@ -90,11 +89,11 @@ fn a_message_without_a_value_is_a_gap_of_its_channel() {
     let refused = scrap.error("/x.x");
     assert!(refused.contains("`/x.x` has no value in 3 rows of "), "{refused}");
     assert!(refused.contains("the first one in message 1 of `/x`: say `gaps"), "{refused}");
-    let mut request = ReadRequest { time: None, ..ReadRequest::plain("", &["/x.x", "/y.y"]) };
+    let mut request = ReadRequest { time: None, ..ReadRequest::from_names("", &["/x.x", "/y.y"]) };
     request.columns[0].gaps = GapRule::Interpolate;
-    let table = Table::read(&scrap.0, &request).expect("it has a rule");
-    assert_eq!(table.times(), [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 2.0, 3.0, 4.0]]);
-    assert_eq!(table.column(0), [1.0, 2.0, 3.0]);
+    let table = TimeSeriesTable::read(&scrap.0, &request).expect("it has a rule");
+    assert_eq!(table.clock_times(), [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 2.0, 3.0, 4.0]]);
+    assert_eq!(table.column_values(0), [1.0, 2.0, 3.0]);
     assert!(table.warnings()[0].contains("from 1 s to 3 s: outside of it `/x.x` has no value"));
 }
 
@@ -115,20 +114,20 @@ fn channels_keep_their_own_rates_and_times_of_day_keep_their_digits() {
         let columns = ["/fast.a.b.c.1", "/slow.v", "/slow.on", "/fast.a.b.c.0"];
         let mut table = scrap.read(None, &columns).expect("it is well-formed");
         assert!(table.warnings().is_empty());
-        assert_eq!([0, 1, 2, 3].map(|column| table.clock(column)), [0, 1, 1, 0]);
+        assert_eq!([0, 1, 2, 3].map(|column| table.column_clock(column)), [0, 1, 1, 0]);
         let expected: Vec<_> = (0..5).map(|k| f64::from(5 + 20 * k) / 1e3).collect();
-        assert_eq!(table.times()[1], expected);
-        assert_eq!(table.column(1), [5.5, 25.5, 45.5, 65.5, 85.5]);
+        assert_eq!(table.clock_times()[1], expected);
+        assert_eq!(table.column_values(1), [5.5, 25.5, 45.5, 65.5, 85.5]);
         for k in 0..100_u32 {
             let time = f64::from(k) * 1e-3;
-            assert_eq!(table.value(0, time), f64::from(k * k), "{k}");
-            assert_eq!(table.value(3, time), f64::from(k), "{k}");
+            assert_eq!(table.value_at(0, time), f64::from(k * k), "{k}");
+            assert_eq!(table.value_at(3, time), f64::from(k), "{k}");
             let slow = f64::from(k.clamp(5, 85)) + 0.5;
-            assert!((table.value(1, time) - slow).abs() < 1e-9, "{k}");
-            assert_eq!(table.value(2, time), 1.0);
+            assert!((table.value_at(1, time) - slow).abs() < 1e-9, "{k}");
+            assert_eq!(table.value_at(2, time), 1.0);
         }
         table.set_origin(Some(1_700_000_000.0));
-        assert!((table.times()[0][0] - 0.123_456_789).abs() < 1e-6);
+        assert!((table.clock_times()[0][0] - 0.123_456_789).abs() < 1e-6);
     }
 }
 
@@ -141,14 +140,11 @@ fn messages_are_ordered_by_the_time_that_is_wanted() {
         }
     });
     let table = scrap.read(Some("publish_time"), &["/x.x"]).expect("the times differ");
-    assert_eq!(table.column(0), [1.0, 3.0, 2.0, 4.0]);
-    assert_eq!(table.times()[0], [0.0, 0.01, 0.02, 0.03]);
+    assert_eq!(table.column_values(0), [1.0, 3.0, 2.0, 4.0]);
+    assert_eq!(table.clock_times()[0], [0.0, 0.01, 0.02, 0.03]);
     let error = scrap.error("/x.x");
     assert!(error.contains("messages 3 and 4 of `/x`"), "{error}");
-    assert!(
-        error.contains("the same log_time 0.002 s") && error.contains("publish_time"),
-        "{error}"
-    );
+    assert!(error.contains("the same log_time 0.002 s") && error.contains("publish_time"), "{error}");
 }
 
 #[test]
@@ -218,15 +214,18 @@ fn ramp(name: &str) -> Scrap {
 fn a_recording_that_was_cut_is_read_up_to_its_last_whole_chunk() {
     let whole = std::fs::read(&ramp("whole").0).expect("it has been written");
     let all = Scrap::new("all", &whole).read(None, &["/x.x"]).expect("it is whole");
-    assert_eq!((all.column(0).len(), all.warnings().len()), (100, 0));
+    assert_eq!((all.column_values(0).len(), all.warnings().len()), (100, 0));
     let mut lengths = Vec::new();
     for length in (8..whole.len()).step_by(7) {
         let cut = Scrap::new("cut", &whole[..length]);
         match cut.read(None, &["/x.x"]) {
             Ok(table) => {
-                assert!(table.column(0) == &all.column(0)[..table.column(0).len()], "{length}");
+                assert!(
+                    table.column_values(0) == &all.column_values(0)[..table.column_values(0).len()],
+                    "{length}"
+                );
                 assert!(table.warnings()[0].contains("not finished"));
-                lengths.push(table.column(0).len());
+                lengths.push(table.column_values(0).len());
             }
             Err(TableError::MissingColumn { .. }) => assert!(lengths.is_empty(), "{length}"),
             Err(error) => panic!("{length}: {error}"),
@@ -246,7 +245,7 @@ fn a_damaged_recording_is_refused_or_read_as_it_was() {
         let mut bytes = whole.clone();
         bytes[index] ^= 0x55;
         match Scrap::new("damaged", &bytes).read(None, &["/x.x"]) {
-            Ok(table) => assert_eq!(table.column(0), expected, "{index}"),
+            Ok(table) => assert_eq!(table.column_values(0), expected, "{index}"),
             Err(error) => {
                 refused += 1;
                 assert!(!error.to_string().is_empty());

@@ -35,7 +35,7 @@ fn shapes_have_their_values() {
     for (text, points) in cases {
         let signal = signal(text);
         for (time, expected) in *points {
-            let value = signal.value(*time);
+            let value = signal.value_at(*time);
             assert!((value - expected).abs() < 1e-9, "{text}\n{time}: {value}");
         }
     }
@@ -43,7 +43,7 @@ fn shapes_have_their_values() {
 
 /// A signal by its values.
 fn shown(signal: &Signal) -> Vec<f64> {
-    (0..20).map(|k| signal.value(0.1 * f64::from(k))).collect()
+    (0..20).map(|k| signal.value_at(0.1 * f64::from(k))).collect()
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn a_multisine_reaches_its_peak_and_no_more() {
         ] {
             let signal = signal(&format!("{window}\nmultisine = {{ {sine} }}"));
             let times = (0..100_000).map(|i| f64::from(i) * 1e-4);
-            let peak = times.map(|t| signal.value(t).abs()).fold(0.0, f64::max);
+            let peak = times.map(|t| signal.value_at(t).abs()).fold(0.0, f64::max);
             assert!((peak - 0.5).abs() < 2e-4, "{window} {sine}: {peak}");
         }
     }
@@ -77,7 +77,7 @@ fn random_phases_depend_on_the_seed_and_the_name_alone() {
     assert_eq!(shown(&build(&fixed, 1)), shown(&build(&part, 4)));
     let wave = "{ multisine = { peak = 1.0, frequencies = [0.3, 0.7] } }";
     let [one, two] = [format!("part = [{wave}]"), format!("part = [{wave}, {wave}]")]
-        .map(|text| build(&toml::from_str(&text).expect(wave), 4).value(0.3));
+        .map(|text| build(&toml::from_str(&text).expect(wave), 4).value_at(0.3));
     assert_ne!(two, 2.0 * one);
 }
 
@@ -87,7 +87,7 @@ fn edges_are_met_at_every_multiple_of_a_decimal_step() {
     for (step, expected) in [(29, 0.0), (30, 1.0), (49, 1.0), (50, 2.0), (69, 2.0), (70, 0.0)] {
         for rounding in [-1e-12, 0.0, 1e-12] {
             let time = f64::from(step) * 0.01 + rounding;
-            assert_eq!(signal.value(time), expected, "{time}");
+            assert_eq!(signal.value_at(time), expected, "{time}");
         }
     }
 }

@@ -2,39 +2,39 @@
 
 use diagnostics::Error;
 use fmu_import::Causality;
-use fmu_import::description::{EnumerationItem, Type, Variable};
-use ssp::{Connector, ConnectorKind, Input, Output, Port, SignalConversion};
+use fmu_import::description::{EnumerationItem, FmiType, Variable};
+use ssp::{Connector, ConnectorKind, FmuPort, SignalConversion, SystemInput, SystemOutput};
 use units::Unit;
 
-use super::{PartSettings, Writer, conversion_keys, error_at, parse_unit, toml_string};
+use super::{ScenarioWriter, SubsystemSettings, conversion_keys, error_at, toml_string, unit_from_ssp};
 
-impl Writer<'_> {
+impl ScenarioWriter<'_> {
     /// Writes all connectors of the system that a scenario can connect. What is left out is noted.
-    pub(super) fn connectors(&mut self, settings: &PartSettings) -> Result<(), Error> {
+    pub(super) fn write_connectors(&mut self, settings: &SubsystemSettings) -> Result<(), Error> {
         let system = self.system;
-        system.inputs.iter().try_for_each(|input| self.input(settings, input))?;
-        system.outputs.iter().try_for_each(|output| self.output(settings, output))
+        system.inputs.iter().try_for_each(|input| self.write_input_connector(settings, input))?;
+        system.outputs.iter().try_for_each(|output| self.write_output_connector(settings, output))
     }
 
-    fn input(
+    fn write_input_connector(
         &mut self,
-        settings: &PartSettings,
-        Input { connector, to }: &Input,
+        settings: &SubsystemSettings,
+        SystemInput { connector, to }: &SystemInput,
     ) -> Result<(), Error> {
         if matches!(connector.kind, ConnectorKind::Parameter | ConnectorKind::StructuralParameter) {
             return Ok(());
         }
         let mut targets = Vec::new();
         for (port, way) in to {
-            let target = self.find_variable(port, way)?.clone();
+            let target = self.require_variable(port, way)?.clone();
             match target.causality {
                 Causality::Input => targets.push((port, way, target)),
-                _ => self.leave_out(settings, connector, "it leads to a parameter"),
+                _ => self.note_omitted_connector(settings, connector, "it leads to a parameter"),
             }
         }
         let Some((_, _, first)) = targets.first() else {
             if to.is_empty() {
-                self.leave_out(settings, connector, "it leads to nothing in the system");
+                self.note_omitted_connector(settings, connector, "it leads to nothing in the system");
             }
             return Ok(());
         };
@@ -43,51 +43,47 @@ impl Writer<'_> {
         };
         self.write_connector(settings, connector, "input", has_unit);
         if settings.unconnected {
-            self.line(format_args!("unconnected = \"start\""));
+            self.write_line(format_args!("unconnected = \"start\""));
         }
         let from = toml_string(&format!("{}.{}", settings.name, connector.name));
         for (port, way, target) in &targets {
-            let way = SignalConversion {
-                units: (None, way.units.1.clone()),
-                ..SignalConversion::clone(way)
-            };
+            let way = SignalConversion { units: (None, way.units.1.clone()), ..SignalConversion::clone(way) };
             let words = conversion_keys(&way, &own, target)?;
             let to = toml_string(&format!("{}.{}", self.names[port.component], port.variable));
-            self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+            self.write_line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         }
         Ok(())
     }
 
-    fn output(
+    fn write_output_connector(
         &mut self,
-        settings: &PartSettings,
-        Output { connector, from }: &Output,
+        settings: &SubsystemSettings,
+        SystemOutput { connector, from }: &SystemOutput,
     ) -> Result<(), Error> {
         let Some((port, way)) = from else {
-            self.leave_out(settings, connector, "no component of the system leads to it");
+            self.note_omitted_connector(settings, connector, "no component of the system leads to it");
             return Ok(());
         };
-        let source = self.find_variable(port, way)?.clone();
+        let source = self.require_variable(port, way)?.clone();
         if source.causality != Causality::Output {
-            self.leave_out(settings, connector, "it does not come from an output");
+            self.note_omitted_connector(settings, connector, "it does not come from an output");
             return Ok(());
         }
         let Some((own, has_unit)) = self.connector_variable(settings, connector, &source) else {
             return Ok(());
         };
         self.write_connector(settings, connector, "output", has_unit);
-        let way =
-            SignalConversion { units: (way.units.0.clone(), None), ..SignalConversion::clone(way) };
+        let way = SignalConversion { units: (way.units.0.clone(), None), ..SignalConversion::clone(way) };
         let words = conversion_keys(&way, &source, &own)?;
         let from = toml_string(&format!("{}.{}", self.names[port.component], port.variable));
         let to = toml_string(&format!("{}.{}", settings.name, connector.name));
-        self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        self.write_line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }
 
     /// The variable of a component at the end of a way.
-    fn find_variable(&self, port: &Port, way: &SignalConversion) -> Result<&Variable, Error> {
-        self.variable(port).ok_or_else(|| {
+    fn require_variable(&self, port: &FmuPort, way: &SignalConversion) -> Result<&Variable, Error> {
+        self.find_port_variable(port).ok_or_else(|| {
             let component = &self.system.components[port.component];
             let message = format!(
                 "expected a variable of `{}`, found `{}`, which its FMU does not have",
@@ -97,41 +93,39 @@ impl Writer<'_> {
         })
     }
 
-    fn leave_out(&mut self, settings: &PartSettings, connector: &Connector, reason: &str) {
+    fn note_omitted_connector(&mut self, settings: &SubsystemSettings, connector: &Connector, reason: &str) {
         let Connector { name, position: place, .. } = connector;
-        self.notes.push(format!(
-            "{place}: the connector `{}.{name}` is left out: {reason}",
-            settings.name
-        ));
+        self.notes.push(format!("{place}: the connector `{}.{name}` is left out: {reason}", settings.name));
     }
 
     /// The connector as a variable, and whether it has a unit of its own. What it leaves open is as in the variable that it is
     /// wired to.
     fn connector_variable(
         &mut self,
-        settings: &PartSettings,
+        settings: &SubsystemSettings,
         connector: &Connector,
         inner: &Variable,
     ) -> Option<(Variable, bool)> {
         if !connector.dimensions.is_empty() {
-            self.leave_out(settings, connector, "it is an array; connect the nodes of the system");
+            self.note_omitted_connector(
+                settings,
+                connector,
+                "it is an array; connect the nodes of the system",
+            );
             return None;
         }
         let mut own = Variable { name: connector.name.clone(), ..inner.clone() };
-        if let Some(ssp::Type::Enumeration(Some(named))) = &connector.data_type {
-            let item = |(name, value): &(String, i64)| EnumerationItem {
-                name: name.clone(),
-                value: *value,
-            };
+        if let Some(ssp::SspType::Enumeration(Some(named))) = &connector.data_type {
+            let item = |(name, value): &(String, i64)| EnumerationItem { name: name.clone(), value: *value };
             own.items = named.items.iter().map(item).collect();
         }
-        let Some(unit) = connector.unit.as_deref().filter(|_| inner.kind == Type::Real) else {
+        let Some(unit) = connector.unit.as_deref().filter(|_| inner.kind == FmiType::Real) else {
             return Some((own, false));
         };
-        match (parse_unit(unit), Unit::parse(&unit.name)) {
+        match (unit_from_ssp(unit), Unit::parse(&unit.name)) {
             (Some(defined), Ok(read)) if Unit::conversion(&defined, &read) == Some((1.0, 0.0)) => {
                 own.unit = Some(unit.name.clone());
-                own.measure_in(defined);
+                own.set_unit(defined);
                 Some((own, true))
             }
             _ => {
@@ -149,16 +143,16 @@ impl Writer<'_> {
 
     fn write_connector(
         &mut self,
-        settings: &PartSettings,
+        settings: &SubsystemSettings,
         connector: &Connector,
         kind: &str,
         has_unit: bool,
     ) {
-        self.begin(&connector.position);
+        self.map_source_position(&connector.position);
         let name = toml_string(&format!("{}.{}", settings.name, connector.name));
-        self.line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
+        self.write_line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
         if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {
-            self.line(format_args!("unit = {}", toml_string(&unit.name)));
+            self.write_line(format_args!("unit = {}", toml_string(&unit.name)));
         }
     }
 }

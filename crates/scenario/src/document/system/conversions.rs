@@ -1,14 +1,14 @@
 //! Translates the unit conversion, type conversion and transformation of an SSP connection into keys of `[[connect]]`.
 
 use diagnostics::Error;
-use fmu_import::description::{Type, Variable};
-use ssp::{SignalConversion, Transformation};
+use fmu_import::description::{FmiType, Variable};
+use ssp::{SignalConversion, ValueTransformation};
 use units::Unit;
 
 use super::error_at;
 
-fn numbers(of: Type) -> bool {
-    !matches!(of, Type::String | Type::Binary)
+fn is_numeric(of: FmiType) -> bool {
+    !matches!(of, FmiType::String | FmiType::Binary)
 }
 
 /// What stands in a connection besides its ends.
@@ -19,35 +19,33 @@ pub(super) fn conversion_keys(
 ) -> Result<String, Error> {
     let convert = match (source.kind, target.kind) {
         (a, b) if a == b => "",
-        (Type::Boolean, Type::Integer) => "\nconvert = \"boolean_to_integer\"",
-        (Type::Integer, Type::Boolean) => "\nconvert = \"integer_to_boolean\"",
-        (Type::Enumeration, Type::Integer) => "\nconvert = \"enumeration_to_integer\"",
-        (Type::Integer, Type::Enumeration) => "\nconvert = \"integer_to_enumeration\"",
-        (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
+        (FmiType::Boolean, FmiType::Integer) => "\nconvert = \"boolean_to_integer\"",
+        (FmiType::Integer, FmiType::Boolean) => "\nconvert = \"integer_to_boolean\"",
+        (FmiType::Enumeration, FmiType::Integer) => "\nconvert = \"enumeration_to_integer\"",
+        (FmiType::Integer, FmiType::Enumeration) => "\nconvert = \"integer_to_enumeration\"",
+        (FmiType::Integer, FmiType::Real) => "\nconvert = \"integer_to_real\"",
         (a, b) => {
             let message = format!("expected connectors of one type, found {a:?} and {b:?}");
             return Err(error_at(&way.position, message));
         }
     };
-    if !numbers(target.kind) {
+    if !is_numeric(target.kind) {
         return match way.transformation.is_identity() {
             true => Ok(String::new()),
-            false => {
-                Err(error_at(&way.position, "expected numbers for a transformation, found texts"))
-            }
+            false => Err(error_at(&way.position, "expected numbers for a transformation, found texts")),
         };
     }
-    let (factor, offset) = conversion(way, source, target)?;
+    let (factor, offset) = connection_unit_conversion(way, source, target)?;
     let transform = match &way.transformation {
-        Transformation::Linear { factor: f, offset: o } => {
+        ValueTransformation::Linear { factor: f, offset: o } => {
             format!("factor = {:?}, offset = {:?}", f * factor, f * offset + o)
         }
-        Transformation::Boolean(map) => {
+        ValueTransformation::Boolean(map) => {
             let number = |truth: bool| f64::from(u8::from(truth));
-            pairs(map.iter().map(|(a, b)| [number(*a), number(*b)]))
+            map_pairs_toml(map.iter().map(|(a, b)| [number(*a), number(*b)]))
         }
-        Transformation::Integer(map) => pairs(map.iter().map(|(a, b)| [*a as f64, *b as f64])),
-        Transformation::Enumeration(map) => {
+        ValueTransformation::Integer(map) => map_pairs_toml(map.iter().map(|(a, b)| [*a as f64, *b as f64])),
+        ValueTransformation::Enumeration(map) => {
             let item = |variable: &Variable, name: &str| {
                 let found = variable.items.iter().find(|item| item.name == *name);
                 found.map(|item| item.value as f64).ok_or_else(|| {
@@ -55,26 +53,26 @@ pub(super) fn conversion_keys(
                 })
             };
             let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
-            pairs(mapped.collect::<Result<Vec<_>, Error>>()?.into_iter())
+            map_pairs_toml(mapped.collect::<Result<Vec<_>, Error>>()?.into_iter())
         }
     };
     Ok(format!("\ntransform = {{ {transform} }}{convert}"))
 }
 
-fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
+fn map_pairs_toml(pairs: impl Iterator<Item = [f64; 2]>) -> String {
     let pairs: Vec<_> = pairs.map(|[from, to]| format!("[{from:?}, {to:?}]")).collect();
     format!("map = [{}]", pairs.join(", "))
 }
 
 /// The unit of a connector, or else that of the variable behind it, with a name for messages.
-pub(super) fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
+pub(super) fn connector_unit(of: Option<&ssp::SspUnit>, variable: &Variable) -> Option<(Unit, String)> {
     match of {
-        Some(unit) => Some((variable.scale(parse_unit(unit)?), unit.name.clone())),
+        Some(unit) => Some((variable.offset_free_unit(unit_from_ssp(unit)?), unit.name.clone())),
         None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
     }
 }
 
-pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
+pub(super) fn unit_from_ssp(unit: &ssp::SspUnit) -> Option<Unit> {
     let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
     let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
     // The reader of the system has refused what cannot convert.
@@ -82,21 +80,20 @@ pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
 }
 
 /// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.
-pub(super) fn conversion(
+pub(super) fn connection_unit_conversion(
     way: &SignalConversion,
     source: &Variable,
     target: &Variable,
 ) -> Result<(f64, f64), Error> {
     let same = (1.0, 0.0);
     let (from, to) = &way.units;
-    let units = (unit(from.as_deref(), source), unit(to.as_deref(), target));
+    let units = (connector_unit(from.as_deref(), source), connector_unit(to.as_deref(), target));
     let (Some((a, from)), Some((b, to))) = units else { return Ok(same) };
-    if way.suppress_unit_conversion || source.kind != Type::Real {
+    if way.suppress_unit_conversion || source.kind != FmiType::Real {
         return Ok(same);
     }
     let shifted = |unit: &Unit, it: &Variable| it.relative.unwrap_or(unit.offset) != 0.0;
-    if source.relative.is_some() != target.relative.is_some()
-        && (shifted(&a, source) || shifted(&b, target))
+    if source.relative.is_some() != target.relative.is_some() && (shifted(&a, source) || shifted(&b, target))
     {
         let (one, other) = (&source.name, &target.name);
         let message = format!(
@@ -107,8 +104,8 @@ pub(super) fn conversion(
     let found = Unit::conversion(&a, &b).ok_or_else(|| {
         let message = format!(
             "expected units of one dimension, found [{from}] ({}) and [{to}] ({}): correct one of them, or set suppressUnitConversion",
-            a.dimension(),
-            b.dimension()
+            a.dimension_text(),
+            b.dimension_text()
         );
         error_at(&way.position, message)
     })?;

@@ -22,7 +22,7 @@ impl ExperimentTime {
     }
 
     /// The value, and where it comes from if a run has it.
-    fn describe(&self, value: f64) -> String {
+    fn describe_value(&self, value: f64) -> String {
         match value == self.value {
             true => format!("{value} s ({})", self.origin),
             false => format!("{value} s"),
@@ -60,11 +60,10 @@ pub(in crate::document) fn default_experiment(
         false => ExperimentTime::new(stop, "the DefaultExperiment of the FMU"),
     };
     let stop = stop.or_else(|| latest.map(proposed));
-    let ExperimentTime { value: stop, origin } = stop.unwrap_or_else(|| {
-        ExperimentTime::new(start + 1.0, "nothing proposes a stop time after the start")
-    });
+    let ExperimentTime { value: stop, origin } = stop
+        .unwrap_or_else(|| ExperimentTime::new(start + 1.0, "nothing proposes a stop time after the start"));
     if stop <= start || !stop.is_finite() {
-        return Err(Error::input(format!(
+        return Err(Error::invalid_input(format!(
             "`{name}`: expected a stop time after the start time {start} s, found {stop} s ({origin})",
         )));
     }
@@ -77,8 +76,7 @@ pub(in crate::document) fn default_experiment(
     });
     // The difference of two decimal times has errors in its last digits.
     let part = format!("{:.12e}", duration / STEPS).parse().unwrap_or(duration / STEPS);
-    let none =
-        || ExperimentTime::new(part, format!("{STEPS} steps, since no FMU proposes one that fits"));
+    let none = || ExperimentTime::new(part, format!("{STEPS} steps, since no FMU proposes one that fits"));
     let step = step.or(shortest).unwrap_or_else(none);
     let stop = match step.value > 0.0 {
         true => start + (duration / step.value).round().max(1.0) * step.value,
@@ -90,7 +88,7 @@ pub(in crate::document) fn default_experiment(
 
 /// How a system is stepped, as far as it decides that.
 #[derive(Debug)]
-pub(in crate::document) enum Stepping {
+pub(in crate::document) enum SystemStepping {
     /// The whole scenario is made of the system.
     Whole {
         /// Its name.
@@ -108,29 +106,29 @@ pub(in crate::document) enum Stepping {
     },
 }
 
-impl Stepping {
+impl SystemStepping {
     /// The sentence about it for a run whose scenario may say otherwise.
-    pub fn describe(&self, document: &Document) -> Option<String> {
+    pub fn describe_stepping(&self, document: &Document) -> Option<String> {
         let chosen = document.coupling.algorithm;
         match self {
-            Stepping::Whole { name, times, algorithm } => {
+            SystemStepping::Whole { name, times, algorithm } => {
                 let time = document.time.as_ref()?;
                 let start = time.start.as_ref().map_or(0.0, |start| *start.get_ref());
-                let stop = times.stop.describe(*time.stop.get_ref());
-                let step = times.step.describe(*time.step.get_ref());
+                let stop = times.stop.describe_value(*time.stop.get_ref());
+                let step = times.step.describe_value(*time.step.get_ref());
                 let why = match algorithm {
                     Some((algorithm, place)) if *algorithm == chosen => format!(" ({place})"),
                     _ => String::new(),
                 };
-                let word = chosen.word();
+                let word = chosen.keyword();
                 Some(format!(
                     "the system `{name}` runs from {start} s to {stop} with the step {step}, coupled by {word}{why}; `--coupling` \
                      and a scenario that `extends` it may say otherwise"
                 ))
             }
-            Stepping::Part { times, algorithm: (written, place) } => {
-                let place = if written == chosen.word() { place } else { "" };
-                Some(format!("{times}, coupled by {}{place}", chosen.word()))
+            SystemStepping::Part { times, algorithm: (written, place) } => {
+                let place = if written == chosen.keyword() { place } else { "" };
+                Some(format!("{times}, coupled by {}{place}", chosen.keyword()))
             }
         }
     }

@@ -1,11 +1,11 @@
 //! Turns connections between parameters into start values.
 
 use diagnostics::Error;
-use fmu_import::description::{Type, Variable};
+use fmu_import::description::{FmiType, Variable};
 use fmu_import::{Causality, Value, Variability};
-use ssp::{Connection, StartValue, System};
+use ssp::{Connection, SspSystem, StartValue};
 
-use super::{conversion, error_at, toml};
+use super::{connection_unit_conversion, error_at, ssp_value_to_toml};
 
 /// Whether a variable takes its value before the run, section 5.3.2.1: what is connected to it is a start value.
 pub(super) fn is_parameter(variable: &Variable) -> bool {
@@ -27,8 +27,8 @@ fn is_fixed(source: &Variable) -> bool {
 ///
 /// # Errors
 /// When the FMU at its start computes the value: that is too late for a parameter.
-pub(super) fn value(
-    system: &System,
+pub(super) fn parameter_start_toml(
+    system: &SspSystem,
     connection: &Connection,
     source: &Variable,
     target: &Variable,
@@ -36,14 +36,13 @@ pub(super) fn value(
     let Connection { from, to, conversion: way } = connection;
     let known = is_fixed(source);
     let component = system.components.get(from.component);
-    let bound =
-        component.and_then(|it| it.start_values.iter().find(|it| it.variable == from.variable));
+    let bound = component.and_then(|it| it.start_values.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {
-        let value = super::start_number(bound, source)?;
-        return start_value(connection, value, source, target);
+        let value = super::converted_start_value(bound, source)?;
+        return converted_start_toml(connection, value, source, target);
     }
     match source.start_value().filter(|_| known) {
-        Some(value) => start_value(connection, ssp_value(&value, source), source, target),
+        Some(value) => converted_start_toml(connection, ssp_value(&value, source), source, target),
         None => Err(error_at(
             &way.position,
             format!(
@@ -54,14 +53,14 @@ pub(super) fn value(
     }
 }
 
-fn start_value(
+fn converted_start_toml(
     connection: &Connection,
-    value: ssp::Value,
+    value: ssp::SspValue,
     source: &Variable,
     target: &Variable,
 ) -> Result<String, Error> {
     let way = &connection.conversion;
-    let (factor, offset) = conversion(way, source, target)?;
+    let (factor, offset) = connection_unit_conversion(way, source, target)?;
     let start = StartValue {
         variable: connection.to.variable.clone(),
         value,
@@ -70,26 +69,26 @@ fn start_value(
         transformation: way.transformation.clone(),
         position: way.position.clone(),
     };
-    let value = start.converted(factor, offset).ok_or_else(|| {
+    let value = start.converted_value(factor, offset).ok_or_else(|| {
         error_at(&way.position, "expected a number for a conversion or transformation, found none")
     })?;
-    Ok(toml(&value, target))
+    Ok(ssp_value_to_toml(&value, target))
 }
 
 /// A value of an FMU as SSP has it: a number of an Enumeration by the name of its item.
-pub(crate) fn ssp_value(value: &Value, variable: &Variable) -> ssp::Value {
+pub(crate) fn ssp_value(value: &Value, variable: &Variable) -> ssp::SspValue {
     let item = |number: i128| {
         let mut items = variable.items.iter();
         let item = items.find(|item| i128::from(item.value) == number);
-        item.filter(|_| variable.kind == Type::Enumeration).map(|item| item.name.clone())
+        item.filter(|_| variable.kind == FmiType::Enumeration).map(|item| item.name.clone())
     };
     match value {
-        Value::Real(real) => ssp::Value::Real(*real),
+        Value::Real(real) => ssp::SspValue::Real(*real),
         Value::Integer(number) => {
-            item(*number).map_or(ssp::Value::Integer(*number), ssp::Value::Enumeration)
+            item(*number).map_or(ssp::SspValue::Integer(*number), ssp::SspValue::Enumeration)
         }
-        Value::Boolean(truth) => ssp::Value::Boolean(*truth),
-        Value::String(text) => ssp::Value::String(text.clone()),
-        Value::Binary(bytes) => ssp::Value::Binary(bytes.clone()),
+        Value::Boolean(truth) => ssp::SspValue::Boolean(*truth),
+        Value::String(text) => ssp::SspValue::String(text.clone()),
+        Value::Binary(bytes) => ssp::SspValue::Binary(bytes.clone()),
     }
 }

@@ -7,10 +7,10 @@ use std::sync::Mutex;
 use diagnostics::{Error, Spanned};
 use fmu_import::call_plugin;
 use plugin::{OwnedInputSignal, Plugin};
-use python::analysis::Script;
+use python::analysis::AnalysisScript;
 
 use crate::build_request::BuildRequest;
-use crate::document::{Aliases, Analysis, Scenario};
+use crate::document::{Analysis, Scenario, SignalAliases};
 use crate::plan::Analyser;
 
 /// Who does an analysis, and what it wants.
@@ -23,7 +23,7 @@ pub(super) struct LoadedAnalyser {
 
 impl LoadedAnalyser {
     /// The plugin, if it is one.
-    pub fn plugin(&self) -> Option<&Plugin> {
+    pub fn as_plugin(&self) -> Option<&Plugin> {
         match &self.analyser {
             Analyser::Plugin(plugin) => Some(plugin),
             Analyser::Python(_) | Analyser::Manoeuvre(_) => None,
@@ -31,64 +31,62 @@ impl LoadedAnalyser {
     }
 }
 
-pub(super) fn load(
+pub(super) fn load_analyser(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
-    aliases: Option<&Aliases>,
+    aliases: Option<&SignalAliases>,
 ) -> Result<LoadedAnalyser, Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (None, None, _) if analysis.example.is_none() && analysis.python.is_some() => {
-            let word = analysis.python.as_ref().ok_or_else(Error::follow_up)?;
-            return script(scenario, analysis, aliases, word);
+            let word = analysis.python.as_ref().ok_or_else(Error::already_reported)?;
+            return load_script(scenario, analysis, aliases, word);
         }
-        _ if analysis.python.is_some() => return Err(ambiguous(scenario, analysis)),
-        (Some(path), None, _) if analysis.example.is_none() => {
-            (path, scenario.source.resolve(path))
-        }
+        _ if analysis.python.is_some() => return Err(ambiguous_analyser_error(scenario, analysis)),
+        (Some(path), None, _) if analysis.example.is_none() => (path, scenario.source.resolve_path(path)),
         (None, Some(package), Some(product)) => match plugins.get(&product) {
             Some(path) => (package, path.clone()),
             // Whoever builds it has told why there is none.
-            None => return Err(Error::follow_up()),
+            None => return Err(Error::already_reported()),
         },
-        _ => return Err(ambiguous(scenario, analysis)),
+        _ => return Err(ambiguous_analyser_error(scenario, analysis)),
     };
-    let path = absolute(&path);
+    let path = absolute_path(&path);
     let who = format!("the plugin {}", path.display());
     let loaded = call_plugin(&who, c"loading its library", || Plugin::load(&path));
-    let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
-    let needs = plugin.inputs().to_vec();
+    let plugin = loaded.map_err(|error| scenario.error_at(word, error.to_string()))?;
+    let needs = plugin.input_signals().to_vec();
     Ok(LoadedAnalyser { analyser: Analyser::Plugin(plugin), path, needs })
 }
 
-fn ambiguous(scenario: &Scenario, analysis: &Analysis) -> Error {
+fn ambiguous_analyser_error(scenario: &Scenario, analysis: &Analysis) -> Error {
     let name = analysis.name.get_ref();
     let message = format!(
         "the analysis `{name}` needs either `path` or `crate` or `python`, and `example` goes with `crate`"
     );
-    scenario.error(&analysis.name, message)
+    scenario.error_at(&analysis.name, message)
 }
 
 /// A path without a folder would be looked up among the libraries of the system.
-fn absolute(path: &Path) -> PathBuf {
+fn absolute_path(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Loads a script, which takes the signals that it lists, or any.
-fn script(
+fn load_script(
     scenario: &Scenario,
     analysis: &Analysis,
-    aliases: Option<&Aliases>,
+    aliases: Option<&SignalAliases>,
     word: &Spanned<String>,
 ) -> Result<LoadedAnalyser, Error> {
-    let path = absolute(&scenario.source.resolve(word));
+    let path = absolute_path(&scenario.source.resolve_path(word));
     if !path.is_file() {
         let message = format!("expected a Python script, and {} is no file", path.display());
-        return Err(scenario.error(word, message));
+        return Err(scenario.error_at(word, message));
     }
-    let loaded = Script::load(&path).map_err(|failure| {
-        let error = scenario.error(word, format!("the script does not load: {failure}"));
-        error.help("another Python is named by the environment variable TRACKSIDE_PYTHON")
+    let loaded = AnalysisScript::load_script(&path).map_err(|failure| {
+        let error = scenario.error_at(word, format!("the script does not load: {failure}"));
+        error.with_help("another Python is named by the environment variable TRACKSIDE_PYTHON")
     })?;
     let need = |name: &str, unit: &str, required| OwnedInputSignal {
         name: name.to_owned(),
@@ -100,7 +98,7 @@ fn script(
         Some(units) => units.iter().map(|(name, unit)| need(name, unit, true)).collect(),
         None => {
             let columns = analysis.table.iter().flat_map(|table| table.columns.keys());
-            let aliases = aliases.into_iter().flat_map(Aliases::names);
+            let aliases = aliases.into_iter().flat_map(SignalAliases::alias_names);
             let aliases = aliases.filter(|name| name.get_ref() != "time");
             let given = analysis.signals.keys().chain(columns).chain(aliases);
             let given: BTreeSet<&String> = given.map(Spanned::get_ref).collect();

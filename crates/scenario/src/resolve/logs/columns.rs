@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::suggest::shortened;
-use diagnostics::{Error, Mistakes, Source, Spanned};
+use diagnostics::suggest::join_shortened;
+use diagnostics::{Error, ErrorCollector, SourceFiles, Spanned};
 use recording::table::TableError;
 
 use super::{AliasRequest, LogReader, look_up_columns};
-use crate::document::{Aliases, Column};
+use crate::document::{Column, SignalAliases};
 
 /// A column that is read, with the words about it.
 pub struct LogColumnRequest {
@@ -17,14 +17,14 @@ pub struct LogColumnRequest {
     pub name: String,
     pub column: Column,
     /// The file that these words stand in.
-    pub source: Arc<Source>,
+    pub source: Arc<SourceFiles>,
 }
 
 /// The time and the columns of a file. Words stand in the scenario or in the aliases.
 pub struct ColumnSelection {
     pub entries: Vec<LogColumnRequest>,
-    pub time: Option<(Arc<Source>, Spanned<String>)>,
-    pub time_unit: Option<(Arc<Source>, Spanned<String>)>,
+    pub time: Option<(Arc<SourceFiles>, Spanned<String>)>,
+    pub time_unit: Option<(Arc<SourceFiles>, Spanned<String>)>,
 }
 
 /// The alias that is the time where the scenario names none.
@@ -35,12 +35,12 @@ struct ColumnLookup(HashMap<String, Result<(), TableError>>);
 
 impl ColumnLookup {
     /// Whether the file has the column; that there are several of one name is told when it is read.
-    fn has(&self, name: &str) -> bool {
+    fn has_column(&self, name: &str) -> bool {
         !matches!(self.0.get(name), None | Some(Err(TableError::MissingColumn { .. })))
     }
 
     /// The columns of the file that are close to a name, or all of them.
-    fn close(&self, names: &[&str]) -> Option<String> {
+    fn describe_close_columns(&self, names: &[&str]) -> Option<String> {
         let missing = |name: &&str| match self.0.get(*name) {
             Some(Err(TableError::MissingColumn { hint, present, .. })) => Some((hint, present)),
             _ => None,
@@ -49,7 +49,7 @@ impl ColumnLookup {
         let hints = found.iter().filter_map(|(hint, _)| hint.as_deref());
         match hints.collect::<Vec<_>>() {
             hints if !hints.is_empty() => Some(hints.join(" ")),
-            _ => Some(format!("the file has {}", shortened(found.first()?.1))),
+            _ => Some(format!("the file has {}", join_shortened(found.first()?.1))),
         }
     }
 }
@@ -72,7 +72,7 @@ pub fn select_columns(
     let Some(aliases) = aliases else {
         if file.columns.is_empty() {
             let message = "expected `columns`, or a file of `aliases`, for this file";
-            return Err(scenario.error(word, message));
+            return Err(scenario.error_at(word, message));
         }
         return Ok(ColumnSelection {
             entries: file.columns.iter().map(plain).collect(),
@@ -87,31 +87,29 @@ pub fn select_columns(
             missing_column(aliases, wanted, &tried, &lookup, path)
         })
     });
-    let mut entries = Mistakes::all(named)?;
+    let mut entries = ErrorCollector::collect_all(named)?;
     let asked = requested_aliases(reader, aliases).into_iter().filter_map(|(name, needed)| {
         let (source, name) = (Arc::clone(&aliases.source), name.get_ref().clone());
-        match alias(aliases, &name, &lookup)? {
+        match find_alias_column(aliases, &name, &lookup)? {
             Ok(column) => Some(Ok(LogColumnRequest { name, column: column.clone(), source })),
-            Err(tried) if needed => {
-                Some(Err(missing_column(aliases, &name, &tried, &lookup, path)))
-            }
+            Err(tried) if needed => Some(Err(missing_column(aliases, &name, &tried, &lookup, path))),
             Err(_) => None,
         }
     });
-    entries.extend(Mistakes::all(asked)?);
+    entries.extend(ErrorCollector::collect_all(asked)?);
     // As without aliases: the columns in the order of their names.
     entries.sort_by(|a, b| a.name.cmp(&b.name));
-    let (time, time_unit) = time(reader, aliases, &lookup, path)?;
+    let (time, time_unit) = time_column_and_unit(reader, aliases, &lookup, path)?;
     if entries.is_empty() {
-        let names: Vec<&str> = aliases.names().map(|it| it.get_ref().as_str()).collect();
+        let names: Vec<&str> = aliases.alias_names().map(|it| it.get_ref().as_str()).collect();
         let message = format!(
             "{} has no column of the aliases that are asked for; there are aliases for {}",
             path.display(),
-            shortened(&names)
+            join_shortened(&names)
         );
         return Err(scenario
-            .error(word, message)
-            .hint(lookup.close(&aliases.columns().collect::<Vec<_>>())));
+            .error_at(word, message)
+            .with_optional_help(lookup.describe_close_columns(&aliases.column_names().collect::<Vec<_>>())));
     }
     Ok(ColumnSelection { entries, time, time_unit })
 }
@@ -119,15 +117,17 @@ pub fn select_columns(
 /// The column that the scenario names: one of the file, or of an alias. Of neither, reading the file tells what it has.
 fn resolve_alias<'a>(
     entry: LogColumnRequest,
-    aliases: &'a Aliases,
+    aliases: &'a SignalAliases,
     lookup: &ColumnLookup,
 ) -> Result<LogColumnRequest, Vec<&'a str>> {
     let own = &entry.column;
     let wanted = own.column.get_ref();
-    if lookup.has(wanted) {
+    if lookup.has_column(wanted) {
         return Ok(entry);
     }
-    let Some(found) = alias(aliases, wanted, lookup).transpose()? else { return Ok(entry) };
+    let Some(found) = find_alias_column(aliases, wanted, lookup).transpose()? else {
+        return Ok(entry);
+    };
     Ok(match own.has_conversion() {
         true => LogColumnRequest { column: own.with_alias(found), ..entry },
         false => LogColumnRequest {
@@ -141,13 +141,13 @@ fn resolve_alias<'a>(
 /// Looks up all names that may be columns.
 fn look_up_names(
     reader: &LogReader,
-    aliases: &Aliases,
+    aliases: &SignalAliases,
     word: &Spanned<String>,
     path: &Path,
 ) -> Result<ColumnLookup, Error> {
     let columns = reader.file.columns.values();
     let mut names: Vec<&str> = columns.map(|it| it.get_ref().column.get_ref().as_str()).collect();
-    names.extend(aliases.columns());
+    names.extend(aliases.column_names());
     names.extend(reader.file.time.map(|time| time.get_ref().as_str()));
     names.sort_unstable();
     names.dedup();
@@ -156,39 +156,35 @@ fn look_up_names(
 }
 
 /// The first column of an alias that the file has, or all that were tried; nothing without such an alias.
-fn alias<'a>(
-    aliases: &'a Aliases,
+fn find_alias_column<'a>(
+    aliases: &'a SignalAliases,
     name: &str,
     lookup: &ColumnLookup,
 ) -> Option<Result<&'a Column, Vec<&'a str>>> {
-    let (_, list) = aliases.get(name)?;
-    let found = list.iter().find(|column| lookup.has(column.column.get_ref()));
+    let (_, list) = aliases.find_alias(name)?;
+    let found = list.iter().find(|column| lookup.has_column(column.column.get_ref()));
     Some(found.ok_or_else(|| list.iter().map(|it| it.column.get_ref().as_str()).collect()))
 }
 
 /// The error at an alias of which a file has no column.
 fn missing_column(
-    aliases: &Aliases,
+    aliases: &SignalAliases,
     name: &str,
     tried: &[&str],
     lookup: &ColumnLookup,
     path: &Path,
 ) -> Error {
     let quoted: Vec<String> = tried.iter().map(|it| format!("`{it}`")).collect();
-    let message =
-        format!("{} has none of the columns of `{name}`: {}", path.display(), quoted.join(", "));
-    let span = aliases.get(name).map_or(0..0, |(name, _)| name.span());
-    aliases.source.error(span, message, "").hint(lookup.close(tried))
+    let message = format!("{} has none of the columns of `{name}`: {}", path.display(), quoted.join(", "));
+    let span = aliases.find_alias(name).map_or(0..0, |(name, _)| name.span());
+    aliases.source.error_at(span, message, "").with_optional_help(lookup.describe_close_columns(tried))
 }
 
 /// The aliases that are asked for, each with whether it must be there.
-fn requested_aliases<'a>(
-    reader: &LogReader,
-    aliases: &'a Aliases,
-) -> Vec<(&'a Spanned<String>, bool)> {
+fn requested_aliases<'a>(reader: &LogReader, aliases: &'a SignalAliases) -> Vec<(&'a Spanned<String>, bool)> {
     let columns = reader.file.columns;
     let is_named = |name: &str| columns.keys().any(|it| it.get_ref() == name);
-    let names = aliases.names().filter(|name| !is_named(name.get_ref()));
+    let names = aliases.alias_names().filter(|name| !is_named(name.get_ref()));
     match reader.request {
         AliasRequest::All if !columns.is_empty() => Vec::new(),
         AliasRequest::All => {
@@ -205,22 +201,22 @@ fn requested_aliases<'a>(
 }
 
 /// A word, with the file that it stands in.
-type SourceWord = Option<(Arc<Source>, Spanned<String>)>;
+type LocatedWord = Option<(Arc<SourceFiles>, Spanned<String>)>;
 
 /// The column of the time and its unit: what the scenario names, or an alias.
-fn time(
+fn time_column_and_unit(
     reader: &LogReader,
-    aliases: &Aliases,
+    aliases: &SignalAliases,
     lookup: &ColumnLookup,
     path: &Path,
-) -> Result<(SourceWord, SourceWord), Error> {
+) -> Result<(LocatedWord, LocatedWord), Error> {
     let own = |word: &Spanned<String>| (Arc::new(reader.scenario.source.clone()), word.clone());
     let (words, unit) = (reader.file.time, reader.file.time_unit.map(own));
     let name = words.map_or(TIME, |word| word.get_ref());
-    if words.is_some_and(|word| lookup.has(word.get_ref())) {
+    if words.is_some_and(|word| lookup.has_column(word.get_ref())) {
         return Ok((words.map(own), unit));
     }
-    match alias(aliases, name, lookup) {
+    match find_alias_column(aliases, name, lookup) {
         None => Ok((words.map(own), unit)),
         // A log may have a time of its own.
         Some(Err(_)) if words.is_none() => Ok((None, unit)),

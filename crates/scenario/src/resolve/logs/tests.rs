@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use diagnostics::{Error, PrintableError, Source};
+use diagnostics::{Error, PrintableError, SourceFiles};
 use plugin::OwnedInputSignal;
 
-use super::{AliasRequest, Log, aliases, read, read_for_playback};
+use super::{AliasRequest, RecordedLog, read_aliases, read_for_playback, read_log_numbers};
 use crate::document::Scenario;
 
 const ALIASES: &str = "# of the season
@@ -33,20 +33,19 @@ impl Folder {
 
     /// A scenario with these words of `[analysis.table]`.
     fn scenario(&self, words: &str) -> Scenario {
-        let text =
-            format!("[[analysis]]\nname = \"a\"\ncrate = \"c\"\n[analysis.table]\n{words}\n");
+        let text = format!("[[analysis]]\nname = \"a\"\ncrate = \"c\"\n[analysis.table]\n{words}\n");
         let path = self.path().join("case.toml");
         std::fs::write(&path, text).expect("it can be written");
-        let source = Source::read(&path).expect("it is there");
+        let source = SourceFiles::read_main_file(&path).expect("it is there");
         Scenario::from_recording("case", source).expect("a scenario")
     }
 
-    fn read(&self, words: &str) -> Result<(Log, Vec<String>), Error> {
+    fn read(&self, words: &str) -> Result<(RecordedLog, Vec<String>), Error> {
         let scenario = self.scenario(words);
         let table = scenario.document.analysis[0].table.as_ref().expect("a table");
-        let known = aliases(&scenario, table.file())?;
+        let known = read_aliases(&scenario, table.file())?;
         let mut warnings = Vec::new();
-        let log = read(
+        let log = read_log_numbers(
             &scenario,
             table.file(),
             known.as_ref(),
@@ -58,7 +57,7 @@ impl Folder {
 
     fn error(&self, words: &str) -> String {
         let error = self.read(words).err().expect("it is wrong");
-        let shown = format!("{:?}", miette::Report::new(PrintableError::of(&error)));
+        let shown = format!("{:?}", miette::Report::new(PrintableError::from_error(&error)));
         // Without the breaks of its lines.
         shown.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
     }
@@ -75,11 +74,9 @@ fn needs() -> Vec<OwnedInputSignal> {
 }
 
 /// Names, units and values.
-fn shown(log: &Log) -> Vec<(String, Option<String>, Vec<f64>)> {
+fn shown(log: &RecordedLog) -> Vec<(String, Option<String>, Vec<f64>)> {
     let columns = log.columns.iter().enumerate();
-    columns
-        .map(|(k, it)| (it.name.clone(), it.unit.clone(), log.table.column(k).to_vec()))
-        .collect()
+    columns.map(|(k, it)| (it.name.clone(), it.unit.clone(), log.table.column_values(k).to_vec())).collect()
 }
 
 #[test]
@@ -145,17 +142,17 @@ fn logs_follow_one_another_in_the_units_of_the_first_one() {
     let words = "path = [\"a.csv\", \"b.csv\", \"a.csv\"]\naliases = \"aliases.toml\"";
     let (mut log, warnings) = folder.read(words).expect("a log");
     assert_eq!(shown(&log).len(), 1);
-    assert_eq!(log.table.column(0), [36.0, 72.0, 36.0, 72.0, 36.0, 72.0]);
-    assert_eq!(log.table.times(), [[0.0, 1.0, 11.0, 11.5, 21.5, 22.5]]);
+    assert_eq!(log.table.column_values(0), [36.0, 72.0, 36.0, 72.0, 36.0, 72.0]);
+    assert_eq!(log.table.clock_times(), [[0.0, 1.0, 11.0, 11.5, 21.5, 22.5]]);
     assert!(warnings[0].contains("`a_y` is left out: b.csv has no column for it"), "{warnings:?}");
     log.table.number_logs("log");
-    assert_eq!(log.table.column(1), [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
+    assert_eq!(log.table.column_values(1), [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     let error = folder.error("path = [\"a.csv\", \"c.csv\"]\naliases = \"aliases.toml\"");
     assert!(error.contains("`v_x` is in [km/h] in a.csv and in [N] in c.csv"), "{error}");
     let empty = folder.error("path = []\ncolumns = { v_x = \"v\" }");
     assert!(empty.contains("expected at least one log"), "{empty}");
     let origin = folder.read(&format!("{words}\norigin = 4.0")).expect("a log").0;
-    assert_eq!(origin.table.times()[0][..3], [1.0, 2.0, 12.0]);
+    assert_eq!(origin.table.clock_times()[0][..3], [1.0, 2.0, 12.0]);
 }
 
 #[test]
@@ -165,15 +162,10 @@ fn a_table_that_is_played_back_takes_all_aliases_of_its_file() {
     let played = |path: &str| {
         let file = folder.path().join("case.toml");
         std::fs::write(&file, text.replace("PATH", path)).expect("it can be written");
-        let source = Source::read(&file).expect("it is there");
+        let source = SourceFiles::read_main_file(&file).expect("it is there");
         let scenario = Scenario::from_recording("case", source).expect("a scenario");
         let words = scenario.document.table[0].file();
-        read_for_playback(
-            &scenario,
-            words,
-            &|_, _| recording::table::ColumnType::Number,
-            &mut Vec::new(),
-        )
+        read_for_playback(&scenario, words, &|_, _| recording::table::ColumnType::Number, &mut Vec::new())
     };
     let log = played("\"b.csv\"").expect("a log");
     let names: Vec<String> = shown(&log).into_iter().map(|it| it.0).collect();

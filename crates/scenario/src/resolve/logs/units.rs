@@ -1,11 +1,11 @@
 //! Reconciles the units of columns: of the scenario with those of the file, and among several files that are joined.
 
 use diagnostics::Error;
-use recording::table::Table;
+use recording::table::TimeSeriesTable;
 use units::Unit;
 
 use super::columns::LogColumnRequest;
-use super::{Log, LogColumn, TableFile, set_origin};
+use super::{LogColumn, RecordedLog, TableFile, set_origin};
 use crate::document::Scenario;
 
 /// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
@@ -26,11 +26,10 @@ pub fn reconcile_unit(
             Ok(Some(written.clone()))
         }
         Some((recorded, Ok(unit))) if unit != known => {
-            let message =
-                format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");
+            let message = format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");
             let help = "leave `unit` out: the recording's is taken, and connections convert; if the file is wrong, \
                         correct its values by a `gain`";
-            Err(source.error(word.span(), message, "").help(help))
+            Err(source.error_at(word.span(), message, "").with_help(help))
         }
         _ => Ok(Some(written.clone())),
     }
@@ -40,19 +39,17 @@ pub fn reconcile_unit(
 pub fn unknown_unit_note(column: &str, recorded: Option<&str>, path: &str) -> Option<String> {
     let unit = recorded.filter(|it| Unit::parse(it).is_err())?;
     let cure = "say its `unit`, with a `gain` if there is none like it";
-    Some(format!(
-        "`{column}` of {path} is in [{unit}], which is no known unit and counts as none: {cure}"
-    ))
+    Some(format!("`{column}` of {path} is in [{unit}], which is no known unit and counts as none: {cure}"))
 }
 
 /// Joins logs to one: columns that each of them has, in the units of the first one.
 pub fn join_logs(
     scenario: &Scenario,
     file: TableFile,
-    logs: Vec<Log>,
+    logs: Vec<RecordedLog>,
     warnings: &mut Vec<String>,
-) -> Result<Log, Error> {
-    let has = |log: &Log, name: &str| log.columns.iter().any(|it| it.name == name);
+) -> Result<RecordedLog, Error> {
+    let has = |log: &RecordedLog, name: &str| log.columns.iter().any(|it| it.name == name);
     let in_all = |name: &str| logs.iter().all(|log| has(log, name));
     let lost = logs.iter().flat_map(|log| &log.columns).filter(|it| !in_all(&it.name));
     let mut lost: Vec<String> = lost.map(|it| it.name.clone()).collect();
@@ -65,31 +62,31 @@ pub fn join_logs(
     }
     let mut columns: Vec<LogColumn> = Vec::new();
     let mut tables = Vec::new();
-    for Log { mut table, columns: mut own } in logs {
+    for RecordedLog { mut table, columns: mut own } in logs {
         let kept: Vec<usize> = (0..own.len()).filter(|it| !lost.contains(&own[*it].name)).collect();
-        table.keep(&kept);
+        table.retain_columns(&kept);
         own.retain(|it| !lost.contains(&it.name));
         if columns.is_empty() {
             columns = own;
         } else {
             for (index, (first, this)) in columns.iter().zip(&own).enumerate() {
-                if let Some((factor, offset)) = conversion(first, this)? {
-                    table.convert(index, factor, offset);
+                if let Some((factor, offset)) = conversion_to_first_log(first, this)? {
+                    table.scale_column(index, factor, offset);
                 }
             }
         }
         tables.push(table);
     }
-    let mut table = Table::join(tables).ok_or_else(|| {
-        let path = scenario.source.path().display();
-        Error::input(format!("{path}: expected at least one log in `path`, found an empty list"))
+    let mut table = TimeSeriesTable::concatenate(tables).ok_or_else(|| {
+        let path = scenario.source.main_path().display();
+        Error::invalid_input(format!("{path}: expected at least one log in `path`, found an empty list"))
     })?;
     set_origin(scenario, file, &mut table)?;
-    Ok(Log { table, columns })
+    Ok(RecordedLog { table, columns })
 }
 
 /// Factor and offset to the unit of the same column in the first log.
-fn conversion(first: &LogColumn, this: &LogColumn) -> Result<Option<(f64, f64)>, Error> {
+fn conversion_to_first_log(first: &LogColumn, this: &LogColumn) -> Result<Option<(f64, f64)>, Error> {
     if first.unit == this.unit {
         return Ok(None);
     }
@@ -112,7 +109,7 @@ fn conversion(first: &LogColumn, this: &LogColumn) -> Result<Option<(f64, f64)>,
             this.path
         );
         this.source
-            .error(this.column.column.span(), message, "")
-            .help("say its `unit` where a file has none or a wrong one")
+            .error_at(this.column.column.span(), message, "")
+            .with_help("say its `unit` where a file has none or a wrong one")
     })
 }

@@ -1,23 +1,21 @@
 //! Resolves an entry of `[[sweep.vary]]` to an axis of levels or a distribution.
 
-use diagnostics::{Error, Mistakes, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned};
 
 use super::super::samples;
 use crate::document::{Design, Lognormal, Normal, Range, Scenario, Sweep, TruncatedNormal, Vary};
-use crate::plan::{Axis, AxisValues};
+use crate::plan::{AxisValues, SweepAxis};
 
 /// The most values of one name.
 const MOST_LEVELS: u32 = 1_000_000;
 
 /// What one entry varies.
-pub(super) fn axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> Result<Axis, Error> {
+pub(super) fn resolve_axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> Result<SweepAxis, Error> {
     let name = vary.name.get_ref();
-    let values = values(scenario, vary)?;
-    let wrong = |message: &str| Err(scenario.error(&vary.name, format!("`{name}`: {message}")));
-    let is_discrete =
-        matches!(values, AxisSource::Single(AxisValues::Levels(_)) | AxisSource::Joint(_));
-    let bounded =
-        matches!(values, AxisSource::Single(AxisValues::Uniform(_) | AxisValues::Truncated(_)));
+    let values = axis_values(scenario, vary)?;
+    let wrong = |message: &str| Err(scenario.error_at(&vary.name, format!("`{name}`: {message}")));
+    let is_discrete = matches!(values, AxisSource::Single(AxisValues::Levels(_)) | AxisSource::Joint(_));
+    let bounded = matches!(values, AxisSource::Single(AxisValues::Uniform(_) | AxisValues::Truncated(_)));
     match sweep.design {
         Design::Grid if sweep.search.is_none() && !is_discrete => {
             return wrong(
@@ -36,12 +34,10 @@ pub(super) fn axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> Result<Ax
     match values {
         AxisSource::Joint(axis) if unit.is_none() && vary.also.is_empty() => Ok(axis),
         AxisSource::Joint(_) => wrong("draws have their names and units in the file"),
-        AxisSource::Single(AxisValues::Levels(levels)) if name == "seed" && !seeds(&levels) => {
+        AxisSource::Single(AxisValues::Levels(levels)) if name == "seed" && !are_all_seeds(&levels) => {
             wrong("expected whole numbers from 0 on")
         }
-        AxisSource::Single(values)
-            if name == "seed" && !matches!(values, AxisValues::Levels(_)) =>
-        {
+        AxisSource::Single(values) if name == "seed" && !matches!(values, AxisValues::Levels(_)) => {
             wrong("a seed is a whole number: give it `values` or a `range`")
         }
         AxisSource::Single(_) if name != "seed" && !name.contains('.') => {
@@ -57,23 +53,23 @@ pub(super) fn axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> Result<Ax
                 }
                 other => other,
             };
-            Ok(Axis { units: vec![unit; names.len()], is_joint: false, names, values })
+            Ok(SweepAxis { units: vec![unit; names.len()], is_joint: false, names, values })
         }
     }
 }
 
 /// Whether all are seeds. The table has them as integers of 64 bits with a sign.
-fn seeds(levels: &[Vec<String>]) -> bool {
+fn are_all_seeds(levels: &[Vec<String>]) -> bool {
     levels.iter().flatten().all(|text| text.parse::<i64>().is_ok_and(|seed| seed >= 0))
 }
 
 /// The values of one name, or those of several that are drawn together.
 enum AxisSource {
     Single(AxisValues),
-    Joint(Axis),
+    Joint(SweepAxis),
 }
 
-fn values(scenario: &Scenario, vary: &Vary) -> Result<AxisSource, Error> {
+fn axis_values(scenario: &Scenario, vary: &Vary) -> Result<AxisSource, Error> {
     let name = vary.name.get_ref();
     let Vary { values, range, uniform, normal, lognormal, truncated, draws, .. } = vary;
     let given = [
@@ -89,43 +85,37 @@ fn values(scenario: &Scenario, vary: &Vary) -> Result<AxisSource, Error> {
         let message = format!(
             "`{name}` needs one of `values`, `range`, `uniform`, `normal`, `lognormal`, `truncated` and `draws`"
         );
-        return Err(scenario.error(&vary.name, message));
+        return Err(scenario.error_at(&vary.name, message));
     }
     if let Some(file) = draws {
         return samples::posterior_samples(scenario, name, file).map(AxisSource::Joint);
     }
     if let Some(list) = values {
-        let texts = list.get_ref().iter().map(|value| level(scenario, value));
-        let texts = Mistakes::all(texts)?;
+        let texts = list.get_ref().iter().map(|value| level_text(scenario, value));
+        let texts = ErrorCollector::collect_all(texts)?;
         if texts.is_empty() {
-            return Err(scenario.error(list, format!("`{name}` has no values")));
+            return Err(scenario.error_at(list, format!("`{name}` has no values")));
         }
-        return Ok(AxisSource::Single(AxisValues::Levels(
-            texts.into_iter().map(|it| vec![it]).collect(),
-        )));
+        return Ok(AxisSource::Single(AxisValues::Levels(texts.into_iter().map(|it| vec![it]).collect())));
     }
     let wrong = |word: std::ops::Range<usize>, expected: &str| {
-        scenario.source.error(word, format!("`{name}`: expected {expected}"), "")
+        scenario.source.error_at(word, format!("`{name}`: expected {expected}"), "")
     };
     let values = match (range, uniform, normal, lognormal, truncated) {
-        (Some(word), ..) => range_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (Some(word), ..) => evenly_spaced_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
         (_, Some(word), ..) => {
             let [low, high] = *word.get_ref();
             uniform_values(low, high).map_err(|it| wrong(word.span(), it))
         }
-        (_, _, Some(word), ..) => {
-            normal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it))
-        }
-        (.., Some(word), _) => {
-            lognormal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it))
-        }
+        (_, _, Some(word), ..) => normal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (.., Some(word), _) => lognormal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
         (.., Some(word)) => truncated_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        _ => Err(Error::follow_up()),
+        _ => Err(Error::already_reported()),
     };
     values.map(AxisSource::Single)
 }
 
-fn range_values(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> {
+fn evenly_spaced_values(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> {
     if !(from.is_finite() && to.is_finite() && (1..=MOST_LEVELS).contains(&count)) {
         return Err("finite numbers, and a count from 1 to 1,000,000");
     }
@@ -169,16 +159,15 @@ fn truncated_values(
 }
 
 /// A value as `--set` takes it.
-fn level(scenario: &Scenario, value: &Spanned<toml::Value>) -> Result<String, Error> {
+fn level_text(scenario: &Scenario, value: &Spanned<toml::Value>) -> Result<String, Error> {
     match value.get_ref() {
         toml::Value::String(text) => Ok(text.clone()),
         toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) => {
             Ok(value.get_ref().to_string())
         }
         other => {
-            let message =
-                format!("expected a number, a text, true or false, found {}", other.type_str());
-            Err(scenario.error(value, message))
+            let message = format!("expected a number, a text, true or false, found {}", other.type_str());
+            Err(scenario.error_at(value, message))
         }
     }
 }

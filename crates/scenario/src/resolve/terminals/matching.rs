@@ -17,7 +17,7 @@ pub(super) struct MemberPair<'a> {
 ///
 /// # Errors
 /// When a rule of one of them is not kept, or not known.
-pub(super) fn pairs<'a>(
+pub(super) fn add_member_pairs<'a>(
     terminals: [&'a Terminal; 2],
     names: &[String; 2],
     found: &mut Vec<MemberPair<'a>>,
@@ -40,23 +40,18 @@ pub(super) fn pairs<'a>(
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.members.iter().enumerate();
-        all.map(|(index, it)| (key(by_order[0], index, it.name.as_deref()), it)).collect()
+        all.map(|(index, it)| (member_key(by_order[0], index, it.name.as_deref()), it)).collect()
     };
     let optional = [a, b].iter().any(|terminal| terminal.rule == MatchingRule::Bus);
     for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "member")? {
         let inverted = are_inverted([&one.kind, &other.kind])
             .map_err(|what| format!("`{}` and `{}` {what}", one.variable, other.variable))?;
         let name = one.name.as_deref().unwrap_or(&one.variable);
-        found.push(MemberPair {
-            name,
-            variables: [&one.variable, &other.variable],
-            inverted,
-            optional,
-        });
+        found.push(MemberPair { name, variables: [&one.variable, &other.variable], inverted, optional });
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.streams.iter().enumerate();
-        all.map(|(index, it)| (key(by_order[0], index, Some(&it.names[1])), it)).collect()
+        all.map(|(index, it)| (member_key(by_order[0], index, Some(&it.names[1])), it)).collect()
     };
     for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "stream")? {
         for side in [0, 1] {
@@ -66,17 +61,17 @@ pub(super) fn pairs<'a>(
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.terminals.iter().enumerate();
-        all.map(|(index, it)| (key(by_order[0], index, Some(&it.name)), it)).collect()
+        all.map(|(index, it)| (member_key(by_order[0], index, Some(&it.name)), it)).collect()
     };
     for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "terminal")? {
         let names = [format!("{}.{}", names[0], one.name), format!("{}.{}", names[1], other.name)];
-        pairs([one, other], &names, found)?;
+        add_member_pairs([one, other], &names, found)?;
     }
     Ok(())
 }
 
 /// What a member is found by: its index, or its name.
-fn key(by_order: bool, index: usize, name: Option<&str>) -> String {
+fn member_key(by_order: bool, index: usize, name: Option<&str>) -> String {
     if by_order { (index + 1).to_string() } else { name.unwrap_or_default().to_owned() }
 }
 
@@ -109,9 +104,9 @@ fn are_inverted(kinds: [&MemberKind; 2]) -> Result<bool, String> {
     match kinds {
         [Signal, Signal] | [Inflow, Outflow] | [Outflow, Inflow] => Ok(false),
         [Inflow, Inflow] | [Outflow, Outflow] => Ok(true),
-        [Other(a), Other(b)] if a == b => Err(format!(
-            "are of the kind `{a}`, and only `signal`, `inflow` and `outflow` are known"
-        )),
+        [Other(a), Other(b)] if a == b => {
+            Err(format!("are of the kind `{a}`, and only `signal`, `inflow` and `outflow` are known"))
+        }
         [a, b] => Err(format!("are of different kinds: `{a}` and `{b}`")),
     }
 }

@@ -6,11 +6,11 @@
 //! those before have their most probable values. What this leaves, and the curve's bend over S_h, are weights of the draws.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use numerics::student::Student;
+use numerics::student::TruncatedStudent;
 use rand::Rng;
 
 use crate::compressed::CompressedSamples;
-use crate::kernel::{shapes, shapes_and_slopes};
+use crate::kernel::{shape_sums, shapes_and_slopes};
 use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 
@@ -25,7 +25,7 @@ const COUNT: usize = 3;
 const COLLINEAR: f64 = 1e-9;
 
 /// The data, as weights of h, the curve for D = 1 and without shifts, and of its slope.
-pub struct Linear<'a> {
+pub struct LinearParameterIntegrator<'a> {
     data: &'a CompressedSamples,
     prior: &'a Prior,
     /// Slip plus `shift`. Around it the curve is odd, and both sides are one.
@@ -46,7 +46,7 @@ pub struct Linear<'a> {
 
 /// One linear parameter, given those before it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Step {
+struct ConditionalParameter {
     /// Its value where those before are 0.
     centre: f64,
     /// How it falls with each of those before.
@@ -57,7 +57,7 @@ struct Step {
 
 /// The integral over the linear parameters and the noise at a shape of the curve, and what remains to be drawn there.
 #[derive(Clone, Copy, Debug)]
-pub struct Integral {
+pub struct LinearIntegral {
     /// Its logarithm, but for a constant.
     pub log: f64,
     /// What the cuts by the box add to that.
@@ -65,15 +65,15 @@ pub struct Integral {
     /// Smallest sum of squares.
     squares: f64,
     /// In the order of draws; those of parameters that are held are not used.
-    steps: [Step; COUNT],
+    steps: [ConditionalParameter; COUNT],
 }
 
-impl<'a> Linear<'a> {
+impl<'a> LinearParameterIntegrator<'a> {
     /// `shift` is a value of S_h near those that count; where S_h is held, what it is held at.
     pub fn new(data: &'a CompressedSamples, prior: &'a Prior, shift: f64) -> Self {
         let mut nodes: Vec<[f64; 5]> = data
-            .moved(shift)
-            .nodes()
+            .with_slip_shift(shift)
+            .slip_nodes()
             .map(|[slip, weight, force]| {
                 let sign = f64::from(slip >= 0.0) - f64::from(slip < 0.0);
                 [slip.abs(), weight, sign * force, force, sign * weight]
@@ -88,8 +88,7 @@ impl<'a> Linear<'a> {
             same
         });
         let column = |k: usize| nodes.iter().map(|node| node[k]).collect();
-        let whole =
-            data.nodes().fold([0.0; 2], |[w, y], [_, weight, force]| [w + weight, y + force]);
+        let whole = data.slip_nodes().fold([0.0; 2], |[w, y], [_, weight, force]| [w + weight, y + force]);
         Self {
             data,
             prior,
@@ -98,14 +97,14 @@ impl<'a> Linear<'a> {
             odd_forces: column(2),
             even_forces: column(3),
             odd: column(4),
-            whole: [whole[0], whole[1], data.square()],
-            count: data.count() as f64,
+            whole: [whole[0], whole[1], data.force_squares()],
+            count: data.effective_count() as f64,
             shift,
         }
     }
 
     /// The integral for B, C and E.
-    pub fn at(&self, B: f64, C: f64, E: f64) -> Integral {
+    pub fn integrate_at(&self, B: f64, C: f64, E: f64) -> LinearIntegral {
         let (mut normal, mut right) = self.normal_equations([B, C, E]);
         let mut squares = self.whole[2];
         if let Some((known, variance)) = self.data.prior() {
@@ -113,7 +112,7 @@ impl<'a> Linear<'a> {
             let ends = [self.prior.bounds.lower[PEAK], self.prior.bounds.upper[PEAK]];
             let peak = (right[1] / normal[1][1].max(f64::MIN_POSITIVE)).clamp(ends[0], ends[1]);
             let scale = [1.0, 1.0, peak.recip()];
-            let (distance, gradient) = known.distance(&[B, C, 0.0, E, self.shift, 0.0]);
+            let (distance, gradient) = known.squared_mahalanobis_distance(&[B, C, 0.0, E, self.shift, 0.0]);
             squares += variance * distance;
             for (k, i) in ORDER.into_iter().enumerate() {
                 right[k] -= variance * scale[k] * gradient[i];
@@ -131,69 +130,70 @@ impl<'a> Linear<'a> {
             }
         }
         // Gauss's elimination of the last first, so that each is reported by those before it.
-        let mut steps = [Step::default(); COUNT];
+        let mut steps = [ConditionalParameter::default(); COUNT];
         let mut determinant = 1.0;
         let mut unknowns = 0.0;
         let whole: [f64; COUNT] = std::array::from_fn(|k| normal[k][k]);
-        for k in self.order().rev() {
+        for k in self.free_parameter_order().rev() {
             let information = normal[k][k].max(COLLINEAR * whole[k]).max(f64::MIN_POSITIVE);
             let centre = right[k] / information;
-            let slopes =
-                std::array::from_fn(|i| if i < k { normal[k][i] / information } else { 0.0 });
+            let slopes = std::array::from_fn(|i| if i < k { normal[k][i] / information } else { 0.0 });
             squares -= centre * right[k];
             for i in 0..k {
                 right[i] -= slopes[i] * right[k];
                 (0..k).for_each(|j| normal[i][j] -= slopes[i] * normal[k][j]);
             }
-            steps[k] = Step { centre, slopes, information };
+            steps[k] = ConditionalParameter { centre, slopes, information };
             determinant *= information;
             unknowns += 1.0;
         }
         let squares = squares.max(1e-15 * self.whole[2]);
         let log = -0.5 * ((self.count - 1.0 - unknowns) * squares.ln() + f64::ln(determinant));
-        let uncut = Integral { log, cuts: 0.0, squares, steps };
+        let uncut = LinearIntegral { log, cuts: 0.0, squares, steps };
         let likely =
-            |student: &Student| student.centre.clamp(student.between[0], student.between[1]);
-        let (_, cuts, _) = self.walk(&uncut, likely);
-        Integral { log: log + cuts, cuts, ..uncut }
+            |student: &TruncatedStudent| student.centre.clamp(student.between[0], student.between[1]);
+        let (_, cuts, _) = self.choose_parameters(&uncut, likely);
+        LinearIntegral { log: log + cuts, cuts, ..uncut }
     }
 
     /// Of S_v, D and D (S_h − shift): products of their columns, and with the forces.
     fn normal_equations(&self, of: [f64; 3]) -> ([[f64; COUNT]; COUNT], [f64; COUNT]) {
         let Self { slips, even, odd_forces, even_forces, odd, whole: [ones, y, _], .. } = self;
         if !self.prior.free[S_H] {
-            let [hh, yh, h] = shapes(of, slips, [even, odd_forces, odd]);
+            let [hh, yh, h] = shape_sums(of, slips, [even, odd_forces, odd]);
             return ([[*ones, h, 0.0], [h, hh, 0.0], [0.0; COUNT]], [*y, yh, 0.0]);
         }
-        let [hh, yh, h, hs, ss, ys, s] =
-            shapes_and_slopes(of, slips, [even, odd_forces, odd, even_forces]);
+        let [hh, yh, h, hs, ss, ys, s] = shapes_and_slopes(of, slips, [even, odd_forces, odd, even_forces]);
         ([[*ones, h, s], [h, hh, hs], [s, hs, ss]], [*y, yh, ys])
     }
 
     /// Places in [`ORDER`] of what is free.
-    fn order(&self) -> impl DoubleEndedIterator<Item = usize> {
+    fn free_parameter_order(&self) -> impl DoubleEndedIterator<Item = usize> {
         (0..COUNT).filter(|&k| self.prior.free[ORDER[k]])
     }
 
     /// Chooses the linear parameters, each given those before. With them the logarithm of the mass inside the box, per S_h, and
     /// the sum of squares of the linear curve.
-    fn walk(&self, at: &Integral, mut choose: impl FnMut(&Student) -> f64) -> (Theta, f64, f64) {
+    fn choose_parameters(
+        &self,
+        at: &LinearIntegral,
+        mut choose: impl FnMut(&TruncatedStudent) -> f64,
+    ) -> (Theta, f64, f64) {
         let mut theta = self.prior.centre;
         let mut chosen = [0.0; COUNT];
         let (mut squares, mut log) = (at.squares, 0.0);
-        let mut freedom = self.count - 1.0 - self.order().count() as f64;
-        for k in self.order() {
-            let Step { centre, slopes, information } = at.steps[k];
+        let mut freedom = self.count - 1.0 - self.free_parameter_order().count() as f64;
+        for k in self.free_parameter_order() {
+            let ConditionalParameter { centre, slopes, information } = at.steps[k];
             let parameter = ORDER[k];
-            let mut between =
-                [self.prior.bounds.lower[parameter], self.prior.bounds.upper[parameter]];
+            let mut between = [self.prior.bounds.lower[parameter], self.prior.bounds.upper[parameter]];
             if parameter == S_H {
                 between = between.map(|end| theta[PEAK] * (end - self.shift));
                 log -= theta[PEAK].ln();
             }
             let centre = (0..k).fold(centre, |centre, i| centre - slopes[i] * chosen[i]);
             let scale = (squares / (freedom * information)).sqrt();
-            let student = Student { freedom, centre, scale, between };
+            let student = TruncatedStudent { freedom, centre, scale, between };
             log += student.log_mass();
             chosen[k] = choose(&student);
             squares += information * (chosen[k] - centre).powi(2);
@@ -207,14 +207,19 @@ impl<'a> Linear<'a> {
     }
 
     /// Draws the linear parameters for the shape of `theta`, and gives the logarithm of the weight of such a draw.
-    pub fn draw(&self, theta: &mut Theta, at: &Integral, random: &mut impl Rng) -> f64 {
-        let (drawn, log, squares) = self.walk(at, |student| student.draw(random));
+    pub fn draw_linear_parameters(
+        &self,
+        theta: &mut Theta,
+        at: &LinearIntegral,
+        random: &mut impl Rng,
+    ) -> f64 {
+        let (drawn, log, squares) = self.choose_parameters(at, |student| student.draw(random));
         ORDER.into_iter().for_each(|parameter| theta[parameter] = drawn[parameter]);
         let bent = if self.prior.free[S_H] {
             // S_h may leave its bounds by the rounding of the way there and back.
             let ends = [self.prior.bounds.lower[S_H], self.prior.bounds.upper[S_H]];
             theta[S_H] = theta[S_H].clamp(ends[0], ends[1]);
-            -0.5 * (self.count - 1.0) * (self.data.squares(theta) / squares).ln()
+            -0.5 * (self.count - 1.0) * (self.data.residual_squares(theta) / squares).ln()
         } else {
             0.0
         };

@@ -2,30 +2,30 @@
 
 use std::collections::BTreeMap;
 
-use crate::posterior::grid::plane::{CellIndex, Plane};
+use crate::posterior::grid::plane::{CellIndex, PosteriorGrid};
 
 /// How far below a summit the way to a higher one must lead, in nats, for the two to be apart.
 const VALLEY: f64 = 2.0;
 
 /// A number of its mode for each cell.
-pub fn modes(plane: &Plane) -> BTreeMap<CellIndex, usize> {
+pub fn label_modes(plane: &PosteriorGrid) -> BTreeMap<CellIndex, usize> {
     let mut order: Vec<(CellIndex, f64)> =
         plane.cells.iter().map(|(&index, cell)| (index, cell.log)).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     // The water level falls; islands that meet before they have risen far enough are one.
-    let mut islands: Vec<Island> = Vec::new();
+    let mut islands: Vec<SummitRegion> = Vec::new();
     let mut owner: BTreeMap<CellIndex, usize> = BTreeMap::new();
     for (index, log) in order {
         let mut near: Vec<usize> = plane
-            .neighbours(index)
+            .evaluated_neighbours(index)
             .filter_map(|(index, _)| owner.get(&index))
-            .map(|&island| root(&islands, island))
+            .map(|&island| root_region(&islands, island))
             .collect();
         near.sort_unstable();
         near.dedup();
         let Some(&highest) = near.first() else {
             owner.insert(index, islands.len());
-            islands.push(Island { summit: log, part_of: None });
+            islands.push(SummitRegion { summit: log, part_of: None });
             continue;
         };
         owner.insert(index, highest);
@@ -35,15 +35,15 @@ pub fn modes(plane: &Plane) -> BTreeMap<CellIndex, usize> {
             }
         }
     }
-    owner.into_iter().map(|(index, island)| (index, root(&islands, island))).collect()
+    owner.into_iter().map(|(index, island)| (index, root_region(&islands, island))).collect()
 }
 
-struct Island {
+struct SummitRegion {
     summit: f64,
     part_of: Option<usize>,
 }
 
-fn root(islands: &[Island], mut island: usize) -> usize {
+fn root_region(islands: &[SummitRegion], mut island: usize) -> usize {
     while let Some(whole) = islands.get(island).and_then(|island| island.part_of) {
         island = whole;
     }

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::parameters::{Parameter, Theta};
-use crate::posterior::grid::height::Height;
-use crate::posterior::grid::line::{self, Line, Shape};
-use crate::posterior::grid::linear::{Integral, Linear};
+use crate::posterior::grid::height::CurvatureFactorMap;
+use crate::posterior::grid::line::{self, LineDensity, LineShape};
+use crate::posterior::grid::linear::{LinearIntegral, LinearParameterIntegrator};
 use crate::prior::Prior;
 
 const STIFFNESS: usize = Parameter::B as usize;
@@ -35,24 +35,24 @@ pub type CellIndex = (i32, i32);
 
 /// A cell: its density is that at its centre, or at an optimum in it, if higher.
 #[derive(Clone, Debug)]
-pub struct Cell {
+pub struct GridCell {
     /// Logarithm of the density of C and s, but for a constant.
     pub log: f64,
     /// The line through its centre.
-    pub line: Line,
+    pub line: LineDensity,
 }
 
 /// The cells of a level.
-pub struct Plane<'a> {
-    linear: &'a Linear<'a>,
+pub struct PosteriorGrid<'a> {
+    linear: &'a LinearParameterIntegrator<'a>,
     prior: &'a Prior,
-    height: Height,
+    height: CurvatureFactorMap,
     /// C and s of points that must not be missed.
     seeds: Vec<[f64; 2]>,
     /// Columns and rows of the whole box.
     size: [i32; 2],
     /// The cells, those that hold next to nothing left out.
-    pub cells: BTreeMap<CellIndex, Cell>,
+    pub cells: BTreeMap<CellIndex, GridCell>,
     /// How often cells were split.
     pub level: usize,
     /// Cells of all levels.
@@ -66,27 +66,32 @@ const SOFT: f64 = 1.5e5;
 
 /// Whether noise is so small that not even the wide posterior of a part of the data leaves out any cell: then so many would be split
 /// that the grid ends before it resolves anything.
-pub fn is_hopeless(noise: f64, count: f64) -> bool {
+pub fn is_noise_too_small(noise: f64, count: f64) -> bool {
     KEEP / (SOFT * noise) > -0.5 * count * noise.ln()
 }
 
-impl<'a> Plane<'a> {
+impl<'a> PosteriorGrid<'a> {
     /// Cells about all that counts. `seeds` are optima, `noise` is that of [`Linear::relative_noise`] at the best of them.
-    pub fn new(linear: &'a Linear<'a>, prior: &'a Prior, seeds: &[Theta], noise: f64) -> Self {
+    pub fn new(
+        linear: &'a LinearParameterIntegrator<'a>,
+        prior: &'a Prior,
+        seeds: &[Theta],
+        noise: f64,
+    ) -> Self {
         // The posterior's width falls with the root of the noise, and a cell must not be wider than a few of it.
         let finest = (24.0 * (8e-7 / noise).sqrt()).clamp(24.0, 72.0);
-        let height = Height::new(prior.bounds.of(Parameter::E));
-        let [low, high] = prior.bounds.of(Parameter::C);
+        let height = CurvatureFactorMap::new(prior.bounds.range(Parameter::E));
+        let [low, high] = prior.bounds.range(Parameter::C);
         let cells = |free: bool, units: f64| {
             if free { (finest * units).ceil().clamp(4.0, 144.0) as i32 } else { 1 }
         };
         let size = [
             cells(prior.free[SHAPE], (high - low) / SHAPES),
-            cells(prior.free[CURVATURE], height.units()),
+            cells(prior.free[CURVATURE], height.range_in_units()),
         ];
         let seed = |theta: &Theta| {
             let shape = if prior.free[SHAPE] { theta[SHAPE] } else { prior.centre[SHAPE] };
-            [shape, height.of(theta[CURVATURE])]
+            [shape, height.height_of(theta[CURVATURE])]
         };
         let seeds = seeds.iter().map(seed).collect();
         let mut this = Self {
@@ -100,78 +105,75 @@ impl<'a> Plane<'a> {
             visited: 0,
             resolved: false,
         };
-        this.refine(noise);
+        this.refine_to_noise(noise);
         this
     }
 
-    fn refine(&mut self, noise: f64) {
+    fn refine_to_noise(&mut self, noise: f64) {
         let all = (0..self.size[0]).flat_map(|i| (0..self.size[1]).map(move |k| ((i, k), None)));
-        self.visit(all.collect());
+        self.evaluate_cells(all.collect());
         // The posterior of fewer data first: it is wide enough for wide cells.
         let mut beta = (SOFT * noise).min(1.0);
         self.resolved = self.size == [1, 1];
         while !self.resolved && self.can_split() {
-            self.split(KEEP / beta);
+            self.split_cells(KEEP / beta);
             beta = (4.0 * beta).min(1.0);
-            self.fill(KEEP / beta);
+            self.fill_neighbours(KEEP / beta);
             self.resolved = self.steep_mass() < STEEP_MASS;
         }
     }
 
     fn can_split(&self) -> bool {
-        self.size != [1, 1]
-            && self.level < LEVELS
-            && self.visited < CELLS * 4
-            && self.cells.len() < CELLS
+        self.size != [1, 1] && self.level < LEVELS && self.visited < CELLS * 4 && self.cells.len() < CELLS
     }
 
     /// Splits the cells once more, if there may be so many.
-    pub fn finer(&mut self) -> bool {
+    pub fn split_once_more(&mut self) -> bool {
         let can = self.can_split();
         if can {
-            self.split(KEEP);
-            self.fill(KEEP);
+            self.split_cells(KEEP);
+            self.fill_neighbours(KEEP);
         }
         can
     }
 
     /// Looks at cells, each with what is known of the line of a neighbour.
-    fn visit(&mut self, wanted: BTreeMap<CellIndex, Option<Shape>>) {
+    fn evaluate_cells(&mut self, wanted: BTreeMap<CellIndex, Option<LineShape>>) {
         self.visited += wanted.len();
         let list: Vec<_> = wanted.into_iter().collect();
-        let found: Vec<Cell> =
-            list.par_iter().map(|(place, near)| self.look(*place, near.as_ref())).collect();
+        let found: Vec<GridCell> =
+            list.par_iter().map(|(place, near)| self.evaluate_cell(*place, near.as_ref())).collect();
         self.cells.extend(list.into_iter().map(|(place, _)| place).zip(found));
     }
 
-    fn look(&self, place: CellIndex, near: Option<&Shape>) -> Cell {
-        let [[C, width], [s, height]] = self.centre(place);
-        let mut line = self.line(C, s, near);
+    fn evaluate_cell(&self, place: CellIndex, near: Option<&LineShape>) -> GridCell {
+        let [[C, width], [s, height]] = self.cell_centre_and_size(place);
+        let mut line = self.line_density(C, s, near);
         for &[seed_C, seed_s] in &self.seeds {
             if (seed_C - C).abs() <= 0.5 * width && (seed_s - s).abs() <= 0.5 * height {
-                let other = self.line(seed_C, seed_s.max(s - 0.25 * height), near);
+                let other = self.line_density(seed_C, seed_s.max(s - 0.25 * height), near);
                 line = if other.log > line.log { other } else { line };
             }
         }
-        Cell { log: line.log + self.log_volume(s), line }
+        GridCell { log: line.log + self.log_jacobian(s), line }
     }
 
     /// The density along a line of the box.
-    pub fn line(&self, C: f64, s: f64, near: Option<&Shape>) -> Line {
+    pub fn line_density(&self, C: f64, s: f64, near: Option<&LineShape>) -> LineDensity {
         let E = self.E(s);
         // Per ln B.
-        let density = |log_B: f64| self.linear.at(log_B.exp(), C, E).log + log_B;
-        line::explore(&density, self.ends(), near)
+        let density = |log_B: f64| self.linear.integrate_at(log_B.exp(), C, E).log + log_B;
+        line::explore_line_density(&density, self.log_B_range(), near)
     }
 
     /// Integral over all but B, C and s, as a density of ln B, C and s.
-    pub fn integral(&self, log_B: f64, C: f64, s: f64) -> (Integral, f64) {
-        let integral = self.linear.at(log_B.exp(), C, self.E(s));
-        (integral, integral.log + log_B + self.log_volume(s))
+    pub fn integrate_at(&self, log_B: f64, C: f64, s: f64) -> (LinearIntegral, f64) {
+        let integral = self.linear.integrate_at(log_B.exp(), C, self.E(s));
+        (integral, integral.log + log_B + self.log_jacobian(s))
     }
 
     /// Ends of ln B.
-    pub fn ends(&self) -> [f64; 2] {
+    pub fn log_B_range(&self) -> [f64; 2] {
         if self.prior.free[STIFFNESS] {
             [self.prior.bounds.lower[STIFFNESS].ln(), self.prior.bounds.upper[STIFFNESS].ln()]
         } else {
@@ -182,16 +184,16 @@ impl<'a> Plane<'a> {
     /// E at a height of the plane.
     pub fn E(&self, s: f64) -> f64 {
         let held = self.prior.centre[CURVATURE];
-        if self.prior.free[CURVATURE] { self.height.value(s) } else { held }
+        if self.prior.free[CURVATURE] { self.height.curvature_factor_at(s) } else { held }
     }
 
     /// dE/ds but for a factor.
-    fn log_volume(&self, s: f64) -> f64 {
-        if self.prior.free[CURVATURE] { self.height.log_volume(s) } else { 0.0 }
+    fn log_jacobian(&self, s: f64) -> f64 {
+        if self.prior.free[CURVATURE] { self.height.log_jacobian(s) } else { 0.0 }
     }
 
     /// C and s of a cell's centre, with its width and its height.
-    pub fn centre(&self, place: CellIndex) -> [[f64; 2]; 2] {
+    pub fn cell_centre_and_size(&self, place: CellIndex) -> [[f64; 2]; 2] {
         let axis = |low: f64, high: f64, index: i32, count: i32| {
             let step = (high - low) / f64::from(count);
             [low + (f64::from(index) + 0.5) * step, step]
@@ -204,61 +206,59 @@ impl<'a> Plane<'a> {
     }
 
     /// The cells about one that are in the box.
-    fn around(&self, (i, k): CellIndex) -> impl Iterator<Item = CellIndex> + use<> {
+    fn adjacent_indices(&self, (i, k): CellIndex) -> impl Iterator<Item = CellIndex> + use<> {
         let size = self.size;
-        (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b))).filter(move |&(a, b)| {
-            (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1]
-        })
+        (-1..=1)
+            .flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b)))
+            .filter(move |&(a, b)| (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1])
     }
 
     /// Neighbours that were looked at.
-    pub fn neighbours(&self, place: CellIndex) -> impl Iterator<Item = (CellIndex, &Cell)> {
-        self.around(place).filter_map(|place| Some((place, self.cells.get(&place)?)))
+    pub fn evaluated_neighbours(&self, place: CellIndex) -> impl Iterator<Item = (CellIndex, &GridCell)> {
+        self.adjacent_indices(place).filter_map(|place| Some((place, self.cells.get(&place)?)))
     }
 
-    fn best(&self) -> f64 {
+    fn highest_log_density(&self) -> f64 {
         self.cells.values().map(|cell| cell.log).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Largest difference to a neighbour.
-    fn step(&self, place: CellIndex, cell: &Cell) -> f64 {
-        self.neighbours(place).map(|(_, other)| (other.log - cell.log).abs()).fold(0.0, f64::max)
+    fn largest_neighbour_difference(&self, place: CellIndex, cell: &GridCell) -> f64 {
+        self.evaluated_neighbours(place).map(|(_, other)| (other.log - cell.log).abs()).fold(0.0, f64::max)
     }
 
     /// Four cells for each that counts, or may count between its centre and the next.
-    fn split(&mut self, keep: f64) {
-        let least = self.best() - keep;
-        let kept = self
-            .cells
-            .iter()
-            .filter(|(place, cell)| cell.log + 0.6 * self.step(**place, cell) > least);
+    fn split_cells(&mut self, keep: f64) {
+        let least = self.highest_log_density() - keep;
+        let kept = self.cells.iter().filter(|(place, cell)| {
+            cell.log + 0.6 * self.largest_neighbour_difference(**place, cell) > least
+        });
         let parts = |size: i32| if size > 1 { 2 } else { 1 };
         let [across, up] = self.size.map(parts);
         let wanted: BTreeMap<_, _> = kept
             .flat_map(|(&(i, k), cell)| {
                 (0..across).flat_map(move |a| {
-                    (0..up)
-                        .map(move |b| ((across * i + a, up * k + b), Some(cell.line.shape.clone())))
+                    (0..up).map(move |b| ((across * i + a, up * k + b), Some(cell.line.shape.clone())))
                 })
             })
             .collect();
         self.size = [self.size[0] * across, self.size[1] * up];
         self.level += 1;
         self.cells.clear();
-        self.visit(wanted);
+        self.evaluate_cells(wanted);
         let seeds: BTreeMap<_, _> = self
             .seeds
             .iter()
-            .map(|seed| self.place(*seed))
+            .map(|seed| self.cell_index(*seed))
             .filter(|place| !self.cells.contains_key(place))
             .map(|place| (place, None))
             .collect();
-        self.visit(seeds);
+        self.evaluate_cells(seeds);
     }
 
     /// The cell that a point is in.
-    fn place(&self, [C, s]: [f64; 2]) -> CellIndex {
-        let [[low, width], [_, height]] = self.centre((0, 0));
+    fn cell_index(&self, [C, s]: [f64; 2]) -> CellIndex {
+        let [[low, width], [_, height]] = self.cell_centre_and_size((0, 0));
         let index = |x: f64, count: i32| {
             if x.is_finite() { (x as i32).clamp(0, count - 1) } else { 0 }
         };
@@ -266,30 +266,30 @@ impl<'a> Plane<'a> {
     }
 
     /// Looks at all neighbours of cells that count, and at theirs: what a wider cell did not show is not lost.
-    fn fill(&mut self, keep: f64) {
+    fn fill_neighbours(&mut self, keep: f64) {
         while self.cells.len() < CELLS {
-            let least = self.best() - keep;
+            let least = self.highest_log_density() - keep;
             let mut wanted = BTreeMap::new();
             for (&place, cell) in self.cells.iter().filter(|(_, cell)| cell.log > least) {
-                for next in self.around(place).filter(|next| !self.cells.contains_key(next)) {
+                for next in self.adjacent_indices(place).filter(|next| !self.cells.contains_key(next)) {
                     wanted.entry(next).or_insert_with(|| Some(cell.line.shape.clone()));
                 }
             }
             if wanted.is_empty() {
                 return;
             }
-            self.visit(wanted);
+            self.evaluate_cells(wanted);
         }
     }
 
     /// The share of the mass in cells beside much lower or higher ones.
     fn steep_mass(&self) -> f64 {
-        let best = self.best();
+        let best = self.highest_log_density();
         let (mut steep, mut whole) = (0.0, 0.0);
         for (&place, cell) in &self.cells {
             let mass = (cell.log - best).exp();
             whole += mass;
-            if self.step(place, cell) > STEEP {
+            if self.largest_neighbour_difference(place, cell) > STEEP {
                 steep += mass;
             }
         }

@@ -13,12 +13,11 @@ const FIELDS: [(&str, &[&str]); 6] = [
 ];
 
 /// The column of a signal, if one topic alone has such a field.
-pub fn usual<'t>(titles: &'t [ColumnTitle], name: &str) -> Option<&'t ColumnTitle> {
+pub fn usual_ros_column<'t>(titles: &'t [ColumnTitle], name: &str) -> Option<&'t ColumnTitle> {
     let (_, fields) = FIELDS.iter().find(|(of, _)| *of == name)?;
     fields.iter().find_map(|field| {
         let is = |title: &&ColumnTitle| {
-            title.name.starts_with('/')
-                && title.name.split_once('.').is_some_and(|(_, path)| path == *field)
+            title.name.starts_with('/') && title.name.split_once('.').is_some_and(|(_, path)| path == *field)
         };
         let mut found = titles.iter().filter(is);
         let first = found.next()?;

@@ -47,8 +47,7 @@ fn schema() -> Vec<u8> {
         },
         ..Default::default()
     };
-    let fields =
-        KINDS.iter().zip(1..).map(|((name, kind), k)| field(name, *kind, Label::Optional, k));
+    let fields = KINDS.iter().zip(1..).map(|((name, kind), k)| field(name, *kind, Label::Optional, k));
     let list = field("list", Type::Double, Label::Repeated, 20);
     let message = DescriptorProto {
         name: Some("All".to_owned()),
@@ -131,13 +130,13 @@ fn every_number_of_protobuf_is_read_also_in_messages_and_lists() {
             Type::Uint32 | Type::Uint64 | Type::Fixed32 | Type::Fixed64 => 7.0,
             _ => -7.0,
         };
-        assert_eq!((table.column(0), table.column(1)), (&[0.0][..], &[expected][..]), "{name}");
-        let units = (table.unit(0), table.unit(1));
+        assert_eq!((table.column_values(0), table.column_values(1)), (&[0.0][..], &[expected][..]), "{name}");
+        let units = (table.column_unit(0), table.column_unit(1));
         assert_eq!(units.0, (*name == "double").then_some("m"));
         assert_eq!(units.1, (*name == "float").then_some("s"));
     }
     let table = scrap.read(None, &["/all.inner.list.1"]).expect("a list");
-    assert_eq!(table.column(0), [2.5]);
+    assert_eq!(table.column_values(0), [2.5]);
     for (column, part) in [
         ("/all.text", "is a string: expected a number"),
         ("/all.raw", "is bytes"),
