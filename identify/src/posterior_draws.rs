@@ -72,7 +72,7 @@ pub fn reason_for_no_draws(tires: &[TirePosterior]) -> Option<String> {
 }
 
 /// 1,000 draws of equal weight in random order, each on a line with the parameters of all tires, under the names of `tires.toml`;
-/// none where [`missing`] says why. A seed gives the same bits.
+/// none where [`reason_for_no_draws`] says why. A seed gives the same bits.
 pub fn draws_csv(tires: &[TirePosterior], draws: DrawDependence, seed: u64) -> Option<String> {
     if reason_for_no_draws(tires).is_some() {
         return None;

@@ -24,10 +24,10 @@ pub struct PriorFiles {
 }
 
 impl PriorFiles {
-    /// What is known of a curve beforehand, see [`read`].
+    /// What is known of a curve beforehand, see [`parse_prior`].
     ///
     /// # Errors
-    /// Those of [`read`].
+    /// Those of [`parse_prior`].
     pub fn prior_of_curve(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
         let Some(file) = &self.prior else { return Ok(None) };
         let found = file_text(file).and_then(|text| parse_prior(text, curve, free));

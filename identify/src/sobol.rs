@@ -36,7 +36,7 @@ pub fn sobol_indices(curve: &MagicFormula, spread: f64, slips: &[f64]) -> Vec<So
     with_nodes(curve, spread, slips, NODES)
 }
 
-/// As [`indices`], with a number of nodes per axis.
+/// As [`sobol_indices`], with a number of nodes per axis.
 pub fn with_nodes(curve: &MagicFormula, spread: f64, slips: &[f64], nodes: usize) -> Vec<SobolIndices> {
     let rule = gauss_legendre(nodes);
     let weight: Vec<f64> = rule.iter().map(|node| node.1).collect();

@@ -1,4 +1,4 @@
-//! The commands of the program, a file for each; `Command` lists them.
+//! The commands of the program, a file for each; `CliCommand` lists them.
 
 mod conform;
 mod convert;

@@ -183,7 +183,7 @@ pub struct NodeReport {
     pub name: String,
     /// Steps.
     pub calls: u64,
-    /// Time in them [s]; of many short steps an estimate, as all below, see `cosim::exchange::Effort`.
+    /// Time in them [s]; of many short steps an estimate, as all below, see `cosim::exchange::NodeStepTiming`.
     pub seconds: f64,
     /// Mean time of a step [s].
     pub mean_seconds: f64,

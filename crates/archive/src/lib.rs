@@ -1,7 +1,7 @@
 //! Unpacks archives of others, FMUs and systems of SSP, into folders that vanish with their process.
 //!
 //! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded. So are elements of the XML files
-//! in it, by [`find_excess_attributes`]. Links are made when they stay inside, and files keep their permissions.
+//! in it, by [`find_element_over_limit`]. Links are made when they stay inside, and files keep their permissions.
 
 mod attribute_limit;
 mod duplicates;

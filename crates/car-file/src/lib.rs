@@ -5,12 +5,12 @@
 //!
 //! ```
 //! let text = "travel [mm], toe [deg]\n-50, 0.1\n0, 0.0\n50, -0.2\n";
-//! let kinematics = car_file::kinematics(text)?;
+//! let kinematics = car_file::read_kinematics(text)?;
 //! assert_eq!(kinematics.camber, None);
-//! let toe = kinematics.toe.expect("a column").at(0.025);
+//! let toe = kinematics.toe.expect("a column").interpolate(0.025);
 //! assert!((toe + 0.1_f64.to_radians()).abs() < 1e-15);
 //!
-//! let error = car_file::kinematics("travel [mm], tow [deg]\n").unwrap_err().to_string();
+//! let error = car_file::read_kinematics("travel [mm], tow [deg]\n").unwrap_err().to_string();
 //! assert_eq!(error, "1: unknown column `tow`, did you mean `toe`?");
 //! # Ok::<(), car_file::Error>(())
 //! ```

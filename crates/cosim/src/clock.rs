@@ -49,7 +49,7 @@ impl CommunicationClock {
     }
 
     /// The stop time that FMUs are told [s]: where the last step ends in their own sum of its start and its length. That can be a
-    /// unit in the last place after [`stop`](Self::stop), and an FMU may refuse any step that ends later than it was told.
+    /// unit in the last place after [`stop_time`](Self::stop_time), and an FMU may refuse any step that ends later than it was told.
     #[must_use]
     pub fn announced_stop(&self) -> f64 {
         self.time_at(self.steps.saturating_sub(1)) + self.step

@@ -21,7 +21,7 @@ pub use jacobi::JacobiCoupling;
 use step_control::StepControl;
 pub use summary::{ConnectionError, CouplingSummary, DivisionSummary, LoopSummary};
 
-/// A coupling algorithm. A new one is a file with this trait and a line in [`of`]; the end of the step at which
+/// A coupling algorithm. A new one is a file with this trait and a line in [`create_coupling`]; the end of the step at which
 /// its inputs take values by default is a property of [`Algorithm`], since connections are checked before a run.
 pub trait CouplingAlgorithm: Send {
     /// Lets the values of the first communication point settle.

@@ -9,18 +9,18 @@
 //! use std::sync::Arc;
 //!
 //! use cosim::builder::SystemBuilder;
-//! use cosim::clock::Clock;
+//! use cosim::clock::CommunicationClock;
 //! use cosim::system::Algorithm;
 //! use fmu_import::Fmu;
 //!
-//! let clock = Clock { start: 0.0, step: 0.01, steps: 1000 };
+//! let clock = CommunicationClock { start: 0.0, step: 0.01, steps: 1000 };
 //! let mut builder = SystemBuilder::new(clock, Algorithm::GaussSeidel);
 //! builder.add_fmu("plant", &Arc::new(Fmu::open(Path::new("plant.fmu"))?), &[])?;
 //! builder.add_fmu("controller", &Arc::new(Fmu::open(Path::new("controller.fmu"))?), &[])?;
 //! builder.connect("plant.r", "controller.r")?.connect("controller.delta", "plant.delta")?;
 //! let mut execution = builder.build()?;
 //! execution.simulate_until(10.0)?;
-//! println!("{:?}", execution.number("plant.r"));
+//! println!("{:?}", execution.variable_value("plant.r"));
 //! execution.terminate()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -107,7 +107,7 @@ pub trait Node: Send {
         self.inner_node().is_some_and(Node::has_messages)
     }
 
-    /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`Message::again`].
+    /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`FmuMessage::again`].
     fn take_messages(&mut self) -> Vec<FmuMessage> {
         self.inner_mut().map(|node| node.take_messages()).unwrap_or_default()
     }
@@ -177,7 +177,7 @@ pub trait Stateful {
         Err(state_error("the node cannot turn its state into bytes"))
     }
 
-    /// The state that [`serialise`](Self::serialise) gave as bytes, also of another instance.
+    /// The state that [`serialise_state`](Self::serialise_state) gave as bytes, also of another instance.
     fn deserialise_state(&mut self, _bytes: &[u8]) -> Result<NodeState, CallError> {
         Err(state_error("the node cannot read its state from bytes"))
     }
@@ -322,7 +322,7 @@ pub fn instantiate_nodes(
 /// The same with instances of an earlier run, where there are some.
 ///
 /// # Errors
-/// As of [`instantiate`].
+/// As of [`instantiate_nodes`].
 pub fn instantiate_reusing(
     system: &mut System,
     host: Option<&FmuProcessOptions>,

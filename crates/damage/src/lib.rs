@@ -1,7 +1,7 @@
 //! Damages inputs at random and tries them by the million: bits, blocks, numbers, words, lines, depth and ends.
 //!
-//! A [`Target`] is what reads such inputs. [`program`] is the body of a program that tries as many as asked for, each in a process
-//! that may die, and [`replay`] that of a test: it tries what such programs found once, and some thousand new ones.
+//! A [`FuzzTarget`] is what reads such inputs. [`run_fuzz_program`] is the body of a program that tries as many as asked for, each in a process
+//! that may die, and [`replay_corpus`] that of a test: it tries what such programs found once, and some thousand new ones.
 #![forbid(unsafe_code)]
 
 mod case;

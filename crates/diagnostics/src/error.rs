@@ -164,7 +164,7 @@ impl Error {
         }
     }
 
-    /// Says which name nothing has, if this is what is wrong. [`Mistakes`](crate::Mistakes) leaves the error out when
+    /// Says which name nothing has, if this is what is wrong. [`ErrorCollector`](crate::ErrorCollector) leaves the error out when
     /// another one hides that name.
     #[must_use]
     pub fn with_unknown_name(mut self, name: impl Into<Option<String>>) -> Self {

@@ -43,10 +43,10 @@ pub struct LogFinding {
     pub channels: Vec<&'static str>,
     /// How sure it is.
     pub sure: Certainty,
-    /// The figure, in [`Finding::unit`].
+    /// The figure, in [`LogFinding::unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// 95 % interval of the figure, in [`Finding::unit`].
+    /// 95 % interval of the figure, in [`LogFinding::unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// Unit of the figure: `s`, `rad`, ...; `1` of a count, a share or a factor.

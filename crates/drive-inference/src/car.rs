@@ -1,4 +1,4 @@
-//! The process model of the filter: the rates of `vehicle::Vehicle` on tires with steady-state slip, and their first derivatives by the
+//! The process model of the filter: the rates of `vehicle::SingleTrackCar` on tires with steady-state slip, and their first derivatives by the
 //! state, for numbers that carry derivatives.
 //!
 //! The state is x = [v_x, v_y, r, ξ_x] in m/s, m/s, rad/s and N, where ξ_x is a longitudinal force that the inputs do not know.

@@ -68,7 +68,7 @@ impl InnovationVisitor<SimdBatch> for CostAccumulator {
     }
 }
 
-/// An [`Evaluation`] while it grows.
+/// A [`LikelihoodEvaluation`] while it grows.
 pub struct EvaluationSums<S: pulp::Simd, const N: usize> {
     cost: Tangent<S, N>,
     products: OuterProductSums<S, N>,

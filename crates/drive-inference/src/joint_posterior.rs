@@ -137,7 +137,7 @@ impl Objective for JointPosterior<'_> {
 }
 
 /// Cost of tires alone, with causes that follow them as their conditional mean does: `−ln` of the posterior with the causes
-/// integrated out, as far as they are normal given the tires, and their mean is linear in [`Coordinates`].
+/// integrated out, as far as they are normal given the tires, and their mean is linear in [`UnboundedCoordinates`].
 pub struct MarginalPosterior<'a> {
     joint: &'a JointPosterior<'a>,
     best: DVector<f64>,

@@ -34,7 +34,7 @@ pub struct DriveLikelihood {
 }
 
 impl DriveLikelihood {
-    /// Prepares recordings, which must have passed [`Drive::check`]. The car's own tires are not used.
+    /// Prepares recordings, which must have passed [`Drive::check_columns`]. The car's own tires are not used.
     pub fn new(car: &SingleTrackCar, recordings: &[Drive]) -> Self {
         Self::with_prepared_delays(car, recordings, PreparedDelays::default())
     }

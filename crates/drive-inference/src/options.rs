@@ -22,7 +22,7 @@ pub enum FitFormulation {
     /// Least squares over points along smoothed states.
     Points(RegressionTarget),
     /// Most probable prediction errors of a filter with the tires inside, started where
-    /// [`Target::AccelerationAndYaw`] ends.
+    /// [`RegressionTarget::AccelerationAndYaw`] ends.
     PredictionError,
 }
 

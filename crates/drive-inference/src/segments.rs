@@ -34,7 +34,7 @@ impl SegmentedDrive {
     ///
     /// # Errors
     ///
-    /// As [`Drive::check`], but for repeated times.
+    /// As [`Drive::check_columns`], but for repeated times.
     pub fn new(drive: &Drive, gap: Option<f64>) -> Result<Self, DriveError> {
         drive.check_numbers()?;
         let rows: Vec<usize> = (0..drive.len()).filter(|&k| k == 0 || drive.t[k] != drive.t[k - 1]).collect();

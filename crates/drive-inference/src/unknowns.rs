@@ -139,7 +139,7 @@ pub enum DerivativeDirection {
     Colour(usize, usize),
 }
 
-/// [`Unknowns`] as the filter takes them, in numbers of some kind.
+/// [`DriveUnknowns`] as the filter takes them, in numbers of some kind.
 pub struct FilterParameters<T> {
     /// The tires.
     pub tires: Tires<T>,

@@ -4,7 +4,7 @@
 //! longitudinal force that the measured speed demands. Loads move with the longitudinal acceleration. The steering is late and has an offset.
 //!
 //! The parameters of a log are θ + b, where θ is common to all logs and b ~ N(0, s_b²) is its own: tires, floors and steering differ from
-//! day to day. [`fit`] finds θ from several logs by their errors in open loop. On a log that it never saw, [`parameter_track`] estimates b
+//! day to day. [`fit_car`] finds θ from several logs by their errors in open loop. On a log that it never saw, [`parameter_track`] estimates b
 //! from predictions that have ended already, so a prediction knows nothing that lies behind its start. [`bands`] says how far
 //! predictions are off, calibrated on logs that were left out of the fit.
 

@@ -27,7 +27,7 @@ pub trait MotionPredictor: Sync {
     /// The lateral acceleration [m/s²] in a row from its measured state; of a model without forces none.
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64>;
 
-    /// Standard deviations of [`Predictor::roll`] at the same instants, where the model says any.
+    /// Standard deviations of [`MotionPredictor::simulate_states`] at the same instants, where the model says any.
     fn state_stds(&self, _drive: &EvenDrive, _start: usize, _rows: usize) -> Option<Vec<LateralState>> {
         None
     }
@@ -37,7 +37,7 @@ pub trait MotionPredictor: Sync {
         None
     }
 
-    /// Standard deviation of [`Predictor::a_y`] [m/s²], where the model says any.
+    /// Standard deviation of [`MotionPredictor::a_y`] [m/s²], where the model says any.
     fn a_y_std(&self, _drive: &EvenDrive, _row: usize) -> Option<f64> {
         None
     }

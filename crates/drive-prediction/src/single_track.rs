@@ -25,7 +25,7 @@ pub struct SingleTrack {
 }
 
 impl SingleTrack {
-    /// Slip angles of both axles [rad] (ISO 8855), without the floor of speed of [`Body::slip_angles`]: logs of small cars count from 0.6 m/s on.
+    /// Slip angles of both axles [rad] (ISO 8855), without the floor of speed of [`VehicleBody::slip_angles`]: logs of small cars count from 0.6 m/s on.
     #[must_use]
     pub fn slip_angles(body: &VehicleBody, v_x: f64, [v_y, r]: LateralState, delta: f64) -> [f64; 2] {
         [delta - (v_y + body.l_f * r).atan2(v_x), -(v_y - body.l_r * r).atan2(v_x)]

@@ -13,7 +13,7 @@ use drive_prediction::score::{open_loop, score_lateral_acceleration};
 use drive_prediction::{EvenDrive, MotionPredictor};
 use preparation::Drive;
 
-/// θ of the simulated logs, in the order of `Vector`: not the prior's mean.
+/// θ of the simulated logs, in the order of `ParameterVector`: not the prior's mean.
 fn truth(car: &CarSpecification) -> ParameterVector {
     let mut x = ParameterPrior::new(car).mean;
     x[0] = 7.0_f64.ln();

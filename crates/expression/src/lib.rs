@@ -153,7 +153,7 @@ enum ExpressionNode {
     Number(f64),
     Time,
     Signal(usize),
-    /// An [`Operand::Either`] that is compared with no text, so it is a number; its indices among numbers and texts.
+    /// A [`SignalOperand::Either`] that is compared with no text, so it is a number; its indices among numbers and texts.
     Either(usize, usize),
     /// An index into [`Expression::reductions`].
     Reduced(usize),
@@ -164,7 +164,7 @@ enum ExpressionNode {
     Arithmetic(ArithmeticOperator, Box<[ExpressionNode; 2]>),
     Compare(ComparisonOperator, Box<[ExpressionNode; 2]>),
     Join(LogicalOperator, Box<[ExpressionNode; 2]>),
-    /// A side of [`Node::Same`]; the parser leaves none elsewhere.
+    /// A side of [`ExpressionNode::Same`]; the parser leaves none elsewhere.
     Text(TextOperand),
     /// Whether two texts are equal, or, when `false`, whether they are not.
     Same(bool, [TextOperand; 2]),

@@ -28,7 +28,7 @@ pub trait CoSimulation: Sized + Send + 'static {
     /// When the description is not that of this library.
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self>;
 
-    /// Whether FMI 3.0 sees arrays: [`elements`](Self::elements) is not always 1.
+    /// Whether FMI 3.0 sees arrays: [`element_count`](Self::element_count) is not always 1.
     const HAS_ARRAYS: bool = false;
 
     /// The number of elements of the array that begins at a value reference: 1 for a scalar, 0 for another element of an array, which
@@ -79,7 +79,7 @@ pub trait CoSimulation: Sized + Send + 'static {
     /// When a part of it refuses to end.
     fn terminate(&mut self) -> FmiResult;
 
-    /// Reads a variable; [`refresh`](Self::refresh) comes first.
+    /// Reads a variable; [`refresh_outputs`](Self::refresh_outputs) comes first.
     ///
     /// # Errors
     /// When there is none of this type.

@@ -25,7 +25,7 @@ use crate::variable::{Causality, OutputDependencies, VariableRow};
 /// assert_eq!(mass.a, 1.5);
 /// ```
 ///
-/// `const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());` in the [`Model`](crate::Model) gives their
+/// `const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());` in the [`Model`](crate::Model) gives their
 /// derivatives to the environment.
 pub trait Equations<const N: usize, const K: usize> {
     /// The names of the variables that the equations take: inputs, parameters.

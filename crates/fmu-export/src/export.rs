@@ -206,7 +206,7 @@ pub unsafe fn set_debug_logging<S: CoSimulation>(
 /// `fmi2SetupExperiment`, with the tolerance and the stop time if they are defined.
 ///
 /// # Safety
-/// As `with` demands of `component`.
+/// As `with_component` demands of `component`.
 pub unsafe fn setup_experiment<S: CoSimulation>(
     component: Component,
     tolerance: Option<f64>,
@@ -225,7 +225,7 @@ pub unsafe fn setup_experiment<S: CoSimulation>(
 /// `fmi2Terminate`, `fmi2Reset` and `fmi2CancelStep`.
 ///
 /// # Safety
-/// As `with` demands of `component`.
+/// As `with_component` demands of `component`.
 pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) -> Status {
     let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         match call {
@@ -260,7 +260,7 @@ pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) ->
 /// `fmi2DoStep`.
 ///
 /// # Safety
-/// As `with` demands of `component`.
+/// As `with_component` demands of `component`.
 pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f64) -> Status {
     // SAFETY: as the caller promises.
     unsafe { with_component::<S>(component, Call::DoStep, |exported| exported.instance.do_step(time, step)) }
@@ -269,7 +269,7 @@ pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f6
 /// Rejects the functions whose capability flags are not set.
 ///
 /// # Safety
-/// As `with` demands of `component`.
+/// As `with_component` demands of `component`.
 pub unsafe fn unsupported<S: CoSimulation>(component: Component, call: Call, name: &str) -> Status {
     let body = |_: &mut ExportedComponent<S>| reject(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
@@ -280,7 +280,7 @@ pub unsafe fn unsupported<S: CoSimulation>(component: Component, call: Call, nam
 /// status of a kind, by its number in `fmi2StatusKind`.
 ///
 /// # Safety
-/// `value` is valid; as `with` demands of `component`.
+/// `value` is valid; as `with_component` demands of `component`.
 pub unsafe fn get_status<S: CoSimulation, T>(
     component: Component,
     kind: c_int,

@@ -50,35 +50,35 @@
 //!
 //! export!(Mass);
 //! # fn main() {
-//! #     assert!(fmu_export::description::xml::<Mass>().contains("valueReference=\"2\""));
-//! #     assert!(fmu_export::description::problems::<Mass>().is_empty());
+//! #     assert!(fmu_export::description::fmi2_model_xml::<Mass>().contains("valueReference=\"2\""));
+//! #     assert!(fmu_export::description::model_problems::<Mass>().is_empty());
 //! # }
 //! ```
 //!
 //! `trackside pack mass` builds it and writes `target/fmu/mass.fmu`; for an example of a package the command
 //! is `trackside pack --example spring_damper`. Without Trackside, the feature `pack` has the same as a
-//! function, `pack::pack`. The packer asks the library for its description, so that the two always fit, and
-//! rejects a table that FMI 2.0 does not allow ([`description::problems`]). `examples/spring_damper.rs` is a
+//! function, `pack::pack_fmu`. The packer asks the library for its description, so that the two always fit, and
+//! rejects a table that FMI 2.0 does not allow ([`description::model_problems`]). `examples/spring_damper.rs` is a
 //! complete FMU with derivatives.
 //!
 //! # The table
 //!
 //! The row number is the value reference. [`input`], [`output`], [`parameter`],
-//! [`calculated_parameter`], [`local`], [`constant`] and [`independent`] begin a row; [`Row::tunable`],
-//! [`Row::discrete`], [`Row::exact`] and their siblings set variability and initial value. [`Row::at`] ends
-//! it for a real variable, [`Row::at_integer`], [`Row::at_boolean`] and [`Row::at_string`] for the other
+//! [`calculated_parameter`], [`local`], [`constant`] and [`independent`] begin a row; [`VariableRow::tunable`],
+//! [`VariableRow::discrete`], [`VariableRow::exact`] and their siblings set variability and initial value. [`VariableRow::at`] ends
+//! it for a real variable, [`VariableRow::at_integer`], [`VariableRow::at_boolean`] and [`VariableRow::at_string`] for the other
 //! types. Names may be structured: `tire_f.B`, `wheel[1].speed`.
 //!
 //! - **Start values** come from `Default` alone.
 //! - **Units** are texts such as `N.m/rad` ([`unit`]). The description gets their base units and usual display
 //!   units; an unknown unit is rejected.
-//! - **Limits** ([`Row::min`], [`Row::max`]) are enforced for parameters only. Inputs come from other models,
+//! - **Limits** ([`VariableRow::min`], [`VariableRow::max`]) are enforced for parameters only. Inputs come from other models,
 //!   whose transients may leave them.
 //! - **Arrays**: rows `x[1]`, `x[2]`, ... that follow each other and differ in nothing but names and descriptions are one array `x` in
 //!   archives of FMI 3.0, and single variables in those of FMI 2.0.
 //! - **Terminals** ([`Info::terminals`]) are groups of inputs and outputs that other tools connect at once. Archives of FMI 3.0
 //!   have them.
-//! - **Dependencies**: an output depends on every input directly, unless [`Row::depends_on`] lists fewer: none
+//! - **Dependencies**: an output depends on every input directly, unless [`VariableRow::depends_on`] lists fewer: none
 //!   for a state. Masters order the FMUs of a system by these lists. The packer varies each input once and
 //!   reports dependencies that are missing.
 //!
@@ -88,7 +88,7 @@
 //! |---|---|
 //! | [`Model::initialise`] | in initialisation mode, again after each change of a parameter or input |
 //! | [`Model::step`] | for each communication step of any size, with the inputs held |
-//! | [`Model::outputs`] | after the two above, and when an output is read after an input was written |
+//! | [`Model::compute_outputs`] | after the two above, and when an output is read after an input was written |
 //!
 //! An environment may give time derivatives of inputs (`fmi2SetRealInputDerivatives`, up to order four). The
 //! step is then divided into parts of at most [`Info::substep`], and `step` is called for each with the input
@@ -118,8 +118,8 @@
 //! #       output("a", "m/s2", "Acceleration").at(|s| &mut s.a),
 //! #   ];
 //! #   fn step(&mut self, _: f64, _: f64) -> Result<(), ModelError> { Ok(()) }
-//!     const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
-//!     fn outputs(&mut self) { [self.a] = self.equations([self.F]); }
+//!     const DERIVATIVES: Option<EquationDerivatives<Self>> = Some(EquationDerivatives::of());
+//!     fn compute_outputs(&mut self) { [self.a] = self.equations([self.F]); }
 //! }
 //! ```
 //!

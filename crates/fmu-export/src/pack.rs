@@ -111,7 +111,7 @@ struct LibraryTexts {
 }
 
 /// # Safety
-/// `context` is null or points to a [`Description`], and `text` to `length` bytes.
+/// `context` is null or points to a [`LibraryTexts`], and `text` to `length` bytes.
 unsafe extern "C" fn take(context: *mut c_void, what: u32, text: *const u8, length: usize) {
     // SAFETY: `describe` hands over a description, and the library a text, as this function demands.
     let (description, text) =

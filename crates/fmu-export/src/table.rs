@@ -17,7 +17,7 @@ use crate::variable::{
 /// A log category is a bit of 64.
 const MOST_CATEGORIES: usize = 64;
 
-/// Mistakes in a model's table of variables, its [`Info`] and its [`Derivatives`]. The list is empty when
+/// Mistakes in a model's table of variables, its [`Info`] and its [`EquationDerivatives`]. The list is empty when
 /// `modelDescription.xml` follows FMI 2.0 and agrees with the model's behaviour, as far as can be tried.
 #[must_use]
 pub fn model_problems<M: Model>() -> Vec<String> {

@@ -91,7 +91,7 @@ pub enum OutputDependencies {
     On(&'static [&'static str]),
 }
 
-/// Attributes of a variable, independent of the model; [`Row::at`] makes it a [`Variable`] of one.
+/// Attributes of a variable, independent of the model; [`VariableRow::at`] makes it a [`Variable`] of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VariableRow {
     /// Structured name, unique in the table: `tire_f.B`.
@@ -137,7 +137,7 @@ pub const fn input(name: &'static str, unit: &'static str, description: &'static
     VariableRow { causality: Causality::Input, initial: None, ..output(name, unit, description) }
 }
 
-/// An output in `unit`. It depends on every input directly, unless [`Row::depends_on`] lists fewer.
+/// An output in `unit`. It depends on every input directly, unless [`VariableRow::depends_on`] lists fewer.
 #[must_use]
 pub const fn output(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
     VariableRow {
@@ -157,7 +157,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
     }
 }
 
-/// A parameter in `unit`, fixed after initialisation unless it is made [`Row::tunable`].
+/// A parameter in `unit`, fixed after initialisation unless it is made [`VariableRow::tunable`].
 #[must_use]
 pub const fn parameter(name: &'static str, unit: &'static str, description: &'static str) -> VariableRow {
     VariableRow {
@@ -168,7 +168,7 @@ pub const fn parameter(name: &'static str, unit: &'static str, description: &'st
     }
 }
 
-/// A parameter in `unit` that the model computes from others while it is initialised; [`Row::tunable`]
+/// A parameter in `unit` that the model computes from others while it is initialised; [`VariableRow::tunable`]
 /// when it follows tunable ones.
 #[must_use]
 pub const fn calculated_parameter(

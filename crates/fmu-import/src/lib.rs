@@ -3,7 +3,7 @@
 //!
 //! The archive and its description may be hostile: nothing is written outside of a temporary folder, and sizes are bounded.
 //! Its library is code that runs in this process. A crash ends the process, with a line on standard error that names instance
-//! and call; [`watch`] reports calls that do not return. In safe code an instance cannot be called after it was freed or after
+//! and call; [`start_watchdog`] reports calls that do not return. In safe code an instance cannot be called after it was freed or after
 //! `fmi2Fatal`, nor get a state of another instance.
 //!
 //! # Example
@@ -18,11 +18,11 @@
 //! fn simulate(archive: &Path, stop: f64) -> Result<f64, Box<dyn std::error::Error>> {
 //!     let fmu = Arc::new(Fmu::open(archive)?);
 //!     let about = &fmu.description;
-//!     let output = about.with(Causality::Output).next().ok_or("the FMU has no output")?;
+//!     let output = about.indices_with_causality(Causality::Output).next().ok_or("the FMU has no output")?;
 //!     let output = &about.variables[output];
 //!     let step = about.default_step.unwrap_or(0.01);
 //!
-//!     let mut instance = Instance::new(fmu.load()?, "decay", false)?;
+//!     let mut instance = Instance::new(fmu.load_library()?, "decay", false)?;
 //!     instance.setup_experiment(0.0, stop, about.default_tolerance)?;
 //!     instance.enter_initialization()?;
 //!     instance.exit_initialization()?;
@@ -50,7 +50,7 @@
 //!
 //! # States
 //! An instance whose FMU [can](Instance::can_save) do so saves its state as an [`FmuState`]. Restoring it goes back, dropping
-//! it forgets it. The FMU learns at each step whether it must be able to go back, see [`Instance::keep_history`].
+//! it forgets it. The FMU learns at each step whether it must be able to go back, see [`Instance::set_keeps_earlier_states`].
 //!
 //! # Checking the unsafe code
 //! `cargo test -p fmu-import` runs the calls of an instance under valgrind where that is installed. Miri cannot run foreign

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write};
 
 use askama::filters::Escaper;
 
-/// How templates escape what stands in braces, see [`escape`].
+/// How templates escape what stands in braces, see [`escape_xml`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct XmlEscaper;
 

@@ -1,7 +1,7 @@
 //! Writes pages that need nothing but a browser: a template and a style for light, dark and paper, and plots as SVG.
 //!
 //! A page is a template of askama that extends `base.html` of this crate and has a field `title`. All that stands in braces is escaped
-//! by [`Xml`], but for [`Markup`].
+//! by [`XmlEscaper`], but for [`Markup`].
 
 mod axis;
 mod escape;

@@ -39,7 +39,7 @@ pub struct IsolatedGuest {
 }
 
 impl IsolatedGuest {
-    /// Starts a guest with the memory as its standard input. It calls [`become_guest`] first, with the number of this process,
+    /// Starts a guest with the memory as its standard input. It calls [`connect_to_host_process`] first, with the number of this process,
     /// which is its last argument. `numbers` may travel at once. The thread that calls this has to outlive the guest.
     ///
     /// # Errors

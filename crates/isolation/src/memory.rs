@@ -123,7 +123,7 @@ impl SharedMemory {
 
 impl Drop for SharedMemory {
     fn drop(&mut self) {
-        // SAFETY: the mapping is that of `of`, and nothing refers to it any more.
+        // SAFETY: the mapping is that of `map_existing`, and nothing refers to it any more.
         let _ = unsafe { munmap(self.address.cast(), self.length) };
     }
 }

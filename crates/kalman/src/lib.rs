@@ -10,7 +10,7 @@
 //! A filter of a position and its speed, of which the position is measured:
 //!
 //! ```
-//! use kalman::{Gaussian, discretise, predict, update};
+//! use kalman::{Gaussian, discretise, measurement_update, predict};
 //! use nalgebra::{SMatrix, SVector};
 //!
 //! # fn main() -> Result<(), kalman::UpdateError> {
@@ -24,7 +24,7 @@
 //! let (F, Q_d) = discretise(&A, &Q_c, 0.01);
 //! let prior = predict(&start, F * start.mean, &F, &Q_d);
 //! let residual = SVector::from([0.2]) - H * prior.mean;
-//! let (posterior, innovation) = update(&prior, &residual, &H, &R)?;
+//! let (posterior, innovation) = measurement_update(&prior, &residual, &H, &R)?;
 //! assert!(posterior.cov[(0, 0)] < prior.cov[(0, 0)] && innovation.nis < 1.0);
 //! # Ok(())
 //! # }
@@ -35,30 +35,30 @@
 //!
 //! # A recording
 //!
-//! A recording is a list of [`Step`]s. [`linearise`] and [`extended`] make them from a nonlinear [`Model`].
-//! [`forward`] filters, [`smooth`] runs the smoother of Rauch, Tung and Striebel (RTS), and [`Em`] estimates
+//! A recording is a list of [`LinearStep`]s. [`linearise_along_trajectory`] and [`linearise_by_extended_filter`] make them from a [`NonlinearModel`].
+//! [`filter_forward`] filters, [`smooth_recording`] runs the smoother of Rauch, Tung and Striebel (RTS), and [`EmSettings`] estimates
 //! the noises by expectation maximisation (EM):
 //!
 //! ```
-//! use kalman::{Em, Gaussian, Parameters, Status, Step, forward, smooth};
+//! use kalman::{EmSettings, EmStatus, Gaussian, LinearStep, NoiseParameters, filter_forward, smooth_recording};
 //! use nalgebra::{SMatrix, SVector};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let measured = [0.1, 0.9, f64::NAN, 3.2, 3.9, 5.1, 5.8, 7.2];
-//! let steps = measured.map(|y| Step {
+//! let steps = measured.map(|y| LinearStep {
 //!     y: SVector::from([y]),
 //!     H: SMatrix::<f64, 1, 2>::new(1.0, 0.0),
 //!     F: SMatrix::<f64, 2, 2>::new(1.0, 1.0, 0.0, 1.0),
 //!     b: SVector::zeros(),
 //! });
-//! let guess = Parameters {
+//! let guess = NoiseParameters {
 //!     start: Gaussian { mean: SVector::zeros(), cov: SMatrix::identity() },
 //!     Q: SMatrix::identity() * 0.1,
 //!     R: SMatrix::identity(),
 //! };
-//! let found = Em::default().fit(&steps, &guess)?;
-//! assert_eq!(found.status, Status::Converged);
-//! let smoothed = smooth(&steps, &forward(&steps, &found.parameters)?)?;
+//! let found = EmSettings::default().fit(&steps, &guess)?;
+//! assert_eq!(found.status, EmStatus::Converged);
+//! let smoothed = smooth_recording(&steps, &filter_forward(&steps, &found.parameters)?)?;
 //! assert!((smoothed.states[2].mean[0] - 2.0).abs() < 0.2);
 //! # Ok(())
 //! # }

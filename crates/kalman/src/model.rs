@@ -53,7 +53,7 @@ pub fn linearise_along_trajectory<const N: usize, const M: usize>(
 }
 
 /// Tangents to a model where an extended Kalman filter has them: the measurement at the predicted
-/// state, the transition at the corrected one. [`forward`](crate::forward()) over them is that filter.
+/// state, the transition at the corrected one. [`filter_forward`](crate::filter_forward()) over them is that filter.
 ///
 /// # Errors
 ///

@@ -113,7 +113,7 @@ where
     ChannelValues::Integers(array.as_primitive::<T>().iter().map(|it| it.map(Into::into)).collect())
 }
 
-/// The values of an array of a type that has a [`kind`].
+/// The values of an array of a type that has a [`channel_kind`].
 fn array_values(array: &dyn Array) -> ChannelValues {
     let nothing = || ChannelValues::Numbers(vec![f64::NAN; array.len()]);
     let tenth = |scale: i8| 10f64.powi(-i32::from(scale));

@@ -8,9 +8,9 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("drive.vbo");
 //! # std::fs::write(&path, "[header]\ntime\nvelocity kmh\n[column names]\ntime velocity\n[data]\n120000.00 36.0\n120000.10 37.0\n")?;
-//! let mut log = log_file::Log::open(&path)?.expect("a log");
+//! let mut log = log_file::LogFile::open(&path)?.expect("a log");
 //! assert_eq!(log.channels()[1].unit.as_deref(), Some("km/h"));
-//! let speed = log.read(&[1])?;
+//! let speed = log.read_all_rows(&[1])?;
 //! assert_eq!(speed[0].number(0), Some(36.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -26,7 +26,7 @@ const fn driver_output_info(name: &'static str, unit: &'static str, about: &'sta
     DriverOutputInfo { name, unit, about }
 }
 
-/// The outputs of a manoeuvre, in the order of [`Driver::step`].
+/// The outputs of a manoeuvre, in the order of [`ManoeuvreDriver::step_commands`].
 pub const OUTPUTS: [DriverOutputInfo; 5] = [
     driver_output_info("steer", "rad", "Road-wheel angle, positive to the left"),
     driver_output_info("drive", "N", "Driving force; braking when negative"),

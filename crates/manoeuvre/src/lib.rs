@@ -1,8 +1,8 @@
 //! Manoeuvres of standards: what the driver does at each moment, and the characteristic values afterwards. They know the usual inputs
 //! and outputs of a car, and no car: no masses, no tires, no FMI.
 //!
-//! A [`Manoeuvre`] is a [`ManoeuvreKind`](kind::ManoeuvreKind) with what all kinds share. A [`Driver`] drives it: measured values go in, steering and
-//! driving force come out. Afterwards its [`Log`] of both gives the [`CharacteristicValues`]. Angles are those of the front wheels [rad]; axes are those
+//! A [`Manoeuvre`] is a [`ManoeuvreKind`](kind::ManoeuvreKind) with what all kinds share. A [`ManoeuvreDriver`] drives it: measured values go in, steering and
+//! driving force come out. Afterwards its [`ManoeuvreLog`] of both gives the [`CharacteristicValues`]. Angles are those of the front wheels [rad]; axes are those
 //! of ISO 8855, x forward, y left, z up. Each kind is written for a test to the left: for one to the right the driver mirrors both
 //! what it measures and what it commands.
 #![forbid(unsafe_code)]

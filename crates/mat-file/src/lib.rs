@@ -13,8 +13,8 @@
 //! }
 //! file.extend(b"v\0");
 //! file.extend([1.5f64, 2.5].iter().flat_map(|it| it.to_le_bytes()));
-//! let found = mat_file::read(&file)?;
-//! let speed = found.numbers("v").expect("numbers");
+//! let found = mat_file::read_mat_file(&file)?;
+//! let speed = found.numeric_array("v").expect("numbers");
 //! assert_eq!((&speed.shape[..], &speed.values[..]), (&[1, 2][..], &[1.5, 2.5][..]));
 //! # Ok::<(), mat_file::Error>(())
 //! ```

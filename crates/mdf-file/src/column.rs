@@ -55,14 +55,14 @@ impl MdfColumnType {
 /// A value of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MdfCell<'t> {
-    /// For [`Type::Real`].
+    /// For [`MdfColumnType::Real`].
     Real(f64),
-    /// For [`Type::Signed`].
+    /// For [`MdfColumnType::Signed`].
     Signed(i64),
-    /// For [`Type::Unsigned`].
+    /// For [`MdfColumnType::Unsigned`].
     Unsigned(u64),
-    /// For [`Type::Boolean`].
+    /// For [`MdfColumnType::Boolean`].
     Boolean(bool),
-    /// For [`Type::Text`].
+    /// For [`MdfColumnType::Text`].
     Text(&'t str),
 }

@@ -28,11 +28,11 @@ pub struct MdfFile {
 /// All rows of some channels of one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClockColumns {
-    /// Their clock, an index into [`File::clocks`].
+    /// Their clock, an index into [`MdfFile::clocks`].
     pub clock: usize,
     /// The master in seconds, radians or metres; the number of the row, from 0 on, where there is none.
     pub times: Vec<f64>,
-    /// The channels, indices into [`File::channels`].
+    /// The channels, indices into [`MdfFile::channels`].
     pub channels: Vec<usize>,
     /// The values of each of them.
     pub values: Vec<ChannelValues>,
@@ -110,7 +110,7 @@ impl MdfFile {
     }
 
     /// Hands over the rows of some channels, all of one clock, in stretches of at most [`STRETCH`] rows, until `take` is false.
-    /// Integers of [`Kind::Integer`] come as integers, other numbers as doubles.
+    /// Integers of [`ChannelValueKind::Integer`] come as integers, other numbers as doubles.
     ///
     /// # Errors
     /// When the file is damaged where these channels are, or a channel is not there or has another clock.
@@ -168,7 +168,7 @@ impl MdfFile {
     /// All rows of some channels, with their times: for each clock what there is of it, in the order of `wanted`.
     ///
     /// # Errors
-    /// As [`Self::visit`].
+    /// As [`Self::visit_rows`].
     pub fn read_columns(&mut self, wanted: &[usize]) -> Result<Vec<ClockColumns>, Error> {
         let mut all: Vec<ClockColumns> = Vec::new();
         for index in wanted {

@@ -19,7 +19,7 @@ pub struct MdfChannel {
     pub unit: Option<String>,
     /// What the file says about it.
     pub comment: Option<String>,
-    /// The clock that its rows have, an index into [`crate::File::clocks`].
+    /// The clock that its rows have, an index into [`crate::MdfFile::clocks`].
     pub clock: usize,
     /// What its values are, after their conversion.
     pub kind: ChannelValueKind,
@@ -41,7 +41,7 @@ pub enum ChannelValueKind {
 /// What the rows of some channels have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MdfClock {
-    /// The channel with the place of each row, an index into [`crate::File::channels`]; without one, rows have a number only.
+    /// The channel with the place of each row, an index into [`crate::MdfFile::channels`]; without one, rows have a number only.
     pub master: Option<usize>,
     /// What the master is.
     pub axis: MasterAxis,
@@ -74,7 +74,7 @@ pub struct StartTime {
 /// Where the values of a channel are.
 #[derive(Clone, Debug)]
 pub(crate) struct ChannelStorage {
-    /// The group, an index into [`Structure::groups`].
+    /// The group, an index into [`FileStructure::groups`].
     pub group: usize,
     pub store: ValueLocation,
     pub conversion: Arc<ValueConversion>,

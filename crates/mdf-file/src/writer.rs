@@ -1,7 +1,7 @@
 //! Writes rows as a file of MDF 4.10: one group, packed blocks of rows, texts of any length.
 //!
 //! A block is written before the link that leads to it, and the count of rows last. So the file is a whole one after every
-//! [`Writer::flush`], also when the program is killed later: it has the rows up to there.
+//! [`MdfWriter::flush_rows`], also when the program is killed later: it has the rows up to there.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};

@@ -60,9 +60,9 @@ pub struct InputSignal {
 pub struct DiagramLayer {
     /// Its name.
     pub name: Text,
-    /// A [`Shape`](crate::Shape) by its index; unknown ones are lines.
+    /// A [`DiagramLayerShape`](crate::DiagramLayerShape) by its index; unknown ones are lines.
     pub shape: u32,
-    /// A [`Role`](crate::Role) by its index; unknown ones are `Other`.
+    /// A [`DiagramLayerRole`](crate::DiagramLayerRole) by its index; unknown ones are `Other`.
     pub role: u32,
     /// Abscissas of the points.
     pub x: *const f64,
@@ -184,7 +184,7 @@ impl Text {
     /// Borrows the text, unless it is not UTF-8.
     ///
     /// # Safety
-    /// As [`Text::lossy`].
+    /// As [`Text::to_str_lossy`].
     #[must_use]
     pub unsafe fn to_utf8<'a>(self) -> Option<&'a str> {
         // SAFETY: as the caller promises.

@@ -10,8 +10,8 @@ use std::fmt::{self, Display};
 /// ```
 /// use plugin::ConfigError;
 ///
-/// let error = ConfigError::new("expected two rising numbers, found 3 and 1").within("B");
-/// let error = error.within("bounds").within("lateral");
+/// let error = ConfigError::new("expected two rising numbers, found 3 and 1").with_parent_key("B");
+/// let error = error.with_parent_key("bounds").with_parent_key("lateral");
 /// assert_eq!(error.path, ["lateral", "bounds", "B"]);
 /// assert_eq!(error.to_string(), "lateral.bounds.B: expected two rising numbers, found 3 and 1");
 /// ```

@@ -11,19 +11,19 @@ use serde::{Deserialize, Deserializer};
 const KEY: &str = "base64";
 
 /// The contents of a file that the user names. A configuration has a text as a string; contents that are no UTF-8 are a table with one key,
-/// `base64`. So plugins that want texts go on with `String`, and those that read any file have a `File`.
+/// `base64`. So plugins that want texts go on with `String`, and those that read any file have a `ConfigFile`.
 ///
 /// ```
 /// use std::collections::BTreeMap;
 ///
 /// #[derive(serde::Deserialize)]
-/// struct Config { files: BTreeMap<String, plugin::File> }
+/// struct Config { files: BTreeMap<String, plugin::ConfigFile> }
 ///
 /// let text = "[files]\nlog = \"t,v\\n\"\npacked = { base64 = \"H4sA/w==\" }\n";
 /// let Config { files } = plugin::from_toml(text)?;
 /// assert_eq!(files["log"].bytes(), b"t,v\n");
 /// assert_eq!(files["packed"].bytes(), [0x1f, 0x8b, 0, 0xff]);
-/// assert_eq!(plugin::File::value(vec![0x1f, 0x8b, 0, 0xff]).to_string(), "{ base64 = \"H4sA/w==\" }");
+/// assert_eq!(plugin::ConfigFile::config_value(vec![0x1f, 0x8b, 0, 0xff]).to_string(), "{ base64 = \"H4sA/w==\" }");
 /// # Ok::<(), plugin::ConfigError>(())
 /// ```
 #[derive(Clone, Default, PartialEq, Eq)]

@@ -4,44 +4,44 @@
 //! A plugin is a `cdylib` with an [`Analysis`]:
 //!
 //! ```
-//! use plugin::{Analysis, AnalysisError, Host, InputSignal, Request};
+//! use plugin::{Analysis, AnalysisError, AnalysisRequest, AnalysisServices, InputSignal};
 //!
 //! struct Mean;
 //!
 //! impl Analysis for Mean {
 //!     const INPUTS: &'static [InputSignal] = &[InputSignal::required("x", "", "the averaged signal")];
 //!
-//!     fn run(request: &Request, _host: &mut dyn Host) -> Result<String, AnalysisError> {
-//!         let x = request.signal("x").ok_or("expected a signal `x`")?.values;
+//!     fn run(request: &AnalysisRequest, _host: &mut dyn AnalysisServices) -> Result<String, AnalysisError> {
+//!         let x = request.find_signal("x").ok_or("expected a signal `x`")?.values;
 //!         Ok(format!(r#"{{"mean": {}}}"#, x.iter().sum::<f64>() / x.len() as f64))
 //!     }
 //! }
 //!
 //! plugin::export!(Mean);
 //! # let x = plugin::Signal { name: "x", unit: "", time: &[0.0, 1.0], values: &[1.0, 3.0] };
-//! # let request = Request { config: "", signals: vec![x] };
-//! # assert_eq!(Mean::run(&request, &mut plugin::NullHost), Ok(r#"{"mean": 2}"#.to_owned()));
+//! # let request = AnalysisRequest { config: "", signals: vec![x] };
+//! # assert_eq!(Mean::run(&request, &mut plugin::NullAnalysisServices), Ok(r#"{"mean": 2}"#.to_owned()));
 //! ```
 //!
-//! A configuration is a struct with `serde::Deserialize`. [`Request::read_config`] reads it, and a [`ConfigError`]
+//! A configuration is a struct with `serde::Deserialize`. [`AnalysisRequest::read_config`] reads it, and a [`ConfigError`]
 //! carries the key that is wrong, so that the program points at it in the user's file:
 //!
 //! ```
-//! use plugin::{ConfigError, Request};
+//! use plugin::{AnalysisRequest, ConfigError};
 //!
 //! #[derive(serde::Deserialize)]
 //! #[serde(deny_unknown_fields)]
 //! struct Config { window: f64 }
 //!
-//! fn check(request: &Request) -> Result<(), ConfigError> {
+//! fn check(request: &AnalysisRequest) -> Result<(), ConfigError> {
 //!     let Config { window } = request.read_config()?;
 //!     if window > 0.0 {
 //!         return Ok(());
 //!     }
-//!     Err(ConfigError::at("window", format!("expected a time above 0 s, found {window}")))
+//!     Err(ConfigError::at_key("window", format!("expected a time above 0 s, found {window}")))
 //! }
 //!
-//! let check = |config| check(&Request { config, signals: Vec::new() }).map_err(|error| error.to_string());
+//! let check = |config| check(&AnalysisRequest { config, signals: Vec::new() }).map_err(|error| error.to_string());
 //! assert_eq!(check("window = 0.5"), Ok(()));
 //! assert_eq!(check("window = 0.0"), Err("window: expected a time above 0 s, found 0".to_owned()));
 //! assert!(check("windw = 0.5").is_err_and(|error| error.starts_with("windw: unknown field")));

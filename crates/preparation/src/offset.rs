@@ -48,7 +48,7 @@ pub enum OffsetSource {
 /// An offset that was taken off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SensorOffset {
-    /// Its name in [`Offsets`].
+    /// Its name in [`OffsetSettings`].
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -65,7 +65,7 @@ pub struct SensorOffset {
 /// Values of r, a_x, a_y and sideslip, in this order.
 const NAMES: [(&str, &str); 4] = [("r", "rad/s"), ("a_x", "m/s²"), ("a_y", "m/s²"), ("sideslip", "rad")];
 
-/// Takes the offsets, in the order of [`estimate`], off a row.
+/// Takes the offsets, in the order of [`estimate_offsets`], off a row.
 pub fn subtract_offsets(row: &MotionSample, [r, a_x, a_y, sideslip]: [f64; 4]) -> MotionSample {
     let (sin, cos) = sideslip.sin_cos();
     let turn = |x: f64, y: f64| (x * cos + y * sin, y * cos - x * sin);

@@ -1,6 +1,6 @@
 //! Makes one FMU of a Python script: a process of Python has the model, and this instance asks it.
 //!
-//! [`Interface::of`] describes what a script says of itself, for the packer. The library in the archive is the package `python-fmu`;
+//! [`describe_script`] describes what a script says of itself, for the packer. The library in the archive is the package `python-fmu`;
 //! all that it does is [`ScriptInstance`].
 #![forbid(unsafe_code)]
 

@@ -96,7 +96,7 @@ impl AnalysisScript {
     }
 
     /// Analyses: hands over columns and a configuration, and gives the result. `take` gets what the script tells, and says whether it
-    /// goes on. Its files are in the folder of [`files`](Self::files).
+    /// goes on. Its files are in the folder of [`output_folder`](Self::output_folder).
     ///
     /// # Errors
     /// With the exception of the script; when its process ends, or `take` ends it.

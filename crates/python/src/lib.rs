@@ -1,6 +1,6 @@
 //! Runs Python scripts in processes of their own, which answer questions.
 //!
-//! [`Process`] starts an interpreter with one of the files of `python/trackside`, and loads a script in it. A question and an answer
+//! [`PythonProcess`] starts an interpreter with one of the files of `python/trackside`, and loads a script in it. A question and an answer
 //! are a length, a number and contents. What the script prints comes by another way and is read with the answer.
 #![forbid(unsafe_code)]
 

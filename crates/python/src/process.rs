@@ -92,7 +92,7 @@ impl PythonProcess {
         self.wait_for_answer(patience)
     }
 
-    /// Waits for an answer, as [`ask`](Self::ask) does.
+    /// Waits for an answer, as [`request_answer`](Self::request_answer) does.
     ///
     /// # Errors
     /// As there.
@@ -134,7 +134,7 @@ impl PythonProcess {
         if rest.is_empty() { Ok(()) } else { Err(self.process_ended_error()) }
     }
 
-    /// The number of the next answer, whose contents are in [`contents`](Self::contents); nothing if there is none within `patience`.
+    /// The number of the next answer, whose contents are in [`answer_contents`](Self::answer_contents); nothing if there is none within `patience`.
     ///
     /// # Errors
     /// When it is an exception or the end of the simulation; when the process ends.

@@ -52,7 +52,7 @@ pub struct BandCoverage {
     pub first_outside: Option<usize>,
     /// The index of the point with the largest deviation.
     pub worst: usize,
-    /// Its [deviation](Band::deviation).
+    /// Its [deviation](ToleranceBand::normalised_deviation).
     pub deviation: f64,
 }
 

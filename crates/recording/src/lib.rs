@@ -1,6 +1,6 @@
 //! The rows and events of a run go in through the trait [`Sink`]; MCAP, CSV, Parquet and MDF files come out. Readers take such files, and those
-//! of other programs, and return rows or columns over time. An index fits only one kind of row ([`Full`] or [`Recorded`]) and one kind
-//! of value ([`Number`] or [`Text`]).
+//! of other programs, and return rows or columns over time. An index fits only one kind of row ([`AllVariables`] or [`RecordedVariables`]) and one kind
+//! of value ([`NumberKind`] or [`TextKind`]).
 #![forbid(unsafe_code)]
 
 mod columns;

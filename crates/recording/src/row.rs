@@ -24,40 +24,40 @@ pub fn is_exact_in_f64(integer: i128) -> bool {
 /// An index of a full row does not fit a recorded one:
 ///
 /// ```compile_fail,E0277
-/// use recording::{Full, NumberIndex, Recorded, Row};
-/// let row = Row::<Recorded>::from_values(vec![1.0], Vec::new());
-/// row[NumberIndex::<Full>::new(0)];
+/// use recording::{AllVariables, NumberIndex, RecordedVariables, Row};
+/// let row = Row::<RecordedVariables>::from_values(vec![1.0], Vec::new());
+/// row[NumberIndex::<AllVariables>::new(0)];
 /// ```
 ///
 /// An index of a text does not fit numbers:
 ///
 /// ```compile_fail,E0308
-/// use recording::{Full, Row, TextIndex};
-/// let row = Row::<Full>::from_values(vec![1.0], Vec::new());
+/// use recording::{AllVariables, Row, TextIndex};
+/// let row = Row::<AllVariables>::from_values(vec![1.0], Vec::new());
 /// let number: f64 = row[TextIndex::new(0)];
 /// ```
 ///
 /// A check over full rows takes a full row:
 ///
 /// ```
-/// use expression::{Expression, Monitor, Operand};
-/// use recording::{Full, NumberIndex, Row};
-/// let speed = NumberIndex::<Full>::new(0);
-/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed).into()))?;
-/// let row = Row::<Full>::from_values(vec![20.0], Vec::new());
-/// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
+/// use expression::{ConditionMonitor, Expression, SignalOperand};
+/// use recording::{AllVariables, NumberIndex, Row};
+/// let speed = NumberIndex::<AllVariables>::new(0);
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(SignalOperand::Number(speed).into()))?;
+/// let row = Row::<AllVariables>::from_values(vec![20.0], Vec::new());
+/// assert_eq!(ConditionMonitor::new(check, 0.0).push_sample(0.0, &row), Some(true));
 /// # Ok::<(), expression::ParseError>(())
 /// ```
 ///
 /// It refuses a recorded one:
 ///
 /// ```compile_fail,E0277
-/// use expression::{Expression, Monitor, Operand};
-/// use recording::{Full, NumberIndex, Recorded, Row};
-/// let speed = NumberIndex::<Full>::new(0);
-/// let check = Expression::parse("car.speed < 30", &mut |_| Some(Operand::Number(speed).into()))?;
-/// let row = Row::<Recorded>::from_values(vec![20.0], Vec::new());
-/// assert_eq!(Monitor::new(check, 0.0).sample(0.0, &row), Some(true));
+/// use expression::{ConditionMonitor, Expression, SignalOperand};
+/// use recording::{AllVariables, NumberIndex, RecordedVariables, Row};
+/// let speed = NumberIndex::<AllVariables>::new(0);
+/// let check = Expression::parse("car.speed < 30", &mut |_| Some(SignalOperand::Number(speed).into()))?;
+/// let row = Row::<RecordedVariables>::from_values(vec![20.0], Vec::new());
+/// assert_eq!(ConditionMonitor::new(check, 0.0).push_sample(0.0, &row), Some(true));
 /// # Ok::<(), expression::ParseError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

@@ -1,4 +1,4 @@
-//! Shows what is in a log: its channels, with units, rates, gaps and ranges. [`crate::table::survey`] goes through a file.
+//! Shows what is in a log: its channels, with units, rates, gaps and ranges. [`crate::table::survey_file`] goes through a file.
 
 mod tally;
 

@@ -102,7 +102,7 @@ pub fn read_titles(path: impl AsRef<Path>) -> Result<FileTitles, TableError> {
         TableFileFormat::Mcap => mcap::ros_titles(path)?,
         TableFileFormat::Log(log) => {
             let found = log::ChannelIndex::new(path, &log);
-            let (columns, has_time) = (found.column_titles(), found.has_times());
+            let (columns, has_time) = (found.column_titles(), found.all_clocks_have_times());
             FileTitles { columns, has_time, format: log.format.to_owned() }
         }
         TableFileFormat::Csv => csv::csv_titles(path)?,
@@ -271,10 +271,10 @@ impl TimeSeriesTable {
         self.clocks.iter().map(shifted).collect()
     }
 
-    /// The index of a column's clock in [`Table::times`].
+    /// The index of a column's clock in [`TimeSeriesTable::clock_times`].
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     #[must_use]
     pub fn column_clock(&self, column: usize) -> usize {
         self.columns[column].clock
@@ -283,7 +283,7 @@ impl TimeSeriesTable {
     /// The values of a column at its time stamps.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     #[must_use]
     pub fn column_values(&self, column: usize) -> &[f64] {
         &self.columns[column].values
@@ -292,7 +292,7 @@ impl TimeSeriesTable {
     /// The unit of a column, if the file tells.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     #[must_use]
     pub fn column_unit(&self, column: usize) -> Option<&str> {
         self.columns[column].unit.as_deref()
@@ -308,7 +308,7 @@ impl TimeSeriesTable {
     /// and the last one after it ends. Constant effort while times ascend.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     pub fn value_at(&mut self, column: usize, time: f64) -> f64 {
         let TableColumn { clock, values, exact, .. } = &self.columns[column];
         let clock = &mut self.clocks[*clock];

@@ -28,7 +28,7 @@ pub fn view_run(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
 /// Puts two runs into one recording and opens it, or with `save` only writes it. `note` gets its oddities.
 ///
 /// # Errors
-/// When a run cannot be read, they have nothing in common, or as with [`view`].
+/// When a run cannot be read, they have nothing in common, or as with [`view_run`].
 pub fn compare_runs(
     a: &Path,
     b: &Path,

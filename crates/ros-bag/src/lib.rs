@@ -4,14 +4,14 @@
 //! in CDR (both versions, both byte orders) or in the form of ROS 1. What a damaged bag says of sizes is held against the bytes that are there.
 //!
 //! ```
-//! use ros_bag::{Definition, Encoding, Language, Row, Value};
+//! use ros_bag::{DefinitionLanguage, MessageDefinition, MessageEncoding, MessageValue};
 //!
-//! let definition = Definition::new("demo/msg/Wheel", Language::Msg, "uint8 gear\nfloat64[2] speed\n")?;
+//! let definition = MessageDefinition::parse("demo/msg/Wheel", DefinitionLanguage::Msg, "uint8 gear\nfloat64[2] speed\n")?;
 //! let mut message = vec![0, 1, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0];
 //! message.extend([1.5f64, -2.5].iter().flat_map(|it| it.to_le_bytes()));
-//! let message = definition.read(Encoding::Cdr, &message)?;
-//! let way = definition.find("speed.1").expect("a number");
-//! assert_eq!(message.get(&way.steps), Some(&Value::Real(-2.5)));
+//! let message = definition.decode_message(MessageEncoding::Cdr, &message)?;
+//! let way = definition.resolve_field_path("speed.1").expect("a number");
+//! assert_eq!(message.get_at_path(&way.steps), Some(&MessageValue::Real(-2.5)));
 //! # Ok::<(), String>(())
 //! ```
 #![forbid(unsafe_code)]

@@ -1,5 +1,5 @@
 //! A system of the standard System Structure and Parameterization (SSP 1.0 or 2.0) goes in: an `.ssp` archive, its folder, or an
-//! `.ssd` file. A flat [`System`] comes out: FMUs with start values, and connections from one FMU to another.
+//! `.ssd` file. A flat [`SspSystem`] comes out: FMUs with start values, and connections from one FMU to another.
 //!
 //! Nested systems, systems in files of their own, parameter bindings of all levels and signal dictionaries are resolved.
 //! All files may be hostile: nothing is written outside of a temporary folder, nothing is read outside of the folder of the
@@ -23,10 +23,10 @@
 //!   </ssd:System>
 //! </ssd:SystemStructureDescription>"#)?;
 //!
-//! let system = ssp::open(folder.path(), None)?;
+//! let system = ssp::open_system(folder.path(), None)?;
 //! let gain = &system.components[0];
 //! assert_eq!((gain.name.as_str(), gain.start_values[0].variable.as_str()), ("gain", "k"));
-//! assert_eq!(gain.start_values[0].value, ssp::Value::Real(2.0));
+//! assert_eq!(gain.start_values[0].value, ssp::SspValue::Real(2.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -279,7 +279,7 @@ impl StartValue {
 /// A variable of an FMU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FmuPort {
-    /// Place of the FMU among [`System::components`].
+    /// Place of the FMU among [`SspSystem::components`].
     pub component: usize,
     /// The variable.
     pub variable: String,

@@ -137,7 +137,7 @@ impl SequentialSearch {
         Ok(())
     }
 
-    /// How far it is, as of the last [`ask`](Self::ask).
+    /// How far it is, as of the last [`next_points`](Self::next_points).
     #[must_use]
     pub fn status(&self) -> SearchStatus {
         self.status

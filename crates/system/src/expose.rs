@@ -153,7 +153,7 @@ fn candidate_inputs(system: &System) -> Vec<CandidateInput> {
     known
 }
 
-/// The interface of the FMU of a scenario that [`guided`] wrote, without identity, and its description; and what was left out.
+/// The interface of the FMU of a scenario that [`extend_scenario_for_inputs`] wrote, without identity, and its description; and what was left out.
 ///
 /// # Errors
 /// When a choice is no output, or nothing is left that the FMU shows.

@@ -1,12 +1,12 @@
 //! Decodes text files of instruments and tools: UTF-8, UTF-16 by its byte order mark, or else Latin-1 (ISO 8859-1).
 //!
 //! ```
-//! use text_encoding::{ByteOrder, decode, utf16};
+//! use text_encoding::{ByteOrder, decode_text, decode_utf16};
 //!
-//! assert_eq!(decode("°C".as_bytes()), "°C");
-//! assert_eq!(decode(b"\xb0C"), "°C");
-//! assert_eq!(decode(b"\xff\xfe\xb0\0C\0"), "°C");
-//! assert_eq!(utf16(b"\0\xb0\0C", ByteOrder::BigEndian), "°C");
+//! assert_eq!(decode_text("°C".as_bytes()), "°C");
+//! assert_eq!(decode_text(b"\xb0C"), "°C");
+//! assert_eq!(decode_text(b"\xff\xfe\xb0\0C\0"), "°C");
+//! assert_eq!(decode_utf16(b"\0\xb0\0C", ByteOrder::BigEndian), "°C");
 //! ```
 
 #![forbid(unsafe_code)]

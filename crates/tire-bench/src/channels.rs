@@ -5,7 +5,7 @@ use units::Unit;
 use crate::sample::BenchError;
 use crate::table::{BenchColumn, BenchTable};
 
-/// Each channel of [`crate::Sample`] with its name and its SI unit.
+/// Each channel of [`crate::BenchSample`] with its name and its SI unit.
 pub const CHANNELS: [(&str, &str); 12] = [
     ("block", "1"),
     ("time_s", "s"),

@@ -105,10 +105,10 @@ pub fn fit_tire(samples: &[BenchSample], options: &TireFitOptions) -> Result<Tir
     fit_tire_to_means(&average_over_revolutions(samples, &options.tire), options)
 }
 
-/// As [`fit`], of points that [`condition`] made.
+/// As [`fit_tire`], of points that [`average_over_revolutions`] made.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit_tire`].
 pub fn fit_tire_to_means(points: &[RevolutionMean], options: &TireFitOptions) -> Result<TireFit, BenchError> {
     let bad = |text: &str| BenchError { file: "bench".to_owned(), line: None, text: text.to_owned() };
     let driven = swept_points(points, |it| it.sample.kappa);

@@ -42,7 +42,7 @@ pub struct HoldoutErrors {
 /// Fits without what is left out, and predicts it.
 ///
 /// # Errors
-/// As [`crate::fit`].
+/// As [`crate::fit_tire`].
 pub fn fit_with_holdout(
     samples: &[BenchSample],
     options: &TireFitOptions,

@@ -28,7 +28,7 @@ const STEADY: f64 = 3600.0;
 /// Reads files, each with its name. Tables are runs in their order; the files of TYDEX, which hold one sweep each, are sweeps of run 0.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read_bench_file`].
 pub fn read_bench_files(
     files: &[(&str, &[u8])],
     reading: &BenchReadOptions,
@@ -88,10 +88,10 @@ pub fn read_bench_file(
     Ok(all)
 }
 
-/// Reads a file of this path as one run, see [`read`]. `columns`: channel, column, unit.
+/// Reads a file of this path as one run, see [`read_bench_file`]. `columns`: channel, column, unit.
 ///
 /// # Errors
-/// When it cannot be read, and as [`read`].
+/// When it cannot be read, and as [`read_bench_file`].
 pub fn read_csv_file(
     path: &Path,
     run: usize,

@@ -23,10 +23,10 @@ fn decode_utf16(bytes: &[u8]) -> Option<String> {
     Some(text_encoding::decode_utf16(rest, order))
 }
 
-/// [`read`] of the bytes of a file.
+/// [`read_tir`] of the bytes of a file.
 ///
 /// # Errors
-/// As [`read`], and when it is no text.
+/// As [`read_tir`], and when it is no text.
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<(Coefficients, Vec<TireFileMessage>), TireFileErrors> {
     let (coefficients, mut messages) = read_tir(&decode_text(bytes), name)?;
     if decode_utf16(bytes).is_some() {

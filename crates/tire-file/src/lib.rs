@@ -5,10 +5,10 @@
 //!
 //! ```
 //! let text = "[MODEL]\nFITTYP = 61\n[DIMENSION]\nUNLOADED_RADIUS = 0.31\n[VERTICAL]\nFNOMIN = 4000\n";
-//! let (coefficients, messages) = tire_file::read(text, "small.tir")?;
+//! let (coefficients, messages) = tire_file::read_tir(text, "small.tir")?;
 //! assert_eq!(coefficients.UNLOADED_RADIUS, 0.31);
 //! assert!(messages.iter().any(|message| message.to_string().contains("PKY1")));
-//! # Ok::<(), tire_file::Errors>(())
+//! # Ok::<(), tire_file::TireFileErrors>(())
 //! ```
 #![forbid(unsafe_code)]
 

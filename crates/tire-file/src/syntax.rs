@@ -66,7 +66,7 @@ pub struct TirTable {
 }
 
 impl TirFile {
-    /// Takes a text apart. Any text is a file; what it misses shows when it is asked for [`TirFile::coefficients`].
+    /// Takes a text apart. Any text is a file; what it misses shows when it is asked for [`TirFile::to_coefficients`].
     pub fn parse(text: &str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let line_end = match (text.contains('\n'), text.contains("\r\n")) {

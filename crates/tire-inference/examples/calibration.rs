@@ -1,6 +1,6 @@
 //! Measures how far the published posterior can be believed, on synthetic data: `calibration WAY COUNT [SAMPLES [MORE]]`.
 //!
-//! - `coverage COUNT`: how often the 95 % interval of `identify` holds the truth of the paper's Table II, over seeds.
+//! - `coverage COUNT`: how often the 95 % interval of `identify_tire` holds the truth of the paper's Table II, over seeds.
 //! - `noisy COUNT`: the same with noise of 0.005 in the slip, and shifts S_h and S_v that are not known.
 //! - `ranks COUNT [SAMPLES [FIRST]]`: simulation-based calibration (Talts et al., 2018). Truths are drawn from the box; their ranks among the
 //!   draws must be uniform; FIRST is the first seed. The statistic of Kolmogorov and Smirnov is below 1.358/√COUNT in 95 % of sets of seeds.

@@ -116,7 +116,7 @@ impl FitOptions {
 /// Fits the free parameters.
 ///
 /// B, C and D are fitted as logarithms, in which the stiffness is linear. Bounds and an active limit of the stiffness are met
-/// to the last bits. A result that did not converge is returned as such, see [`Solution::convergence`].
+/// to the last bits. A result that did not converge is returned as such, see [`FitSolution::convergence`].
 ///
 /// # Errors
 /// If the samples, bounds or constraints leave nothing to fit; see [`FitError`].

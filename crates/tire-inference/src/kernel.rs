@@ -121,7 +121,7 @@ pub fn shape_sums(of: [f64; 3], slips: &[f64], [a, b, c]: [&[f64]; 3]) -> [f64; 
     [hh, yh, h]
 }
 
-/// What [`shapes`] gives, and Σ c h h', Σ a h'², Σ d h' and Σ a h', where h' is the slope of h.
+/// What [`shape_sums`] gives, and Σ c h h', Σ a h'², Σ d h' and Σ a h', where h' is the slope of h.
 pub fn shapes_and_slopes(of: [f64; 3], slips: &[f64], weights: [&[f64]; 4]) -> [f64; 7] {
     pulp::Arch::new().dispatch(ShapeSumKernel::<true> { of, slips, weights })
 }

@@ -53,7 +53,7 @@ impl Prior {
         Self { bounds: self.bounds.intersect(&Bounds::GOBLIRSCH), ..*self }
     }
 
-    /// The unit of differences of a parameter: the standard deviation where it is uniform within the bounds of [`Self::literature`].
+    /// The unit of differences of a parameter: the standard deviation where it is uniform within the bounds of [`Self::restricted_to_literature`].
     pub fn difference_unit(&self, parameter: Parameter) -> f64 {
         self.restricted_to_literature().parameter_std(parameter)
     }

@@ -17,7 +17,7 @@ pub struct ProfilePoint<X> {
     pub value: f64,
     /// All parameters.
     pub x: X,
-    /// What [`ProfileLikelihood::rise`] compares.
+    /// What [`ProfileLikelihood::likelihood_ratio_statistic`] compares.
     pub cost: f64,
     /// Whether the minimisation over all other parameters converged.
     pub converged: bool,

@@ -128,7 +128,7 @@ pub fn judge_quantities(
     found.into_iter().map(judged).collect()
 }
 
-/// What is known of a quantity, before it is judged. The fields are those of [`Judgement`].
+/// What is known of a quantity, before it is judged. The fields are those of [`QuantityJudgement`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityStatistics {
     /// What is judged.

@@ -6,16 +6,16 @@
 //! lifts the left side of the road, a positive grade goes uphill.
 //!
 //! ```
-//! use track::{Ggv, Limits, Line, Profile};
+//! use track::{AccelerationLimits, GgvDiagram, SpeedProfile, TrackLine};
 //!
 //! let square = "x, y\n0, 0\n50, 0\n100, 50\n50, 100\n0, 100\n-50, 50";
-//! let line = Line::read(square)?;
+//! let line = TrackLine::from_table_text(square)?;
 //! assert!(line.is_closed());
-//! let limits = Limits { lateral: 8.0, drive: 4.0, brake: 9.0, ..Limits::at_speed(60.0) };
-//! let ggv = Ggv::new(vec![limits], 2.0)?;
-//! let profile = Profile::of(&line, &ggv, &Default::default())?;
-//! assert!(profile.duration() > 10.0);
-//! let place = line.locate([51.0, 1.0], None);
+//! let limits = AccelerationLimits { lateral: 8.0, drive: 4.0, brake: 9.0, ..AccelerationLimits::at_speed(60.0) };
+//! let ggv = GgvDiagram::new(vec![limits], 2.0)?;
+//! let profile = SpeedProfile::fastest_on_line(&line, &ggv, &Default::default())?;
+//! assert!(profile.travel_time() > 10.0);
+//! let place = line.locate_point([51.0, 1.0], None);
 //! assert!(place.lateral > 0.0);
 //! # Ok::<(), track::Error>(())
 //! ```

@@ -55,10 +55,10 @@ pub struct LinePoint {
 }
 
 impl TrackLine {
-    /// Reads a line from the text of a table, as [`Survey::read`] does.
+    /// Reads a line from the text of a table, as [`TrackSurvey::from_table_text`] does.
     ///
     /// # Errors
-    /// As [`Survey::read`] and [`Line::through`].
+    /// As [`TrackSurvey::from_table_text`] and [`TrackLine::from_survey`].
     pub fn from_table_text(text: &str) -> Result<Self, Error> {
         Self::from_survey(&TrackSurvey::from_table_text(text)?)
     }

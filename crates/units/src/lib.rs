@@ -8,8 +8,8 @@
 //! assert_eq!(scale * 36.0 + offset, 10.0);
 //!
 //! let error = Unit::parse("N.furlong").unwrap_err();
-//! assert_eq!(error.span(), 2..9);
-//! assert!(units::known().any(|name| name == "ft"));
+//! assert_eq!(error.byte_range(), 2..9);
+//! assert!(units::known_unit_names().any(|name| name == "ft"));
 //! # Ok::<(), units::UnitError>(())
 //! ```
 //!

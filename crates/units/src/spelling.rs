@@ -164,9 +164,9 @@ const SIGNS: [(&str, &str); 9] = [
 ///
 /// ```
 /// for (written, unit) in [("deg/sec", "deg/s"), ("Meters/second", "m/s"), ("°C", "degC"), ("m/s²", "m/s2"), ("KTS", "kn")] {
-///     assert_eq!(units::normalized(written).as_deref(), Some(unit));
+///     assert_eq!(units::normalized_unit_text(written).as_deref(), Some(unit));
 /// }
-/// assert_eq!(units::normalized("furlong/sec"), None);
+/// assert_eq!(units::normalized_unit_text("furlong/sec"), None);
 /// ```
 #[must_use]
 pub fn normalized_unit_text(text: &str) -> Option<String> {

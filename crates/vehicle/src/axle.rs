@@ -28,7 +28,7 @@ impl VehicleBody {
     /// Loads of the front and the rear axle [N] from the specific force along x and z [m/s²] that an accelerometer in
     /// the centre of gravity measures: at rest a_z = g.
     ///
-    /// The sums of [`Body::axle_loads`], with the acceleration known: F_zf L = m a_z l_r + L F_df − h m a_x.
+    /// The sums of [`VehicleBody::axle_loads`], with the acceleration known: F_zf L = m a_z l_r + L F_df − h m a_x.
     pub fn axle_loads_from_accelerations(&self, downforce: [f64; 2], a_x: f64, a_z: f64) -> [f64; 2] {
         let total = self.m * a_z + downforce[0] + downforce[1];
         let F_zf = downforce[0] + self.m * (a_z * self.l_r - self.h * a_x) / self.wheelbase();
@@ -52,7 +52,7 @@ impl AxleForces {
     /// Turns forces along the body's axes into those of the wheels.
     ///
     /// `F_long` is the sum of all tire forces along x [N]: m a_x and the drag. `lateral` is that of
-    /// [`Body::lateral_forces`]. `front_share` is the part of the driving and of the braking force that acts at the
+    /// [`VehicleBody::lateral_forces`]. `front_share` is the part of the driving and of the braking force that acts at the
     /// front [-].
     ///
     /// With F = F_xf + F_xr, F_xf = s F and the front wheels turned by δ, F_long = F_xf cos δ + F_xr − F_yf sin δ and

@@ -1,6 +1,6 @@
 //! Evaluates the single-track car with options: combined slip, wheels that spin, relaxation, a steering actuator, a differential.
 //!
-//! docs/methods/plant.md has the equations. Without options it is [`Vehicle`](crate::Vehicle), but for the short lag with which
+//! docs/methods/plant.md has the equations. Without options it is [`SingleTrackCar`](crate::SingleTrackCar), but for the short lag with which
 //! forces move load between the axles.
 #![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
 
@@ -256,7 +256,7 @@ impl<S> DetailedTrack<S> {
     }
 
     /// The sides of an axle: 1, and −1 for a right tire that is the mirror image of the left one.
-    fn side_signs(&self) -> [f64; 2] {
+    fn mirror_signs(&self) -> [f64; 2] {
         match self.mounting {
             TireMounting::Mirrored => [1.0, -1.0],
             TireMounting::Alike => [1.0, 1.0],
@@ -275,7 +275,7 @@ impl<S> DetailedTrack<S> {
         S: TireSet<T>,
     {
         let p = &self.parameters;
-        let sides = self.side_signs();
+        let sides = self.mirror_signs();
         let asked = [0, 1].map(|i| self.fitted[i].tire_query(&state.axles[i], &axles[i].place));
         let alphas = self.tires.slip_angles([0, 0, 1, 1].map(|i: usize| asked[i].tan_alpha));
         let slips = std::array::from_fn(|i| asked[i / 2].operating_point(alphas[i], sides[i % 2]));
@@ -324,7 +324,7 @@ impl<S> DetailedTrack<S> {
         let p = &self.parameters;
         let crate::PlanarState { v_x, v_y, r, .. } = state.planar;
         let steady = p.body.slip_angles(v_x, v_y, r, delta).map(|alpha| -alpha);
-        let sides = self.side_signs();
+        let sides = self.mirror_signs();
         let omegas: PerAxle<T> = std::array::from_fn(|i| {
             let ContactPoint { v, turn: (sin, cos), .. } = axles[i].place;
             (v[0] * cos + v[1] * sin) / self.radius[i]

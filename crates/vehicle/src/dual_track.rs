@@ -59,7 +59,7 @@ const fn side_of(wheel: usize) -> f64 {
     SIDES[wheel % 2]
 }
 
-/// Forces and accelerations that follow from a [`State`] and an [`Input`] at the same instant.
+/// Forces and accelerations that follow from a [`DualTrackState`] and a [`DualTrackInput`] at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DualTrackEvaluation<T = f64> {
     /// Time derivative of the state.

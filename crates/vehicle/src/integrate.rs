@@ -25,7 +25,7 @@ pub fn rk4_step<T: Number, const N: usize>(
     SVector::from_fn(|i, _| x[i] + (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * (h / 6.0))
 }
 
-/// The state after `steps` steps of [`rk4`], of `h` [s] each.
+/// The state after `steps` steps of [`rk4_step`], of `h` [s] each.
 #[inline]
 pub(crate) fn rk4_steps<T: Number, const N: usize>(
     x: SVector<T, N>,

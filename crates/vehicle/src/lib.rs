@@ -4,16 +4,16 @@
 //! Everything is in SI units and radians, in the axes of ISO 8855: x forward, y to the left, z up,
 //! so a left turn has positive yaw rate, lateral acceleration and steering angle.
 //!
-//! The nonlinear car ([`Vehicle`]) is generic over its [`Number`] type: with `f64` it is a plant,
+//! The nonlinear car ([`SingleTrackCar`]) is generic over its [`Number`] type: with `f64` it is a plant,
 //! with dual numbers the same lines yield exact derivatives with respect to states, inputs and tire
 //! parameters.
 //!
 //! ```
-//! use vehicle::{Input, State, Vehicle};
+//! use vehicle::{PlanarState, SingleTrackCar, SingleTrackInput};
 //!
-//! let car = Vehicle::default();
-//! let start = State { v_x: 20.0, ..State::default() };
-//! let left = Input { F_x: 0.0, delta: 0.02 };
+//! let car = SingleTrackCar::default();
+//! let start = PlanarState { v_x: 20.0, ..PlanarState::default() };
+//! let left = SingleTrackInput { F_x: 0.0, delta: 0.02 };
 //! let end = car.advance(&start, &left, 0.5, 2e-3);
 //! assert!(end.r > 0.0 && end.Y > 0.0);
 //! ```

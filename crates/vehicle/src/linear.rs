@@ -13,7 +13,7 @@ use tire::Number;
 /// The state is x = [v_x, v_y, r, ξ_x, ξ_y, ξ_ψ] in m/s, m/s, rad/s, N, N and N m. The ξ are
 /// constant here; an estimator lets them walk randomly. The inputs are the longitudinal force `F_x`
 /// [N] and the steering angle `delta` [rad]. Slip angles use the same floor of the forward speed as
-/// [`crate::Vehicle`], and below it their derivative with respect to v_x is zero in the Jacobians
+/// [`crate::SingleTrackCar`], and below it their derivative with respect to v_x is zero in the Jacobians
 /// as well.
 ///
 /// The default has the masses and lengths of the demo car, but only 50 / 63.36 of its cornering
@@ -78,7 +78,7 @@ impl NominalCar {
         ])
     }
 
-    /// Derivative of [`rates`](Self::rates) with respect to the state; neither input enters it.
+    /// Derivative of [`state_derivative`](Self::state_derivative) with respect to the state; neither input enters it.
     #[inline]
     pub fn state_jacobian(&self, x: &SVector<f64, 6>) -> SMatrix<f64, 6, 6> {
         let [f, r] = self.axle_force_gradients(x);

@@ -84,7 +84,7 @@ pub struct SingleTrackInput<T = f64> {
     pub delta: T,
 }
 
-/// Forces and accelerations that follow from a [`State`] and an [`Input`] at the same instant.
+/// Forces and accelerations that follow from a [`PlanarState`] and a [`SingleTrackInput`] at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SingleTrackEvaluation<T = f64> {
     /// Time derivative of the state.
@@ -179,7 +179,7 @@ impl<T: Number> SingleTrackCar<T> {
     /// Forces and accelerations of the car: Newton's and Euler's equations in body axes.
     ///
     /// v_x' = a_x + v_y r, v_y' = a_y − v_x r, I_zz r' = l_f (F_yf cos δ + F_xf sin δ) − l_r F_yr,
-    /// with the slip angles of [`Body::slip_angles`].
+    /// with the slip angles of [`VehicleBody::slip_angles`].
     #[inline]
     pub fn evaluate(&self, state: &PlanarState<T>, input: &SingleTrackInput<T>) -> SingleTrackEvaluation<T> {
         self.evaluate_with_gravity(state, input, [T::one(); 2], T::one(), [T::zero(); 2])

@@ -76,7 +76,7 @@ impl<W> TireCar<W> {
         }
     }
 
-    /// Time derivative of the state: Newton's and Euler's equations as in [`crate::NominalCar::rates`].
+    /// Time derivative of the state: Newton's and Euler's equations as in [`crate::NominalCar::state_derivative`].
     #[inline]
     pub fn state_derivative<T: Number>(&self, x: &SVector<T, 6>, F_x: T, delta: T) -> SVector<T, 6>
     where
@@ -120,7 +120,7 @@ impl<W: Tire<VelocityDual>> TireCar<W> {
         SMatrix::from_rows(&[row(F_x), row(F_y), row(M_z)])
     }
 
-    /// Derivative of [`rates`](Self::rates) with respect to the state.
+    /// Derivative of [`state_derivative`](Self::state_derivative) with respect to the state.
     pub fn state_jacobian(&self, x: &SVector<f64, 6>, F_x: f64, delta: f64) -> SMatrix<f64, 6, 6> {
         let VehicleBody { m, I_zz, .. } = self.body;
         let per = vector![1.0 / m, 1.0 / m, 1.0 / I_zz];

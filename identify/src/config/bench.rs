@@ -169,7 +169,7 @@ impl BenchConfig {
         Ok(())
     }
 
-    /// What the user says of the files; `columns` and `constants` are those of [`Self::said`].
+    /// What the user says of the files; `columns` and `constants` are those of [`Self::declared_channels`].
     pub fn reading_options<'a>(
         &self,
         (columns, constants): &'a DeclaredChannels<'a>,

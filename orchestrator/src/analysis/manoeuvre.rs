@@ -4,7 +4,7 @@ use diagnostics::Error;
 use manoeuvre::{CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, Manoeuvre};
 use serde_json::{Map, Value, json};
 
-/// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::log`].
+/// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::test_log`].
 ///
 /// # Errors
 /// When the test did not take place.

@@ -74,7 +74,7 @@ fn inspect_scenario(arguments: &InspectArguments) -> Result<u8, Error> {
     let overrides = Overrides { analyses: AnalysisLoading::Skip, ..Overrides::default() };
     let plan = RunPlan::resolve(&scenario, &built, &overrides, folder)?;
     match (arguments.json, arguments.dot) {
-        (true, _) => print_json(&inspect::scenario::scenario_json(&scenario, &plan)),
+        (true, _) => print_json(&inspect::scenario::describe_scenario_as_json(&scenario, &plan)),
         (_, true) => print_text(&inspect::scenario::system_dot_graph(&plan.system)),
         _ => print_text(&inspect::scenario::describe_scenario(&scenario, &plan)),
     }

@@ -71,7 +71,7 @@ fn describe_analysis_code(analysis: &Analysis) -> String {
 
 /// The same as JSON.
 #[must_use]
-pub fn scenario_json(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> Value {
+pub fn describe_scenario_as_json(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> Value {
     let name = |node: &usize| node_label(system, &system.nodes[*node]);
     let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
     let node = |node: &usize| {

@@ -110,7 +110,7 @@ pub fn build_scenario_packages(scenario: &Scenario, progress: OnProgress) -> Res
 /// The same without plugins, for whoever looks at a scenario and does not run it.
 ///
 /// # Errors
-/// As of [`build`].
+/// As of [`build_scenario_packages`].
 pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
     let requests = CrateRequest::all_in_scenario(scenario).into_iter().filter(|request| !request.is_plugin);
     build_crate_requests(requests.collect(), progress)

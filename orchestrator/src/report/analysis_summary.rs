@@ -1,6 +1,6 @@
 //! Reads the summary that the result of an analysis has for people, and sets it in columns for a terminal.
 //!
-//! The keys are a contract with plugins (`docs/plugins.md`): [`plugin::Words`].
+//! The keys are a contract with plugins (`docs/plugins.md`): [`plugin::ResultSummary`].
 
 use std::fmt::Write as _;
 

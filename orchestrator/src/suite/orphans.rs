@@ -19,7 +19,7 @@ pub fn become_subreaper() {
     let _ = rustix::process::set_child_subreaper(Some(getpid()));
 }
 
-/// Starts the process of a run, which [`end_orphans`] leaves alone until [`wait_for_run`].
+/// Starts the process of a run, which [`kill_orphan_processes`] leaves alone until [`wait_for_run`].
 pub(super) fn spawn_run_process<T>(spawn: impl FnOnce() -> std::io::Result<(Pid, T)>) -> std::io::Result<T> {
     let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     let (process, started) = spawn()?;

@@ -120,7 +120,7 @@ impl LoopEquationSolver {
         (misfit(worst).is_nan() || misfit(worst) > 1.0).then_some(worst)
     }
 
-    /// Whether it waits for [`derivatives`](Self::derivatives).
+    /// Whether it waits for [`set_jacobian`](Self::set_jacobian).
     pub fn needs_jacobian(&self) -> bool {
         matches!(&self.method, SolverMethodState::Newton(newton) if newton.needs_jacobian())
     }

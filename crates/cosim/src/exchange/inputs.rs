@@ -123,7 +123,7 @@ impl Exchange<'_> {
                     true => self.start[connection.from],
                     false => self.row[connection.from],
                 };
-                // As `InputChain::scale`.
+                // As `InputChain::convert_unit`.
                 self.row[connection.to] = value * connection.factor + connection.offset;
             }
             return Ok(());

@@ -29,7 +29,7 @@ use crate::system::{FmuFailurePolicy, FmuIsolation, VariableGroups};
 /// What processes for FMUs need of the program that starts them.
 #[derive(Clone)]
 pub struct FmuProcessOptions {
-    /// The program with its arguments, which has to call [`serve`] with the number that comes after them.
+    /// The program with its arguments, which has to call [`serve_host_process`] with the number that comes after them.
     pub program: (PathBuf, Vec<String>),
     /// A call of an FMU that lasts longer than this is reported.
     pub patience: Duration,

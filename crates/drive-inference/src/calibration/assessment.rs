@@ -32,7 +32,7 @@ pub struct CalibrationAssessment {
     pub reason: String,
 }
 
-/// Estimates errors of sensors by [`calibrate`], from the whole and from both halves. Nothing is corrected.
+/// Estimates errors of sensors by [`calibrate_sensors`], from the whole and from both halves. Nothing is corrected.
 ///
 /// # Errors
 ///

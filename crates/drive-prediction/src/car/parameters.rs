@@ -15,11 +15,11 @@ pub type ParameterVector = [f64; COUNT];
 /// Shortest lag of the steering [s].
 pub const LEAST_LAG: f64 = 2e-3;
 
-/// Place of the steering offset in a [`Vector`].
+/// Place of the steering offset in a [`ParameterVector`].
 pub(super) const OFFSET: usize = 5;
-/// Place of the steering lag in a [`Vector`].
+/// Place of the steering lag in a [`ParameterVector`].
 pub const LAG: usize = 7;
-/// Names of the parameters, with units, in the order of a [`Vector`].
+/// Names of the parameters, with units, in the order of a [`ParameterVector`].
 pub const NAMES: [&str; COUNT] =
     ["ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h", "e"];
 

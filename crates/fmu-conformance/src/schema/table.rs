@@ -8,7 +8,7 @@ pub(super) struct ElementRow(pub &'static str, pub &'static str, pub &'static st
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct AttributeRule {
     pub(super) name: &'static str,
-    /// What its values are, as [`is`] reads it.
+    /// What its values are, as [`check_value_type`] reads it.
     pub(super) kind: &'static str,
     pub(super) required: bool,
 }

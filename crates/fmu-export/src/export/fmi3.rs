@@ -53,7 +53,7 @@ pub unsafe fn instantiate<S: CoSimulation>(
 /// `fmi3EnterInitializationMode`.
 ///
 /// # Safety
-/// As `with` demands of `component`.
+/// As `with_component` demands of `component`.
 pub unsafe fn enter_initialization<S: CoSimulation>(
     component: Component,
     tolerance: Option<f64>,
@@ -85,7 +85,7 @@ pub struct StepOutputs {
 /// `fmi3DoStep`. A model that ends the simulation does so before the step: the last successful time is its start.
 ///
 /// # Safety
-/// The members of `ended` are null or valid for a write; as `with` demands of `component`.
+/// The members of `ended` are null or valid for a write; as `with_component` demands of `component`.
 pub unsafe fn step<S: CoSimulation>(
     component: Component,
     time: f64,
@@ -119,7 +119,7 @@ pub unsafe fn step<S: CoSimulation>(
 /// Runs a call on the elements of variables, each with a reference of its own. Another number of values is refused.
 ///
 /// # Safety
-/// `references` is valid for `count` values; as `with` demands of `component`.
+/// `references` is valid for `count` values; as `with_component` demands of `component`.
 unsafe fn call_on_elements<S: CoSimulation>(
     component: Component,
     call: Call,
@@ -157,7 +157,7 @@ unsafe fn call_on_elements<S: CoSimulation>(
 /// `fmi3GetFloat64`, `fmi3GetInt32` and `fmi3GetBoolean`.
 ///
 /// # Safety
-/// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
+/// `references` is valid for `count` values, `values` for `length`; as `with_component` demands of `component`.
 pub unsafe fn get<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
@@ -237,7 +237,7 @@ pub unsafe fn set_string<S: CoSimulation>(
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
 ///
 /// # Safety
-/// `references` is valid for `count` values; as `with` demands of `component`.
+/// `references` is valid for `count` values; as `with_component` demands of `component`.
 pub unsafe fn access_unsupported_type<S: CoSimulation>(
     component: Component,
     call: Call,
@@ -290,7 +290,7 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
 /// What an importer would read is set to nothing.
 ///
 /// # Safety
-/// `count` is null or valid for a write; as `with` demands of `component`.
+/// `count` is null or valid for a write; as `with_component` demands of `component`.
 pub unsafe fn reject_unsupported_call<S: CoSimulation>(
     component: Component,
     count: *mut usize,

@@ -13,7 +13,7 @@ use crate::value::FmiValue;
 /// `fmi2GetReal`, `fmi2GetInteger` and `fmi2GetBoolean`.
 ///
 /// # Safety
-/// `references` and `values` are valid for `length` values; as `with` demands of `component`.
+/// `references` and `values` are valid for `length` values; as `with_component` demands of `component`.
 pub unsafe fn get<S: CoSimulation, T: FmiValue>(
     component: Component,
     references: *const ValueReference,
@@ -142,7 +142,7 @@ pub unsafe fn set_input_derivatives<S: CoSimulation>(
 ///
 /// # Safety
 /// `unknowns` and `responses` are valid for `rows` values, `knowns` and `changes` for `columns`; as
-/// `with` demands of `component`.
+/// `with_component` demands of `component`.
 pub unsafe fn directional_derivative<S: CoSimulation>(
     component: Component,
     unknowns: *const ValueReference,

@@ -12,7 +12,7 @@ impl Instance {
     /// Calls a function that fills an array.
     ///
     /// # Errors
-    /// As of [`run`](Self::run); also when the FMU writes past the end of the array.
+    /// As of [`run_checked`](Self::run_checked); also when the FMU writes past the end of the array.
     #[inline]
     pub(super) fn fill_array<T: AnyBitPattern>(
         &mut self,
@@ -35,7 +35,7 @@ impl Instance {
     /// The same for two arrays of one length.
     ///
     /// # Errors
-    /// See [`fill`](Self::fill).
+    /// See [`fill_array`](Self::fill_array).
     pub(super) fn fill_two_arrays<S: AnyBitPattern, T: AnyBitPattern>(
         &mut self,
         call: &'static CStr,

@@ -66,7 +66,7 @@ impl GuardedBuffer {
     #[inline]
     pub(super) unsafe fn copy_back_and_check_guard<T: Copy>(&mut self, values: &mut [T]) -> bool {
         let array = self.words.as_ptr().cast::<T>();
-        // SAFETY: as in `lend`.
+        // SAFETY: as in `lend_array`.
         let whole = unsafe {
             match values {
                 [value] => *value = array.read(),

@@ -194,7 +194,7 @@ impl Instance {
     }
 
     /// Takes the messages that were logged since the last time. Unless the instance logs all it has to say, it gives the first one of each
-    /// kind, see [`MessageKind`](crate::MessageKind), and how often the kind came again: see [`Message::again`].
+    /// kind, see [`MessageKind`](crate::MessageKind), and how often the kind came again: see [`FmuMessage::again`].
     pub fn take_messages(&self) -> Vec<FmuMessage> {
         self.mailbox.take_messages()
     }

@@ -17,7 +17,7 @@ unsafe extern "C" {
     fn trackside_requested_end() -> c_int;
 }
 
-/// Takes each end of the process for foreign code's, from here on, but that by [`exit_now`]: who crashed or called `exit` is told, and the
+/// Takes each end of the process for foreign code's, from here on, but that by [`exit_without_destructors`]: who crashed or called `exit` is told, and the
 /// exit code is 3. An end by `_exit` is seen if the program exports `trackside_foreign_exit` as `_exit`. Remembers locale, current
 /// folder and umask, to be put back after calls. Call it before there is any foreign code.
 pub fn guard_exit() {

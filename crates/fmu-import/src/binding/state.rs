@@ -40,7 +40,7 @@ impl Instance {
     /// Saves the state in the place of one that was saved before.
     ///
     /// # Errors
-    /// As of [`save`](Self::save); also when the state is not this instance's.
+    /// As of [`save_state`](Self::save_state); also when the state is not this instance's.
     pub fn save_into(&mut self, state: &mut FmuState) -> Result<(), CallError> {
         let pointer =
             self.state_pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
@@ -123,7 +123,7 @@ impl Instance {
         Ok(bytes)
     }
 
-    /// The state that [`serialise`](Self::serialise) gave as bytes: `fmi2DeSerializeFMUstate`.
+    /// The state that [`serialise_state`](Self::serialise_state) gave as bytes: `fmi2DeSerializeFMUstate`.
     ///
     /// # Errors
     /// See [`Instance`]; also without `canSerializeFMUstate`.

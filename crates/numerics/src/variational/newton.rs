@@ -18,7 +18,7 @@ const MOST_HALVINGS: usize = 30;
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonLimits {
-    /// Largest gradient norm, see [`Comparison::gradient_norm`].
+    /// Largest gradient norm, see [`DensityComparison::gradient_norm`].
     pub tolerance: f64,
     /// Most steps.
     pub steps: usize,
@@ -31,7 +31,7 @@ pub struct GaussianFit {
     pub gaussian: Gaussian,
     /// How it ended.
     pub status: OptimisationStatus,
-    /// Gradient norm at the end, see [`Comparison::gradient_norm`].
+    /// Gradient norm at the end, see [`DensityComparison::gradient_norm`].
     pub gradient_norm: f64,
     /// Steps that were taken.
     pub steps: usize,

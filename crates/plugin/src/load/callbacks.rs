@@ -112,7 +112,7 @@ pub(super) unsafe extern "C" fn take_needs(
     needs: *const abi::InputSignal,
     count: usize,
 ) {
-    // SAFETY: `Plugin::of` passed this guard, and the plugin lends its needs for the duration of the call.
+    // SAFETY: `Plugin::from_vtable` passed this guard, and the plugin lends its needs for the duration of the call.
     unsafe {
         CallGuard::<Vec<InputSignal<String>>>::with_state(context, (), |all| {
             all.extend(borrow_array(needs, count).iter().map(|need| InputSignal {
@@ -126,7 +126,7 @@ pub(super) unsafe extern "C" fn take_needs(
 }
 
 pub(super) unsafe extern "C" fn take_schema(context: *mut c_void, schema: Text) {
-    // SAFETY: `Plugin::of` passed this guard, and the plugin lends the text for the duration of the call.
+    // SAFETY: `Plugin::from_vtable` passed this guard, and the plugin lends the text for the duration of the call.
     unsafe {
         CallGuard::<Option<String>>::with_state(context, (), |taken| {
             *taken = schema.to_utf8().map(str::to_owned);

@@ -36,7 +36,7 @@ impl<T> CallGuard<T> {
     /// callback, and once a callback panicked. No panic leaves it.
     ///
     /// # Safety
-    /// `context` is null or comes from [`CallGuard::context`] of a guard for the same type that has not ended.
+    /// `context` is null or comes from [`CallGuard::context_pointer`] of a guard for the same type that has not ended.
     pub unsafe fn with_state<R>(context: *mut c_void, otherwise: R, work: impl FnOnce(&mut T) -> R) -> R {
         // SAFETY: as the caller promises. The reference is shared, also with other threads: until the thread is
         // known, only what all threads may read is.

@@ -17,7 +17,7 @@ impl TimeSeriesTable {
     /// The form in which a column is played back.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     #[must_use]
     pub fn column_type(&self, column: usize) -> ColumnType {
         match self.columns[column].exact {
@@ -30,7 +30,7 @@ impl TimeSeriesTable {
     /// Whether a column of integers has one beyond those of 64 bits with a sign.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     #[must_use]
     pub fn has_unsigned_integers(&self, column: usize) -> bool {
         match &self.columns[column].exact {
@@ -48,7 +48,7 @@ impl TimeSeriesTable {
     /// The text of a column at a time of the scenario [s]; nothing in a column of another form.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     pub fn text_at(&mut self, column: usize, time: f64) -> Option<&str> {
         let place = self.exact_value_index_at(column, time);
         match &self.columns[column].exact {
@@ -60,7 +60,7 @@ impl TimeSeriesTable {
     /// The integer of a column at a time of the scenario [s]; nothing in a column of another form.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     pub fn integer_at(&mut self, column: usize, time: f64) -> Option<i128> {
         let place = self.exact_value_index_at(column, time);
         match &self.columns[column].exact {

@@ -56,7 +56,7 @@ impl TimeSeriesTable {
     /// Converts the numbers of a column: value times factor plus offset.
     ///
     /// # Panics
-    /// When `column` is not an index into [`Table::names`].
+    /// When `column` is not an index into [`TimeSeriesTable::column_names`].
     pub fn scale_column(&mut self, column: usize, factor: f64, offset: f64) {
         if let TableColumn { exact: ExactValues::Nothing, values, .. } = &mut self.columns[column] {
             values.iter_mut().for_each(|value| *value = *value * factor + offset);
@@ -64,7 +64,7 @@ impl TimeSeriesTable {
     }
 
     /// Adds a column with the number of the log that each row of the first column is from, counted from 1.
-    pub fn number_logs(&mut self, name: &str) {
+    pub fn add_log_number_column(&mut self, name: &str) {
         let Some(first) = self.columns.first() else { return };
         let (clock, of) = (first.clock, &self.clocks[first.clock]);
         let number = |stamp: &f64| 1 + self.logs.iter().filter(|begin| stamp + of.delay > **begin).count();

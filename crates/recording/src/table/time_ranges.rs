@@ -3,7 +3,7 @@
 use super::{TableClock, TableColumn, TimeSeriesTable};
 
 impl TimeSeriesTable {
-    /// Keeps the rows within any of these stretches, both ends included [s, times as of [`Table::times`]].    ///
+    /// Keeps the rows within any of these stretches, both ends included [s, times as of [`TimeSeriesTable::clock_times`]].    ///
     /// # Errors
     /// When a column keeps no row: its name, and from when until when it goes [s].
     pub fn keep_time_ranges(&mut self, stretches: &[[f64; 2]]) -> Result<(), (String, [f64; 2])> {

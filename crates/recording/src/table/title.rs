@@ -28,7 +28,7 @@ impl ParsedTitle {
     }
 }
 
-/// The title of a column, from which [`Title::read`] reads the same name and unit: `v_x [km/h]`, without a unit `v_x`. Where a name alone
+/// The title of a column, from which [`ParsedTitle::parse`] reads the same name and unit: `v_x [km/h]`, without a unit `v_x`. Where a name alone
 /// would be taken for one with a unit, an empty bracket follows: `sensor(s) []`.
 pub(crate) fn format_title(name: &str, unit: Option<&str>) -> String {
     match unit {

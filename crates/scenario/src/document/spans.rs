@@ -26,7 +26,7 @@ impl Scenario {
     }
 
     /// The entries of a table that break a schema, such as those of the configuration of a plugin; `path` as for
-    /// [`Scenario::span_of_keys`].
+    /// [`Scenario::deepest_key_span`].
     #[must_use]
     pub fn schema_violations(&self, path: &[&str], schema: &Value) -> Vec<SchemaViolation> {
         let texts = self.source.padded_texts();

@@ -182,7 +182,7 @@ impl<'a> ScenarioWriter<'a> {
     }
 
     /// Says where what follows stands in the system.
-    fn map_source_position(&mut self, place: &SourcePosition) {
+    fn mark_text_origin(&mut self, place: &SourcePosition) {
         self.source_map.add_mapping(self.text.len(), place.clone());
     }
 
@@ -244,7 +244,7 @@ impl<'a> ScenarioWriter<'a> {
             );
             return Err(error_at(&component.position, message));
         }
-        self.map_source_position(&component.position);
+        self.mark_text_origin(&component.position);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
         let source = source.map_err(|error| error_at(&component.position, error))?;
@@ -275,14 +275,14 @@ impl<'a> ScenarioWriter<'a> {
                 continue;
             }
             let value = start_value(start, variable)?;
-            self.map_source_position(&start.position);
+            self.mark_text_origin(&start.position);
             self.write_line(format_args!("{} = {value}", toml_string(&start.variable)));
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.connection_variables(connection)?;
             if parameters::is_start(source, target) {
                 let value = parameters::parameter_start_toml(self.system, connection, source, target)?;
-                self.map_source_position(&connection.conversion.position);
+                self.mark_text_origin(&connection.conversion.position);
                 self.write_line(format_args!("{} = {value}", toml_string(&connection.to.variable)));
             }
         }
@@ -324,7 +324,7 @@ impl<'a> ScenarioWriter<'a> {
         let words = conversion_keys(way, source, target)?;
         let name = |port: &FmuPort| toml_string(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
-        self.map_source_position(&way.position);
+        self.mark_text_origin(&way.position);
         self.write_line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }

@@ -34,7 +34,7 @@ pub enum Analyser {
     /// A script in a process of its own, until it is used.
     Python(Mutex<Option<AnalysisScript>>),
     /// The manoeuvre that was driven: the signals are what the driver commanded and measured, in the order of
-    /// [`Manoeuvre::log`].
+    /// [`Manoeuvre::test_log`].
     Manoeuvre(Arc<Manoeuvre>),
 }
 

@@ -403,7 +403,7 @@ fn config_error(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -
 /// The largest file of an analysis [B].
 const LARGEST_FILE: u64 = 256 << 20;
 
-/// The contents of the files: texts, and what is none as [`plugin::File::value`] has it.
+/// The contents of the files: texts, and what is none as [`plugin::ConfigFile::config_value`] has it.
 fn read_files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
     let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
         let file = scenario.source.resolve_path(path);

@@ -78,7 +78,7 @@ pub fn columns_of_schema(schema: &Schema) -> Result<SweepTable, String> {
     Ok(SweepTable { columns: columns.collect::<Result<_, _>>()? })
 }
 
-/// Takes the rows of a batch behind those of a table that [`columns`] made for the same file.
+/// Takes the rows of a batch behind those of a table that [`columns_of_schema`] made for the same file.
 ///
 /// # Errors
 /// A sentence about the first column that has other values than its field says, or lacks one that cannot be missing.

@@ -32,7 +32,7 @@ impl SweepTableReader {
     /// Opens a file and reads what it says about its columns.
     ///
     /// # Errors
-    /// As [`read`].
+    /// As [`read_table`].
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = File::open(path).map_err(|error| unreadable_file_error(path, &error.to_string()))?;
         let metadata = panic_to_error(|| {
@@ -67,7 +67,7 @@ impl SweepTableReader {
     /// The rows of one group, from 0.
     ///
     /// # Errors
-    /// When there is no such group, or as [`read`].
+    /// When there is no such group, or as [`read_table`].
     pub fn read_row_group(&self, index: usize) -> Result<SweepTable, Error> {
         if index >= self.row_group_count() {
             let what = format!("expected more than {index} row groups, found {}", self.row_group_count());
@@ -79,7 +79,7 @@ impl SweepTableReader {
     /// All rows.
     ///
     /// # Errors
-    /// As [`read`].
+    /// As [`read_table`].
     pub fn read_all_rows(&self) -> Result<SweepTable, Error> {
         self.read_row_groups((0..self.row_group_count()).collect())
     }

@@ -47,7 +47,7 @@ pub struct CurveMinimum {
     pub x: DVector<f64>,
     /// Which of them stand on a bound.
     pub at_bound: Vec<bool>,
-    /// Their inverse Hessian, see [`inverse_on_active`].
+    /// Their inverse Hessian, see [`inverse_hessian_on_free`].
     pub inverse: DMatrix<f64>,
     /// How many of them nothing but the data decide.
     pub fitted: usize,

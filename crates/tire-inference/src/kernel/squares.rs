@@ -9,7 +9,7 @@ pub fn weighted_curve_squares(theta: &Theta, slips: &[f64], weights: &[f64], for
     pulp::Arch::new().dispatch(CurveSquaresKernel { theta, slips, weights, forces })
 }
 
-/// Not a closure, see [`crate::kernel::Shapes`].
+/// Not a closure, see [`crate::kernel::ShapeSumKernel`].
 struct CurveSquaresKernel<'a> {
     theta: &'a Theta,
     slips: &'a [f64],

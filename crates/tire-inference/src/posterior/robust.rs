@@ -84,7 +84,7 @@ impl<'a> RobustLikelihood<'a> {
         (self.samples.select_rows(&rows), CompressedSamples::new(&weighted.select_rows(&rows)), each)
     }
 
-    /// Draws from the posterior; `near` is that of [`Self::near`].
+    /// Draws from the posterior; `near` is that of [`Self::gaussian_approximation`].
     pub fn draw_posterior(
         &self,
         near: &GaussianApproximation,

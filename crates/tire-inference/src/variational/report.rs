@@ -34,7 +34,7 @@ pub struct VariationalReport {
     pub noise_std: f64,
     /// How its fit ended.
     pub status: OptimisationStatus,
-    /// How far the fit is from the optimum, without a unit, see [`numerics::variational::gaussian::Comparison::gradient_norm`].
+    /// How far the fit is from the optimum, without a unit, see [`numerics::variational::gaussian::DensityComparison::gradient_norm`].
     pub gradient_norm: f64,
     /// Steps that were taken.
     pub steps: usize,

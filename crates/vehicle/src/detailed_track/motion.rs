@@ -23,7 +23,7 @@ pub struct AxleForcesAndSlips<T = f64> {
     pub omega: T,
 }
 
-/// Forces and accelerations that follow from a [`State`] and an [`Input`](super::Input) at the same instant.
+/// Forces and accelerations that follow from a [`DetailedSingleTrackState`] and a [`DetailedSingleTrackInput`](super::DetailedSingleTrackInput) at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetailedTrackEvaluation<T = f64> {
     /// Time derivative of the state.

@@ -129,7 +129,7 @@ struct SharedChunkQueue {
 }
 
 impl SharedChunkQueue {
-    /// A panic of the thread is told by [`Desk::failed`].
+    /// A panic of the thread is told by [`ChunkQueue::failed`].
     fn lock_queue(&self) -> MutexGuard<'_, ChunkQueue> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -57,7 +57,7 @@ pub(super) fn field_numbers() -> impl Iterator<Item = u32> {
 /// <https://protobuf.dev/programming-guides/proto3/#assigning>
 const RESERVED: Range<u32> = 19_000..20_000;
 
-/// The schema of a message of doubles and texts: names and types of its fields, which have the [`numbers`].
+/// The schema of a message of doubles and texts: names and types of its fields, which have the [`field_numbers`].
 pub(super) fn encode_message_schema(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
     let fields = fields
         .iter()

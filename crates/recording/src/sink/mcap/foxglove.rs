@@ -55,7 +55,7 @@ impl From<&RunEvent> for FoxgloveLog {
     }
 }
 
-/// The event of a [`Log`] message at `time` [s].
+/// The event of a [`FoxgloveLog`] message at `time` [s].
 pub(crate) fn decode_log_event(time: f64, message: &[u8]) -> Option<RunEvent> {
     let log = <FoxgloveLog as prost::Message>::decode(message).ok()?;
     let level = match log.level {
@@ -117,7 +117,7 @@ impl FrameTransform {
     }
 }
 
-/// The schema of [`Log`].
+/// The schema of [`FoxgloveLog`].
 pub(super) fn log_schema() -> Vec<u8> {
     let fields = vec![
         timestamp_field(),

@@ -31,7 +31,7 @@ fn write_record_header(header: &MessageHeader, record: &mut [u8]) {
     record[23..31].copy_from_slice(&header.publish_time.to_le_bytes());
 }
 
-/// The headers and the data of records that [`add`] has made.
+/// The headers and the data of records that [`append_message_record`] has made.
 pub(super) fn iter_message_records(mut records: &[u8]) -> impl Iterator<Item = (MessageHeader, &[u8])> {
     std::iter::from_fn(move || {
         let length = u64::from_le_bytes(*records.get(1..)?.first_chunk()?);

@@ -24,7 +24,7 @@ pub(super) struct CsvColumnCells<'a> {
 }
 
 impl<'a> CsvColumnCells<'a> {
-    /// Reads the cells, and nothing but these into memory. The decimal mark is the given one, or open until it is [decided](Self::decide).
+    /// Reads the cells, and nothing but these into memory. The decimal mark is the given one, or open until it is [decided](Self::resolve_decimal_mark).
     pub fn read(
         file: &'a CsvFile<'a>,
         places: &'a [usize],

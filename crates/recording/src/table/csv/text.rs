@@ -8,7 +8,7 @@ use diagnostics::read_bounded;
 use flate2::read::MultiGzDecoder;
 use text_encoding::{ByteOrder, utf16_units};
 
-/// The text of a file; bytes count in what [`Text::open`] gives.
+/// The text of a file; bytes count in what [`CsvText::open`] gives.
 #[derive(Debug, Clone)]
 pub enum CsvText {
     File(PathBuf),

@@ -89,7 +89,7 @@ impl ChannelIndex {
     }
 
     /// Whether each clock has a time of its own.
-    pub fn has_times(&self) -> bool {
+    pub fn all_clocks_have_times(&self) -> bool {
         self.clocks.iter().all(|it| it.time != ClockTime::Unknown)
     }
 

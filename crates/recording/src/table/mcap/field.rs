@@ -288,7 +288,7 @@ impl MessageField {
             (MessageField::Protobuf(steps), RowContent::Protobuf(message)) => {
                 protobuf_field_value(message, steps)
             }
-            (MessageField::Json(path), RowContent::Json(json)) => json_value(json, path),
+            (MessageField::Json(path), RowContent::Json(json)) => json_value_at(json, path),
             (MessageField::Ros(way), RowContent::Ros(value)) => ros_value(value, &way.steps),
             _ => Err(FieldError::Missing),
         }
@@ -365,7 +365,7 @@ fn protobuf_value_at(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, 
     })
 }
 
-fn json_value(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
+fn json_value_at(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
     match json_node_at(json, path).ok_or(FieldError::Missing)? {
         Json::Number(number) => match (number.as_i64(), number.as_u64()) {
             (Some(integer), _) => Ok(ChannelValue::Integer(integer.into())),

@@ -148,7 +148,7 @@ impl ScenarioWriter<'_> {
         kind: &str,
         has_unit: bool,
     ) {
-        self.map_source_position(&connector.position);
+        self.mark_text_origin(&connector.position);
         let name = toml_string(&format!("{}.{}", settings.name, connector.name));
         self.write_line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
         if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {

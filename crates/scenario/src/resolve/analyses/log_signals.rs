@@ -25,7 +25,7 @@ pub fn read_log(
     keep_time_ranges(scenario, table, &mut log)?;
     let number = needs.iter().any(|need| need.name == LOG);
     if number && log.columns.iter().all(|column| column.name != LOG) {
-        log.table.number_logs(LOG);
+        log.table.add_log_number_column(LOG);
     }
     Ok(log)
 }

@@ -145,7 +145,7 @@ fn logs_follow_one_another_in_the_units_of_the_first_one() {
     assert_eq!(log.table.column_values(0), [36.0, 72.0, 36.0, 72.0, 36.0, 72.0]);
     assert_eq!(log.table.clock_times(), [[0.0, 1.0, 11.0, 11.5, 21.5, 22.5]]);
     assert!(warnings[0].contains("`a_y` is left out: b.csv has no column for it"), "{warnings:?}");
-    log.table.number_logs("log");
+    log.table.add_log_number_column("log");
     assert_eq!(log.table.column_values(1), [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     let error = folder.error("path = [\"a.csv\", \"c.csv\"]\naliases = \"aliases.toml\"");
     assert!(error.contains("`v_x` is in [km/h] in a.csv and in [N] in c.csv"), "{error}");

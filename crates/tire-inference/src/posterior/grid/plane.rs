@@ -1,6 +1,6 @@
 //! Covers the plane of C and E with cells, finer and finer where the posterior is.
 //!
-//! E is 1 − 2 s² near 1, so that even cells in s resolve the needle that the posterior often has at E → 1, see [`Height`].
+//! E is 1 − 2 s² near 1, so that even cells in s resolve the needle that the posterior often has at E → 1, see [`CurvatureFactorMap`].
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::collections::BTreeMap;
@@ -71,7 +71,7 @@ pub fn is_noise_too_small(noise: f64, count: f64) -> bool {
 }
 
 impl<'a> PosteriorGrid<'a> {
-    /// Cells about all that counts. `seeds` are optima, `noise` is that of [`Linear::relative_noise`] at the best of them.
+    /// Cells about all that counts. `seeds` are optima, `noise` is that of [`LinearParameterIntegrator::relative_noise`] at the best of them.
     pub fn new(
         linear: &'a LinearParameterIntegrator<'a>,
         prior: &'a Prior,
