@@ -11,7 +11,7 @@
 //! let mut log = log_file::LogFile::open(&path)?.expect("a log");
 //! assert_eq!(log.channels()[1].unit.as_deref(), Some("km/h"));
 //! let speed = log.read_all_rows(&[1])?;
-//! assert_eq!(speed[0].number(0), Some(36.0));
+//! assert_eq!(speed[0].number_at(0), Some(36.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]

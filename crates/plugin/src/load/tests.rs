@@ -124,9 +124,10 @@ fn columns_go_in_and_text_files_and_columns_come_out() {
     let x = r#"Signal { name: "x", unit: "m/s", time: [0.0, 0.5], values: [1.5, 2.5] }"#;
     assert_eq!(result, Ok(format!("{x} of 2")));
     let double = r#"Signal { name: "xx", unit: "m/s", time: [0.0, 0.5], values: [3.0, NaN] }"#;
-    let line = r#"Layer { name: "ä", shape: Line, role: Limit, x: [0.0, 1.0], y: [2.0, inf], upper: [] }"#;
+    let line =
+        r#"DiagramLayer { name: "ä", shape: Line, role: Limit, x: [0.0, 1.0], y: [2.0, inf], upper: [] }"#;
     // A band without an upper end for each point is as long as it has them.
-    let band = r#"Layer { name: "ä", shape: Band, role: Other, x: [0.0], y: [2.0], upper: [3.0] }"#;
+    let band = r#"DiagramLayer { name: "ä", shape: Band, role: Other, x: [0.0], y: [2.0], upper: [3.0] }"#;
     let diagram = format!(
         r#"both Diagram {{ title: "t", axes: ["x [m]", "y"], ranges: [[0.0, 1.0], [2.0, 3.0]], layers: [{line}, {band}] }}"#
     );
