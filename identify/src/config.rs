@@ -20,7 +20,7 @@ pub use bench::BenchConfig;
 pub use bounds::BoundsChoice;
 pub use car::{ClosedLoopCarConfig, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
-pub use curve::{CurveConfig, HeldParameters, OneCurve};
+pub use curve::{CurveConfig, FixedParameters, OneCurve};
 pub use doctor::DoctorConfig;
 use plugin::ConfigError;
 pub use prediction::PredictionConfig;

@@ -11,7 +11,7 @@ use tire_inference::verdict::Identifiability;
 use crate::stretches::lateral_series_and_loads;
 
 /// Effects of both axles with one car; absent where they cannot be fitted.
-pub type BothAxleEffects = [Option<[f64; EFFECTS]>; 2];
+pub type CarLoadEffects = [Option<[f64; EFFECTS]>; 2];
 
 /// Both axles, with what other data of the car say.
 pub struct LoadEffectFits {
@@ -52,7 +52,7 @@ impl LoadEffectFits {
         &self,
         prepared: &PreparedRecording,
         pipeline: &PreparationPipeline,
-    ) -> BothAxleEffects {
+    ) -> CarLoadEffects {
         let series = lateral_series_and_loads(prepared, pipeline);
         std::array::from_fn(|at| {
             let (_, series, load) = series[at];
@@ -61,7 +61,7 @@ impl LoadEffectFits {
     }
 
     /// Adds what a datum of the car does, at minus and plus one standard deviation.
-    pub fn add_car_uncertainty(&mut self, name: &'static str, [low, high]: [BothAxleEffects; 2]) {
+    pub fn add_car_uncertainty(&mut self, name: &'static str, [low, high]: [CarLoadEffects; 2]) {
         for (at, (_, moves)) in self.axles.iter_mut().enumerate() {
             moves.extend(low[at].zip(high[at]).map(|(low, high)| (name, [low, high])));
         }

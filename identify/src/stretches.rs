@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::drift::{self, DriftEstimate};
 use tire_inference::local::{StretchFit, StretchPrior};
-use tire_inference::window::WindowJudgement;
+use tire_inference::window::WindowIdentifiability;
 
 use crate::config::stretches::{self, WindowConfig};
 
@@ -157,7 +157,7 @@ pub fn assess_windows(
 ) -> Value {
     let claim = config.curve_requirement();
     let of_axle = |(axle, series, load): (&str, &PointTimeSeries, f64)| {
-        let told = |(from, part): (f64, PointTimeSeries)| json!({ "from": from, "until": from + config.length, "curve": WindowJudgement::judge(&part, load, &claim) });
+        let told = |(from, part): (f64, PointTimeSeries)| json!({ "from": from, "until": from + config.length, "curve": WindowIdentifiability::judge(&part, load, &claim) });
         let all: Vec<Value> = split_by_length(series, config.length).into_iter().map(told).collect();
         (axle.to_owned(), Value::Array(all))
     };

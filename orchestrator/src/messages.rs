@@ -79,11 +79,11 @@ pub fn warning_and_error_lines(messages: &[NodeMessage]) -> Vec<String> {
 
 /// The messages of the nodes of a run by kind.
 #[derive(Debug, Default)]
-pub(crate) struct NodeMessageCounter(HashMap<String, MessageKinds<CountedMessage>>);
+pub(crate) struct NodeMessageCounter(HashMap<String, MessageKinds<MessageKindCount>>);
 
 /// A kind, and how many of its messages the recordings have.
 #[derive(Debug)]
-struct CountedMessage {
+struct MessageKindCount {
     message: NodeMessage,
     recorded: u64,
 }
@@ -102,7 +102,7 @@ impl NodeMessageCounter {
             self.0.insert(source.clone(), MessageKinds::default());
         }
         let Some(kinds) = self.0.get_mut(source) else { return true };
-        let (place, new) = kinds.entry_index(MessageKind::of(level, text), |beyond| CountedMessage {
+        let (place, new) = kinds.entry_index(MessageKind::of(level, text), |beyond| MessageKindCount {
             message: NodeMessage {
                 node: source.clone(),
                 level: severity,

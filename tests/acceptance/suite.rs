@@ -94,7 +94,7 @@ fn body(name: &str, test: fn()) -> Result<(), Failed> {
     // PID/task/TID
     let thread = Path::new("/proc").join(std::fs::read_link("/proc/thread-self").unwrap_or_default());
     let begin = Instant::now();
-    let started = Started { name: name.to_owned(), thread: thread.clone(), begin };
+    let started = RunningTest { name: name.to_owned(), thread: thread.clone(), begin };
     locked(&STARTED).push(started);
     let result = catch_unwind(AssertUnwindSafe(test));
     locked(&STARTED).retain(|it| it.thread != thread);
@@ -107,14 +107,14 @@ fn body(name: &str, test: fn()) -> Result<(), Failed> {
 const LIMIT: Duration = Duration::from_secs(900);
 
 /// A test that goes on.
-struct Started {
+struct RunningTest {
     name: String,
     /// The folder of its thread in `/proc`, which tells the processes that it started.
     thread: PathBuf,
     begin: Instant,
 }
 
-static STARTED: Mutex<Vec<Started>> = Mutex::new(Vec::new());
+static STARTED: Mutex<Vec<RunningTest>> = Mutex::new(Vec::new());
 /// How long each test took.
 static TIMES: Mutex<Vec<(Duration, String)>> = Mutex::new(Vec::new());
 

@@ -21,8 +21,8 @@ use recording::{AllVariables, Columns, Row};
 pub use self::effort::NodeStepTiming;
 use self::effort::TimingCollector;
 pub use self::initial::TearValue;
+use self::inputs::DirectConnections;
 pub use self::inputs::GuessedInput;
-use self::inputs::PlainConnections;
 use self::limits::{check_accepted_value, check_outputs_not_nan};
 pub use self::loops::ConnectionValues;
 pub(crate) use self::loops::{check_failures, quoted_node_names, unsolved_loop_interruption};
@@ -68,7 +68,7 @@ pub struct ExchangeState {
     stop: Option<NodeTermination>,
     /// The inputs that are extrapolated within a step, by node.
     pub extrapolated: Vec<Vec<ExtrapolatedInput>>,
-    plain: PlainConnections,
+    plain: DirectConnections,
 }
 
 impl ExchangeState {
@@ -78,7 +78,7 @@ impl ExchangeState {
         let row = system.columns.zero_row();
         let efforts = TimingCollector::for_nodes(system.nodes.len());
         let extrapolated = system.nodes.iter().map(extrapolated::extrapolated_inputs_of_node).collect();
-        let (notices, plain) = (Vec::new(), PlainConnections::from_plans(&system.nodes));
+        let (notices, plain) = (Vec::new(), DirectConnections::from_plans(&system.nodes));
         ExchangeState { start: row.clone(), row, efforts, notices, stop: None, extrapolated, plain }
     }
 }
@@ -110,7 +110,7 @@ pub struct Exchange<'a> {
     stop: Option<NodeTermination>,
     /// Whether a node has messages.
     message_flag: bool,
-    plain: PlainConnections,
+    plain: DirectConnections,
 }
 
 impl<'a> Exchange<'a> {

@@ -341,7 +341,7 @@ pub fn instantiate_reusing(
         // The last step of its own may end a unit in the last place later.
         let own = plan.step_ratio.map(|step_ratio| step_ratio.node_clock(&clock).announced_stop());
         let stop = announced_stop.map(|stop| own.map_or(stop, |own| own.max(stop)));
-        let experiment = FmuExperiment { start: clock.start, stop, tolerance };
+        let experiment = ExperimentSetup { start: clock.start, stop, tolerance };
         let node = create_node(plan, experiment, host, reusable)?;
         Ok(wrap_sub_stepping(node, plan, clock))
     });
@@ -382,7 +382,7 @@ pub fn source_nodes(system: &mut System) -> Vec<Box<dyn Node>> {
 
 /// What an FMU is told of the run.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct FmuExperiment {
+pub struct ExperimentSetup {
     /// The first communication point [s].
     pub start: f64,
     /// The stop time [s], if it is known.
@@ -398,13 +398,13 @@ pub(crate) struct InstanceSettings<'a> {
     pub log: bool,
     pub inputs: VariableGroups,
     pub outputs: VariableGroups,
-    pub experiment: FmuExperiment,
+    pub experiment: ExperimentSetup,
     pub starts: Vec<StartValue>,
 }
 
 fn create_node(
     plan: &mut NodePlan,
-    experiment: FmuExperiment,
+    experiment: ExperimentSetup,
     host: Option<&FmuProcessOptions>,
     reusable: &mut ReusableInstances,
 ) -> Result<Box<dyn Node>, Error> {

@@ -49,7 +49,7 @@ pub struct SteeringMap {
 
 /// A command that was held.
 #[derive(Clone, Copy, Debug)]
-struct HeldCommand {
+struct ConstantCommand {
     command: f64,
     /// Whether it was reached from below (1), from above (−1), or nobody knows (0).
     side: f64,
@@ -95,7 +95,7 @@ pub fn steering_map(
 }
 
 /// The commands that are held, one after the other.
-fn held_commands(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<HeldCommand> {
+fn held_commands(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<ConstantCommand> {
     let mut all = Vec::new();
     let (mut from, mut before) = (0, f64::NAN);
     for run in command.chunk_by(|a, b| a == b) {
@@ -113,7 +113,7 @@ fn held_commands(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<HeldComma
             let squares: f64 = parts.iter().map(|part| (part - angle).powi(2)).sum();
             let side = if before.is_nan() { 0.0 } else { (run[0] - before).signum() };
             let std = (squares / (count * (count - 1.0).max(1.0))).sqrt();
-            all.push(HeldCommand { command: run[0], side, angle, std });
+            all.push(ConstantCommand { command: run[0], side, angle, std });
         }
         if run[0].is_finite() {
             before = run[0];
@@ -123,19 +123,19 @@ fn held_commands(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<HeldComma
 }
 
 /// Those of each command, in the order of the commands.
-fn group_by_command(held: &[HeldCommand]) -> Vec<Vec<HeldCommand>> {
+fn group_by_command(held: &[ConstantCommand]) -> Vec<Vec<ConstantCommand>> {
     let mut held = held.to_vec();
     held.sort_by(|a, b| a.command.total_cmp(&b.command));
-    held.chunk_by(|a, b| a.command == b.command).map(<[HeldCommand]>::to_vec).collect()
+    held.chunk_by(|a, b| a.command == b.command).map(<[ConstantCommand]>::to_vec).collect()
 }
 
 /// The mean angle of those that were reached from a side.
-fn from_side(level: &[HeldCommand], side: f64) -> Option<f64> {
+fn from_side(level: &[ConstantCommand], side: f64) -> Option<f64> {
     let angles: Vec<f64> = level.iter().filter(|it| it.side == side).map(|it| it.angle).collect();
     (!angles.is_empty()).then(|| angles.iter().sum::<f64>() / angles.len() as f64)
 }
 
-fn steering_map_from_commands(levels: &[Vec<HeldCommand>]) -> SteeringMap {
+fn steering_map_from_commands(levels: &[Vec<ConstantCommand>]) -> SteeringMap {
     let plays: Vec<f64> = levels
         .iter()
         .filter_map(|level| Some(0.5 * (from_side(level, -1.0)? - from_side(level, 1.0)?)))
@@ -148,13 +148,13 @@ fn steering_map_from_commands(levels: &[Vec<HeldCommand>]) -> SteeringMap {
         let reach = STUDENT.get(plays.len() - 2).unwrap_or(&2.2) * std;
         [play - reach, play + reach]
     });
-    let point = |level: &Vec<HeldCommand>| {
+    let point = |level: &Vec<ConstantCommand>| {
         // The side of the play on which a log begins nobody knows.
-        let (known, unknown): (Vec<HeldCommand>, Vec<HeldCommand>) =
+        let (known, unknown): (Vec<ConstantCommand>, Vec<ConstantCommand>) =
             level.iter().partition(|it| it.side != 0.0);
         let level = if known.is_empty() { unknown } else { known };
         let count = level.len() as f64;
-        let middle = |it: &HeldCommand| it.angle + it.side * play.unwrap_or(0.0);
+        let middle = |it: &ConstantCommand| it.angle + it.side * play.unwrap_or(0.0);
         let angle = level.iter().map(middle).sum::<f64>() / count;
         let std = level.iter().map(|it| it.std.powi(2)).sum::<f64>().sqrt() / count;
         let interval = [angle - T_PARTS * std, angle + T_PARTS * std];

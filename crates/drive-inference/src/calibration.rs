@@ -23,7 +23,7 @@ use crate::tires::{SIZE, Tires, box_corners};
 
 mod assessment;
 
-pub use assessment::{CalibrationAssessment, assess_sensor_errors};
+pub use assessment::{SensorErrorAssessment, assess_sensor_errors};
 
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
 const STEP: f64 = 0.03;

@@ -3,7 +3,7 @@
 //!
 //! The state is x = [v_x, v_y, r, ξ_x] in m/s, m/s, rad/s and N, where ξ_x is a longitudinal force that the inputs do not know.
 
-use kalman::augmented::{Linearised, ProcessModel};
+use kalman::augmented::{Linearisation, ProcessModel};
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
@@ -63,7 +63,7 @@ impl<T: Scalar> FilterCarParameters<T> {
 
 /// An input that is held, with what depends on nothing else.
 #[derive(Clone, Copy, Debug)]
-pub struct HeldInput<T> {
+pub struct ZeroOrderHoldInput<T> {
     /// Steering angle [rad], its sine and cosine.
     pub delta: T,
     pub sin: T,
@@ -100,8 +100,8 @@ impl RecordedInput {
 
     /// The input with longitudinal forces that are a factor of the recorded ones, and no other errors.
     #[inline(always)]
-    pub fn with_force_factor<T: Scalar>(&self, factor: T) -> HeldInput<T> {
-        HeldInput {
+    pub fn with_force_factor<T: Scalar>(&self, factor: T) -> ZeroOrderHoldInput<T> {
+        ZeroOrderHoldInput {
             delta: factor.constant(self.delta),
             sin: factor.constant(self.sin),
             cos: factor.constant(self.cos),
@@ -139,7 +139,7 @@ impl<T: Scalar> InputErrors<T> {
 
     /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
     #[inline(always)]
-    pub fn correct_input(&self, recorded: &RecordedInput) -> HeldInput<T> {
+    pub fn correct_input(&self, recorded: &RecordedInput) -> ZeroOrderHoldInput<T> {
         let [push_f, push_r] = recorded.pushing;
         let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
         let delta = read * self.shrink;
@@ -147,7 +147,7 @@ impl<T: Scalar> InputErrors<T> {
         let square = error * error;
         let sin = error * ((square * (square * (1.0 / 120.0) + -1.0 / 6.0)) + 1.0);
         let cos = square * (square * (1.0 / 24.0) + -0.5) + 1.0;
-        HeldInput {
+        ZeroOrderHoldInput {
             delta,
             sin: (cos * recorded.sin).add_scaled(sin, recorded.cos),
             cos: (cos * recorded.cos).add_scaled(sin, -recorded.sin),
@@ -170,7 +170,7 @@ pub struct CarLinearisation<T, const M: usize = 3, const S: usize = 4> {
     pub C: [T; S],
 }
 
-impl<T, const M: usize, const S: usize> Linearised<T, M, S> for CarLinearisation<T, M, S> {
+impl<T, const M: usize, const S: usize> Linearisation<T, M, S> for CarLinearisation<T, M, S> {
     #[inline(always)]
     fn rates(&self) -> &[T; M] {
         &self.rates
@@ -191,12 +191,12 @@ pub struct SteadySlip<T> {
 }
 
 impl<T: Scalar> ProcessModel<T, 3, 4> for SteadySlip<T> {
-    type Input = HeldInput<T>;
-    type Linearised = CarLinearisation<T>;
+    type Input = ZeroOrderHoldInput<T>;
+    type Linearisation = CarLinearisation<T>;
     const NOISY: &'static [usize] = &[0, 1, 2, 3];
 
     #[inline(always)]
-    fn linearise(&self, x: &[T; 4], u: &HeldInput<T>) -> CarLinearisation<T> {
+    fn linearise(&self, x: &[T; 4], u: &ZeroOrderHoldInput<T>) -> CarLinearisation<T> {
         linearise_steady_slip(&self.car, &self.tires, x, u)
     }
 }
@@ -243,7 +243,12 @@ pub struct AxleLoads<T> {
 impl<T: Scalar> AxleLoads<T> {
     /// At a speed and an unknown force ξ_x, with the friction coefficient of the steered axle.
     #[inline(always)]
-    pub fn new(car: &FilterCarParameters<T>, u: &HeldInput<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
+    pub fn new(
+        car: &FilterCarParameters<T>,
+        u: &ZeroOrderHoldInput<T>,
+        [v_x, xi_x]: [T; 2],
+        mu_f: T,
+    ) -> Self {
         let FilterCarParameters { aero, wheelbase: L, .. } = car;
         let zero = v_x.constant(0.0);
         let drag = 0.5 * aero.rho * aero.area * aero.C_d;
@@ -278,7 +283,7 @@ impl<T: Scalar> AxleLoads<T> {
 #[inline(always)]
 pub fn linearise_motion<T: Scalar, const M: usize, const S: usize>(
     car: &FilterCarParameters<T>,
-    u: &HeldInput<T>,
+    u: &ZeroOrderHoldInput<T>,
     [v_x, v_y, r]: [T; 3],
     loads: &AxleLoads<T>,
     [F_yf, F_yr]: [T; 2],
@@ -323,7 +328,7 @@ pub fn linearise_steady_slip<T: Scalar>(
     car: &FilterCarParameters<T>,
     tires: &Tires<T>,
     x: &[T; 4],
-    u: &HeldInput<T>,
+    u: &ZeroOrderHoldInput<T>,
 ) -> CarLinearisation<T> {
     let [v_x, v_y, r, xi_x] = *x;
     let slowness = slip_speed(v_x).recip();

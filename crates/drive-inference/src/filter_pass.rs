@@ -6,11 +6,11 @@ use kalman::augmented::{AugmentedFilter, ColouredNoise, Innovations, ProcessMode
 use numerics::scalar::Scalar;
 use preparation::SystematicError;
 
-use crate::car::{CarLinearisation, FilterCarParameters, HeldInput, InputErrors, SteadySlip};
+use crate::car::{CarLinearisation, FilterCarParameters, InputErrors, SteadySlip, ZeroOrderHoldInput};
 use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives};
 use crate::sensors::SensorModel;
 use crate::transient_slip::{MOVING, STATES, TransientSlip};
-use crate::unknowns::{FilterParameters, FilterVariant, NoiseVariances};
+use crate::unknowns::{FilterParameters, FilterStructure, NoiseVariances};
 
 /// Standard deviation of the unknown longitudinal force before any data [N], and of the slip angles of the first row [rad].
 const START_STD_XI: f64 = 300.0;
@@ -34,7 +34,7 @@ impl<T, F: FnMut(usize, usize, &RowInnovations<T>, &[T; 4])> InnovationVisitor<T
 
 /// A process model that the parameters of a filter make.
 pub trait CarModel<T, const M: usize, const S: usize>:
-    ProcessModel<T, M, S, Input = HeldInput<T>, Linearised = CarLinearisation<T, M, S>>
+    ProcessModel<T, M, S, Input = ZeroOrderHoldInput<T>, Linearisation = CarLinearisation<T, M, S>>
 {
     /// That of a car with these parameters.
     fn new(car: FilterCarParameters<T>, parameters: &FilterParameters<T>) -> Self;
@@ -141,7 +141,7 @@ pub struct AnyPass<'a, T, V> {
     /// What takes the innovations.
     pub visitor: V,
     /// The variant.
-    pub variant: FilterVariant,
+    pub variant: FilterStructure,
 }
 
 impl<T: Scalar, V: InnovationVisitor<T>> pulp::WithSimd for AnyPass<'_, T, V> {
@@ -155,19 +155,19 @@ impl<T: Scalar, V: InnovationVisitor<T>> pulp::WithSimd for AnyPass<'_, T, V> {
             FilterPass<'a, T, V, TransientSlip<T>, true, MOVING, STATES, N>;
         let Self { drives, parameters, visitor, variant } = self;
         match variant {
-            FilterVariant::Base => {
+            FilterStructure::Base => {
                 simd.vectorize(SteadySlipFilterPass::<T, V>::new(drives, parameters, visitor))
             }
-            FilterVariant::SensorBias => {
+            FilterStructure::SensorBias => {
                 simd.vectorize(Steady::<T, V, true, 4>::new(drives, parameters, visitor))
             }
-            FilterVariant::ColouredNoise => {
+            FilterStructure::ColouredNoise => {
                 simd.vectorize(Steady::<T, V, true, 8>::new(drives, parameters, visitor))
             }
-            FilterVariant::TransientSlip => {
+            FilterStructure::TransientSlip => {
                 simd.vectorize(Transient::<T, V, 6>::new(drives, parameters, visitor))
             }
-            FilterVariant::ColouredTransientSlip => {
+            FilterStructure::ColouredTransientSlip => {
                 simd.vectorize(Transient::<T, V, 10>::new(drives, parameters, visitor))
             }
         }

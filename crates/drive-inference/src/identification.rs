@@ -25,7 +25,7 @@ use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::model_selection::ModelExtension;
 use crate::noise_estimate::NoiseSpecification;
 use crate::options::{DriveOptions, FitFormulation, NoiseOption};
-use crate::pem::LikelihoodOptimum;
+use crate::pem::LocalLikelihoodOptimum;
 use crate::points::{self, RegressionPoint};
 use crate::posterior_samples::{self, DrawSettings, TireDraws};
 use crate::problem::PredictionErrorProblem;
@@ -111,7 +111,7 @@ struct SelectedFit {
     /// Gain of what the data asked for [nat].
     gains: Vec<(ModelExtension, f64)>,
     minimum: SqpMinimum,
-    optima: Vec<LikelihoodOptimum>,
+    optima: Vec<LocalLikelihoodOptimum>,
     convergence: ConvergenceReport,
     likelihood: DriveLikelihood,
 }

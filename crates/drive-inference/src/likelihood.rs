@@ -17,7 +17,7 @@ use crate::progress::CancellationFlag;
 use crate::residual_rows::{ResidualGroup, ResidualRows};
 use crate::tires::{self, SIZE, Tires};
 pub use crate::unknowns::{DerivativeDirection, DriveNoise, DriveUnknowns};
-use crate::unknowns::{FilterParameters, FilterVariant, NoiseVariances};
+use crate::unknowns::{FilterParameters, FilterStructure, NoiseVariances};
 use preparation::{Drive, SystematicErrors};
 
 /// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
@@ -158,7 +158,7 @@ impl DriveLikelihood {
             drives: &self.drives,
             parameters: at.with_derivative_seeds::<S, N>(simd, directions),
             visitor: ResidualGroup::new(self.samples),
-            variant: FilterVariant::required_for(&at.causes, &at.noise, directions),
+            variant: FilterStructure::required_for(&at.causes, &at.noise, directions),
         })
     }
 
@@ -183,8 +183,8 @@ impl DriveLikelihood {
             noise: NoiseVariances { process: process.map(all), sensor: sensor.map(all) },
             coloured_noise: noise.coloured_noise().map(|colour| colour.map(all)),
         };
-        let variants = several.iter().map(|(_, causes)| FilterVariant::required_for(causes, noise, &[]));
-        let variant = variants.fold(FilterVariant::Base, FilterVariant::covering_both);
+        let variants = several.iter().map(|(_, causes)| FilterStructure::required_for(causes, noise, &[]));
+        let variant = variants.fold(FilterStructure::Base, FilterStructure::covering_both);
         let visitor = CostAccumulator([0.0; WIDTH]);
         let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };
         pulp::Arch::new().dispatch(pass).0
@@ -197,7 +197,7 @@ impl DriveLikelihood {
         visitor: impl FnMut(usize, usize, &RowInnovations<f64>, &[f64; 4]),
     ) {
         let DriveUnknowns { tires, causes, noise } = *at;
-        let variant = FilterVariant::required_for(&causes, &noise, &[]);
+        let variant = FilterStructure::required_for(&causes, &noise, &[]);
         let (noise, coloured_noise) = (noise.variances(), noise.coloured_noise());
         let parameters = FilterParameters { tires, causes, noise, coloured_noise };
         let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };

@@ -27,14 +27,14 @@ pub struct LikelihoodMaximum {
     /// The minimum of the negative logarithm, for its second derivatives.
     pub minimum: SqpMinimum,
     /// Different optima, best first.
-    pub optima: Vec<LikelihoodOptimum>,
+    pub optima: Vec<LocalLikelihoodOptimum>,
     /// How it was reached.
     pub convergence: ConvergenceReport,
 }
 
 /// One of several optima.
 #[derive(Clone, Debug)]
-pub struct LikelihoodOptimum {
+pub struct LocalLikelihoodOptimum {
     /// Tires and errors.
     pub x: DVector<f64>,
     /// The cost there.
@@ -105,7 +105,7 @@ impl PredictionErrorProblem<'_> {
         let minima = distinct_minima(minima, f64::INFINITY);
         let minimum = minima[0].clone();
         let unknowns = joint.unknowns_at(&minimum.x);
-        let optimum = |SqpMinimum { x, model, .. }: SqpMinimum| LikelihoodOptimum {
+        let optimum = |SqpMinimum { x, model, .. }: SqpMinimum| LocalLikelihoodOptimum {
             x,
             cost: model.cost,
             hessian: model.hessian,

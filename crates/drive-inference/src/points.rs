@@ -12,7 +12,7 @@ use preparation::Drive;
 
 /// What is known at one instant under one input.
 #[derive(Clone, Copy, Debug)]
-pub struct InstantUnderInput {
+pub struct InputResponse {
     /// Front slip angle [rad].
     pub alpha_f: f64,
     /// Loads of the front and the rear axle [N].
@@ -27,9 +27,9 @@ pub struct InstantUnderInput {
 #[derive(Clone, Copy, Debug)]
 pub struct RegressionPoint {
     /// Under the input that acted until this sample.
-    pub before: InstantUnderInput,
+    pub before: InputResponse,
     /// Under the input that acts from this sample on; that of the last one is the one before.
-    pub after: InstantUnderInput,
+    pub after: InputResponse,
     /// Rear slip angle [rad].
     pub alpha_r: f64,
     /// Time until the next sample [s].
@@ -79,7 +79,7 @@ pub fn regression_points(
 pub fn friction_samples(points: &[Vec<RegressionPoint>]) -> Axles<CurveSamples> {
     let mut axles = Axles::<CurveSamples>::default();
     for point in points.iter().flatten() {
-        let InstantUnderInput { alpha_f, F_z, cos, braking } = point.before;
+        let InputResponse { alpha_f, F_z, cos, braking } = point.before;
         let [front, rear] = point.forces.map(|[force, _]| force);
         let [load_f, load_r] = F_z;
         let front = (alpha_f, (front - braking) / cos, load_f);
@@ -101,13 +101,13 @@ fn instant_under_input(
     turned: f64,
     F_x: f64,
     delta: f64,
-) -> InstantUnderInput {
+) -> InputResponse {
     // ξ_x holds drag and the steered tires' resistance, so this is m a_x.
     let F_long = F_x + xi_x;
     let [F_xf, _] = car.split_force(SingleTrackInput { F_x, delta }.F_x);
     let (sin, cos) = delta.sin_cos();
     let F_z = car.body.axle_loads(car.aero.downforce(v_x), F_long, 0.0, 0.0);
-    InstantUnderInput { alpha_f: delta - turned, F_z, cos, braking: F_xf * sin }
+    InputResponse { alpha_f: delta - turned, F_z, cos, braking: F_xf * sin }
 }
 
 fn accelerations_under_inputs(

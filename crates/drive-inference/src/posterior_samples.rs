@@ -18,7 +18,7 @@ use crate::adequacy::ScatterCovariances;
 use crate::coordinates::UnboundedCoordinates;
 use crate::joint_posterior::JointPosterior;
 use crate::laplace::{LaplaceApproximation, axle_submatrix, inverse_hessian};
-use crate::pem::LikelihoodOptimum;
+use crate::pem::LocalLikelihoodOptimum;
 use crate::tires::{SIZE, Tires, from_vector, parameter_block};
 use crate::variational::{DriveLogPosterior, VariationalTirePosterior};
 
@@ -74,7 +74,7 @@ pub struct DrawSettings<'a> {
 pub fn draw_drive_posterior(
     laplace: &LaplaceApproximation,
     joint: &JointPosterior,
-    optima: &[LikelihoodOptimum],
+    optima: &[LocalLikelihoodOptimum],
     &DrawSettings { prior, slip_range, svi, noise_std, scatter, seed }: &DrawSettings,
     go_on: impl Fn() -> bool,
 ) -> Option<TireDraws> {
@@ -84,7 +84,7 @@ pub fn draw_drive_posterior(
     let coordinates = &coordinates;
     let density = DriveLogPosterior { objective: joint, errors, cost, coordinates };
     let log_density = |points: &[DVector<f64>]| density.log_densities(points);
-    let competitive = |optimum: &&LikelihoodOptimum| optimum.cost < laplace.cost + COMPETITIVE;
+    let competitive = |optimum: &&LocalLikelihoodOptimum| optimum.cost < laplace.cost + COMPETITIVE;
     let mut starts: Vec<_> = optima
         .iter()
         .filter(competitive)

@@ -11,7 +11,7 @@ use tire_inference::kernel::friction_and_gradient;
 use tire_inference::parameters::{COUNT, Theta};
 use vehicle::VehicleBody;
 
-use crate::points::{InstantUnderInput, RegressionPoint};
+use crate::points::{InputResponse, RegressionPoint};
 use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, from_vector, parameter_block};
 
@@ -226,7 +226,7 @@ impl pulp::WithSimd for StretchAccumulator<'_> {
 #[inline(always)]
 fn yaw_acceleration(
     body: &VehicleBody,
-    side: &InstantUnderInput,
+    side: &InputResponse,
     f: &WithGradient<COUNT>,
     r: &WithGradient<COUNT>,
 ) -> WithGradient<COLUMNS> {

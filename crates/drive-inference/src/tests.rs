@@ -9,7 +9,7 @@ use tire_inference::parameters::TireParameters;
 use vehicle::{Aerodynamics, PlanarState, SingleTrackCar, SingleTrackInput, VehicleBody};
 
 use super::*;
-use crate::car::{FilterCarParameters, HeldInput, RecordedInput, SteadySlip, linearise_steady_slip};
+use crate::car::{FilterCarParameters, RecordedInput, SteadySlip, ZeroOrderHoldInput, linearise_steady_slip};
 use crate::likelihood::{DerivativeDirection, DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::residual_rows::ResidualRows;
 use crate::sensors::SensorModel;
@@ -29,7 +29,7 @@ fn winged() -> SingleTrackCar {
 }
 
 /// What holding an input does.
-fn held(car: &SingleTrackCar, F_x: f64, delta: f64) -> HeldInput<f64> {
+fn held(car: &SingleTrackCar, F_x: f64, delta: f64) -> ZeroOrderHoldInput<f64> {
     RecordedInput::new(car, &SingleTrackInput { F_x, delta }, [0.0; 2]).with_force_factor(1.0)
 }
 
@@ -335,7 +335,11 @@ fn all_vectors_give_the_same_bits() {
     assert_eq!(wide.information, scalar.information);
 }
 
-fn rate(car: &FilterCarParameters<f64>, x: &SVector<f64, 4>, held: &HeldInput<f64>) -> SVector<f64, 4> {
+fn rate(
+    car: &FilterCarParameters<f64>,
+    x: &SVector<f64, 4>,
+    held: &ZeroOrderHoldInput<f64>,
+) -> SVector<f64, 4> {
     let [v_x, v_y, r] = linearise_steady_slip(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }

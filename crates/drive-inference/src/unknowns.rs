@@ -72,14 +72,14 @@ impl DriveUnknowns {
 
     /// Whether sensors are right, their noises white and slips those of the motion.
     pub fn has_no_errors(&self) -> bool {
-        FilterVariant::required_for(&self.causes, &self.noise, &[]) == FilterVariant::Base
+        FilterStructure::required_for(&self.causes, &self.noise, &[]) == FilterStructure::Base
     }
 
     /// Whether the filter needs more states than those of the car.
     pub fn has_augmented_state(&self) -> bool {
         !matches!(
-            FilterVariant::required_for(&self.causes, &self.noise, &[]),
-            FilterVariant::Base | FilterVariant::SensorBias
+            FilterStructure::required_for(&self.causes, &self.noise, &[]),
+            FilterStructure::Base | FilterStructure::SensorBias
         )
     }
 
@@ -153,7 +153,7 @@ pub struct FilterParameters<T> {
 
 /// The variant of the augmented filter that some unknowns need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FilterVariant {
+pub enum FilterStructure {
     /// The states of the car: v_x, v_y, r, ξ_x.
     Base,
     /// The same with errors of sensors and inputs.
@@ -166,7 +166,7 @@ pub enum FilterVariant {
     ColouredTransientSlip,
 }
 
-impl FilterVariant {
+impl FilterStructure {
     /// For some unknowns, and derivatives along these directions.
     pub fn required_for(
         causes: &SystematicErrors,

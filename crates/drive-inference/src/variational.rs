@@ -6,7 +6,7 @@ use numerics::low_discrepancy::normal_points;
 use numerics::psis::WeightDiagnosis;
 use numerics::sqp::Objective;
 use numerics::variational::LogDensity;
-use numerics::variational::assessment::{self, GaussianAssessment};
+use numerics::variational::assessment::{self, GaussianFitAssessment};
 use numerics::variational::gaussian::Gaussian;
 use numerics::variational::newton::{self, NewtonLimits};
 use rayon::prelude::*;
@@ -117,7 +117,7 @@ impl LogDensity for DriveLogPosterior<'_> {
 pub struct VariationalTirePosterior {
     /// Draws from it.
     pub gaussian: Axles<PosteriorSamples>,
-    judged: GaussianAssessment,
+    judged: GaussianFitAssessment,
 }
 
 impl VariationalTirePosterior {

@@ -15,8 +15,8 @@ use tire_inference::prior::Prior;
 use tire_inference::profile::LikelihoodProfile;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{
-    ActiveBounds, Identifiability, QuantityJudgement, QuantityStatistics, posterior_width_ratio, prior_shift,
-    width_ratio_from_std,
+    ActiveBounds, Identifiability, QuantityIdentifiability, QuantityStatistics, posterior_width_ratio,
+    prior_shift, width_ratio_from_std,
 };
 
 use crate::laplace::{LaplaceApproximation, axle_submatrix};
@@ -202,9 +202,9 @@ impl TireJudge<'_> {
     }
 
     /// Verdicts about the tire that is published: the best one, or the nearest draw where the posterior rejects that.
-    fn axle_judgements(&self, axle: Axle, known: &[QuantityStatistics]) -> Vec<QuantityJudgement> {
+    fn axle_judgements(&self, axle: Axle, known: &[QuantityStatistics]) -> Vec<QuantityIdentifiability> {
         let advice = self.describe_slip_reach(axle, known);
-        let about = |tire: &Theta| -> Vec<QuantityJudgement> {
+        let about = |tire: &Theta| -> Vec<QuantityIdentifiability> {
             let judge = |known: &QuantityStatistics| {
                 let known = QuantityStatistics { mean: known.quantity.value(tire), ..known.clone() };
                 self.pressed[axle].cap_judgement(known.into_judgement(&self.prior, &advice))
@@ -221,7 +221,7 @@ impl TireJudge<'_> {
     }
 
     /// Why a quantity has its verdict.
-    fn verdict_reason(&self, judgement: &QuantityJudgement) -> String {
+    fn verdict_reason(&self, judgement: &QuantityIdentifiability) -> String {
         match self.model.verdict {
             ModelFit::Fits => judgement.reason.clone(),
             ModelFit::DoesNotFit => format!("{} {}", self.model.sentence, judgement.reason),

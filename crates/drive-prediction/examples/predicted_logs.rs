@@ -52,7 +52,7 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &CarSpecification, lag:
     }
     println!("\nworth {:.1?}\n{:.3?}", found.fitted.worth, found.bands);
     let mut models = fit_baseline_models(fitted, &car.body, lag);
-    models.push(Box::new(Without(found.clone())));
+    models.push(Box::new(CarWithoutPast(found.clone())));
     models.push(Box::new(found));
     println!(
         "| | a_y | inside | v_y 3 s | r | position | spun | inside | 0.6 s v_y | r | position | inside |"
@@ -62,9 +62,9 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &CarSpecification, lag:
 }
 
 /// The car without what the log's past says.
-struct Without(CarPredictor);
+struct CarWithoutPast(CarPredictor);
 
-impl MotionPredictor for Without {
+impl MotionPredictor for CarWithoutPast {
     fn name(&self) -> &str {
         "identified, without past"
     }

@@ -13,7 +13,7 @@ use crate::trace::{ComparisonTrace, TraceContent};
 
 /// The judgement of a condition at one sample, or over the window.
 #[derive(Debug, Clone, Copy)]
-struct ConditionJudgement {
+struct ConditionVerdict {
     passed: bool,
     /// Distance to failing; infinite where there is none, NaN when an operand is not a number.
     margin: f64,
@@ -21,7 +21,7 @@ struct ConditionJudgement {
     limit: f64,
 }
 
-impl ConditionJudgement {
+impl ConditionVerdict {
     /// Equal margins differ at the edge: `a <= b` holds there and `a < b` does not.
     fn is_worse_than(&self, other: &Self) -> bool {
         (self.margin, self.passed) < (other.margin, other.passed)
@@ -68,7 +68,7 @@ impl ComparisonOperator {
         }
     }
 
-    fn judge_comparison(self, value: f64, limit: f64, tolerance: f64) -> ConditionJudgement {
+    fn judge_comparison(self, value: f64, limit: f64, tolerance: f64) -> ConditionVerdict {
         // Equal infinities have no difference, but subtracting them would be NaN.
         let room = if value == limit { 0.0 } else { limit - value };
         let margin = match self {
@@ -81,7 +81,7 @@ impl ComparisonOperator {
             Self::LessOrEqual | Self::GreaterOrEqual | Self::Equal => margin >= 0.0,
             Self::Less | Self::Greater | Self::NotEqual => margin > 0.0,
         };
-        ConditionJudgement { passed, margin, value, limit }
+        ConditionVerdict { passed, margin, value, limit }
     }
 }
 
@@ -162,7 +162,7 @@ impl<'a, S, V: ReadableRow<S>> EvaluationSample<'a, S, V> {
 
     /// Judges the node, or its negation: the tolerance loosens every comparison in the sense in
     /// which it has to hold.
-    fn judge_node(&self, node: &ExpressionNode, positive: bool, tolerance: f64) -> ConditionJudgement {
+    fn judge_node(&self, node: &ExpressionNode, positive: bool, tolerance: f64) -> ConditionVerdict {
         match node {
             ExpressionNode::Not(inner) => self.judge_node(inner, !positive, tolerance),
             ExpressionNode::Compare(relation, sides) => {
@@ -176,7 +176,7 @@ impl<'a, S, V: ReadableRow<S>> EvaluationSample<'a, S, V> {
             ExpressionNode::Same(same, [a, b]) => {
                 let passed = ((self.text_operand(a) == self.text_operand(b)) == *same) == positive;
                 let margin = if passed { f64::INFINITY } else { f64::NEG_INFINITY };
-                ConditionJudgement { passed, margin, value: f64::NAN, limit: f64::NAN }
+                ConditionVerdict { passed, margin, value: f64::NAN, limit: f64::NAN }
             }
             ExpressionNode::Join(junction, sides) => {
                 let [a, b] = sides.each_ref().map(|side| self.judge_node(side, positive, tolerance));
@@ -184,7 +184,7 @@ impl<'a, S, V: ReadableRow<S>> EvaluationSample<'a, S, V> {
                     (LogicalOperator::And, true) | (LogicalOperator::Or, false) => LogicalOperator::And,
                     _ => LogicalOperator::Or,
                 };
-                ConditionJudgement::combine_judgements(junction, a, b)
+                ConditionVerdict::combine_judgements(junction, a, b)
             }
             _ => {
                 let value = self.evaluate_node(node);
@@ -194,7 +194,7 @@ impl<'a, S, V: ReadableRow<S>> EvaluationSample<'a, S, V> {
                     (false, true) => f64::INFINITY,
                     (false, false) => f64::NEG_INFINITY,
                 };
-                ConditionJudgement { passed, margin, value, limit: f64::NAN }
+                ConditionVerdict { passed, margin, value, limit: f64::NAN }
             }
         }
     }
@@ -268,7 +268,7 @@ pub struct ConditionMonitor<S> {
     expression: Expression<S>,
     tolerance: f64,
     samples: u64,
-    worst: Option<(f64, ConditionJudgement)>,
+    worst: Option<(f64, ConditionVerdict)>,
     first: Option<f64>,
     trace: ComparisonTrace,
     /// The limit of the only reduction in the trace.
@@ -328,7 +328,7 @@ impl<S> ConditionMonitor<S> {
         if matches!(&self.worst, Some((_, worst)) if worst.margin.is_nan()) {
             return Some(holds);
         }
-        let worse = |(_, worst): (f64, ConditionJudgement)| judgement.is_worse_than(&worst);
+        let worse = |(_, worst): (f64, ConditionVerdict)| judgement.is_worse_than(&worst);
         if judgement.margin.is_nan() || self.worst.is_none_or(worse) {
             self.worst = Some((time, judgement));
         }
@@ -361,9 +361,8 @@ impl<S> ConditionMonitor<S> {
             self.worst.unzip()
         };
         let nan = judgement.is_some_and(|judgement| judgement.margin.is_nan());
-        let number = |pick: fn(&ConditionJudgement) -> f64| {
-            judgement.as_ref().map(pick).filter(|value| !value.is_nan())
-        };
+        let number =
+            |pick: fn(&ConditionVerdict) -> f64| judgement.as_ref().map(pick).filter(|value| !value.is_nan());
         ConditionOutcome {
             passed: !nan && judgement.is_some_and(|judgement| judgement.passed),
             samples: self.samples,
@@ -376,7 +375,7 @@ impl<S> ConditionMonitor<S> {
         }
     }
 
-    fn judge_reduction(&self) -> (Option<f64>, ConditionJudgement) {
+    fn judge_reduction(&self) -> (Option<f64>, ConditionVerdict) {
         let reduced: Vec<f64> = self.accumulators.iter().map(ReductionState::result).collect();
         let sample =
             EvaluationSample { reduced: &reduced, ..EvaluationSample::<S, _>::new(f64::NAN, &EmptyRow) };

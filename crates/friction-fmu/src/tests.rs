@@ -125,8 +125,8 @@ fn samples_at_random_and_steps_of_all_lengths_leave_numbers() {
 
 #[test]
 fn parameters_that_no_car_has_are_refused_by_name() {
-    type Spoil = fn(&mut FrictionNode);
-    let cases: [(Spoil, &str); 9] = [
+    type Perturbation = fn(&mut FrictionNode);
+    let cases: [(Perturbation, &str); 9] = [
         (|f| f.settings.body.m = 0.0, "body.m: expected 0.01 to"),
         (|f| f.settings.body.I_zz = f64::NAN, "body.I_zz: expected"),
         (|f| f.settings.body.l_r = -1.6, "body.l_r: expected 0.01 to 100, found -1.6"),

@@ -91,7 +91,7 @@ impl<const N: usize> From<&StateEstimate<f64, N>> for Gaussian<N> {
 }
 
 /// The linearisation of a process model at a state.
-pub trait Linearised<T, const M: usize, const S: usize> {
+pub trait Linearisation<T, const M: usize, const S: usize> {
     /// Rates of the first `M` states [1/s].
     fn rates(&self) -> &[T; M];
 
@@ -104,12 +104,12 @@ pub trait ProcessModel<T, const M: usize, const S: usize> {
     /// What is held during a step.
     type Input;
     /// The model at a state.
-    type Linearised: Linearised<T, M, S>;
+    type Linearisation: Linearisation<T, M, S>;
     /// States with process noise.
     const NOISY: &'static [usize];
 
     /// The model at a state under an input.
-    fn linearise(&self, x: &[T; S], input: &Self::Input) -> Self::Linearised;
+    fn linearise(&self, x: &[T; S], input: &Self::Input) -> Self::Linearisation;
 }
 
 /// What sensors show at a state.
@@ -174,7 +174,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
     ) -> Innovations<T, C>
     where
         P: ProcessModel<T, M, S>,
-        Z: MeasurementModel<T, P::Linearised, S>,
+        Z: MeasurementModel<T, P::Linearisation, S>,
     {
         let part = h / substeps as f64;
         let mut left = substeps;
@@ -205,7 +205,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         estimate: &mut StateEstimate<T, N>,
         input: &P::Input,
         h: f64,
-    ) -> ([T; S], P::Linearised)
+    ) -> ([T; S], P::Linearisation)
     where
         P: ProcessModel<T, M, S>,
     {
@@ -426,12 +426,12 @@ mod tests {
     /// x' = A x of `M` states, driven by a last one that stands still.
     struct Linear<const M: usize, const S: usize>([[f64; S]; M]);
 
-    struct AtState<const M: usize, const S: usize> {
+    struct StateLinearisation<const M: usize, const S: usize> {
         rates: [f64; M],
         A: [[f64; S]; M],
     }
 
-    impl<const M: usize, const S: usize> Linearised<f64, M, S> for AtState<M, S> {
+    impl<const M: usize, const S: usize> Linearisation<f64, M, S> for StateLinearisation<M, S> {
         fn rates(&self) -> &[f64; M] {
             &self.rates
         }
@@ -443,12 +443,12 @@ mod tests {
 
     impl<const M: usize, const S: usize> ProcessModel<f64, M, S> for Linear<M, S> {
         type Input = ();
-        type Linearised = AtState<M, S>;
+        type Linearisation = StateLinearisation<M, S>;
         const NOISY: &'static [usize] = &[0, 1];
 
-        fn linearise(&self, x: &[f64; S], (): &()) -> AtState<M, S> {
+        fn linearise(&self, x: &[f64; S], (): &()) -> StateLinearisation<M, S> {
             let row = |i: usize| (0..S).map(|j| self.0[i][j] * x[j]).sum();
-            AtState { rates: std::array::from_fn(row), A: self.0 }
+            StateLinearisation { rates: std::array::from_fn(row), A: self.0 }
         }
     }
 

@@ -179,7 +179,7 @@ impl<const N: usize, const M: usize> EmSettings<N, M> {
     }
 
     /// The M-step.
-    fn maximise_parameters(&self, at: &EmPoint<N, M>) -> NoiseParameters<N, M> {
+    fn maximise_parameters(&self, at: &EmIterate<N, M>) -> NoiseParameters<N, M> {
         let (old, moments) = (&at.parameters, &at.moments);
         let mut start = old.start;
         if self.start != InitialStateUpdate::Fixed {
@@ -199,7 +199,7 @@ impl<const N: usize, const M: usize> EmSettings<N, M> {
     fn extrapolate(
         &self,
         before: &NoiseParameters<N, M>,
-        at: &EmPoint<N, M>,
+        at: &EmIterate<N, M>,
         longest: f64,
     ) -> (NoiseParameters<N, M>, f64) {
         let (now, after) = (&at.parameters, self.maximise_parameters(at));
@@ -220,7 +220,7 @@ impl<const N: usize, const M: usize> EmSettings<N, M> {
 }
 
 /// Parameters, with likelihood and moments of the recording given them.
-struct EmPoint<const N: usize, const M: usize> {
+struct EmIterate<const N: usize, const M: usize> {
     parameters: NoiseParameters<N, M>,
     log_likelihood: f64,
     moments: NoiseMoments<N, M>,
@@ -239,12 +239,12 @@ impl<const N: usize, const M: usize> EmRun<'_, N, M> {
     fn evaluate_parameters(
         &mut self,
         parameters: &NoiseParameters<N, M>,
-    ) -> Result<EmPoint<N, M>, PassError> {
+    ) -> Result<EmIterate<N, M>, PassError> {
         self.evaluations += 1;
         self.filtered.filter_into(self.steps, parameters)?;
         let moments = expected_noise_moments(self.steps, &self.filtered, parameters, self.joint_R)?;
         let log_likelihood = self.filtered.log_likelihood;
-        Ok(EmPoint { parameters: *parameters, log_likelihood, moments })
+        Ok(EmIterate { parameters: *parameters, log_likelihood, moments })
     }
 
     /// The extrapolated point, or the one after another step of EM, unless the recording is less probable
@@ -254,7 +254,7 @@ impl<const N: usize, const M: usize> EmRun<'_, N, M> {
         em: &EmSettings<N, M>,
         ahead: &NoiseParameters<N, M>,
         than: f64,
-    ) -> Option<EmPoint<N, M>> {
+    ) -> Option<EmIterate<N, M>> {
         let jump = self.evaluate_parameters(ahead).ok()?;
         if jump.log_likelihood >= than {
             return Some(jump);

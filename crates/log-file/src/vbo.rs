@@ -43,26 +43,26 @@ pub struct VboLog {
     clocks: Vec<LogClock>,
     /// What is odd about the units.
     odd: Option<String>,
-    damaged: DamageCount,
+    damaged: DamagedLineCounts,
 }
 
 /// Lines that are no rows, rows that are written twice, and cells that are no numbers.
 #[derive(Clone, Copy, Default)]
-struct DamageCount {
-    lines: LineCount,
-    repeated: LineCount,
-    cells: LineCount,
+struct DamagedLineCounts {
+    lines: LineOccurrences,
+    repeated: LineOccurrences,
+    cells: LineOccurrences,
 }
 
 /// How many lines, and which one is the first and the last of them.
 #[derive(Clone, Copy, Default)]
-struct LineCount {
+struct LineOccurrences {
     count: usize,
     first: usize,
     last: usize,
 }
 
-impl LineCount {
+impl LineOccurrences {
     fn count_line(&mut self, line: usize) {
         if self.count == 0 || self.last != line {
             self.count += 1;
@@ -73,7 +73,7 @@ impl LineCount {
 
     /// What there is to tell of them, if there are any.
     fn line_warning(self, what: &str) -> Option<String> {
-        let LineCount { count, first, .. } = self;
+        let LineOccurrences { count, first, .. } = self;
         let lines = if count == 1 { "line" } else { "lines" };
         (count > 0).then(|| format!("{count} {lines} {what}; the first one is line {first}"))
     }
@@ -126,7 +126,7 @@ impl VboLog {
         let time = meanings.iter().position(|it| *it == ColumnMeaning::Time);
         let time = time.map_or(ClockTime::Unknown, ClockTime::Channel);
         let clocks = vec![LogClock { time, rows: None }];
-        let damaged = DamageCount::default();
+        let damaged = DamagedLineCounts::default();
         Ok(VboLog { file, begin, channels, meanings, clocks, odd, damaged })
     }
 }
@@ -309,7 +309,7 @@ impl LogReader for VboLog {
     fn read_chunks(&mut self, _clock: usize, wanted: &[usize], take: ChunkCallback) -> Result<(), Error> {
         let (begin, mut number) = self.begin;
         self.file.seek(SeekFrom::Start(begin))?;
-        self.damaged = DamageCount::default();
+        self.damaged = DamagedLineCounts::default();
         let (mut clock, mut line) = ((0.0, f64::NEG_INFINITY), Vec::new());
         let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
@@ -360,7 +360,7 @@ impl LogReader for VboLog {
         let expected = self.channels.len();
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";
-        let DamageCount { lines: left_out, repeated, cells: gaps } = self.damaged;
+        let DamagedLineCounts { lines: left_out, repeated, cells: gaps } = self.damaged;
         let repeated = repeated.line_warning("left out: each is like the one before it");
         let damage = [left_out.line_warning(&lines), gaps.line_warning(cells), repeated, self.odd.clone()];
         damage.into_iter().flatten().collect()

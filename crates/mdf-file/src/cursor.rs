@@ -149,7 +149,7 @@ impl RecordCursor {
 }
 
 /// A record among those of other groups.
-struct MixedRecord {
+struct UnsortedRecord {
     number: u64,
     /// Where its contents are in the stream.
     begin: u64,
@@ -164,7 +164,7 @@ fn read_mixed_record(
     stream: &mut DataStream,
     group: &ChannelGroup,
     at: u64,
-) -> Result<Option<MixedRecord>, Error> {
+) -> Result<Option<UnsortedRecord>, Error> {
     if at >= stream.stream_length() {
         return Ok(None);
     }
@@ -189,7 +189,7 @@ fn read_mixed_record(
         return Err(Error::new(group.data, text));
     }
     let is_variable = group.mixed.get(&number) == Some(&None);
-    Ok(Some(MixedRecord { number, begin, length, is_variable }))
+    Ok(Some(UnsortedRecord { number, begin, length, is_variable }))
 }
 
 /// The values of any length of a channel.

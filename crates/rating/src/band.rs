@@ -29,7 +29,7 @@ impl LinearTolerance {
 
 /// A point of the curve with its tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct BandPoint {
+struct ToleranceBandPoint {
     x: f64,
     y: f64,
     dx: f64,
@@ -39,7 +39,7 @@ struct BandPoint {
 /// A band around a curve.
 #[derive(Debug, Clone)]
 pub struct ToleranceBand {
-    curve: Vec<BandPoint>,
+    curve: Vec<ToleranceBandPoint>,
     tree: BoundsTree,
 }
 
@@ -75,7 +75,7 @@ impl ToleranceBand {
                 return Err(RatingError::Negative { what, index });
             }
         }
-        let corner = |k: usize| BandPoint { x: x[k], y: y[k], dx: dx[k], dy: dy[k] };
+        let corner = |k: usize| ToleranceBandPoint { x: x[k], y: y[k], dx: dx[k], dy: dy[k] };
         let curve: Vec<_> = (0..x.len()).map(corner).collect();
         Ok(Self { tree: BoundsTree::from_curve(&curve), curve })
     }
@@ -174,7 +174,7 @@ fn distance_per_tolerance(distance: f64, tolerance: f64) -> f64 {
 }
 
 /// The least deviation of a point on the line behind a point of the curve, or of the only point.
-fn segment_deviation(curve: &[BandPoint], line: usize, at: [f64; 2]) -> f64 {
+fn segment_deviation(curve: &[ToleranceBandPoint], line: usize, at: [f64; 2]) -> f64 {
     let to = curve.get(line + 1).unwrap_or(&curve[line]);
     deviation_between(curve[line], *to, at)
 }
@@ -183,7 +183,7 @@ fn segment_deviation(curve: &[BandPoint], line: usize, at: [f64; 2]) -> f64 {
 ///
 /// Both ratios fall to a zero and rise behind it. So the least of the larger one is at an end, at a zero of one of them, or where
 /// they are equal.
-fn deviation_between(from: BandPoint, to: BandPoint, [x, y]: [f64; 2]) -> f64 {
+fn deviation_between(from: ToleranceBandPoint, to: ToleranceBandPoint, [x, y]: [f64; 2]) -> f64 {
     let at = |u: f64| {
         let along = |from: f64, to: f64| (1.0 - u) * from + u * to;
         let across = distance_per_tolerance((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));

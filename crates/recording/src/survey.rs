@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-pub use self::tally::{ChannelStatistics, GapCount};
+pub use self::tally::{ChannelStatistics, TimeGapCounts};
 
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
@@ -111,7 +111,7 @@ impl ChannelSurvey {
         if values < rows {
             notes.push(format!("{} rows without a value", rows - values));
         }
-        if let GapCount { count, longest: Some((longest, at)) } = self.tally.gap_count() {
+        if let TimeGapCounts { count, longest: Some((longest, at)) } = self.tally.gap_count() {
             let gaps = if count == 1 { "gap" } else { "gaps" };
             notes.push(format!(
                 "{count} {gaps}, the longest of {} s at {} s",
@@ -133,7 +133,7 @@ impl ChannelSurvey {
 
     fn to_json(&self) -> serde_json::Value {
         let ChannelStatistics { rows, values, range, texts, times, not_rising, .. } = &self.tally;
-        let GapCount { count, longest } = self.tally.gap_count();
+        let TimeGapCounts { count, longest } = self.tally.gap_count();
         json!({
             "name": self.name,
             "unit": self.unit,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use recording::table;
 
-type Failed = Box<dyn std::error::Error>;
+type TestError = Box<dyn std::error::Error>;
 
 #[test]
 #[ignore = "needs data/corpus"]
@@ -49,7 +49,7 @@ const FILES: &[Expected] = &[
     },
 ];
 
-fn read(path: &Path, expected: &Expected) -> Result<(), Failed> {
+fn read(path: &Path, expected: &Expected) -> Result<(), TestError> {
     let survey = table::survey_file(path)?;
     assert_eq!(survey.format, expected.format);
     for (name, unit, rows, range) in expected.channels {

@@ -33,7 +33,7 @@ pub use definition::{
 };
 pub use folder::{BagFiles, bag_folder, find_bag_files};
 pub use message::{LONGEST, MessageValue};
-pub use paths::{FieldListing, FieldPath, LeafField, PathError, RosMessageRow};
+pub use paths::{FieldListing, FieldPath, PathError, PrimitiveField, RosMessageRow};
 
 /// Whether a file begins as a bag of ROS 1.
 #[must_use]

@@ -27,7 +27,7 @@ pub enum PathError {
 
 /// A field that is a number or a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LeafField {
+pub struct PrimitiveField {
     /// Its path.
     pub path: String,
     /// Indices of fields and elements, from the row on.
@@ -40,7 +40,7 @@ pub struct LeafField {
 #[derive(Clone, Debug, Default)]
 pub struct FieldListing {
     /// The fields, in the order of the message.
-    pub leaves: Vec<LeafField>,
+    pub leaves: Vec<PrimitiveField>,
     /// Lists of any length: path, steps and length.
     pub lists: Vec<(String, Vec<usize>, usize)>,
     /// Fields that are left out, each with the reason.
@@ -260,7 +260,7 @@ impl FieldLister<'_> {
             }
             FieldType::Scalar(_) | FieldType::Text | FieldType::WideText => {
                 let steps = self.steps.clone();
-                self.listing.leaves.push(LeafField { path, steps, unit: unit.flatten() });
+                self.listing.leaves.push(PrimitiveField { path, steps, unit: unit.flatten() });
             }
             FieldType::Struct(index) => {
                 let definition = self.definition;

@@ -36,7 +36,7 @@ pub struct BundleLayout<'a> {
 
 /// A file of a bundle.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FileContent {
+pub enum BundledFile {
     /// A copy of this file.
     File(PathBuf),
     /// A text, such as that of a scenario that validates.
@@ -51,7 +51,7 @@ pub struct ScenarioBundle {
     /// The text of the scenario. Its paths are relative to the folder of the bundle.
     pub text: String,
     /// Files by their paths in the folder, with `/`. Letters, digits, `.`, `_` and `-` are in them; no two differ by case alone.
-    pub files: BTreeMap<String, FileContent>,
+    pub files: BTreeMap<String, BundledFile>,
     /// The path in the folder of each FMU, by the name of its node; without those of validations.
     pub fmus: BTreeMap<String, String>,
     /// What the bundle needs besides, such as packages of plugins.
@@ -89,8 +89,8 @@ impl ScenarioBundle {
             written(
                 &path,
                 match content {
-                    FileContent::File(from) => std::fs::copy(from, &path).map(drop),
-                    FileContent::Text(text) => std::fs::write(&path, text),
+                    BundledFile::File(from) => std::fs::copy(from, &path).map(drop),
+                    BundledFile::Text(text) => std::fs::write(&path, text),
                 },
             )?;
         }

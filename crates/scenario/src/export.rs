@@ -13,8 +13,8 @@ use cosim::system::{NodeBody, NodePlan, System};
 use diagnostics::Error;
 use ssp::SystemExperiment;
 use ssp::write::{
-    DraftAnnotation, DraftComponent, EntryContent, SspVersion, SystemDraft, pack_archive, parameter_set,
-    read_back, system_structure_xml,
+    ArchiveEntryContent, DraftAnnotation, DraftComponent, SspVersion, SystemDraft, pack_archive,
+    parameter_set, read_back, system_structure_xml,
 };
 
 use crate::build_request::BuildArtifacts;
@@ -51,16 +51,16 @@ pub fn export_ssp(
     let ScenarioBundle { text, mut files, fmus, mut notes, .. } =
         ScenarioBundle::gather(scenario, built, LAYOUT)?;
     files.remove(bundle::SCENARIO);
-    let mut entries: BTreeMap<String, EntryContent> = files
+    let mut entries: BTreeMap<String, ArchiveEntryContent> = files
         .into_iter()
         .map(|(name, content)| match content {
-            bundle::FileContent::File(path) => (name, EntryContent::File(path)),
-            bundle::FileContent::Text(text) => (name, EntryContent::Text(text)),
+            bundle::BundledFile::File(path) => (name, ArchiveEntryContent::File(path)),
+            bundle::BundledFile::Text(text) => (name, ArchiveEntryContent::Text(text)),
         })
         .collect();
     let mut draft = draft_ssp_system(scenario, system, &fmus, &mut entries, &mut notes);
     notes.extend(unexported_features_note(scenario));
-    entries.insert(STRUCTURE.to_owned(), EntryContent::Text(system_structure_xml(&draft)));
+    entries.insert(STRUCTURE.to_owned(), ArchiveEntryContent::Text(system_structure_xml(&draft)));
     let read = read_back(&entries)
         .map_err(|error| Error::output_failure(path, format!("the system cannot be read back: {error}")))?;
     let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
@@ -71,7 +71,7 @@ pub fn export_ssp(
         attributes: attributes.map(|(key, value)| (key.to_owned(), value)).to_vec(),
         text,
     });
-    entries.insert(STRUCTURE.to_owned(), EntryContent::Text(system_structure_xml(&draft)));
+    entries.insert(STRUCTURE.to_owned(), ArchiveEntryContent::Text(system_structure_xml(&draft)));
     pack_archive(path, &entries).map_err(|error| Error::output_failure(path, error))?;
     let version = match draft.required_version() {
         SspVersion::One => "1.0",
@@ -85,7 +85,7 @@ fn draft_ssp_system(
     scenario: &Scenario,
     system: &System,
     fmus: &BTreeMap<String, String>,
-    entries: &mut BTreeMap<String, EntryContent>,
+    entries: &mut BTreeMap<String, ArchiveEntryContent>,
     notes: &mut Vec<String>,
 ) -> SystemDraft {
     let variables = SystemLookup::new(system);
@@ -123,7 +123,7 @@ fn draft_ssp_system(
         if !values.is_empty() {
             let name = free_path(entries, node);
             let text = parameter_set(VALUES, version, &values);
-            entries.insert(name.clone(), EntryContent::Text(text));
+            entries.insert(name.clone(), ArchiveEntryContent::Text(text));
             component.values = Some(name);
         }
     }
@@ -132,7 +132,7 @@ fn draft_ssp_system(
 }
 
 /// A path for the start values of a node that no other entry has.
-fn free_path(entries: &BTreeMap<String, EntryContent>, node: &NodePlan) -> String {
+fn free_path(entries: &BTreeMap<String, ArchiveEntryContent>, node: &NodePlan) -> String {
     let kept = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
     let stem: String = node.name.chars().map(|c| if kept(c) { c } else { '_' }).collect();
     let taken = |name: &str| entries.keys().any(|known| known.eq_ignore_ascii_case(name));

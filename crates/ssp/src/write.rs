@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::{ConnectorKind, Enumeration, SspType, SspUnit, SspValue, SystemExperiment, ValueTransformation};
 
-pub use self::archive::{EntryContent, pack_archive, read_back};
+pub use self::archive::{ArchiveEntryContent, pack_archive, read_back};
 pub use structure::system_structure_xml;
 pub use values::parameter_set;
 

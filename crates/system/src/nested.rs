@@ -13,7 +13,7 @@ use fmu_export::{
 
 use crate::INTERFACE;
 use crate::interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
-use crate::running::{EarlyEnd, NODES, RunningScenario};
+use crate::running::{EarlyEnd, NODES, ScenarioExecution};
 use state::{SavedInstance, ScenarioGeneration};
 
 /// Share of a communication step that times may differ by and still be the same.
@@ -71,7 +71,7 @@ impl ScenarioInstance {
     /// Nodes with the parameters as they are now.
     pub(crate) fn assemble_nodes(&mut self) -> FmiResult<ScenarioGeneration> {
         let ScenarioInstance { resources, interface, values, course, .. } = self;
-        let running = RunningScenario::assemble_scenario(resources, interface, values, course)
+        let running = ScenarioExecution::assemble_scenario(resources, interface, values, course)
             .map_err(fatal_fmi_error)?;
         self.next += 1;
         Ok(ScenarioGeneration { number: self.next, running })

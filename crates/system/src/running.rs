@@ -22,7 +22,7 @@ use crate::interface::{ExposedVariableRole, ScenarioFmuInterface};
 pub(crate) const NODES: &str = "logNodes";
 
 /// The scenario between two calls.
-pub(crate) struct RunningScenario {
+pub(crate) struct ScenarioExecution {
     pub execution: Execution,
     /// Inputs by node.
     inputs: Vec<ExternalInputs>,
@@ -46,7 +46,7 @@ pub(crate) enum EarlyEnd {
     Failed(String),
 }
 
-impl RunningScenario {
+impl ScenarioExecution {
     /// Reads the scenario among the resources and makes its nodes, with these values as start values.
     ///
     /// # Errors
@@ -84,7 +84,7 @@ impl RunningScenario {
         system.announced_stop = course.stop;
         let mut nodes = node::instantiate_nodes(&mut system, None)?;
         let (inputs, outputs) = attach_external_values(&system, &mut nodes, interface)?;
-        Ok(RunningScenario { execution: Execution::new(system, nodes), inputs, outputs })
+        Ok(ScenarioExecution { execution: Execution::new(system, nodes), inputs, outputs })
     }
 
     /// Initialises the nodes with these values of the inputs.

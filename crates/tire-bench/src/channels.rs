@@ -87,7 +87,7 @@ pub struct BenchReadOptions<'a> {
     /// Channels whose columns have other names or units: channel, column, unit.
     pub columns: &'a [(&'a str, &'a str, Option<&'a str>)],
     /// Channels with one value, for files that have them not.
-    pub constants: &'a [ChannelConstant<'a>],
+    pub constants: &'a [ConstantChannel<'a>],
     /// Units of files that state none.
     pub units: Option<FileUnits>,
     /// Radius without load [m], for moments about the centre of the wheel in files without a loaded radius.
@@ -105,7 +105,7 @@ impl BenchReadOptions<'_> {
 
 /// A channel with one value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelConstant<'a> {
+pub struct ConstantChannel<'a> {
     /// The file that it is of; without one, of all files.
     pub file: Option<&'a str>,
     /// One of [`CHANNELS`].

@@ -23,7 +23,7 @@ mod table;
 mod text;
 mod tydex;
 
-pub use channels::{BenchReadOptions, CHANNELS, ChannelConstant, FileUnits};
+pub use channels::{BenchReadOptions, CHANNELS, ConstantChannel, FileUnits};
 pub use condition::{RevolutionMean, average_over_revolutions};
 pub use file::write_tir;
 pub use fit::{ChannelFitSummary, CoefficientEstimate, TireFit, TireFitOptions, fit_tire, fit_tire_to_means};

@@ -16,9 +16,9 @@ const MOST: usize = 12;
 type ResidualRow = (f64, DVector<f64>);
 
 /// A condition that a bench sets in levels; `None` where a block does not set it.
-type ConditionOfPoint = fn(&RevolutionMean) -> Option<f64>;
+type TestCondition = fn(&RevolutionMean) -> Option<f64>;
 
-const CONDITIONS: [ConditionOfPoint; 4] =
+const CONDITIONS: [TestCondition; 4] =
     [|it| Some(it.level), |it| Some(it.sample.pressure), |it| it.angle, |it| Some(it.sample.gamma)];
 
 /// The variance of a residual around the model, and how much more the model is wrong where it has seen no data.
@@ -27,7 +27,7 @@ pub(crate) struct PredictionVariance {
     /// Of each run: constant [N²], and over the square of the load [-].
     runs: Vec<(usize, [f64; 2])>,
     /// The levels of each condition.
-    levels: Vec<(ConditionOfPoint, Vec<f64>)>,
+    levels: Vec<(TestCondition, Vec<f64>)>,
     /// Factor to the variance of the model at a new level.
     inflation: f64,
 }
@@ -69,7 +69,7 @@ impl PredictionVariance {
 
     /// From 0 at levels of the fit to 1 at half the smallest distance between two of them and beyond.
     fn level_novelty(&self, point: &RevolutionMean) -> f64 {
-        let of = |(condition, levels): &(ConditionOfPoint, Vec<f64>)| {
+        let of = |(condition, levels): &(TestCondition, Vec<f64>)| {
             let value = condition(point)?;
             let near = levels.iter().map(|it| (it - value).abs()).fold(f64::MAX, f64::min);
             let gap = levels.windows(2).map(|it| it[1] - it[0]).fold(f64::MAX, f64::min);
@@ -87,14 +87,14 @@ impl PredictionVariance {
         normal: &NormalEquations,
         weight: f64,
     ) -> f64 {
-        let turns: Vec<(ConditionOfPoint, &[f64], usize)> = self
+        let turns: Vec<(TestCondition, &[f64], usize)> = self
             .levels
             .iter()
             .flat_map(|(condition, levels)| {
                 (0..levels.len()).map(move |it| (*condition, levels.as_slice(), it))
             })
             .collect();
-        let turn = |(condition, levels, place): &(ConditionOfPoint, &[f64], usize)| {
+        let turn = |(condition, levels, place): &(TestCondition, &[f64], usize)| {
             let is_left =
                 |it: &RevolutionMean| condition(it).is_some_and(|x| nearest_level(levels, x) == *place);
             self.required_inflations(points, rows, normal, weight, &is_left)

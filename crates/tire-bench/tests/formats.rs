@@ -6,7 +6,7 @@ use std::io::Write as _;
 use crate::writer::{Made, column, file};
 use tire::TireAxes;
 use tire_bench::{
-    BenchData, BenchReadOptions, ChannelConstant, FileUnits, read_bench_file, read_bench_files,
+    BenchData, BenchReadOptions, ConstantChannel, FileUnits, read_bench_file, read_bench_files,
 };
 
 const OWN: &str = "block,time_s,slip_ratio,slip_angle_rad,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
@@ -132,7 +132,7 @@ fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
     for note in ["no slip ratio: taken as 0", "no F_x", "no temperature of the tread: its terms stay at 0"] {
         assert!(notes.contains(note), "{notes}");
     }
-    let of_all = |(channel, value)| ChannelConstant { file: None, channel, value };
+    let of_all = |(channel, value)| ConstantChannel { file: None, channel, value };
     let constant = [("pressure_pa", 80e3), ("camber_rad", 0.0), ("speed_mps", 11.0)].map(of_all);
     let lacking = without(&["P", "IA", "V"]);
     let error = refused(lacking.as_bytes(), &sae());
@@ -156,7 +156,7 @@ fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
     assert!(found.samples.len() == 500 && found.samples.iter().all(|it| it.M_z.is_nan()));
     // Two runs at two pressures, which no column has.
     let lacking = without(&["P"]);
-    let constant = [(None, 80e3), (Some("b"), 97e3)].map(|(file, value)| ChannelConstant {
+    let constant = [(None, 80e3), (Some("b"), 97e3)].map(|(file, value)| ConstantChannel {
         file,
         channel: "pressure_pa",
         value,

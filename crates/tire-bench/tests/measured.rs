@@ -7,7 +7,7 @@ use std::time::Instant;
 use tire::{Coefficients, TireAxes};
 use tire_bench::{FitHoldout, FittedChannel, TireFitOptions, fit_with_holdout, read_csv_file};
 
-type Failed = Box<dyn std::error::Error>;
+type TestError = Box<dyn std::error::Error>;
 
 /// The share of the data in the bands. Where it is missed, and the goal of 1.5, 2.0 and 2.0 % of peak, what is measured stands here, see
 /// docs/methods/bench.md.
@@ -41,7 +41,7 @@ fn a_slip_angle_left_out() {
 }
 
 /// Bounds for F_y of run 0, and F_x and F_y of run 1: `errors` of the root mean square as a share of the peak, `inside` of the share in the bands.
-fn predicts(left: FitHoldout, errors: [f64; 3], inside: [[f64; 2]; 3]) -> Result<(), Failed> {
+fn predicts(left: FitHoldout, errors: [f64; 3], inside: [[f64; 2]; 3]) -> Result<(), TestError> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
     let mut samples = Vec::new();

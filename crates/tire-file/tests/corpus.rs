@@ -10,11 +10,11 @@ use serde_json::Value as Json;
 use tire::{Coefficients, MagicFormulaVersion, MfTire, TireCharacteristics};
 use tire_file::{TireFileMessage, TireMessageLevel, read_bytes, write_tir_text};
 
-type Failed = Box<dyn std::error::Error>;
+type TestError = Box<dyn std::error::Error>;
 
 #[test]
 #[ignore = "needs data/corpus/tir"]
-fn files_of_strangers() -> Result<(), Failed> {
+fn files_of_strangers() -> Result<(), TestError> {
     let files = std::fs::read_dir(data().join("corpus/tir"))?;
     let mut files = files.map(|entry| entry.map(|it| it.path())).collect::<Result<Vec<_>, _>>()?;
     files.retain(|path| path.extension().is_some_and(|it| it == "tir"));
@@ -24,7 +24,7 @@ fn files_of_strangers() -> Result<(), Failed> {
 
 #[test]
 #[ignore = "needs cases/logs"]
-fn cases() -> Result<(), Failed> {
+fn cases() -> Result<(), TestError> {
     let folder = data().join("../cases/logs");
     CASES.iter().try_for_each(|case| case.judge(&folder))
 }
@@ -35,7 +35,7 @@ fn data() -> PathBuf {
 }
 
 /// What our reader and our formula make of a file at its nominal load.
-fn ours(path: &Path) -> Result<(TireCharacteristics, Vec<TireFileMessage>), Failed> {
+fn ours(path: &Path) -> Result<(TireCharacteristics, Vec<TireFileMessage>), TestError> {
     let name = path.display().to_string();
     let (coefficients, messages) =
         read_bytes(&std::fs::read(path)?, &name).map_err(|errors| errors.to_string())?;
@@ -44,7 +44,7 @@ fn ours(path: &Path) -> Result<(TireCharacteristics, Vec<TireFileMessage>), Fail
 }
 
 /// Compares what both say about files.
-fn judge(files: &[PathBuf]) -> Result<(), Failed> {
+fn judge(files: &[PathBuf]) -> Result<(), TestError> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/magic_formula.py");
     let output = Command::new("python3").arg(script).args(files).output()?;
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -73,7 +73,7 @@ fn judge(files: &[PathBuf]) -> Result<(), Failed> {
 
 /// Tires of all versions with shifts, camber, pressure and scale factors, on either side.
 #[test]
-fn own_files() -> Result<(), Failed> {
+fn own_files() -> Result<(), TestError> {
     let folder = std::env::temp_dir().join(format!("tire-file-corpus-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let rich = Coefficients {
@@ -149,7 +149,7 @@ const CASES: &[Case] = &[
 ];
 
 impl Case {
-    fn judge(&self, folder: &Path) -> Result<(), Failed> {
+    fn judge(&self, folder: &Path) -> Result<(), TestError> {
         let Self { file, lateral, warning } = self;
         let (at, messages) = ours(&folder.join(file))?;
         if let Some([friction, stiffness]) = lateral {

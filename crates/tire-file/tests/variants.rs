@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 use tire::{CoefficientKey, Coefficients, MagicFormulaVersion};
 use tire_file::{TirFile, TirValue, decode_text, read_tir};
 
-type Failed = Box<dyn std::error::Error>;
+type TestError = Box<dyn std::error::Error>;
 
 fn folder() -> PathBuf {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
@@ -95,7 +95,7 @@ fn any_text_is_read_without_panic() {
 
 #[test]
 #[ignore = "needs data/oracles/tir_syntax"]
-fn variants_of_the_syntax() -> Result<(), Failed> {
+fn variants_of_the_syntax() -> Result<(), TestError> {
     let folder = folder();
     let expected: Json = serde_json::from_str(&std::fs::read_to_string(folder.join("expected.json"))?)?;
     let files = expected.as_object().ok_or("no object")?;

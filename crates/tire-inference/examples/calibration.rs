@@ -31,7 +31,7 @@ use tire_inference::posterior::{SampledPosterior, SamplingOptions, draw_posterio
 use tire_inference::prior::Prior;
 use tire_inference::settings::{FitMethod, IdentificationSettings};
 use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
-use tire_inference::verdict::{Identifiability, QuantityJudgement};
+use tire_inference::verdict::{Identifiability, QuantityIdentifiability};
 
 #[path = "../tests/posterior/judge.rs"]
 mod judge;
@@ -132,7 +132,7 @@ fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
             let answer =
                 identify_tire(&synthetic_samples(&excitation, level), &settings, &[FitMethod::LeastSquares])?;
             let published = &answer.estimates[0].1.mean;
-            let row = |it: &QuantityJudgement| {
+            let row = |it: &QuantityIdentifiability| {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 let name = it.quantity.name();
                 let identified = it.verdict == Identifiability::Identified;

@@ -28,7 +28,7 @@ use crate::prior::Prior;
 use crate::quantity::{PerQuantity, Quantity};
 use crate::settings::{FitMethod, IdentificationSettings};
 use crate::variational::{self, VariationalPosterior};
-use crate::verdict::{Identifiability, MeasurementEvidence, QuantityJudgement, judge_quantities};
+use crate::verdict::{Identifiability, MeasurementEvidence, QuantityIdentifiability, judge_quantities};
 use curve_posterior::CurvePosterior;
 use point::PosteriorAgreement;
 
@@ -89,7 +89,7 @@ pub struct TireIdentification {
     /// The fit with all parameters free that each method is or starts from.
     pub unrestricted: Vec<(FitMethod, FitSolution)>,
     /// What the data can tell.
-    pub judgements: Vec<QuantityJudgement>,
+    pub judgements: Vec<QuantityIdentifiability>,
     /// What the data and the box say.
     pub posterior: PosteriorSamples,
     /// How that was found.
@@ -189,7 +189,7 @@ fn agreeing_solution<'a>(
 }
 
 /// A judgement that is no better than the model.
-fn cap_judgement(mut judgement: QuantityJudgement, model: &ModelVerdict) -> QuantityJudgement {
+fn cap_judgement(mut judgement: QuantityIdentifiability, model: &ModelVerdict) -> QuantityIdentifiability {
     model.cap_verdict_and_reason(&mut judgement.verdict, &mut judgement.reason);
     judgement
 }
@@ -202,7 +202,7 @@ pub fn parameters_to_fix(
     data: &CompressedSamples,
     prior: &Prior,
     posterior: &PosteriorSamples,
-    judgements: &[QuantityJudgement],
+    judgements: &[QuantityIdentifiability],
     optima: &[Theta],
 ) -> Vec<Parameter> {
     let unknown = judgements.iter().filter(|judgement| judgement.verdict == Identifiability::NotIdentifiable);
@@ -237,7 +237,7 @@ pub fn fix_parameters(prior: &Prior, parameters: &[Parameter]) -> Prior {
 pub fn assemble_estimate(
     solution: &FitSolution,
     fixed: &[Parameter],
-    judgements: &[QuantityJudgement],
+    judgements: &[QuantityIdentifiability],
     posterior: &PosteriorSamples,
     slip_range: [f64; 2],
     samples: usize,
@@ -267,8 +267,8 @@ pub fn assemble_estimate(
 
 /// A value of each judgement, by its quantity.
 pub fn values_by_quantity<T>(
-    judgements: &[QuantityJudgement],
-    value: impl Fn(&QuantityJudgement) -> T,
+    judgements: &[QuantityIdentifiability],
+    value: impl Fn(&QuantityIdentifiability) -> T,
 ) -> PerQuantity<T> {
     judgements.iter().map(|judgement| (judgement.quantity, value(judgement))).collect()
 }

@@ -30,7 +30,7 @@ use doubled_noise::DoubledNoisePosterior;
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct QuantityJudgement {
+pub struct QuantityIdentifiability {
     /// What is judged.
     pub quantity: Quantity,
     /// Whether the data can tell.
@@ -81,7 +81,7 @@ pub fn judge_quantities(
     prior: &Prior,
     posterior: &PosteriorSamples,
     optimum: &Theta,
-) -> Vec<QuantityJudgement> {
+) -> Vec<QuantityIdentifiability> {
     let profiler = CurveProfiler::new(evidence.data, prior, posterior, optimum);
     let before =
         PosteriorSamples { samples: prior.restricted_to_literature().space_filling_points(4096).collect() };
@@ -123,7 +123,7 @@ pub fn judge_quantities(
     }
     let judged = |(known, drive): (QuantityStatistics, Option<f64>)| {
         let judgement = known.into_judgement(prior, &reason::advise_on_driving(drive, evidence));
-        pressed.cap_judgement(QuantityJudgement { drive, ..judgement })
+        pressed.cap_judgement(QuantityIdentifiability { drive, ..judgement })
     };
     found.into_iter().map(judged).collect()
 }
@@ -153,12 +153,12 @@ pub struct QuantityStatistics {
 
 impl QuantityStatistics {
     /// The judgement, with advice on what to drive for a quantity that is not identified.
-    pub fn into_judgement(self, prior: &Prior, advice: &str) -> QuantityJudgement {
+    pub fn into_judgement(self, prior: &Prior, advice: &str) -> QuantityIdentifiability {
         let verdict = self.verdict();
         let reason = reason::explain_verdict(&self, verdict, prior, advice);
         let Self { quantity, mean, std, interval, .. } = self;
         let Self { width_ratio, profile, rival, prior_shift, noisier, .. } = self;
-        QuantityJudgement {
+        QuantityIdentifiability {
             quantity,
             verdict,
             reason,

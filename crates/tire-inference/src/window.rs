@@ -25,7 +25,7 @@ const BENT: f64 = 0.7;
 
 /// What is asked of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveRequirement {
+pub struct WindowRequirement {
     /// Largest error of the curve inside the excited slip, over its largest force there [-].
     pub tolerance: f64,
     /// Standard deviations of ln K and ln D from window to window [-].
@@ -34,7 +34,7 @@ pub struct CurveRequirement {
     pub usual: StretchPrior,
 }
 
-impl Default for CurveRequirement {
+impl Default for WindowRequirement {
     /// 5 %; stiffness and friction scatter by 5 % and 1.5 %.
     fn default() -> Self {
         Self { tolerance: 0.05, scatter: [0.05, 0.015], usual: StretchPrior::default() }
@@ -80,7 +80,7 @@ impl fmt::Display for CurveObstacle {
 
 /// What a window tells of one axle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WindowJudgement {
+pub struct WindowIdentifiability {
     /// B, C, D, E and shifts of 0, at the nominal load and without a longitudinal force; absent without rows.
     #[serde(skip)]
     pub theta: Option<Theta>,
@@ -96,9 +96,9 @@ pub struct WindowJudgement {
     pub reason: String,
 }
 
-impl WindowJudgement {
+impl WindowIdentifiability {
     /// Judges the points of a window, at the nominal load of the axle [N].
-    pub fn judge(series: &PointTimeSeries, nominal: f64, claim: &CurveRequirement) -> Self {
+    pub fn judge(series: &PointTimeSeries, nominal: f64, claim: &WindowRequirement) -> Self {
         let Some(local) = StretchFit::fit(series, nominal, &claim.usual) else {
             return Self::new(None, [0.0; 2], f64::INFINITY, Some(CurveObstacle::Nothing));
         };
@@ -190,8 +190,11 @@ mod tests {
     fn what_is_claimed_holds() {
         let (mut claims, mut right) = (0, 0);
         for seed in 0..100 {
-            let window =
-                WindowJudgement::judge(&driven([-0.14, 0.14], seed), 4000.0, &CurveRequirement::default());
+            let window = WindowIdentifiability::judge(
+                &driven([-0.14, 0.14], seed),
+                4000.0,
+                &WindowRequirement::default(),
+            );
             if window.verdict == CurveVerdict::Identified {
                 claims += 1;
                 right += usize::from(window.curve_error(&TRUTH).is_some_and(|error| error <= 0.05));
@@ -210,13 +213,13 @@ mod tests {
         ] {
             for seed in 0..20 {
                 let window =
-                    WindowJudgement::judge(&driven(slips, seed), 4000.0, &CurveRequirement::default());
+                    WindowIdentifiability::judge(&driven(slips, seed), 4000.0, &WindowRequirement::default());
                 assert_eq!(window.verdict, CurveVerdict::NotIdentifiable, "{slips:?}");
                 assert!(seed > 0 || window.obstacle == Some(obstacle), "{window:?}");
             }
         }
-        let strict = CurveRequirement { tolerance: 0.001, ..CurveRequirement::default() };
-        let window = WindowJudgement::judge(&driven([-0.14, 0.14], 0), 4000.0, &strict);
+        let strict = WindowRequirement { tolerance: 0.001, ..WindowRequirement::default() };
+        let window = WindowIdentifiability::judge(&driven([-0.14, 0.14], 0), 4000.0, &strict);
         assert_eq!(window.obstacle, Some(CurveObstacle::Wide));
         assert!(window.reason.contains("Drive longer"), "{}", window.reason);
     }
@@ -229,7 +232,7 @@ mod tests {
         wild.samples.force[3] = f64::NAN;
         let short = driven([-0.1, 0.1], 1).select_rows(&[0, 1, 2]);
         for series in [still, wild, short, PointTimeSeries::default()] {
-            let window = WindowJudgement::judge(&series, 4000.0, &CurveRequirement::default());
+            let window = WindowIdentifiability::judge(&series, 4000.0, &WindowRequirement::default());
             assert_eq!((window.theta, window.obstacle), (None, Some(CurveObstacle::Nothing)));
         }
     }

@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::slip::{RelaxationLengths, TireForces, TireOperatingPoint, ValidityExcess};
 use crate::tire::Tire;
 use elementary::Number;
-use point::NormalizedOperatingPoint;
+use point::NormalisedOperatingPoint;
 use pure::PureSlipCurve;
 use reciprocals::CoefficientReciprocals;
 
@@ -114,7 +114,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     fn pure_slip_forces(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         longitudinal: &PureSlipCurve<T>,
     ) -> (PureSlipCurve<T>, [T; 3]) {
         let upright = p.gamma.constant_like(0.0);

@@ -20,7 +20,7 @@ const LOST_DIGITS: [(&str, &str, f64); 1] = [("t61_ttc", "Rl_m", 1e-10)];
 const TIRES: [&str; 8] =
     ["synth61", "synth62", "synth52", "t61_mf", "t62_tno205", "t52_mf", "t52_re050", "t61_ttc"];
 
-type Failed = Box<dyn std::error::Error>;
+type TestError = Box<dyn std::error::Error>;
 
 #[test]
 fn short_tables() {
@@ -41,7 +41,7 @@ fn agrees(name: &str, folder: &Path, is_short: bool) {
     assert!(wrong.is_empty(), "{name}: {}", wrong.join("\n"));
 }
 
-fn coefficients(name: &str, path: &Path) -> Result<Coefficients, Failed> {
+fn coefficients(name: &str, path: &Path) -> Result<Coefficients, TestError> {
     let all: Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let values = all[name]["coefficients"].as_object().ok_or("no coefficients")?;
     let mut found = Coefficients::default();
@@ -58,7 +58,7 @@ fn coefficients(name: &str, path: &Path) -> Result<Coefficients, Failed> {
     Ok(found)
 }
 
-fn table(path: &Path) -> Result<String, Failed> {
+fn table(path: &Path) -> Result<String, TestError> {
     let bytes = std::fs::read(path)?;
     let mut text = String::new();
     if path.extension().is_some_and(|it| it == "gz") {
@@ -76,7 +76,7 @@ struct Column {
     worst: (f64, String),
 }
 
-fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Failed> {
+fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, TestError> {
     let (parameters, rows) = match is_short {
         true => (format!("{name}.json"), format!("{name}.csv")),
         false => ("params.json".to_owned(), format!("{name}.csv.gz")),

@@ -7,7 +7,7 @@ use plugin::{ConfigError, ConfigFile};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use tire::{Coefficients, TireAxes};
-use tire_bench::{BenchReadOptions, CHANNELS, ChannelConstant, FileUnits, TireFitOptions};
+use tire_bench::{BenchReadOptions, CHANNELS, ConstantChannel, FileUnits, TireFitOptions};
 
 /// Fits a Magic Formula 6.1 with temperature terms to data of a test bench: the files of `[analysis.files]`, which are tables as text (also packed by
 /// gzip), MAT files or TYDEX.
@@ -52,7 +52,7 @@ pub struct BenchConfig {
 }
 
 /// Channel, column and unit; channels with one value.
-pub type DeclaredChannels<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<ChannelConstant<'a>>);
+pub type DeclaredChannels<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<ConstantChannel<'a>>);
 
 /// The value of a channel, or the values of channels of one file.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -105,13 +105,13 @@ impl BenchConstant {
     }
 
     /// The constants under a name, which is that of a channel or of a file.
-    fn constants<'a>(&'a self, name: &'a str) -> Vec<ChannelConstant<'a>> {
+    fn constants<'a>(&'a self, name: &'a str) -> Vec<ConstantChannel<'a>> {
         match self {
             Self::Value(value) => {
-                vec![ChannelConstant { file: None, channel: name, value: *value }]
+                vec![ConstantChannel { file: None, channel: name, value: *value }]
             }
             Self::OfFile(values) => {
-                let constant = |(channel, value): (&'a String, &f64)| ChannelConstant {
+                let constant = |(channel, value): (&'a String, &f64)| ConstantChannel {
                     file: Some(name),
                     channel,
                     value: *value,
@@ -151,7 +151,7 @@ impl BenchConfig {
                 return Err(ConfigError::at_key("constants", message));
             }
         }
-        for ChannelConstant { file, channel, value } in self.declared_channels().1 {
+        for ConstantChannel { file, channel, value } in self.declared_channels().1 {
             let key = file.map_or("constants".to_owned(), |file| format!("constants.{file}"));
             if unknown(&&channel.to_owned()) {
                 return Err(no_channel(&key, channel));

@@ -68,7 +68,7 @@ pub struct CurveConfig {
     /// Typical values, for parameters that the data cannot tell; those of the literature by default.
     pub typical: BTreeMap<Parameter, f64>,
     /// Parameters to hold at their typical values.
-    pub hold: HeldParameters,
+    pub hold: FixedParameters,
     /// Limits of the stiffness K = B C D, in the unit of B.
     pub stiffness: Option<[f64; 2]>,
     /// Limits of the slip at the peak, in the unit of the slip.
@@ -87,7 +87,7 @@ pub struct CurveConfig {
 /// Parameters that are held at their typical values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum HeldParameters {
+pub enum FixedParameters {
     /// Those that the data cannot tell.
     #[default]
     NotIdentifiable,
@@ -131,7 +131,7 @@ impl CurveConfig {
             constraints: CurveConstraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
             regularisation,
             slip_noise: self.slip_std.map(SlipNoise::new),
-            hold: self.hold == HeldParameters::NotIdentifiable,
+            hold: self.hold == FixedParameters::NotIdentifiable,
             options: FitOptions {
                 starts: self.starts.unwrap_or(usual.options.starts),
                 seed,

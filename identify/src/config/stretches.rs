@@ -4,7 +4,7 @@ use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use tire_inference::local::StretchPrior;
-use tire_inference::window::CurveRequirement;
+use tire_inference::window::WindowRequirement;
 
 use super::rules;
 
@@ -22,8 +22,8 @@ pub struct WindowConfig {
 
 impl Default for WindowConfig {
     fn default() -> Self {
-        let CurveRequirement { tolerance, usual: StretchPrior { slip_offset, .. }, .. } =
-            CurveRequirement::default();
+        let WindowRequirement { tolerance, usual: StretchPrior { slip_offset, .. }, .. } =
+            WindowRequirement::default();
         Self { length: 10.0, tolerance, slip_offset }
     }
 }
@@ -36,9 +36,9 @@ impl WindowConfig {
     }
 
     /// What is asked of a window.
-    pub fn curve_requirement(&self) -> CurveRequirement {
+    pub fn curve_requirement(&self) -> WindowRequirement {
         let usual = StretchPrior { slip_offset: self.slip_offset, ..StretchPrior::default() };
-        CurveRequirement { tolerance: self.tolerance, usual, ..CurveRequirement::default() }
+        WindowRequirement { tolerance: self.tolerance, usual, ..WindowRequirement::default() }
     }
 }
 

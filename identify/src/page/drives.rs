@@ -1,6 +1,6 @@
 //! Draws how drives under closed-loop control are explained: innovations, accelerations, the search for noises, validation.
 
-use drive_inference::calibration::CalibrationAssessment;
+use drive_inference::calibration::SensorErrorAssessment;
 use drive_inference::replay::OpenLoopReplay;
 use drive_inference::smoothing::SmoothingReport;
 use drive_inference::{Drive, DriveIdentification};
@@ -16,7 +16,7 @@ pub struct DrivesSection<'a> {
     /// What was found.
     pub found: &'a DriveIdentification,
     /// Errors of sensors that were estimated by themselves.
-    pub calibration: &'a [CalibrationAssessment],
+    pub calibration: &'a [SensorErrorAssessment],
     /// The drives.
     pub recordings: &'a [Drive],
     /// Drives that were not used, by name, and how the identified car went along them.

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use drive_doctor::LogExamination;
-use drive_inference::calibration::CalibrationAssessment;
+use drive_inference::calibration::SensorErrorAssessment;
 use drive_inference::model_selection::EstimationMode;
 use drive_inference::replay::{OpenLoopReplay, replay_open_loop};
 use drive_inference::{
@@ -154,7 +154,7 @@ struct ClosedLoopResult<'a> {
     used: &'a [Drive],
     sampling: &'a SamplingReport,
     identification: &'a DriveIdentification,
-    calibration: &'a [CalibrationAssessment],
+    calibration: &'a [SensorErrorAssessment],
     validations: &'a [ValidationDrive],
 }
 

@@ -234,7 +234,7 @@ fn propagate_uncertainty(
 /// Parameters of all curves, and effects of loads, with another car.
 struct RefitResult {
     curves: Vec<Theta>,
-    loads: loads::BothAxleEffects,
+    loads: loads::CarLoadEffects,
 }
 
 /// Prepares the points with another car, and fits each curve again from where it is.

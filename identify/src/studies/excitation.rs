@@ -8,7 +8,7 @@ use tire_inference::fit::{FitError, FitOptions, SlipNoise};
 use tire_inference::parameters::{Theta, by_parameter};
 use tire_inference::settings::{FitMethod, IdentificationSettings};
 use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
-use tire_inference::verdict::QuantityJudgement;
+use tire_inference::verdict::QuantityIdentifiability;
 
 /// What was found at all levels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,10 +32,10 @@ pub struct ExcitationLevel {
     pub nelder_mead: Theta,
     /// What the data can tell.
     #[serde(serialize_with = "by_quantity")]
-    pub judgements: Vec<QuantityJudgement>,
+    pub judgements: Vec<QuantityIdentifiability>,
 }
 
-fn by_quantity<S: Serializer>(judgements: &[QuantityJudgement], to: S) -> Result<S::Ok, S::Error> {
+fn by_quantity<S: Serializer>(judgements: &[QuantityIdentifiability], to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(judgements.iter().map(|judgement| (judgement.quantity.name(), judgement)))
 }
 
@@ -82,7 +82,7 @@ mod tests {
         run_excitation_study(&excitation, &mut |_| true).expect("samples").expect("not cancelled")
     }
 
-    fn judgement<'a>(level: &'a ExcitationLevel, name: &str) -> &'a QuantityJudgement {
+    fn judgement<'a>(level: &'a ExcitationLevel, name: &str) -> &'a QuantityIdentifiability {
         level.judgements.iter().find(|judgement| judgement.quantity.name() == name).expect("judged")
     }
 

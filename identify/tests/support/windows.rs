@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::local::{StretchFit, StretchPrior};
 use tire_inference::parameters::Theta;
-use tire_inference::window::{CurveRequirement, WindowJudgement};
+use tire_inference::window::{WindowIdentifiability, WindowRequirement};
 use vehicle::{Aerodynamics, VehicleBody};
 
 use crate::real_log::RealLog;
@@ -19,7 +19,7 @@ pub struct Log {
     pub name: &'static str,
     pub recording: DriveLog<'static>,
     pub pipeline: PreparationPipeline,
-    pub claims: Axles<CurveRequirement>,
+    pub claims: Axles<WindowRequirement>,
 }
 
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "a_x", "a_y", "r", "delta"];
@@ -38,7 +38,7 @@ impl Log {
         }
         let [front, rear] = slip_offsets.map(|slip_offset| {
             let usual = StretchPrior { slip_offset, ..StretchPrior::default() };
-            CurveRequirement { usual, ..CurveRequirement::default() }
+            WindowRequirement { usual, ..WindowRequirement::default() }
         });
         Some(Self { name, recording, pipeline, claims: Axles { front, rear } })
     }
@@ -90,7 +90,7 @@ impl Log {
     }
 
     /// Both axles of a window from its raw signals, which know nothing of the rest; `None` where nothing is fast enough.
-    pub fn window(&self, from: f64, length: f64) -> Option<Axles<WindowJudgement>> {
+    pub fn window(&self, from: f64, length: f64) -> Option<Axles<WindowIdentifiability>> {
         let mut part = DriveLog::default();
         for name in SIGNALS {
             let signal = self.recording.get(name)?;
@@ -101,7 +101,7 @@ impl Log {
         let prepared = self.pipeline.prepare(&part).ok()?;
         let of = |axle| {
             let (series, load) = self.axle(&prepared, axle);
-            WindowJudgement::judge(series, load, &self.claims[axle])
+            WindowIdentifiability::judge(series, load, &self.claims[axle])
         };
         Some(Axles { front: of(Axle::Front), rear: of(Axle::Rear) })
     }

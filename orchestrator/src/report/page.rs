@@ -169,10 +169,10 @@ mod tests {
     fn links_stay_beside_the_page() {
         #[derive(Template)]
         #[template(source = "./{{ name|urlencode_strict }}", ext = "html")]
-        struct Link<'a> {
+        struct ReportLink<'a> {
             name: &'a str,
         }
-        let link = |name| html_page::render_page(&Link { name });
+        let link = |name| html_page::render_page(&ReportLink { name });
         assert_eq!(link("tires.html"), "./tires.html");
         assert_eq!(link("a b\"<\u{e9}>:?/"), "./a%20b%22%3C%C3%A9%3E%3A%3F%2F");
     }

@@ -13,7 +13,7 @@ use crate::system::{AcceptedValues, NodeBody, NodePlan, NumberConnection};
 
 /// A connection of numbers with a conversion of their unit at most.
 #[derive(Debug, Clone, Copy)]
-struct PlainConnection {
+struct DirectConnection {
     from: NumberIndex<AllVariables>,
     to: NumberIndex<AllVariables>,
     at_start: bool,
@@ -23,7 +23,7 @@ struct PlainConnection {
 
 /// What a step looks at of a node.
 #[derive(Debug, Clone)]
-pub(super) struct PlainNode {
+pub(super) struct NodeStepView {
     /// Its connections, if all of them are plain.
     connections: Option<Range<usize>>,
     /// Its outputs and its inputs, if it has numbers only.
@@ -34,17 +34,17 @@ pub(super) struct PlainNode {
 
 /// The plain connections of all nodes.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PlainConnections {
-    nodes: Vec<PlainNode>,
-    connections: Vec<PlainConnection>,
+pub(super) struct DirectConnections {
+    nodes: Vec<NodeStepView>,
+    connections: Vec<DirectConnection>,
     needed: Vec<NumberIndex<AllVariables>>,
     /// Whether a node has texts.
     pub has_texts: bool,
 }
 
-impl PlainConnections {
+impl DirectConnections {
     pub fn from_plans(plans: &[NodePlan]) -> Self {
-        let mut all = PlainConnections::default();
+        let mut all = DirectConnections::default();
         for plan in plans {
             let NodePlan { texts, exact, body, .. } = plan;
             // An outlet takes its value when its outputs are read.
@@ -55,7 +55,7 @@ impl PlainConnections {
             let gives_integers = !exact.unneeded && !exact.numbers.is_empty();
             let has_numbers = takes_numbers && !gives_integers && !gives_texts;
             let connections = if takes_numbers { all.add_node_connections(plan) } else { None };
-            all.nodes.push(PlainNode {
+            all.nodes.push(NodeStepView {
                 connections,
                 numbers: has_numbers.then_some([plan.outputs, plan.inputs]),
                 needed: all.needed.len()..all.needed.len() + plan.needed.len(),
@@ -78,7 +78,7 @@ impl PlainConnections {
         }
         let first = self.connections.len();
         let connections = plan.connections.iter().zip(plan.inputs.indices());
-        self.connections.extend(connections.map(|(connection, to)| PlainConnection {
+        self.connections.extend(connections.map(|(connection, to)| DirectConnection {
             from: connection.source.index,
             to,
             at_start: connection.source.at == StepBoundary::Start,
@@ -89,7 +89,7 @@ impl PlainConnections {
     }
 
     #[inline]
-    pub fn of_node(&self, node: usize) -> &PlainNode {
+    pub fn of_node(&self, node: usize) -> &NodeStepView {
         &self.nodes[node]
     }
 

@@ -19,7 +19,7 @@ use self::step_calls::StepCalls;
 use self::values::GroupValues;
 use super::refusal::FmuRefusal;
 use super::{
-    DirectionalDerivatives, ExtrapolatedInputs, FmuExperiment, Node, SAME, Stateful, TunableParameters,
+    DirectionalDerivatives, ExperimentSetup, ExtrapolatedInputs, Node, SAME, Stateful, TunableParameters,
     TypedValues,
 };
 use crate::clock::CommunicationClock;
@@ -94,10 +94,10 @@ impl FmuNode {
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
     pub fn set_experiment_and_starts(
         &mut self,
-        experiment: FmuExperiment,
+        experiment: ExperimentSetup,
         starts: Vec<StartValue>,
     ) -> Result<(), FmuRefusal> {
-        let FmuExperiment { start, stop, tolerance } = experiment;
+        let ExperimentSetup { start, stop, tolerance } = experiment;
         (self.starts, self.begin) = (starts, start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
         self.instance.setup_experiment(start, stop, tolerance)?;

@@ -4,7 +4,7 @@ use diagnostics::Error;
 
 use super::fault_injection::with_call_faults;
 use super::isolated::{FmuProcessOptions, IsolatedNode};
-use super::{FmuExperiment, InstanceSettings, Node, SourceNode, wrap_sub_stepping};
+use super::{ExperimentSetup, InstanceSettings, Node, SourceNode, wrap_sub_stepping};
 use crate::signal::Signal;
 use crate::system::{FmuIsolation, NodeBody, System};
 
@@ -20,8 +20,11 @@ pub fn isolated_copies(
     nodes: &mut [Box<dyn Node>],
     host: &FmuProcessOptions,
 ) -> Result<Vec<Box<dyn Node>>, Error> {
-    let experiment =
-        FmuExperiment { start: system.clock.start, stop: system.announced_stop, tolerance: system.tolerance };
+    let experiment = ExperimentSetup {
+        start: system.clock.start,
+        stop: system.announced_stop,
+        tolerance: system.tolerance,
+    };
     let mut fmus = Vec::new();
     for plan in &system.nodes {
         let NodeBody::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {

@@ -20,7 +20,7 @@ const UNSETTLED: &str = "The delays did not settle: give fewer errors at once, o
 
 /// An error of a sensor that was estimated, and what speaks for it.
 #[derive(Clone, Debug, Serialize)]
-pub struct CalibrationAssessment {
+pub struct SensorErrorAssessment {
     /// What was estimated.
     #[serde(flatten)]
     pub error: CalibratedError,
@@ -41,7 +41,7 @@ pub fn assess_sensor_errors(
     car: &SingleTrackCar,
     recordings: &[Drive],
     wanted: &[SystematicError],
-) -> Result<Vec<CalibrationAssessment>, Error> {
+) -> Result<Vec<SensorErrorAssessment>, Error> {
     let SensorCalibration { errors: whole, settled, .. } = calibrate_sensors(car, recordings, wanted)?;
     let halves = split_into_halves(recordings).map(|half| calibrate_sensors(car, &half, wanted).ok());
     let turned = turn_direction_shares(recordings);
@@ -57,7 +57,7 @@ pub fn assess_sensor_errors(
             true => calibration_verdict(&error, halves, turned),
             false => (Identifiability::NotIdentifiable, UNSETTLED.to_owned()),
         };
-        CalibrationAssessment { error, halves, verdict, reason }
+        SensorErrorAssessment { error, halves, verdict, reason }
     };
     Ok(whole.into_iter().enumerate().map(judged).collect())
 }

@@ -36,16 +36,16 @@ pub const TIRES: [(&str, Tires); 2] = [
 ];
 
 /// What is done to the true car, given what the configuration says, before it drives.
-type Changed = fn(&mut VehicleBody);
+type CarModification = fn(&mut VehicleBody);
 /// What is done to a clean log.
-type Spoilt = fn(&mut Drive, u64);
+type DriveModification = fn(&mut Drive, u64);
 
 /// Something wrong.
 pub struct Mistake {
     /// Name of the row.
     pub name: &'static str,
-    car: Changed,
-    log: Spoilt,
+    car: CarModification,
+    log: DriveModification,
     /// Length of the true tires' relaxation [m].
     relaxation: f64,
     /// Names of causes of which any is right.

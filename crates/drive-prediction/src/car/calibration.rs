@@ -22,7 +22,7 @@ const HOLD: f64 = 0.02;
 const BOX: [[f64; 2]; 2] = [[-6.0, -6.0], [3.0, 3.0]];
 
 /// What a section says that was left out.
-struct HeldOutErrors {
+struct HoldoutSectionErrors {
     /// How much it counts.
     worth: f64,
     long: Vec<CompletedPrediction>,
@@ -73,11 +73,11 @@ pub fn calibrate_bands(
     Ok(Some(bands))
 }
 
-fn held_out_errors(without: &FittedCar, section: &DriveSection) -> HeldOutErrors {
+fn held_out_errors(without: &FittedCar, section: &DriveSection) -> HoldoutSectionErrors {
     let drive = &section.driven.drive;
     let course = AdaptivePredictor::new(without, None, drive);
     let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
-    HeldOutErrors {
+    HoldoutSectionErrors {
         worth: section.independent_rollout_count(),
         long: course.open_loop_predictions(HORIZON, stride),
         short: course.short_predictions(),
@@ -88,8 +88,8 @@ fn held_out_errors(without: &FittedCar, section: &DriveSection) -> HeldOutErrors
 }
 
 /// Noise and factor on the spread of one state that make the errors likeliest.
-fn fit_noise_and_spread(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
-    let readings = |it: &HeldOutErrors| -> Vec<PredictionError> {
+fn fit_noise_and_spread(all: &[HoldoutSectionErrors], i: usize) -> [f64; 2] {
+    let readings = |it: &HoldoutSectionErrors| -> Vec<PredictionError> {
         it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
     };
     let logs: Vec<(f64, Vec<PredictionError>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
@@ -115,7 +115,7 @@ fn fit_noise_and_spread(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
 }
 
 /// What bands have to be multiplied by so that the share of errors is inside.
-fn band_scales(all: &[HeldOutErrors], bands: &PredictionBands) -> LateralState {
+fn band_scales(all: &[HoldoutSectionErrors], bands: &PredictionBands) -> LateralState {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
         let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
@@ -134,7 +134,7 @@ fn band_scales(all: &[HeldOutErrors], bands: &PredictionBands) -> LateralState {
     sizes.map(|sizes| weighted_quantile(sizes, INSIDE) / BAND[0])
 }
 
-fn a_y_noise(all: &[HeldOutErrors]) -> f64 {
+fn a_y_noise(all: &[HoldoutSectionErrors]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for it in all {
         let errors = || it.a_y.iter().zip(&it.counts).filter(|(_, counts)| **counts);
@@ -145,7 +145,7 @@ fn a_y_noise(all: &[HeldOutErrors]) -> f64 {
     (sum / total).sqrt().max(1e-6)
 }
 
-fn a_y_scale(all: &[HeldOutErrors], bands: &PredictionBands) -> f64 {
+fn a_y_scale(all: &[HoldoutSectionErrors], bands: &PredictionBands) -> f64 {
     let mut sizes = Vec::new();
     for it in all {
         let spread = bands.a_y_stds(&it.a_y, &it.counts, it.step);

@@ -12,7 +12,7 @@ use crate::car::section::rollout_starts;
 
 /// Covariance of what a log has of its own.
 pub type ParameterCovariance = SMatrix<f64, VARYING, VARYING>;
-type OwnParameters = SVector<f64, VARYING>;
+type LogSpecificParameters = SVector<f64, VARYING>;
 
 /// Time between two starts of rollouts [s], and how long they last [s].
 const EVERY: f64 = 0.1;
@@ -81,8 +81,8 @@ impl ParameterTrack {
 #[derive(Clone, Debug, Default)]
 struct InformationEstimate {
     matrix: ParameterCovariance,
-    vector: OwnParameters,
-    mean: OwnParameters,
+    vector: LogSpecificParameters,
+    mean: LogSpecificParameters,
     covariance: Option<ParameterCovariance>,
 }
 
@@ -96,7 +96,7 @@ impl InformationEstimate {
 
     fn add_information(&mut self, errors: &RolloutErrors, spread: &[f64; VARYING]) {
         for (value, slope) in errors.values.iter().zip(&errors.slopes) {
-            let slope = OwnParameters::from_fn(|i, _| slope[i] * spread[i]);
+            let slope = LogSpecificParameters::from_fn(|i, _| slope[i] * spread[i]);
             if !value.is_finite() || slope.iter().any(|slope| !slope.is_finite()) {
                 continue;
             }

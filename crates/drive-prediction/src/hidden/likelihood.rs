@@ -5,7 +5,7 @@ use numerics::sqp::{Objective, QuadraticModel};
 use rayon::prelude::*;
 
 use super::filter::ExtendedKalmanFilter;
-use super::parameters::{FitUnknown, SIZE, SideslipModelParameters};
+use super::parameters::{SIZE, SearchParameter, SideslipModelParameters};
 use super::setup::EstimatorSetup;
 use super::signals::{CHANNELS, SensorSignals};
 
@@ -17,7 +17,7 @@ const V_Y_NOISE: f64 = 0.01;
 /// The negative logarithm of the posterior of drives.
 pub(super) struct NegativeLogPosterior<'a> {
     pub setup: &'a EstimatorSetup,
-    pub unknowns: &'a [FitUnknown; SIZE],
+    pub unknowns: &'a [SearchParameter; SIZE],
     pub drives: &'a [(SensorSignals, Option<Vec<f64>>)],
 }
 

@@ -134,7 +134,7 @@ impl SideslipModelParameters {
 
 /// How an unknown is searched for: in its logarithm or as it is, near a first guess.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FitUnknown {
+pub(super) struct SearchParameter {
     /// Whether the coordinate is the logarithm.
     pub log: bool,
     /// Where the search starts, of the unknown itself.
@@ -147,7 +147,7 @@ pub(super) struct FitUnknown {
     pub bounds: [f64; 2],
 }
 
-impl FitUnknown {
+impl SearchParameter {
     fn logarithmic(start: f64, std: f64, bounds: [f64; 2]) -> Self {
         Self { log: true, start, centre: start, std, bounds }
     }
@@ -174,16 +174,16 @@ impl FitUnknown {
 
 /// All of them. Tires of road and race cars lie well inside the bounds; C, E, height, load sensitivity and combined slip are weak in most
 /// drives, so their priors matter.
-pub(super) fn fit_unknowns(setup: &EstimatorSetup, has_a_x: bool) -> [FitUnknown; SIZE] {
+pub(super) fn fit_unknowns(setup: &EstimatorSetup, has_a_x: bool) -> [SearchParameter; SIZE] {
     let tire = [
-        FitUnknown::logarithmic(10.0, 1.0, [2.0, 60.0]),
-        FitUnknown::logarithmic(1.35, 0.02, [1.0, 2.0]),
-        FitUnknown::logarithmic(1.1, 0.5, [0.2, 3.0]),
-        FitUnknown::linear(0.0, 0.6, [-4.0, 0.99]),
+        SearchParameter::logarithmic(10.0, 1.0, [2.0, 60.0]),
+        SearchParameter::logarithmic(1.35, 0.02, [1.0, 2.0]),
+        SearchParameter::logarithmic(1.1, 0.5, [0.2, 3.0]),
+        SearchParameter::linear(0.0, 0.6, [-4.0, 0.99]),
     ];
     let [inertia, height] = setup.body_uncertainty;
     let around = |guess: f64| [guess / 4.0, guess * 4.0];
-    let noise = |start: f64| FitUnknown::logarithmic(start, 2.0, [start * 1e-3, start * 1e2]);
+    let noise = |start: f64| SearchParameter::logarithmic(start, 2.0, [start * 1e-3, start * 1e2]);
     // Without an accelerometer the speed wanders as drivers push.
     let pushing = if has_a_x { 0.06 } else { 1.0 };
     let [r, a_y, v_x] = setup.sensor_noise;
@@ -198,20 +198,20 @@ pub(super) fn fit_unknowns(setup: &EstimatorSetup, has_a_x: bool) -> [FitUnknown
         u[1],
         u[2],
         u[3],
-        FitUnknown::logarithmic(body.I_zz, inertia, around(body.I_zz)),
-        FitUnknown::logarithmic(body.h, height, around(body.h)),
-        FitUnknown::linear(0.1, 0.2, [-1.0, 2.0]),
-        FitUnknown::linear(1.0, 0.5, [0.0, 1.5]),
-        FitUnknown::linear(0.0, 0.05, [-0.3, 0.3]),
-        FitUnknown::linear(0.0, 0.2, [-2.0, 2.0]),
+        SearchParameter::logarithmic(body.I_zz, inertia, around(body.I_zz)),
+        SearchParameter::logarithmic(body.h, height, around(body.h)),
+        SearchParameter::linear(0.1, 0.2, [-1.0, 2.0]),
+        SearchParameter::linear(1.0, 0.5, [0.0, 1.5]),
+        SearchParameter::linear(0.0, 0.05, [-0.3, 0.3]),
+        SearchParameter::linear(0.0, 0.2, [-2.0, 2.0]),
         noise(r),
         noise(a_y),
         noise(v_x),
         noise(pushing),
         noise(0.05),
         noise(setup.yaw_process),
-        FitUnknown::linear(0.0, setup.delay, [-0.1, 0.1]),
-        FitUnknown::linear(0.0, setup.delay, [-0.1, 0.1]),
+        SearchParameter::linear(0.0, setup.delay, [-0.1, 0.1]),
+        SearchParameter::linear(0.0, setup.delay, [-0.1, 0.1]),
     ]
 }
 

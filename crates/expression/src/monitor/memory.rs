@@ -1,6 +1,6 @@
 //! Hands over what a watched condition remembers of the samples so far, as lists of numbers.
 
-use super::{ConditionJudgement, ConditionMonitor};
+use super::{ConditionMonitor, ConditionVerdict};
 
 impl<S> ConditionMonitor<S> {
     /// What it remembers of the samples so far: lists of numbers, for a monitor of the same condition and tolerance.
@@ -38,7 +38,7 @@ impl<S> ConditionMonitor<S> {
         let worst = match **worst {
             [] => None,
             [time, passed, margin, value, limit] => {
-                Some((time, ConditionJudgement { passed: passed != 0.0, margin, value, limit }))
+                Some((time, ConditionVerdict { passed: passed != 0.0, margin, value, limit }))
             }
             _ => return None,
         };

@@ -12,7 +12,7 @@ use crate::sqp::{Objective, QuadraticModel, SqpMinimum};
 const MOST_PRICE: f64 = 1e7;
 
 /// A point with everything that is known there.
-pub struct EvaluatedPoint {
+pub struct SqpIterate {
     pub x: DVector<f64>,
     pub model: QuadraticModel,
     pub values: DVector<f64>,
@@ -36,22 +36,18 @@ impl<'a> SqpMinimisation<'a> {
         Self { objective, lower, upper, evaluations: 0, price: 0.0, secant: SecantHessian::new(lower.len()) }
     }
 
-    pub fn evaluate(&mut self, x: DVector<f64>) -> EvaluatedPoint {
+    pub fn evaluate(&mut self, x: DVector<f64>) -> SqpIterate {
         self.evaluations += 1;
         let model = self.objective.model(&x);
         let inequalities = self.objective.inequalities(&x);
         let values = DVector::from_iterator(inequalities.len(), inequalities.iter().map(|c| c.value));
         let rows = DMatrix::from_fn(inequalities.len(), x.len(), |r, i| inequalities[r].gradient[i]);
         let width = model.hessian.diagonal().map(|h| if h > 0.0 { h.sqrt() } else { 1.0 });
-        EvaluatedPoint { x, model, values, rows, width }
+        SqpIterate { x, model, values, rows, width }
     }
 
     /// The damped step in scaled variables; the price rises until it suffices.
-    pub fn solve_step(
-        &mut self,
-        point: &EvaluatedPoint,
-        hessian: DMatrix<f64>,
-    ) -> Option<SubproblemSolution> {
+    pub fn solve_step(&mut self, point: &SqpIterate, hessian: DMatrix<f64>) -> Option<SubproblemSolution> {
         let n = point.x.len();
         let width = &point.width;
         let gradient = point.model.gradient.component_div(width);
@@ -85,13 +81,8 @@ impl<'a> SqpMinimisation<'a> {
     }
 
     /// Keeps what a step tells of second derivatives, also if it is not accepted.
-    pub fn update_secant(
-        &mut self,
-        point: &EvaluatedPoint,
-        next: &EvaluatedPoint,
-        multipliers: &DVector<f64>,
-    ) {
-        let lagrangian = |p: &EvaluatedPoint| &p.model.gradient - p.rows.transpose() * multipliers;
+    pub fn update_secant(&mut self, point: &SqpIterate, next: &SqpIterate, multipliers: &DVector<f64>) {
+        let lagrangian = |p: &SqpIterate| &p.model.gradient - p.rows.transpose() * multipliers;
         let change = lagrangian(next) - lagrangian(point);
         let step = &next.x - &point.x;
         self.secant.update(&step, &change, &point.model.hessian, &next.model.hessian, &point.width);
@@ -101,7 +92,7 @@ impl<'a> SqpMinimisation<'a> {
     /// Newton.
     pub fn hessian_and_damped_hessian(
         &self,
-        point: &EvaluatedPoint,
+        point: &SqpIterate,
         damping: f64,
     ) -> (DMatrix<f64>, DMatrix<f64>) {
         let n = point.x.len();
@@ -122,7 +113,7 @@ impl<'a> SqpMinimisation<'a> {
     }
 
     /// The point after a step, on the bounds to the last bit.
-    pub fn point_after_step(&self, point: &EvaluatedPoint, step: &SubproblemSolution) -> DVector<f64> {
+    pub fn point_after_step(&self, point: &SqpIterate, step: &SubproblemSolution) -> DVector<f64> {
         DVector::from_fn(point.x.len(), |i, _| match step.places[i] {
             ConstraintState::Lower => self.lower[i],
             ConstraintState::Upper => self.upper[i],
@@ -130,14 +121,14 @@ impl<'a> SqpMinimisation<'a> {
         })
     }
 
-    pub fn merit_function(&self, point: &EvaluatedPoint) -> f64 {
+    pub fn merit_function(&self, point: &SqpIterate) -> f64 {
         point.model.cost + self.price * total_violation(&point.values)
     }
 
     /// Decrease of the merit that the undamped model promises.
     pub fn predicted_decrease(
         &self,
-        point: &EvaluatedPoint,
+        point: &SqpIterate,
         hessian: &DMatrix<f64>,
         change: &DVector<f64>,
     ) -> f64 {
@@ -155,7 +146,7 @@ impl<'a> SqpMinimisation<'a> {
 
     /// Largest violation of the conditions of optimality. The multipliers come in as those of the subproblem and leave as the
     /// best ones for this point, by least squares over the rows that hold.
-    pub fn kkt_residual(&self, point: &EvaluatedPoint, multipliers: &mut DVector<f64>) -> f64 {
+    pub fn kkt_residual(&self, point: &SqpIterate, multipliers: &mut DVector<f64>) -> f64 {
         let n = point.x.len();
         let scale = point.model.scale;
         let free: Vec<usize> = (0..n).filter(|&i| self.bound_side(&point.x, i) == Some(0)).collect();
@@ -191,7 +182,7 @@ impl<'a> SqpMinimisation<'a> {
 
     pub fn into_minimum(
         self,
-        point: EvaluatedPoint,
+        point: SqpIterate,
         multipliers: &DVector<f64>,
         kkt_residual: f64,
         status: OptimisationStatus,

@@ -21,7 +21,7 @@ const OVERFIT: f64 = 0.1;
 
 /// A fitted normal distribution, and what draws from it say.
 #[derive(Clone, Debug)]
-pub struct GaussianAssessment {
+pub struct GaussianFitAssessment {
     /// The fit.
     pub fitted: GaussianFit,
     /// Points that stood for the standard normal distribution in it.
@@ -41,7 +41,7 @@ pub fn fit_and_assess_gaussian(
     worth_more: impl Fn(&GaussianFit) -> bool,
     draws: usize,
     seed: u64,
-) -> GaussianAssessment {
+) -> GaussianFitAssessment {
     let begin = Instant::now();
     let mut points = points;
     loop {
@@ -49,7 +49,7 @@ pub fn fit_and_assess_gaussian(
         let draws = GaussianDraws::new(density, &fitted.gaussian, ProposalTails::Normal, draws, seed);
         let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
         if !(overfit && worth_more(&fitted)) || points >= most {
-            return GaussianAssessment { fitted, points, draws, seconds: begin.elapsed().as_secs_f64() };
+            return GaussianFitAssessment { fitted, points, draws, seconds: begin.elapsed().as_secs_f64() };
         }
         points *= 2;
     }

@@ -1,6 +1,6 @@
 //! Finds the nearest part of a curve by boxes around parts in a row, so that most parts are never looked at.
 
-use super::{BandPoint, distance_per_tolerance, segment_deviation};
+use super::{ToleranceBandPoint, distance_per_tolerance, segment_deviation};
 
 /// Lines of the curve in a box at the bottom.
 const LINES: usize = 8;
@@ -32,7 +32,7 @@ impl CurveBounds {
         }
     }
 
-    fn of_point(point: &BandPoint) -> Self {
+    fn of_point(point: &ToleranceBandPoint) -> Self {
         CurveBounds { x: [point.x; 2], y: [point.y; 2], dx: point.dx, dy: point.dy }
     }
 
@@ -52,7 +52,7 @@ pub(super) struct BoundsTree {
 
 impl BoundsTree {
     /// That of a curve with at least one point.
-    pub(super) fn from_curve(curve: &[BandPoint]) -> Self {
+    pub(super) fn from_curve(curve: &[ToleranceBandPoint]) -> Self {
         let joined = |all: &[CurveBounds]| all.iter().copied().fold(CurveBounds::NONE, CurveBounds::union);
         let lines = curve.len().saturating_sub(1).max(1);
         let bottom = (0..lines).step_by(LINES).map(|first| {
@@ -69,7 +69,13 @@ impl BoundsTree {
 
     /// The least deviation of a point from the curve that it was made of, if it is less than `best`, which some point of it has. One
     /// that is `enough` need not be the least.
-    pub(super) fn min_deviation(&self, curve: &[BandPoint], at: [f64; 2], best: f64, enough: f64) -> f64 {
+    pub(super) fn min_deviation(
+        &self,
+        curve: &[ToleranceBandPoint],
+        at: [f64; 2],
+        best: f64,
+        enough: f64,
+    ) -> f64 {
         let mut search = NearestSegmentSearch { tree: self, curve, at, best, enough };
         search.search_box(self.levels.len() - 1, 0);
         search.best
@@ -78,7 +84,7 @@ impl BoundsTree {
 
 struct NearestSegmentSearch<'a> {
     tree: &'a BoundsTree,
-    curve: &'a [BandPoint],
+    curve: &'a [ToleranceBandPoint],
     at: [f64; 2],
     best: f64,
     enough: f64,

@@ -35,7 +35,7 @@ pub struct ChannelStatistics {
 
 /// Steps that are longer than most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GapCount {
+pub struct TimeGapCounts {
     /// How many there are.
     pub count: u64,
     /// The longest one [s], and the time at its beginning [s].
@@ -134,13 +134,13 @@ impl ChannelStatistics {
 
     /// The steps that are longer than 1.5 median ones.
     #[must_use]
-    pub fn gap_count(&self) -> GapCount {
+    pub fn gap_count(&self) -> TimeGapCounts {
         let Some(most) = self.median_step().map(|step| GAP * step) else {
-            return GapCount { count: 0, longest: None };
+            return TimeGapCounts { count: 0, longest: None };
         };
         let steps = self.step_counts();
         let count = steps.iter().filter(|(key, _)| step_of(**key) > most).map(|(_, it)| it).sum();
-        GapCount { count, longest: self.longest.filter(|(longest, _)| *longest > most && count > 0) }
+        TimeGapCounts { count, longest: self.longest.filter(|(longest, _)| *longest > most && count > 0) }
     }
 }
 
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!((tally.rows, tally.values), (1000, 990));
         assert_eq!((tally.range, tally.median_step()), (Some((0.0, 999.0)), Some(0.01)));
         // Ten values that are missing, and the pause.
-        let GapCount { count, longest } = tally.gap_count();
+        let TimeGapCounts { count, longest } = tally.gap_count();
         let (longest, at) = longest.expect("a pause");
         assert_eq!(count, 11);
         assert!((longest - 3.01).abs() < 1e-9 && (at - 6.99).abs() < 1e-9, "{longest} {at}");

@@ -18,7 +18,7 @@ use recording::{
     VariableDirection,
 };
 
-pub type Failed = Box<dyn std::error::Error>;
+pub type TestError = Box<dyn std::error::Error>;
 
 /// Communication step of the made recordings [s].
 pub const STEP: f64 = 0.01;
@@ -41,7 +41,7 @@ pub fn value_of(tick: u64, column: usize) -> f64 {
 }
 
 /// A recording of this program.
-pub fn finished(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
+pub fn finished(folder: &Path, ticks: u64) -> Result<Vec<u8>, TestError> {
     let column = |k: usize, node: &str, kind: ValueKind| Column {
         node: node.to_owned(),
         variable: format!("c{k}"),
@@ -76,7 +76,7 @@ pub fn header(folder: &Path, columns: Columns<RecordedVariables>, step: f64, tic
 }
 
 /// A recording of these columns.
-pub fn made(folder: &Path, columns: Columns<RecordedVariables>, ticks: u64) -> Result<Vec<u8>, Failed> {
+pub fn made(folder: &Path, columns: Columns<RecordedVariables>, ticks: u64) -> Result<Vec<u8>, TestError> {
     let (numbers, texts) = (columns.number_columns().len(), columns.text_columns().len());
     let header = header(folder, columns, STEP, ticks);
     let mut sink = McapSink::new(&header)?;
@@ -94,7 +94,7 @@ pub fn made(folder: &Path, columns: Columns<RecordedVariables>, ticks: u64) -> R
 }
 
 /// What a killed run leaves: no summary, and at the end a chunk without a length.
-fn killed(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
+fn killed(folder: &Path, ticks: u64) -> Result<Vec<u8>, TestError> {
     let whole = finished(folder, ticks)?;
     let chunks: Vec<_> = records(&whole).filter(|(opcode, _)| *opcode == op::CHUNK).collect();
     let last = chunks.last().ok_or("a chunk")?.1.clone();
@@ -104,7 +104,7 @@ fn killed(folder: &Path, ticks: u64) -> Result<Vec<u8>, Failed> {
 }
 
 /// A recording of another program.
-fn foreign(folder: &Path, compression: Option<Compression>, messages: u64) -> Result<Vec<u8>, Failed> {
+fn foreign(folder: &Path, compression: Option<Compression>, messages: u64) -> Result<Vec<u8>, TestError> {
     let path = folder.join("foreign.mcap");
     let options = WriteOptions::new().compression(compression).chunk_size(Some(700));
     let mut writer = options.create(BufWriter::new(File::create(&path)?))?;
@@ -124,7 +124,7 @@ fn foreign(folder: &Path, compression: Option<Compression>, messages: u64) -> Re
 }
 
 /// A recording of ROS 2: a text, a list and a number with the time of each message.
-fn ros(folder: &Path) -> Result<Vec<u8>, Failed> {
+fn ros(folder: &Path) -> Result<Vec<u8>, TestError> {
     let path = folder.join("ros.mcap");
     let mut writer = WriteOptions::new().compression(None).create(BufWriter::new(File::create(&path)?))?;
     let definition = "std_msgs/Header header\nfloat64[] list\nfloat64 x\n";

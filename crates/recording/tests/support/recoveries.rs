@@ -9,7 +9,7 @@ use damage::FuzzTarget;
 use mcap::records::{MessageHeader, Record};
 use recording::recover::recover_recording;
 
-use super::made::{self, Failed};
+use super::made::{self, TestError};
 
 pub const TARGET: FuzzTarget = FuzzTarget {
     name: "recoveries",
@@ -68,7 +68,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
 ///
 /// # Errors
 /// When it is no recording.
-pub fn contents(bytes: &[u8]) -> Result<Contents, Failed> {
+pub fn contents(bytes: &[u8]) -> Result<Contents, TestError> {
     let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
     let (mut found, mut schemas) = (Contents::default(), BTreeMap::new());
     for record in mcap::read::ChunkFlattener::new_with_options(bytes, options)? {

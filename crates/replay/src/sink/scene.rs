@@ -15,7 +15,7 @@ use super::road::RoadEdges;
 use super::run_slot::RunNamespace;
 use super::timeline::TimePoint;
 use super::trace::{
-    ColoredStrips, DistanceMarks, DrivenLine, MapBounds, STRIP_SAMPLES, SpeedRange, speed_color,
+    ColouredStrips, DistanceMarks, DrivenLine, MapBounds, STRIP_SAMPLES, SpeedRange, speed_color,
 };
 use super::{PLANT, WHITE};
 
@@ -184,7 +184,7 @@ impl VehicleScene {
 
     fn send_driven_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let colored = self.pose.speed.is_some() && self.slot.is_first();
-        let ColoredStrips { strips, mut colors } = self.trace.colored_strips(colored);
+        let ColouredStrips { strips, mut colors } = self.trace.colored_strips(colored);
         let mut radius = Radius::new_ui_points(2.0);
         if !self.slot.is_first() {
             // Where the lines coincide, both stay visible.

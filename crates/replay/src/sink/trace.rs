@@ -39,7 +39,7 @@ pub(super) struct SpeedRange {
 }
 
 /// The driven line as short strips of one colour each.
-pub(super) struct ColoredStrips {
+pub(super) struct ColouredStrips {
     pub strips: Vec<Vec<[f32; 3]>>,
     pub colors: Vec<Color>,
 }
@@ -114,7 +114,7 @@ impl DrivenLine {
     }
 
     /// The line as short strips of one colour each, from slow to fast when it is `colored`.
-    pub fn colored_strips(&self, colored: bool) -> ColoredStrips {
+    pub fn colored_strips(&self, colored: bool) -> ColouredStrips {
         let samples = self.0.samples();
         let last = samples.len().saturating_sub(1);
         let strip_length = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
@@ -128,7 +128,7 @@ impl DrivenLine {
             let share = (samples[start].speed - slow) / (fast - slow).max(0.1);
             colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
         }
-        ColoredStrips { strips, colors }
+        ColouredStrips { strips, colors }
     }
 
     pub fn distance_marks(&self) -> DistanceMarks {

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::FileContent;
+use super::BundledFile;
 
 /// The files that were gathered. One that is named several times is there once.
 pub(super) struct BundleFiles {
-    pub all: BTreeMap<String, FileContent>,
+    pub all: BTreeMap<String, BundledFile>,
     /// Paths in the bundle by those of the files.
     known: BTreeMap<(PathBuf, String), String>,
     /// Paths in the bundle in small letters.
@@ -35,7 +35,7 @@ impl BundleFiles {
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let inside = self.take_free_path(&name, folder);
-        self.all.insert(inside.clone(), FileContent::File(real.clone()));
+        self.all.insert(inside.clone(), BundledFile::File(real.clone()));
         self.known.insert((real, folder.to_owned()), inside.clone());
         Ok(inside)
     }
@@ -45,7 +45,7 @@ impl BundleFiles {
     /// # Errors
     /// In words, when it is no file, or another one has the path.
     pub fn add_as(&mut self, path: &Path, inside: &str) -> Result<(), String> {
-        let content = FileContent::File(canonical_file_path(path)?);
+        let content = BundledFile::File(canonical_file_path(path)?);
         if self.all.get(inside) == Some(&content) {
             return Ok(());
         }
@@ -60,7 +60,7 @@ impl BundleFiles {
 
     /// Adds a text to a folder of the bundle, and returns its path there.
     pub fn add_text(&mut self, name: &str, folder: &str, text: String) -> String {
-        let content = FileContent::Text(text);
+        let content = BundledFile::Text(text);
         let same = self.all.iter().find(|(inside, known)| {
             **known == content && inside.strip_prefix(folder).is_some_and(|it| it.ends_with(name))
         });

@@ -59,7 +59,7 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     );
     assert_eq!(bundle.fmus["plant"], "resources/Plant__.fmu");
     assert_eq!(bundle.notes.len(), 1, "{:?}", bundle.notes);
-    let Some(FileContent::Text(child)) = bundle.files.get("extra/files/child.toml") else {
+    let Some(BundledFile::Text(child)) = bundle.files.get("extra/files/child.toml") else {
         panic!("the child is a text")
     };
     assert!(child.contains("path = \"../../resources/Plant__.fmu\""), "{child}");

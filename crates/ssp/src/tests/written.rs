@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::write::{
-    DraftAnnotation, DraftComponent, DraftConnection, DraftConnector, DraftValue, EntryContent, SspVersion,
-    SystemDraft, pack_archive, parameter_set, system_structure_xml,
+    ArchiveEntryContent, DraftAnnotation, DraftComponent, DraftConnection, DraftConnector, DraftValue,
+    SspVersion, SystemDraft, pack_archive, parameter_set, system_structure_xml,
 };
 use crate::{
     ArrayDimension, BaseUnit, ConnectorKind, Enumeration, IntegerWidth, SspType, SspUnit, SspValue,
@@ -84,11 +84,11 @@ fn packed(draft: &SystemDraft, second: &[DraftValue]) -> (tempfile::TempDir, Vec
     std::fs::write(&fmu, "fmu").expect("a file");
     let first = [value("m", SspType::Float64, SspValue::Real(0.1 + 0.2))];
     let text = |name: &str, values: &[DraftValue]| {
-        EntryContent::Text(parameter_set(name, draft.required_version(), values))
+        ArchiveEntryContent::Text(parameter_set(name, draft.required_version(), values))
     };
     let entries = BTreeMap::from([
-        ("SystemStructure.ssd".to_owned(), EntryContent::Text(system_structure_xml(draft))),
-        ("resources/a.fmu".to_owned(), EntryContent::File(fmu)),
+        ("SystemStructure.ssd".to_owned(), ArchiveEntryContent::Text(system_structure_xml(draft))),
+        ("resources/a.fmu".to_owned(), ArchiveEntryContent::File(fmu)),
         ("resources/first.ssv".to_owned(), text("first", &first)),
         ("resources/second.ssv".to_owned(), text("second", second)),
     ]);
@@ -169,7 +169,7 @@ fn an_archive_is_written_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.ssp");
     std::fs::write(&path, "before").expect("a file");
-    let missing = EntryContent::File(folder.path().join("missing.fmu"));
+    let missing = ArchiveEntryContent::File(folder.path().join("missing.fmu"));
     let entries = BTreeMap::from([("resources/missing.fmu".to_owned(), missing)]);
     let error = pack_archive(&path, &entries).expect_err("the file is missing");
     assert!(error.to_string().contains("missing.fmu"), "{error}");

@@ -13,7 +13,7 @@ use crate::{Error, SspSystem};
 
 /// What an entry of an archive holds.
 #[derive(Debug, Clone)]
-pub enum EntryContent {
+pub enum ArchiveEntryContent {
     /// A copy of this file.
     File(PathBuf),
     /// A text.
@@ -24,7 +24,7 @@ pub enum EntryContent {
 ///
 /// # Errors
 /// When a file cannot be read or written; the path of it is in the text.
-pub fn pack_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> std::io::Result<()> {
+pub fn pack_archive(path: &Path, entries: &BTreeMap<String, ArchiveEntryContent>) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
@@ -42,7 +42,7 @@ pub fn pack_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> st
 ///
 /// # Errors
 /// When the entries make no system, or a file cannot be written.
-pub fn read_back(entries: &BTreeMap<String, EntryContent>) -> Result<SspSystem, Error> {
+pub fn read_back(entries: &BTreeMap<String, ArchiveEntryContent>) -> Result<SspSystem, Error> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| Error::Read { path, source }
@@ -53,15 +53,15 @@ pub fn read_back(entries: &BTreeMap<String, EntryContent>) -> Result<SspSystem, 
         let parent = path.parent().unwrap_or(folder.folder_path());
         std::fs::create_dir_all(parent).map_err(failed(parent))?;
         let text = match content {
-            EntryContent::Text(text) => text.as_str(),
-            EntryContent::File(_) => "",
+            ArchiveEntryContent::Text(text) => text.as_str(),
+            ArchiveEntryContent::File(_) => "",
         };
         std::fs::write(&path, text).map_err(failed(&path))?;
     }
     crate::open_system(folder.folder_path(), None)
 }
 
-fn write_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> std::io::Result<()> {
+fn write_archive(path: &Path, entries: &BTreeMap<String, ArchiveEntryContent>) -> std::io::Result<()> {
     let mut archive = ZipWriter::new(BufWriter::new(File::create(path)?));
     for (name, content) in entries {
         // An FMU is packed already.
@@ -72,11 +72,11 @@ fn write_archive(path: &Path, entries: &BTreeMap<String, EntryContent>) -> std::
             .unix_permissions(0o644)
             .compression_method(method);
         match content {
-            EntryContent::Text(text) => {
+            ArchiveEntryContent::Text(text) => {
                 archive.start_file(name.as_str(), options)?;
                 archive.write_all(text.as_bytes())?;
             }
-            EntryContent::File(source) => {
+            ArchiveEntryContent::File(source) => {
                 let failed = |error: std::io::Error| {
                     std::io::Error::new(error.kind(), format!("{}: {error}", source.display()))
                 };

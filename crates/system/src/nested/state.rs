@@ -10,13 +10,13 @@ use fmu_import::CallError;
 use serde::{Deserialize, Serialize};
 
 use super::ScenarioInstance;
-use crate::running::RunningScenario;
+use crate::running::ScenarioExecution;
 
 /// The nodes of an instance between two resets.
 pub(crate) struct ScenarioGeneration {
     /// States of nodes with another number are those of other nodes.
     pub number: u64,
-    pub running: RunningScenario,
+    pub running: ScenarioExecution,
 }
 
 impl ScenarioGeneration {

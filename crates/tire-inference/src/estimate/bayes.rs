@@ -12,7 +12,7 @@ use crate::quantity::PerQuantity;
 use crate::settings::IdentificationSettings;
 use crate::variational::report::{NonNormalityEvidence, PosteriorSummary};
 use crate::variational::{self, VariationalPosterior, VariationalStart};
-use crate::verdict::QuantityJudgement;
+use crate::verdict::QuantityIdentifiability;
 
 /// Optima whose likelihood is lower than the best by a factor of e to this number do not count as modes.
 const COMPETITIVE: f64 = 10.0;
@@ -28,7 +28,7 @@ pub struct BayesianFit<'a> {
     pub settings: &'a IdentificationSettings,
     /// The best fit with everything free.
     pub best: &'a FitSolution,
-    pub judgements: &'a [QuantityJudgement],
+    pub judgements: &'a [QuantityIdentifiability],
     pub report: &'a PosteriorReport,
     /// What is reported of the best fit.
     pub plain: TireEstimate,

@@ -7,13 +7,13 @@ use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::posterior::report::CurveBand;
 use crate::prior::Prior;
-use crate::verdict::{Identifiability, QuantityJudgement};
+use crate::verdict::{Identifiability, QuantityIdentifiability};
 
 /// What a published tire has to agree with.
 #[derive(Clone, Copy)]
 pub struct PosteriorAgreement<'a> {
     /// Intervals and means.
-    pub judgements: &'a [QuantityJudgement],
+    pub judgements: &'a [QuantityIdentifiability],
     /// The band of the curves.
     pub band: Option<&'a CurveBand>,
     /// Draws, of which one is published where a fit does not agree.
@@ -38,7 +38,7 @@ impl PosteriorAgreement<'_> {
     }
 
     fn violation_count(&self, theta: &Theta) -> usize {
-        let outside = |judgement: &&QuantityJudgement| {
+        let outside = |judgement: &&QuantityIdentifiability| {
             let [low, high] = judgement.interval;
             !(low..=high).contains(&judgement.quantity.value(theta))
         };
@@ -56,7 +56,7 @@ impl PosteriorAgreement<'_> {
     pub fn nearest_draw(&self) -> Option<Theta> {
         let units: Vec<f64> = self.judgements.iter().map(|judgement| self.distance_unit(judgement)).collect();
         let distance = |theta: &Theta| -> f64 {
-            let of = |(judgement, unit): (&QuantityJudgement, &f64)| {
+            let of = |(judgement, unit): (&QuantityIdentifiability, &f64)| {
                 let expected = match (judgement.verdict, judgement.quantity.parameter()) {
                     (Identifiability::NotIdentifiable, Some(parameter)) => {
                         self.prior.centre[parameter as usize]
@@ -72,7 +72,7 @@ impl PosteriorAgreement<'_> {
         ranked.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(.., theta)| *theta)
     }
 
-    fn distance_unit(&self, judgement: &QuantityJudgement) -> f64 {
+    fn distance_unit(&self, judgement: &QuantityIdentifiability) -> f64 {
         let unit = match (judgement.verdict, judgement.quantity.parameter()) {
             (Identifiability::NotIdentifiable, Some(parameter)) => self.prior.difference_unit(parameter),
             _ => std(&self.posterior.quantity_values(judgement.quantity)),

@@ -4,7 +4,7 @@ use numerics::convergence::OptimisationStatus;
 use numerics::psis::{HIGHEST_K_HAT, WeightDiagnosis};
 use numerics::statistics::{central_95_percent_interval, mean, std};
 use numerics::text::format_significant;
-use numerics::variational::assessment::GaussianAssessment;
+use numerics::variational::assessment::GaussianFitAssessment;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
@@ -58,13 +58,13 @@ pub struct VariationalReport {
 impl VariationalReport {
     /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
     pub fn new(
-        judged: &GaussianAssessment,
+        judged: &GaussianFitAssessment,
         correction: WeightDiagnosis,
         gaussian: &PosteriorSamples,
         prior: &Prior,
         noise_std: f64,
     ) -> Self {
-        let GaussianAssessment { fitted, points, draws, seconds } = judged;
+        let GaussianFitAssessment { fitted, points, draws, seconds } = judged;
         let PosteriorSummary { mean, std, interval } = PosteriorSummary::from_posterior(gaussian, prior);
         let free: Vec<_> = prior.free_parameters().collect();
         Self {

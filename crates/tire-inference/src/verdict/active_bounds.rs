@@ -9,7 +9,7 @@ use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::profile::RULED_OUT;
 use crate::quantity::Quantity;
-use crate::verdict::{Identifiability, MAX_PRIOR_SHIFT, QuantityJudgement};
+use crate::verdict::{Identifiability, MAX_PRIOR_SHIFT, QuantityIdentifiability};
 
 /// A parameter this close to a bound stands on it, as a share of the box.
 const CLOSE: f64 = 1e-4;
@@ -51,7 +51,7 @@ impl ActiveBounds {
     }
 
     /// The judgement, no better than the bounds allow.
-    pub fn cap_judgement(&self, mut judgement: QuantityJudgement) -> QuantityJudgement {
+    pub fn cap_judgement(&self, mut judgement: QuantityIdentifiability) -> QuantityIdentifiability {
         let quantity = judgement.quantity;
         let stands = self.on.iter().find(|(parameter, _)| quantity.parameter() == Some(*parameter));
         let moved = (quantity.value(&self.beyond) - quantity.value(&self.best)).abs() / judgement.std;

@@ -3,7 +3,7 @@
 
 use super::MfTire;
 use super::curve::CurveShape;
-use super::point::NormalizedOperatingPoint;
+use super::point::NormalisedOperatingPoint;
 use super::pure::PureSlipCurve;
 use crate::real::Real;
 
@@ -28,7 +28,7 @@ struct CombinedSlipWeighting<T> {
 impl<T: Real> MfTire<T> {
     /// Weights of the longitudinal force, G_xα (4.E50 to 4.E57), and of the lateral force, G_yκ (4.E58 to 4.E65).
     #[inline(always)]
-    pub(super) fn combined_slip_weights(&self, p: &NormalizedOperatingPoint<T>) -> [T; 2] {
+    pub(super) fn combined_slip_weights(&self, p: &NormalisedOperatingPoint<T>) -> [T; 2] {
         let CombinedSlipWeighting { x, y, alpha, kappa, alpha_0, kappa_0 } = self.combined_slip_weighting(p);
         if alpha_0.is_exactly_constant(0.0) && kappa_0.is_exactly_constant(0.0) {
             return CurveShape::curve_cosines([x, y], [alpha, kappa]);
@@ -42,7 +42,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn weights_and_cosine(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         other: CurveShape<T>,
         slip: T,
     ) -> ([T; 2], T) {
@@ -57,7 +57,7 @@ impl<T: Real> MfTire<T> {
     }
 
     #[inline(always)]
-    fn combined_slip_weighting(&self, p: &NormalizedOperatingPoint<T>) -> CombinedSlipWeighting<T> {
+    fn combined_slip_weighting(&self, p: &NormalisedOperatingPoint<T>) -> CombinedSlipWeighting<T> {
         let c = &self.coefficients;
         let square = p.gamma_star * p.gamma_star;
         let B_x = (c.RBX1 + c.RBX3 * square) * cos_atan(c.RBX2 * p.kappa) * c.LXAL;
@@ -71,7 +71,7 @@ impl<T: Real> MfTire<T> {
 
     /// Lateral force that longitudinal slip makes, S_Vyκ [N] (4.E66, 4.E67).
     #[inline(always)]
-    pub(super) fn S_Vyk(&self, p: &NormalizedOperatingPoint<T>, lateral: &PureSlipCurve<T>) -> T {
+    pub(super) fn S_Vyk(&self, p: &NormalisedOperatingPoint<T>, lateral: &PureSlipCurve<T>) -> T {
         let c = &self.coefficients;
         if [c.RVY1, c.RVY2, c.RVY3].into_iter().all(|it| it.is_exactly_constant(0.0)) {
             return c.RVY1;

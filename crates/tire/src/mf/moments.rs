@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use super::MfTire;
 use super::combined::cos_atan;
 use super::curve::CurveShape;
-use super::point::{NormalizedOperatingPoint, nonzero_sign, signum};
+use super::point::{NormalisedOperatingPoint, nonzero_sign, signum};
 use super::pure::PureSlipCurve;
 use crate::coefficients::MagicFormulaVersion;
 use crate::real::Real;
@@ -39,7 +39,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn aligning_moment_curve(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         longitudinal: &PureSlipCurve<T>,
         lateral: &PureSlipCurve<T>,
     ) -> AligningMomentCurve<T> {
@@ -80,7 +80,7 @@ impl<T: Real> MfTire<T> {
 
     /// Lever arm s of the longitudinal force [m] (4.E76).
     #[inline(always)]
-    pub(super) fn longitudinal_force_lever(&self, p: &NormalizedOperatingPoint<T>, F_y: T) -> T {
+    pub(super) fn longitudinal_force_lever(&self, p: &NormalisedOperatingPoint<T>, F_y: T) -> T {
         let c = &self.coefficients;
         let by_camber = (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma;
         let sum = c.SSZ1 + c.SSZ2 * (F_y * self.reciprocals.FNOMIN) + by_camber;
@@ -89,7 +89,7 @@ impl<T: Real> MfTire<T> {
 
     /// Overturning moment [N m] (4.E69, with the terms of 6.x).
     #[inline(always)]
-    pub(super) fn overturning_moment(&self, p: &NormalizedOperatingPoint<T>, F_y: T) -> T {
+    pub(super) fn overturning_moment(&self, p: &NormalisedOperatingPoint<T>, F_y: T) -> T {
         let (c, per) = (&self.coefficients, &self.reciprocals);
         let gamma = p.gamma;
         // Below the valid range it fades with the square of the load.
@@ -116,7 +116,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn rolling_resistance_moment(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         slip: &TireOperatingPoint<T>,
         F_x: T,
     ) -> T {
@@ -145,7 +145,7 @@ impl<T: Real> MfTire<T> {
 
     /// How much of the rolling resistance is there at a low speed of the rim.
     #[inline(always)]
-    fn rolling_share(&self, p: &NormalizedOperatingPoint<T>, slip: &TireOperatingPoint<T>) -> T {
+    fn rolling_share(&self, p: &NormalisedOperatingPoint<T>, slip: &TireOperatingPoint<T>) -> T {
         let low = self.coefficients.VXLOW;
         let turn = slip.kappa + 1.0;
         // The moment opposes the turn of the wheel, also of one that turns backwards.

@@ -13,7 +13,7 @@ pub(super) const EPSILON: f64 = 1e-6;
 
 /// Operating point as the equations take it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NormalizedOperatingPoint<T> {
+pub(super) struct NormalisedOperatingPoint<T> {
     /// Longitudinal slip κ [-].
     pub kappa: T,
     /// Slip angle α\* [rad], or its tangent.
@@ -64,7 +64,7 @@ pub(super) fn clamp<T: Real>(x: T, low: T, high: T) -> T {
 
 impl<T: Real> MfTire<T> {
     #[inline(always)]
-    pub(super) fn normalized_point(&self, slip: &TireOperatingPoint<T>) -> NormalizedOperatingPoint<T> {
+    pub(super) fn normalized_point(&self, slip: &TireOperatingPoint<T>) -> NormalisedOperatingPoint<T> {
         let (c, per) = (&self.coefficients, &self.reciprocals);
         let (zero, one) = (slip.F_z.constant_like(0.0), slip.F_z.constant_like(1.0));
         let FormulaConvention { limits, trigonometric } = self.reading;
@@ -109,7 +109,7 @@ impl<T: Real> MfTire<T> {
             }
             false => (alpha, cos, gamma),
         };
-        NormalizedOperatingPoint {
+        NormalisedOperatingPoint {
             kappa,
             alpha,
             gamma,

@@ -3,7 +3,7 @@
 
 use super::MfTire;
 use super::curve::CurveShape;
-use super::point::{EPSILON, NormalizedOperatingPoint, nonzero_sign, signum};
+use super::point::{EPSILON, NormalisedOperatingPoint, nonzero_sign, signum};
 use crate::real::Real;
 
 /// A denominator kept from 0, on the side of its own sign.
@@ -62,9 +62,9 @@ impl<T: Real> MfTire<T> {
 
     /// Pure longitudinal slip (4.E9 to 4.E18), but for the direction of travel.
     #[inline(always)]
-    pub(super) fn longitudinal_curve(&self, p: &NormalizedOperatingPoint<T>) -> PureSlipCurve<T> {
+    pub(super) fn longitudinal_curve(&self, p: &NormalisedOperatingPoint<T>) -> PureSlipCurve<T> {
         let c = &self.coefficients;
-        let NormalizedOperatingPoint { kappa, gamma, F_z, dfz, dpi, .. } = *p;
+        let NormalisedOperatingPoint { kappa, gamma, F_z, dfz, dpi, .. } = *p;
         let C = c.PCX1 * c.LCX;
         let friction = (c.PDX1 + c.PDX2 * dfz) * (-(c.PDX3 * gamma * gamma) + 1.0);
         let pressed = friction * (dpi * (c.PPX3 + c.PPX4 * dpi) + 1.0);
@@ -88,7 +88,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn cornering_stiffness<const N: usize>(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         gamma: [T; N],
     ) -> [T; N] {
         let c = &self.coefficients;
@@ -110,7 +110,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     fn cornering_load_factor<const N: usize>(
         &self,
-        p: &NormalizedOperatingPoint<T>,
+        p: &NormalisedOperatingPoint<T>,
         gamma: [T; N],
     ) -> [T; N] {
         let c = &self.coefficients;
@@ -128,9 +128,9 @@ impl<T: Real> MfTire<T> {
 
     /// Pure lateral slip at a camber (4.E19 to 4.E30), with the cornering stiffness there.
     #[inline(always)]
-    pub(super) fn lateral_curve(&self, p: &NormalizedOperatingPoint<T>, gamma: T, K: T) -> PureSlipCurve<T> {
+    pub(super) fn lateral_curve(&self, p: &NormalisedOperatingPoint<T>, gamma: T, K: T) -> PureSlipCurve<T> {
         let c = &self.coefficients;
-        let NormalizedOperatingPoint { F_z, dfz, dpi, .. } = *p;
+        let NormalisedOperatingPoint { F_z, dfz, dpi, .. } = *p;
         let old = c.version.is_before_61();
         let per_K = nonzero_denominator(K).recip();
         let square = gamma * gamma;
@@ -159,7 +159,7 @@ impl<T: Real> MfTire<T> {
 
     /// The lateral force [N] in the direction of travel, which only a tire that takes the sign of the slip angle from it knows.
     #[inline(always)]
-    pub(super) fn direction_corrected_force(&self, p: &NormalizedOperatingPoint<T>, F_y0: T) -> T {
+    pub(super) fn direction_corrected_force(&self, p: &NormalisedOperatingPoint<T>, F_y0: T) -> T {
         if self.reading.trigonometric { F_y0 * p.direction } else { F_y0 }
     }
 }

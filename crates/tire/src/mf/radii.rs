@@ -2,13 +2,13 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use super::MfTire;
-use super::point::NormalizedOperatingPoint;
+use super::point::NormalisedOperatingPoint;
 use crate::coefficients::MagicFormulaVersion;
 use crate::slip::{RelaxationLengths, TireForces, TireOperatingPoint};
 use elementary::Number;
 
 impl<T: Number> MfTire<T> {
-    pub(super) fn relaxation_lengths(&self, p: &NormalizedOperatingPoint<T>) -> RelaxationLengths<T> {
+    pub(super) fn relaxation_lengths(&self, p: &NormalisedOperatingPoint<T>) -> RelaxationLengths<T> {
         let c = &self.coefficients;
         let (dfz, dpi) = (p.dfz, p.dpi);
         if c.version.is_before_61() {

@@ -1,7 +1,7 @@
 //! Estimates errors of sensors by themselves, where the configuration asks for it.
 
 use drive_doctor::LogExamination;
-use drive_inference::calibration::{CalibrationAssessment, assess_sensor_errors};
+use drive_inference::calibration::{SensorErrorAssessment, assess_sensor_errors};
 use drive_inference::{Drive, DriveOptions};
 use numerics::text::format_significant;
 use plugin::AnalysisServices;
@@ -20,7 +20,7 @@ pub(super) fn assess_sensors(
     log: &LogExamination,
     model: &ModelVerdict,
     host: &mut dyn AnalysisServices,
-) -> Result<Vec<CalibrationAssessment>, String> {
+) -> Result<Vec<SensorErrorAssessment>, String> {
     if config.calibrate.is_empty() {
         return Ok(Vec::new());
     }
@@ -39,7 +39,7 @@ pub(super) fn assess_sensors(
 }
 
 /// Each error with its interval and verdict in a sentence.
-pub(super) fn describe_sensor_errors(judged: &[CalibrationAssessment]) -> impl Iterator<Item = String> {
+pub(super) fn describe_sensor_errors(judged: &[SensorErrorAssessment]) -> impl Iterator<Item = String> {
     judged.iter().map(|it| {
         let about = it.error.cause.describe();
         let (factor, unit) = about.display;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::CommunicationClock;
 use crate::node::refusal::FmuRefusal;
-use crate::node::{FmuExperiment, InputPolynomial};
+use crate::node::{ExperimentSetup, InputPolynomial};
 use crate::system::{StartValue, VariableGroups};
 
 /// What the node is made of.
@@ -19,7 +19,7 @@ pub(super) struct IsolatedNodeSetup {
     pub log: bool,
     pub inputs: VariableGroups,
     pub outputs: VariableGroups,
-    pub experiment: FmuExperiment,
+    pub experiment: ExperimentSetup,
     pub starts: Vec<StartValue>,
     /// Without one, it is in no sandbox.
     pub sandbox: Option<SandboxPaths>,
