@@ -1,21 +1,10 @@
-//! Names quantities and verdicts for people.
+//! Names quantities for people.
 
 use preparation::direction::ForceDirection;
 use tire_inference::parameters::Parameter;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::Identifiability;
-
-/// A verdict in words.
-pub fn verdict_words(verdict: Identifiability) -> &'static str {
-    verdict.to_display_text()
-}
-
-/// Class of the page's style for a verdict.
-pub fn verdict_css_class(verdict: Identifiability) -> &'static str {
-    verdict.key()
-}
 
 /// A quantity in words, with its unit.
 pub fn quantity_description(quantity: Quantity, direction: ForceDirection) -> String {

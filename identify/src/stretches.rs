@@ -94,7 +94,8 @@ fn find_laps([times, values]: [&[f64]; 2]) -> Vec<LapInterval> {
 pub fn estimate_drift<'a>(
     config: &stretches::DriftConfig,
     signal: impl Fn(&str) -> Option<[&'a [f64]; 2]>,
-    (prepared, pipeline): (&PreparedRecording, &PreparationPipeline),
+    prepared: &PreparedRecording,
+    pipeline: &PreparationPipeline,
 ) -> Vec<QuantityDrift> {
     let usual = StretchPrior::default();
     let of_axle = |(axle, series, load): (&'static str, &PointTimeSeries, f64)| {
@@ -153,7 +154,8 @@ pub fn drift_json(told: &[QuantityDrift]) -> Value {
 /// What each window says of both axles.
 pub fn assess_windows(
     config: &WindowConfig,
-    (prepared, pipeline): (&PreparedRecording, &PreparationPipeline),
+    prepared: &PreparedRecording,
+    pipeline: &PreparationPipeline,
 ) -> Value {
     let claim = config.curve_requirement();
     let of_axle = |(axle, series, load): (&str, &PointTimeSeries, f64)| {

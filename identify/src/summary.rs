@@ -13,7 +13,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Identifiability;
 
-use crate::names::{describe_bounds, describe_uncertainty_source, quantity_unit, verdict_words};
+use crate::names::{describe_bounds, describe_uncertainty_source, quantity_unit};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -98,10 +98,10 @@ impl IdentificationSummary<'_> {
     fn describe_identified_count(&self) -> String {
         let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
         let identified = verdicts().filter(|it| **it == Identifiability::Identified).count();
-        let of = |verdict| {
+        let of = |verdict: Identifiability| {
             let list = self
                 .list_quantities(|told, quantity| told.estimate.identified.get(&quantity) == Some(&verdict));
-            (!list.is_empty()).then(|| format!("; {}: {list}", verdict_words(verdict)))
+            (!list.is_empty()).then(|| format!("; {}: {list}", verdict.to_display_text()))
         };
         let rest: String =
             [Identifiability::Weak, Identifiability::NotIdentifiable].into_iter().filter_map(of).collect();
@@ -139,7 +139,7 @@ impl IdentificationSummary<'_> {
         if !self.causes.is_empty() {
             let row = |it: &SystematicErrorEstimate| {
                 let value = format!("{} {}", with_std(it.value, it.std), it.unit);
-                [it.title.clone(), value.trim_end().to_owned(), verdict_words(it.verdict).to_owned()]
+                [it.title.clone(), value.trim_end().to_owned(), it.verdict.to_display_text().to_owned()]
             };
             tables.push(ResultTable::new(["error", "value", ""], self.causes.iter().map(row)));
         }
@@ -201,7 +201,7 @@ fn value_and_verdict_cells(estimate: &TireEstimate, quantity: Quantity) -> [Stri
         Some([low, high]) => format!(" [{low:.places$}, {high:.places$}]"),
         None => String::new(),
     };
-    let verdict = estimate.identified.get(&quantity).copied().map_or("", verdict_words);
+    let verdict = estimate.identified.get(&quantity).copied().map_or("", Identifiability::to_display_text);
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 

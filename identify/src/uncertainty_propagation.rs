@@ -93,9 +93,9 @@ impl PropagatedUncertainty {
         }
         let widths: Vec<_> = answer.judgements.iter().map(|it| (it.quantity, it.width_ratio)).collect();
         for (_, estimate) in &mut answer.estimates {
-            widths
-                .iter()
-                .for_each(|&(quantity, width)| self.widen_quantity(estimate, (quantity, width), prior));
+            for &(quantity, width) in &widths {
+                self.widen_quantity(estimate, quantity, width, prior);
+            }
             self.widen_covariance(estimate);
         }
         self.widen_draws(&mut answer.posterior, prior, seed);
@@ -126,7 +126,7 @@ impl PropagatedUncertainty {
         }
     }
 
-    fn widen_quantity(&self, estimate: &mut TireEstimate, (quantity, width): (Quantity, f64), prior: &Prior) {
+    fn widen_quantity(&self, estimate: &mut TireEstimate, quantity: Quantity, width: f64, prior: &Prior) {
         let (Some((by, most)), Some(&mean)) = (self.propagated_std(quantity), estimate.mean.get(&quantity))
         else {
             return;

@@ -27,7 +27,7 @@ fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
     let prepared = log.pipeline.prepare(&log.recording).expect("points");
     let told = |length: f64| {
         let config = DriftConfig { length, ..DriftConfig::default() };
-        stretches::estimate_drift(&config, |_| None, (&prepared, &log.pipeline))
+        stretches::estimate_drift(&config, |_| None, &prepared, &log.pipeline)
     };
     for length in [10.0, 15.0, 20.0, 30.0] {
         for it in told(length) {
@@ -61,7 +61,7 @@ fn laps_are_stretches() {
     let signal = |name: &str| (name == "lap").then_some([&series.time[..], &lap[..]]);
     let told = |laps: bool| {
         let config = DriftConfig { length: 20.0, laps };
-        let told = stretches::estimate_drift(&config, signal, (&prepared, &log.pipeline));
+        let told = stretches::estimate_drift(&config, signal, &prepared, &log.pipeline);
         let rear = told.into_iter().find(|it| it.axle == "rear" && it.quantity == "K");
         rear.expect("a drift").drift
     };

@@ -256,7 +256,7 @@ fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) ->
     }
     for number in &missing.numbers {
         match exchange.columns.integer_index_of(*number) {
-            Some(integer) => exchange.row.set_integer((integer, *number), row[integer]),
+            Some(integer) => exchange.row.set_integer(integer, *number, row[integer]),
             None => exchange.row[*number] = row[*number],
         }
     }

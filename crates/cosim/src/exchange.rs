@@ -354,8 +354,8 @@ pub(crate) fn get_outputs(
     let Some(node) = node.typed_values() else { return Ok(()) };
     if integers {
         node.get_integers(&mut row[plan.exact.outputs])?;
-        for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
-            row.set_integer(pair, row[pair.0]);
+        for (integer, number) in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
+            row.set_integer(integer, number, row[integer]);
         }
     }
     if texts { node.get_texts(&mut row[plan.texts.outputs]) } else { Ok(()) }

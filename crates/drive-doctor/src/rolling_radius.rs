@@ -26,8 +26,10 @@ impl RollingRadius {
     /// `None` of a radius that is no positive number.
     pub(crate) fn new(
         axle: &'static str,
-        (radius, interval): (f64, [f64; 2]),
-        (slip, slip_interval): (f64, [f64; 2]),
+        radius: f64,
+        interval: [f64; 2],
+        slip: f64,
+        slip_interval: [f64; 2],
         is_constant: bool,
     ) -> Option<Self> {
         if !(radius.is_finite() && interval[0] > 0.0) {

@@ -92,8 +92,9 @@ pub fn draw_drive_posterior(
         .collect();
     // Of the tires alone: errors follow them.
     let of_tires = DriveLogPosterior { objective: laplace.objective, errors: 0, cost, coordinates };
-    let start = of_tires.normal_at_minimum(&laplace.x, &laplace.information);
-    let variational = if svi { VariationalTirePosterior::fit(&of_tires, start, seed) } else { None };
+    let (mean, covariance) = of_tires.normal_at_minimum(&laplace.x, &laplace.information);
+    let variational =
+        if svi { VariationalTirePosterior::fit(&of_tires, mean, covariance, seed) } else { None };
     if let (Some(variational), 0) = (&variational, errors) {
         starts[0] = variational.mean_and_covariance();
     }
@@ -127,10 +128,9 @@ pub fn draw_drive_posterior(
     let reports = Some(Axles::from_fn(report));
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
-        let known = (laplace, &prior);
         let report = |axle| {
             let counts = [starts.len(), errors];
-            variational.axle_report(axle, known, noise_std, correction, counts)
+            variational.axle_report(axle, laplace, &prior, noise_std, correction, counts)
         };
         let reports = Axles::from_fn(report);
         (variational.gaussian, reports)

@@ -110,12 +110,12 @@ impl PredictionErrorProblem<'_> {
     /// Fits tires and some causes roughly, and the noises in turn with them: on all rows, if no sensor errs.
     pub fn fit_roughly(&self, active: Vec<SystematicError>, start: DriveUnknowns) -> PredictionErrorFit {
         let of_car = active.iter().all(|cause| SystematicError::CAR.contains(cause));
-        self.fit_rows(active, start, !of_car, (ROUNDS, COARSE))
+        self.fit_rows(active, start, !of_car, ROUNDS, COARSE)
     }
 
     /// The same on the rows that are left with any delay.
     pub fn fit_delayed_rows(&self, active: Vec<SystematicError>, start: DriveUnknowns) -> PredictionErrorFit {
-        self.fit_rows(active, start, true, (ROUNDS, COARSE))
+        self.fit_rows(active, start, true, ROUNDS, COARSE)
     }
 
     /// The same under the noises of the start, as well as a comparison needs it.
@@ -124,12 +124,12 @@ impl PredictionErrorProblem<'_> {
         active: Vec<SystematicError>,
         start: DriveUnknowns,
     ) -> PredictionErrorFit {
-        self.fit_rows(active, start, true, (0, COARSE))
+        self.fit_rows(active, start, true, 0, COARSE)
     }
 
     /// The causes and rows of a rough fit with all digits, from a start.
     pub fn refine_fit(&self, rough: &PredictionErrorFit, start: DriveUnknowns) -> PredictionErrorFit {
-        self.fit_rows(rough.active.clone(), start, rough.delayed, (ROUNDS, FINE))
+        self.fit_rows(rough.active.clone(), start, rough.delayed, ROUNDS, FINE)
     }
 
     fn fit_rows(
@@ -137,7 +137,8 @@ impl PredictionErrorProblem<'_> {
         active: Vec<SystematicError>,
         start: DriveUnknowns,
         delayed: bool,
-        (rounds, limits): (usize, SqpLimits),
+        rounds: usize,
+        limits: SqpLimits,
     ) -> PredictionErrorFit {
         let mut at = start;
         let mut evaluations = 0;

@@ -130,11 +130,10 @@ fn summarise_coloured_noise(
             ),
             correction: String::new(),
         };
-        let noise = (at.noise.sensor[*channel], at.noise.colour[*channel]);
-        TestedEstimate {
-            test: plausible::noise_plausibility_test(&estimate.name, *channel, noise, step),
-            estimate,
-        }
+        let sensor_std = at.noise.sensor[*channel];
+        let test =
+            plausible::noise_plausibility_test(&estimate.name, *channel, sensor_std, [value, share], step);
+        TestedEstimate { test, estimate }
     };
     channels.iter().enumerate().map(estimate).collect()
 }

@@ -124,7 +124,8 @@ impl VariationalTirePosterior {
     /// From a mean and a covariance in the coordinates; `None` if that is not positive definite.
     pub fn fit(
         density: &DriveLogPosterior,
-        (mean, covariance): (DVector<f64>, DMatrix<f64>),
+        mean: DVector<f64>,
+        covariance: DMatrix<f64>,
         seed: u64,
     ) -> Option<Self> {
         let start = Gaussian { mean, factor: covariance.cholesky()?.l() };
@@ -152,7 +153,8 @@ impl VariationalTirePosterior {
     pub fn axle_report(
         &self,
         axle: Axle,
-        (laplace, prior): (&LaplaceApproximation, &Prior),
+        laplace: &LaplaceApproximation,
+        prior: &Prior,
         noise_std: f64,
         correction: WeightDiagnosis,
         [modes, errors]: [usize; 2],

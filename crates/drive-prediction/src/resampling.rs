@@ -287,7 +287,7 @@ mod tests {
     const PLAIN: ResamplingOptions = ResamplingOptions { rate: None, smooth: None, least_speed: 1.0 };
 
     /// A log of channels with the same samples.
-    fn log<'a>(names: &[&str], (time, value): &'a (Vec<f64>, Vec<f64>)) -> DriveLog<'a> {
+    fn log<'a>(names: &[&str], time: &'a [f64], value: &'a [f64]) -> DriveLog<'a> {
         let mut log = DriveLog::default();
         names.iter().for_each(|name| log.insert_borrowed(name, time, value));
         log
@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn channels_of_different_rates_come_to_the_rows_of_the_slowest() {
         let (fast, slow) = (line(4000, 0.005), line(1000, 0.02));
-        let mut channels = log(&["v_x", "delta", "v_y"], &fast);
+        let mut channels = log(&["v_x", "delta", "v_y"], &fast.0, &fast.1);
         channels.insert_borrowed("r", &slow.0, &slow.1);
         let found = resample_log(&channels, &PLAIN).expect("it is a drive");
         assert_eq!(found.len(), 1);
@@ -315,7 +315,7 @@ mod tests {
         for t in &mut samples.0[500..] {
             *t += 3.0;
         }
-        let channels = log(&["v_x", "r", "delta"], &samples);
+        let channels = log(&["v_x", "r", "delta"], &samples.0, &samples.1);
         let drive = &resample_log(&channels, &PLAIN).expect("it is a drive")[0];
         assert_eq!(drive.row_count(), 1300);
         let counts: Vec<usize> = (0..1300).filter(|row| drive.counts[*row]).collect();
@@ -331,7 +331,7 @@ mod tests {
     fn a_slow_sensor_that_is_held_has_a_value_where_it_had_a_new_one() {
         let samples = line(1000, 0.01);
         let held: Vec<f64> = (0..1000).map(|row| f64::from(row / 10 * 10) * 0.01).collect();
-        let mut channels = log(&["v_x", "r", "delta"], &samples);
+        let mut channels = log(&["v_x", "r", "delta"], &samples.0, &samples.1);
         channels.insert_borrowed("course", &samples.0, &held);
         let drive = &resample_log(&channels, &PLAIN).expect("it is a drive")[0];
         let course = drive.sensors.as_ref().and_then(|it| it.course.as_ref()).expect("a course");
@@ -343,7 +343,7 @@ mod tests {
     fn each_log_is_a_drive_of_its_own() {
         let samples = line(1000, 0.01);
         let numbers: Vec<f64> = (0..1000).map(|i| if i < 400 { 1.0 } else { 2.0 }).collect();
-        let mut channels = log(&["v_x", "r", "delta"], &samples);
+        let mut channels = log(&["v_x", "r", "delta"], &samples.0, &samples.1);
         channels.insert_borrowed("log", &samples.0, &numbers);
         let found = resample_log(&channels, &PLAIN).expect("there are two");
         assert_eq!(found.iter().map(|it| (it.log, it.row_count())).collect::<Vec<_>>(), [(1, 400), (2, 600)]);
@@ -351,11 +351,11 @@ mod tests {
 
     #[test]
     fn what_is_no_drive_is_told() {
-        let few = (vec![0.0, 1.0], vec![f64::NAN, 1.0]);
-        let error = resample_log(&log(&["v_x", "r", "delta"], &few), &PLAIN).expect_err("no drive");
+        let error = resample_log(&log(&["v_x", "r", "delta"], &[0.0, 1.0], &[f64::NAN, 1.0]), &PLAIN)
+            .expect_err("no drive");
         assert_eq!(error.to_string(), "`v_x`: expected two values or more");
-        let short = line(50, 0.01);
-        let error = resample_log(&log(&["v_x", "r", "delta"], &short), &PLAIN).expect_err("too short");
+        let (time, value) = line(50, 0.01);
+        let error = resample_log(&log(&["v_x", "r", "delta"], &time, &value), &PLAIN).expect_err("too short");
         assert_eq!(error, ResamplingError::TooShort { rows: 50 });
     }
 }

@@ -34,7 +34,7 @@ impl SubExpression {
         SubExpression { node, dimension: InferredUnit::dimensionless(), span }
     }
 
-    fn into_converted_node(self, (factor, offset): (f64, f64)) -> ExpressionNode {
+    fn into_converted_node(self, factor: f64, offset: f64) -> ExpressionNode {
         match self.node {
             node if (factor, offset) == (1.0, 0.0) => node,
             ExpressionNode::Number(number) => ExpressionNode::Number(number * factor + offset),
@@ -69,23 +69,27 @@ impl<'a> UnitInference<'a> {
             return Ok((parts.into_iter().map(|part| part.node).collect(), dimension));
         };
         if let Some(missing) = missing.filter(|_| !target.is_one()) {
-            return Err(self.missing_unit_error((to, target), missing, done));
+            return Err(self.missing_unit_error(to, target, missing, done));
         }
         let conversion = |part: &SubExpression| match part.dimension.known_unit() {
             Some(from) => from
                 .conversion_to(target)
-                .ok_or_else(|| self.unit_mismatch_error((to, target), (part, from), done)),
+                .ok_or_else(|| self.unit_mismatch_error(to, target, part, from, done)),
             None => Ok((1.0, 0.0)),
         };
         let conversions = parts.iter().map(conversion).collect::<ParseResult<Vec<_>>>()?;
         let dimension = to.dimension.clone();
-        let nodes = parts.into_iter().zip(conversions).map(|(part, to)| part.into_converted_node(to));
+        let nodes = parts
+            .into_iter()
+            .zip(conversions)
+            .map(|(part, (factor, offset))| part.into_converted_node(factor, offset));
         Ok((nodes.collect(), dimension))
     }
 
     fn missing_unit_error(
         self,
-        (to, target): (&SubExpression, &NamedUnit),
+        to: &SubExpression,
+        target: &NamedUnit,
         missing: &SubExpression,
         done: &str,
     ) -> ParseError {
@@ -103,8 +107,10 @@ impl<'a> UnitInference<'a> {
 
     fn unit_mismatch_error(
         self,
-        (a, to): (&SubExpression, &NamedUnit),
-        (b, from): (&SubExpression, &NamedUnit),
+        a: &SubExpression,
+        to: &NamedUnit,
+        b: &SubExpression,
+        from: &NamedUnit,
         done: &str,
     ) -> ParseError {
         let message = format!(
@@ -352,7 +358,7 @@ impl<'a> UnitInference<'a> {
             };
             return Ok((part.node, dimension));
         };
-        let factor = (known.unit.factor, 0.0);
+        let factor = known.unit.factor;
         match rule {
             UnitRule::Root => {
                 self.refuse_offset_unit(&part)?;
@@ -362,18 +368,19 @@ impl<'a> UnitInference<'a> {
             UnitRule::OfAngle | UnitRule::ToAngle if known.is_angle() => {
                 let angle = rule == UnitRule::ToAngle;
                 let dimension = if angle { InferredUnit::radians() } else { InferredUnit::dimensionless() };
-                Ok((part.into_converted_node(factor), dimension))
+                Ok((part.into_converted_node(factor, 0.0), dimension))
             }
             UnitRule::Degrees | UnitRule::Radians if unit_in_radians(&known).is_some() => {
                 let radians = unit_in_radians(&known).unwrap_or(RADIAN);
                 let in_degrees = unit_in_degrees(radians);
                 if rule == UnitRule::Degrees {
-                    return Ok((part.into_converted_node(factor), InferredUnit::Known(in_degrees)));
+                    return Ok((part.into_converted_node(factor, 0.0), InferredUnit::Known(in_degrees)));
                 }
                 let conversion = known.conversion_to(&NamedUnit { name: None, ..in_degrees });
+                let (factor, offset) = conversion.unwrap_or((1.0, 0.0));
                 let name = if radians == RADIAN { Some("rad".to_owned()) } else { None };
                 let dimension = InferredUnit::Known(NamedUnit { unit: radians, name, difference: false });
-                Ok((part.into_converted_node(conversion.unwrap_or((1.0, 0.0))), dimension))
+                Ok((part.into_converted_node(factor, offset), dimension))
             }
             _ => {
                 let (quoted, unit) = (self.part_text(&part), known.unit_text());

@@ -264,9 +264,17 @@ fn seconds_since_midnight(number: f64) -> Option<f64> {
 
 const DAY: f64 = 86_400.0;
 
+/// The time of day of the rows so far.
+struct DayClock {
+    /// The days that have passed [s].
+    days: f64,
+    /// The time of the last row [s].
+    last: f64,
+}
+
 impl VboLog {
     /// The numbers of a line, or nothing when it is no row.
-    fn parse_row(&mut self, line: &str, number_of_line: usize, clock: &mut (f64, f64)) -> Option<Vec<f64>> {
+    fn parse_row(&mut self, line: &str, number_of_line: usize, clock: &mut DayClock) -> Option<Vec<f64>> {
         let mut row = Vec::with_capacity(self.meanings.len());
         for cell in line.split_whitespace() {
             let number: Result<f64, _> = cell.parse().or_else(|_| cell.replacen(',', ".", 1).parse());
@@ -283,13 +291,12 @@ impl VboLog {
                 ColumnMeaning::Plain => {}
                 ColumnMeaning::Minutes(sign) => *value *= sign / 60.0,
                 ColumnMeaning::Time => {
-                    let (days, last) = clock;
                     let seconds = seconds_since_midnight(*value)?;
-                    if seconds + *days < *last - DAY / 2.0 {
-                        *days += DAY;
+                    if seconds + clock.days < clock.last - DAY / 2.0 {
+                        clock.days += DAY;
                     }
-                    *value = seconds + *days;
-                    *last = *value;
+                    *value = seconds + clock.days;
+                    clock.last = *value;
                 }
             }
         }
@@ -310,7 +317,8 @@ impl LogReader for VboLog {
         let (begin, mut number) = self.begin;
         self.file.seek(SeekFrom::Start(begin))?;
         self.damaged = DamagedLineCounts::default();
-        let (mut clock, mut line) = ((0.0, f64::NEG_INFINITY), Vec::new());
+        let mut clock = DayClock { days: 0.0, last: f64::NEG_INFINITY };
+        let mut line = Vec::new();
         let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
         let mut flush = |stretch: &mut Vec<Vec<f64>>| {

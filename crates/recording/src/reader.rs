@@ -274,7 +274,7 @@ fn decode_fields_into_row(
                 let signed = columns[*index].kind == ValueKind::Int64;
                 let value = if signed { i128::from(bits as i64) } else { i128::from(bits) };
                 if let Some(integer) = columns.integer_index_of(*index) {
-                    row.set_integer((integer, *index), value);
+                    row.set_integer(integer, *index, value);
                 }
             }
             (WireType::LengthDelimited, Some(ColumnIndex::Text(index))) => {

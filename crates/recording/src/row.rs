@@ -144,7 +144,7 @@ impl<S> Row<S> {
     }
 
     /// Puts an integer of 64 bits into the row, and beside it its number, which may be rounded.
-    pub fn set_integer(&mut self, (integer, number): (IntegerIndex<S>, NumberIndex<S>), value: i128) {
+    pub fn set_integer(&mut self, integer: IntegerIndex<S>, number: NumberIndex<S>, value: i128) {
         self.integers[integer.position()] = value;
         self.numbers[number.position()] = value as f64;
     }

@@ -121,8 +121,8 @@ mod tests {
         assert_eq!(columns.integer_index_of(NumberIndex::new(2)), Some(places[1].0));
         let mut full = columns.zero_row();
         let (id, count) = (i128::from(u64::MAX), i128::from(i64::MIN) + 1);
-        full.set_integer(places[0], id);
-        full.set_integer(places[1], count);
+        full.set_integer(places[0].0, places[0].1, id);
+        full.set_integer(places[1].0, places[1].1, count);
         assert_eq!(full.numbers(), [u64::MAX as f64, 0.0, i64::MIN as f64]);
         assert_eq!(full.integers(), [id, count]);
         let selection = RecordedSelection::new(&columns, |column| column.variable != "id");

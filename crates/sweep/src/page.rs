@@ -175,17 +175,12 @@ fn cell_text(column: &SweepColumn, worst: &WorstVariant) -> String {
 
 /// How each variant ended.
 fn variant_endings(table: &SweepTable) -> Vec<VariantEnding> {
-    let verdicts = table
-        .columns_with_role(SweepColumnRole::Verdict)
-        .next()
-        .and_then(SweepColumn::as_texts)
-        .unwrap_or_default();
     let ending = |verdict: &Option<String>| match verdict.as_deref() {
         Some("passed") => VariantEnding::Passed,
         Some("failed") => VariantEnding::Failed,
         _ => VariantEnding::Error,
     };
-    verdicts.iter().map(ending).collect()
+    table.verdicts().iter().map(ending).collect()
 }
 
 /// At most so many rows out of all, evenly.

@@ -69,11 +69,7 @@ impl SweepSummary {
     /// nothing. `seed` is that of the intervals.
     #[must_use]
     pub fn from_table(table: &SweepTable, axes: Option<&[String]>, seed: u64) -> Self {
-        let verdicts = table
-            .columns_with_role(SweepColumnRole::Verdict)
-            .next()
-            .and_then(SweepColumn::as_texts)
-            .unwrap_or_default();
+        let verdicts = table.verdicts();
         let SweepEffects { outputs, not_ordered } = effects::effects_on_results(table, axes, seed);
         Self {
             share: PassRate::from_verdicts(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),

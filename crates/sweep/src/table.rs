@@ -273,6 +273,13 @@ impl SweepTable {
         self.columns.iter().filter(move |column| column.role == role)
     }
 
+    /// How each variant ended; nothing in a table without verdicts.
+    #[must_use]
+    pub fn verdicts(&self) -> &[Option<String>] {
+        let mut columns = self.columns_with_role(SweepColumnRole::Verdict);
+        columns.next().and_then(SweepColumn::as_texts).unwrap_or_default()
+    }
+
     /// The same columns without rows.
     #[must_use]
     pub fn without_rows(&self) -> Self {

@@ -181,13 +181,14 @@ fn samples_of_table(table: &BenchTable, reading: &BenchReadOptions) -> Result<Be
             samples.push(sample.converted_from_axes(reading.axes));
         }
     }
-    check_and_segment_samples(table, (samples, running.len()), block.is_some(), notes)
+    check_and_segment_samples(table, samples, running.len(), block.is_some(), notes)
 }
 
 /// Judges the samples of a table and finds their sweeps.
 fn check_and_segment_samples(
     table: &BenchTable,
-    (mut samples, rows): (Vec<BenchSample>, usize),
+    mut samples: Vec<BenchSample>,
+    rows: usize,
     numbered: bool,
     mut notes: Vec<String>,
 ) -> Result<BenchData, BenchError> {

@@ -41,9 +41,9 @@ pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
     let before = samples.len();
     let step = median_time_step(samples);
     let mut parts = Vec::new();
-    for part in split_at_pauses(samples, step) {
-        for level in split_by_conditions(samples, part, step, &CONDITIONS) {
-            parts.extend(by_slip(samples, level, step));
+    for (begin, end) in split_at_pauses(samples, step) {
+        for (begin, end) in split_by_conditions(samples, begin, end, step, &CONDITIONS) {
+            parts.extend(split_by_slip(samples, begin, end, step));
         }
     }
     let fewest = FEWEST[usize::from(step > STEADY)];
@@ -66,10 +66,10 @@ pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
 }
 
 /// Parts of steady conditions by what is swept: slip ratio at one slip angle each, or slip angle.
-fn by_slip(samples: &[BenchSample], level: (usize, usize), step: f64) -> Vec<(usize, usize)> {
+fn split_by_slip(samples: &[BenchSample], begin: usize, end: usize, step: f64) -> Vec<(usize, usize)> {
     let mut parts: Vec<(usize, usize)> = Vec::new();
     let mut joins = false;
-    for (begin, end) in split_by_conditions(samples, level, step, &[ANGLE]) {
+    for (begin, end) in split_by_conditions(samples, begin, end, step, &[ANGLE]) {
         let driven = value_range(samples[begin..end].iter().map(|it| it.kappa)) > SWEPT;
         match parts.last_mut() {
             // A sweep of slip angle falls apart into all its angles.
@@ -109,7 +109,8 @@ fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<(usize, usize)> {
 /// Parts of a part in which each condition stays near its mean. A new part begins where the smoothed condition leaves it.
 fn split_by_conditions(
     samples: &[BenchSample],
-    (begin, end): (usize, usize),
+    begin: usize,
+    end: usize,
     step: f64,
     conditions: &[SteadyCondition],
 ) -> Vec<(usize, usize)> {

@@ -82,11 +82,6 @@ pub fn curve_cost(samples: &CurveSamples, theta: &Theta, loss: Loss) -> f64 {
     sum_over_chunks(samples, chunk).cost
 }
 
-/// Friction coefficient at each slip.
-pub fn friction_coefficients(theta: &Theta, slip: &[f64]) -> Vec<f64> {
-    slip.iter().map(|&x| friction_coefficient(theta, x)).collect()
-}
-
 /// Friction coefficient at a slip.
 #[inline(always)]
 pub fn friction_coefficient(theta: &Theta, slip: f64) -> f64 {

@@ -98,20 +98,23 @@ pub fn fit_variational(start: VariationalStart, optimiser: ElboOptimiser, seed: 
                 };
                 let size = adam.batch.unwrap_or(samples.len()).max(1);
                 let batch = MinibatchPosterior { whole: &density, samples, size };
-                let judge = (&density, &points, limits);
                 match adam.batch {
                     None => fit_gaussian_by_adam(
                         &adam.schedule(),
                         &|x, _| density.log_density_and_gradient(x),
                         from,
-                        judge,
+                        &density,
+                        &points,
+                        limits,
                         seed,
                     ),
                     Some(_) => fit_gaussian_by_adam(
                         &adam.schedule(),
                         &|x, r| batch.estimate_log_posterior(x, r),
                         from,
-                        judge,
+                        &density,
+                        &points,
+                        limits,
                         seed,
                     ),
                 }

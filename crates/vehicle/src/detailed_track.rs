@@ -152,7 +152,7 @@ impl<S> DetailedTrack<S> {
         let (pressing, down) = input.road.gravity_components();
         let drag = p.aero.drag(state.planar.v_x);
         let loads = self.axle_loads(state, pressing);
-        let (axles, rates) = self.axle_forces_and_rates(state, input, delta, (sin, cos), loads);
+        let (axles, rates) = self.axle_forces_and_rates(state, input, delta, sin, cos, loads);
         let [front, rear] = &axles;
 
         let F_long = front.F_x * cos - front.F_y * sin + rear.F_x - drag;
@@ -232,7 +232,8 @@ impl<S> DetailedTrack<S> {
         state: &DetailedSingleTrackState<T>,
         input: &DetailedSingleTrackInput<T>,
         delta: T,
-        turn: (T, T),
+        sin: T,
+        cos: T,
         loads: PerAxle<T>,
     ) -> AxleForcesAndRates<T>
     where
@@ -241,7 +242,7 @@ impl<S> DetailedTrack<S> {
         let crate::PlanarState { v_x, v_y, r, .. } = state.planar;
         let position = axle_positions(&self.parameters.body);
         let split = self.split_force(input.F_x);
-        let turns = [turn, (T::zero(), T::one())];
+        let turns = [(sin, cos), (T::zero(), T::one())];
         let axles = [0, 1].map(|axle| {
             let v = [v_x, v_y + r * position[axle]];
             let (mu, F_z) = (input.road.mu[axle], loads[axle] * 0.5);

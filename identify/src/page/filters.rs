@@ -8,18 +8,16 @@ pub use html_page::filters::*;
 use numerics::text::decimals_for_std;
 use tire_inference::verdict::Identifiability;
 
-use crate::names;
-
 /// A verdict in words.
 #[askama::filter_fn]
 pub fn words(verdict: impl Borrow<Identifiability>, _: &dyn Values) -> Result<&'static str> {
-    Ok(names::verdict_words(*verdict.borrow()))
+    Ok(verdict.borrow().to_display_text())
 }
 
 /// The class of a verdict in the style.
 #[askama::filter_fn]
 pub fn class(verdict: impl Borrow<Identifiability>, _: &dyn Values) -> Result<&'static str> {
-    Ok(names::verdict_css_class(*verdict.borrow()))
+    Ok(verdict.borrow().key())
 }
 
 /// The ends of an interval with the decimals of a value and its standard deviation.

@@ -12,7 +12,6 @@ use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 use tire_inference::verdict::{Identifiability, MeasurementEvidence, judge_quantities};
 
 use super::*;
-use crate::names::verdict_css_class;
 use crate::studies::excitation::{ExcitationLevel, ExcitationStudy};
 
 struct Found {
@@ -137,7 +136,7 @@ fn the_numbers_shown_are_those_of_the_estimate() {
     };
     let document = parse(&html);
     for verdict in [Identifiability::Identified, Identifiability::Weak, Identifiability::NotIdentifiable] {
-        let wanted = format!("verdict {}", verdict_css_class(verdict));
+        let wanted = format!("verdict {}", verdict.key());
         let shown = document.descendants().filter(|node| node.attribute("class") == Some(&wanted)).count();
         assert_eq!(shown, rows(verdict), "{verdict:?}");
     }

@@ -21,7 +21,6 @@ use tire_inference::verdict::Identifiability;
 use super::{doctor, drive_log, report_progress, sideslip};
 use crate::assessment::{ModelAssessment, ParameterAssessment, PredictionTrace};
 use crate::config::PredictionConfig;
-use crate::names::verdict_words;
 use crate::page;
 
 /// Signals that nothing works without.
@@ -49,7 +48,7 @@ pub(super) fn run_prediction(
     let car = config.car_specification().map_err(|error| error.to_string())?;
     let log = doctor::examine_car_log(&raw, &car.body);
     if config.hide_v_y || request.find_signal("v_y").is_none() {
-        return sideslip::run_sideslip_estimation((&car, &log), config, [&fitted, &held], host);
+        return sideslip::run_sideslip_estimation(&car, &log, config, [&fitted, &held], host);
     }
     report_progress(host, 0.1, "fitting the car")?;
     let identified = CarPredictor::fit(&fitted, &car).map_err(|error| error.to_string())?;
@@ -70,7 +69,7 @@ pub(super) fn run_prediction(
     let judged_on = if held.is_empty() { &fitted } else { &held };
     let judged: Vec<ModelAssessment> =
         models.iter().map(|model| assess_model(*model, judged_on, &config.horizons)).collect();
-    let mut summary = prediction_summary((&judged, &found), !held.is_empty());
+    let mut summary = prediction_summary(&judged, &found, !held.is_empty());
     doctor::warn_about_findings(&log, &mut summary);
     let longest = config.horizons.iter().copied().fold(0.0, f64::max);
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
@@ -146,7 +145,13 @@ fn assess_parameters(fitted: &FittedCar) -> Vec<ParameterAssessment> {
 fn parameter_table(found: &[ParameterAssessment]) -> ResultTable {
     let row = |it: &ParameterAssessment| {
         let value = with_std(it.value, it.std);
-        [it.name.clone(), value, it.unit.to_owned(), verdict_words(it.verdict).to_owned(), it.reason.clone()]
+        [
+            it.name.clone(),
+            value,
+            it.unit.to_owned(),
+            it.verdict.to_display_text().to_owned(),
+            it.reason.clone(),
+        ]
     };
     ResultTable::new(["parameter", "value", "unit", "verdict", "reason"], found.iter().map(row))
 }
@@ -236,7 +241,8 @@ fn describe_parts(fitted: &[EvenDrive], held: &[EvenDrive]) -> String {
 }
 
 fn prediction_summary(
-    (judged, found): (&[ModelAssessment], &[ParameterAssessment]),
+    judged: &[ModelAssessment],
+    found: &[ParameterAssessment],
     held_out: bool,
 ) -> Vec<String> {
     let mut summary = vec![verdict_sentence(judged)];

@@ -17,7 +17,6 @@ use tire_inference::verdict::Identifiability;
 use super::{doctor, report_progress};
 use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
 use crate::config::PredictionConfig;
-use crate::names::verdict_words;
 use crate::page;
 
 /// Cars with a shorter wheelbase [m] are models, whose sensors are noisier.
@@ -30,7 +29,8 @@ const LAG: f64 = 0.06;
 /// # Errors
 /// When the drives cannot be fitted, or the program asked to give up.
 pub(super) fn run_sideslip_estimation(
-    (car, log): (&CarSpecification, &LogExamination),
+    car: &CarSpecification,
+    log: &LogExamination,
     config: &PredictionConfig,
     [fitted, held]: [&[EvenDrive]; 2],
     host: &mut dyn AnalysisServices,
@@ -81,7 +81,12 @@ pub(super) fn run_sideslip_estimation(
         told.iter().map(|it| {
             let ends = it.interval.map(|end| format_significant(end, 4));
             let interval = format!("{} to {}", ends[0], ends[1]);
-            [it.name.clone(), format_significant(it.value, 4), interval, verdict_words(it.verdict).to_owned()]
+            [
+                it.name.clone(),
+                format_significant(it.value, 4),
+                interval,
+                it.verdict.to_display_text().to_owned(),
+            ]
         }),
     )];
     let words = ResultSummary { sound: found.converged && !refused, tables, summary };

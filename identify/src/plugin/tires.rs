@@ -122,7 +122,7 @@ pub(super) fn identify_tires(
     let mut loads = loads.axle_load_effects(["front_x", "rear_x"].map(longitudinal));
     doctor::cap_loads(&log, &mut loads);
     let signal = |name: &str| request.find_signal(name).map(|it| [it.time, it.values]);
-    let drift = stretches::estimate_drift(&config.drift, signal, (&prepared, &pipeline));
+    let drift = stretches::estimate_drift(&config.drift, signal, &prepared, &pipeline);
     let result = TiresResult {
         config,
         found: &found,
@@ -138,7 +138,7 @@ pub(super) fn identify_tires(
     result.write_page(&page::car::logged_car_facts(&car, &uncertainty), host);
     let mut report = result.result_json();
     if let Some(windows) = &config.windows {
-        report["windows"] = stretches::assess_windows(windows, (&prepared, &pipeline));
+        report["windows"] = stretches::assess_windows(windows, &prepared, &pipeline);
     }
     Ok(report)
 }

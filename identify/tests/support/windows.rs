@@ -27,7 +27,8 @@ const SIGNALS: [&str; 6] = ["v_x", "v_y", "a_x", "a_y", "r", "delta"];
 impl Log {
     fn read(
         name: &'static str,
-        (time, columns): (&str, [&str; 6]),
+        time: &str,
+        columns: [&str; 6],
         pipeline: PreparationPipeline,
         slip_offsets: [f64; 2],
     ) -> Option<Self> {
@@ -49,7 +50,7 @@ impl Log {
         let columns = ["vx_mps", "vy_mps", "ax_mps2", "ay_mps2", "yaw_rate_radps", "delta_rad"];
         let pipeline =
             PreparationPipeline { car: car(body, 0.0), min_speed: 12.0, ..PreparationPipeline::default() };
-        Self::read("revs_250lm.csv", ("t_s", columns), pipeline, [0.001; 2])
+        Self::read("revs_250lm.csv", "t_s", columns, pipeline, [0.001; 2])
     }
 
     /// A 1:10 car, driven freely; its steering has a play of 0.015 rad, and its body stands in the frame of the cameras at 0.0075 rad.
@@ -64,7 +65,7 @@ impl Log {
             drop_held,
             ..PreparationPipeline::default()
         };
-        Self::read(name, ("time_s", columns), pipeline, [0.015, 0.0075])
+        Self::read(name, "time_s", columns, pipeline, [0.015, 0.0075])
     }
 
     /// The curves of all data.

@@ -117,7 +117,7 @@ impl RowNames {
                 (Some(place), None) => row[index] = values.numbers[*place],
                 (Some(place), Some(integer)) => {
                     let value = exact.get(place).ok_or("it has a number in place of an integer")?;
-                    row.set_integer((integer, index), **value);
+                    row.set_integer(integer, index, **value);
                 }
                 (None, _) => {
                     absent(column)?;

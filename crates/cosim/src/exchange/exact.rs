@@ -59,6 +59,6 @@ pub(super) fn carry_integer_inputs(
             // The input accepts the number, so this is the same.
             _ => row[number] as i128,
         };
-        row.set_integer((input, number), value);
+        row.set_integer(input, number, value);
     }
 }

@@ -293,7 +293,9 @@ fn residual_squares(all: &BlockNormalEquations, columns: &[usize]) -> Option<f64
 fn describe_error(
     found: &ErrorFit,
     place: usize,
-    (constant, rivals, held): (Option<bool>, &[String], Option<f64>),
+    constant: Option<bool>,
+    rivals: &[String],
+    held: Option<f64>,
 ) -> String {
     let at = found.before + place;
     let error = LOG_ERRORS[found.causes[place]];
@@ -356,7 +358,7 @@ fn report_sensor_error(
         _ => Certainty::Possible,
     };
     let held = is_within_hold.then_some(case.held);
-    let mut sentence = describe_error(found, place, (constant, &rivals, held));
+    let mut sentence = describe_error(found, place, constant, &rivals, held);
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
         case.add_open_question(

@@ -55,7 +55,7 @@ pub(crate) fn check_longitudinal_force(case: &mut ExaminedLog) {
     if value < 0.0 {
         let sentence = format!("`F_x` is mirrored: the car slows down with it, by 1 m/s2 for {mass} N.");
         let correction = LogCorrection::from_column_keys(&[CorrectionKey::Mirrored]);
-        report_force_finding(case, "F_x_sign", sentence, correction, (value, interval, "m/s2/N"));
+        report_force_finding(case, "F_x_sign", sentence, correction, value, interval, "m/s2/N");
         case.correct_channel("F_x", -1.0, 0.0);
     }
     let Some(m) = case.car.m else { return };
@@ -73,7 +73,7 @@ pub(crate) fn check_longitudinal_force(case: &mut ExaminedLog) {
     };
     let mut interval = interval.map(|end| end * value.signum() * m);
     interval.sort_by(f64::total_cmp);
-    report_force_finding(case, "F_x_unit", sentence, correction, (factor, interval, "1"));
+    report_force_finding(case, "F_x_unit", sentence, correction, factor, interval, "1");
 }
 
 fn report_force_finding(
@@ -81,7 +81,9 @@ fn report_force_finding(
     check: &str,
     sentence: String,
     correction: LogCorrection,
-    (value, interval, unit): (f64, [f64; 2], &'static str),
+    value: f64,
+    interval: [f64; 2],
+    unit: &'static str,
 ) {
     case.add_finding(LogFinding {
         check: check.to_owned(),

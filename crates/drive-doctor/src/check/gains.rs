@@ -207,11 +207,13 @@ fn fit_rolling_radius(
         BlockNormalEquations::from_columns(&[&one, &a_x], &ratio, |k| blocks[k]).fit_columns(&[0, 1])?;
     let [low, high] = fit.coefficient_interval(0);
     let radius = 1.0 / fit.values[0];
-    let slip = fit.coefficient_interval(1).map(|it| it * radius);
+    let slip_interval = fit.coefficient_interval(1).map(|it| it * radius);
     RollingRadius::new(
         axle,
-        (radius, [1.0 / high, 1.0 / low]),
-        (fit.values[1] * radius, slip),
+        radius,
+        [1.0 / high, 1.0 / low],
+        fit.values[1] * radius,
+        slip_interval,
         is_same_gain_in_both_halves(&fit),
     )
 }

@@ -34,7 +34,8 @@ pub fn error_plausibility_test(error: &str, title: &str, figure: &str, size: f64
 pub fn noise_plausibility_test(
     error: &str,
     channel: usize,
-    (std, [correlation, share]): (f64, [f64; 2]),
+    std: f64,
+    [correlation, share]: [f64; 2],
     step: f64,
 ) -> FitTest {
     let lasts = -step / correlation.ln();
@@ -64,7 +65,7 @@ mod tests {
     #[test]
     fn a_noise_is_slow_by_seconds_not_by_rows() {
         let of = |correlation, share, step| {
-            noise_plausibility_test("colour_a_y", 3, (1.4, [correlation, share]), step)
+            noise_plausibility_test("colour_a_y", 3, 1.4, [correlation, share], step)
         };
         assert!(of(0.98, 0.5, 0.01).has_passed());
         assert!(!of(0.98, 0.5, 0.1).has_passed());

@@ -73,8 +73,7 @@ impl<'a> HierarchicalCost<'a> {
     pub fn section_errors(&self, x: &DVector<f64>, section: usize) -> Vec<RolloutErrors> {
         let (own, section) = (self.section_parameters(x, section), &self.sections[section]);
         let one = |start: &usize| {
-            let rows = (*start, section.ahead);
-            RolloutErrors::new(&section.driven, self.car, &own, rows, self.noise)
+            RolloutErrors::new(&section.driven, self.car, &own, *start, section.ahead, self.noise)
         };
         section.starts.par_iter().map(one).collect()
     }

@@ -32,7 +32,8 @@ impl RolloutErrors {
         driven: &DriveWithRates,
         car: &CarSpecification,
         x: &ParameterVector,
-        (start, rows): (usize, usize),
+        start: usize,
+        rows: usize,
         noise: LateralState,
     ) -> Self {
         let states = driven.simulate_states::<Dual>(car, x, start, rows);

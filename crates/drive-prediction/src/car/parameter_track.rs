@@ -47,8 +47,8 @@ impl ParameterTrack {
     pub fn new(fitted: &FittedCar, driven: &DriveWithRates) -> Self {
         let (starts, ahead) = rollout_starts(&driven.drive, HORIZON, EVERY);
         let roll = |start: &usize| {
-            let rows = (*start, ahead);
-            let errors = RolloutErrors::new(driven, &fitted.car, &fitted.common, rows, fitted.noise);
+            let FittedCar { car, common, noise, .. } = fitted;
+            let errors = RolloutErrors::new(driven, car, common, *start, ahead, *noise);
             (start + ahead, errors)
         };
         let ended: Vec<(usize, RolloutErrors)> = starts.par_iter().map(roll).collect();

@@ -51,21 +51,22 @@ pub fn crash() {
 const LAZY: &str = "-DBEHAVIOUR=\"touches memory lazily\"";
 
 #[track_caller]
-fn went_on((output, said): (Output, String)) {
+fn goes_on(folder: &TempDir, prepare: impl FnOnce(&mut Command)) {
+    let (output, said) = process("0.5", folder, prepare);
     assert!(output.status.success(), "{} {said}", output.status);
     assert_eq!((output.stdout.as_slice(), said.as_str()), (&b"done\n"[..], ""));
 }
 
 pub fn handler_of_the_fmu() {
-    went_on(process("0.5", &pack_with(&[LAZY, "-DOWN_HANDLER"]), |_| ()));
+    goes_on(&pack_with(&[LAZY, "-DOWN_HANDLER"]), |_| ());
 }
 
 pub fn handler_from_before() {
     let folder = pack_with(&[LAZY]);
     let lazy = compile("lazy", &[], &folder);
-    went_on(process("0.5", &folder, |command| {
+    goes_on(&folder, |command| {
         command.env("LD_PRELOAD", lazy);
-    }));
+    });
 }
 
 pub fn handler_that_gives_up() {

@@ -37,7 +37,9 @@ pub fn fit_gaussian_by_adam(
     schedule: &AdamSchedule,
     estimate: &StochasticLogDensity,
     start: Gaussian,
-    (density, points, limits): (&impl LogDensity, &DMatrix<f64>, NewtonLimits),
+    density: &impl LogDensity,
+    points: &DMatrix<f64>,
+    limits: NewtonLimits,
     seed: u64,
 ) -> GaussianFit {
     let dimension = start.mean.len();

@@ -82,7 +82,7 @@ impl McapSink {
             };
             let numbers = side.numbers.iter().map(|&index| &header.columns[index]);
             let texts = side.texts.iter().map(|&index| &header.columns[index]);
-            let id = add_node_channel(&mut file, (node, word), &numbers.chain(texts).collect::<Vec<_>>())?;
+            let id = add_node_channel(&mut file, node, word, &numbers.chain(texts).collect::<Vec<_>>())?;
             let mut fields = descriptor::field_numbers();
             let numbers: Vec<_> = side.numbers.into_iter().zip(fields.by_ref()).collect();
             let texts = side.texts.into_iter().zip(fields).collect();
@@ -98,7 +98,7 @@ impl McapSink {
         });
         let channels = channels.collect::<io::Result<Vec<_>>>().map_err(failed)?;
         let mut well_known = |topic, name, descriptor: Vec<u8>| {
-            file.add_channel(topic, (name, &descriptor), &BTreeMap::new()).map_err(failed)
+            file.add_channel(topic, name, &descriptor, &BTreeMap::new()).map_err(failed)
         };
         let log = well_known("/log", "foxglove.Log", foxglove::log_schema())?;
         let transform = header.view.pose.as_ref().map(|pose| {
@@ -157,9 +157,8 @@ impl Sink for McapSink {
     fn push_derived_columns(&mut self, derived: &AnalysisColumns) -> Result<(), Error> {
         let columns: Vec<_> = derived.columns().collect();
         let fields: Vec<_> = columns.iter().collect();
-        let belongs = (derived.analysis, derived.group);
         let id = self.chunks.close_chunk_and_write(|file| {
-            let id = add_node_channel(file, belongs, &fields)?;
+            let id = add_node_channel(file, derived.analysis, derived.group, &fields)?;
             file.write_channel_definitions().map(|()| id)
         })?;
         let fields: Vec<_> = descriptor::field_numbers().take(fields.len()).collect();
@@ -225,7 +224,7 @@ fn seconds_to_nanoseconds(time: f64) -> u64 {
 }
 
 /// Adds a channel with a field for each column, and returns its id.
-fn add_node_channel(file: &mut McapFile, (node, word): (&str, &str), fields: &[&Column]) -> io::Result<u16> {
+fn add_node_channel(file: &mut McapFile, node: &str, word: &str, fields: &[&Column]) -> io::Result<u16> {
     let names = field_names(fields);
     let message = format!("{}_{}", protobuf_identifier(node), protobuf_identifier(word));
     let kind = |column: &Column| match column.kind {
@@ -245,8 +244,7 @@ fn add_node_channel(file: &mut McapFile, (node, word): (&str, &str), fields: &[&
             metadata.insert(format!("type:{field}"), format!("{:?}", column.kind));
         }
     }
-    let schema = (format!("trackside.{message}"), descriptor);
-    file.add_channel(&format!("/{node}/{word}"), (&schema.0, &schema.1), &metadata)
+    file.add_channel(&format!("/{node}/{word}"), &format!("trackside.{message}"), &descriptor, &metadata)
 }
 
 /// The names of the fields: different identifiers of protobuf.

@@ -184,13 +184,14 @@ mod tests {
         let header = header(folder);
         let mut sink = MdfSink::new(&header).expect("a file");
         let integers: Vec<_> = header.columns.integer_columns().collect();
+        let [(first, first_number), (second, second_number)] = integers[..] else { panic!("two integers") };
         for tick in 0..3u32 {
             let mut row = header.columns.zero_row();
             let number = f64::from(tick);
             let numbers = [number.sin(), number, f64::from(tick % 2), 0.0, 0.0, -1.0, 0.1];
             row.set_values(&numbers, Some(vec![format!("row {tick}")]), &[0, 0]);
-            row.set_integer(integers[0], i128::from(i64::MIN) + i128::from(tick));
-            row.set_integer(integers[1], i128::from(u64::MAX) - i128::from(tick));
+            row.set_integer(first, first_number, i128::from(i64::MIN) + i128::from(tick));
+            row.set_integer(second, second_number, i128::from(u64::MAX) - i128::from(tick));
             sink.push_row(tick.into(), number * 0.5, &row).expect("it takes a row");
         }
         sink.finish("", completed).expect("it ends");

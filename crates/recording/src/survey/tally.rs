@@ -26,10 +26,10 @@ pub struct ChannelStatistics {
     pub times: Option<(f64, f64)>,
     /// Values whose time is not behind that of the value before.
     pub not_rising: u64,
-    /// How often there is a step of so many ten-thousandths of a power of ten, by the power and these.
-    steps: BTreeMap<(i32, u32), u64>,
+    /// How often each step came.
+    steps: BTreeMap<RoundedStep, u64>,
     /// The step that was counted last, its key and how often it came since.
-    last: Option<(f64, (i32, u32), u64)>,
+    last: Option<(f64, RoundedStep, u64)>,
     longest: Option<(f64, f64)>,
 }
 
@@ -94,7 +94,7 @@ impl ChannelStatistics {
             Some((last, _, count)) if (*last - step).abs() <= 1e-6 * step => *count += 1,
             _ => {
                 self.flush_last_steps();
-                self.last = Some((step, step_bin(step), 1));
+                self.last = Some((step, RoundedStep::new(step), 1));
             }
         }
     }
@@ -111,7 +111,7 @@ impl ChannelStatistics {
     }
 
     /// All steps, each with how often it came.
-    fn step_counts(&self) -> BTreeMap<(i32, u32), u64> {
+    fn step_counts(&self) -> BTreeMap<RoundedStep, u64> {
         let mut steps = self.steps.clone();
         if let Some((_, key, count)) = self.last {
             *steps.entry(key).or_default() += count;
@@ -129,7 +129,7 @@ impl ChannelStatistics {
             sum += **count;
             sum >= half
         });
-        median.map(|(key, _)| step_of(*key))
+        median.map(|(key, _)| key.seconds())
     }
 
     /// The steps that are longer than 1.5 median ones.
@@ -139,26 +139,36 @@ impl ChannelStatistics {
             return TimeGapCounts { count: 0, longest: None };
         };
         let steps = self.step_counts();
-        let count = steps.iter().filter(|(key, _)| step_of(**key) > most).map(|(_, it)| it).sum();
+        let count = steps.iter().filter(|(key, _)| key.seconds() > most).map(|(_, it)| it).sum();
         TimeGapCounts { count, longest: self.longest.filter(|(longest, _)| *longest > most && count > 0) }
     }
 }
 
-/// A step to four digits: the power of ten and the digits.
-fn step_bin(step: f64) -> (i32, u32) {
-    let power = step.log10().floor() as i32;
-    let digits = (step / 10f64.powi(power) * 1000.0).round();
-    match digits >= 10_000.0 {
-        true => (power + 1, 1000),
-        false => (power, digits as u32),
-    }
+/// A step to four digits. The fields are in the order that sorts steps by their length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct RoundedStep {
+    /// The power of ten of the first digit.
+    power: i32,
+    /// The digits, from 1000 on.
+    digits: u32,
 }
 
-fn step_of((power, digits): (i32, u32)) -> f64 {
-    // By division the result is the number that is written with these digits.
-    match power - 3 {
-        power if power < 0 => f64::from(digits) / 10f64.powi(-power),
-        power => f64::from(digits) * 10f64.powi(power),
+impl RoundedStep {
+    fn new(step: f64) -> Self {
+        let power = step.log10().floor() as i32;
+        let digits = (step / 10f64.powi(power) * 1000.0).round();
+        match digits >= 10_000.0 {
+            true => RoundedStep { power: power + 1, digits: 1000 },
+            false => RoundedStep { power, digits: digits as u32 },
+        }
+    }
+
+    fn seconds(self) -> f64 {
+        // By division the result is the number that is written with these digits.
+        match self.power - 3 {
+            power if power < 0 => f64::from(self.digits) / 10f64.powi(-power),
+            power => f64::from(self.digits) * 10f64.powi(power),
+        }
     }
 }
 
@@ -197,7 +207,7 @@ mod tests {
     #[test]
     fn steps_are_rounded_to_four_digits() {
         for (step, rounded) in [(0.01, 0.01), (0.033_333, 0.033_33), (9.999_96, 10.0), (1e-6, 1e-6)] {
-            assert_eq!(step_of(step_bin(step)), rounded, "{step}");
+            assert_eq!(RoundedStep::new(step).seconds(), rounded, "{step}");
         }
         let mut tally = ChannelStatistics::default();
         assert_eq!((tally.median_step(), tally.gap_count().longest), (None, None));

@@ -294,18 +294,7 @@ impl<'a> ScenarioWriter<'a> {
         &self,
         Connection { from, to, conversion: way }: &Connection,
     ) -> Result<(&Variable, &Variable), Error> {
-        let [source, target] = [from, to].map(|port| {
-            let absent = || {
-                let component = &self.system.components[port.component];
-                let message = format!(
-                    "expected a variable of `{}`, found `{}`, which its FMU does not have",
-                    component.name, port.variable
-                );
-                error_at(&way.position, message)
-            };
-            self.find_port_variable(port).ok_or_else(absent)
-        });
-        Ok((source?, target?))
+        Ok((self.require_variable(from, way)?, self.require_variable(to, way)?))
     }
 
     fn write_connection(&mut self, connection: &Connection) -> Result<(), Error> {

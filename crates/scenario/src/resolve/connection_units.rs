@@ -113,7 +113,9 @@ pub(super) fn convert_units(
                 return Some((-factor, -offset));
             }
             UnitMatch::Conversion(conversion) => return Some(conversion),
-            UnitMatch::Mismatch(a, b) => mistakes.push(mismatch_error(scenario, connect, &a, &b)),
+            UnitMatch::Mismatch((a, from), (b, to)) => {
+                mistakes.push(mismatch_error(scenario, connect, &a, &from, &b, &to));
+            }
             UnitMatch::ZeroMismatch(one, other) => {
                 let from = ends.output_port(nodes);
                 mistakes.push(offset_mismatch_error(scenario, connect, from, &one, &other));
@@ -182,12 +184,7 @@ impl<'a> MissingUnit<'a> {
     }
 }
 
-fn mismatch_error(
-    scenario: &Scenario,
-    connect: &Connect,
-    (a, from): &(Unit, String),
-    (b, to): &(Unit, String),
-) -> Error {
+fn mismatch_error(scenario: &Scenario, connect: &Connect, a: &Unit, from: &str, b: &Unit, to: &str) -> Error {
     let (from_word, to_word) = (connect.from.get_ref(), connect.to.get_ref());
     let message = format!("cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]");
     let help = format!("{} is not {}", a.dimension_text(), b.dimension_text());

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::{ERROR, variant_number};
-use crate::table::{SweepColumn, SweepColumnRole, SweepTable};
+use crate::table::{SweepColumn, SweepTable};
 
 /// Variants of a group that are told.
 const TOLD: usize = 3;
@@ -29,11 +29,7 @@ pub struct FailureGroup {
 
 /// All of a table, the most frequent first.
 pub fn group_failed_variants(table: &SweepTable) -> Vec<FailureGroup> {
-    let verdicts = table
-        .columns_with_role(SweepColumnRole::Verdict)
-        .next()
-        .and_then(SweepColumn::as_texts)
-        .unwrap_or_default();
+    let verdicts = table.verdicts();
     let text = |name: &str| table.column(name).and_then(SweepColumn::as_texts).unwrap_or_default();
     let [texts, nodes, calls] = ["error", "error.node", "error.call"].map(text);
     let times = table.column("error.time").and_then(SweepColumn::as_numbers).unwrap_or_default();

@@ -54,7 +54,7 @@ impl Axle<'_> {
     }
 
     /// Load, longitudinal and lateral force of a wheel [N].
-    fn wheel(&self, car: &Car, x: &[f64], (side, omega): (f64, f64)) -> [f64; 3] {
+    fn wheel(&self, car: &Car, x: &[f64], side: f64, omega: f64) -> [f64; 3] {
         let of = |name: &str| car.get(&format!("{name}_{}", self.name));
         let R = car.get("R_w");
         let [roll, roll_rate, _, z, _] = [self.x[0], self.x[1], self.x[2], self.x[3], self.x[4]];
@@ -76,7 +76,7 @@ impl Axle<'_> {
         let of = |name: &str| car.get(&format!("{name}{}", self.name));
         let (R, phi) = (car.get("R_w"), x[6]);
         let (sin, cos) = self.delta.sin_cos();
-        let wheels = [self.wheel(car, x, (1.0, omegas[0])), self.wheel(car, x, (-1.0, omegas[1]))];
+        let wheels = [self.wheel(car, x, 1.0, omegas[0]), self.wheel(car, x, -1.0, omegas[1])];
         let [[Z_l, X_l, Y_l], [Z_r, X_r, Y_r]] = wheels;
         let (roll, z) = (self.x[0], self.x[3]);
         // The lateral link, which is a spring and a damper between the body and the roll centre.

@@ -9,7 +9,6 @@ use tire_inference::model::ModelVerdict;
 use tire_inference::verdict::Identifiability;
 
 use crate::config::ClosedLoop;
-use crate::names::verdict_words;
 use crate::plugin::report_progress;
 
 /// The errors of sensors that are wanted by themselves; none can be told of a log that is wrong.
@@ -45,7 +44,7 @@ pub(super) fn describe_sensor_errors(judged: &[SensorErrorAssessment]) -> impl I
         let (factor, unit) = about.display;
         let [value, low, high] = [it.error.value, it.error.interval[0], it.error.interval[1]]
             .map(|number| format_significant(factor * number, 3));
-        let verdict = verdict_words(it.verdict);
+        let verdict = it.verdict.to_display_text();
         format!("By itself, {} is {value} {unit} [{low}, {high}], {verdict}: {}", about.title, it.reason)
     })
 }

@@ -149,7 +149,8 @@ impl<'a> MovingRows<'a> {
 fn relation_from_fit(
     text: &'static str,
     powers: &[(&'static str, i32)],
-    (fit, index): (&LeastSquaresFit, usize),
+    fit: &LeastSquaresFit,
+    index: usize,
     expected: &[([f64; 2], f64)],
     width: f64,
 ) -> Option<ChannelRelation> {
@@ -187,7 +188,8 @@ fn lateral_relations(view: &MovingRows) -> Vec<ChannelRelation> {
         found.extend(relation_from_fit(
             "`a_y` is {} of v_x r",
             &powers,
-            (&fit, 0),
+            &fit,
+            0,
             &[([0.8, 1.25], 0.0)],
             0.08,
         ));
@@ -206,7 +208,8 @@ fn lateral_relations(view: &MovingRows) -> Vec<ChannelRelation> {
         found.extend(relation_from_fit(
             "`a_y` less v_x r is {} of the derivative of v_y",
             &[("a_y", 1), ("v_y", -1)],
-            (&fit, 0),
+            &fit,
+            0,
             &expected,
             0.15,
         ));
@@ -237,8 +240,8 @@ fn steering_relations(case: &ExaminedLog, view: &MovingRows) -> Vec<ChannelRelat
     // Where speed hardly changes, both terms are one, and the wheelbase is only told roughly.
     let told = blocks
         .fit_columns(&[0, 1, 2])
-        .and_then(|fit| relation_from_fit(text, &powers, (&fit, 0), &expected, 0.15));
-    let roughly = || alone().and_then(|fit| relation_from_fit(text, &powers, (&fit, 0), &expected, 0.5));
+        .and_then(|fit| relation_from_fit(text, &powers, &fit, 0, &expected, 0.15));
+    let roughly = || alone().and_then(|fit| relation_from_fit(text, &powers, &fit, 0, &expected, 0.5));
     told.or_else(roughly).into_iter().collect()
 }
 
@@ -252,7 +255,7 @@ fn longitudinal_relations(view: &MovingRows) -> Vec<ChannelRelation> {
         return Vec::new();
     };
     let powers = [("a_x", 1), ("v_x", -1)];
-    relation_from_fit("`a_x` is {} of the derivative of v_x", &powers, (&fit, 0), &[([0.6, 1.5], 0.0)], 0.15)
+    relation_from_fit("`a_x` is {} of the derivative of v_x", &powers, &fit, 0, &[([0.6, 1.5], 0.0)], 0.15)
         .into_iter()
         .collect()
 }
@@ -272,7 +275,7 @@ fn rear_slip(view: &MovingRows) -> Vec<ChannelRelation> {
         [8e-4, 0.03],
     );
     let of = |(text, powers, index, range): (&'static str, &[(&'static str, i32)], usize, [f64; 2])| {
-        let told = relation_from_fit(text, powers, (&fit, index), &[(range, 0.0)], 0.5)?;
+        let told = relation_from_fit(text, powers, &fit, index, &[(range, 0.0)], 0.5)?;
         Some(ChannelRelation { strict: false, ..told })
     };
     [of(arm), of(slope)].into_iter().flatten().collect()
@@ -292,7 +295,8 @@ fn course_relations(view: &MovingRows) -> Vec<ChannelRelation> {
     let told = relation_from_fit(
         "`r` is {} of the turning of `course`",
         &[("r", 1)],
-        (&fit, 0),
+        &fit,
+        0,
         &[([0.75, 1.3], 0.0)],
         0.1,
     );
@@ -359,7 +363,7 @@ fn wheel_speed_relations(case: &ExaminedLog, view: &MovingRows) -> Vec<ChannelRe
         let fit =
             BlockNormalEquations::from_columns(&[&omega], &v_x, |k| view.blocks[k]).fit_columns(&[0])?;
         let expected = if is_small { &of_any[..] } else { &of_any[..1] };
-        relation_from_fit(text, &[("v_x", 1), (name, -1)], (&fit, 0), expected, 0.1)
+        relation_from_fit(text, &[("v_x", 1), (name, -1)], &fit, 0, expected, 0.1)
     };
     WHEELS.into_iter().filter_map(of).collect()
 }

@@ -95,14 +95,15 @@ impl McapFile {
         Ok(())
     }
 
-    /// Adds a channel of protobuf messages, and returns its number. `schema` is the message's name and its descriptor.
+    /// Adds a channel of protobuf messages, and returns its number. `name` is the message's name.
     ///
     /// # Errors
     /// When there are too many.
     pub fn add_channel(
         &mut self,
         topic: &str,
-        (name, descriptor): (&str, &[u8]),
+        name: &str,
+        descriptor: &[u8],
         metadata: &BTreeMap<String, String>,
     ) -> io::Result<u16> {
         let id = self.channels.next_id()?;

@@ -82,7 +82,11 @@ impl ScenarioWriter<'_> {
     }
 
     /// The variable of a component at the end of a way.
-    fn require_variable(&self, port: &FmuPort, way: &SignalConversion) -> Result<&Variable, Error> {
+    pub(super) fn require_variable(
+        &self,
+        port: &FmuPort,
+        way: &SignalConversion,
+    ) -> Result<&Variable, Error> {
         self.find_port_variable(port).ok_or_else(|| {
             let component = &self.system.components[port.component];
             let message = format!(
