@@ -19,6 +19,7 @@ mod sweep;
 mod test;
 mod tire;
 mod view;
+mod why;
 
 use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
@@ -53,6 +54,9 @@ pub enum CliCommand {
     Doctor(Box<doctor::DoctorArguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View(view::ViewArguments),
+    /// Explain why two runs differ: what is different, what it did first, and which difference is the cause; exit code 0 when no value
+    /// differs, 1 when one does, 2 when the input is wrong, 3 when an FMU fails.
+    Why(why::WhyArguments),
     /// Write the signals of a recording as a table, Parquet or CSV, as MDF 4, or for MoTeC i2.
     Convert(convert::ConvertArguments),
     /// Look at a tire: key figures and a page with curves of a `.tir` file, or of two side by side; convert its axes.
@@ -81,6 +85,7 @@ impl CliCommand {
             CliCommand::Conform(arguments) => conform::run_conform_command(arguments),
             CliCommand::Doctor(arguments) => doctor::run_doctor_command(arguments),
             CliCommand::View(arguments) => view::run_view_command(arguments),
+            CliCommand::Why(arguments) => why::run_why_command(arguments),
             CliCommand::Convert(arguments) => convert::run_convert_command(arguments),
             CliCommand::Tire(arguments) => tire::run_tire_command(arguments),
             CliCommand::Recover(arguments) => recover::run_recover_command(arguments),

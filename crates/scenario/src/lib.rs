@@ -18,3 +18,4 @@ mod text_of;
 
 pub use build_request::{BuildArtifacts, BuildRequest};
 pub use document::Scenario;
+pub use override_value::OverrideValue;

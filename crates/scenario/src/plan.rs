@@ -18,11 +18,11 @@ pub const REPORT: &str = "report.json";
 /// What numbers of messages are called in checks: `messages.plant.warnings`.
 pub const MESSAGES: &str = "messages";
 
-/// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, or to its
-/// checkpoints, as `checkpoint_*` does.
+/// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, to its
+/// checkpoints, as `checkpoint_*` does, or to its comparison with another run, as `why.*` does.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    ["report.", "run.", "checkpoint_"].iter().any(|begin| name.starts_with(begin))
+    ["report.", "run.", "checkpoint_", "why."].iter().any(|begin| name.starts_with(begin))
 }
 
 /// The checked plan of a run.

@@ -13,7 +13,8 @@ pub(crate) const PARTIAL: &str = "report.json.partial";
 /// The report for people.
 pub(crate) const PAGE: &str = "report.html";
 /// The files about a run that are no recordings.
-pub(crate) const OWN_FILES: [&str; 3] = [REPORT, PARTIAL, PAGE];
+pub(crate) const OWN_FILES: [&str; 6] =
+    [REPORT, PARTIAL, PAGE, attribution::ARCHIVE, attribution::PAGE, attribution::DATA];
 
 /// Says which program wrote a report: this tells it from those of others.
 #[derive(Serialize, Deserialize)]

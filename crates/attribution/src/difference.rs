@@ -1,0 +1,548 @@
+//! Lists what differs between the inputs of two runs, each difference with what puts it from B into A.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use cosim::system::{NodeBody, StartValue};
+use fmu_import::{Fmu, Value as FmuValue};
+use scenario::OverrideValue;
+use scenario::plan::RunPlan;
+use scenario::resolve::Override;
+use serde::Serialize;
+use toml::Value;
+
+use crate::archive_comparison::{StartDifference, compare_archives};
+use crate::file_comparison::{describe_content_change, describe_text_change};
+use crate::run_inputs::{FILES, FMUS, RecordedOverrides, RunInputs};
+use crate::toml_difference::{KeyPath, KeyStep, ValueDifference, display_value, set_value, table_differences};
+
+/// What kind of input differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DifferenceKind {
+    /// A start value of an FMU, a parameter among them.
+    StartValue,
+    /// The archive of an FMU.
+    Archive,
+    /// A node that only one of them has, or another key of a node.
+    Node,
+    /// A connection, or what happens to a value on its way.
+    Connection,
+    /// A generated signal.
+    Signal,
+    /// A file that a run reads: a table, a log.
+    File,
+    /// Communication step, duration, tolerance.
+    Time,
+    /// The coupling algorithm, or its settings.
+    Coupling,
+    /// The seed of the random streams.
+    Seed,
+    /// A fault.
+    Fault,
+    /// The order of the nodes in the scenario.
+    Order,
+    /// A check, a baseline, an analysis: what judges a run, and changes none of its values.
+    Judgement,
+    /// A title, the layout of the replay.
+    Presentation,
+    /// The version of the program, of a plugin, or the machine.
+    Software,
+}
+
+/// The part of the system on which a difference acts first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DifferenceScope {
+    /// A node.
+    Node(String),
+    /// The connection to an input, `node.variable`.
+    Connection(String),
+    /// All of it.
+    System,
+    /// Nothing that is simulated.
+    None,
+}
+
+/// What differs between the inputs of two runs.
+#[derive(Debug, Clone, Serialize)]
+pub struct Difference {
+    /// Its number.
+    pub id: usize,
+    /// What kind of input it is.
+    pub kind: DifferenceKind,
+    /// What it is: `plant.body.m`, `fmu.plant`, `time.step`.
+    pub place: String,
+    /// The value of A.
+    pub a: String,
+    /// That of B.
+    pub b: String,
+    /// The unit of both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// What differs inside, of an archive or a file.
+    pub details: Vec<String>,
+    /// Where it acts first.
+    #[serde(skip)]
+    pub scope: DifferenceScope,
+    /// What puts it into A; none of what changes no value.
+    #[serde(skip)]
+    pub(crate) swap: Option<Swap>,
+}
+
+impl Difference {
+    /// `plant.body.m: 780 kg -> 820 kg`.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let unit = self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        let Difference { place, a, b, .. } = self;
+        match (self.details.as_slice(), a.is_empty() && b.is_empty()) {
+            ([], _) => format!("{place}: {a}{unit} -> {b}{unit}"),
+            (details, true) => format!("{place}: {}", details.join("; ")),
+            (details, false) => format!("{place}: {a}{unit} -> {b}{unit} ({})", details.join("; ")),
+        }
+    }
+}
+
+/// What puts a difference from B into A.
+#[derive(Debug, Clone)]
+pub(crate) enum Swap {
+    /// A value of the scenario, with paths of B.
+    Value(KeyPath, Option<Value>),
+    /// A value from outside: it goes before those of the scenario; none takes away that of A.
+    Override(String, Option<OverrideValue>),
+    /// The archive of a node. Its own start values that A does not set stay those of A, unless they are put in by themselves.
+    Archive { node: String, path: String, starts_of_a: Vec<(String, OverrideValue)> },
+    /// The seed.
+    Seed(u64),
+    /// The order of the entries of a list, by their names.
+    Order(String, Vec<String>),
+}
+
+/// The inputs of one of two runs, with its plan.
+#[derive(Clone, Copy)]
+pub(crate) struct PlannedInputs<'a> {
+    pub inputs: &'a RunInputs,
+    pub plan: &'a RunPlan,
+}
+
+/// Lists what differs. Paths of files in values of B begin with `b/`, in those of A with `a/`.
+pub(crate) fn list_differences(a: PlannedInputs, b: PlannedInputs) -> Vec<Difference> {
+    let mut list = DifferenceList { differences: Vec::new(), a, b };
+    list.add_nodes();
+    list.add_overrides();
+    list.add_seed();
+    list.add_values();
+    list.add_order();
+    list.differences
+}
+
+/// What differs between the scenarios of two runs of which one was not kept with its files: values alone.
+pub(crate) fn list_value_differences(a: &toml::Table, b: &toml::Table) -> Vec<Difference> {
+    let mut differences = Vec::new();
+    for found in table_differences(a, b) {
+        differences.push(value_difference(differences.len(), &found, None, Vec::new()));
+    }
+    differences
+}
+
+struct DifferenceList<'a> {
+    differences: Vec<Difference>,
+    a: PlannedInputs<'a>,
+    b: PlannedInputs<'a>,
+}
+
+impl DifferenceList<'_> {
+    fn push(&mut self, difference: Difference) {
+        self.differences.push(Difference { id: self.differences.len(), ..difference });
+    }
+
+    /// The archives and start values of the FMUs that both have.
+    fn add_nodes(&mut self) {
+        for node in &self.a.plan.system.nodes {
+            let other = self.b.plan.system.nodes.iter().find(|it| it.name == node.name);
+            let (NodeBody::Fmu { fmu, starts, .. }, Some(NodeBody::Fmu { fmu: fmu_b, starts: starts_b, .. })) =
+                (&node.body, other.map(|it| &it.body))
+            else {
+                continue;
+            };
+            let archives = compare_archives(fmu, fmu_b);
+            let own = |variable: &String| archives.starts.iter().any(|it| it.variable == *variable);
+            if fmu.sha256 != fmu_b.sha256 && (!archives.details.is_empty() || archives.starts.is_empty()) {
+                let pinned = archives.starts.iter().filter_map(|it| pinned_start(fmu, it));
+                let starts_of_a = pinned.filter(|(name, _)| starts.iter().all(|it| it.name != *name)).collect();
+                let path = fmu_b.path.to_string_lossy().into_owned();
+                self.push(Difference {
+                    id: 0,
+                    kind: DifferenceKind::Archive,
+                    place: format!("fmu.{}", node.name),
+                    a: String::new(),
+                    b: String::new(),
+                    unit: None,
+                    details: archives.details.clone(),
+                    scope: DifferenceScope::Node(node.name.clone()),
+                    swap: Some(Swap::Archive { node: node.name.clone(), path, starts_of_a }),
+                });
+            }
+            let mut names: BTreeSet<String> = starts.iter().chain(starts_b).map(|it| it.name.clone()).collect();
+            names.extend(archives.starts.iter().map(|it| it.variable.clone()));
+            for name in names {
+                let (value_a, value_b) = (effective_start(fmu, starts, &name), effective_start(fmu_b, starts_b, &name));
+                let (Some(value_a), Some(value_b)) = (value_a, value_b) else { continue };
+                if value_a != value_b {
+                    self.add_start(&node.name, fmu, &name, &value_a, &value_b, own(&name));
+                }
+            }
+        }
+    }
+
+    fn add_start(&mut self, node: &str, fmu: &Fmu, name: &str, a: &FmuValue, b: &FmuValue, own: bool) {
+        let unit = fmu.description.find_variable(name).and_then(|index| fmu.description.variables[index].unit.clone());
+        let (a, b, mut details) = match (a, b) {
+            (FmuValue::String(a), FmuValue::String(b)) if a.contains('\n') || b.contains('\n') => {
+                (String::new(), String::new(), describe_text_change(a, b))
+            }
+            (a, b) => (display_fmu_value(a), display_fmu_value(b), Vec::new()),
+        };
+        if own {
+            details.push("a start value of the FMU itself".to_owned());
+        }
+        let value = override_value(match self.b.plan.system.nodes.iter().find(|it| it.name == node).map(|it| &it.body) {
+            Some(NodeBody::Fmu { fmu, starts, .. }) => effective_start(fmu, starts, name),
+            _ => None,
+        });
+        self.push(Difference {
+            id: 0,
+            kind: DifferenceKind::StartValue,
+            place: format!("{node}.{name}"),
+            a,
+            b,
+            unit,
+            details,
+            scope: DifferenceScope::Node(node.to_owned()),
+            swap: Some(Swap::Override(format!("{node}.{name}"), value)),
+        });
+    }
+
+    /// Words about signals, effects and faults from outside of the scenario.
+    fn add_overrides(&mut self) {
+        let edits = |inputs: PlannedInputs| -> BTreeMap<String, OverrideValue> {
+            let starts = inputs.inputs.overrides.starts.iter();
+            let edits = starts.filter(|it| !is_start_of_fmu(inputs.plan, it) && it.variable_name() != "path");
+            edits.map(|it| (it.name.clone(), it.value.clone())).collect()
+        };
+        let (of_a, of_b) = (edits(self.a), edits(self.b));
+        let names: BTreeSet<_> = of_a.keys().chain(of_b.keys()).cloned().collect();
+        for name in names.into_iter().filter(|name| of_a.get(name) != of_b.get(name)) {
+            let text = |value: Option<&OverrideValue>| value.map_or("as in the scenario".to_owned(), ToString::to_string);
+            let node = name.split('.').next().unwrap_or_default().to_owned();
+            self.push(Difference {
+                id: 0,
+                kind: DifferenceKind::Signal,
+                a: text(of_a.get(&name)),
+                b: text(of_b.get(&name)),
+                unit: None,
+                details: Vec::new(),
+                scope: DifferenceScope::Node(node),
+                swap: Some(Swap::Override(name.clone(), of_b.get(&name).cloned())),
+                place: name,
+            });
+        }
+    }
+
+    fn add_seed(&mut self) {
+        let [a, b] = [self.a, self.b].map(|it| it.plan.header.seed);
+        if a != b {
+            self.push(Difference {
+                id: 0,
+                kind: DifferenceKind::Seed,
+                place: "seed".to_owned(),
+                a: a.to_string(),
+                b: b.to_string(),
+                unit: None,
+                details: Vec::new(),
+                scope: DifferenceScope::System,
+                swap: Some(Swap::Seed(b)),
+            });
+        }
+        let [a, b] = [self.a, self.b].map(|it| &it.inputs.overrides);
+        let entries = [
+            ("time.tolerance", a.tolerance.map(|it| it.to_string()), b.tolerance.map(|it| it.to_string())),
+            ("coupling.algorithm", a.coupling.map(|it| format!("{it:?}")), b.coupling.map(|it| format!("{it:?}"))),
+        ];
+        for (place, a, b) in entries.into_iter().filter(|(_, a, b)| a != b) {
+            let text = |value: Option<String>| value.unwrap_or_else(|| "as in the scenario".to_owned());
+            self.push(Difference {
+                id: 0,
+                kind: if place.starts_with("time") { DifferenceKind::Time } else { DifferenceKind::Coupling },
+                place: place.to_owned(),
+                a: text(a),
+                b: text(b),
+                unit: None,
+                details: Vec::new(),
+                scope: DifferenceScope::System,
+                swap: Some(Swap::Override(place.to_owned(), None)),
+            });
+        }
+    }
+
+    /// What stands differently in the scenarios, but for what the plans tell better: archives and start values.
+    fn add_values(&mut self) {
+        let (a, b) = (&self.a.inputs.table, &self.b.inputs.table);
+        for found in table_differences(a, b) {
+            let key = found.path.entry_and_key().map(|(_, key)| key.to_owned());
+            let of_fmu = found.path.root() == "fmu";
+            if found.path.root() == "seed" || (of_fmu && key.is_some_and(|it| ["start", "parameters", "path"].contains(&it.as_str()))) {
+                continue;
+            }
+            let root_a = self.a.inputs.folder.folder_path();
+            let root_b = self.b.inputs.folder.folder_path();
+            let content = |root: &Path, value: &Option<Value>| {
+                let file = value.as_ref().and_then(Value::as_str).filter(|it| it.starts_with(FILES))?;
+                std::fs::read(root.join(file)).ok()
+            };
+            let details = match (content(root_a, &found.a), content(root_b, &found.b)) {
+                (Some(a), Some(b)) if a == b => continue,
+                (Some(a), Some(b)) => describe_content_change(&a, &b),
+                _ => Vec::new(),
+            };
+            let mut value = found.b.clone();
+            value.iter_mut().for_each(|value| prefix_paths(value, "b/"));
+            let difference = value_difference(0, &found, value, details);
+            self.push(difference);
+        }
+        self.add_files_of_one_name();
+    }
+
+    /// Files that the scenarios name in the same way, and whose contents differ.
+    fn add_files_of_one_name(&mut self) {
+        let mut paths = Vec::new();
+        list_files(&Value::Table(self.a.inputs.table.clone()), &KeyPath(Vec::new()), &mut paths);
+        let [root_a, root_b] = [self.a, self.b].map(|it| it.inputs.folder.folder_path().to_owned());
+        for (path, file) in paths {
+            let key = path.entry_and_key().map(|(_, key)| key.to_owned()).unwrap_or_default();
+            if path.root() == "fmu" && ["start", "parameters", "path"].contains(&key.as_str()) {
+                continue;
+            }
+            let (Ok(a), Ok(b)) = (std::fs::read(root_a.join(&file)), std::fs::read(root_b.join(&file))) else { continue };
+            let same_name = lookup(&self.b.inputs.table, &path).and_then(Value::as_str) == Some(file.as_str());
+            if a == b || !same_name {
+                continue;
+            }
+            let value = Value::String(file.clone());
+            let found = ValueDifference { path, a: Some(value.clone()), b: Some(value) };
+            let mut of_b = found.b.clone();
+            of_b.iter_mut().for_each(|value| prefix_paths(value, "b/"));
+            let difference = value_difference(0, &found, of_b, describe_content_change(&a, &b));
+            self.push(Difference { a: String::new(), b: String::new(), ..difference });
+        }
+    }
+
+    /// Another order of the FMUs, which may let them step in another order.
+    fn add_order(&mut self) {
+        let names = |inputs: PlannedInputs| -> Vec<String> {
+            let list = inputs.inputs.table.get("fmu").and_then(Value::as_array);
+            let names = list.into_iter().flatten().filter_map(|it| it.get("name")?.as_str());
+            names.map(str::to_owned).collect()
+        };
+        let (of_a, of_b) = (names(self.a), names(self.b));
+        let common = |names: &[String], other: &[String]| -> Vec<String> {
+            names.iter().filter(|name| other.contains(name)).cloned().collect()
+        };
+        if common(&of_a, &of_b) != common(&of_b, &of_a) {
+            self.push(Difference {
+                id: 0,
+                kind: DifferenceKind::Order,
+                place: "the order of [[fmu]]".to_owned(),
+                a: of_a.join(", "),
+                b: of_b.join(", "),
+                unit: None,
+                details: Vec::new(),
+                scope: DifferenceScope::System,
+                swap: Some(Swap::Order("fmu".to_owned(), of_b)),
+            });
+        }
+    }
+}
+
+/// A difference of a value of the scenario; `value` is that of B with the paths of its files.
+fn value_difference(id: usize, found: &ValueDifference, value: Option<Value>, details: Vec<String>) -> Difference {
+    let root = found.path.root();
+    let entry = found.path.entry_and_key().map(|(entry, _)| entry.to_owned()).unwrap_or_default();
+    let node = entry.split('.').next().unwrap_or_default().to_owned();
+    let is_file = [&found.a, &found.b].into_iter().flatten().any(|it| it.as_str().is_some_and(|it| it.starts_with(FILES)));
+    let (kind, scope) = match root {
+        "title" | "view" | "extends" | "without" | "record" => (DifferenceKind::Presentation, DifferenceScope::None),
+        "check" | "baseline" | "analysis" | "validation" | "sweep" => (DifferenceKind::Judgement, DifferenceScope::None),
+        "time" if found.path.to_string() == "time.limit" => (DifferenceKind::Presentation, DifferenceScope::None),
+        "time" => (DifferenceKind::Time, DifferenceScope::System),
+        "coupling" => (DifferenceKind::Coupling, DifferenceScope::System),
+        "connect" => (DifferenceKind::Connection, DifferenceScope::Connection(entry)),
+        "fault" => (DifferenceKind::Fault, DifferenceScope::Connection(entry)),
+        "signal" => (DifferenceKind::Signal, DifferenceScope::Node(node)),
+        "table" | "manoeuvre" if is_file => (DifferenceKind::File, DifferenceScope::Node(node)),
+        "fmu" | "table" | "manoeuvre" | "system" | "connector" => (DifferenceKind::Node, DifferenceScope::Node(node)),
+        _ => (DifferenceKind::Node, DifferenceScope::System),
+    };
+    let text = |value: &Option<Value>| value.as_ref().map_or("none".to_owned(), display_value);
+    let acts = scope != DifferenceScope::None;
+    Difference {
+        id,
+        kind,
+        place: found.path.to_string(),
+        a: text(&found.a),
+        b: text(&found.b),
+        unit: None,
+        details,
+        scope,
+        swap: acts.then(|| Swap::Value(found.path.clone(), value)),
+    }
+}
+
+/// Whether a value from outside is a start value of an FMU.
+fn is_start_of_fmu(plan: &RunPlan, value: &Override) -> bool {
+    plan.system.nodes.iter().any(|node| match &node.body {
+        NodeBody::Fmu { starts, .. } => {
+            let array = |name: &str| name.rsplit_once('[').map_or(name, |(array, _)| array).to_owned();
+            node.name == value.node_name()
+                && starts.iter().any(|it| it.name == value.variable_name() || array(&it.name) == value.variable_name())
+        }
+        _ => false,
+    })
+}
+
+/// The start value that counts: that of the run, or else that of the FMU.
+fn effective_start(fmu: &Fmu, starts: &[StartValue], name: &str) -> Option<FmuValue> {
+    let given = starts.iter().rfind(|it| it.name == name).map(|it| it.value.clone());
+    given.or_else(|| fmu.description.variables[fmu.description.find_variable(name)?].start_value())
+}
+
+fn pinned_start(fmu: &Fmu, start: &StartDifference) -> Option<(String, OverrideValue)> {
+    let value = override_value(effective_start(fmu, &[], &start.variable))?;
+    Some((start.variable.clone(), value))
+}
+
+fn override_value(value: Option<FmuValue>) -> Option<OverrideValue> {
+    Some(match value? {
+        FmuValue::Real(value) => OverrideValue::Number { value, unit: None },
+        FmuValue::Integer(value) => OverrideValue::Integer(i64::try_from(value).ok()?),
+        FmuValue::Boolean(value) => OverrideValue::Boolean(value),
+        FmuValue::String(text) => OverrideValue::Toml(Value::String(text)),
+        value @ FmuValue::Binary(_) => OverrideValue::Toml(Value::String(value.to_string().trim_matches('"').to_owned())),
+    })
+}
+
+fn display_fmu_value(value: &FmuValue) -> String {
+    match value {
+        FmuValue::Real(value) => value.to_string(),
+        FmuValue::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// Lets the paths of kept files in a value begin with the folder of their run.
+pub(crate) fn prefix_paths(value: &mut Value, prefix: &str) {
+    match value {
+        Value::String(text) => {
+            let (mark, path) = text.strip_prefix('@').map_or(("", text.as_str()), |path| ("@", path));
+            if path.starts_with(FMUS) || path.starts_with(FILES) {
+                *text = format!("{mark}{prefix}{path}");
+            }
+        }
+        Value::Array(list) => list.iter_mut().for_each(|value| prefix_paths(value, prefix)),
+        Value::Table(table) => table.iter_mut().for_each(|(_, value)| prefix_paths(value, prefix)),
+        _ => {}
+    }
+}
+
+/// The kept files that a value names, with the keys that lead to them.
+fn list_files(value: &Value, path: &KeyPath, files: &mut Vec<(KeyPath, String)>) {
+    let joined = |step: KeyStep| KeyPath(path.0.iter().cloned().chain([step]).collect());
+    match value {
+        Value::String(text) if text.starts_with(FILES) => files.push((path.clone(), text.clone())),
+        Value::Table(table) => table.iter().for_each(|(key, value)| list_files(value, &joined(KeyStep::Key(key.clone())), files)),
+        Value::Array(list) if list.iter().all(Value::is_table) => {
+            for (step, entry) in crate::toml_difference::named_entries(list) {
+                list_files(entry, &joined(step), files);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn lookup<'t>(table: &'t toml::Table, path: &KeyPath) -> Option<&'t Value> {
+    let (KeyStep::Key(first), rest) = path.0.split_first()? else { return None };
+    rest.iter().try_fold(table.get(first)?, |value, step| match step {
+        KeyStep::Key(key) => value.get(key),
+        entry => {
+            let entries = crate::toml_difference::named_entries(value.as_array()?);
+            entries.into_iter().find(|(it, _)| it == entry).map(|(_, value)| value)
+        }
+    })
+}
+
+/// A run that is made of A and some differences of B.
+pub(crate) struct MixedInputs {
+    pub table: toml::Table,
+    pub overrides: RecordedOverrides,
+}
+
+impl MixedInputs {
+    /// One run as it was; `folder` is that of its kept files.
+    pub fn of_run(run: &RunInputs, folder: &str) -> Self {
+        let mut table = run.table.clone();
+        for key in ["check", "baseline", "analysis", "validation", "sweep", "view", "record"] {
+            table.remove(key);
+        }
+        table.iter_mut().for_each(|(_, value)| prefix_paths(value, &format!("{folder}/")));
+        let mut overrides = run.overrides.clone();
+        for start in overrides.starts.iter_mut().filter(|it| it.variable_name() == "path") {
+            if let OverrideValue::Typed(path) = &start.value {
+                let path = run.folder.folder_path().join(path);
+                start.value = OverrideValue::Typed(path.to_string_lossy().into_owned());
+            }
+        }
+        MixedInputs { table, overrides }
+    }
+
+    /// With these differences of B in it. An archive comes first: what is put in by itself goes before its start values.
+    pub fn with_swaps(mut self, swaps: &[&Swap], b: &RunInputs) -> Self {
+        let is_archive = |swap: &Swap| matches!(swap, Swap::Archive { .. });
+        swaps.iter().filter(|it| is_archive(it)).for_each(|swap| self.put_in(swap, b));
+        swaps.iter().filter(|it| !is_archive(it)).for_each(|swap| self.put_in(swap, b));
+        self
+    }
+
+    fn put_in(&mut self, swap: &Swap, b: &RunInputs) {
+        let MixedInputs { table, overrides } = self;
+        match swap {
+            Swap::Value(path, value) => set_value(table, path, value.clone()),
+            Swap::Override(name, None) if name == "time.tolerance" => overrides.tolerance = b.overrides.tolerance,
+            Swap::Override(name, None) if name == "coupling.algorithm" => overrides.coupling = b.overrides.coupling,
+            Swap::Override(name, value) => {
+                overrides.starts.retain(|it| it.name != *name);
+                overrides.starts.extend(value.clone().map(|value| Override::new(name.clone(), value)));
+            }
+            Swap::Archive { node, path, starts_of_a } => {
+                let name = format!("{node}.path");
+                overrides.starts.retain(|it| it.name != name);
+                overrides.starts.push(Override::new(name, OverrideValue::Typed(path.clone())));
+                let pinned = starts_of_a.iter();
+                let pinned =
+                    pinned.map(|(name, value)| Override::new(format!("{node}.{name}"), value.clone()));
+                overrides.starts.extend(pinned);
+            }
+            Swap::Seed(seed) => overrides.seed = Some(*seed),
+            Swap::Order(list, names) => reorder(table, list, names),
+        }
+    }
+}
+
+/// Brings the entries of a list into this order; others come behind them.
+fn reorder(table: &mut toml::Table, list: &str, names: &[String]) {
+    let Some(Value::Array(entries)) = table.get_mut(list) else { return };
+    let rank = |entry: &Value| {
+        let name = entry.get("name").and_then(Value::as_str);
+        names.iter().position(|it| Some(it.as_str()) == name).unwrap_or(usize::MAX)
+    };
+    entries.sort_by_key(rank);
+}

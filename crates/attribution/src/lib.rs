@@ -1,0 +1,22 @@
+//! Explains why two runs differ: what differs between their inputs, where their values part, and which difference is the cause, found by
+//! repeating the runs with some differences swapped.
+#![forbid(unsafe_code)]
+
+mod archive_comparison;
+mod difference;
+mod experiment;
+mod explanation;
+mod file_comparison;
+mod page;
+mod reference_outputs;
+mod run_inputs;
+mod text;
+mod toml_difference;
+mod trajectory;
+
+pub use difference::{Difference, DifferenceKind};
+pub use experiment::{ExperimentOptions, LocalDeviation};
+pub use explanation::{Cause, CauseEffect, Explanation, RunSummary, SpreadArrow, explain_difference};
+pub use page::{DATA, PAGE};
+pub use run_inputs::{ARCHIVE, RecordedRun, RunInputs, save_run_inputs};
+pub use trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};

@@ -1,0 +1,320 @@
+//! Keeps what a run was made from in one archive beside its recordings, and opens it again to repeat the run.
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use archive::TemporaryFolder;
+use cosim::system::Algorithm;
+use diagnostics::Error;
+use fmu_import::sha256_hex;
+use scenario::bundle::{BundleLayout, BundledFile, SCENARIO, ScenarioBundle};
+use scenario::plan::REPORT;
+use scenario::resolve::{AnalysisLoading, IsolationPolicy, Override, Overrides};
+use scenario::{BuildArtifacts, OverrideValue, Scenario};
+use serde::{Deserialize, Serialize};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// The archive, in the folder of a run.
+pub const ARCHIVE: &str = "run.inputs.zip";
+/// Its entry with what came from outside of the scenario.
+const OVERRIDES: &str = "overrides.json";
+/// Its entry with the files that are too large to be kept.
+const LARGE_FILES: &str = "large_files.json";
+/// The folder of FMUs in it.
+pub(crate) const FMUS: &str = "fmus/";
+/// The folder of all other files.
+pub(crate) const FILES: &str = "files/";
+/// A larger file is not kept, but named with its hash [bytes].
+const LARGEST: u64 = 64 << 20;
+
+/// Values from outside of a scenario, as they are kept with a run.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct RecordedOverrides {
+    /// Start values that give way to those of the scenario.
+    #[serde(default)]
+    pub defaults: Vec<Override>,
+    /// Values that those of the scenario give way to.
+    #[serde(default)]
+    pub starts: Vec<Override>,
+    /// The seed.
+    pub seed: Option<u64>,
+    /// Relative tolerance of the integration inside the FMUs [-].
+    pub tolerance: Option<f64>,
+    /// The coupling algorithm.
+    pub coupling: Option<Algorithm>,
+}
+
+impl RecordedOverrides {
+    /// For a run that evaluates nothing, with all FMUs in processes of their own: one that crashes ends no comparison.
+    #[must_use]
+    pub fn to_overrides(&self) -> Overrides {
+        Overrides {
+            defaults: self.defaults.clone(),
+            starts: self.starts.clone(),
+            seed: self.seed,
+            tolerance: self.tolerance,
+            coupling: self.coupling,
+            isolate: IsolationPolicy::Everything,
+            analyses: AnalysisLoading::Skip,
+        }
+    }
+}
+
+/// A file that was too large to be kept.
+#[derive(Debug, Serialize, Deserialize)]
+struct LargeFile {
+    /// Its path in the archive, if it were there.
+    entry: String,
+    path: PathBuf,
+    sha256: String,
+}
+
+/// Writes the archive of a run into its folder: the scenario as one text, FMUs and files that it reads, and the overrides.
+///
+/// # Errors
+/// When a file cannot be read or written. No half archive stays.
+pub fn save_run_inputs(
+    scenario: &Scenario,
+    built: &BuildArtifacts,
+    overrides: &Overrides,
+    folder: &Path,
+) -> Result<(), Error> {
+    let layout = BundleLayout { fmus: "fmus", others: "files", plugins: None };
+    let bundle = ScenarioBundle::gather(scenario, built, layout)?;
+    let path = folder.join(ARCHIVE);
+    let failed = |error: std::io::Error| Error::output_failure(&path, error);
+    let mut archive = InputArchive { zip: ZipWriter::new(BufWriter::new(File::create_new(&path).map_err(failed)?)) };
+    let written = archive.write_bundle(&bundle, overrides).and_then(|()| {
+        let InputArchive { zip } = archive;
+        zip.finish().map_err(std::io::Error::from)?.flush()
+    });
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&path);
+        failed(error)
+    })
+}
+
+struct InputArchive {
+    zip: ZipWriter<BufWriter<File>>,
+}
+
+impl InputArchive {
+    fn write_bundle(&mut self, bundle: &ScenarioBundle, overrides: &Overrides) -> std::io::Result<()> {
+        self.write_entry(SCENARIO, bundle.text.as_bytes())?;
+        let mut large = Vec::new();
+        for (entry, content) in &bundle.files {
+            match content {
+                BundledFile::Text(text) => self.write_entry(entry, text.as_bytes())?,
+                BundledFile::File(path) if std::fs::metadata(path)?.len() > LARGEST => {
+                    let sha256 = sha256_hex(&std::fs::read(path)?);
+                    large.push(LargeFile { entry: entry.clone(), path: path.clone(), sha256 });
+                }
+                BundledFile::File(path) => self.write_entry(entry, &std::fs::read(path)?)?,
+            }
+        }
+        let overrides = self.keep_overrides(overrides)?;
+        self.write_json(OVERRIDES, &overrides)?;
+        self.write_json(LARGE_FILES, &large)
+    }
+
+    /// The overrides, with the archives and texts that they name kept as entries and values.
+    fn keep_overrides(&mut self, overrides: &Overrides) -> std::io::Result<RecordedOverrides> {
+        let mut starts = overrides.starts.clone();
+        for (index, start) in starts.iter_mut().enumerate() {
+            if let OverrideValue::Typed(path) = &start.value
+                && start.variable_name() == "path"
+                && let Ok(bytes) = std::fs::read(path)
+            {
+                let entry = format!("{FMUS}set_{index}.fmu");
+                self.write_entry(&entry, &bytes)?;
+                start.value = OverrideValue::Typed(entry);
+            }
+        }
+        starts.iter_mut().for_each(inline_text);
+        let mut defaults = overrides.defaults.clone();
+        defaults.iter_mut().for_each(inline_text);
+        let Overrides { seed, tolerance, coupling, .. } = *overrides;
+        Ok(RecordedOverrides { defaults, starts, seed, tolerance, coupling })
+    }
+
+    fn write_json(&mut self, entry: &str, value: &impl Serialize) -> std::io::Result<()> {
+        self.write_entry(entry, &serde_json::to_vec_pretty(value)?)
+    }
+
+    /// Archives are compressed already.
+    fn write_entry(&mut self, entry: &str, bytes: &[u8]) -> std::io::Result<()> {
+        let method =
+            if entry.starts_with(FMUS) { CompressionMethod::Stored } else { CompressionMethod::Deflated };
+        self.zip.start_file(entry, SimpleFileOptions::default().compression_method(method))?;
+        self.zip.write_all(bytes)
+    }
+}
+
+/// Puts the text of a file in the place of its path: the file may change.
+fn inline_text(start: &mut Override) {
+    if let OverrideValue::TextOf(path) = &start.value
+        && let Ok(text) = std::fs::read_to_string(path)
+    {
+        start.value = OverrideValue::Toml(toml::Value::String(text));
+    }
+}
+
+/// What report.json says of a run.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+pub struct RecordedReport {
+    /// The scenario's name.
+    pub scenario: String,
+    /// How the run ended.
+    pub verdict: String,
+    /// Why it did not come to its end.
+    pub error: Option<String>,
+    /// The checkpoint that it went on from.
+    pub resumed: Option<serde_json::Value>,
+    /// Its checks.
+    pub checks: Vec<RecordedCheck>,
+    /// Versions of all that has one.
+    pub versions: serde_json::Map<String, serde_json::Value>,
+    /// The seed of every random stream.
+    pub seed: u64,
+    /// Values from outside of the scenario.
+    pub set: Vec<String>,
+    /// The FMUs that took part.
+    pub fmus: Vec<RecordedFile>,
+    /// Tables and logs that it read.
+    pub data: Vec<RecordedFile>,
+    /// The libraries of plugins that took part.
+    pub plugins: Vec<RecordedFile>,
+    /// Time that the run took by the clock [s].
+    pub wall_seconds: f64,
+}
+
+/// A check of a run.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+pub struct RecordedCheck {
+    /// Its name.
+    pub name: String,
+    /// Whether it passed; none if it could not be judged.
+    pub passed: Option<bool>,
+}
+
+/// A file that took part in a run.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+pub struct RecordedFile {
+    /// Where it was.
+    pub path: PathBuf,
+    /// The node, of an FMU.
+    pub name: String,
+    /// SHA-256 of its contents.
+    pub sha256: String,
+}
+
+/// What a run was made from.
+pub struct RunInputs {
+    /// The folder with the kept files; it vanishes with this.
+    pub folder: TemporaryFolder,
+    /// The scenario, with paths relative to that folder.
+    pub table: toml::Table,
+    /// Values from outside of it.
+    pub overrides: RecordedOverrides,
+}
+
+/// A run that was recorded: its folder, or a baseline, which is a recording alone.
+pub struct RecordedRun {
+    /// The folder or the file, as the user names it.
+    pub path: PathBuf,
+    /// What its report says; none of a baseline.
+    pub report: Option<RecordedReport>,
+    /// What it was made from, or why that is not known.
+    pub inputs: Result<RunInputs, String>,
+}
+
+impl RecordedRun {
+    /// Opens the folder of a run, a file in it, or a baseline.
+    ///
+    /// # Errors
+    /// When there is nothing of that kind.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let folder = if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
+        let is_run_file = path.is_dir()
+            || path.file_name().is_some_and(|name| name == REPORT || name.to_string_lossy().starts_with("run."));
+        if !path.exists() {
+            let message = format!("expected the folder of a run or a baseline, found nothing at {}", path.display());
+            return Err(Error::invalid_input(message));
+        }
+        let report = match is_run_file {
+            true => read_report(&folder.join(REPORT))?,
+            false => None,
+        };
+        let inputs = match is_run_file {
+            true => RunInputs::open(&folder.join(ARCHIVE)),
+            false => Err("it is a baseline, which is a recording alone".to_owned()),
+        };
+        Ok(RecordedRun { path: path.to_owned(), report, inputs })
+    }
+
+    /// The name of the run in messages.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+}
+
+/// The report of a run, if there is one.
+fn read_report(path: &Path) -> Result<Option<RecordedReport>, Error> {
+    let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        Error::invalid_input(format!("{}: expected the report of a run: {error}", path.display()))
+    })
+}
+
+impl RunInputs {
+    /// Opens the archive of a run.
+    ///
+    /// # Errors
+    /// In words, when it is not there, or damaged, or a file that it names has changed since.
+    fn open(path: &Path) -> Result<Self, String> {
+        if !path.exists() {
+            return Err(format!(
+                "{} is not there: an earlier version of the program made the run, or somebody removed it",
+                path.display()
+            ));
+        }
+        let broken = |error: &dyn std::fmt::Display| format!("{} cannot be read: {error}", path.display());
+        let bytes = archive::read_archive(path).map_err(|error| broken(&error))?;
+        let folder = TemporaryFolder::new().map_err(|error| broken(&error))?;
+        let root = folder.folder_path().to_owned();
+        let mut left = archive::LARGEST;
+        archive::unpack_archive(path, "inputs", &bytes, &root, &mut left).map_err(|error| error.to_string())?;
+        let read = |name: &str| {
+            std::fs::read_to_string(root.join(name)).map_err(|error| broken(&format!("{name}: {error}")))
+        };
+        let table = read(SCENARIO)?.parse::<toml::Table>().map_err(|error| broken(&error.message()))?;
+        let overrides = serde_json::from_str(&read(OVERRIDES)?).map_err(|error| broken(&error))?;
+        let large: Vec<LargeFile> = serde_json::from_str(&read(LARGE_FILES)?).map_err(|error| broken(&error))?;
+        for file in large {
+            file.link_into(&root)?;
+        }
+        Ok(RunInputs { folder, table, overrides })
+    }
+}
+
+impl LargeFile {
+    /// Puts a link to the original into the folder, if it has not changed.
+    fn link_into(&self, root: &Path) -> Result<(), String> {
+        let path = self.path.display();
+        let bytes = std::fs::read(&self.path)
+            .map_err(|error| format!("{path} was too large to be kept with the run, and is gone: {error}"))?;
+        if sha256_hex(&bytes) != self.sha256 {
+            return Err(format!("{path} was too large to be kept with the run, and has changed since"));
+        }
+        let target = root.join(&self.entry);
+        let made = target.parent().map_or(Ok(()), std::fs::create_dir_all);
+        made.and_then(|()| std::os::unix::fs::symlink(&self.path, &target))
+            .map_err(|error| format!("{}: {error}", target.display()))
+    }
+}

@@ -1,0 +1,73 @@
+//! Writes an explanation for the terminal: what differs, what it did, why.
+
+use std::fmt::Write as _;
+
+use crate::difference::{Difference, DifferenceScope};
+use crate::explanation::{Explanation, local_name};
+use crate::trajectory::SignalDeviation;
+
+/// Lines of one list that are printed; the rest is counted.
+const MOST: usize = 20;
+
+impl Explanation {
+    /// As text.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut text = format!("{}\n", self.summary);
+        let (acting, others): (Vec<_>, Vec<_>) =
+            self.differences.iter().partition(|it| it.scope != DifferenceScope::None);
+        let sentences = |list: &[&Difference]| list.iter().map(|it| it.sentence()).collect::<Vec<_>>();
+        write_list(&mut text, "What is different", &sentences(&acting));
+        write_list(&mut text, "Different, and acting on no value", &sentences(&others));
+        let checks = self.checks.iter().map(|[name, a, b]| format!("{name}: {a} -> {b}"));
+        write_list(&mut text, "Checks", &checks.collect::<Vec<_>>());
+        if !self.spread.is_empty() {
+            let [common, differing] = self.signals;
+            let head = format!("What it did: {differing} of {common} signals differ");
+            write_list(&mut text, &head, &self.spread.iter().map(deviation_sentence).collect::<Vec<_>>());
+        }
+        let local = self.local.iter().map(|it| {
+            format!("{} differs from {} s on while it gets the values of A: {} -> {}", local_name(it), it.time, it.a, it.b)
+        });
+        write_list(&mut text, "By itself", &local.collect::<Vec<_>>());
+        write_list(&mut text, "Why", &self.cause_sentences());
+        let idle = self.without_effect.iter().map(|id| self.differences[*id].sentence());
+        write_list(&mut text, "Without effect", &idle.collect::<Vec<_>>());
+        write_list(&mut text, "Notes", &self.notes);
+        if self.runs > 0 {
+            let _ = writeln!(text, "{} runs, {:.1} s", self.runs, self.seconds);
+        }
+        text
+    }
+
+    /// The causes, a sentence each, and what none explains.
+    pub(crate) fn cause_sentences(&self) -> Vec<String> {
+        self.causes.iter().map(|it| it.text.clone()).chain(self.unexplained.clone()).collect()
+    }
+}
+
+/// `3.21 s: estimator.v_y 0.1 -> 0.2 m/s, at most 0.3 apart`.
+pub(crate) fn deviation_sentence(deviation: &SignalDeviation) -> String {
+    let SignalDeviation { signal, time, a, b, largest, .. } = deviation;
+    let unit = signal.unit.as_ref().filter(|it| *it != "1").map(|it| format!(" {it}")).unwrap_or_default();
+    let side = if signal.input { " (input)" } else { "" };
+    let name = signal.qualified_name();
+    match a.is_nan() && b.is_nan() {
+        true => format!("{time} s: {name}{side}, a text"),
+        false => format!("{time} s: {name}{side} {a} -> {b}{unit}, at most {largest:.3e} apart"),
+    }
+}
+
+fn write_list(text: &mut String, head: &str, lines: &[String]) {
+    if lines.is_empty() {
+        return;
+    }
+    // Writing into a string cannot fail.
+    let _ = writeln!(text, "\n{head}");
+    for line in lines.iter().take(MOST) {
+        let _ = writeln!(text, "  {line}");
+    }
+    if lines.len() > MOST {
+        let _ = writeln!(text, "  and {} more", lines.len() - MOST);
+    }
+}
