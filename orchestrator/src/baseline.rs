@@ -77,6 +77,7 @@ pub(crate) fn replace_baselines_by_run(plan: &RunPlan, report: &mut RunReport) -
         std::fs::copy(report.folder.join(recording_file_name(plan)), &partial)
             .and_then(|_| std::fs::rename(&partial, path))
             .map_err(|error| Error::output_failure(path, error))?;
+        attribution::save_baseline_inputs(&report.folder, path)?;
         report.blessed.push(path.clone());
     }
     Ok(())

@@ -22,7 +22,6 @@ pub mod suite;
 pub mod sweep;
 pub mod validation;
 mod warm_start;
-pub mod why;
 
 pub use options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
 pub use run::{CompletedRun, RunContext, run_scenario};

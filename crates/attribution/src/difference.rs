@@ -90,6 +90,16 @@ pub struct Difference {
 }
 
 impl Difference {
+    /// The values of A and B with their unit; of an archive or a file, what differs inside as that of B.
+    #[must_use]
+    pub fn values_of_both(&self) -> [String; 2] {
+        let unit = self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        match self.a.is_empty() && self.b.is_empty() {
+            true => [String::new(), self.details.join("; ")],
+            false => [format!("{}{unit}", self.a), format!("{}{unit}", self.b)],
+        }
+    }
+
     /// `plant.body.m: 780 kg -> 820 kg`.
     #[must_use]
     pub fn sentence(&self) -> String {

@@ -90,6 +90,9 @@ pub struct Explanation {
     pub without_effect: Vec<usize>,
     /// What no difference explains, or why there were no experiments.
     pub unexplained: Option<String>,
+    /// Whether both runs were kept with their inputs.
+    #[serde(skip)]
+    pub(crate) inputs_known: bool,
     /// What else is to be known.
     pub notes: Vec<String>,
     /// The checks whose verdicts differ: name, A, B.
@@ -108,11 +111,16 @@ pub struct Explanation {
 /// When one of them cannot be read, or an experiment is called off.
 pub fn explain_difference(a: &Path, b: &Path, options: &ExperimentOptions) -> Result<Explanation, Error> {
     let begin = Instant::now();
-    let runs = [RecordedRun::open(a)?, RecordedRun::open(b)?];
+    let [mut run_a, run_b] = [RecordedRun::open(a)?, RecordedRun::open(b)?];
+    let borrowed = run_a.borrow_archives(&run_b);
+    let runs = [run_a, run_b];
     let recorded = [Trajectory::read(a), Trajectory::read(b)];
     let mut explanation = Explanation::of_runs(&runs);
     let recorded = recorded.map(|read| read.map(Arc::new));
     explanation.compare_software(&runs);
+    explanation.notes.extend(borrowed.iter().map(|entry| {
+        format!("{entry} of A was another archive, which was not kept: A is repeated with that of B")
+    }));
     match (&runs[0].inputs, &runs[1].inputs) {
         (Ok(inputs_a), Ok(inputs_b)) => {
             let study = Study::new(&runs, [inputs_a, inputs_b], options)?;
@@ -155,6 +163,7 @@ impl Explanation {
             causes: Vec::new(),
             without_effect: Vec::new(),
             unexplained: None,
+            inputs_known: runs.iter().all(|run| run.inputs.is_ok()),
             notes: Vec::new(),
             checks: Vec::new(),
             runs: 0,
@@ -169,6 +178,12 @@ impl Explanation {
             explanation.notes.extend(error.map(|error| format!("{name} did not come to its end: {error}")));
         }
         explanation
+    }
+
+    /// Whether both runs were kept with their inputs, so that the differences are all that there are.
+    #[must_use]
+    pub fn inputs_are_known(&self) -> bool {
+        self.inputs_known
     }
 
     fn compare_checks(&mut self, a: &RecordedReport, b: &RecordedReport) {
@@ -277,7 +292,7 @@ impl Explanation {
         recorded_a: &Result<Arc<Trajectory>, Error>,
         options: &ExperimentOptions,
     ) -> Result<(), Error> {
-        if self.same {
+        if self.same || options.most_runs == 0 {
             return Ok(());
         }
         if let Ok(text) = recorded_scenario(&run_a.path)
@@ -394,6 +409,10 @@ impl<'a> Study<'a> {
         let acting: Vec<usize> = explanation.differences.iter().filter(|it| it.swap.is_some()).map(|it| it.id).collect();
         let is_recorded = recorded.iter().all(Result::is_ok);
         if is_recorded && explanation.same && acting.is_empty() {
+            return Ok(());
+        }
+        if !self.laboratory.has_budget() {
+            explanation.arrows = spread_arrows(&self.plans[0], &explanation.spread);
             return Ok(());
         }
         if self.resumed {

@@ -18,5 +18,5 @@ pub use difference::{Difference, DifferenceKind};
 pub use experiment::{ExperimentOptions, LocalDeviation};
 pub use explanation::{Cause, CauseEffect, Explanation, RunSummary, SpreadArrow, explain_difference};
 pub use page::{DATA, PAGE};
-pub use run_inputs::{ARCHIVE, RecordedRun, RunInputs, save_run_inputs};
+pub use run_inputs::{ARCHIVE, RecordedRun, RunInputs, save_baseline_inputs, save_run_inputs};
 pub use trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};

@@ -1,7 +1,8 @@
 //! Keeps what a run was made from in one archive beside its recordings, and opens it again to repeat the run.
 
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io::{BufWriter, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use archive::TemporaryFolder;
@@ -22,6 +23,8 @@ pub const ARCHIVE: &str = "run.inputs.zip";
 const OVERRIDES: &str = "overrides.json";
 /// Its entry with the files that are too large to be kept.
 const LARGE_FILES: &str = "large_files.json";
+/// Its entry with the hashes of the FMUs, of the inputs of a baseline, which are kept without them.
+const ARCHIVE_HASHES: &str = "fmus.json";
 /// The folder of FMUs in it.
 pub(crate) const FMUS: &str = "fmus/";
 /// The folder of all other files.
@@ -213,6 +216,41 @@ pub struct RecordedFile {
     pub sha256: String,
 }
 
+/// The archive with the inputs of a baseline, beside it: the scenario and its texts, and of FMUs the hashes alone.
+#[must_use]
+pub fn baseline_archive(baseline: &Path) -> PathBuf {
+    let mut name = baseline.as_os_str().to_owned();
+    name.push(".inputs.zip");
+    PathBuf::from(name)
+}
+
+/// Keeps the inputs of the run in `folder` beside the baseline that was made from it.
+///
+/// # Errors
+/// When the archive of the run is not there, or a file cannot be written.
+pub fn save_baseline_inputs(folder: &Path, baseline: &Path) -> Result<(), Error> {
+    let target = baseline_archive(baseline);
+    let failed = |error: std::io::Error| Error::output_failure(&target, error);
+    let source = File::open(folder.join(ARCHIVE)).map_err(failed)?;
+    let mut source = zip::ZipArchive::new(source).map_err(|error| failed(error.into()))?;
+    let mut bytes = Vec::new();
+    let mut archive = InputArchive { zip: ZipWriter::new(BufWriter::new(File::create(&target).map_err(failed)?)) };
+    let mut hashes = BTreeMap::new();
+    for index in 0..source.len() {
+        let mut entry = source.by_index(index).map_err(|error| failed(error.into()))?;
+        bytes.clear();
+        entry.read_to_end(&mut bytes).map_err(failed)?;
+        let name = entry.name().map_err(|error| failed(error.into()))?.into_owned();
+        match name.starts_with(FMUS) {
+            true => drop(hashes.insert(name, sha256_hex(&bytes))),
+            false => archive.write_entry(&name, &bytes).map_err(failed)?,
+        }
+    }
+    archive.write_json(ARCHIVE_HASHES, &hashes).map_err(failed)?;
+    let InputArchive { zip } = archive;
+    zip.finish().map_err(std::io::Error::from).and_then(|mut file| file.flush()).map_err(failed)
+}
+
 /// What a run was made from.
 pub struct RunInputs {
     /// The folder with the kept files; it vanishes with this.
@@ -221,6 +259,8 @@ pub struct RunInputs {
     pub table: toml::Table,
     /// Values from outside of it.
     pub overrides: RecordedOverrides,
+    /// The hashes of FMUs that were not kept, by their entries.
+    absent_archives: BTreeMap<String, String>,
 }
 
 /// A run that was recorded: its folder, or a baseline, which is a recording alone.
@@ -252,9 +292,21 @@ impl RecordedRun {
         };
         let inputs = match is_run_file {
             true => RunInputs::open(&folder.join(ARCHIVE)),
-            false => Err("it is a baseline, which is a recording alone".to_owned()),
+            false => RunInputs::open(&baseline_archive(path)).map_err(|error| {
+                format!("it is a baseline, and its inputs were not kept with it, as `--bless` does: {error}")
+            }),
         };
         Ok(RecordedRun { path: path.to_owned(), report, inputs })
+    }
+
+    /// Takes the FMUs that were not kept from another run; the entries of those that are others there. Without one of them the run
+    /// cannot be repeated.
+    pub fn borrow_archives(&mut self, other: &RecordedRun) -> Vec<String> {
+        let (Ok(inputs), Ok(source)) = (&mut self.inputs, &other.inputs) else { return Vec::new() };
+        inputs.borrow_archives(source).unwrap_or_else(|why| {
+            self.inputs = Err(why);
+            Vec::new()
+        })
     }
 
     /// The name of the run in messages.
@@ -299,7 +351,34 @@ impl RunInputs {
         for file in large {
             file.link_into(&root)?;
         }
-        Ok(RunInputs { folder, table, overrides })
+        let absent_archives = match root.join(ARCHIVE_HASHES).exists() {
+            true => serde_json::from_str(&read(ARCHIVE_HASHES)?).map_err(|error| broken(&error))?,
+            false => BTreeMap::new(),
+        };
+        Ok(RunInputs { folder, table, overrides, absent_archives })
+    }
+
+    /// Takes the FMUs that were not kept from another run. Gives the entries of those that are others there.
+    ///
+    /// # Errors
+    /// In words, when the other run lacks one.
+    pub fn borrow_archives(&mut self, other: &RunInputs) -> Result<Vec<String>, String> {
+        let mut others = Vec::new();
+        for (entry, sha256) in std::mem::take(&mut self.absent_archives) {
+            let source = other.folder.folder_path().join(&entry);
+            let bytes = std::fs::read(&source)
+                .map_err(|_| format!("its FMU {entry} was not kept, and the other run has none of that name"))?;
+            let target = self.folder.folder_path().join(&entry);
+            target
+                .parent()
+                .map_or(Ok(()), std::fs::create_dir_all)
+                .and_then(|()| std::fs::write(&target, &bytes))
+                .map_err(|error| format!("{}: {error}", target.display()))?;
+            if sha256_hex(&bytes) != sha256 {
+                others.push(entry);
+            }
+        }
+        Ok(others)
     }
 }
 

@@ -20,6 +20,17 @@ pub struct RunComparison {
     pub runs: [RecordedRun; 2],
     /// Oddities of the runs, such as a recording that was cut off.
     pub notes: Vec<String>,
+    /// What whoever compares them knows of their inputs.
+    pub differences: RunDifferences,
+}
+
+/// What differs between two runs, as far as their recordings do not tell.
+#[derive(Debug, Clone, Default)]
+pub struct RunDifferences {
+    /// Inputs, with the values of both; without them the scenarios in the recordings are compared.
+    pub inputs: Option<Vec<(String, [String; 2])>>,
+    /// The first time at which a value differs [s]: the viewer opens there.
+    pub first_time: Option<f64>,
 }
 
 /// One of the two runs.
@@ -51,7 +62,7 @@ impl RunComparison {
     ///
     /// # Errors
     /// When one of them cannot be read, or they have no signal in common.
-    pub fn open(a: &Path, b: &Path) -> Result<Self, Error> {
+    pub fn open(a: &Path, b: &Path, differences: RunDifferences) -> Result<Self, Error> {
         let recordings = [Recording::open(a)?, Recording::open(b)?];
         let names = distinct_path_endings([a, b]);
         let mut notes = Vec::new();
@@ -90,7 +101,7 @@ impl RunComparison {
         });
         let mut runs = runs.collect::<Vec<_>>().into_iter();
         match (runs.next(), runs.next()) {
-            (Some(a), Some(b)) => Ok(RunComparison { runs: [a, b], notes }),
+            (Some(a), Some(b)) => Ok(RunComparison { runs: [a, b], notes, differences }),
             _ => Err(Error::invalid_input("expected two runs")),
         }
     }

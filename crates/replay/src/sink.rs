@@ -125,6 +125,7 @@ impl RerunSink {
                 body: header.view.pose.as_ref().map(|it| it.length as f32),
                 graph: !header.view.graph.nodes.is_empty(),
                 live,
+                opening_time: None,
             },
             batch: even_batch_size(drawing.expected_row_count()),
             drawing,

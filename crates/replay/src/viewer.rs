@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use diagnostics::Error;
 
-use crate::comparison::RunComparison;
+use crate::comparison::{RunComparison, RunDifferences};
 
 /// The version of the recordings; a viewer reads only its own version.
 pub const VERSION: &str = "0.36.3";
@@ -25,7 +25,7 @@ pub fn view_run(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
     open_recording(&recording_file(run)?, note)
 }
 
-/// Puts two runs into one recording and opens it, or with `save` only writes it. `note` gets its oddities.
+/// Puts two runs into one recording and opens it at the first difference, or with `save` only writes it. `note` gets its oddities.
 ///
 /// # Errors
 /// When a run cannot be read, they have nothing in common, or as with [`view_run`].
@@ -33,12 +33,13 @@ pub fn compare_runs(
     a: &Path,
     b: &Path,
     save: Option<&Path>,
+    differences: RunDifferences,
     note: &mut dyn FnMut(&str),
 ) -> Result<(), Error> {
     if save.is_none() {
         find_viewer()?;
     }
-    let mut comparison = RunComparison::open(a, b)?;
+    let mut comparison = RunComparison::open(a, b, differences)?;
     let failed = |error: std::io::Error| Error::output_failure(&std::env::temp_dir(), error);
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(failed)?;

@@ -13,7 +13,7 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    current_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised,
+    current_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised, why,
 };
 
 /// Arguments of `trackside run`.
@@ -344,6 +344,11 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
     };
     print_run_warnings(&run.report);
     print_text(&run.report.terminal_lines());
+    // In a test, the program that runs it asks.
+    if options.identity.is_none() {
+        let lines = why::explain_failed_baselines(&run.report.folder);
+        lines.iter().for_each(|line| print_text(&format!("  {line}\n")));
+    }
     if matches!(options.replay, ReplayOutput::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
         while fmu_import::termination_signal().is_none() {

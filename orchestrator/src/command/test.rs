@@ -10,7 +10,7 @@ use orchestrator::suite::{self, ScenarioOutcome, TestResult, TracksideProgram};
 
 use super::progress::BuildLine;
 use super::run::{IsolateArg, parse_positive_seconds};
-use super::{current_program_path, print_text};
+use super::{current_program_path, print_text, why};
 
 /// Arguments of `trackside test`.
 #[derive(Args)]
@@ -30,6 +30,9 @@ pub struct TestArguments {
     /// Run FMUs in processes of their own, where the scenario does not say it: those of `path`, or all, or none.
     #[arg(long, value_enum, value_name = "WHICH", default_value_t = IsolateArg::Foreign)]
     isolate: IsolateArg,
+    /// Explain each failed baseline: which difference from the blessed run is the cause.
+    #[arg(long)]
+    why: bool,
     /// Write the results as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -51,13 +54,19 @@ pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
     let program = TracksideProgram { path: &path, arguments: &more, limit };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
-    let terminal = Mutex::new(());
+    let (terminal, out) = (Mutex::new(()), Path::new("target/runs"));
     let done = |result: &TestResult| {
+        let failed = matches!(result.outcome, ScenarioOutcome::Failed(_));
+        let reasons = match arguments.why && failed {
+            true => why::explain_failed_baselines(&out.join(result.path.file_stem().unwrap_or_default())),
+            false => Vec::new(),
+        };
+        let reasons: String = reasons.iter().map(|line| format!("  {line}\n")).collect();
         let _one_at_a_time = terminal.lock();
-        print_text(&test_line(result));
+        print_text(&(test_line(result) + &reasons));
     };
     let results =
-        suite::run_scenario_tests(program, &paths, jobs, Path::new("target/runs"), &mut progress, &done)?;
+        suite::run_scenario_tests(program, &paths, jobs, out, &mut progress, &done)?;
     if let Some(path) = &arguments.junit {
         suite::write_junit(&results, path)?;
     }

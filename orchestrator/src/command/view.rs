@@ -41,11 +41,28 @@ fn open_run_in_viewer(_run: &Path) -> Result<u8, Error> {
 #[cfg(feature = "rerun")]
 fn compare_runs_in_viewer(a: &Path, b: &Path, save: Option<&Path>) -> Result<u8, Error> {
     let mut note = |note: &str| super::print_to_stderr(&format!("note: {note}"));
-    replay::viewer::compare_runs(a, b, save, &mut note)?;
+    let differences = known_differences(a, b);
+    replay::viewer::compare_runs(a, b, save, differences, &mut note)?;
     if let Some(path) = save {
         super::print_text(&format!("{}\n", path.display()));
     }
     Ok(0)
+}
+
+/// What differs between the inputs of two runs, and the first time at which their values do; nothing of a run whose inputs were not kept.
+#[cfg(feature = "rerun")]
+fn known_differences(a: &Path, b: &Path) -> replay::comparison::RunDifferences {
+    let options = attribution::ExperimentOptions { host: None, most_runs: 0, may_continue: &|| Ok(()) };
+    let Ok(explanation) = attribution::explain_difference(a, b, &options) else {
+        return replay::comparison::RunDifferences::default();
+    };
+    replay::comparison::RunDifferences {
+        first_time: explanation.first_deviation.as_ref().map(|it| it.time),
+        inputs: explanation.inputs_are_known().then(|| {
+            let rows = explanation.differences.iter();
+            rows.map(|it| (it.place.clone(), it.values_of_both())).collect()
+        }),
+    }
 }
 
 #[cfg(not(feature = "rerun"))]

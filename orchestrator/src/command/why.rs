@@ -1,6 +1,7 @@
 //! `trackside why`: what differs between two runs, what it did, and which difference is the cause.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use attribution::{ExperimentOptions, Explanation};
@@ -8,9 +9,16 @@ use clap::Args;
 use cosim::node::FmuProcessOptions;
 use diagnostics::Error;
 use orchestrator::nofollow;
+use scenario::plan::REPORT;
+use serde::Deserialize;
 
 use super::run::guest_program_path;
 use super::{print_json, print_text};
+
+/// A call of an FMU that lasts longer than this is reported.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The most runs that experiments take: with the work around them, 20 times one run.
+const MOST_RUNS: usize = 17;
 
 /// Arguments of `trackside why`.
 #[derive(Args)]
@@ -26,7 +34,7 @@ pub struct WhyArguments {
     #[arg(long)]
     json: bool,
     /// The most runs that experiments may take.
-    #[arg(long, value_name = "COUNT", default_value_t = orchestrator::why::MOST_RUNS)]
+    #[arg(long, value_name = "COUNT", default_value_t = MOST_RUNS)]
     runs: usize,
 }
 
@@ -36,18 +44,7 @@ pub struct WhyArguments {
 /// When a run cannot be read, or an FMU fails in an experiment, or a file cannot be written.
 pub fn run_why_command(arguments: &WhyArguments) -> Result<u8, Error> {
     let WhyArguments { a, b, out, json, runs } = arguments;
-    fmu_import::catch_termination_signals();
-    let may_continue = || match fmu_import::termination_signal() {
-        Some(signal) => Err(Error::Interrupted(signal)),
-        None => Ok(()),
-    };
-    let host = FmuProcessOptions {
-        program: (guest_program_path()?, vec!["isolated".to_owned()]),
-        patience: Duration::from_secs(10),
-        give_up: std::sync::Arc::new(|| fmu_import::termination_signal().is_some()),
-    };
-    let options = ExperimentOptions { host: Some(host), most_runs: *runs, may_continue: &may_continue };
-    let explanation = attribution::explain_difference(a, b, &options)?;
+    let explanation = explain(a, b, *runs)?;
     let folder = out.clone().unwrap_or_else(|| match b.is_dir() {
         true => b.clone(),
         false => b.parent().map(PathBuf::from).unwrap_or_default(),
@@ -60,7 +57,22 @@ pub fn run_why_command(arguments: &WhyArguments) -> Result<u8, Error> {
     Ok(u8::from(!explanation.same))
 }
 
-fn write_explanation(explanation: &Explanation, folder: &std::path::Path) -> Result<(), Error> {
+fn explain(a: &Path, b: &Path, most_runs: usize) -> Result<Explanation, Error> {
+    fmu_import::catch_termination_signals();
+    let may_continue = || match fmu_import::termination_signal() {
+        Some(signal) => Err(Error::Interrupted(signal)),
+        None => Ok(()),
+    };
+    let host = FmuProcessOptions {
+        program: (guest_program_path()?, vec!["isolated".to_owned()]),
+        patience: PATIENCE,
+        give_up: Arc::new(|| fmu_import::termination_signal().is_some()),
+    };
+    let options = ExperimentOptions { host: Some(host), most_runs, may_continue: &may_continue };
+    attribution::explain_difference(a, b, &options)
+}
+
+fn write_explanation(explanation: &Explanation, folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
     let json = serde_json::to_string_pretty(explanation).map_err(|error| Error::invalid_input(error.to_string()))?;
     for (name, text) in [(attribution::PAGE, explanation.to_page()), (attribution::DATA, json)] {
@@ -68,4 +80,49 @@ fn write_explanation(explanation: &Explanation, folder: &std::path::Path) -> Res
         nofollow::write_without_following_links(&path, text).map_err(|error| Error::output_failure(&path, error))?;
     }
     Ok(())
+}
+
+/// What report.json says of a comparison with a baseline.
+#[derive(Deserialize)]
+struct ComparedBaseline {
+    name: String,
+    recording: PathBuf,
+    reason: Option<String>,
+    #[serde(default)]
+    signals: Vec<ComparedSignal>,
+}
+
+#[derive(Deserialize)]
+struct ComparedSignal {
+    first: Option<serde_json::Value>,
+}
+
+#[derive(Deserialize)]
+struct ComparedRun {
+    #[serde(default)]
+    baselines: Vec<ComparedBaseline>,
+}
+
+/// Explains why the run in a folder failed its baselines, a line for each; why.html is that of the first one.
+pub(super) fn explain_failed_baselines(folder: &Path) -> Vec<String> {
+    let report = std::fs::read_to_string(folder.join(REPORT)).ok();
+    let Some(run) = report.and_then(|text| serde_json::from_str::<ComparedRun>(&text).ok()) else { return Vec::new() };
+    let has_failed =
+        |it: &ComparedBaseline| it.reason.is_some() || it.signals.iter().any(|signal| signal.first.is_some());
+    let mut lines = Vec::new();
+    for baseline in run.baselines.into_iter().filter(has_failed) {
+        let name = &baseline.name;
+        match explain(&baseline.recording, folder, MOST_RUNS) {
+            Ok(explanation) => {
+                if lines.is_empty() && write_explanation(&explanation, folder).is_ok() {
+                    let page = folder.join(attribution::PAGE);
+                    lines.push(format!("why `{name}` failed: {} ({})", explanation.summary, page.display()));
+                } else {
+                    lines.push(format!("why `{name}` failed: {}", explanation.summary));
+                }
+            }
+            Err(error) => lines.push(format!("why `{name}` failed cannot be told: {error}")),
+        }
+    }
+    lines
 }

@@ -36,9 +36,14 @@ impl RunComparison {
             text += "\n";
             write_markdown_table(&mut text, "Check", &self.runs, &checks);
         }
-        text += "\n### Differences of the scenarios\n\n";
-        match self.scenario_differences() {
-            Ok(differences) if differences.is_empty() => text += "Nothing.\n",
+        text += "\n### Differences\n\n";
+        if let Some(time) = self.differences.first_time {
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "The values differ from {time} s on.\n");
+        }
+        let inputs = self.differences.inputs.clone();
+        match inputs.map_or_else(|| self.scenario_differences(), Ok) {
+            Ok(differences) if differences.is_empty() => text += "The inputs are the same.\n",
             Ok(differences) => {
                 let listed = &differences[..differences.len().min(LISTED)];
                 write_markdown_table(&mut text, "Value", &self.runs, listed);

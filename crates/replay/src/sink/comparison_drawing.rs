@@ -39,6 +39,7 @@ impl RunComparison {
         let mut transport = RecordingTransport::open(builder, &RecordingTarget::File(path.to_owned()))?;
         let Some(stream) = transport.stream() else { return Ok(()) };
         let mut pair = RunPair::new([a, b], application);
+        pair.layout.opening_time = self.differences.first_time;
         let described = pair.send_static(&stream, [a, b]).map_err(|error| error.to_string());
         transport.confirm_begin(described)?;
         let RunPairResult { arrivals, begins, time_gap } = pair.draw_rows(&stream, &mut transport, [a, b])?;
@@ -98,6 +99,7 @@ impl RunPair {
             compared: true,
             body: first.scene.as_ref().and(a.header.view.pose.as_ref()).map(|it| it.length as f32),
             live: false,
+            opening_time: None,
         };
         Self { slots, first, other, layout, timed, title }
     }

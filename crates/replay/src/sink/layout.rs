@@ -37,6 +37,9 @@ const PLOTS_WIDTH: f32 = 790.0;
 /// Width of a legend at least, for its title [px].
 const KEY_WIDTH: f32 = 130.0;
 
+/// What is played before and after the first difference of two runs [s].
+const OPENING: [f64; 2] = [0.5, 2.0];
+
 /// The plots of a group, with its name.
 type NamedCharts = (String, Vec<TimeChart>);
 
@@ -62,6 +65,8 @@ pub(super) struct ViewerLayout {
     pub graph: bool,
     /// Whether a viewer can watch the run while it happens.
     pub live: bool,
+    /// The time around which the viewer plays at first [s]; all of the run without it.
+    pub opening_time: Option<f64>,
 }
 
 impl ViewerLayout {
@@ -96,20 +101,25 @@ impl ViewerLayout {
         let root = self.run_and_diagram_tabs(&mut properties, bounds);
         let (play, repeat) = match self.live {
             true => (PlayState::Following, LoopMode::Off),
+            false if self.opening_time.is_some() => (PlayState::Playing, LoopMode::Selection),
             false => (PlayState::Playing, LoopMode::All),
         };
+        let mut time_panel = TimePanel::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline(TIME)
+            .with_play_state(play)
+            .with_loop_mode(repeat);
+        if let Some(time) = self.opening_time {
+            let [before, after] = OPENING;
+            let (begin, end) = (re_sdk::time::TimeInt::from_secs((time - before).max(0.0)), re_sdk::time::TimeInt::from_secs(time + after));
+            time_panel = time_panel.with_time_selection(begin..=end);
+        }
         let blueprint = Blueprint::new(root)
             .with_auto_views(false)
             .with_auto_layout(false)
             .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
             .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
-            .with_time_panel(
-                TimePanel::new()
-                    .with_state(PanelState::Collapsed)
-                    .with_timeline(TIME)
-                    .with_play_state(play)
-                    .with_loop_mode(repeat),
-            );
+            .with_time_panel(time_panel);
         properties.send_blueprint(stream, &self.application, &blueprint)
     }
 
