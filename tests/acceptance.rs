@@ -48,6 +48,9 @@ mod bad_input;
 // Immense names, absurd numbers, very many of something.
 #[path = "acceptance/hostile_inputs.rs"]
 mod hostile_inputs;
+// Causes of the difference between two runs.
+#[path = "acceptance/why.rs"]
+mod why;
 // Two runs in one recording.
 #[cfg(feature = "rerun")]
 #[path = "acceptance/comparing.rs"]

@@ -8,6 +8,7 @@
 The program `trackside` runs as a process: an FMU that crashes ends the run, and not this one.
 """
 
+from ._compare import Comparison, Difference, compare
 from ._errors import FmuError, InputError, TracksideError
 from ._identify import Identification, identify
 from ._plot import Plot
@@ -18,6 +19,8 @@ from ._sweep import Sweep, sweep
 
 __all__ = [
     "Check",
+    "Comparison",
+    "Difference",
     "FmuError",
     "Identification",
     "InputError",
@@ -25,6 +28,7 @@ __all__ = [
     "Run",
     "Sweep",
     "TracksideError",
+    "compare",
     "identify",
     "load",
     "program",

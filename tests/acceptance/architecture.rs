@@ -110,6 +110,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("assessment", &["diagnostics", "expression", "recording", "units"]),
     ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording", "units"]),
     ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "text-encoding", "units"]),
+    ("attribution", &["archive", "cosim", "diagnostics", "fmu-import", "html-page", "recording", "scenario", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation", "units"]),
@@ -128,7 +129,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
     ("friction-fmu", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
-    ("orchestrator", &["archive", "assessment", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
+    ("orchestrator", &["archive", "assessment", "attribution", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use diagnostics::Error;
 use scenario::plan::RunPlan;
+use scenario::resolve::IsolationPolicy;
 use serde::Serialize;
 
 use crate::difference::{Difference, DifferenceKind, DifferenceScope, PlannedInputs, Swap, list_differences, list_value_differences};
@@ -130,7 +131,7 @@ pub fn explain_difference(a: &Path, b: &Path, options: &ExperimentOptions) -> Re
             let why = inputs_a.as_ref().err().cloned().unwrap_or_default();
             explanation.compare_recordings(&recorded, &[])?;
             explanation.notes.push(format!("A cannot be repeated: {why}"));
-            explanation.explain_from_b(&runs[0], inputs_b, &recorded[0], options)?;
+            explanation.explain_from_b(&runs, inputs_b, &recorded[0], options)?;
         }
         (inputs_a, inputs_b) => {
             explanation.compare_recordings(&recorded, &[])?;
@@ -287,7 +288,7 @@ impl Explanation {
     /// B alone can be repeated: which of its nodes differ when they get what A recorded.
     fn explain_from_b(
         &mut self,
-        run_a: &RecordedRun,
+        runs: &[RecordedRun; 2],
         b: &RunInputs,
         recorded_a: &Result<Arc<Trajectory>, Error>,
         options: &ExperimentOptions,
@@ -295,13 +296,13 @@ impl Explanation {
         if self.same || options.most_runs == 0 {
             return Ok(());
         }
-        if let Ok(text) = recorded_scenario(&run_a.path)
-            && run_a.path.extension().is_none_or(|it| it != "csv")
+        if let Ok(text) = recorded_scenario(&runs[0].path)
+            && runs[0].path.extension().is_none_or(|it| it != "csv")
         {
             list_value_differences(&text, &b.table).into_iter().for_each(|it| self.push_difference(it));
         }
         let Ok(reference) = recorded_a else { return Ok(()) };
-        let mut laboratory = Laboratory::new(options, b, b)?;
+        let mut laboratory = Laboratory::new(options, runs[1].isolation(), b, b)?;
         let mut plan = laboratory.plan(b, "b")?;
         self.arrows = spread_arrows(&plan, &self.spread);
         self.local = laboratory.local_deviations(&mut plan.system, reference)?;
@@ -387,7 +388,8 @@ struct Study<'a> {
 
 impl<'a> Study<'a> {
     fn new(runs: &[RecordedRun; 2], inputs: [&'a RunInputs; 2], options: &'a ExperimentOptions<'a>) -> Result<Self, Error> {
-        let mut laboratory = Laboratory::new(options, inputs[0], inputs[1])?;
+        let failed = runs.iter().map(RecordedRun::isolation).find(|it| *it == IsolationPolicy::Everything);
+        let mut laboratory = Laboratory::new(options, failed.unwrap_or_default(), inputs[0], inputs[1])?;
         let plans = [laboratory.plan(inputs[0], "a")?, laboratory.plan(inputs[1], "b")?];
         let order = node_order(&plans[0].system);
         let resumed = runs.iter().any(|run| run.report.as_ref().is_some_and(|report| report.resumed.is_some()));

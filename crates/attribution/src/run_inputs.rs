@@ -50,16 +50,16 @@ pub struct RecordedOverrides {
 }
 
 impl RecordedOverrides {
-    /// For a run that evaluates nothing, with all FMUs in processes of their own: one that crashes ends no comparison.
+    /// For a run that evaluates nothing.
     #[must_use]
-    pub fn to_overrides(&self) -> Overrides {
+    pub fn to_overrides(&self, isolate: IsolationPolicy) -> Overrides {
         Overrides {
             defaults: self.defaults.clone(),
             starts: self.starts.clone(),
             seed: self.seed,
             tolerance: self.tolerance,
             coupling: self.coupling,
-            isolate: IsolationPolicy::Everything,
+            isolate,
             analyses: AnalysisLoading::Skip,
         }
     }
@@ -307,6 +307,16 @@ impl RecordedRun {
             self.inputs = Err(why);
             Vec::new()
         })
+    }
+
+    /// How its FMUs run in experiments: as they did in the run, or in processes of their own if it did not come to its end, so that one that
+    /// crashes ends no comparison.
+    #[must_use]
+    pub fn isolation(&self) -> IsolationPolicy {
+        match self.report.as_ref().is_some_and(|report| report.error.is_some()) {
+            true => IsolationPolicy::Everything,
+            false => IsolationPolicy::default(),
+        }
     }
 
     /// The name of the run in messages.
