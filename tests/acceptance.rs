@@ -254,6 +254,7 @@ fn main() -> ExitCode {
     archives::register(&mut tests);
     bad_input::register(&mut tests);
     baselines::register(&mut tests);
+    why::register(&mut tests);
     call_faults::register(&mut tests);
     checkpoint_mistakes::register(&mut tests);
     checkpoints::register(&mut tests);

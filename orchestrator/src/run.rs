@@ -189,7 +189,9 @@ impl ScenarioJob<'_> {
             checkpoints.refuse_existing_files()?;
             RunRecorder::new(&mut plan, baselines, &recording_options)
         })?;
-        if let Err(error) = attribution::save_run_inputs(self.scenario, self.built, &self.options.overrides, &report.folder) {
+        if let Err(error) =
+            attribution::save_run_inputs(self.scenario, self.built, &self.options.overrides, &report.folder)
+        {
             report.warnings.push(format!("the inputs of the run were not kept for `trackside why`: {error}"));
         }
         recorder.viewer_urls().for_each(|url| events(ProgressEvent::Serving(url)));

@@ -20,7 +20,7 @@ fn scenario() -> String {
     Scenario::new()
         .time(0.01, 0.5)
         .fmu("plant", "plant.fmu", "start.v_x = 20.0, F_x = 0.0")
-        .signal("driver.delta", "unit = \"deg\"\nsine = { amplitude = 2.0, period = 1.0 }")
+        .signal("driver.delta", "unit = \"deg\"\nsine = { amplitude = 2.0, frequency = 1.0 }")
         .connect("driver.delta", "plant.delta")
         .check("drives on", "plant.v_x > 10")
         .text()
@@ -65,7 +65,11 @@ fn a_change_of_each_kind_is_named() {
         ("plant.body.m", base.clone(), mass),
         ("plant.start.v_x", base.replace("start.v_x = 20.0", "start.v_x = 21.0"), none),
         ("signal.driver.delta.sine.amplitude", base.replace("amplitude = 2.0", "amplitude = 2.5"), none),
-        ("connect.plant.delta.gain", base.replace("to = \"plant.delta\"", "to = \"plant.delta\"\ngain = -1.0"), none),
+        (
+            "connect.plant.delta.gain",
+            base.replace("to = \"plant.delta\"", "to = \"plant.delta\"\ngain = -1.0"),
+            none,
+        ),
         ("time.step", base.replace("step = 0.01", "step = 0.005"), none),
         ("signal.driver.delta.unit", base.replace("unit = \"deg\"", "unit = \"rad\""), none),
     ];
@@ -116,7 +120,11 @@ fn causes_that_cancel_are_named() {
         .replace("to = \"plant.delta\"", "to = \"plant.delta\"\ngain = 0.5");
     run(&lab, "b", &twice, &[]);
     let text = lab.trackside(&["why", "a", "b"]).expect(1).stdout;
-    for words in ["signal.driver.delta.sine.amplitude: 2 -> 4", "connect.plant.delta.gain: none -> 0.5", "driver.delta"] {
+    for words in [
+        "signal.driver.delta.sine.amplitude: 2 -> 4",
+        "connect.plant.delta.gain: none -> 0.5",
+        "driver.delta",
+    ] {
         assert!(text.contains(words), "no {words} in {text}");
     }
 }
@@ -126,9 +134,9 @@ fn another_version_of_an_fmu_differs_by_itself() {
     lab.write("relay.fmu", relay());
     let text = Scenario::new()
         .time(0.1, 1.0)
-        .fmu("relay", "relay.fmu", "")
-        .signal("source.u", "ramp = { start = 0.0, end = 1.0, after = 1.0 }")
-        .connect("source.u", "relay.u")
+        .fmu("relay", "relay.fmu", "n = 0, on = false, text = \"\", mode = 1, gear = 1")
+        .signal("source.x", "ramp = { start = 0.0, end = 1.0, after = 1.0 }")
+        .connect("source.x", "relay.x")
         .text();
     run(&lab, "a", &text, &[]);
     lab.write("relay.fmu", drifting_relay(0.01));

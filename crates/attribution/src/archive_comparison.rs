@@ -50,7 +50,10 @@ pub fn compare_archives(a: &Fmu, b: &Fmu) -> ArchiveComparison {
 
 /// Whether a run may set the start value: then it is tried by itself.
 fn is_settable(variable: &Variable) -> bool {
-    let causality = matches!(variable.causality, Causality::Parameter | Causality::Input | Causality::StructuralParameter);
+    let causality = matches!(
+        variable.causality,
+        Causality::Parameter | Causality::Input | Causality::StructuralParameter
+    );
     let initial = matches!(variable.initial, Some(Initial::Exact | Initial::Approx));
     (causality || initial) && variable.variability != Variability::Constant
 }
@@ -76,7 +79,9 @@ fn compare_descriptions(a: &FmuDescription, b: &FmuDescription, comparison: &mut
     let only = |one: &BTreeMap<&str, &Variable>, other: &BTreeMap<&str, &Variable>| -> Vec<String> {
         one.keys().filter(|name| !other.contains_key(*name)).map(|name| (*name).to_owned()).collect()
     };
-    for (what, names) in [("variables that are gone", only(&of_a, &of_b)), ("new variables", only(&of_b, &of_a))] {
+    for (what, names) in
+        [("variables that are gone", only(&of_a, &of_b)), ("new variables", only(&of_b, &of_a))]
+    {
         if !names.is_empty() {
             comparison.details.push(format!("{what}: {}", listed(&names)));
             comparison.may_act = true;
@@ -96,7 +101,8 @@ fn compare_variables(a: &Variable, b: &Variable, comparison: &mut ArchiveCompari
         comparison.may_act = true;
     }
     if (a.causality, a.variability, a.kind) != (b.causality, b.variability, b.kind) {
-        let words = |it: &Variable| format!("{:?} {:?} {:?}", it.causality, it.variability, it.kind).to_lowercase();
+        let words =
+            |it: &Variable| format!("{:?} {:?} {:?}", it.causality, it.variability, it.kind).to_lowercase();
         comparison.details.push(format!("{name}: {} -> {}", words(a), words(b)));
         comparison.may_act = true;
     }
@@ -107,7 +113,9 @@ fn compare_variables(a: &Variable, b: &Variable, comparison: &mut ArchiveCompari
     if a.start_value() != b.start_value() {
         let text = |variable: &Variable| variable.start.clone().unwrap_or_else(|| "none".to_owned());
         match is_settable(a) && is_settable(b) && a.start.is_some() && b.start.is_some() {
-            true => comparison.starts.push(StartDifference { variable: name.clone(), a: text(a), b: text(b) }),
+            true => {
+                comparison.starts.push(StartDifference { variable: name.clone(), a: text(a), b: text(b) })
+            }
             false => comparison.details.push(format!("start value of {name}: {} -> {}", text(a), text(b))),
         }
     }
@@ -126,10 +134,14 @@ fn compare_files(a: &Path, b: &Path, comparison: &mut ArchiveComparison) {
     let mut lines = Vec::new();
     for name in names.filter(|name| *name != "modelDescription.xml") {
         let acts = name.starts_with("resources/")
-            || (name.starts_with("binaries/") && name.contains(std::env::consts::DLL_SUFFIX) && name.contains("64"));
+            || (name.starts_with("binaries/")
+                && name.contains(std::env::consts::DLL_SUFFIX)
+                && name.contains("64"));
         let line = match (std::fs::read(a.join(name)), std::fs::read(b.join(name))) {
             (Ok(a), Ok(b)) if a == b => continue,
-            (Ok(a), Ok(b)) if name.starts_with("binaries/") => format!("{name}: {}", describe_byte_change(&a, &b)),
+            (Ok(a), Ok(b)) if name.starts_with("binaries/") => {
+                format!("{name}: {}", describe_byte_change(&a, &b))
+            }
             (Ok(a), Ok(b)) => format!("{name}: {}", describe_content_change(&a, &b).join("; ")),
             (Ok(_), Err(_)) => format!("{name} is gone"),
             _ => format!("{name} is new"),

@@ -14,7 +14,9 @@ use toml::Value;
 use crate::archive_comparison::{StartDifference, compare_archives};
 use crate::file_comparison::{describe_content_change, describe_text_change};
 use crate::run_inputs::{FILES, FMUS, RecordedOverrides, RunInputs};
-use crate::toml_difference::{KeyPath, KeyStep, ValueDifference, display_value, set_value, table_differences};
+use crate::toml_difference::{
+    KeyPath, KeyStep, ValueDifference, display_value, set_value, table_differences,
+};
 
 /// What kind of input differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -93,7 +95,8 @@ impl Difference {
     /// The values of A and B with their unit; of an archive or a file, what differs inside as that of B.
     #[must_use]
     pub fn values_of_both(&self) -> [String; 2] {
-        let unit = self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        let unit =
+            self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
         match self.a.is_empty() && self.b.is_empty() {
             true => [String::new(), self.details.join("; ")],
             false => [format!("{}{unit}", self.a), format!("{}{unit}", self.b)],
@@ -103,7 +106,8 @@ impl Difference {
     /// `plant.body.m: 780 kg -> 820 kg`.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let unit = self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        let unit =
+            self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
         let Difference { place, a, b, .. } = self;
         match (self.details.as_slice(), a.is_empty() && b.is_empty()) {
             ([], _) => format!("{place}: {a}{unit} -> {b}{unit}"),
@@ -179,7 +183,8 @@ impl DifferenceList<'_> {
             let own = |variable: &String| archives.starts.iter().any(|it| it.variable == *variable);
             if fmu.sha256 != fmu_b.sha256 && (!archives.details.is_empty() || archives.starts.is_empty()) {
                 let pinned = archives.starts.iter().filter_map(|it| pinned_start(fmu, it));
-                let starts_of_a = pinned.filter(|(name, _)| starts.iter().all(|it| it.name != *name)).collect();
+                let starts_of_a =
+                    pinned.filter(|(name, _)| starts.iter().all(|it| it.name != *name)).collect();
                 let path = fmu_b.path.to_string_lossy().into_owned();
                 self.push(Difference {
                     id: 0,
@@ -193,10 +198,12 @@ impl DifferenceList<'_> {
                     swap: Some(Swap::Archive { node: node.name.clone(), path, starts_of_a }),
                 });
             }
-            let mut names: BTreeSet<String> = starts.iter().chain(starts_b).map(|it| it.name.clone()).collect();
+            let mut names: BTreeSet<String> =
+                starts.iter().chain(starts_b).map(|it| it.name.clone()).collect();
             names.extend(archives.starts.iter().map(|it| it.variable.clone()));
             for name in names {
-                let (value_a, value_b) = (effective_start(fmu, starts, &name), effective_start(fmu_b, starts_b, &name));
+                let (value_a, value_b) =
+                    (effective_start(fmu, starts, &name), effective_start(fmu_b, starts_b, &name));
                 let (Some(value_a), Some(value_b)) = (value_a, value_b) else { continue };
                 if value_a != value_b {
                     self.add_start(&node.name, fmu, &name, &value_a, &value_b, own(&name));
@@ -206,7 +213,10 @@ impl DifferenceList<'_> {
     }
 
     fn add_start(&mut self, node: &str, fmu: &Fmu, name: &str, a: &FmuValue, b: &FmuValue, own: bool) {
-        let unit = fmu.description.find_variable(name).and_then(|index| fmu.description.variables[index].unit.clone());
+        let unit = fmu
+            .description
+            .find_variable(name)
+            .and_then(|index| fmu.description.variables[index].unit.clone());
         let (a, b, mut details) = match (a, b) {
             (FmuValue::String(a), FmuValue::String(b)) if a.contains('\n') || b.contains('\n') => {
                 (String::new(), String::new(), describe_text_change(a, b))
@@ -216,10 +226,12 @@ impl DifferenceList<'_> {
         if own {
             details.push("a start value of the FMU itself".to_owned());
         }
-        let value = override_value(match self.b.plan.system.nodes.iter().find(|it| it.name == node).map(|it| &it.body) {
-            Some(NodeBody::Fmu { fmu, starts, .. }) => effective_start(fmu, starts, name),
-            _ => None,
-        });
+        let value = override_value(
+            match self.b.plan.system.nodes.iter().find(|it| it.name == node).map(|it| &it.body) {
+                Some(NodeBody::Fmu { fmu, starts, .. }) => effective_start(fmu, starts, name),
+                _ => None,
+            },
+        );
         self.push(Difference {
             id: 0,
             kind: DifferenceKind::StartValue,
@@ -243,7 +255,9 @@ impl DifferenceList<'_> {
         let (of_a, of_b) = (edits(self.a), edits(self.b));
         let names: BTreeSet<_> = of_a.keys().chain(of_b.keys()).cloned().collect();
         for name in names.into_iter().filter(|name| of_a.get(name) != of_b.get(name)) {
-            let text = |value: Option<&OverrideValue>| value.map_or("as in the scenario".to_owned(), ToString::to_string);
+            let text = |value: Option<&OverrideValue>| {
+                value.map_or("as in the scenario".to_owned(), ToString::to_string)
+            };
             let node = name.split('.').next().unwrap_or_default().to_owned();
             self.push(Difference {
                 id: 0,
@@ -277,7 +291,11 @@ impl DifferenceList<'_> {
         let [a, b] = [self.a, self.b].map(|it| &it.inputs.overrides);
         let entries = [
             ("time.tolerance", a.tolerance.map(|it| it.to_string()), b.tolerance.map(|it| it.to_string())),
-            ("coupling.algorithm", a.coupling.map(|it| format!("{it:?}")), b.coupling.map(|it| format!("{it:?}"))),
+            (
+                "coupling.algorithm",
+                a.coupling.map(|it| format!("{it:?}")),
+                b.coupling.map(|it| format!("{it:?}")),
+            ),
         ];
         for (place, a, b) in entries.into_iter().filter(|(_, a, b)| a != b) {
             let text = |value: Option<String>| value.unwrap_or_else(|| "as in the scenario".to_owned());
@@ -301,7 +319,9 @@ impl DifferenceList<'_> {
         for found in table_differences(a, b) {
             let key = found.path.entry_and_key().map(|(_, key)| key.to_owned());
             let of_fmu = found.path.root() == "fmu";
-            if found.path.root() == "seed" || (of_fmu && key.is_some_and(|it| ["start", "parameters", "path"].contains(&it.as_str()))) {
+            if found.path.root() == "seed"
+                || (of_fmu && key.is_some_and(|it| ["start", "parameters", "path"].contains(&it.as_str())))
+            {
                 continue;
             }
             let root_a = self.a.inputs.folder.folder_path();
@@ -333,8 +353,12 @@ impl DifferenceList<'_> {
             if path.root() == "fmu" && ["start", "parameters", "path"].contains(&key.as_str()) {
                 continue;
             }
-            let (Ok(a), Ok(b)) = (std::fs::read(root_a.join(&file)), std::fs::read(root_b.join(&file))) else { continue };
-            let same_name = lookup(&self.b.inputs.table, &path).and_then(Value::as_str) == Some(file.as_str());
+            let (Ok(a), Ok(b)) = (std::fs::read(root_a.join(&file)), std::fs::read(root_b.join(&file)))
+            else {
+                continue;
+            };
+            let same_name =
+                lookup(&self.b.inputs.table, &path).and_then(Value::as_str) == Some(file.as_str());
             if a == b || !same_name {
                 continue;
             }
@@ -375,22 +399,38 @@ impl DifferenceList<'_> {
 }
 
 /// A difference of a value of the scenario; `value` is that of B with the paths of its files.
-fn value_difference(id: usize, found: &ValueDifference, value: Option<Value>, details: Vec<String>) -> Difference {
+fn value_difference(
+    id: usize,
+    found: &ValueDifference,
+    value: Option<Value>,
+    details: Vec<String>,
+) -> Difference {
     let root = found.path.root();
     let entry = found.path.entry_and_key().map(|(entry, _)| entry.to_owned()).unwrap_or_default();
     let node = entry.split('.').next().unwrap_or_default().to_owned();
-    let is_file = [&found.a, &found.b].into_iter().flatten().any(|it| it.as_str().is_some_and(|it| it.starts_with(FILES)));
+    let is_file = [&found.a, &found.b]
+        .into_iter()
+        .flatten()
+        .any(|it| it.as_str().is_some_and(|it| it.starts_with(FILES)));
     let (kind, scope) = match root {
-        "title" | "view" | "extends" | "without" | "record" => (DifferenceKind::Presentation, DifferenceScope::None),
-        "check" | "baseline" | "analysis" | "validation" | "sweep" => (DifferenceKind::Judgement, DifferenceScope::None),
-        "time" if found.path.to_string() == "time.limit" => (DifferenceKind::Presentation, DifferenceScope::None),
+        "title" | "view" | "extends" | "without" | "record" => {
+            (DifferenceKind::Presentation, DifferenceScope::None)
+        }
+        "check" | "baseline" | "analysis" | "validation" | "sweep" => {
+            (DifferenceKind::Judgement, DifferenceScope::None)
+        }
+        "time" if found.path.to_string() == "time.limit" => {
+            (DifferenceKind::Presentation, DifferenceScope::None)
+        }
         "time" => (DifferenceKind::Time, DifferenceScope::System),
         "coupling" => (DifferenceKind::Coupling, DifferenceScope::System),
         "connect" => (DifferenceKind::Connection, DifferenceScope::Connection(entry)),
         "fault" => (DifferenceKind::Fault, DifferenceScope::Connection(entry)),
         "signal" => (DifferenceKind::Signal, DifferenceScope::Node(node)),
         "table" | "manoeuvre" if is_file => (DifferenceKind::File, DifferenceScope::Node(node)),
-        "fmu" | "table" | "manoeuvre" | "system" | "connector" => (DifferenceKind::Node, DifferenceScope::Node(node)),
+        "fmu" | "table" | "manoeuvre" | "system" | "connector" => {
+            (DifferenceKind::Node, DifferenceScope::Node(node))
+        }
         _ => (DifferenceKind::Node, DifferenceScope::System),
     };
     let text = |value: &Option<Value>| value.as_ref().map_or("none".to_owned(), display_value);
@@ -414,7 +454,9 @@ fn is_start_of_fmu(plan: &RunPlan, value: &Override) -> bool {
         NodeBody::Fmu { starts, .. } => {
             let array = |name: &str| name.rsplit_once('[').map_or(name, |(array, _)| array).to_owned();
             node.name == value.node_name()
-                && starts.iter().any(|it| it.name == value.variable_name() || array(&it.name) == value.variable_name())
+                && starts
+                    .iter()
+                    .any(|it| it.name == value.variable_name() || array(&it.name) == value.variable_name())
         }
         _ => false,
     })
@@ -437,7 +479,9 @@ fn override_value(value: Option<FmuValue>) -> Option<OverrideValue> {
         FmuValue::Integer(value) => OverrideValue::Integer(i64::try_from(value).ok()?),
         FmuValue::Boolean(value) => OverrideValue::Boolean(value),
         FmuValue::String(text) => OverrideValue::Toml(Value::String(text)),
-        value @ FmuValue::Binary(_) => OverrideValue::Toml(Value::String(value.to_string().trim_matches('"').to_owned())),
+        value @ FmuValue::Binary(_) => {
+            OverrideValue::Toml(Value::String(value.to_string().trim_matches('"').to_owned()))
+        }
     })
 }
 
@@ -469,7 +513,9 @@ fn list_files(value: &Value, path: &KeyPath, files: &mut Vec<(KeyPath, String)>)
     let joined = |step: KeyStep| KeyPath(path.0.iter().cloned().chain([step]).collect());
     match value {
         Value::String(text) if text.starts_with(FILES) => files.push((path.clone(), text.clone())),
-        Value::Table(table) => table.iter().for_each(|(key, value)| list_files(value, &joined(KeyStep::Key(key.clone())), files)),
+        Value::Table(table) => {
+            table.iter().for_each(|(key, value)| list_files(value, &joined(KeyStep::Key(key.clone())), files))
+        }
         Value::Array(list) if list.iter().all(Value::is_table) => {
             for (step, entry) in crate::toml_difference::named_entries(list) {
                 list_files(entry, &joined(step), files);
@@ -526,8 +572,12 @@ impl MixedInputs {
         let MixedInputs { table, overrides } = self;
         match swap {
             Swap::Value(path, value) => set_value(table, path, value.clone()),
-            Swap::Override(name, None) if name == "time.tolerance" => overrides.tolerance = b.overrides.tolerance,
-            Swap::Override(name, None) if name == "coupling.algorithm" => overrides.coupling = b.overrides.coupling,
+            Swap::Override(name, None) if name == "time.tolerance" => {
+                overrides.tolerance = b.overrides.tolerance
+            }
+            Swap::Override(name, None) if name == "coupling.algorithm" => {
+                overrides.coupling = b.overrides.coupling
+            }
             Swap::Override(name, value) => {
                 overrides.starts.retain(|it| it.name != *name);
                 overrides.starts.extend(value.clone().map(|value| Override::new(name.clone(), value)));

@@ -96,7 +96,13 @@ impl<'a> Laboratory<'a> {
         let path = PathBuf::from(format!("{name}.toml"));
         let scenario = Scenario::from_bundle(&path, text, self.folder.folder_path())?;
         let overrides = mixed.overrides.to_overrides(self.isolate);
-        RunPlan::resolve_cached(&scenario, &BuildArtifacts::default(), &overrides, PathBuf::new(), &mut self.cache)
+        RunPlan::resolve_cached(
+            &scenario,
+            &BuildArtifacts::default(),
+            &overrides,
+            PathBuf::new(),
+            &mut self.cache,
+        )
     }
 
     /// Whether there may be one more run.
@@ -141,16 +147,22 @@ impl<'a> Laboratory<'a> {
         let mut trajectory = Trajectory::with_columns(&system.columns);
         let size = trajectory.columns.len() * size_of::<f64>() * system.clock.steps as usize;
         if size > MEMORY {
-            let message = format!("the values of one run take {} MB, more than {} MB", size >> 20, MEMORY >> 20);
-            return Err(Error::invalid_input(message).with_help("a shorter run, or fewer outputs, can be compared"));
+            let message =
+                format!("the values of one run take {} MB, more than {} MB", size >> 20, MEMORY >> 20);
+            return Err(
+                Error::invalid_input(message).with_help("a shorter run, or fewer outputs, can be compared")
+            );
         }
         let mut coupling = coupling::create_coupling(system);
         let mut progress = RunProgress::default();
         let mut stopped = None;
-        let mut on_tick = |_: u64| (self.options.may_continue)().inspect_err(|error| stopped = Some(error.to_string()));
+        let mut on_tick =
+            |_: u64| (self.options.may_continue)().inspect_err(|error| stopped = Some(error.to_string()));
         let ended = match nodes.is_empty() {
             true => Ok(()),
-            false => master::run(system, nodes, coupling.as_mut(), &mut trajectory, &mut progress, &mut on_tick),
+            false => {
+                master::run(system, nodes, coupling.as_mut(), &mut trajectory, &mut progress, &mut on_tick)
+            }
         };
         self.seconds += begin.elapsed().as_secs_f64();
         match (ended, stopped) {
@@ -174,7 +186,8 @@ impl<'a> Laboratory<'a> {
             let is_connector = matches!(plan.body, NodeBody::Inlet | NodeBody::Outlet);
             let first = *first.lock().unwrap_or_else(PoisonError::into_inner);
             let Some(first) = first.filter(|_| !is_connector) else { continue };
-            let variable = plan.outputs.nth_index(first.output).map(|index| system.columns[index].variable.clone());
+            let variable =
+                plan.outputs.nth_index(first.output).map(|index| system.columns[index].variable.clone());
             deviations.push(LocalDeviation {
                 node: plan.name.clone(),
                 variable: variable.unwrap_or_default(),
@@ -199,7 +212,8 @@ impl<'a> Laboratory<'a> {
         // A node whose connection differs gets something else, and differs for that.
         let inputs: Vec<_> =
             deviations.iter().filter(|it| it.input).map(|it| (it.node.clone(), it.time)).collect();
-        deviations.retain(|it| it.input || inputs.iter().all(|(node, time)| *node != it.node || *time > it.time));
+        deviations
+            .retain(|it| it.input || inputs.iter().all(|(node, time)| *node != it.node || *time > it.time));
         deviations.sort_by(|a, b| a.time.total_cmp(&b.time));
         Ok(deviations)
     }

@@ -9,7 +9,10 @@ use scenario::plan::RunPlan;
 use scenario::resolve::IsolationPolicy;
 use serde::Serialize;
 
-use crate::difference::{Difference, DifferenceKind, DifferenceScope, PlannedInputs, Swap, list_differences, list_value_differences};
+use crate::difference::{
+    Difference, DifferenceKind, DifferenceScope, PlannedInputs, Swap, list_differences,
+    list_value_differences,
+};
 use crate::experiment::{ExperimentOptions, Laboratory, LocalDeviation, SimulatedRun, node_order};
 use crate::run_inputs::{RecordedReport, RecordedRun, RunInputs};
 use crate::trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};
@@ -136,7 +139,9 @@ pub fn explain_difference(a: &Path, b: &Path, options: &ExperimentOptions) -> Re
         (inputs_a, inputs_b) => {
             explanation.compare_recordings(&recorded, &[])?;
             for (name, inputs) in [("A", inputs_a), ("B", inputs_b)] {
-                explanation.notes.extend(inputs.as_ref().err().map(|why| format!("{name} cannot be repeated: {why}")));
+                explanation
+                    .notes
+                    .extend(inputs.as_ref().err().map(|why| format!("{name} cannot be repeated: {why}")));
             }
         }
     }
@@ -214,7 +219,8 @@ impl Explanation {
             self.push_software(&format!("versions.{name}"), old, new);
         }
         for plugin in &a.plugins {
-            let same_name = |it: &&crate::run_inputs::RecordedFile| it.path.file_name() == plugin.path.file_name();
+            let same_name =
+                |it: &&crate::run_inputs::RecordedFile| it.path.file_name() == plugin.path.file_name();
             if let Some(other) = b.plugins.iter().find(same_name).filter(|it| it.sha256 != plugin.sha256) {
                 let name = plugin.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let short = |hash: &str| hash.chars().take(8).collect::<String>();
@@ -254,7 +260,11 @@ impl Explanation {
             }
             [a, b] => {
                 for (name, read) in [("A", a), ("B", b)] {
-                    self.notes.extend(read.as_ref().err().map(|error| format!("{name} has no recording that can be read: {error}")));
+                    self.notes.extend(
+                        read.as_ref()
+                            .err()
+                            .map(|error| format!("{name} has no recording that can be read: {error}")),
+                    );
                 }
                 match [a, b].into_iter().find_map(|read| read.as_ref().err()) {
                     Some(error) => Err(Error::invalid_input(error.to_string())),
@@ -270,7 +280,8 @@ impl Explanation {
         self.first_deviation = comparison.deviations.first().cloned();
         self.spread = comparison.spread().into_iter().cloned().collect();
         if let Some([a, b]) = comparison.ends {
-            self.notes.push(format!("A ends at {a} s and B at {b} s: they are compared up to the earlier one"));
+            self.notes
+                .push(format!("A ends at {a} s and B at {b} s: they are compared up to the earlier one"));
         }
         for (name, only) in [("A", &comparison.only_a), ("B", &comparison.only_b)] {
             if !only.is_empty() {
@@ -328,8 +339,13 @@ impl Explanation {
         if self.same {
             return match count {
                 0 => "The runs differ in nothing that is simulated: every value is the same.".to_owned(),
-                1 => format!("Every value is the same: {} has no effect.", self.differences.iter().find(acting).map_or("", |it| &it.place)),
-                count => format!("Every value is the same: {count} differences of the inputs have no effect."),
+                1 => format!(
+                    "Every value is the same: {} has no effect.",
+                    self.differences.iter().find(acting).map_or("", |it| &it.place)
+                ),
+                count => {
+                    format!("Every value is the same: {count} differences of the inputs have no effect.")
+                }
             };
         }
         let texts: Vec<_> = self.causes.iter().map(|cause| cause.text.clone()).collect();
@@ -369,7 +385,11 @@ fn spread_arrows(plan: &RunPlan, spread: &[SignalDeviation]) -> Vec<SpreadArrow>
         for connection in &node.connections {
             let from = plan.system.columns[connection.source.index].node.clone();
             let arrow = SpreadArrow { from, to: node.name.clone() };
-            if differs(&arrow.from) && differs(&arrow.to) && arrow.from != arrow.to && !arrows.contains(&arrow) {
+            if differs(&arrow.from)
+                && differs(&arrow.to)
+                && arrow.from != arrow.to
+                && !arrows.contains(&arrow)
+            {
                 arrows.push(arrow);
             }
         }
@@ -387,16 +407,25 @@ struct Study<'a> {
 }
 
 impl<'a> Study<'a> {
-    fn new(runs: &[RecordedRun; 2], inputs: [&'a RunInputs; 2], options: &'a ExperimentOptions<'a>) -> Result<Self, Error> {
+    fn new(
+        runs: &[RecordedRun; 2],
+        inputs: [&'a RunInputs; 2],
+        options: &'a ExperimentOptions<'a>,
+    ) -> Result<Self, Error> {
         let failed = runs.iter().map(RecordedRun::isolation).find(|it| *it == IsolationPolicy::Everything);
         let mut laboratory = Laboratory::new(options, failed.unwrap_or_default(), inputs[0], inputs[1])?;
         let plans = [laboratory.plan(inputs[0], "a")?, laboratory.plan(inputs[1], "b")?];
         let order = node_order(&plans[0].system);
-        let resumed = runs.iter().any(|run| run.report.as_ref().is_some_and(|report| report.resumed.is_some()));
+        let resumed =
+            runs.iter().any(|run| run.report.as_ref().is_some_and(|report| report.resumed.is_some()));
         Ok(Study { laboratory, inputs, plans, order, resumed })
     }
 
-    fn explain(mut self, explanation: &mut Explanation, recorded: &[Result<Arc<Trajectory>, Error>; 2]) -> Result<(), Error> {
+    fn explain(
+        mut self,
+        explanation: &mut Explanation,
+        recorded: &[Result<Arc<Trajectory>, Error>; 2],
+    ) -> Result<(), Error> {
         let [a, b] = [0, 1].map(|run| PlannedInputs { inputs: self.inputs[run], plan: &self.plans[run] });
         for difference in list_differences(a, b) {
             explanation.push_difference(difference);
@@ -405,10 +434,15 @@ impl<'a> Study<'a> {
             explanation.take_comparison(&TrajectoryComparison::new(a, b, &self.order));
         } else {
             for (name, read) in ["A", "B"].into_iter().zip(recorded) {
-                explanation.notes.extend(read.as_ref().err().map(|error| format!("the recording of {name} cannot be read: {error}")));
+                explanation.notes.extend(
+                    read.as_ref()
+                        .err()
+                        .map(|error| format!("the recording of {name} cannot be read: {error}")),
+                );
             }
         }
-        let acting: Vec<usize> = explanation.differences.iter().filter(|it| it.swap.is_some()).map(|it| it.id).collect();
+        let acting: Vec<usize> =
+            explanation.differences.iter().filter(|it| it.swap.is_some()).map(|it| it.id).collect();
         let is_recorded = recorded.iter().all(Result::is_ok);
         if is_recorded && explanation.same && acting.is_empty() {
             return Ok(());
@@ -418,7 +452,8 @@ impl<'a> Study<'a> {
             return Ok(());
         }
         if self.resumed {
-            explanation.unexplained = Some("a run went on from a checkpoint: it is not repeated from there".to_owned());
+            explanation.unexplained =
+                Some("a run went on from a checkpoint: it is not repeated from there".to_owned());
             explanation.arrows = spread_arrows(&self.plans[0], &explanation.spread);
             return Ok(());
         }
@@ -453,26 +488,35 @@ impl<'a> Study<'a> {
         let mut all = true;
         for ((name, run), recorded) in ["A", "B"].into_iter().zip(again).zip(recorded) {
             let Ok(recorded) = recorded else { continue };
-            let mut comparison = TrajectoryComparison::new(recorded, &run.trajectory, &self.order);
-            // A recording may leave out columns; the input of a name that is an output, too, is read as that.
-            comparison.only_b.clear();
+            let comparison = TrajectoryComparison::new(recorded, &run.trajectory, &self.order);
             let Some(first) = comparison.deviations.first() else { continue };
             all = false;
-            let versions: Vec<_> = explanation.differences.iter().filter(|it| it.kind == DifferenceKind::Software).map(Difference::sentence).collect();
+            let versions: Vec<_> = explanation
+                .differences
+                .iter()
+                .filter(|it| it.kind == DifferenceKind::Software)
+                .map(Difference::sentence)
+                .collect();
             let because = match versions.is_empty() {
                 true => "a node is not deterministic, or the machine or the program is another".to_owned(),
                 false => versions.join(", "),
             };
             explanation.notes.push(format!(
                 "{name} repeated differs from its recording from {} s on, first in {}: {because}",
-                first.time, first.signal.qualified_name()
+                first.time,
+                first.signal.qualified_name()
             ));
         }
         all
     }
 
     /// No value of the repeated runs differs.
-    fn explain_equal_runs(&mut self, explanation: &mut Explanation, acting: &[usize], run_a: &SimulatedRun) -> Result<(), Error> {
+    fn explain_equal_runs(
+        &mut self,
+        explanation: &mut Explanation,
+        acting: &[usize],
+        run_a: &SimulatedRun,
+    ) -> Result<(), Error> {
         if !explanation.same && !explanation.spread.is_empty() {
             let software = explanation.differences.iter().filter(|it| it.kind == DifferenceKind::Software);
             let software: Vec<_> = software.map(|it| it.id).collect();
@@ -512,7 +556,12 @@ impl<'a> Study<'a> {
     }
 
     /// The nodes and connections of B that differ by themselves. With other communication points nothing can be compared.
-    fn find_local_deviations(&mut self, explanation: &mut Explanation, run_a: &SimulatedRun, acting: &[usize]) -> Result<(), Error> {
+    fn find_local_deviations(
+        &mut self,
+        explanation: &mut Explanation,
+        run_a: &SimulatedRun,
+        acting: &[usize],
+    ) -> Result<(), Error> {
         let [clock_a, clock_b] = [0, 1].map(|run| self.plans[run].system.clock);
         if clock_a.step != clock_b.step || clock_a.start != clock_b.start || acting.is_empty() {
             return Ok(());
@@ -564,8 +613,10 @@ impl CauseSearch<'_, '_> {
                 self.push_cause(vec![*only], CauseEffect::All, text);
             }
             ([], true) => {
-                self.explanation.unexplained =
-                    Some("Each difference can be left out alone and B stays: more than one of them does the same.".to_owned());
+                self.explanation.unexplained = Some(
+                    "Each difference can be left out alone and B stays: more than one of them does the same."
+                        .to_owned(),
+                );
                 self.push_cause(acting.clone(), CauseEffect::Among, self.among_text(&acting));
             }
             _ => self.weigh_causes(&relevant)?,
@@ -578,9 +629,22 @@ impl CauseSearch<'_, '_> {
     }
 
     fn among_text(&self, ids: &[usize]) -> String {
-        let names: Vec<_> = ids.iter().take(6).map(|id| self.explanation.differences[*id].place.clone()).collect();
-        let more = if ids.len() > names.len() { format!(" and {} more", ids.len() - names.len()) } else { String::new() };
-        format!("{} of {}{more}: they were not parted.", if self.explanation.causes.is_empty() { "The cause is one or more" } else { "The rest is one or more" }, names.join(", "))
+        let names: Vec<_> =
+            ids.iter().take(6).map(|id| self.explanation.differences[*id].place.clone()).collect();
+        let more = if ids.len() > names.len() {
+            format!(" and {} more", ids.len() - names.len())
+        } else {
+            String::new()
+        };
+        format!(
+            "{} of {}{more}: they were not parted.",
+            if self.explanation.causes.is_empty() {
+                "The cause is one or more"
+            } else {
+                "The rest is one or more"
+            },
+            names.join(", ")
+        )
     }
 
     fn push_cause(&mut self, differences: Vec<usize>, effect: CauseEffect, text: String) {
@@ -602,7 +666,8 @@ impl CauseSearch<'_, '_> {
     }
 
     fn run_with(&mut self, ids: &[usize]) -> Result<SimulatedRun, Error> {
-        let swaps: Vec<Swap> = ids.iter().filter_map(|id| self.explanation.differences[*id].swap.clone()).collect();
+        let swaps: Vec<Swap> =
+            ids.iter().filter_map(|id| self.explanation.differences[*id].swap.clone()).collect();
         let swaps: Vec<&Swap> = swaps.iter().collect();
         let [a, b] = self.study.inputs;
         self.study.laboratory.run_with(a, &swaps, b)
@@ -616,7 +681,8 @@ impl CauseSearch<'_, '_> {
             Err(error) if error.is_interruption() => return Err(error),
             Err(_) => return Ok(false),
         };
-        let comparison = TrajectoryComparison::new(&self.run_b.trajectory, &run.trajectory, &self.study.order);
+        let comparison =
+            TrajectoryComparison::new(&self.run_b.trajectory, &run.trajectory, &self.study.order);
         Ok(comparison.is_same() && run.failure.is_some() == self.run_b.failure.is_some())
     }
 
@@ -681,9 +747,10 @@ impl CauseSearch<'_, '_> {
             let sentence = self.explanation.differences[id].sentence();
             let (effect, text) = match effect {
                 None => (CauseEffect::Together, format!("{sentence}: what it does by itself was not tried.")),
-                Some(effect) if effect.deviations.is_empty() => {
-                    (CauseEffect::Together, format!("{sentence}: it acts together with the others, and does nothing by itself."))
-                }
+                Some(effect) if effect.deviations.is_empty() => (
+                    CauseEffect::Together,
+                    format!("{sentence}: it acts together with the others, and does nothing by itself."),
+                ),
                 Some(effect) => {
                     let words = self.share_words(effect);
                     let effect = if additive { CauseEffect::Part } else { CauseEffect::Together };
@@ -693,7 +760,9 @@ impl CauseSearch<'_, '_> {
             self.push_cause(vec![id], effect, text);
         }
         if !additive && relevant.len() > 1 {
-            self.explanation.notes.push("the effects of the causes do not add up: they act on each other".to_owned());
+            self.explanation
+                .notes
+                .push("the effects of the causes do not add up: they act on each other".to_owned());
         }
         Ok(())
     }
@@ -710,7 +779,8 @@ impl CauseSearch<'_, '_> {
             let largest = parts.iter().copied().fold(0.0, f64::max);
             let rest: f64 = parts.iter().sum::<f64>() - largest;
             // Equal to the whole by one cause alone, or by causes that act on different signals.
-            rest <= ADDITIVE * whole.rms * whole.rms && (largest.sqrt() - whole.rms).abs() <= ADDITIVE * whole.rms
+            rest <= ADDITIVE * whole.rms * whole.rms
+                && (largest.sqrt() - whole.rms).abs() <= ADDITIVE * whole.rms
         })
     }
 

@@ -32,8 +32,9 @@ pub fn describe_text_change(a: &str, b: &str) -> Vec<String> {
             all.get(name).map_or("nothing".to_owned(), String::clone)
         };
         let differing = names.filter(|name| of_a.get(*name) != of_b.get(*name));
-        let lines: Vec<_> =
-            differing.map(|name| format!("{name}: {} -> {}", value(&of_a, name), value(&of_b, name))).collect();
+        let lines: Vec<_> = differing
+            .map(|name| format!("{name}: {} -> {}", value(&of_a, name), value(&of_b, name)))
+            .collect();
         if !lines.is_empty() {
             return first_lines(lines);
         }
@@ -98,6 +99,9 @@ mod tests {
         assert_eq!(describe_text_change(tire[0], tire[1]), ["[SCALING] LMUY: 1.0 -> 0.9"]);
         let log = ["time,v\n0,1\n0.1,2\n", "time,v\n0,1\n0.1,3\n"];
         assert_eq!(describe_text_change(log[0], log[1]), ["line 3: 0.1,2 -> 0.1,3"]);
-        assert_eq!(describe_content_change(&[0xff, 1, 2], &[0xff, 1, 3]), ["1 of 3 bytes differ, the first at 0x2"]);
+        assert_eq!(
+            describe_content_change(&[0xff, 1, 2], &[0xff, 1, 3]),
+            ["1 of 3 bytes differ, the first at 0x2"]
+        );
     }
 }

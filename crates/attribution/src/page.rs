@@ -54,7 +54,13 @@ impl Explanation {
             role: role(difference),
         };
         let local = self.local.iter().map(|it| {
-            format!("{} differs from {} s on while it gets the values of A: {} -> {}", local_name(it), it.time, it.a, it.b)
+            format!(
+                "{} differs from {} s on while it gets the values of A: {} -> {}",
+                local_name(it),
+                it.time,
+                it.a,
+                it.b
+            )
         });
         html_page::render_page(&WhyPage {
             title: "Why the runs differ".to_owned(),
@@ -87,12 +93,18 @@ impl Explanation {
         let height = filled.iter().max().copied().unwrap_or(1) as f64 * (HEIGHT + 24.0);
         let mut svg = format!(
             "<svg viewBox=\"-4 -4 {:.0} {:.0}\" width=\"{:.0}\" role=\"img\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"8\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" orient=\"auto\"><path d=\"M0 0 L8 4 L0 8 z\" fill=\"currentColor\"/></marker></defs>",
-            width + 8.0, height + 8.0, width + 8.0
+            width + 8.0,
+            height + 8.0,
+            width + 8.0
         );
         for arrow in &self.arrows {
-            let (Some(from), Some(to)) = (places.get(arrow.from.as_str()), places.get(arrow.to.as_str())) else { continue };
+            let (Some(from), Some(to)) = (places.get(arrow.from.as_str()), places.get(arrow.to.as_str()))
+            else {
+                continue;
+            };
             let forward = to.0 > from.0;
-            let (start, end) = if forward { (from.0 + WIDTH, to.0) } else { (from.0 + WIDTH * 0.5, to.0 + WIDTH * 0.5) };
+            let (start, end) =
+                if forward { (from.0 + WIDTH, to.0) } else { (from.0 + WIDTH * 0.5, to.0 + WIDTH * 0.5) };
             let (y_start, y_end) = match forward {
                 true => (from.1 + HEIGHT * 0.5, to.1 + HEIGHT * 0.5),
                 false => (from.1 + HEIGHT, to.1 + HEIGHT),
@@ -103,7 +115,8 @@ impl Explanation {
             let _ = write!(
                 svg,
                 "<path d=\"M{start:.0} {y_start:.0} C{bend:.0} {:.0} {bend:.0} {:.0} {end:.0} {y_end:.0}\" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.2\" opacity=\"0.6\" marker-end=\"url(#tip)\"/>",
-                y_start + sag, y_end + sag
+                y_start + sag,
+                y_end + sag
             );
         }
         for deviation in &self.spread {
@@ -112,7 +125,12 @@ impl Explanation {
             let _ = write!(
                 svg,
                 "<rect x=\"{x:.0}\" y=\"{y:.0}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" rx=\"6\" fill=\"none\" stroke=\"currentColor\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\" fill=\"currentColor\">{node}</text><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\" fill=\"currentColor\" font-size=\"11\">from {} s: {}</text>",
-                x + WIDTH * 0.5, y + 18.0, x + WIDTH * 0.5, y + 35.0, deviation.time, escape_xml(&deviation.signal.variable)
+                x + WIDTH * 0.5,
+                y + 18.0,
+                x + WIDTH * 0.5,
+                y + 35.0,
+                deviation.time,
+                escape_xml(&deviation.signal.variable)
             );
         }
         svg + "</svg>"

@@ -50,14 +50,20 @@ pub(crate) fn show_reference_outputs(
         let column_of = |index: recording::NumberIndex<recording::AllVariables>| {
             let column = &system.columns[index];
             let same = |it: &crate::trajectory::SignalName| {
-                !it.input && it.node == column.node && it.variable == column.variable && it.unit == column.unit
+                !it.input
+                    && it.node == column.node
+                    && it.variable == column.variable
+                    && it.unit == column.unit
             };
             reference.columns.iter().position(same)
         };
         let columns: Vec<_> = plan.outputs.indices().map(column_of).collect();
         let largest = |column: &Option<usize>| {
-            let values = |column: usize| (0..reference.times.len()).map(move |row| reference.row(row)[column]);
-            column.map_or(0.0, |column| values(column).filter(|it| it.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs())))
+            let values =
+                |column: usize| (0..reference.times.len()).map(move |row| reference.row(row)[column]);
+            column.map_or(0.0, |column| {
+                values(column).filter(|it| it.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()))
+            })
         };
         let first = Arc::new(Mutex::new(None));
         found.push(Arc::clone(&first));

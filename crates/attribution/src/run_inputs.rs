@@ -85,10 +85,11 @@ pub fn save_run_inputs(
     folder: &Path,
 ) -> Result<(), Error> {
     let layout = BundleLayout { fmus: "fmus", others: "files", plugins: None };
-    let bundle = ScenarioBundle::gather(scenario, built, layout)?;
+    let bundle = ScenarioBundle::gather_simulation(scenario, built, layout)?;
     let path = folder.join(ARCHIVE);
     let failed = |error: std::io::Error| Error::output_failure(&path, error);
-    let mut archive = InputArchive { zip: ZipWriter::new(BufWriter::new(File::create_new(&path).map_err(failed)?)) };
+    let mut archive =
+        InputArchive { zip: ZipWriter::new(BufWriter::new(File::create_new(&path).map_err(failed)?)) };
     let written = archive.write_bundle(&bundle, overrides).and_then(|()| {
         let InputArchive { zip } = archive;
         zip.finish().map_err(std::io::Error::from)?.flush()
@@ -234,7 +235,8 @@ pub fn save_baseline_inputs(folder: &Path, baseline: &Path) -> Result<(), Error>
     let source = File::open(folder.join(ARCHIVE)).map_err(failed)?;
     let mut source = zip::ZipArchive::new(source).map_err(|error| failed(error.into()))?;
     let mut bytes = Vec::new();
-    let mut archive = InputArchive { zip: ZipWriter::new(BufWriter::new(File::create(&target).map_err(failed)?)) };
+    let mut archive =
+        InputArchive { zip: ZipWriter::new(BufWriter::new(File::create(&target).map_err(failed)?)) };
     let mut hashes = BTreeMap::new();
     for index in 0..source.len() {
         let mut entry = source.by_index(index).map_err(|error| failed(error.into()))?;
@@ -281,9 +283,12 @@ impl RecordedRun {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let folder = if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
         let is_run_file = path.is_dir()
-            || path.file_name().is_some_and(|name| name == REPORT || name.to_string_lossy().starts_with("run."));
+            || path
+                .file_name()
+                .is_some_and(|name| name == REPORT || name.to_string_lossy().starts_with("run."));
         if !path.exists() {
-            let message = format!("expected the folder of a run or a baseline, found nothing at {}", path.display());
+            let message =
+                format!("expected the folder of a run or a baseline, found nothing at {}", path.display());
             return Err(Error::invalid_input(message));
         }
         let report = match is_run_file {
@@ -351,13 +356,15 @@ impl RunInputs {
         let folder = TemporaryFolder::new().map_err(|error| broken(&error))?;
         let root = folder.folder_path().to_owned();
         let mut left = archive::LARGEST;
-        archive::unpack_archive(path, "inputs", &bytes, &root, &mut left).map_err(|error| error.to_string())?;
+        archive::unpack_archive(path, "inputs", &bytes, &root, &mut left)
+            .map_err(|error| error.to_string())?;
         let read = |name: &str| {
             std::fs::read_to_string(root.join(name)).map_err(|error| broken(&format!("{name}: {error}")))
         };
         let table = read(SCENARIO)?.parse::<toml::Table>().map_err(|error| broken(&error.message()))?;
         let overrides = serde_json::from_str(&read(OVERRIDES)?).map_err(|error| broken(&error))?;
-        let large: Vec<LargeFile> = serde_json::from_str(&read(LARGE_FILES)?).map_err(|error| broken(&error))?;
+        let large: Vec<LargeFile> =
+            serde_json::from_str(&read(LARGE_FILES)?).map_err(|error| broken(&error))?;
         for file in large {
             file.link_into(&root)?;
         }
@@ -376,8 +383,9 @@ impl RunInputs {
         let mut others = Vec::new();
         for (entry, sha256) in std::mem::take(&mut self.absent_archives) {
             let source = other.folder.folder_path().join(&entry);
-            let bytes = std::fs::read(&source)
-                .map_err(|_| format!("its FMU {entry} was not kept, and the other run has none of that name"))?;
+            let bytes = std::fs::read(&source).map_err(|_| {
+                format!("its FMU {entry} was not kept, and the other run has none of that name")
+            })?;
             let target = self.folder.folder_path().join(&entry);
             target
                 .parent()

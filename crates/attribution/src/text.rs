@@ -27,7 +27,13 @@ impl Explanation {
             write_list(&mut text, &head, &self.spread.iter().map(deviation_sentence).collect::<Vec<_>>());
         }
         let local = self.local.iter().map(|it| {
-            format!("{} differs from {} s on while it gets the values of A: {} -> {}", local_name(it), it.time, it.a, it.b)
+            format!(
+                "{} differs from {} s on while it gets the values of A: {} -> {}",
+                local_name(it),
+                it.time,
+                it.a,
+                it.b
+            )
         });
         write_list(&mut text, "By itself", &local.collect::<Vec<_>>());
         write_list(&mut text, "Why", &self.cause_sentences());

@@ -131,7 +131,8 @@ pub(crate) fn named_entries(list: &[Value]) -> Vec<(KeyStep, &Value)> {
     for (place, entry) in list.iter().enumerate() {
         let name = NAMES.iter().find_map(|key| entry.get(*key)?.as_str());
         let name = name.map_or_else(|| place.to_string(), str::to_owned);
-        let again = steps.iter().filter(|(step, _)| matches!(step, KeyStep::Entry(it, _) if *it == name)).count();
+        let again =
+            steps.iter().filter(|(step, _)| matches!(step, KeyStep::Entry(it, _) if *it == name)).count();
         steps.push((KeyStep::Entry(name, again), entry));
     }
     steps
@@ -184,7 +185,8 @@ pub fn display_value(value: &Value) -> String {
         Value::Float(number) => number.to_string(),
         Value::String(text) => text.clone(),
         Value::Table(table) => {
-            let entries: Vec<_> = table.iter().map(|(key, value)| format!("{key} = {}", display_value(value))).collect();
+            let entries: Vec<_> =
+                table.iter().map(|(key, value)| format!("{key} = {}", display_value(value))).collect();
             format!("{{ {} }}", entries.join(", "))
         }
         Value::Array(list) => {
@@ -205,8 +207,10 @@ mod tests {
 
     #[test]
     fn entries_of_lists_go_by_their_names() {
-        let a = table("[[connect]]\nfrom = 'p.a'\nto = 'e.a'\ngain = 1.0\n[[connect]]\nfrom = 'p.b'\nto = 'e.b'");
-        let b = table("[[connect]]\nfrom = 'p.b'\nto = 'e.b'\n[[connect]]\nfrom = 'p.a'\nto = 'e.a'\ngain = -1");
+        let a =
+            table("[[connect]]\nfrom = 'p.a'\nto = 'e.a'\ngain = 1.0\n[[connect]]\nfrom = 'p.b'\nto = 'e.b'");
+        let b =
+            table("[[connect]]\nfrom = 'p.b'\nto = 'e.b'\n[[connect]]\nfrom = 'p.a'\nto = 'e.a'\ngain = -1");
         let found = table_differences(&a, &b);
         let [difference] = found.as_slice() else { panic!("{found:?}") };
         assert_eq!(difference.path.to_string(), "connect.e.a.gain");
@@ -219,7 +223,8 @@ mod tests {
     #[test]
     fn what_only_one_has_is_one_difference_that_can_be_put_in_and_taken_out() {
         let a = table("seed = 1\n[time]\nstep = 0.01");
-        let b = table("seed = 1.0\n[time]\nstep = 0.01\ntolerance = 1e-6\n[[fault]]\ninput = 'e.a'\nvalue = 0");
+        let b =
+            table("seed = 1.0\n[time]\nstep = 0.01\ntolerance = 1e-6\n[[fault]]\ninput = 'e.a'\nvalue = 0");
         let found = table_differences(&a, &b);
         let names: Vec<_> = found.iter().map(|it| it.path.to_string()).collect();
         assert_eq!(names, ["fault.e.a", "time.tolerance"]);

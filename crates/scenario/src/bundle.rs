@@ -65,7 +65,29 @@ impl ScenarioBundle {
     /// # Errors
     /// At each word that names a file that is not there, or a package that was not built.
     pub fn gather(scenario: &Scenario, built: &BuildArtifacts, layout: BundleLayout) -> Result<Self, Error> {
-        let mut gatherer = BundleGatherer { built, layout, files: BundleFiles::new(), notes: Vec::new() };
+        Self::gather_lists(scenario, built, layout, &[])
+    }
+
+    /// The same for the simulation alone: files of baselines, analyses, validations and sweeps stay where they are.
+    ///
+    /// # Errors
+    /// As of [`gather`](Self::gather), but for these files.
+    pub fn gather_simulation(
+        scenario: &Scenario,
+        built: &BuildArtifacts,
+        layout: BundleLayout,
+    ) -> Result<Self, Error> {
+        Self::gather_lists(scenario, built, layout, &["baseline", "analysis", "validation", "sweep", "view"])
+    }
+
+    fn gather_lists(
+        scenario: &Scenario,
+        built: &BuildArtifacts,
+        layout: BundleLayout,
+        ungathered: &'static [&'static str],
+    ) -> Result<Self, Error> {
+        let mut gatherer =
+            BundleGatherer { built, layout, ungathered, files: BundleFiles::new(), notes: Vec::new() };
         gatherer.files.reserve_path(SCENARIO);
         let (text, fmus) = gatherer.gather_scenario_text(scenario, TextLocation::ROOT)?;
         let (files, notes) = (gatherer.files.all, gatherer.notes);
@@ -114,6 +136,8 @@ impl TextLocation<'_> {
 struct BundleGatherer<'a> {
     built: &'a BuildArtifacts,
     layout: BundleLayout<'a>,
+    /// The keys of the scenario whose files are not gathered.
+    ungathered: &'static [&'static str],
     files: BundleFiles,
     notes: Vec<String>,
 }
@@ -131,9 +155,11 @@ impl BundleGatherer<'_> {
         let mut mistakes = ErrorCollector::default();
         let fmus = self.gather_fmus(scenario, &mut table, location, &mut mistakes);
         self.gather_plugins(scenario, &mut table, location, &mut mistakes);
+        let ungathered: Vec<_> = self.ungathered.iter().filter_map(|key| table.remove_entry(*key)).collect();
         paths::for_each_file(&mut table, &mut |role, word| {
             mistakes.ok_or_record(self.gather_file(scenario, role, word, location));
         });
+        table.extend(ungathered);
         mistakes.into_result()?;
         let table = toml::Table::deserialize(Deserializer::from(Spanned::new(0..0, table)));
         let wrong = |what: &dyn std::fmt::Display| {

@@ -65,8 +65,7 @@ pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
         let _one_at_a_time = terminal.lock();
         print_text(&(test_line(result) + &reasons));
     };
-    let results =
-        suite::run_scenario_tests(program, &paths, jobs, out, &mut progress, &done)?;
+    let results = suite::run_scenario_tests(program, &paths, jobs, out, &mut progress, &done)?;
     if let Some(path) = &arguments.junit {
         suite::write_junit(&results, path)?;
     }

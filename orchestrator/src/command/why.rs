@@ -52,7 +52,9 @@ pub fn run_why_command(arguments: &WhyArguments) -> Result<u8, Error> {
     write_explanation(&explanation, &folder)?;
     match json {
         true => print_json(&serde_json::json!(explanation)),
-        false => print_text(&format!("{}{}\n", explanation.to_text(), folder.join(attribution::PAGE).display())),
+        false => {
+            print_text(&format!("{}{}\n", explanation.to_text(), folder.join(attribution::PAGE).display()))
+        }
     }
     Ok(u8::from(!explanation.same))
 }
@@ -74,10 +76,12 @@ fn explain(a: &Path, b: &Path, most_runs: usize) -> Result<Explanation, Error> {
 
 fn write_explanation(explanation: &Explanation, folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
-    let json = serde_json::to_string_pretty(explanation).map_err(|error| Error::invalid_input(error.to_string()))?;
+    let json =
+        serde_json::to_string_pretty(explanation).map_err(|error| Error::invalid_input(error.to_string()))?;
     for (name, text) in [(attribution::PAGE, explanation.to_page()), (attribution::DATA, json)] {
         let path = folder.join(name);
-        nofollow::write_without_following_links(&path, text).map_err(|error| Error::output_failure(&path, error))?;
+        nofollow::write_without_following_links(&path, text)
+            .map_err(|error| Error::output_failure(&path, error))?;
     }
     Ok(())
 }
@@ -106,7 +110,9 @@ struct ComparedRun {
 /// Explains why the run in a folder failed its baselines, a line for each; why.html is that of the first one.
 pub(super) fn explain_failed_baselines(folder: &Path) -> Vec<String> {
     let report = std::fs::read_to_string(folder.join(REPORT)).ok();
-    let Some(run) = report.and_then(|text| serde_json::from_str::<ComparedRun>(&text).ok()) else { return Vec::new() };
+    let Some(run) = report.and_then(|text| serde_json::from_str::<ComparedRun>(&text).ok()) else {
+        return Vec::new();
+    };
     let has_failed =
         |it: &ComparedBaseline| it.reason.is_some() || it.signals.iter().any(|signal| signal.first.is_some());
     let mut lines = Vec::new();

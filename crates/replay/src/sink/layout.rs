@@ -111,7 +111,10 @@ impl ViewerLayout {
             .with_loop_mode(repeat);
         if let Some(time) = self.opening_time {
             let [before, after] = OPENING;
-            let (begin, end) = (re_sdk::time::TimeInt::from_secs((time - before).max(0.0)), re_sdk::time::TimeInt::from_secs(time + after));
+            let (begin, end) = (
+                re_sdk::time::TimeInt::from_secs((time - before).max(0.0)),
+                re_sdk::time::TimeInt::from_secs(time + after),
+            );
             time_panel = time_panel.with_time_selection(begin..=end);
         }
         let blueprint = Blueprint::new(root)
