@@ -312,9 +312,11 @@ def connection(scenario, random):
     # What the manoeuvre measures or steers has no description here: angles are in rad, forces in N.
     wanted = known.get(old, {"steer": "rad", "drive": "N"}.get(old.partition(".")[2]))
     similar = {wanted, UNITS.get(wanted)}
-    others = sorted(it for it, unit in known.items() if it != old and unit in similar and it.partition(".")[0] != chosen["to"].partition(".")[0])
+    node = chosen["to"].partition(".")[0]
+    fitting = sorted(it for it, unit in known.items() if it != old and unit in similar)
+    others = [it for it in fitting if it.partition(".")[0] != node]
     # A loop of a node to itself needs the value of the start of the step.
-    own = sorted(it for it, unit in known.items() if it != old and unit in similar and it not in others) if chosen.get("at") == "start" else []
+    own = [it for it in fitting if it not in others] if chosen.get("at") == "start" else []
     if not others + own:
         return None
     chosen["from"] = random.choice(others or own)
@@ -415,7 +417,8 @@ def change_cell(scenario, random, file, places):
 
 def tool_version(scenario, random):
     if random.random() < 0.5:
-        return Change("report.json: versions.trackside 0.0.9", ["versions.trackside", "versions", "trackside", "tool"], report={"trackside": "0.0.9"})
+        places = ["versions.trackside", "versions", "trackside", "tool"]
+        return Change("report.json: versions.trackside 0.0.9", places, report={"trackside": "0.0.9"})
     node = random.choice(scenario.list("fmu"))
     attribute, value = random.choice([("generationTool", "Another tool 3.1"), ("version", "9.9.9")])
     text = archives.description(scenario.archive(node))

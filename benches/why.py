@@ -386,7 +386,12 @@ def self_test():
     with tempfile.TemporaryDirectory() as folder:
         a, b = Path(folder, "a.csv"), Path(folder, "b.csv")
         a.write_text("time,x,on\n0,1,true\n0.1,2,true\n")
-        for text, expected in [("0,1,true\n0.1,2,true\n", 0.0), ("0,1,true\n0.05,9,true\n0.1,2.5,true\n", 0.2), ("0,1,true\n0.1,2,false\n", 1.0)]:
+        tables = [
+            ("0,1,true\n0.1,2,true\n", 0.0),
+            ("0,1,true\n0.05,9,true\n0.1,2.5,true\n", 0.2),
+            ("0,1,true\n0.1,2,false\n", 1.0),
+        ]
+        for text, expected in tables:
             b.write_text("time,x,on\n" + text)
             assert math.isclose(largest_difference(a, b), expected), text
         # A program that names the place of one pair, and a wrong one for the other.
@@ -420,9 +425,9 @@ def main():
     parser.add_argument("--scenarios", type=Path, default=Path("scenarios"), help="folder of scenarios [default: %(default)s]")
     parser.add_argument("--fmus", type=Path, help="folder of the packed FMUs [default: fmu beside the program]")
     parser.add_argument("--limit", type=float, default=30.0, help="longest duration of a run [s]")
-    parser.add_argument("--steps", type=int, default=10000, help="steps after which a scenario without manoeuvre ends [default: %(default)s]")
-    parser.add_argument("--real", type=Path, metavar="FOLDER", help="FMUs of the same name in its subfolders instead of seeded changes")
-    parser.add_argument("--plants", type=Path, nargs=2, metavar=("OLD", "NEW"), help="two archives of our own plant instead of seeded changes")
+    parser.add_argument("--steps", type=int, default=10000, help="most steps without manoeuvre [default: %(default)s]")
+    parser.add_argument("--real", type=Path, metavar="FOLDER", help="FMUs of the same name in its subfolders instead")
+    parser.add_argument("--plants", type=Path, nargs=2, metavar=("OLD", "NEW"), help="two archives of our own plant instead")
     parser.add_argument("--self-test", action="store_true", help="test the judgement and end")
     arguments = parser.parse_args()
     if arguments.self_test:
