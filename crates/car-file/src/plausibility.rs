@@ -31,10 +31,12 @@ pub fn implausible_parameters(parameters: &[CarParameter]) -> Vec<String> {
     let kinds = ranges.likely_kinds(parameters);
     let mut implausible = Vec::new();
     let mut sentences = Vec::new();
-    for range in &ranges.range {
+    // What is made of an implausible parameter says nothing new.
+    let (single, made): (Vec<_>, Vec<_>) = ranges.range.iter().partition(|range| !range.names.is_empty());
+    for range in single.into_iter().chain(made) {
         for quantity in range.quantities_of(parameters) {
             let Quantity { value, is_given, ref operands, .. } = quantity;
-            let follows = operands.len() > 1 && operands.iter().any(|name| implausible.contains(name));
+            let follows = range.names.is_empty() && operands.iter().any(|name| implausible.contains(name));
             if !value.is_finite() || follows || !(is_given || range.always) {
                 continue;
             }
