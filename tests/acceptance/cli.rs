@@ -232,11 +232,12 @@ fn implausible_parameters_steps_and_checks_are_told_with_their_places() {
     ended.says(&[
         "--set plant.body.l_f: `plant` warns at 0 s: `body.l_f` is 1600 m, expected 0.6 to 2.8 m for a passenger car",
         "Is it 1600 mm = 1.6 m?",
-        "case.toml:10: `plant` warns at 0 s: `body.h` is 0.17 m, expected",
+        "case.toml:10: `plant` warns at 0 s: ",
+        "`body.h` is 0.17 m, expected 0.3 to 1 m for a passenger car",
         "a small-scale car may have it",
         "case.toml:4: `plant` gets steps of 0.5 s, 50 times the 0.01 s that its description proposes (stepSize)",
-        "case.toml:14: no value of this run could fail the check `distance`: the bound of `plant.X < 1e9`, 1000000000 m, is more than a million",
-        "`plant.X` was 0 to 2",
+        "case.toml:13: no value of this run could fail the check `distance`: the bound of `plant.X < 1e9`, 1e9 m, is more than a million",
+        "`plant.X` was 0 to 20.57 m",
     ]);
     let report = lab.report("out");
     assert_eq!(report["messages"][0]["place"], "--set plant.body.l_f");

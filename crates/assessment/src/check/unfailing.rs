@@ -55,8 +55,8 @@ impl SignalExtent {
         let unit = column.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}"));
         let (name, unit) = (column.qualified_name(), unit.unwrap_or_default());
         match self.low == self.high {
-            true => format!("`{name}` was {:.5}{unit} all the time", self.low),
-            false => format!("`{name}` was {:.5} to {:.5}{unit}", self.low, self.high),
+            true => format!("`{name}` was {}{unit} all the time", format_short(self.low)),
+            false => format!("`{name}` was {} to {}{unit}", format_short(self.low), format_short(self.high)),
         }
     }
 }
@@ -107,7 +107,8 @@ impl RunChecks {
         let during = Interval { low: *from, high: *to };
         if condition.holds_for_all_values(during, plan.tolerance, &far) {
             let unit = verdict.unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
-            let bound = verdict.limit.map(|limit| format!(", {limit}{unit},")).unwrap_or_default();
+            let bound = verdict.limit.map(|limit| format!(", {}{unit},", format_short(limit)));
+            let bound = bound.unwrap_or_default();
             return Some(format!(
                 "the bound of `{that}`{bound} is more than a million times beyond its signals; {had}"
             ));
@@ -116,6 +117,16 @@ impl RunChecks {
         (plan.windowed && is_wide && verdict.samples == 1).then(|| {
             format!("its window from {from} s to {to} s has one sample of the run; {had}. A `during` of several communication points judges more")
         })
+    }
+}
+
+/// Four digits, with an exponent where a person would not count zeros.
+fn format_short(value: f64) -> String {
+    let four_digits = format!("{value:.3e}");
+    let rounded = four_digits.parse::<f64>().unwrap_or(value);
+    match value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        true => rounded.to_string(),
+        false => format!("{rounded:e}"),
     }
 }
 
