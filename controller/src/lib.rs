@@ -7,7 +7,8 @@ mod adrc;
 use adrc::{AdrcController, CarCommand, ControlMode, ControlReference, ControllerMemory, StateEstimate};
 use car_file::{CarParameter, implausible_parameters};
 use fmu_export::{
-    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, output, parameter, real_values, warn,
+    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, output, parameter, real_values,
+    warn,
 };
 use serde::{Deserialize, Serialize};
 
@@ -134,7 +135,8 @@ impl Model for ControllerModel {
     }
 
     fn review_parameters(&mut self) {
-        let parameter = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
     }

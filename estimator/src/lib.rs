@@ -8,11 +8,11 @@ mod filter;
 use std::sync::Arc;
 
 use car::{CarDynamics, OnTires};
-use filter::{CarStateEstimator, FilterOutput};
 use car_file::{CarParameter, implausible_parameters};
+use filter::{CarStateEstimator, FilterOutput};
 use fmu_export::{
-    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, log, output, parameter, real_values,
-    warn,
+    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, log, output, parameter,
+    real_values, warn,
 };
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
@@ -314,7 +314,8 @@ impl Model for EstimatorNode {
     }
 
     fn review_parameters(&mut self) {
-        let parameter = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
     }

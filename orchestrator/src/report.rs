@@ -26,8 +26,8 @@ use crate::messages::{self, NodeMessage};
 use crate::nofollow;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
-pub(crate) use slow_run::slow_run_warning;
 pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
+pub(crate) use slow_run::slow_run_warning;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

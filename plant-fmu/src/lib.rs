@@ -7,8 +7,8 @@ mod table;
 
 use car_file::{CarParameter, implausible_parameters};
 use fmu_export::{
-    EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, RealValue, Terminal, Variable, log,
-    real_values, warn,
+    EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, RealValue, Terminal, Variable,
+    log, real_values, warn,
 };
 use serde::{Deserialize, Serialize};
 use tire_file::TireSpecification;
@@ -158,7 +158,8 @@ impl Model for SingleTrackPlant {
     }
 
     fn review_parameters(&mut self) {
-        let parameter = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
     }

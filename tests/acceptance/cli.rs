@@ -228,7 +228,8 @@ fn implausible_parameters_steps_and_checks_are_told_with_their_places() {
     let lab = lab();
     let text = coasting("plant.X < 1e9").replace("delta = 0.02", "delta = 0.02, body.h = 0.17");
     lab.write("case.toml", text.replace("step = 0.01", "step = 0.5"));
-    let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--set", "plant.body.l_f=1600"]).expect(0);
+    let ended =
+        lab.trackside(&["run", "case.toml", "--out", "out", "--set", "plant.body.l_f=1600"]).expect(0);
     ended.says(&[
         "--set plant.body.l_f: `plant` warns at 0 s: `body.l_f` is 1600 m, expected 0.6 to 2.8 m for a passenger car",
         "Is it 1600 mm = 1.6 m?",
@@ -243,7 +244,10 @@ fn implausible_parameters_steps_and_checks_are_told_with_their_places() {
     assert_eq!(report["messages"][0]["place"], "--set plant.body.l_f");
     assert_eq!(report["warnings"].as_array().map(Vec::len), Some(2), "{report}");
     let page = lab.read("out/report.html");
-    assert!(page.contains("Is it 1600 mm = 1.6 m?") && page.contains("no value of this run could fail"), "{page}");
+    assert!(
+        page.contains("Is it 1600 mm = 1.6 m?") && page.contains("no value of this run could fail"),
+        "{page}"
+    );
 }
 
 fn junit(xml: &str) {

@@ -181,7 +181,8 @@ impl RunChecks {
     fn judge_sample(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) {
         let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
         let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
-        let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged).zip(&mut self.extents);
+        let checks =
+            self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged).zip(&mut self.extents);
         for (place, ((((plan, judge), state), unjudged), extents)) in checks.enumerate() {
             let CheckMonitor::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;

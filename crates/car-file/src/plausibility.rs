@@ -146,7 +146,9 @@ impl PlausibleRanges {
         };
         let mut others = self.kinds.iter().filter(|(kind, _)| !kinds.contains(&kind.as_str()));
         let other = match others.find(|(kind, _)| range.includes(kind, *value)) {
-            Some((_, words)) => format!("; {words} may have it, but the other parameters are not those of one"),
+            Some((_, words)) => {
+                format!("; {words} may have it, but the other parameters are not those of one")
+            }
             None => String::new(),
         };
         let slip = match range.likely_slip(*value, kinds) {
@@ -261,18 +263,33 @@ mod tests {
     #[test]
     fn slips_are_told_with_value_bounds_reason_and_the_unit_that_was_meant() {
         for (given, expected) in [
-            (("body.l_f", 1600.0), "`body.l_f` is 1600 m, expected 0.6 to 2.8 m for a passenger car, or 0.4 to 2.6 m for a formula or race car"),
+            (
+                ("body.l_f", 1600.0),
+                "`body.l_f` is 1600 m, expected 0.6 to 2.8 m for a passenger car, or 0.4 to 2.6 m for a formula or race car",
+            ),
             (("body.l_f", 1600.0), "Is it 1600 mm = 1.6 m?"),
             (("body.m", 780_000.0), "Is it 780000 g = 780 kg?"),
             (("body.m", 0.78), "Is it 0.78 t = 780 kg?"),
             (("limit.delta", 30.0), "Is it 30 deg = 0.5236 rad?"),
             (("start.v_x", 200.0), "Is it 200 km/h = 55.56 m/s?"),
-            (("body.I_zz", 100.0), "yaw inertia over m l_f l_r, of `body.I_zz`, `body.m`, `body.l_f`, `body.l_r`, is 0.0572, expected"),
-            (("tire_f.B", 0.2), "B C D, of `tire_f.B`, `tire_f.C`, `tire_f.D`, is 0.308 1/rad, expected 2 to 100 1/rad"),
+            (
+                ("body.I_zz", 100.0),
+                "yaw inertia over m l_f l_r, of `body.I_zz`, `body.m`, `body.l_f`, `body.l_r`, is 0.05723, expected",
+            ),
+            (
+                ("tire_f.B", 0.2),
+                "B C D, of `tire_f.B`, `tire_f.C`, `tire_f.D`, is 0.308 1/rad, expected 2 to 100 1/rad",
+            ),
             (("tire_f.D", 4000.0), "`tire_f.D` is 4000, expected 0.1 to 3 (peak friction"),
             (("tire_f.D", 0.05), "`tire_f.D` is 0.05, expected 0.1 to 3"),
-            (("body.h", 0.17), "`body.h` is 0.17 m, expected 0.3 to 1 m for a passenger car, or 0.2 to 0.65 m for a formula or race car"),
-            (("body.h", 0.17), "; a small-scale car may have it, but the other parameters are not those of one"),
+            (
+                ("body.h", 0.17),
+                "`body.h` is 0.17 m, expected 0.3 to 1 m for a passenger car, or 0.2 to 0.65 m for a formula or race car",
+            ),
+            (
+                ("body.h", 0.17),
+                "; a small-scale car may have it, but the other parameters are not those of one",
+            ),
         ] {
             let told = judged(&[given]);
             assert!(told.len() == 1 && told[0].contains(expected), "{given:?}: {told:#?}");
@@ -281,8 +298,15 @@ mod tests {
 
     #[test]
     fn cars_of_each_kind_are_plausible_and_what_nobody_gave_is_not_judged() {
-        let car = |m, I_z, l_f, l_r, h, area| {
-            [("body.m", m), ("body.I_zz", I_z), ("body.l_f", l_f), ("body.l_r", l_r), ("body.h", h), ("aero.area", area)]
+        let car = |m, inertia, l_f, l_r, h, area| {
+            [
+                ("body.m", m),
+                ("body.I_zz", inertia),
+                ("body.l_f", l_f),
+                ("body.l_r", l_r),
+                ("body.h", h),
+                ("aero.area", area),
+            ]
         };
         for (name, car) in [
             ("the demo car", [("body.m", 780.0); 6]),
@@ -305,7 +329,8 @@ mod tests {
 
     #[test]
     fn the_table_is_whole() {
-        let table: PlausibleRanges = toml::from_str(include_str!("plausible_ranges.toml")).expect("the table");
+        let table: PlausibleRanges =
+            toml::from_str(include_str!("plausible_ranges.toml")).expect("the table");
         for range in &table.range {
             let unit = Unit::parse(&range.unit).expect("a unit");
             for slip in &range.slips {
@@ -316,7 +341,10 @@ mod tests {
             assert!(bounds.iter().flatten().all(|[low, high]| low < high), "{range:?}");
             assert!(bounds.iter().all(Option::is_some) && !range.reason.is_empty(), "{range:?}");
             let forms = [&range.names, &range.product, &range.sum].map(|it| u8::from(!it.is_empty()));
-            assert!(forms.iter().sum::<u8>() == 1 && (range.what.is_empty() != range.names.is_empty()), "{range:?}");
+            assert!(
+                forms.iter().sum::<u8>() == 1 && (range.what.is_empty() != range.names.is_empty()),
+                "{range:?}"
+            );
         }
     }
 }

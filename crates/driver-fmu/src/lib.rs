@@ -9,8 +9,8 @@ mod plan;
 
 use std::sync::Arc;
 
-use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, PedalMode, TimeStep};
 use car_file::{CarParameter, implausible_parameters};
+use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, PedalMode, TimeStep};
 use fmu_export::{
     Info, Member, Model, ModelError, RealValue, Terminal, Variable, calculated_parameter, input, output,
     parameter, real_values, warn,
@@ -243,7 +243,8 @@ impl Model for DriverModel {
     }
 
     fn review_parameters(&mut self) {
-        let parameter = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
     }

@@ -148,7 +148,8 @@ impl Model for FrictionNode {
     }
 
     fn review_parameters(&mut self) {
-        let parameter = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
     }

@@ -73,7 +73,9 @@ impl SweepSummary {
         let verdicts = table.verdicts();
         let SweepEffects { outputs, not_ordered } = effects::effects_on_results(table, axes, seed);
         Self {
-            share: PassRate::from_verdicts(verdicts.iter().map(|it| matches!(it.as_deref(), Some(PASSED | NO_CHECKS)))),
+            share: PassRate::from_verdicts(
+                verdicts.iter().map(|it| matches!(it.as_deref(), Some(PASSED | NO_CHECKS))),
+            ),
             errors: verdicts.iter().filter(|it| it.as_deref() == Some(ERROR)).count() as u64,
             checks: table
                 .columns_with_role(SweepColumnRole::Check)

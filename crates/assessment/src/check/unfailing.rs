@@ -71,14 +71,15 @@ impl RunChecks {
         columns: &Columns<AllVariables>,
     ) -> Vec<String> {
         let checks = self.checks.iter().zip(&self.extents).zip(verdicts);
-        let warning = |(((plan, _), extents), verdict): ((&(CheckPlan, _), &Vec<SignalExtent>), &CheckVerdict)| {
-            let why = match verdict.passed {
-                true => self.why_unfailing(plan, extents, verdict, columns)?,
-                false => return None,
+        let warning =
+            |(((plan, _), extents), verdict): ((&(CheckPlan, _), &Vec<SignalExtent>), &CheckVerdict)| {
+                let why = match verdict.passed {
+                    true => self.why_unfailing(plan, extents, verdict, columns)?,
+                    false => return None,
+                };
+                let (file, line, name) = (plan.file.display(), plan.line, &plan.name);
+                Some(format!("{file}:{line}: no value of this run could fail the check `{name}`: {why}"))
             };
-            let (file, line, name) = (plan.file.display(), plan.line, &plan.name);
-            Some(format!("{file}:{line}: no value of this run could fail the check `{name}`: {why}"))
-        };
         checks.filter_map(warning).collect()
     }
 
@@ -134,7 +135,9 @@ fn format_short(value: f64) -> String {
 fn holds_for_all_values(plan: &CheckPlan) -> bool {
     let during = Interval { low: plan.during[0], high: plan.during[1] };
     match &plan.condition {
-        CheckCondition::Run(condition) => condition.holds_for_all_values(during, plan.tolerance, &|_| Interval::ALL),
+        CheckCondition::Run(condition) => {
+            condition.holds_for_all_values(during, plan.tolerance, &|_| Interval::ALL)
+        }
         CheckCondition::Results(condition, _) => {
             condition.holds_for_all_values(during, plan.tolerance, &|_| Interval::ALL)
         }

@@ -45,7 +45,11 @@ pub(super) fn description_notes(nodes: &[NodeDraft], clock: Option<Communication
 }
 
 /// Notes steps of FMUs that are far above those that they are made for: the communication step, or the step that a scenario gives to one.
-pub(super) fn coarse_step_notes(scenario: &Scenario, nodes: &[NodePlan], clock: CommunicationClock) -> Vec<String> {
+pub(super) fn coarse_step_notes(
+    scenario: &Scenario,
+    nodes: &[NodePlan],
+    clock: CommunicationClock,
+) -> Vec<String> {
     let note = |node: &NodePlan| {
         let NodeBody::Fmu { fmu, .. } = &node.body else { return None };
         let about = &fmu.description;
