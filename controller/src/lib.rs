@@ -5,7 +5,11 @@
 mod adrc;
 
 use adrc::{AdrcController, CarCommand, ControlMode, ControlReference, ControllerMemory, StateEstimate};
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
+use car_file::{CarParameter, implausible_parameters};
+use fmu_export::{
+    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, output, parameter, real_values,
+    warn,
+};
 use serde::{Deserialize, Serialize};
 
 /// The controller between its inputs and its outputs.
@@ -128,6 +132,13 @@ impl Model for ControllerModel {
             "limit.F_x_min = {} N is above limit.F_x_max = {} N",
             limit.F_x_min, limit.F_x_max
         )))
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {

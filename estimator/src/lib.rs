@@ -8,8 +8,12 @@ mod filter;
 use std::sync::Arc;
 
 use car::{CarDynamics, OnTires};
+use car_file::{CarParameter, implausible_parameters};
 use filter::{CarStateEstimator, FilterOutput};
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, log, output, parameter, warn};
+use fmu_export::{
+    Info, Member, Model, ModelError, RealValue, Terminal, Variable, input, log, output, parameter,
+    real_values, warn,
+};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
 use tire::{BadCoefficient, MagicFormula, MfTire};
@@ -307,6 +311,13 @@ impl Model for EstimatorNode {
         self.build_car().map_err(ModelError::Error)?;
         self.output = self.estimator.start(self.start);
         Ok(())
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {

@@ -13,7 +13,7 @@ use scenario::Scenario;
 use scenario::plan::RunPlan;
 
 use crate::nofollow;
-use crate::report::{RunReport, RunVerdict};
+use crate::report::RunReport;
 
 /// Signals in a picture; the others are in the report.
 const DRAWN: usize = 4;
@@ -62,7 +62,7 @@ pub(crate) fn replace_baselines_by_run(plan: &RunPlan, report: &mut RunReport) -
     if plan.baselines.is_empty() {
         report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
     }
-    if report.verdict != RunVerdict::Pass {
+    if !report.verdict.is_success() {
         let names = plan.baselines.iter().map(|plan| {
             format!("the baseline {} was not written: the run did not pass", plan.path.display())
         });

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use cosim::system::{NodeBody, NodePlan, StartValue};
 use diagnostics::rounded_time;
 use fmu_import::{MessageKind, MessageKinds, MessageLevel, further_kinds_message};
 use recording::{EventLevel, RunEvent};
@@ -34,6 +35,9 @@ pub struct NodeMessage {
     pub count: u64,
     /// The communication point at the end of the step of the first one [s].
     pub first: f64,
+    /// Where the start value that it names is written, if it names one that the scenario or the command line gives.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub place: Option<String>,
 }
 
 impl NodeMessage {
@@ -53,7 +57,8 @@ impl NodeMessage {
             count => format!("{count} times, first at {first} s"),
         };
         let comma = if *count == 1 { "" } else { "," };
-        format!("`{node}` {what}{comma} {times}: {text}")
+        let place = self.place.iter().map(|place| format!("{place}: ")).collect::<String>();
+        format!("{place}`{node}` {what}{comma} {times}: {text}")
     }
 }
 
@@ -109,6 +114,7 @@ impl NodeMessageCounter {
                 text: if beyond { further_kinds_message(text) } else { text.clone() },
                 count: 0,
                 first: *time,
+                place: None,
             },
             recorded: 0,
         });
@@ -131,7 +137,7 @@ impl NodeMessageCounter {
     pub fn unrecorded_count_events(&self, time: f64) -> Vec<RunEvent> {
         let kinds = self.0.values().flat_map(MessageKinds::entries);
         let counts = kinds.filter(|it| it.recorded < it.message.count).map(|it| {
-            let NodeMessage { node, level, text, count, first } = it.message.clone();
+            let NodeMessage { node, level, text, count, first, .. } = it.message.clone();
             let level = match level {
                 MessageSeverity::Summary => EventLevel::Summary,
                 MessageSeverity::Warning => EventLevel::Warning,
@@ -144,6 +150,23 @@ impl NodeMessageCounter {
         let mut counts: Vec<_> = counts.collect();
         counts.sort_by(|a, b| a.source.cmp(&b.source));
         counts
+    }
+}
+
+/// Notes in each warning and error of an FMU where the first start value that it names is written.
+pub(crate) fn locate_named_start_values(messages: &mut [NodeMessage], nodes: &[NodePlan]) {
+    for message in messages.iter_mut().filter(|it| it.level != MessageSeverity::Summary) {
+        let Some(NodePlan { name, body: NodeBody::Fmu { starts, .. }, .. }) =
+            nodes.iter().find(|it| it.name == message.node)
+        else {
+            continue;
+        };
+        let position = |start: &StartValue| message.text.find(&format!("`{}`", start.name));
+        let named = starts.iter().filter_map(|start| Some((position(start)?, start)));
+        message.place = named.min_by_key(|(position, _)| *position).map(|(_, start)| match &start.place {
+            Some((source, span)) => source.describe_position(span.start),
+            None => format!("--set {name}.{}", start.name),
+        });
     }
 }
 

@@ -17,7 +17,7 @@ use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
 use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
 use crate::messages::NodeMessageCounter;
 use crate::options::{ProgressEvent, RunOptions};
-use crate::report::{RunReport, RunVerdict};
+use crate::report::RunReport;
 use crate::sinks::SINKS;
 
 /// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.
@@ -204,7 +204,7 @@ fn run_failures(report: &RunReport) -> Vec<(&'static str, String)> {
         let reason = check.reason.as_deref().unwrap_or_default();
         ("check", format!("FAILED {}: {} ({reason})", check.name, check.that))
     });
-    let validations = report.validations.iter().filter(|it| it.verdict != RunVerdict::Pass);
+    let validations = report.validations.iter().filter(|it| !it.verdict.is_success());
     let validations = validations.map(|it| ("validation", format!("FAILED {}", it.name)));
     let error = report.error.iter().map(|error| ("run", error.clone()));
     checks.chain(validations).chain(error).collect()

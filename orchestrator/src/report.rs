@@ -4,6 +4,7 @@ mod analysis_summary;
 mod page;
 mod previous_run;
 mod provenance;
+mod slow_run;
 mod text;
 
 use std::collections::BTreeMap;
@@ -26,6 +27,7 @@ use crate::nofollow;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
+pub(crate) use slow_run::slow_run_warning;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,6 +35,9 @@ pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
 pub enum RunVerdict {
     /// All checks passed.
     Pass,
+    /// The run came to its end, and has neither a check nor a baseline: nothing was judged.
+    #[serde(rename = "no checks")]
+    NoChecks,
     /// A check failed.
     Fail,
     /// The run did not come to its end.
@@ -44,6 +49,12 @@ pub enum RunVerdict {
 impl RunVerdict {
     fn from_error(error: &Error) -> Self {
         if error.is_interruption() { RunVerdict::Interrupted } else { RunVerdict::Error }
+    }
+
+    /// Whether the run came to its end and nothing that judges it failed.
+    #[must_use]
+    pub fn is_success(self) -> bool {
+        matches!(self, RunVerdict::Pass | RunVerdict::NoChecks)
     }
 }
 
@@ -103,6 +114,9 @@ pub struct RunReport {
     /// Where the files are.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Whether the scenario has baselines, which a run that writes them is not compared with.
+    #[serde(skip)]
+    pub has_baselines: bool,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
     /// What the nodes say, by kind.
@@ -249,6 +263,7 @@ impl RunReport {
             provenance: RunProvenance::new(scenario, plan),
             files: Vec::new(),
             folder: plan.header.folder.clone(),
+            has_baselines: !plan.baselines.is_empty(),
             warnings: plan.system.warnings.clone(),
             messages: Vec::new(),
         }
@@ -274,11 +289,15 @@ impl RunReport {
         error: Option<&Error>,
     ) {
         let passed = checks.iter().all(|check| check.passed)
-            && self.validations.iter().all(|validation| validation.verdict == RunVerdict::Pass);
-        self.verdict = match (error, passed) {
-            (Some(error), _) => RunVerdict::from_error(error),
-            (None, true) => RunVerdict::Pass,
-            (None, false) => RunVerdict::Fail,
+            && self.validations.iter().all(|validation| validation.verdict.is_success());
+        let judged = self.has_baselines
+            || !checks.is_empty()
+            || self.validations.iter().any(|validation| validation.verdict != RunVerdict::NoChecks);
+        self.verdict = match error {
+            Some(error) => RunVerdict::from_error(error),
+            None if !passed => RunVerdict::Fail,
+            None if judged => RunVerdict::Pass,
+            None => RunVerdict::NoChecks,
         };
         self.error = error.map(ToString::to_string);
         self.checks = checks;
@@ -334,7 +353,7 @@ impl RunReport {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self.verdict {
-            RunVerdict::Pass => 0,
+            RunVerdict::Pass | RunVerdict::NoChecks => 0,
             RunVerdict::Fail => 1,
             RunVerdict::Error | RunVerdict::Interrupted => 3,
         }

@@ -18,11 +18,11 @@ use crate::checkpoint_plan::CheckpointPlan;
 use crate::options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
 use crate::real_time::RealTimeTimer;
 use crate::recorder::RunRecorder;
-use crate::report::{RunReport, ValidationReport};
+use crate::report::{self, RunReport, ValidationReport};
 use crate::run_folder::{self, RunFolder};
 use crate::stop::StopCondition;
 use crate::warm_start::WarmStart;
-use crate::{baseline, package, validation};
+use crate::{baseline, messages, package, validation};
 
 /// A completed run. Viewers can be connected to it as long as it is kept.
 pub struct CompletedRun {
@@ -209,6 +209,7 @@ impl ScenarioJob<'_> {
             }
             timer.wait_for_tick(done, || context.check_stop())
         };
+        let simulation = Instant::now();
         let simulated = simulate_to_end(
             &mut plan.system,
             &mut nodes,
@@ -217,6 +218,7 @@ impl ScenarioJob<'_> {
             &mut on_tick,
             &mut checkpoints,
         );
+        let simulation_seconds = simulation.elapsed().as_secs_f64();
         let mut outcome = simulated.map_err(|error| context.stop_error_or(error));
         checkpoints.finish_and_verify(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
         checkpoints.add_to(&mut report);
@@ -234,9 +236,17 @@ impl ScenarioJob<'_> {
 
         let failure = outcome.err();
         let verdicts = evaluate_checks(&recorder, &mut report);
+        messages::locate_named_start_values(&mut report.messages, &plan.system.nodes);
+        if failure.is_none() {
+            report.warnings.extend(recorder.checks.unfailing_warnings(&verdicts, &plan.system.columns));
+        }
         baseline::draw_baseline_plots(&recorder.baselines, &mut report)?;
         report.late_points = timer.late_points();
         report.complete_after_run(&progress, clock.step, verdicts, failure.as_ref());
+        if self.options.realtime.is_none() {
+            let slow = report::slow_run_warning(report.sim_seconds, simulation_seconds, &report.nodes);
+            report.warnings.extend(slow);
+        }
         recorder.finish_recordings(&report)?;
         if self.options.bless {
             baseline::replace_baselines_by_run(&plan, &mut report)?;

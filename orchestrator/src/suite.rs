@@ -65,6 +65,8 @@ pub struct CheckResult {
 pub enum ScenarioOutcome {
     /// All its checks passed.
     Passed,
+    /// It came to its end and has no checks: nothing was judged. It counts as passed.
+    NoChecks,
     /// It did not run, for this reason.
     Skipped(String),
     /// A check failed: a line for each.
@@ -220,6 +222,7 @@ fn run_and_read_outcome(
         )),
         // It may have come to its end in spite of a signal.
         (_, Some(0), Some(RunVerdict::Pass)) => ScenarioOutcome::Passed,
+        (_, Some(0), Some(RunVerdict::NoChecks)) => ScenarioOutcome::NoChecks,
         (_, Some(1), Some(RunVerdict::Fail)) => {
             let checks = report.as_ref().map(RunSummary::check_results).unwrap_or_default();
             ScenarioOutcome::Failed(failed_check_lines(&checks))
@@ -344,6 +347,7 @@ mod tests {
         let no_report = "left no report of its own";
         for (text, expected) in [
             (report("$identity", "pass"), None),
+            (report("$identity", "no checks"), None),
             // The report that this left is there for the next ones.
             ("exit 0".to_owned(), Some(no_report)),
             (report("1", "pass"), Some(no_report)),
@@ -354,7 +358,7 @@ mod tests {
         ] {
             let outcome = program(&text).outcome;
             match (expected, &outcome) {
-                (None, ScenarioOutcome::Passed) => {}
+                (None, ScenarioOutcome::Passed | ScenarioOutcome::NoChecks) => {}
                 (Some(says), ScenarioOutcome::Broken(what)) if what.contains(says) => {}
                 _ => panic!("{text}: {outcome:?}"),
             }

@@ -5,8 +5,10 @@
 mod car;
 mod table;
 
+use car_file::{CarParameter, implausible_parameters};
 use fmu_export::{
-    EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, log, warn,
+    EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, RealValue, Terminal, Variable,
+    log, real_values, warn,
 };
 use serde::{Deserialize, Serialize};
 use tire_file::TireSpecification;
@@ -153,6 +155,13 @@ impl Model for SingleTrackPlant {
             _ => detailed_track::DetailedSingleTrackState { planar: self.start, ..Default::default() },
         };
         Ok(())
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {

@@ -1,6 +1,7 @@
 //! Compares the derivatives of the outputs with central differences.
 
-use fmu_export::{EquationDerivatives, Model, ModelError, description};
+use car_file::{CarParameter, implausible_parameters};
+use fmu_export::{EquationDerivatives, Model, ModelError, RealValue, description, real_values};
 use vehicle::detailed_track::WheelDynamicsOptions;
 use vehicle::{PlanarState, SingleTrackInput};
 
@@ -32,6 +33,14 @@ fn plants() -> [SingleTrackPlant; 3] {
     combined.details.lock.drive = 0.4;
     combined.details.lock.sensitivity = 0.5;
     [SingleTrackPlant::default(), combined, detailed]
+}
+
+#[test]
+fn the_car_that_it_starts_with_is_plausible() {
+    let given = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: true };
+    let parameters: Vec<_> = real_values(&mut SingleTrackPlant::default()).iter().map(given).collect();
+    assert!(parameters.len() > 40, "{parameters:?}");
+    assert_eq!(implausible_parameters(&parameters), [""; 0]);
 }
 
 #[test]

@@ -89,13 +89,13 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """How it ended: `pass`, `fail`, `error` or `interrupted`."""
+        """How it ended: `pass`, `no checks`, `fail`, `error` or `interrupted`."""
         return str(self.report["verdict"])
 
     @property
     def passed(self) -> bool:
-        """Whether it came to its end, and all checks and validations held."""
-        return self.verdict == "pass"
+        """Whether it came to its end, and no check or validation failed. Without any, `verdict` is `no checks`."""
+        return self.verdict in ("pass", "no checks")
 
     @cached_property
     def checks(self) -> list[Check]:
@@ -255,7 +255,7 @@ class Run:
 
 
 def _word(verdict: str) -> str:
-    colour = "#0a7f5a" if verdict in ("pass", "passed", "identified") else "#c0392b"
+    colour = "#0a7f5a" if verdict in ("pass", "passed", "identified") else "#5c6773" if verdict == "no checks" else "#c0392b"
     return f'<span style="color:{colour}">{html.escape(verdict)}</span>'
 
 

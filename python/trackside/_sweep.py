@@ -94,13 +94,12 @@ class Sweep:
 
     @property
     def share(self) -> float:
-        """The share of the variants that passed, from 0 to 1; NaN without variants."""
-        verdicts = self.arrow("verdict")["verdict"]
-        passed = pc.sum(pc.equal(verdicts, "passed")).as_py() or 0
-        return passed / len(verdicts) if len(verdicts) else float("nan")
+        """The share of the variants that passed, or came to their end where nothing is checked, from 0 to 1; NaN without variants."""
+        passed = pc.sum(_passed(self.arrow("verdict"))).as_py() or 0
+        return passed / len(self) if len(self) else float("nan")
 
     def variants(self, verdict: str) -> list[int]:
-        """Return the variants with this verdict: `passed`, `failed` or `error`."""
+        """Return the variants with this verdict: `passed`, `no checks`, `failed` or `error`."""
         table = self.arrow("verdict")
         return list(table.filter(pc.equal(table["verdict"], verdict))["variant"].to_pylist())
 
@@ -125,12 +124,17 @@ class Sweep:
 
     def _repr_html_(self) -> str:
         table = self.arrow()
-        order = pc.sort_indices(pc.equal(table["verdict"], "passed"))
+        order = pc.sort_indices(_passed(table))
         first = table.take(order[:SHOWN])
         head = "".join(f"<th>{html.escape(name)}</th>" for name in first.schema.names)
         rows = "".join("<tr>" + "".join(f"<td>{_cell(value)}</td>" for value in row.values()) + "</tr>" for row in first.to_pylist())
         note = f"<p>{len(self)} variants, {self.share:.1%} passed; <code>{html.escape(str(self.page))}</code></p>"
         return f"{note}<table><tr>{head}</tr>{rows}</table>"
+
+
+def _passed(table: pa.Table) -> pa.ChunkedArray:
+    """Return for each variant whether it came to its end and failed no check."""
+    return pc.is_in(table["verdict"], value_set=pa.array(["passed", "no checks"]))
 
 
 def _cell(value: object) -> str:

@@ -123,12 +123,12 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("system-fmu", &["fmu-export", "system"]),
     ("python-model", &["fmu-export", "python"]),
     ("python-fmu", &["fmu-export", "python-model"]),
-    ("plant-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
-    ("controller", &["fmu-export", "vehicle"]),
-    ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
+    ("plant-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
+    ("controller", &["car-file", "fmu-export", "vehicle"]),
+    ("driver-fmu", &["car-file", "fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
-    ("friction-fmu", &["fmu-export", "vehicle"]),
-    ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
+    ("friction-fmu", &["car-file", "fmu-export", "vehicle"]),
+    ("estimator", &["car-file", "fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["archive", "assessment", "attribution", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
 

@@ -13,6 +13,7 @@ tests! {
     a_value_that_cannot_be_set_is_told,
     several_scenarios_get_a_folder_each_and_the_worst_exit_code_counts,
     test_distinguishes_passed_failed_broken_and_skipped,
+    implausible_parameters_steps_and_checks_are_told_with_their_places,
     an_example_is_packed_by_one_command_and_built_by_a_scenario,
     #[cfg(unix)]
     view_opens_the_matching_viewer_or_explains_its_installation,
@@ -199,6 +200,8 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
     lab.write("broken.toml", coasting("plnt.X < 10"));
     let table = "\n[[table]]\nname = \"log\"\npath = \"log.csv\"\ntime = \"t\"\ncolumns = {}\n";
     lab.write("skipped.toml", coasting("plant.X < 30") + table);
+    let unchecked = coasting("plant.X < 30");
+    lab.write("unchecked.toml", unchecked.split("[[check]]").next().expect("the part before the check"));
     let ended = lab.trackside(&["test", ".", "--junit", "results.xml"]).expect(1);
     for line in [
         "ok       ./good.toml",
@@ -209,16 +212,47 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
         "  FAILED  distance  plant.X < 10  (",
         "  ./fails.toml:13",
         "log.csv is not there",
-        "1 passed, 2 failed, 1 skipped",
+        "s  (no checks)",
+        "2 passed (1 without checks), 2 failed, 1 skipped",
     ] {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
     }
+    let ended = lab.trackside(&["run", "unchecked.toml", "--out", "unchecked"]).expect(0);
+    assert!(ended.stdout.ends_with("no checks: the run is done, nothing was checked\n"), "{}", ended.stdout);
+    assert_eq!(lab.report("unchecked")["verdict"], "no checks");
+    assert!(lab.read("unchecked/report.html").contains("banner neutral\"><b>NO CHECKS</b>"));
     junit(&lab.read("results.xml"));
+}
+
+fn implausible_parameters_steps_and_checks_are_told_with_their_places() {
+    let lab = lab();
+    let text = coasting("plant.X < 1e9").replace("delta = 0.02", "delta = 0.02, body.h = 0.17");
+    lab.write("case.toml", text.replace("step = 0.01", "step = 0.5"));
+    let ended =
+        lab.trackside(&["run", "case.toml", "--out", "out", "--set", "plant.body.l_f=1600"]).expect(0);
+    ended.says(&[
+        "--set plant.body.l_f: `plant` warns at 0 s: `body.l_f` is 1600 m, expected 0.6 to 2.8 m for a passenger car",
+        "Is it 1600 mm = 1.6 m?",
+        "case.toml:10: `plant` warns at 0 s: ",
+        "`body.h` is 0.17 m, expected 0.3 to 1 m for a passenger car",
+        "a small-scale car may have it",
+        "case.toml:4: `plant` gets steps of 0.5 s, 50 times the 0.01 s that its description proposes (stepSize)",
+        "case.toml:13: no value of this run could fail the check `distance`: the bound of `plant.X < 1e9`, 1e9 m, is more than a million",
+        "`plant.X` was 0 to 20.57 m",
+    ]);
+    let report = lab.report("out");
+    assert_eq!(report["messages"][0]["place"], "--set plant.body.l_f");
+    assert_eq!(report["warnings"].as_array().map(Vec::len), Some(2), "{report}");
+    let page = lab.read("out/report.html");
+    assert!(
+        page.contains("Is it 1600 mm = 1.6 m?") && page.contains("no value of this run could fail"),
+        "{page}"
+    );
 }
 
 fn junit(xml: &str) {
     for element in [
-        "tests=\"4\" skipped=\"1\" failures=\"1\" errors=\"1\"",
+        "tests=\"5\" skipped=\"2\" failures=\"1\" errors=\"1\"",
         "<testsuite name=\"good\"",
         "<testcase name=\"distance\" classname=\"good\" file=\"./good.toml\" line=\"13\"",
         "<testcase name=\"distance\" classname=\"fails\" file=\"./fails.toml\" line=\"13\">",
@@ -227,6 +261,7 @@ fn junit(xml: &str) {
         "<testcase name=\"run\" classname=\"broken\"",
         "<error message=\"check `distance`: unknown signal `plnt.X`\"",
         "<testcase name=\"run\" classname=\"skipped\"",
+        "<skipped message=\"no checks: the run came to its end, and nothing was judged\"",
         "<skipped message=\"the data file ./log.csv is not there\"",
     ] {
         assert!(xml.contains(element), "{element}\n{xml}");

@@ -3,6 +3,7 @@
 mod memory;
 mod plan;
 pub(crate) mod results;
+mod unfailing;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use serde_json::Value;
 
 pub use self::memory::CheckState;
 pub use self::plan::{CheckCondition, CheckPlan, ResultName, ResultSpace};
+use self::unfailing::SignalExtent;
 
 /// Share of its window in which the verdict of a check on a window as a whole is shown at least.
 const DECIDED: f64 = 0.02;
@@ -77,6 +79,10 @@ pub struct RunChecks {
     notices: Vec<SinkNotice>,
     /// The last communication point so far [s].
     reached: f64,
+    /// The values that the signals of each check had.
+    extents: Vec<Vec<SignalExtent>>,
+    /// Whether the checks went on with what those of another run remembered.
+    resumed: bool,
     /// The communication point that checks which went on have seen before.
     seen: Option<(u64, Vec<bool>)>,
     /// Half a communication step [s]: windows include the points at their ends whatever their digits.
@@ -102,6 +108,8 @@ impl RunChecks {
         RunChecks {
             states: vec![CheckOrFaultStatus::Idle; plans.len()],
             unjudged: vec![None; plans.len()],
+            extents: plans.iter().map(SignalExtent::of_check).collect(),
+            resumed: false,
             checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),
             reached: 0.0,
@@ -173,11 +181,15 @@ impl RunChecks {
     fn judge_sample(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) {
         let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
         let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
-        let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
-        for (place, (((plan, judge), state), unjudged)) in checks.enumerate() {
+        let checks =
+            self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged).zip(&mut self.extents);
+        for (place, ((((plan, judge), state), unjudged), extents)) in checks.enumerate() {
             let CheckMonitor::Run(monitor) = judge else { continue };
             let [from, to] = plan.during;
             let inside = time > from - self.slack && time < to + self.slack;
+            if inside {
+                extents.iter_mut().for_each(|it| it.include_sample(row));
+            }
             if inside && unjudged.is_none() {
                 *unjudged = rounded_integer(plan, time, row);
             }

@@ -1,4 +1,5 @@
-//! Reads the tables of a car: text goes in; curves and maps in SI units come out, or what is wrong with a line and a column.
+//! Reads the tables of a car: text goes in; curves and maps in SI units come out, or what is wrong with a line and a column. Judges its
+//! parameters by plausible ranges.
 //!
 //! A table has a row for each point, with fields between semicolons, tabs, commas or blanks. The first row names the columns and
 //! their units: `travel [mm], toe [deg], camber [deg]`. Comments start with `#` or `//`.
@@ -20,11 +21,13 @@
 mod car;
 mod grid;
 mod header;
+mod plausibility;
 mod table;
 
 pub use car::{
     WheelKinematics, read_aerodynamic_map, read_brake_curves, read_engine_torque, read_kinematics,
 };
+pub use plausibility::{CarParameter, implausible_parameters};
 
 /// What is wrong with a table. It begins with the line, so that the name of the table goes before it: `aero.map:3: ...`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -9,9 +9,11 @@ mod plan;
 
 use std::sync::Arc;
 
+use car_file::{CarParameter, implausible_parameters};
 use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, PedalMode, TimeStep};
 use fmu_export::{
-    Info, Member, Model, ModelError, Terminal, Variable, calculated_parameter, input, output, parameter,
+    Info, Member, Model, ModelError, RealValue, Terminal, Variable, calculated_parameter, input, output,
+    parameter, real_values, warn,
 };
 use plan::{DrivePlan, DriveSettings};
 use serde::{Deserialize, Serialize};
@@ -238,6 +240,13 @@ impl Model for DriverModel {
         (self.output, self.memory) = (DriverOutput::default(), DriverMemory::default());
         self.laws.locate_car(&plan, &self.input, &mut self.memory, &mut self.output);
         Ok(())
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {

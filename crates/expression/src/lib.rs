@@ -28,6 +28,7 @@ mod dimension;
 mod function;
 mod index;
 mod inference;
+mod interval;
 mod monitor;
 mod operator;
 mod parser;
@@ -50,6 +51,7 @@ pub use index::{
     ColumnIndex, IntegerIndex, IntegerKind, IntegerRange, NumberIndex, NumberKind, NumberRange, ReadableRow,
     TextIndex, TextKind, TextRange, TypedIndex, TypedRange,
 };
+pub use interval::Interval;
 pub use monitor::{ConditionMonitor, ConditionOutcome};
 pub use trace::{ComparisonTrace, TraceContent, TracePoint};
 

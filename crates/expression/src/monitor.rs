@@ -57,7 +57,7 @@ impl ArithmeticOperator {
 }
 
 impl ComparisonOperator {
-    fn negated(self) -> Self {
+    pub(crate) fn negated(self) -> Self {
         match self {
             Self::Less => Self::GreaterOrEqual,
             Self::LessOrEqual => Self::Greater,

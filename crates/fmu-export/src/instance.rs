@@ -153,7 +153,9 @@ impl<M: Model> CoSimulation for Instance<M> {
     }
 
     fn exit_initialization(&mut self) -> FmiResult {
-        self.refresh_outputs()
+        self.refresh_outputs()?;
+        self.current.model.review_parameters();
+        Ok(())
     }
 
     fn refresh_outputs(&mut self) -> FmiResult {

@@ -87,6 +87,7 @@
 //! | call | when |
 //! |---|---|
 //! | [`Model::initialise`] | in initialisation mode, again after each change of a parameter or input |
+//! | [`Model::review_parameters`] | once, when the initialisation ends |
 //! | [`Model::step`] | for each communication step of any size, with the inputs held |
 //! | [`Model::compute_outputs`] | after the two above, and when an output is read after an input was written |
 //!
@@ -152,6 +153,7 @@ mod memory;
 mod model;
 #[cfg(feature = "pack")]
 pub mod pack;
+mod real_values;
 pub mod resources;
 mod table;
 mod terminal;
@@ -168,6 +170,7 @@ pub use instance::{Instance, InstanceSnapshot};
 pub use lifecycle::{Lifecycle, LifecycleState};
 pub use log::{LOG_CATEGORIES, SUMMARY, log, warn};
 pub use model::{Model, ModelError};
+pub use real_values::{RealValue, real_values};
 pub use terminal::{Member, MemberKind, Terminal};
 pub use text::SharedText;
 pub use units as unit;

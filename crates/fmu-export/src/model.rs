@@ -70,6 +70,10 @@ pub trait Model: Default + Clone + Send + Serialize + DeserializeOwned + 'static
         Ok(())
     }
 
+    /// Looks at parameters and start values once, when the initialisation ends: the place to [`warn()`](crate::warn()) of values that are
+    /// legal and odd. [`real_values`](crate::real_values) lists them.
+    fn review_parameters(&mut self) {}
+
     /// Advances the state from `time` to `time + step` [s] with the inputs held.
     ///
     /// # Errors

@@ -14,7 +14,8 @@ mod tests;
 
 use std::sync::Arc;
 
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
+use car_file::{CarParameter, implausible_parameters};
+use fmu_export::{Info, Member, Model, ModelError, RealValue, Terminal, Variable, real_values, warn};
 use serde::{Deserialize, Serialize};
 use vehicle::{MagicFormula, VehicleBody};
 
@@ -144,6 +145,13 @@ impl Model for FrictionNode {
         self.observer = observer;
         self.write_output(output);
         Ok(())
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {

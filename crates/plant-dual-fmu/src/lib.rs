@@ -7,7 +7,8 @@ mod table;
 
 use std::sync::Arc;
 
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, log, warn};
+use car_file::{CarParameter, implausible_parameters};
+use fmu_export::{Info, Member, Model, ModelError, RealValue, Terminal, Variable, log, real_values, warn};
 use maps::CarTables;
 use serde::{Deserialize, Serialize};
 use tire::{MfSet, Tire, TireOperatingPoint, TireSet};
@@ -210,6 +211,13 @@ impl Model for DualTrackPlant {
         (self.tire_warned, self.table_warned) = ([false; 4], [false; QUANTITIES]);
         self.state = DualTrackState { planar: self.start, ..car.straight_rolling_state(self.start.v_x) };
         Ok(())
+    }
+
+    fn review_parameters(&mut self) {
+        let parameter =
+            |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
+        let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
+        implausible_parameters(&parameters).into_iter().for_each(warn);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {

@@ -8,6 +8,13 @@ fn the_table_follows_fmi() {
 }
 
 #[test]
+fn the_car_that_it_starts_with_is_plausible() {
+    let given = |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: true };
+    let parameters: Vec<_> = real_values(&mut DualTrackPlant::default()).iter().map(given).collect();
+    assert_eq!(implausible_parameters(&parameters), [""; 0]);
+}
+
+#[test]
 fn parameters_that_make_no_car_are_told_with_name_and_bound() {
     let wrong = |change: fn(&mut DualTrackPlant)| {
         let mut plant = DualTrackPlant::default();

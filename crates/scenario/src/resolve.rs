@@ -188,7 +188,7 @@ impl RunPlan {
                 &mut diagnostics,
             ));
         }
-        let ResolveDiagnostics { mut mistakes, warnings } = diagnostics;
+        let ResolveDiagnostics { mut mistakes, mut warnings } = diagnostics;
         mistakes.ok_or_record(validations::check_names(scenario, &nodes));
         let signals = RunSignals { columns: &columns, units: &expression_units };
         let checks = checks::resolve_checks(scenario, signals, clock, &mut mistakes);
@@ -207,6 +207,10 @@ impl RunPlan {
             return Err(Error::already_reported());
         };
         let (coupling, order) = order.into_coupling(coupling);
+        // A division finds the steps that the coupling needs.
+        if coupling.division.is_none() {
+            warnings.extend(description_notes::coarse_step_notes(scenario, &nodes, clock));
+        }
         let graph = view::node_graph(&nodes, &order, &coupling);
         let view = ReplayView { limits: view::limits_from_checks(&checks, &recorded), graph, ..view };
         let system = System {

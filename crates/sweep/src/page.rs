@@ -32,6 +32,7 @@ pub struct SweepPageHeader {
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 enum VariantEnding {
     Passed,
+    NoChecks,
     Failed,
     Error,
 }
@@ -40,7 +41,7 @@ impl VariantEnding {
     /// Its class in the style.
     fn css_class(self) -> &'static str {
         match self {
-            VariantEnding::Passed => "passed",
+            VariantEnding::Passed | VariantEnding::NoChecks => "passed",
             VariantEnding::Failed => "failed",
             VariantEnding::Error => "ended",
         }
@@ -50,6 +51,7 @@ impl VariantEnding {
     fn legend_text(self) -> &'static str {
         match self {
             VariantEnding::Passed => "passed",
+            VariantEnding::NoChecks => "no checks",
             VariantEnding::Failed => "failed a check",
             VariantEnding::Error => "did not end",
         }
@@ -177,6 +179,7 @@ fn cell_text(column: &SweepColumn, worst: &WorstVariant) -> String {
 fn variant_endings(table: &SweepTable) -> Vec<VariantEnding> {
     let ending = |verdict: &Option<String>| match verdict.as_deref() {
         Some("passed") => VariantEnding::Passed,
+        Some("no checks") => VariantEnding::NoChecks,
         Some("failed") => VariantEnding::Failed,
         _ => VariantEnding::Error,
     };

@@ -15,8 +15,9 @@ use crate::table::{SweepColumn, SweepColumnRole, SweepTable};
 /// The names of the columns of checks and their margins begin with these.
 const CHECK: &str = "check.";
 const MARGIN: &str = "margin.";
-/// The verdict of a variant that passes all its checks, and of one that did not end.
+/// The verdict of a variant that passes all its checks, of one that has none, and of one that did not end.
 const PASSED: &str = "passed";
+const NO_CHECKS: &str = "no checks";
 const ERROR: &str = "error";
 /// Worst variants that are told of a check.
 const WORST: usize = 10;
@@ -24,7 +25,7 @@ const WORST: usize = 10;
 /// The summary of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepSummary {
-    /// Of all variants, how many pass all checks. One that did not end does not pass.
+    /// Of all variants, how many pass all checks, or come to their end without any. One that did not end does not pass.
     pub share: PassRate,
     /// Variants that did not end.
     pub errors: u64,
@@ -72,7 +73,9 @@ impl SweepSummary {
         let verdicts = table.verdicts();
         let SweepEffects { outputs, not_ordered } = effects::effects_on_results(table, axes, seed);
         Self {
-            share: PassRate::from_verdicts(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),
+            share: PassRate::from_verdicts(
+                verdicts.iter().map(|it| matches!(it.as_deref(), Some(PASSED | NO_CHECKS))),
+            ),
             errors: verdicts.iter().filter(|it| it.as_deref() == Some(ERROR)).count() as u64,
             checks: table
                 .columns_with_role(SweepColumnRole::Check)

@@ -118,6 +118,19 @@ fn one_variant_and_none_have_a_page_too() {
 }
 
 #[test]
+fn variants_without_checks_are_neither_passed_nor_failed() {
+    let verdicts = vec![Some("no checks".to_owned()); 2];
+    let columns = vec![
+        SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(vec![0, 1])),
+        SweepColumn::new("verdict", SweepColumnRole::Verdict, SweepColumnValues::Texts(verdicts)),
+    ];
+    let table = SweepTable { columns };
+    let html = sweep_page(&about(), &table, &SweepSummary::from_table(&table, None, 1));
+    let banner = "banner neutral\"><b>NO CHECKS</b> 2 of 2 variants came to their end, nothing was checked";
+    assert!(html.contains(banner), "{html}");
+}
+
+#[test]
 fn a_million_variants_make_no_larger_page_than_thousands() {
     let of = |rows: i64| {
         let numbers: Vec<f64> = (0..rows).map(|k| (k % 9973) as f64).collect();

@@ -260,7 +260,10 @@ fn print_sweep_result(gathered: &SweepResult) -> Result<u8, Error> {
 fn describe_sweep_result(gathered: &SweepResult) -> String {
     let SweepResult { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
-    text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
+    text += &match gathered.has_checks {
+        true => format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share),
+        false => format!("  {passed} of {variants} variants came to their end, no checks\n"),
+    };
     if let Some(found) = &gathered.search {
         text += &format!("  {}\n", found.describe_result());
     }

@@ -79,9 +79,14 @@ pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
         0 => String::new(),
         interrupted => format!(", {interrupted} not run to the end"),
     };
+    let without_checks = count(|outcome| *outcome == ScenarioOutcome::NoChecks);
+    let no_checks = match without_checks {
+        0 => String::new(),
+        without_checks => format!(" ({without_checks} without checks)"),
+    };
     print_text(&format!(
-        "{} passed, {} failed, {} skipped{interrupted}\n",
-        count(|outcome| *outcome == ScenarioOutcome::Passed),
+        "{} passed{no_checks}, {} failed, {} skipped{interrupted}\n",
+        count(|outcome| *outcome == ScenarioOutcome::Passed) + without_checks,
         failed + broken,
         count(|outcome| matches!(outcome, ScenarioOutcome::Skipped(_))),
     ));
@@ -95,6 +100,7 @@ fn test_line(result: &TestResult) -> String {
     let (path, seconds) = (result.path.display(), result.time.as_secs_f64());
     let (word, text) = match &result.outcome {
         ScenarioOutcome::Passed => ("ok", String::new()),
+        ScenarioOutcome::NoChecks => ("ok", "  (no checks)".to_owned()),
         ScenarioOutcome::Skipped(reason) => ("skipped", format!("  ({reason})")),
         ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => ("FAILED", format!("\n{text}")),
         ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),

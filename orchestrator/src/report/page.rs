@@ -39,6 +39,7 @@ impl RunReport {
             RunVerdict::Error | RunVerdict::Interrupted => {
                 format!("stopped after {}", format_seconds(self.sim_seconds))
             }
+            RunVerdict::NoChecks => "the run is done, nothing was checked".to_owned(),
             RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
         };
         let title = &self.title;
@@ -113,6 +114,7 @@ fn pretty_json(result: &Value) -> String {
 fn verdict_word(verdict: &RunVerdict) -> &'static str {
     match verdict {
         RunVerdict::Pass => "PASSED",
+        RunVerdict::NoChecks => "NO CHECKS",
         RunVerdict::Fail => "FAILED",
         RunVerdict::Error => "ERROR",
         RunVerdict::Interrupted => "INTERRUPTED",
@@ -122,6 +124,7 @@ fn verdict_word(verdict: &RunVerdict) -> &'static str {
 fn verdict_css_class(verdict: &RunVerdict) -> &'static str {
     match verdict {
         RunVerdict::Pass => "pass",
+        RunVerdict::NoChecks => "neutral",
         RunVerdict::Fail => "fail",
         RunVerdict::Error | RunVerdict::Interrupted => "stop",
     }

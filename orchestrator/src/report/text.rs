@@ -44,14 +44,15 @@ impl RunReport {
         };
         let failed = self.checks.iter().filter(|check| !check.passed).count();
         let checks = (!self.checks.is_empty()).then(|| count(failed, self.checks.len(), "check"));
-        let failed = self.validations.iter().filter(|it| it.verdict != RunVerdict::Pass).count();
+        let failed = self.validations.iter().filter(|it| !it.verdict.is_success()).count();
         let validations =
             (!self.validations.is_empty()).then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
             (RunVerdict::Pass | RunVerdict::Fail, _) => {
                 let parts: Vec<_> = checks.into_iter().chain(validations).collect();
-                if parts.is_empty() { "done, nothing was checked".to_owned() } else { parts.join(", ") }
+                if parts.is_empty() { "the run is done".to_owned() } else { parts.join(", ") }
             }
+            (RunVerdict::NoChecks, _) => "no checks: the run is done, nothing was checked".to_owned(),
             (RunVerdict::Error | RunVerdict::Interrupted, Some(error)) => {
                 format!("stopped after {} s: {error}", self.sim_seconds)
             }

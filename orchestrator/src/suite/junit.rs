@@ -11,6 +11,10 @@ use super::{CheckResult, ScenarioOutcome, TestResult};
 /// The case of a run without a check, or without a verdict.
 const RUN: &str = "run";
 
+/// What the case of a run without checks says. CI tools list skipped cases with their message, and show nothing of what a passed one
+/// says; neither fails a pipeline.
+const NO_CHECKS: &str = "no checks: the run came to its end, and nothing was judged";
+
 /// What every file of this form has near its beginning.
 const ROOT: &[u8] = b"<testsuites";
 /// How far that is looked for [bytes].
@@ -71,11 +75,8 @@ fn junit_suite(result: &TestResult) -> TestSuite {
 /// The status of the run as a test case; none when its checks say enough.
 fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
     match &result.outcome {
-        ScenarioOutcome::Skipped(reason) => {
-            let mut status = TestCaseStatus::skipped();
-            status.set_message(escape_for_terminal(reason).as_ref());
-            Some(status)
-        }
+        ScenarioOutcome::Skipped(reason) => Some(skipped_test_status(reason)),
+        ScenarioOutcome::NoChecks => Some(skipped_test_status(NO_CHECKS)),
         ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
             Some(failed_test_status(NonSuccessKind::Error, &error_headline(text), text))
         }
@@ -102,6 +103,12 @@ fn check_case(result: &CheckResult) -> TestCase {
         }
     };
     junit_test_case(&result.qualified_name(), status, &verdict.file, verdict.line)
+}
+
+fn skipped_test_status(reason: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(escape_for_terminal(reason).as_ref());
+    status
 }
 
 fn failed_test_status(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {

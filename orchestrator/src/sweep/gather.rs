@@ -47,6 +47,9 @@ pub struct SweepResult {
     pub pass_share: f64,
     /// SHA-256 of all that does not depend on the time by the clock: two sweeps with the same results have the same.
     pub results: String,
+    /// Whether the scenario has checks; without any, variants that came to their end count as passed.
+    #[serde(skip)]
+    pub has_checks: bool,
     /// What a search found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchResult>,
@@ -129,6 +132,7 @@ pub fn gather_sweep_results(
         share: counts.passed as f64 / counts.done.max(1) as f64,
         pass_share: plan.metadata.pass_share,
         results: digest,
+        has_checks: !plan.metadata.checks.is_empty(),
         search: found,
         recorded,
         shown,

@@ -7,7 +7,7 @@ use diagnostics::Error;
 use scenario::document::VariantSelection;
 use serde::Serialize;
 
-use super::result_rows::{ERROR, PASSED};
+use super::result_rows::{ERROR, NO_CHECKS, PASSED};
 
 /// A notable variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -81,7 +81,7 @@ impl NotableScan {
                 self.error = Some((variant, what));
             }
             let VariantSelection { failed, every, .. } = self.limits;
-            if verdict != PASSED && self.failed.len() < failed as usize {
+            if ![PASSED, NO_CHECKS].contains(&verdict.as_str()) && self.failed.len() < failed as usize {
                 self.failed.push(variant);
             }
             if every > 0 && variant.is_multiple_of(every.into()) {

@@ -7,6 +7,8 @@ use super::variant::{VariantFailure, VariantOutcome};
 
 /// What the verdicts are called.
 pub const PASSED: &str = "passed";
+/// It came to its end, and has no checks.
+pub const NO_CHECKS: &str = "no checks";
 /// A check failed.
 pub const FAILED: &str = "failed";
 /// The run did not come to its end.
@@ -110,6 +112,7 @@ pub(super) fn outcomes_to_table(
 fn outcome_verdict(outcome: &VariantOutcome) -> &'static str {
     match (&outcome.failure, outcome.has_passed()) {
         (Some(_), _) => ERROR,
+        (None, _) if outcome.checks.is_empty() => NO_CHECKS,
         (None, true) => PASSED,
         (None, false) => FAILED,
     }

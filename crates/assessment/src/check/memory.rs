@@ -39,6 +39,7 @@ impl RunChecks {
     /// Goes on with what the checks of another run remembered up to communication point `tick` at `time` [s]. The names of the checks
     /// that should have seen more than that: their windows begin earlier, and nobody remembers for them.
     pub fn restore_state(&mut self, memory: &[CheckState], tick: u64, time: f64) -> Vec<String> {
+        self.resumed = true;
         let mut late = Vec::new();
         let mut seen = vec![false; self.checks.len()];
         let checks = self.checks.iter_mut().zip(&mut self.unjudged).zip(&mut seen);
