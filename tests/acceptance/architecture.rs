@@ -126,7 +126,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
-    ("friction-fmu", &["fmu-export", "vehicle"]),
+    ("friction-fmu", &["fmu-export", "kalman", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["archive", "assessment", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
