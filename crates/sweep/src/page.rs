@@ -10,7 +10,7 @@ use numerics::text::format_significant;
 
 use crate::statistics::PassRate;
 use crate::summary::{CheckSummary, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant};
-use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use crate::table::{FAILED, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 use bars::EffectBarChart;
 use parallel::ParallelCoordinatesPlot;
 
@@ -176,8 +176,8 @@ fn cell_text(column: &SweepColumn, worst: &WorstVariant) -> String {
 /// How each variant ended.
 fn variant_endings(table: &SweepTable) -> Vec<VariantEnding> {
     let ending = |verdict: &Option<String>| match verdict.as_deref() {
-        Some("passed") => VariantEnding::Passed,
-        Some("failed") => VariantEnding::Failed,
+        Some(PASSED) => VariantEnding::Passed,
+        Some(FAILED) => VariantEnding::Failed,
         _ => VariantEnding::Error,
     };
     table.verdicts().iter().map(ending).collect()
