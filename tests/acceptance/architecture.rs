@@ -127,7 +127,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("controller", &["car-file", "fmu-export", "vehicle"]),
     ("driver-fmu", &["car-file", "fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
-    ("friction-fmu", &["car-file", "fmu-export", "vehicle"]),
+    ("friction-fmu", &["car-file", "fmu-export", "kalman", "vehicle"]),
     ("estimator", &["car-file", "fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["archive", "assessment", "attribution", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];

@@ -1,6 +1,5 @@
 //! Checks that a scenario inherits the unchanged parts of another one.
 
-use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab};
 
@@ -11,69 +10,17 @@ tests! {
 }
 
 /// A scenario in a folder of its own, whose paths are relative to it.
-fn base() -> String {
-    let start = "start.v_x = 20.0, body.m = 800.0, \"tire_f.D\" = 1.5, F_x = 0.0";
-    let signals = "signals = [{ signal = \"plant.v_x\" }, { signal = \"driver.v\" }]";
-    Scenario::headed("title = \"Base\"\nseed = 3")
-        .time(0.01, 0.1)
-        .fmu("plant", "plant.fmu", start)
-        .signal("driver.delta", "unit = \"rad\"\nconstant = 0.0")
-        .signal("driver.v", "unit = \"m/s\"\nconstant = 20.0")
-        .table("log", "log.csv", "v = { column = \"v\", unit = \"m/s\" }")
-        .connect("driver.delta", "plant.delta")
-        .key("bias = 0.001")
-        .check("slow", "abs(plant.v_x - driver.v) < 1")
-        .key("during = [0.0, 0.05]")
-        .check("never", "plant.v_x > 100")
-        .check("never ever", "plant.v_x > 200")
-        .section("[record]\nexcept = [\"log.*\"]")
-        .pose("plant")
-        .section(&format!("[[view.plot]]\ntitle = \"Speed\"\n{signals}"))
-        .text()
-}
+const BASE: &str = include_str!("../../crates/scenario/src/tests/files/base.toml");
 
 /// A scenario that extends it.
-const CHANGED: &str = r#"extends = "base/base.toml"
-title = "Changed"
-
-[without]
-check = ["never*"]
-
-[time]
-stop = 0.2
-
-[[fmu]]
-name = "plant"
-start = { "start.v_x" = 30.0, tire_f.D = 1.2 }
-
-[[signal]]
-name = "driver.v"
-unit = "km/h"
-ramp = { start = 0.0, end = 1.0, before = 108.0, after = 108.0 }
-
-[[connect]]
-to = "plant.delta"
-noise = { std = 0.001 }
-
-[[check]]
-name = "slow"
-that = "abs(plant.v_x - driver.v) < 1"
-
-[[check]]
-name = "log"
-that = "abs(log.v - 20) < 1e-9"
-
-[[view.plot]]
-title = "Speed"
-unit = "km/h"
-"#;
+const CHANGED: &str = include_str!("../../crates/scenario/src/tests/files/changed.toml");
 
 fn lab() -> Lab {
     let lab = Lab::new();
     let plant = std::fs::read(ours().join("plant.fmu")).expect("an FMU");
     lab.write("base/plant.fmu", plant);
     lab.write("base/log.csv", "t,v\n0,20\n1,20\n");
-    lab.write("base/base.toml", base());
+    lab.write("base/base.toml", BASE);
     lab
 }
 
@@ -110,7 +57,7 @@ fn unchanged_sections_are_inherited() {
     assert_eq!(last(&lab, "log.v"), None);
     // A scenario that says it all itself gives the same numbers.
     let csv = lab.read("out/run.csv");
-    let whole = base()
+    let whole = BASE
         .replace("stop = 0.1", "stop = 0.2")
         .replace("start.v_x = 20.0", "start.v_x = 30.0")
         .replace("\"tire_f.D\" = 1.5", "tire_f.D = 1.2")
@@ -140,7 +87,7 @@ fn chains_of_extends_work_with_set_and_test() {
 fn an_fmu_replaces_the_inherited_one() {
     let lab = lab();
     std::fs::copy(lab.path("base/plant.fmu"), lab.path("other.fmu")).expect("a copy");
-    let base = base().replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
+    let base = BASE.replace("path = \"plant.fmu\"", "crate = \"nowhere\"\nexample = \"none\"");
     lab.write("base/base.toml", base);
     run(
         &lab,

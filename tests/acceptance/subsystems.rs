@@ -22,41 +22,7 @@ tests! {
 
 /// Input `u` in m leads to `a.x` with factor 2 and offset 1, and to `b.x`; output `y` in mm comes from `a` with factor 10 and
 /// offset -3, and `open` leads nowhere.
-pub fn structure() -> String {
-    let connector = |name: &str, kind: &str, unit: &str| {
-        let unit = if unit.is_empty() { String::new() } else { format!(" unit=\"{unit}\"") };
-        format!("<ssd:Connector name=\"{name}\" kind=\"{kind}\"><ssc:Real{unit}/></ssd:Connector>")
-    };
-    let component = |name: &str| {
-        format!(
-            "<ssd:Component name=\"{name}\" source=\"relay.fmu\"><ssd:Connectors>{}{}</ssd:Connectors></ssd:Component>\n",
-            connector("x", "input", "m"),
-            connector("x_out", "output", "m")
-        )
-    };
-    format!(
-        r#"<ssd:SystemStructureDescription version="1.0" name="rig"
-    xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
-    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription">
-<ssd:System name="root">
-<ssd:Connectors>{}{}{}</ssd:Connectors>
-<ssd:Elements>{}{}</ssd:Elements>
-<ssd:Connections>
-<ssd:Connection startConnector="u" endElement="a" endConnector="x"><ssc:LinearTransformation factor="2" offset="1"/></ssd:Connection>
-<ssd:Connection startConnector="u" endElement="b" endConnector="x"/>
-<ssd:Connection startElement="a" startConnector="x_out" endConnector="y"><ssc:LinearTransformation factor="10" offset="-3"/></ssd:Connection>
-</ssd:Connections>
-</ssd:System>
-<ssd:Units><ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit><ssc:Unit name="mm"><ssc:BaseUnit m="1" factor="0.001"/></ssc:Unit></ssd:Units>
-<ssd:DefaultExperiment startTime="0" stopTime="2"/>
-</ssd:SystemStructureDescription>"#,
-        connector("u", "input", "m"),
-        connector("open", "input", ""),
-        connector("y", "output", "mm"),
-        component("a"),
-        component("b")
-    )
-}
+pub const STRUCTURE: &str = include_str!("../../crates/scenario/src/tests/files/rig.ssd");
 
 /// A folder with the archive `rig.ssp`.
 pub fn lab() -> Lab {
@@ -65,8 +31,7 @@ pub fn lab() -> Lab {
 
 fn lab_of(relay: &[u8]) -> Lab {
     let lab = Lab::new();
-    let structure = structure();
-    let entries = [("SystemStructure.ssd", structure.as_bytes()), ("relay.fmu", relay)];
+    let entries = [("SystemStructure.ssd", STRUCTURE.as_bytes()), ("relay.fmu", relay)];
     lab.write("rig.ssp", archive(&entries));
     lab.write("relay.fmu", relay);
     lab
@@ -228,8 +193,8 @@ fn the_scenario_says_when_and_how_it_runs() {
 
 fn a_scenario_changes_the_systems_that_it_inherits() {
     let lab = lab();
-    let winter = structure().replace("factor=\"2\"", "factor=\"4\"");
-    lab.write("base/rig/SystemStructure.ssd", structure());
+    let winter = STRUCTURE.replace("factor=\"2\"", "factor=\"4\"");
+    lab.write("base/rig/SystemStructure.ssd", STRUCTURE);
     lab.write("base/rig/winter.ssd", winter);
     lab.write("base/rig/relay.fmu", relay());
     let base =

@@ -5,6 +5,7 @@
 //! scatter of parts of the drive where that is wider.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
+use kalman::augmented::ColouredNoise;
 use preparation::{Drive, Interpolation, SystematicError, SystematicErrors};
 use serde::Serialize;
 use tire_inference::prior::Prior;
@@ -134,9 +135,9 @@ pub fn calibrate_sensors(
 /// A first guess of noises [of v_x, v_y, r, a_y] of which a part lasts, in rows that are `step` [s] apart.
 fn initial_coloured_noise(sensor: [f64; 4], step: f64) -> DriveNoise {
     let mut noise = DriveNoise { process: PROCESS, ..DriveNoise::from_sensor_stds(sensor) };
-    for (colour, lasts) in noise.colour.iter_mut().zip(LASTING) {
+    for (coloured, lasts) in noise.coloured.iter_mut().zip(LASTING) {
         if lasts {
-            *colour = [(-step / LASTS).exp(), SHARE];
+            *coloured = ColouredNoise { correlation: (-step / LASTS).exp(), share: SHARE };
         }
     }
     noise

@@ -1,5 +1,6 @@
 //! The joint posterior of tires and systematic errors as a cost, and the marginal one of tires alone, which the errors follow.
 
+use kalman::augmented::ColouredNoise;
 use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::WIDTH;
 use numerics::sqp::{Objective, QuadraticModel, SqpMinimum};
@@ -233,19 +234,20 @@ pub struct NoisePosterior<'a> {
 impl NoisePosterior<'_> {
     /// Channels of which some noise lasts.
     pub fn coloured_channels(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..4).filter(|i| self.given.noise.colour[*i][1] > 0.0)
+        (0..4).filter(|i| self.given.noise.coloured[*i].share > 0.0)
     }
 
     /// The noises at a point.
     pub fn noise_at(&self, x: &DVector<f64>) -> DriveNoise {
-        let mut colour = [[0.0; 2]; 4];
+        let mut coloured = [ColouredNoise::WHITE; 4];
         for (place, i) in self.coloured_channels().enumerate() {
-            colour[i] = [x[SIZE + 2 * place], x[SIZE + 2 * place + 1]];
+            let index = SIZE + 2 * place;
+            coloured[i] = ColouredNoise { correlation: x[index], share: x[index + 1] };
         }
         DriveNoise {
             sensor: std::array::from_fn(|i| x[i].exp()),
             process: std::array::from_fn(|i| x[4 + i].sqrt()),
-            colour,
+            coloured,
         }
     }
 
@@ -253,8 +255,9 @@ impl NoisePosterior<'_> {
     pub fn x_from_noise(&self, noise: &DriveNoise) -> DVector<f64> {
         let sensor = noise.sensor.iter().map(|std| std.ln());
         let process = noise.process.iter().map(|std| std * std);
-        let colour = self.coloured_channels().flat_map(|i| noise.colour[i]);
-        DVector::from_vec(sensor.chain(process).chain(colour).collect())
+        let coloured = self.coloured_channels().map(|i| noise.coloured[i]);
+        let coloured = coloured.flat_map(|it| [it.correlation, it.share]);
+        DVector::from_vec(sensor.chain(process).chain(coloured).collect())
     }
 }
 
@@ -265,8 +268,8 @@ impl Objective for NoisePosterior<'_> {
         if x.len() == SIZE {
             return self.likelihood.evaluate_by_noise(&at).to_sqp_model(samples);
         }
-        let colours =
-            self.coloured_channels().flat_map(|i| [0, 1].map(|j| DerivativeDirection::Colour(i, j)));
+        let of_channel = |i| [DerivativeDirection::Correlation(i), DerivativeDirection::LastingShare(i)];
+        let colours = self.coloured_channels().flat_map(of_channel);
         let directions: Vec<_> = (0..SIZE).map(DerivativeDirection::Noise).chain(colours).collect();
         self.likelihood.residual_rows(&at, &directions).total_expansion().into_sqp_model(samples)
     }

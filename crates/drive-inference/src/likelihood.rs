@@ -181,7 +181,7 @@ impl DriveLikelihood {
             tires: tires::from_array(std::array::from_fn(parameter)),
             causes: SystematicErrors(std::array::from_fn(error)),
             noise: NoiseVariances { process: process.map(all), sensor: sensor.map(all) },
-            coloured_noise: noise.coloured_noise().map(|colour| colour.map(all)),
+            coloured_noise: noise.coloured.map(|it| it.map(all)),
         };
         let variants = several.iter().map(|(_, causes)| FilterStructure::required_for(causes, noise, &[]));
         let variant = variants.fold(FilterStructure::Base, FilterStructure::covering_both);
@@ -198,7 +198,7 @@ impl DriveLikelihood {
     ) {
         let DriveUnknowns { tires, causes, noise } = *at;
         let variant = FilterStructure::required_for(&causes, &noise, &[]);
-        let (noise, coloured_noise) = (noise.variances(), noise.coloured_noise());
+        let (noise, coloured_noise) = (noise.variances(), noise.coloured);
         let parameters = FilterParameters { tires, causes, noise, coloured_noise };
         let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };
         pass.with_simd(pulp::Scalar::new());

@@ -5,6 +5,7 @@
 //! promising errors are then fitted, since a large error bends the likelihood further than a score can see. An error whose
 //! scores scatter too much for that test is still real when it gains more than noise that lasts does.
 
+use kalman::augmented::ColouredNoise;
 use nalgebra::{DMatrix, DVector};
 
 use crate::adequacy::COLOURED;
@@ -27,7 +28,7 @@ const DOUBTFUL: usize = 2;
 /// Most errors that are taken.
 const MOST: usize = 8;
 /// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
-const COLOUR: [f64; 2] = [0.8, 0.5];
+const COLOUR: ColouredNoise<f64> = ColouredNoise { correlation: 0.8, share: 0.5 };
 
 /// Adds errors to a rough fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
 /// those that are left with any delay. Noise that lasts explains away every error a little, so that its turn is the last.
@@ -112,7 +113,7 @@ fn fit_with_extension(
             start.causes.set_initial_relaxation();
         }
         ModelExtension::Colour => {
-            for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
+            for (colour, correlation) in start.noise.coloured.iter_mut().zip(lasting) {
                 if *correlation > COLOURED {
                     *colour = COLOUR;
                 }
@@ -235,7 +236,7 @@ impl ExtensionCandidates {
 
     /// Whether noise that lasts may be tried.
     fn is_coloured_noise_allowed(&self, problem: &PredictionErrorProblem, fit: &PredictionErrorFit) -> bool {
-        let white = fit.noise.colour.iter().all(|[_, share]| *share == 0.0);
+        let white = fit.noise.coloured.iter().all(|it| it.share == 0.0);
         problem.noise.is_estimated() && white && is_any_channel_correlated(&self.lasting)
     }
 }

@@ -1,5 +1,6 @@
 //! Estimates the noises of sensors and process, given all else.
 
+use kalman::augmented::ColouredNoise;
 use nalgebra::DVector;
 use numerics::sqp::{self, SqpLimits};
 
@@ -12,8 +13,8 @@ const SENSOR_REACH: f64 = 4.0;
 const PROCESS_LOWEST: [f64; 4] = [1e-6, 1e-6, 1e-6, 1.0];
 const PROCESS_HIGHEST: [f64; 4] = [1.0, 1.0, 1.0, 1e5];
 /// Bounds of the correlation from row to row, and of the share that lasts.
-const COLOUR_LOWEST: [f64; 2] = [0.0, 0.01];
-const COLOUR_HIGHEST: [f64; 2] = [0.9999, 0.9999];
+const COLOUR_LOWEST: ColouredNoise<f64> = ColouredNoise { correlation: 0.0, share: 0.01 };
+const COLOUR_HIGHEST: ColouredNoise<f64> = ColouredNoise { correlation: 0.9999, share: 0.9999 };
 const LIMITS: SqpLimits = SqpLimits { iterations: 8, target: 1e-3, tolerance: 1e-2, damping: 1e-5 };
 
 /// How noises are found.
@@ -47,10 +48,11 @@ impl NoiseSpecification {
         };
         let objective = NoisePosterior { likelihood, given: *at };
         let start = objective.x_from_noise(&at.noise);
-        let corner = |sign: f64, process: &[f64; 4], colour: [f64; 2]| {
+        let corner = |sign: f64, process: &[f64; 4], colour: ColouredNoise<f64>| {
             DVector::from_fn(start.len(), |i, _| match i {
                 0..8 => bound(i, sign, process),
-                _ => colour[i % 2],
+                _ if i % 2 == 0 => colour.correlation,
+                _ => colour.share,
             })
         };
         let lower = corner(-1.0, &PROCESS_LOWEST, COLOUR_LOWEST);

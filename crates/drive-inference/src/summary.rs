@@ -113,7 +113,8 @@ fn summarise_coloured_noise(
     let covariance = inverse_hessian(&objective.model(&objective.x_from_noise(&at.noise)).hessian);
     let estimate = |(place, channel): (usize, &usize)| {
         let index = SIZE + 2 * place;
-        let ([value, share], name) = (at.noise.colour[*channel], CHANNELS[*channel]);
+        let (coloured, name) = (at.noise.coloured[*channel], CHANNELS[*channel]);
+        let value = coloured.correlation;
         let std = covariance[(index, index)].max(0.0).sqrt();
         let estimate = SystematicErrorEstimate {
             name: format!("colour_{name}"),
@@ -126,13 +127,12 @@ fn summarise_coloured_noise(
             gain,
             sentence: format!(
                 "The noise of {name} is coloured: {:.0} % of its variance is correlated by {value:.3} from row to row; the fit accounts for it.",
-                100.0 * share
+                100.0 * coloured.share
             ),
             correction: String::new(),
         };
         let sensor_std = at.noise.sensor[*channel];
-        let test =
-            plausible::noise_plausibility_test(&estimate.name, *channel, sensor_std, [value, share], step);
+        let test = plausible::noise_plausibility_test(&estimate.name, *channel, sensor_std, coloured, step);
         TestedEstimate { test, estimate }
     };
     channels.iter().enumerate().map(estimate).collect()

@@ -1,7 +1,7 @@
 //! Compares the filter's car with the plant's, its derivatives with differences, and its innovations with a filter of matrices.
 
 use kalman::Gaussian;
-use kalman::augmented::{AugmentedFilter, StateEstimate};
+use kalman::augmented::{AugmentedFilter, ColouredNoise, StateEstimate};
 use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -46,7 +46,7 @@ fn filter(
         measurement: SensorModel::new(&SystematicErrors::default(), &[0.0; 4]),
         process_noise: noise.variances().process,
         sensor_noise: noise.variances().sensor,
-        coloured_noise: noise.coloured_noise(),
+        coloured_noise: noise.coloured,
     }
 }
 
@@ -116,8 +116,11 @@ fn recording(car: &SingleTrackCar, seconds: f64) -> Drive {
     recording
 }
 
-const NOISE: DriveNoise =
-    DriveNoise { sensor: [0.05, 0.01, 0.01, 0.1], process: [2e-3, 3e-3, 1e-3, 200.0], colour: [[0.0; 2]; 4] };
+const NOISE: DriveNoise = DriveNoise {
+    sensor: [0.05, 0.01, 0.01, 0.1],
+    process: [2e-3, 3e-3, 1e-3, 200.0],
+    coloured: [ColouredNoise::WHITE; 4],
+};
 
 #[test]
 fn gradients_are_those_of_central_differences() {
@@ -173,24 +176,30 @@ fn errors() -> SystematicErrors {
 fn derivatives_by_errors_and_colours_are_those_of_differences() {
     let (car, mut rigid) = (winged(), errors());
     SystematicError::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
-    let coloured = DriveNoise { colour: [[0.0; 2], [0.6, 0.3], [0.9, 0.5], [0.8, 0.7]], ..NOISE };
+    let coloured = [(0.0, 0.0), (0.6, 0.3), (0.9, 0.5), (0.8, 0.7)]
+        .map(|(correlation, share)| ColouredNoise { correlation, share });
+    let coloured = DriveNoise { coloured, ..NOISE };
     let recordings = [recording(&car, 3.0)];
     for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
         let at = DriveUnknowns { causes, noise, ..DriveUnknowns::new(&TIRES, &NOISE) };
         let likelihood = DriveLikelihood::with_delays(&car, &recordings, &causes);
         let errors = SystematicError::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
-        let colours = (0..4).filter(|i| noise.colour[*i][1] > 0.0);
-        let directions: Vec<DerivativeDirection> = errors
-            .map(DerivativeDirection::Error)
-            .chain(colours.flat_map(|i| [0, 1].map(|j| DerivativeDirection::Colour(i, j))))
-            .collect();
+        let colours = (0..4).filter(|i| noise.coloured[*i].share > 0.0);
+        let directions: Vec<DerivativeDirection> =
+            errors
+                .map(DerivativeDirection::Error)
+                .chain(colours.flat_map(|i| {
+                    [DerivativeDirection::Correlation(i), DerivativeDirection::LastingShare(i)]
+                }))
+                .collect();
         let found = likelihood.residual_rows(&at, &directions).total_expansion();
         for (i, direction) in directions.iter().enumerate() {
             let moved = |share: f64| {
                 let mut at = at;
                 match *direction {
                     DerivativeDirection::Error(cause) => at.causes[cause] += share * cause.describe().std,
-                    DerivativeDirection::Colour(i, j) => at.noise.colour[i][j] += share,
+                    DerivativeDirection::Correlation(i) => at.noise.coloured[i].correlation += share,
+                    DerivativeDirection::LastingShare(i) => at.noise.coloured[i].share += share,
                     DerivativeDirection::Tire(_) | DerivativeDirection::Noise(_) => {}
                 }
                 likelihood.cost(&at)
@@ -212,7 +221,7 @@ fn augmented_filters_end_in_the_base_one() {
     let at = DriveUnknowns::new(&TIRES, &NOISE);
     let base = likelihood.cost(&at);
     let mut white = at;
-    white.noise.colour = [[0.5, 1e-12]; 4];
+    white.noise.coloured = [ColouredNoise { correlation: 0.5, share: 1e-12 }; 4];
     assert!((likelihood.cost(&white) - base).abs() < 1e-6 * base.abs());
     let mut short = at;
     SystematicError::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);

@@ -25,25 +25,20 @@ pub struct DriveNoise {
     pub sensor: [f64; 4],
     /// Of the random walk that v_x, v_y, r and ξ_x do besides the model, after one second [m/s, m/s, rad/s, N].
     pub process: [f64; 4],
-    /// Correlation from row to row of the part of each sensor's noise that lasts, and the share of that part in its variance;
-    /// 0 where noises are white.
-    pub colour: [[f64; 2]; 4],
+    /// How much of each sensor's noise lasts.
+    #[serde(rename = "colour")]
+    pub coloured: [ColouredNoise<f64>; 4],
 }
 
 impl DriveNoise {
     /// These sensors, on a car that the model describes well.
     pub fn from_sensor_stds(sensor: [f64; 4]) -> Self {
-        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0], colour: [[0.0; 2]; 4] }
+        Self { sensor, process: [1e-5, 1e-5, 1e-5, 30.0], coloured: [ColouredNoise::WHITE; 4] }
     }
 
     /// With the process multiplied by a factor.
     pub fn scale_process_noise(&self, factor: f64) -> Self {
         Self { process: self.process.map(|std| std * factor), ..*self }
-    }
-
-    /// How much of each sensor's noise lasts.
-    pub fn coloured_noise(&self) -> [ColouredNoise<f64>; 4] {
-        self.colour.map(|[correlation, share]| ColouredNoise { correlation, share })
     }
 
     /// As variances.
@@ -106,10 +101,12 @@ impl DriveUnknowns {
         let error = |cause: SystematicError| {
             seed(causes[cause], DerivativeDirection::Error(cause), cause.describe().std)
         };
-        let colour = |i: usize| {
-            let [correlation, share] =
-                std::array::from_fn(|j| seed(noise.colour[i][j], DerivativeDirection::Colour(i, j), 1.0));
-            ColouredNoise { correlation, share }
+        let coloured = |i: usize| {
+            let ColouredNoise { correlation, share } = noise.coloured[i];
+            ColouredNoise {
+                correlation: seed(correlation, DerivativeDirection::Correlation(i), 1.0),
+                share: seed(share, DerivativeDirection::LastingShare(i), 1.0),
+            }
         };
         FilterParameters {
             tires: tires::from_array(std::array::from_fn(|i| {
@@ -120,7 +117,7 @@ impl DriveUnknowns {
                 sensor: std::array::from_fn(sensor),
                 process: std::array::from_fn(process),
             },
-            coloured_noise: std::array::from_fn(colour),
+            coloured_noise: std::array::from_fn(coloured),
         }
     }
 }
@@ -135,8 +132,10 @@ pub enum DerivativeDirection {
     Error(SystematicError),
     /// A noise: those of sensors before those of the process.
     Noise(usize),
-    /// Correlation or share of the lasting noise of a sensor.
-    Colour(usize, usize),
+    /// Correlation of the lasting noise of a sensor.
+    Correlation(usize),
+    /// Share of the lasting noise in the variance of a sensor.
+    LastingShare(usize),
 }
 
 /// [`DriveUnknowns`] as the filter takes them, in numbers of some kind.
@@ -173,8 +172,11 @@ impl FilterStructure {
         noise: &DriveNoise,
         directions: &[DerivativeDirection],
     ) -> Self {
-        let along = directions.iter().any(|it| matches!(it, DerivativeDirection::Colour(..)));
-        let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
+        let is_colour = |it: &DerivativeDirection| {
+            matches!(it, DerivativeDirection::Correlation(_) | DerivativeDirection::LastingShare(_))
+        };
+        let along = directions.iter().any(is_colour);
+        let lasts = noise.coloured.iter().any(|it| it.share > 0.0);
         let of_sensor = |cause: &SystematicError| !SystematicError::CAR.contains(cause);
         let errs = SystematicError::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
         let sought = |direction: &DerivativeDirection| matches!(direction, DerivativeDirection::Error(cause) if of_sensor(cause));

@@ -84,8 +84,8 @@ impl MotionPredictor for BaselineWithBand {
         self.car.name()
     }
 
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
-        self.car.road_wheel_angles(drive)
+    fn steering_lag(&self) -> f64 {
+        self.car.steering_lag
     }
 
     fn simulate_states(

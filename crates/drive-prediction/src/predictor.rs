@@ -11,8 +11,15 @@ pub trait MotionPredictor: Sync {
     /// For people.
     fn name(&self) -> &str;
 
+    /// Time constant with which the road wheels follow the recorded steering angle [s].
+    fn steering_lag(&self) -> f64 {
+        0.0
+    }
+
     /// The steering angle of the road wheels [rad], one for each row: what the model makes of the recorded one.
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64>;
+    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
+        first_order_lag(&drive.motion.delta, self.steering_lag(), drive.step)
+    }
 
     /// The states at `start` and the `rows` after it. It begins with the measured state; after it, it sees speed and steering alone.
     /// What the drive says before `start` may be used.
@@ -52,10 +59,6 @@ impl MotionPredictor for PersistenceModel {
         "persistence"
     }
 
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
-        drive.motion.delta.clone()
-    }
-
     fn simulate_states(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
         vec![[drive.motion.v_y[start], drive.motion.r[start]]; rows + 1]
     }
@@ -81,8 +84,8 @@ impl MotionPredictor for KinematicModel {
         "kinematic"
     }
 
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
-        first_order_lag(&drive.motion.delta, self.steering_lag, drive.step)
+    fn steering_lag(&self) -> f64 {
+        self.steering_lag
     }
 
     fn simulate_states(

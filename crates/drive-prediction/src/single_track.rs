@@ -5,7 +5,6 @@ use vehicle::{VehicleBody, rk4_step};
 
 use crate::curve::AxleCurve;
 use crate::drive::EvenDrive;
-use crate::lag::first_order_lag;
 use crate::predictor::{LateralState, MotionPredictor};
 
 /// Largest lateral speed [m/s] and yaw rate [rad/s] of a rollout: a car that has spun goes nowhere.
@@ -51,8 +50,8 @@ impl MotionPredictor for SingleTrack {
         self.name
     }
 
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
-        first_order_lag(&drive.motion.delta, self.steering_lag, drive.step)
+    fn steering_lag(&self) -> f64 {
+        self.steering_lag
     }
 
     fn simulate_states(

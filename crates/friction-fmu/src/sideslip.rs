@@ -1,6 +1,7 @@
 //! Estimates the speed to the left: accelerations predict it, a sensor or the axles' curves correct it.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use kalman::augmented::StateEstimate;
 use serde::{Deserialize, Serialize};
 
 use crate::sample::{SensorNoise, SensorSample};
@@ -70,8 +71,10 @@ impl LateralSpeedEstimate {
     /// A measurement, or an axle.
     pub fn correct_by_force(&mut self, excess: &ForceExcess) {
         let ForceExcess { residual, by_v_y, variance } = *excess;
-        let gain = self.variance * by_v_y / (by_v_y * by_v_y * self.variance + variance);
-        self.mean += gain * residual;
-        self.variance *= 1.0 - gain * by_v_y;
+        let cross_covariance = self.variance * by_v_y;
+        let mut estimate = StateEstimate { x: [self.mean], P: [[self.variance]] };
+        estimate.update(&[cross_covariance], residual, by_v_y * cross_covariance + variance);
+        let StateEstimate { x: [mean], P: [[variance]] } = estimate;
+        (self.mean, self.variance) = (mean, variance);
     }
 }

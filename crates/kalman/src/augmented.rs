@@ -15,6 +15,7 @@
 
 use elementary::scalar::Scalar;
 use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
 
 use crate::gaussian::Gaussian;
 
@@ -122,12 +123,17 @@ pub trait MeasurementModel<T, L, const S: usize> {
 }
 
 /// Noise of a sensor of which a share of the variance lasts: n ← φ n + w from row to row, beside a white noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ColouredNoise<T> {
     /// Correlation φ from row to row.
     pub correlation: T,
     /// Share of the variance that lasts.
     pub share: T,
+}
+
+impl ColouredNoise<f64> {
+    /// Noise of which nothing lasts.
+    pub const WHITE: Self = Self { correlation: 0.0, share: 0.0 };
 }
 
 impl<T> ColouredNoise<T> {

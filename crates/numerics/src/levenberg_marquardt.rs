@@ -1,68 +1,176 @@
-//! Minimises a small sum of squares by Levenberg's and Marquardt's method: Gauss-Newton steps, damped until the cost falls.
+//! Minimises a sum of squares by Levenberg's and Marquardt's method: Gauss-Newton steps, damped until the cost falls.
 //!
-//! For fits of a few parameters that are done thousands of times. Bounds are projections of the next point. Where multipliers, inequalities
-//! or convergence to rounding matter, use [`crate::sqp`].
+//! Bounds are projections of the next point. Where multipliers, inequalities or convergence to rounding matter, use [`crate::sqp`].
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Cholesky, DefaultAllocator, Dim, OMatrix, OVector};
 
-/// A sum of squares over `N` parameters, with what else is quadratic in it, such as a normal prior.
-pub trait SquaredCost<const N: usize> {
-    /// The cost.
-    fn cost(&self, x: &SVector<f64, N>) -> f64;
+use crate::convergence::OptimisationStatus;
 
-    /// Half of the cost's Gauss-Newton Hessian JᵀWJ and half of its descent −JᵀWr.
-    fn normal_equations(&self, x: &SVector<f64, N>) -> (SMatrix<f64, N, N>, SVector<f64, N>);
+/// First damping, relative to the diagonal of the normal equations, and the least one.
+const DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-9;
 
-    /// The nearest point that is allowed.
-    fn project(&self, x: SVector<f64, N>) -> SVector<f64, N> {
-        x
+/// A sum of squares over `D` parameters, with what else is quadratic in it, such as a normal prior.
+pub trait SquaredCost<D: Dim>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    /// The cost; a step to one that is not finite is rejected.
+    fn cost(&self, x: &OVector<f64, D>) -> f64;
+
+    /// The cost to second order; `None` ends the search.
+    fn normal_equations(&self, x: &OVector<f64, D>) -> Option<NormalEquations<D>>;
+
+    /// Where a step leads, in the coordinates of the normal equations: a point that is allowed.
+    fn point_after_step(&self, x: &OVector<f64, D>, step: &OVector<f64, D>) -> OVector<f64, D> {
+        x + step
     }
 }
 
-/// First damping, relative to the diagonal of the Hessian.
-const DAMPING: f64 = 1e-3;
-/// Factors of the damping after a step that lowers the cost, and after one that does not.
-const ACCEPTED: f64 = 0.3;
-const REJECTED: f64 = 4.0;
-/// Steps from one point that may be rejected.
-const TRIES: usize = 8;
-/// Share of the cost by which the last step lowers it.
-const NEGLIGIBLE: f64 = 1e-7;
+/// A sum of squares to second order.
+#[derive(Clone, Debug)]
+pub struct NormalEquations<D: Dim>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    /// JᵀWJ, half of the Gauss-Newton Hessian, `D` × `D`. A parameter with 0 on the diagonal rests.
+    pub matrix: OMatrix<f64, D, D>,
+    /// JᵀWr, half of the gradient.
+    pub gradient: OVector<f64, D>,
+}
 
-/// The minimum near a start, after `iterations` accepted steps at most.
-pub fn minimise_levenberg_marquardt<const N: usize>(
-    problem: &impl SquaredCost<N>,
-    start: SVector<f64, N>,
-    iterations: usize,
-) -> SVector<f64, N> {
-    let (mut x, mut cost) = (start, problem.cost(&start));
-    let mut damping = DAMPING;
-    for _ in 0..iterations {
-        let (hessian, descent) = problem.normal_equations(&x);
-        let lower = (0..TRIES).find_map(|_| {
-            let damped = hessian + SMatrix::from_diagonal(&(hessian.diagonal() * damping));
-            let next = problem.project(x + damped.try_inverse()? * descent);
-            let next_cost = problem.cost(&next);
-            if next_cost < cost {
-                return Some((next, next_cost));
-            }
-            damping *= REJECTED;
-            None
+impl<D: Dim> NormalEquations<D>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    /// The step s of (A + λ diag A) s = −g, with 1 + λ on the diagonal of what is factored; `None` where that is not positive definite.
+    fn damped_step(&self, damping: f64) -> Option<OVector<f64, D>> {
+        let scale = self.matrix.diagonal().map(|it| it.max(0.0).sqrt());
+        let scaled = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
+        let (size, _) = scale.shape_generic();
+        let system = OMatrix::<f64, D, D>::from_fn_generic(size, size, |i, j| {
+            if i == j { 1.0 + damping } else { scaled(self.matrix[(i, j)], scale[i] * scale[j]) }
         });
-        let Some((next, next_cost)) = lower else { return x };
-        let gain = (cost - next_cost) / cost;
-        (x, cost) = (next, next_cost);
-        damping *= ACCEPTED;
-        if gain < NEGLIGIBLE {
-            return x;
+        let right = self.gradient.zip_map(&scale, |by, scale| scaled(-by, scale));
+        Some(Cholesky::new(system)?.solve(&right).zip_map(&scale, scaled))
+    }
+}
+
+/// How the damping follows the cost, and when a search ends.
+#[derive(Clone, Copy, Debug)]
+pub struct LevenbergMarquardtOptions {
+    /// Most steps that lower the cost.
+    pub iterations: usize,
+    /// Most steps in a row that do not.
+    pub rejections: usize,
+    /// Factor of the damping after a step that does not lower the cost.
+    pub increase: f64,
+    /// Factor of the damping after a step that lowers the cost by more than [`gain_ratio`](Self::gain_ratio).
+    pub decrease: f64,
+    /// Share of the decrease that the quadratic model promises.
+    pub gain_ratio: f64,
+    /// The search has converged after a step that lowers the cost by at most this share of it,
+    pub relative_tolerance: f64,
+    /// or at a point where the next step promises less than this.
+    pub absolute_tolerance: f64,
+}
+
+impl Default for LevenbergMarquardtOptions {
+    /// For fits of a few parameters that are done thousands of times.
+    fn default() -> Self {
+        Self {
+            iterations: 40,
+            rejections: 8,
+            increase: 4.0,
+            decrease: 0.3,
+            gain_ratio: 0.0,
+            relative_tolerance: 1e-7,
+            absolute_tolerance: 0.0,
         }
     }
-    x
+}
+
+/// Where a search ended.
+#[derive(Clone, Debug)]
+pub struct LevenbergMarquardtMinimum<D: Dim>
+where
+    DefaultAllocator: Allocator<D>,
+{
+    /// The point.
+    pub x: OVector<f64, D>,
+    /// The cost there.
+    pub cost: f64,
+    /// How it ended.
+    pub status: OptimisationStatus,
+    /// Steps that lowered the cost.
+    pub iterations: usize,
+}
+
+/// The minimum near a start.
+pub fn minimise_levenberg_marquardt<D: Dim>(
+    problem: &impl SquaredCost<D>,
+    start: OVector<f64, D>,
+    options: &LevenbergMarquardtOptions,
+) -> LevenbergMarquardtMinimum<D>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    let cost = problem.cost(&start);
+    let status = OptimisationStatus::IterationLimit;
+    let mut minimum = LevenbergMarquardtMinimum { x: start, cost, status, iterations: 0 };
+    let mut damping = DAMPING;
+    while minimum.iterations < options.iterations {
+        let before = minimum.cost;
+        if let Some(status) = lower_cost(problem, &mut minimum, &mut damping, options) {
+            return LevenbergMarquardtMinimum { status, ..minimum };
+        }
+        minimum.iterations += 1;
+        if before - minimum.cost <= options.relative_tolerance * minimum.cost {
+            return LevenbergMarquardtMinimum { status: OptimisationStatus::Converged, ..minimum };
+        }
+    }
+    minimum
+}
+
+/// Takes one step that lowers the cost, or says how the search has ended.
+fn lower_cost<D: Dim>(
+    problem: &impl SquaredCost<D>,
+    minimum: &mut LevenbergMarquardtMinimum<D>,
+    damping: &mut f64,
+    options: &LevenbergMarquardtOptions,
+) -> Option<OptimisationStatus>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    let Some(normal) = problem.normal_equations(&minimum.x) else {
+        return Some(OptimisationStatus::Stalled);
+    };
+    for _ in 0..options.rejections {
+        if let Some(step) = normal.damped_step(*damping) {
+            // sᵀ(A + λ diag A)s, which leaves out λ sᵀ diag A s of the decrease.
+            let promised = -normal.gradient.dot(&step);
+            if promised < options.absolute_tolerance {
+                return Some(OptimisationStatus::Converged);
+            }
+            let x = problem.point_after_step(&minimum.x, &step);
+            let cost = problem.cost(&x);
+            if cost < minimum.cost {
+                if minimum.cost - cost > options.gain_ratio * promised {
+                    *damping = (*damping * options.decrease).max(LEAST_DAMPING);
+                }
+                (minimum.x, minimum.cost) = (x, cost);
+                return None;
+            }
+        }
+        *damping *= options.increase;
+    }
+    Some(OptimisationStatus::Stalled)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{matrix, vector};
+    use nalgebra::{U2, Vector2, matrix, vector};
 
     use super::*;
 
@@ -71,31 +179,58 @@ mod tests {
         most: f64,
     }
 
-    impl SquaredCost<2> for Rosenbrock {
-        fn cost(&self, x: &SVector<f64, 2>) -> f64 {
+    impl SquaredCost<U2> for Rosenbrock {
+        fn cost(&self, x: &Vector2<f64>) -> f64 {
             100.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2)
         }
 
-        fn normal_equations(&self, x: &SVector<f64, 2>) -> (SMatrix<f64, 2, 2>, SVector<f64, 2>) {
-            let jacobian = matrix![-20.0 * x[0], 10.0; -1.0, 0.0];
+        fn normal_equations(&self, x: &Vector2<f64>) -> Option<NormalEquations<U2>> {
+            let jacobian = matrix![-20.0 * x[0], 10.0; -1.0, 0.0].transpose();
             let residual = vector![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
-            (jacobian.transpose() * jacobian, -jacobian.transpose() * residual)
+            Some(NormalEquations { matrix: jacobian * jacobian.transpose(), gradient: jacobian * residual })
         }
 
-        fn project(&self, x: SVector<f64, 2>) -> SVector<f64, 2> {
-            vector![x[0].min(self.most), x[1]]
+        fn point_after_step(&self, x: &Vector2<f64>, step: &Vector2<f64>) -> Vector2<f64> {
+            vector![(x[0] + step[0]).min(self.most), x[1] + step[1]]
         }
+    }
+
+    fn minimum_from_usual_start(
+        most: f64,
+        options: LevenbergMarquardtOptions,
+    ) -> LevenbergMarquardtMinimum<U2> {
+        let options = LevenbergMarquardtOptions { iterations: 100, ..options };
+        minimise_levenberg_marquardt(&Rosenbrock { most }, vector![-1.2, 1.0], &options)
     }
 
     #[test]
     fn a_curved_valley_is_followed_to_its_end() {
-        let x = minimise_levenberg_marquardt(&Rosenbrock { most: 9.0 }, vector![-1.2, 1.0], 100);
+        let x = minimum_from_usual_start(9.0, LevenbergMarquardtOptions::default()).x;
         assert!((x - vector![1.0, 1.0]).norm() < 1e-6, "{x}");
     }
 
     #[test]
     fn a_bound_ends_the_way() {
-        let x = minimise_levenberg_marquardt(&Rosenbrock { most: 0.5 }, vector![-1.2, 1.0], 100);
+        let x = minimum_from_usual_start(0.5, LevenbergMarquardtOptions::default()).x;
         assert!(x[0] <= 0.5 && (x - vector![0.5, 0.25]).norm() < 1e-2, "{x}");
+    }
+
+    #[test]
+    fn what_a_step_promises_ends_the_search() {
+        let options = LevenbergMarquardtOptions {
+            relative_tolerance: 0.0,
+            absolute_tolerance: 1e-6,
+            gain_ratio: 0.5,
+            ..Default::default()
+        };
+        let minimum = minimum_from_usual_start(9.0, options);
+        assert_eq!(minimum.status, OptimisationStatus::Converged);
+        assert!(minimum.cost < 2e-6 && minimum.iterations < 40, "{minimum:?}");
+    }
+
+    #[test]
+    fn a_parameter_without_influence_rests() {
+        let normal = NormalEquations { matrix: matrix![4.0, 0.0; 0.0, 0.0], gradient: vector![2.0, 3.0] };
+        assert_eq!(normal.damped_step(0.0), Some(vector![-0.5, 0.0]));
     }
 }

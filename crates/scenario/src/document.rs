@@ -22,6 +22,7 @@ mod subsystem_import;
 mod sweep;
 mod system;
 mod table_file;
+mod text_or_table;
 mod view;
 
 use std::collections::BTreeMap;

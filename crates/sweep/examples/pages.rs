@@ -6,7 +6,9 @@ use sweep::design::{DesignAxis, DesignMethod, ExperimentDesign};
 use sweep::distribution::Distribution;
 use sweep::page::{SweepPageHeader, sweep_page};
 use sweep::summary::SweepSummary;
-use sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, write_table};
+use sweep::table::{
+    ERROR, FAILED, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, write_table,
+};
 
 const NAMES: [(&str, &str); 6] = [
     ("plant.body.m", "kg"),
@@ -40,9 +42,9 @@ fn table(design: &ExperimentDesign) -> SweepTable {
     let result = |k: usize| runs.iter().map(|it| it.map_or(f64::NAN, |it| it[k])).collect();
     let passed = |k: usize| runs.iter().map(|it| it.map(|it| it[k] >= 0.0)).collect();
     let verdict = runs.iter().map(|it| match it {
-        Some(it) if it[0] >= 0.0 && it[1] >= 0.0 => "passed",
-        Some(_) => "failed",
-        None => "error",
+        Some(it) if it[0] >= 0.0 && it[1] >= 0.0 => PASSED,
+        Some(_) => FAILED,
+        None => ERROR,
     });
     let of_errors = |text: &str| {
         let some = |it: &Option<_>| it.is_none().then(|| text.to_owned());

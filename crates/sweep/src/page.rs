@@ -10,7 +10,7 @@ use numerics::text::format_significant;
 
 use crate::statistics::PassRate;
 use crate::summary::{CheckSummary, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant};
-use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use crate::table::{FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 use bars::EffectBarChart;
 use parallel::ParallelCoordinatesPlot;
 
@@ -178,9 +178,9 @@ fn cell_text(column: &SweepColumn, worst: &WorstVariant) -> String {
 /// How each variant ended.
 fn variant_endings(table: &SweepTable) -> Vec<VariantEnding> {
     let ending = |verdict: &Option<String>| match verdict.as_deref() {
-        Some("passed") => VariantEnding::Passed,
-        Some("no checks") => VariantEnding::NoChecks,
-        Some("failed") => VariantEnding::Failed,
+        Some(PASSED) => VariantEnding::Passed,
+        Some(NO_CHECKS) => VariantEnding::NoChecks,
+        Some(FAILED) => VariantEnding::Failed,
         _ => VariantEnding::Error,
     };
     table.verdicts().iter().map(ending).collect()

@@ -10,15 +10,11 @@ pub use failures::FailureGroup;
 use serde::Serialize;
 
 use crate::statistics::PassRate;
-use crate::table::{SweepColumn, SweepColumnRole, SweepTable};
+use crate::table::{ERROR, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepTable};
 
 /// The names of the columns of checks and their margins begin with these.
 const CHECK: &str = "check.";
 const MARGIN: &str = "margin.";
-/// The verdict of a variant that passes all its checks, of one that has none, and of one that did not end.
-const PASSED: &str = "passed";
-const NO_CHECKS: &str = "no checks";
-const ERROR: &str = "error";
 /// Worst variants that are told of a check.
 const WORST: usize = 10;
 

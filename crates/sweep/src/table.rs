@@ -7,6 +7,15 @@ mod writer;
 pub use reader::{SweepTableReader, read_table};
 pub use writer::{RowGroups, SweepTableWriter, write_table};
 
+/// The verdict of a variant that passes all its checks.
+pub const PASSED: &str = "passed";
+/// The verdict of a variant that came to its end and has no checks.
+pub const NO_CHECKS: &str = "no checks";
+/// The verdict of a variant of which a check failed.
+pub const FAILED: &str = "failed";
+/// The verdict of a variant that did not come to its end.
+pub const ERROR: &str = "error";
+
 /// Columns of equal length: row k is variant k of those that the table has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepTable {
@@ -36,7 +45,7 @@ pub enum SweepColumnRole {
     Seed,
     /// A value that varies.
     Parameter,
-    /// `passed`, `failed` or `error`.
+    /// [`PASSED`], [`FAILED`] or [`ERROR`].
     Verdict,
     /// How it ended early: text, node, call, time.
     Error,
@@ -273,7 +282,7 @@ impl SweepTable {
         self.columns.iter().filter(move |column| column.role == role)
     }
 
-    /// How each variant ended; nothing in a table without verdicts.
+    /// How each variant ended, in the words [`PASSED`], [`FAILED`] and [`ERROR`]; nothing in a table without verdicts.
     #[must_use]
     pub fn verdicts(&self) -> &[Option<String>] {
         let mut columns = self.columns_with_role(SweepColumnRole::Verdict);

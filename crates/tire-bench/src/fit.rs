@@ -197,7 +197,7 @@ impl TireFit {
         }
         let rows = problem.residuals_and_gradients(&solved.z, points)?;
         let square = rows.iter().map(|it| it.0 * it.0).sum::<f64>() / rows.len() as f64;
-        let inverse = solved.normal.matrix.clone().cholesky()?.inverse();
+        let inverse = solved.information.clone().cholesky()?.inverse();
         let covariance = cluster_robust_covariance(&inverse, points, &rows, problem.weight);
         (self.coefficients, self.terms) = problem.coefficients_and_terms_at(&solved.z);
         self.residuals.push(ChannelFitSummary {
@@ -208,7 +208,7 @@ impl TireFit {
             status: solved.status,
             iterations: solved.iterations,
         });
-        let spread = PredictionVariance::from_residuals(points, &rows, &solved.normal, problem.weight);
+        let spread = PredictionVariance::from_residuals(points, &rows, &solved.information, problem.weight);
         self.channels.push(ChannelPosterior { channel, free, z: solved.z, covariance, spread });
         Some(())
     }

@@ -1,8 +1,12 @@
 //! Minimises weighted squares with a normal prior by Levenberg's and Marquardt's method, with exact derivatives by dual numbers.
 
-use nalgebra::{Const, DMatrix, DVector, SVector};
+use nalgebra::{Const, DMatrix, DVector, Dyn, SVector};
 use num_dual::{Derivative, DualSVec64};
 use numerics::convergence::OptimisationStatus;
+use numerics::levenberg_marquardt::{
+    LevenbergMarquardtMinimum, LevenbergMarquardtOptions, NormalEquations, SquaredCost,
+    minimise_levenberg_marquardt,
+};
 use rayon::prelude::*;
 use tire::{Coefficients, MfTire};
 
@@ -32,17 +36,11 @@ pub(crate) struct ChannelFitProblem<'a> {
     pub weight: f64,
 }
 
-/// The cost at some place, with its gradient and Gauss-Newton matrix, prior included.
-pub(crate) struct NormalEquations {
-    pub cost: f64,
-    pub gradient: DVector<f64>,
-    pub matrix: DMatrix<f64>,
-}
-
 /// Where a minimisation ended.
 pub(crate) struct FitMinimum {
     pub z: DVector<f64>,
-    pub normal: NormalEquations,
+    /// The Gauss-Newton matrix there, prior included.
+    pub information: DMatrix<f64>,
     pub status: OptimisationStatus,
     pub iterations: usize,
 }
@@ -108,29 +106,28 @@ impl ChannelFitProblem<'_> {
         Some(points.par_iter().map(row).collect())
     }
 
-    fn normal_equations(&self, z: &DVector<f64>) -> Option<NormalEquations> {
-        let rows = self.residuals_and_gradients(z, self.points)?;
-        let count = self.free.len();
-        let sums: Vec<_> = rows
-            .par_chunks(TASK)
-            .map(|rows| {
-                let jacobian = DMatrix::from_fn(rows.len(), count, |i, k| rows[i].1[k]);
-                let residual = DVector::from_fn(rows.len(), |i, _| rows[i].0);
-                (residual.norm_squared(), jacobian.tr_mul(&residual), jacobian.tr_mul(&jacobian))
-            })
-            .collect();
-        let mut cost = 0.5 * z.norm_squared();
-        let mut gradient = z.clone();
-        let mut matrix = DMatrix::identity(count, count);
-        for (square, by, product) in sums {
-            cost += 0.5 * self.weight * square;
-            gradient += by * self.weight;
-            matrix += product * self.weight;
-        }
-        cost.is_finite().then_some(NormalEquations { cost, gradient, matrix })
+    /// Minimises from a place; `None` when the start is no tire.
+    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<FitMinimum> {
+        let options = LevenbergMarquardtOptions {
+            iterations: limit,
+            rejections: 12,
+            increase: 6.0,
+            decrease: 0.2,
+            gain_ratio: 0.5,
+            relative_tolerance: 0.0,
+            // A share of a nat, so it stops alike for all data.
+            absolute_tolerance: 2e-4,
+        };
+        let minimum = minimise_levenberg_marquardt(self, start, &options);
+        let LevenbergMarquardtMinimum { x: z, cost, status, iterations } = minimum;
+        let information = self.normal_equations(&z).filter(|_| cost.is_finite())?.matrix;
+        Some(FitMinimum { z, information, status, iterations })
     }
+}
 
-    fn posterior_cost(&self, z: &DVector<f64>) -> f64 {
+/// −2 ln of the posterior density, but for a constant.
+impl SquaredCost<Dyn> for ChannelFitProblem<'_> {
+    fn cost(&self, z: &DVector<f64>) -> f64 {
         let (coefficients, terms) = self.coefficients_and_terms_at(z);
         let Some(model) = crate::model::plain_tire_model(&coefficients, terms, self.reference) else {
             return f64::INFINITY;
@@ -145,52 +142,26 @@ impl ChannelFitProblem<'_> {
                 points.iter().map(|it| miss(it).powi(2)).sum()
             })
             .collect();
-        0.5 * (self.weight * squares.iter().sum::<f64>() + z.norm_squared())
+        self.weight * squares.iter().sum::<f64>() + z.norm_squared()
     }
 
-    /// Minimises from a place; `None` when the start is no tire.
-    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<FitMinimum> {
-        let (mut z, mut damping) = (start, 1e-3);
-        let mut normal = self.normal_equations(&z)?;
-        for iteration in 0..limit {
-            let mut moved = false;
-            for _ in 0..12 {
-                let mut damped = normal.matrix.clone();
-                for k in 0..damped.nrows() {
-                    damped[(k, k)] *= 1.0 + damping;
-                }
-                let factor = damped.cholesky()?;
-                let step = -factor.solve(&normal.gradient);
-                // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
-                let promised = -0.5 * normal.gradient.dot(&step);
-                if promised < 1e-4 {
-                    return Some(FitMinimum {
-                        z,
-                        normal,
-                        status: OptimisationStatus::Converged,
-                        iterations: iteration,
-                    });
-                }
-                let next = &z + &step;
-                let cost = self.posterior_cost(&next);
-                if cost < normal.cost {
-                    damping = if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
-                    z = next;
-                    moved = true;
-                    break;
-                }
-                damping = (damping * 6.0).max(1e-6);
-            }
-            if !moved {
-                return Some(FitMinimum {
-                    z,
-                    normal,
-                    status: OptimisationStatus::Stalled,
-                    iterations: iteration,
-                });
-            }
-            normal = self.normal_equations(&z)?;
+    fn normal_equations(&self, z: &DVector<f64>) -> Option<NormalEquations<Dyn>> {
+        let rows = self.residuals_and_gradients(z, self.points)?;
+        let count = self.free.len();
+        let sums: Vec<_> = rows
+            .par_chunks(TASK)
+            .map(|rows| {
+                let jacobian = DMatrix::from_fn(rows.len(), count, |i, k| rows[i].1[k]);
+                let residual = DVector::from_fn(rows.len(), |i, _| rows[i].0);
+                (jacobian.tr_mul(&residual), jacobian.tr_mul(&jacobian))
+            })
+            .collect();
+        let mut gradient = z.clone();
+        let mut matrix = DMatrix::identity(count, count);
+        for (by, product) in sums {
+            gradient += by * self.weight;
+            matrix += product * self.weight;
         }
-        Some(FitMinimum { z, normal, status: OptimisationStatus::IterationLimit, iterations: limit })
+        Some(NormalEquations { matrix, gradient })
     }
 }

@@ -7,7 +7,6 @@ use numerics::statistics::{NORMAL_95, quantile};
 use rayon::prelude::*;
 
 use crate::condition::RevolutionMean;
-use crate::solve::NormalEquations;
 
 /// More levels than this are no levels: the condition varies freely.
 const MOST: usize = 12;
@@ -33,11 +32,11 @@ pub(crate) struct PredictionVariance {
 }
 
 impl PredictionVariance {
-    /// Of the residuals at the optimum, whose normal equations are `normal`; `weight` is that of a squared residual.
+    /// Of the residuals at the optimum, whose Gauss-Newton matrix is `information`; `weight` is that of a squared residual.
     pub fn from_residuals(
         points: &[RevolutionMean],
         rows: &[ResidualRow],
-        normal: &NormalEquations,
+        information: &DMatrix<f64>,
         weight: f64,
     ) -> Self {
         let runs: BTreeSet<usize> = points.iter().map(|it| it.sample.run).collect();
@@ -52,7 +51,7 @@ impl PredictionVariance {
             .filter(|it| (2..=MOST).contains(&it.1.len()))
             .collect();
         let mut found = Self { runs: runs.into_iter().map(of_run).collect(), levels, inflation: 1.0 };
-        found.inflation = found.model_variance_inflation(points, rows, normal, weight);
+        found.inflation = found.model_variance_inflation(points, rows, information, weight);
         found
     }
 
@@ -84,7 +83,7 @@ impl PredictionVariance {
         &self,
         points: &[RevolutionMean],
         rows: &[ResidualRow],
-        normal: &NormalEquations,
+        information: &DMatrix<f64>,
         weight: f64,
     ) -> f64 {
         let turns: Vec<(TestCondition, &[f64], usize)> = self
@@ -97,7 +96,7 @@ impl PredictionVariance {
         let turn = |(condition, levels, place): &(TestCondition, &[f64], usize)| {
             let is_left =
                 |it: &RevolutionMean| condition(it).is_some_and(|x| nearest_level(levels, x) == *place);
-            self.required_inflations(points, rows, normal, weight, &is_left)
+            self.required_inflations(points, rows, information, weight, &is_left)
         };
         let mut required: Vec<f64> = turns.par_iter().flat_map_iter(turn).collect();
         required.sort_by(f64::total_cmp);
@@ -109,15 +108,15 @@ impl PredictionVariance {
         &self,
         points: &[RevolutionMean],
         rows: &[ResidualRow],
-        normal: &NormalEquations,
+        information: &DMatrix<f64>,
         weight: f64,
         is_left: &dyn Fn(&RevolutionMean) -> bool,
     ) -> Vec<f64> {
         let (left, kept): (Vec<_>, Vec<_>) = points.iter().zip(rows).partition(|it| is_left(it.0));
-        let count = normal.gradient.len();
+        let count = information.nrows();
         let jacobian = DMatrix::from_fn(left.len(), count, |i, k| left[i].1.1[k]);
         let residual = DVector::from_fn(left.len(), |i, _| left[i].1.0);
-        let without = &normal.matrix - jacobian.tr_mul(&jacobian) * weight;
+        let without = information - jacobian.tr_mul(&jacobian) * weight;
         let Some(factor) = without.cholesky() else { return Vec::new() };
         let step = factor.solve(&(jacobian.tr_mul(&residual) * weight));
         let moved = |(residual, by): &ResidualRow| (residual + by.dot(&step), by.clone());

@@ -1,6 +1,8 @@
 //! Finds the sweeps of a run that does not number them: where conditions stay and a slip moves.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use std::ops::Range;
+
 use crate::sample::{BenchSample, SWEPT, value_range};
 
 /// Conditions are means over this time [s], so that noise and run-out of the tire are no change.
@@ -41,9 +43,9 @@ pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
     let before = samples.len();
     let step = median_time_step(samples);
     let mut parts = Vec::new();
-    for (begin, end) in split_at_pauses(samples, step) {
-        for (begin, end) in split_by_conditions(samples, begin, end, step, &CONDITIONS) {
-            parts.extend(split_by_slip(samples, begin, end, step));
+    for part in split_at_pauses(samples, step) {
+        for part in split_by_conditions(samples, part, step, &CONDITIONS) {
+            parts.extend(split_by_slip(samples, part, step));
         }
     }
     let fewest = FEWEST[usize::from(step > STEADY)];
@@ -51,14 +53,11 @@ pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
     let slip = |part: &[BenchSample]| {
         value_range(part.iter().map(|it| it.kappa)).max(value_range(part.iter().map(|it| it.alpha)))
     };
-    let long = |(begin, end): &(usize, usize)| end - begin >= least && slip(&samples[*begin..*end]) > SWEPT;
-    parts.retain(long);
+    parts.retain(|part| part.len() >= least && slip(&samples[part.clone()]) > SWEPT);
     let kept: Vec<_> = parts
         .iter()
         .enumerate()
-        .flat_map(|(block, (begin, end))| {
-            samples[*begin..*end].iter().map(move |it| BenchSample { block, ..*it })
-        })
+        .flat_map(|(block, part)| samples[part.clone()].iter().map(move |it| BenchSample { block, ..*it }))
         .collect();
     let left = before - kept.len();
     *samples = kept;
@@ -66,15 +65,15 @@ pub(crate) fn number_sweeps(samples: &mut Vec<BenchSample>) -> (usize, usize) {
 }
 
 /// Parts of steady conditions by what is swept: slip ratio at one slip angle each, or slip angle.
-fn split_by_slip(samples: &[BenchSample], begin: usize, end: usize, step: f64) -> Vec<(usize, usize)> {
-    let mut parts: Vec<(usize, usize)> = Vec::new();
+fn split_by_slip(samples: &[BenchSample], part: Range<usize>, step: f64) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
     let mut joins = false;
-    for (begin, end) in split_by_conditions(samples, begin, end, step, &[ANGLE]) {
-        let driven = value_range(samples[begin..end].iter().map(|it| it.kappa)) > SWEPT;
+    for part in split_by_conditions(samples, part, step, &[ANGLE]) {
+        let driven = value_range(samples[part.clone()].iter().map(|it| it.kappa)) > SWEPT;
         match parts.last_mut() {
             // A sweep of slip angle falls apart into all its angles.
-            Some(last) if joins && !driven => last.1 = end,
-            _ => parts.push((begin, end)),
+            Some(last) if joins && !driven => last.end = part.end,
+            _ => parts.push(part),
         }
         joins = !driven;
     }
@@ -90,7 +89,7 @@ fn median_time_step(samples: &[BenchSample]) -> f64 {
 }
 
 /// Parts between pauses, and where the clock goes back.
-fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<(usize, usize)> {
+fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut begin = 0;
     for k in 1..=samples.len() {
@@ -99,7 +98,7 @@ fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<(usize, usize)> {
             !(-0.5 * step..=PAUSE[0].max(PAUSE[1] * step)).contains(&pause)
         });
         if ends {
-            parts.push((begin, k));
+            parts.push(begin..k);
             begin = k;
         }
     }
@@ -109,32 +108,31 @@ fn split_at_pauses(samples: &[BenchSample], step: f64) -> Vec<(usize, usize)> {
 /// Parts of a part in which each condition stays near its mean. A new part begins where the smoothed condition leaves it.
 fn split_by_conditions(
     samples: &[BenchSample],
-    begin: usize,
-    end: usize,
+    part: Range<usize>,
     step: f64,
     conditions: &[SteadyCondition],
-) -> Vec<(usize, usize)> {
+) -> Vec<Range<usize>> {
     let window = ((SMOOTH / step).round() as usize).max(1);
     let smooth: Vec<Vec<f64>> =
-        conditions.iter().map(|it| moving_means(&samples[begin..end], it.of, window)).collect();
+        conditions.iter().map(|it| moving_means(&samples[part.clone()], it.of, window)).collect();
     let most = |of: fn(&BenchSample) -> f64| samples.iter().map(|it| of(it).abs()).fold(0.0, f64::max);
     let tolerances: Vec<_> =
         conditions.iter().map(|it| it.tolerance[0] + it.tolerance[1] * most(it.of)).collect();
     let mut parts = Vec::new();
     let (mut first, mut sums) = (0, vec![0.0; conditions.len()]);
-    for k in 0..end - begin {
+    for k in 0..part.len() {
         let count = (k - first) as f64;
         let left = k > first
             && (0..conditions.len()).any(|c| (smooth[c][k] - sums[c] / count).abs() > tolerances[c]);
         if left {
-            parts.push((begin + first, begin + k));
+            parts.push(part.start + first..part.start + k);
             (first, sums) = (k, vec![0.0; conditions.len()]);
         }
         for (sum, values) in sums.iter_mut().zip(&smooth) {
             *sum += values[k];
         }
     }
-    parts.push((begin + first, end));
+    parts.push(part.start + first..part.end);
     parts
 }
 

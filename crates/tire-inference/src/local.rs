@@ -7,8 +7,10 @@
 //! does: not estimated, but counted.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use nalgebra::{Matrix4, Vector4};
-use numerics::levenberg_marquardt::{SquaredCost, minimise_levenberg_marquardt};
+use nalgebra::{Matrix4, SVector, U4, Vector4};
+use numerics::levenberg_marquardt::{
+    LevenbergMarquardtOptions, NormalEquations, SquaredCost, minimise_levenberg_marquardt,
+};
 use numerics::statistics::quantile;
 use preparation::PointTimeSeries;
 use preparation::samples::CurveSamples;
@@ -27,11 +29,10 @@ const LEAST_BLOCKS: usize = 5;
 const BEYOND: f64 = 0.05;
 /// Fewer rows are no stretch.
 pub(crate) const LEAST_ROWS: usize = 50;
-const ITERATIONS: usize = 30;
 /// Bounds of the shape: C beyond what Pacejka shows, and E below 1, where the curve would turn.
-pub(crate) const LEAST_C: f64 = 0.5;
-pub(crate) const MOST_C: f64 = 2.5;
-pub(crate) const MOST_E: f64 = 0.99;
+const LEAST_C: f64 = 0.5;
+const MOST_C: f64 = 2.5;
+const MOST_E: f64 = 0.99;
 
 /// What is usual of lateral curves and of the logs of cars. The coordinates are ln K, C, ln D, E.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,9 +135,10 @@ impl StretchFit {
             return None;
         }
         let mut search = StretchSearch { samples: &samples, usual, variance: 0.01, at: usual.mean };
+        let options = LevenbergMarquardtOptions { iterations: 30, ..Default::default() };
         // The noise of the last fit weighs the prior of the next one.
         for _ in 0..4 {
-            search.at = minimise_levenberg_marquardt(&search, search.at, ITERATIONS);
+            search.at = minimise_levenberg_marquardt(&search, search.at, &options).x;
             search.variance = search.residual_variance();
         }
         Some(search.to_stretch_fit(&series.time))
@@ -177,30 +179,35 @@ struct StretchSearch<'a> {
     at: Vector4<f64>,
 }
 
-impl SquaredCost<4> for StretchSearch<'_> {
+impl SquaredCost<U4> for StretchSearch<'_> {
     fn cost(&self, at: &Vector4<f64>) -> f64 {
         let square: f64 = self.weighted_residuals(at).iter().map(|it| it * it).sum();
         let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
         square + self.variance * prior
     }
 
-    fn normal_equations(&self, at: &Vector4<f64>) -> (Matrix4<f64>, Vector4<f64>) {
+    fn normal_equations(&self, at: &Vector4<f64>) -> Option<NormalEquations<U4>> {
         let weights = self.scaled_prior_precision();
-        let mut hessian = Matrix4::from_diagonal(&weights);
-        let mut descent = weights.component_mul(&(self.usual.mean - at));
+        let mut matrix = Matrix4::from_diagonal(&weights);
+        let mut gradient = weights.component_mul(&(at - self.usual.mean));
         for (slip, force, weight) in self.weighted_points() {
             let (value, by) = friction_and_log_gradient(at, slip);
-            hessian += weight * by * by.transpose();
-            descent += weight * (force - value) * by;
+            matrix += weight * by * by.transpose();
+            gradient += weight * (value - force) * by;
         }
-        (hessian, descent)
+        Some(NormalEquations { matrix, gradient })
     }
 
-    fn project(&self, mut at: Vector4<f64>) -> Vector4<f64> {
-        at[1] = at[1].clamp(LEAST_C, MOST_C);
-        at[3] = at[3].min(MOST_E);
-        at
+    fn point_after_step(&self, at: &Vector4<f64>, step: &Vector4<f64>) -> Vector4<f64> {
+        clamp_shape(at + step)
     }
+}
+
+/// The nearest coordinates whose shape, C and E, is that of a tire.
+pub(crate) fn clamp_shape<const N: usize>(mut at: SVector<f64, N>) -> SVector<f64, N> {
+    at[1] = at[1].clamp(LEAST_C, MOST_C);
+    at[3] = at[3].min(MOST_E);
+    at
 }
 
 impl StretchSearch<'_> {
@@ -228,8 +235,8 @@ impl StretchSearch<'_> {
     }
 
     fn to_stretch_fit(&self, time: &[f64]) -> StretchFit {
-        let (hessian, _) = self.normal_equations(&self.at);
-        let inverse = hessian.try_inverse().unwrap_or_else(Matrix4::zeros);
+        let inverse = self.normal_equations(&self.at).and_then(|it| it.matrix.try_inverse());
+        let inverse = inverse.unwrap_or_else(Matrix4::zeros);
         let [first, last] = [time[0], time[time.len() - 1]];
         let blocks = (((last - first) / BLOCK) as usize).max(LEAST_BLOCKS);
         let mut scores = vec![Vector4::zeros(); blocks];

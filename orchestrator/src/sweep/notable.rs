@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use ::sweep::table::{SweepColumnRole, SweepTable, SweepTableReader};
+use ::sweep::table::{ERROR, NO_CHECKS, PASSED, SweepColumnRole, SweepTable, SweepTableReader};
 use diagnostics::Error;
 use scenario::document::VariantSelection;
 use serde::Serialize;
-
-use super::result_rows::{ERROR, NO_CHECKS, PASSED};
 
 /// A notable variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]

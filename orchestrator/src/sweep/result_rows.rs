@@ -1,18 +1,9 @@
 //! Converts outcomes of variants to rows of the result table, and back.
 
-use ::sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use ::sweep::table::{ERROR, FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 use super::plan_metadata::PlanMetadata;
 use super::variant::{VariantFailure, VariantOutcome};
-
-/// What the verdicts are called.
-pub const PASSED: &str = "passed";
-/// It came to its end, and has no checks.
-pub const NO_CHECKS: &str = "no checks";
-/// A check failed.
-pub const FAILED: &str = "failed";
-/// The run did not come to its end.
-pub const ERROR: &str = "error";
 
 /// The name of the column of a check.
 fn check_column_name(name: &str) -> String {

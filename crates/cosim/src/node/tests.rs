@@ -43,8 +43,9 @@ fn signals_repeat_their_steps_from_a_saved_state() {
     let chirp = Chirp { amplitude: 1.0, f_start: 0.1, f_end: 9.0, duration: 0.2, phase: 0.0 };
     let shapes: [&dyn ShapeParameters; 2] = [&multisine, &chirp];
     let signals = shapes.map(|shape| {
-        let part = SignalPart::new(shape, SignalWindow::whole_run(CLOCK.stop_time()), 1).expect("a shape");
-        Signal::new(vec![part])
+        let (until, end) = (f64::INFINITY, CLOCK.stop_time());
+        let window = SignalWindow { from: 0.0, until, fade_in: 0.0, fade_out: 0.0, end };
+        Signal::new(vec![SignalPart::new(shape, window, 1).expect("a shape")])
     });
     restores(SourceNode::new(signals.to_vec()), 2);
 }

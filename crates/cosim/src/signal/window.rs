@@ -29,12 +29,6 @@ impl fmt::Debug for SignalWindow {
 }
 
 impl SignalWindow {
-    /// A whole run that ends at `stop` [s], without fades.
-    #[must_use]
-    pub fn whole_run(stop: f64) -> Self {
-        SignalWindow { from: 0.0, until: f64::INFINITY, fade_in: 0.0, fade_out: 0.0, end: stop }
-    }
-
     /// 0 outside, 1 inside, and between them while it fades.
     pub(super) fn window_weight(&self, time: f64) -> f64 {
         if time + EDGE < self.from || time + EDGE >= self.until {

@@ -261,19 +261,19 @@ fn variance_weighted_equations(
             .map_or_else(|| it.blocks.residual_sum_of_squares(&[], &[]), |fit| fit.squares);
         *weight = it.blocks.rows as f64 / own;
     }
+    let weighted_sum = |weights: &[f64]| {
+        let parts: Vec<_> = measured.iter().map(|it| &it.blocks).zip(weights.iter().copied()).collect();
+        BlockNormalEquations::weighted_sum(&parts)
+    };
     for _ in 0..3 {
-        let parts: Vec<(&BlockNormalEquations, f64)> =
-            measured.iter().map(|it| &it.blocks).zip(weights.iter().copied()).collect();
-        let all = BlockNormalEquations::weighted_sum(&parts);
+        let all = weighted_sum(&weights);
         let Some(fit) = all.fit_columns(columns) else { return all };
         for (weight, it) in weights.iter_mut().zip(measured) {
             *weight = it.blocks.rows as f64
                 / it.blocks.residual_sum_of_squares(columns, &fit.values).max(f64::MIN_POSITIVE);
         }
     }
-    let parts: Vec<(&BlockNormalEquations, f64)> =
-        measured.iter().map(|it| &it.blocks).zip(weights).collect();
-    BlockNormalEquations::weighted_sum(&parts)
+    weighted_sum(&weights)
 }
 
 /// A sentence within another one.

@@ -1,6 +1,7 @@
 //! Looks at what was estimated beside the tires: whether it can be what its name says, or stands for something that the model
 //! does not have.
 
+use kalman::augmented::ColouredNoise;
 use tire_inference::model::FitTest;
 
 use super::CHANNELS;
@@ -35,7 +36,7 @@ pub fn noise_plausibility_test(
     error: &str,
     channel: usize,
     std: f64,
-    [correlation, share]: [f64; 2],
+    ColouredNoise { correlation, share }: ColouredNoise<f64>,
     step: f64,
 ) -> FitTest {
     let lasts = -step / correlation.ln();
@@ -65,7 +66,7 @@ mod tests {
     #[test]
     fn a_noise_is_slow_by_seconds_not_by_rows() {
         let of = |correlation, share, step| {
-            noise_plausibility_test("colour_a_y", 3, 1.4, [correlation, share], step)
+            noise_plausibility_test("colour_a_y", 3, 1.4, ColouredNoise { correlation, share }, step)
         };
         assert!(of(0.98, 0.5, 0.01).has_passed());
         assert!(!of(0.98, 0.5, 0.1).has_passed());

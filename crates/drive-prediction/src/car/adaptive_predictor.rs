@@ -123,10 +123,6 @@ impl MotionPredictor for AdaptivePredictor<'_> {
         NAME
     }
 
-    fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
-        drive.motion.delta.clone()
-    }
-
     fn simulate_states(&self, _: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
         let known = self.past.estimate_at(start);
         self.driven.simulate_states::<f64>(&self.fitted.car, &known.x, start, rows)

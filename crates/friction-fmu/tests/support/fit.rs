@@ -1,5 +1,9 @@
 //! Fits curves of axles to slips and forces of logs by least squares.
 
+use nalgebra::{DVector, Matrix4, U4, Vector4};
+use numerics::levenberg_marquardt::{
+    LevenbergMarquardtOptions, NormalEquations, SquaredCost, minimise_levenberg_marquardt,
+};
 use vehicle::{G, MagicFormula};
 
 use super::log::Log;
@@ -44,79 +48,47 @@ const BOUNDS: [[f64; 2]; 4] = [[0.5, 60.0], [0.8, 2.0], [0.05, 3.0], [-0.1, 0.1]
 
 /// The curve nearest to points of slip angle and force over load, from the best of three starts.
 pub fn curve(points: &[[f64; 2]]) -> MagicFormula {
-    let starts = [[6.0, 1.3], [12.0, 1.3], [3.0, 1.8]];
-    let fits = starts.map(|[B, C]| least_squares([B, C, 0.9, 0.0], &BOUNDS, |p| residuals(p, points)));
-    let best = fits.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("three");
-    formula(&best.0)
+    let options =
+        LevenbergMarquardtOptions { iterations: 60, relative_tolerance: 1e-10, ..Default::default() };
+    let starts = [[6.0, 1.3], [12.0, 1.3], [3.0, 1.8]].map(|[B, C]| Vector4::new(B, C, 0.9, 0.0));
+    let fits = starts.map(|start| minimise_levenberg_marquardt(&CurveFit(points), start, &options));
+    let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("three");
+    formula(&best.x)
 }
 
-fn formula(&[B, C, D, S_h]: &[f64; 4]) -> MagicFormula {
-    MagicFormula { B, C, D, E: 0.0, S_h, S_v: 0.0 }
+fn formula(at: &Vector4<f64>) -> MagicFormula {
+    MagicFormula { B: at[0], C: at[1], D: at[2], E: 0.0, S_h: at[3], S_v: 0.0 }
 }
 
-fn residuals(parameters: &[f64; 4], points: &[[f64; 2]]) -> Vec<f64> {
-    let curve = formula(parameters);
-    points.iter().map(|[alpha, force]| curve.friction_coefficient(*alpha) - force).collect()
+struct CurveFit<'a>(&'a [[f64; 2]]);
+
+impl CurveFit<'_> {
+    fn residuals(&self, at: &Vector4<f64>) -> DVector<f64> {
+        let curve = formula(at);
+        let of = |[alpha, force]: &[f64; 2]| curve.friction_coefficient(*alpha) - force;
+        DVector::from_iterator(self.0.len(), self.0.iter().map(of))
+    }
 }
 
-/// Parameters within bounds with the least sum of squares, and that: Levenberg and Marquardt with differences.
-pub fn least_squares<const N: usize>(
-    start: [f64; N],
-    bounds: &[[f64; 2]; N],
-    residuals: impl Fn(&[f64; N]) -> Vec<f64>,
-) -> ([f64; N], f64) {
-    let cost = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>();
-    let (mut at, mut damping) = (start, 1e-3);
-    let mut errors = residuals(&at);
-    let mut best = cost(&errors);
-    for _ in 0..60 {
-        let (mut normal, mut gradient) = ([[0.0; N]; N], [0.0; N]);
-        let columns: [Vec<f64>; N] = std::array::from_fn(|i| {
+impl SquaredCost<U4> for CurveFit<'_> {
+    fn cost(&self, at: &Vector4<f64>) -> f64 {
+        self.residuals(at).norm_squared()
+    }
+
+    /// By differences.
+    fn normal_equations(&self, at: &Vector4<f64>) -> Option<NormalEquations<U4>> {
+        let errors = self.residuals(at);
+        let columns = [0, 1, 2, 3].map(|i| {
             let width = 1e-6 * (1.0 + at[i].abs());
-            let mut near = at;
+            let mut near = *at;
             near[i] += width;
-            residuals(&near).iter().zip(&errors).map(|(b, a)| (b - a) / width).collect()
+            (self.residuals(&near) - &errors) / width
         });
-        for i in 0..N {
-            gradient[i] = columns[i].iter().zip(&errors).map(|(a, b)| a * b).sum();
-            for j in 0..N {
-                normal[i][j] = columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum();
-            }
-        }
-        let before = best;
-        for _ in 0..8 {
-            let mut system = normal;
-            (0..N).for_each(|i| system[i][i] *= 1.0 + damping);
-            let step = solve(system, gradient);
-            let next = std::array::from_fn(|i| (at[i] - step[i]).clamp(bounds[i][0], bounds[i][1]));
-            let tried = residuals(&next);
-            if cost(&tried) < best {
-                (at, best, errors) = (next, cost(&tried), tried);
-                damping *= 0.3;
-                break;
-            }
-            damping *= 5.0;
-        }
-        if before - best <= 1e-10 * before {
-            break;
-        }
+        let matrix = Matrix4::from_fn(|i, j| columns[i].dot(&columns[j]));
+        Some(NormalEquations { matrix, gradient: Vector4::from_fn(|i, _| columns[i].dot(&errors)) })
     }
-    (at, best)
-}
 
-/// Gauss's elimination of a positive definite system.
-fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
-    for i in 0..N {
-        for k in i + 1..N {
-            let factor = matrix[k][i] / matrix[i][i];
-            let row = matrix[i];
-            (i..N).for_each(|j| matrix[k][j] -= factor * row[j]);
-            right[k] -= factor * right[i];
-        }
+    fn point_after_step(&self, at: &Vector4<f64>, step: &Vector4<f64>) -> Vector4<f64> {
+        Vector4::from_fn(|i, _| (at[i] + step[i]).clamp(BOUNDS[i][0], BOUNDS[i][1]))
     }
-    for i in (0..N).rev() {
-        let known: f64 = (i + 1..N).map(|j| matrix[i][j] * right[j]).sum();
-        right[i] = (right[i] - known) / matrix[i][i];
-    }
-    right
 }

@@ -67,14 +67,11 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     let elsewhere = tempfile::tempdir().expect("a folder");
     bundle.write(elsewhere.path()).expect("written");
     drop(folder);
-    let whole = Path::new("somewhere/main.toml");
-    let again = Scenario::from_bundle(whole, bundle.text.clone(), elsewhere.path()).expect("read");
-    assert_eq!((again.name.as_str(), again.document.seed), ("main", 7));
+    let again = Scenario::read(&elsewhere.path().join(SCENARIO)).expect("the file");
+    assert_eq!(again.document.seed, 7);
     assert_eq!(again.validations.len(), 1);
     let second = ScenarioBundle::gather(&again, &BuildArtifacts::default(), LAYOUT).expect("gathered again");
     assert_eq!((second.text, second.files.len()), (bundle.text, bundle.files.len()));
-    let written = Scenario::read(&elsewhere.path().join(SCENARIO)).expect("the file");
-    assert!(again.flattened_values().expect("values") == written.flattened_values().expect("values"));
 }
 
 #[test]

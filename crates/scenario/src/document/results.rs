@@ -1,17 +1,15 @@
 //! The keys of `[[analysis]]`, `[[validation]]` and `[[check]]`, which judge the results of a run.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::nodes::build_request;
 use super::one_or_more::{OneOrMore, one_or_more};
 use super::table_file::table_file;
+use super::text_or_table::TextOrTable;
 use crate::build_request::BuildRequest;
 
 /// An analysis of recorded signals by a plugin or a Python script. The plugin is a dynamic library (`path`) or a package of the
@@ -102,27 +100,13 @@ pub struct ScaledSignal {
     pub sign: Option<Spanned<f64>>,
 }
 
-/// Serde's own choice between a text and a table would lose the places in the file.
 impl<'de> Deserialize<'de> for AnalysisSignal {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = AnalysisSignal;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a signal, or a table with `from`")
-            }
-
-            fn visit_str<E>(self, name: &str) -> Result<AnalysisSignal, E> {
-                Ok(AnalysisSignal::Name(name.to_owned()))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AnalysisSignal, A::Error> {
-                let table = MapAccessDeserializer::new(map);
-                ScaledSignal::deserialize(table).map(AnalysisSignal::Scaled)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        deserializer.deserialize_any(TextOrTable {
+            expected: "the name of a signal, or a table with `from`",
+            from_text: AnalysisSignal::Name,
+            from_table: AnalysisSignal::Scaled,
+        })
     }
 }
 

@@ -1,14 +1,13 @@
 //! The keys that `[[table]]` and `[analysis.table]` share: a recorded file, its format and its columns.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use diagnostics::Spanned;
 use recording::table::{CsvDialect, GapRule};
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+
+use super::text_or_table::TextOrTable;
 
 /// The words of a recorded file, whoever reads it.
 #[derive(Debug, Clone, Copy)]
@@ -145,27 +144,13 @@ pub enum ColumnEntry {
     Whole(Box<Column>),
 }
 
-/// Serde's own choice between a text and a table would lose the places in the file.
 impl<'de> Deserialize<'de> for ColumnEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = ColumnEntry;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a column, or a table with `column`")
-            }
-
-            fn visit_str<E>(self, text: &str) -> Result<ColumnEntry, E> {
-                Ok(ColumnEntry::Name(text.to_owned()))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColumnEntry, A::Error> {
-                let table = MapAccessDeserializer::new(map);
-                Column::deserialize(table).map(|it| ColumnEntry::Whole(Box::new(it)))
-            }
-        }
-        deserializer.deserialize_any(Either)
+        deserializer.deserialize_any(TextOrTable {
+            expected: "the name of a column, or a table with `column`",
+            from_text: ColumnEntry::Name,
+            from_table: |column| ColumnEntry::Whole(Box::new(column)),
+        })
     }
 }
 

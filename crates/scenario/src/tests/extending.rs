@@ -4,100 +4,10 @@ use super::fmus;
 use super::lab::Lab;
 
 /// A scenario in a folder of its own, whose paths are relative to it.
-const BASE: &str = r#"title = "Base"
-seed = 3
-
-[time]
-step = 0.01
-stop = 0.1
-
-[[fmu]]
-name = "plant"
-path = "plant.fmu"
-start = { start.v_x = 20.0, body.m = 800.0, "tire_f.D" = 1.5, F_x = 0.0 }
-
-[[signal]]
-name = "driver.delta"
-unit = "rad"
-constant = 0.0
-
-[[signal]]
-name = "driver.v"
-unit = "m/s"
-constant = 20.0
-
-[[table]]
-name = "log"
-path = "log.csv"
-time = "t"
-columns = { v = { column = "v", unit = "m/s" } }
-
-[[connect]]
-from = "driver.delta"
-to = "plant.delta"
-bias = 0.001
-
-[[check]]
-name = "slow"
-that = "abs(plant.v_x - driver.v) < 1"
-during = [0.0, 0.05]
-
-[[check]]
-name = "never"
-that = "plant.v_x > 100"
-
-[[check]]
-name = "never ever"
-that = "plant.v_x > 200"
-
-[record]
-except = ["log.*"]
-
-[view.pose]
-x = "plant.X"
-y = "plant.Y"
-heading = "plant.psi"
-
-[[view.plot]]
-title = "Speed"
-signals = [{ signal = "plant.v_x" }, { signal = "driver.v" }]
-"#;
+const BASE: &str = include_str!("files/base.toml");
 
 /// A scenario that extends it.
-const CHANGED: &str = r#"extends = "base/base.toml"
-title = "Changed"
-
-[without]
-check = ["never*"]
-
-[time]
-stop = 0.2
-
-[[fmu]]
-name = "plant"
-start = { "start.v_x" = 30.0, tire_f.D = 1.2 }
-
-[[signal]]
-name = "driver.v"
-unit = "km/h"
-ramp = { start = 0.0, end = 1.0, before = 108.0, after = 108.0 }
-
-[[connect]]
-to = "plant.delta"
-noise = { std = 0.001 }
-
-[[check]]
-name = "slow"
-that = "abs(plant.v_x - driver.v) < 1"
-
-[[check]]
-name = "log"
-that = "abs(log.v - 20) < 1e-9"
-
-[[view.plot]]
-title = "Speed"
-unit = "km/h"
-"#;
+const CHANGED: &str = include_str!("files/changed.toml");
 
 /// A scenario that changes an ambiguous check.
 const TWICE: &str = "extends = \"twice.toml\"\n[[check]]\nname = \"ever\"\nthat = \"1 < 2\"\n";

@@ -9,47 +9,13 @@ const DRIVE: &str =
     "[[signal]]\nname = \"drive.x\"\nunit = \"m\"\nsine = { amplitude = 2.0, frequency = 0.7 }\n";
 
 /// The description of a system of two relays that get one input in metres, and whose output is in millimetres.
-fn structure() -> String {
-    let connector = |name: &str, kind: &str, unit: &str| {
-        let unit = if unit.is_empty() { String::new() } else { format!(" unit=\"{unit}\"") };
-        format!("<ssd:Connector name=\"{name}\" kind=\"{kind}\"><ssc:Real{unit}/></ssd:Connector>")
-    };
-    let component = |name: &str| {
-        format!(
-            "<ssd:Component name=\"{name}\" source=\"relay.fmu\"><ssd:Connectors>{}{}</ssd:Connectors></ssd:Component>\n",
-            connector("x", "input", "m"),
-            connector("x_out", "output", "m")
-        )
-    };
-    format!(
-        r#"<ssd:SystemStructureDescription version="1.0" name="rig"
-    xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
-    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription">
-<ssd:System name="root">
-<ssd:Connectors>{}{}{}</ssd:Connectors>
-<ssd:Elements>{}{}</ssd:Elements>
-<ssd:Connections>
-<ssd:Connection startConnector="u" endElement="a" endConnector="x"><ssc:LinearTransformation factor="2" offset="1"/></ssd:Connection>
-<ssd:Connection startConnector="u" endElement="b" endConnector="x"/>
-<ssd:Connection startElement="a" startConnector="x_out" endConnector="y"><ssc:LinearTransformation factor="10" offset="-3"/></ssd:Connection>
-</ssd:Connections>
-</ssd:System>
-<ssd:Units><ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit><ssc:Unit name="mm"><ssc:BaseUnit m="1" factor="0.001"/></ssc:Unit></ssd:Units>
-<ssd:DefaultExperiment startTime="0" stopTime="2"/>
-</ssd:SystemStructureDescription>"#,
-        connector("u", "input", "m"),
-        connector("open", "input", ""),
-        connector("y", "output", "mm"),
-        component("a"),
-        component("b")
-    )
-}
+const STRUCTURE: &str = include_str!("files/rig.ssd");
 
 /// A folder with the archive `rig.ssp`.
 fn lab() -> Lab {
     let lab = Lab::new();
     lab.fmu("relay.fmu", fmus::RELAY);
-    write_rig(&lab, &structure());
+    write_rig(&lab, STRUCTURE);
     lab
 }
 
@@ -82,8 +48,8 @@ fn inputs_of_a_system_are_not_forgotten() {
 fn mistakes_about_systems_point_at_their_words() {
     let lab = lab();
     lab.write("other.toml", "title = \"no system\"\n");
-    lab.write("rig/SystemStructure.ssd", structure());
-    lab.write("rig/winter.ssd", structure());
+    lab.write("rig/SystemStructure.ssd", STRUCTURE);
+    lab.write("rig/winter.ssd", STRUCTURE);
     lab.write("rig/relay.fmu", fmus::archive(fmus::RELAY));
     let rig = format!("{RIG}unconnected = \"start\"\n");
     let signal = |name: &str| format!("[[signal]]\nname = \"{name}\"\nconstant = 1\n");
@@ -174,7 +140,7 @@ fn mistakes_in_the_archive_name_its_file_and_line() {
         ),
     ] {
         let seconds = "<ssd:Units><ssc:Unit name=\"s\"><ssc:BaseUnit s=\"1\"/></ssc:Unit>";
-        let text = structure().replace("<ssd:Units>", seconds);
+        let text = STRUCTURE.replace("<ssd:Units>", seconds);
         assert!(text.contains(from), "{text}");
         write_rig(&lab, &text.replacen(from, to, 1));
         lab.message(RIG).says(told).says(&["case.toml:2:8", "the system cannot be used"]);
@@ -185,7 +151,7 @@ fn mistakes_in_the_archive_name_its_file_and_line() {
 fn names_of_systems_do_not_meet() {
     let lab = lab();
     // Two systems may meet in the names of their nodes.
-    let nested = structure().replace("name=\"b\"", "name=\"b_a\"").replace("\"b\"", "\"b_a\"");
+    let nested = STRUCTURE.replace("name=\"b\"", "name=\"b_a\"").replace("\"b\"", "\"b_a\"");
     lab.write("nested/SystemStructure.ssd", nested);
     lab.fmu("nested/relay.fmu", fmus::RELAY);
     let text =

@@ -71,13 +71,6 @@ impl DesignPoints {
         self.count
     }
 
-    /// How many variants, one after the other, are one sample of Sobol's indices: only a Saltelli design has such. What is random in
-    /// a run besides its values must be the same in all of a block.
-    #[must_use]
-    pub fn saltelli_block_size(&self) -> Option<u64> {
-        matches!(self.source, PointSource::Saltelli(_)).then_some(self.axes.len() as u64 + 2)
-    }
-
     /// A point: a value for each axis, the index of one where the axis has a list.
     #[must_use]
     pub fn point(&self, index: u64) -> Vec<f64> {

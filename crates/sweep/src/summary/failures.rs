@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::{ERROR, variant_number};
-use crate::table::{SweepColumn, SweepTable};
+use super::variant_number;
+use crate::table::{ERROR, SweepColumn, SweepTable};
 
 /// Variants of a group that are told.
 const TOLD: usize = 3;

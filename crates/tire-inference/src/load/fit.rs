@@ -4,8 +4,8 @@
 //! residuals and of blocks of time as clusters (Liang and Zeger 1986), plus offsets considered as Schmidt (1966) does.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use nalgebra::{SMatrix, SVector, Vector4};
-use numerics::levenberg_marquardt::{SquaredCost, minimise_levenberg_marquardt};
+use nalgebra::{Const, SMatrix, SVector, Vector4};
+use numerics::levenberg_marquardt::{NormalEquations, SquaredCost, minimise_levenberg_marquardt};
 use preparation::PointTimeSeries;
 use preparation::samples::CurveSamples;
 
@@ -13,7 +13,7 @@ use super::EFFECTS;
 use crate::dependence::correlation_time;
 use crate::kernel::friction_coefficient;
 use crate::local::{
-    LEAST_C, LEAST_ROWS, MOST_C, MOST_E, StretchPrior, equalise_slip_weights, friction_and_log_gradient,
+    LEAST_ROWS, StretchPrior, clamp_shape, equalise_slip_weights, friction_and_log_gradient,
     theta_from_log_coordinates,
 };
 
@@ -41,7 +41,6 @@ const MOST_ROWS: usize = 6_000;
 /// Time of a block [s], longer than a corner, so that what a road does in one counts once; and the fewest of them.
 const BLOCK: f64 = 5.0;
 const LEAST_BLOCKS: usize = 10;
-const ITERATIONS: usize = 40;
 
 /// An estimate with all that its variances come from.
 #[derive(Clone, Debug)]
@@ -105,16 +104,16 @@ impl LoadFitRows {
         (ellipse * coefficient, slopes)
     }
 
-    /// JᵀWJ and −JᵀWr of the residuals, without a prior.
-    fn normal_equations(&self, at: &CoordinateVector) -> (CoordinateMatrix, CoordinateVector) {
-        let (mut hessian, mut descent) = (CoordinateMatrix::zeros(), CoordinateVector::zeros());
+    /// Those of the residuals, without a prior.
+    fn normal_equations(&self, at: &CoordinateVector) -> NormalEquations<Const<COUNT>> {
+        let (mut matrix, mut gradient) = (CoordinateMatrix::zeros(), CoordinateVector::zeros());
         let CurveSamples { slip, force, weight } = &self.samples;
         for row in 0..slip.len() {
             let (value, by) = self.model_and_gradient(at, row, slip[row]);
-            hessian += weight[row] * by * by.transpose();
-            descent += weight[row] * (force[row] - value) * by;
+            matrix += weight[row] * by * by.transpose();
+            gradient += weight[row] * (value - force[row]) * by;
         }
-        (hessian, descent)
+        NormalEquations { matrix, gradient }
     }
 
     fn residuals(&self, at: &CoordinateVector) -> Vec<f64> {
@@ -155,24 +154,22 @@ struct LoadFitSearch<'a> {
     at: CoordinateVector,
 }
 
-impl SquaredCost<COUNT> for LoadFitSearch<'_> {
+impl SquaredCost<Const<COUNT>> for LoadFitSearch<'_> {
     fn cost(&self, at: &CoordinateVector) -> f64 {
         let square: f64 = self.rows.residuals(at).iter().map(|it| it * it).sum();
         square + self.variance * (at - self.mean).component_div(&self.std).norm_squared()
     }
 
-    fn normal_equations(&self, at: &CoordinateVector) -> (CoordinateMatrix, CoordinateVector) {
+    fn normal_equations(&self, at: &CoordinateVector) -> Option<NormalEquations<Const<COUNT>>> {
         let weights = self.std.map(|std| self.variance / (std * std));
-        let (mut hessian, mut descent) = self.rows.normal_equations(at);
-        hessian += CoordinateMatrix::from_diagonal(&weights);
-        descent += weights.component_mul(&(self.mean - at));
-        (hessian, descent)
+        let mut normal = self.rows.normal_equations(at);
+        normal.matrix += CoordinateMatrix::from_diagonal(&weights);
+        normal.gradient += weights.component_mul(&(at - self.mean));
+        Some(normal)
     }
 
-    fn project(&self, mut at: CoordinateVector) -> CoordinateVector {
-        at[1] = at[1].clamp(LEAST_C, MOST_C);
-        at[3] = at[3].min(MOST_E);
-        at
+    fn point_after_step(&self, at: &CoordinateVector, step: &CoordinateVector) -> CoordinateVector {
+        clamp_shape(at + step)
     }
 }
 
@@ -185,7 +182,7 @@ impl LoadFitSearch<'_> {
     }
 
     fn fit_load_effects(self, usual: &StretchPrior) -> LoadEffectFit {
-        let (information, _) = self.rows.normal_equations(&self.at);
+        let information = self.rows.normal_equations(&self.at).matrix;
         let CurveSamples { slip, force, weight } = &self.rows.samples;
         let time = &self.rows.time;
         let (first, last) = (time[0], time[time.len() - 1]);
@@ -231,7 +228,7 @@ impl LoadEffectFit {
         let (at, variance, fits) = start.map_or((mean, 0.01, 3), |it| (it.at, it.variance, 2));
         let mut search = LoadFitSearch { rows: &rows, mean, std, variance, at };
         for _ in 0..fits {
-            search.at = minimise_levenberg_marquardt(&search, search.at, ITERATIONS);
+            search.at = minimise_levenberg_marquardt(&search, search.at, &Default::default()).x;
             search.variance = search.residual_variance();
         }
         Some(search.fit_load_effects(usual))
