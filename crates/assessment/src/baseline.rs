@@ -14,8 +14,8 @@ use recording::{AllVariables, ColumnIndex, Columns, GoldenColumn, GoldenRecordin
 use serde::{Deserialize, Deserializer, Serialize};
 
 pub use self::plan::{BaselinePlan, BaselineSignal, TubeSize};
-use self::required_tube::{TubeSamples, required_width};
 pub use self::required_tube::{CurveDistance, RequiredTube};
+use self::required_tube::{TubeSamples, required_width};
 use self::tube::{CurveTube, holds_value_near};
 
 /// What became of the comparison with a recording.
@@ -201,7 +201,17 @@ impl BaselineChecker {
         let (name, recording) = (plan.name.clone(), plan.path.clone());
         let place = (plan.file.clone(), plan.line);
         let has_tubes = plan.has_tubes;
-        BaselineOutcome { name, recording, reason, signals, picture: None, during, place, warnings, has_tubes }
+        BaselineOutcome {
+            name,
+            recording,
+            reason,
+            signals,
+            picture: None,
+            during,
+            place,
+            warnings,
+            has_tubes,
+        }
     }
 
     /// Why the comparison fails as a whole.

@@ -61,7 +61,9 @@ impl BaselineChange {
             (0, None) => return vec![about(&change_within_tubes(outcome))],
             (0, Some(reason)) => vec![about(reason)],
             (count, None) => vec![about(&format!("{count} of {all} signals leave the old one"))],
-            (count, Some(reason)) => vec![about(&format!("{reason}; {count} of {all} signals leave the old one"))],
+            (count, Some(reason)) => {
+                vec![about(&format!("{reason}; {count} of {all} signals leave the old one"))]
+            }
         };
         lines.extend(left.iter().take(TOLD).map(|signal| format!("  {}", describe_leaving_signal(signal))));
         if left.len() > TOLD {
@@ -172,7 +174,8 @@ mod tests {
 
     #[test]
     fn each_signal_that_leaves_its_tube_has_a_line_with_time_amount_and_tube() {
-        let many = (0..12).map(|k| signal(&format!("car.x{k}"), Some(2.0 - 0.1 * f64::from(k)), Some(0.1234)));
+        let many =
+            (0..12).map(|k| signal(&format!("car.x{k}"), Some(2.0 - 0.1 * f64::from(k)), Some(0.1234)));
         let told = lines(many.collect());
         assert_eq!(told[0], "baseline `as before`, golden.mcap: 12 of 12 signals leave the old one");
         assert_eq!(
@@ -190,7 +193,9 @@ mod tests {
         assert_eq!(same, ["baseline `as before`, golden.mcap: nothing changes"]);
         let near = lines(vec![signal("car.v", None, Some(1e-5)), signal("car.r", None, Some(2e-5))]);
         assert!(
-            near[0].ends_with("2 of 2 signals differ, most `car.r` by 2.00e-5 m/s at 0.8 s, the tube is ±0.0200"),
+            near[0].ends_with(
+                "2 of 2 signals differ, most `car.r` by 2.00e-5 m/s at 0.8 s, the tube is ±0.0200"
+            ),
             "{near:?}"
         );
     }

@@ -50,7 +50,8 @@ fn tube_keys(tube: RequiredTube) -> String {
 /// Why a size is what it is: unit, and the largest deviation.
 fn reason_of_size(signal: &SignalOutcome) -> String {
     let unit = signal.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-    match (signal.tube.and_then(|tube| tube.time), signal.distance.and_then(|it| Some((it.largest?, it.at)))) {
+    match (signal.tube.and_then(|tube| tube.time), signal.distance.and_then(|it| Some((it.largest?, it.at))))
+    {
         (None, Some((largest, at))) => {
             format!("largest deviation {largest:.3e}{unit} at {} s", diagnostics::rounded_time(at))
         }
@@ -103,7 +104,8 @@ fn write_tube(baseline: &mut dyn TableLike, signal: &str, tube: RequiredTube) ->
     match baseline.entry("tubes").or_insert_with(|| Item::Value(Value::Array(Array::new()))) {
         Item::Value(Value::Array(list)) => {
             let tubes = list.iter().map(|it| it.as_inline_table().map(|it| it as &dyn TableLike));
-            let own = counting_tube(tubes, signal).and_then(|place| list.get_mut(place)?.as_inline_table_mut());
+            let own =
+                counting_tube(tubes, signal).and_then(|place| list.get_mut(place)?.as_inline_table_mut());
             match own.filter(|it| signal_patterns(*it).eq([signal])) {
                 Some(own) => write_sizes(own, tube),
                 None => push_inline_tube(list, signal, tube),
@@ -212,7 +214,10 @@ mod tests {
         let rest = "# no tube holds plant.mode: 1 instead of 2 at 0.750 s\n";
         assert_eq!(lines, format!("# in the [[baseline]] called as before\ntubes = [\n{entries}]\n{rest}"));
         let more = tube_toml(&outcome(true)).expect("lines");
-        assert_eq!(more, format!("# at the end of `tubes` of the [[baseline]] called as before\n{entries}{rest}"));
+        assert_eq!(
+            more,
+            format!("# at the end of `tubes` of the [[baseline]] called as before\n{entries}{rest}")
+        );
         let mut short = outcome(false);
         short.reason = Some("the run ends at 1 s".to_owned());
         assert_eq!(tube_toml(&short).as_deref(), Some("# no tube lets this run pass: the run ends at 1 s\n"));
@@ -251,7 +256,10 @@ mod tests {
         }
         let tables = format!("{head}\n[[baseline.tubes]]\nsignals = [\"plant.r\"]\nabsolute = 0.01\n");
         let (edited, _) = with_required_tubes(&tables, &outcome(false)).expect("it is edited");
-        assert!(edited.contains("absolute = 0.013\n") && edited.contains("[[baseline.tubes]]\nsignals = [\"plant.gear\"]"));
+        assert!(
+            edited.contains("absolute = 0.013\n")
+                && edited.contains("[[baseline.tubes]]\nsignals = [\"plant.gear\"]")
+        );
         let absent = with_required_tubes("title = \"x\"\n", &outcome(false));
         assert_eq!(absent, Err("it has no [[baseline]] called `as before`".to_owned()));
     }

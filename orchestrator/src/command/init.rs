@@ -6,9 +6,9 @@ use clap::Args;
 use diagnostics::Error;
 use orchestrator::suite::creation::{self, FileState, SuiteCreation};
 
+use super::print_text;
 use super::run::parse_positive_seconds;
 use super::test::{SuiteRun, run_suite};
-use super::print_text;
 
 /// Arguments of `trackside init`.
 #[derive(Args)]
@@ -37,7 +37,8 @@ pub fn run_init_command(arguments: &InitArguments) -> Result<u8, Error> {
     print_text(&creation_lines(&created));
     let suite = arguments.out.display();
     if created.cases.is_empty() {
-        let fmus = if created.fmus == 1 { "its only FMU".to_owned() } else { format!("its {} FMUs", created.fmus) };
+        let fmus =
+            if created.fmus == 1 { "its only FMU".to_owned() } else { format!("its {} FMUs", created.fmus) };
         let message = format!("no scenario could be made of {} and {fmus}", arguments.folder.display());
         return Err(Error::invalid_input(message).with_help("the reason stands beside each of them"));
     }
@@ -81,5 +82,10 @@ fn creation_lines(created: &SuiteCreation) -> String {
         text += &format!("{state}  {}  {}{kept}\n", case.path.display(), case.summary);
         text += &case.notes.iter().map(|note| format!("       {note}\n")).collect::<String>();
     }
-    text + &created.omissions.iter().map(|line| format!("no     {line}\n")).collect::<String>()
+    text += &created.omissions.iter().map(|line| format!("no     {line}\n")).collect::<String>();
+    let [fmus, scenarios] = [(created.fmus, "FMU"), (created.cases.len(), "scenario")]
+        .map(|(count, word)| format!("{count} {word}{}", if count == 1 { "" } else { "s" }));
+    text + &format!(
+        "{fmus}, {scenarios}; `trackside run X.fmu --save-scenario FILE` begins one of an FMU without a reference\n"
+    )
 }

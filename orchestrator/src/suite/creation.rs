@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 use diagnostics::Error;
 use fmu_import::{Fmu, FmuDescription};
 use scenario::document::node_name;
+use scenario::plan::RunPlan;
+use scenario::resolve::Overrides;
+use scenario::{BuildArtifacts, Scenario};
 
 use collection::{FmuCollection, FmuFiles};
 use experiment::{ExperimentOptions, case_experiment};
@@ -25,6 +28,9 @@ use toml_text::{real_path, relative_path};
 
 /// The folder of the suite with the recordings of references and first runs.
 const RECORDINGS: &str = "reference";
+
+/// Why an FMU without results has no scenario of its own.
+const NO_REFERENCE: &str = "no reference beside it: NAME_ref.csv, NAME_out.csv or NAME.csv";
 
 /// The scenarios that were made of a folder.
 #[derive(Debug, Default)]
@@ -85,7 +91,7 @@ pub fn create_suite(folder: &Path, suite: &Path) -> Result<SuiteCreation, Error>
     for files in &collection.fmus {
         writer.add_fmu(files, &mut folders)?;
     }
-    for (folder, parts) in folders.iter().filter(|(_, parts)| parts.len() > 1) {
+    for (folder, parts) in &folders {
         writer.add_system(folder, parts)?;
     }
     for system in &collection.systems {
@@ -154,6 +160,15 @@ fn plain_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }
 
+/// Whether a system of SSP can run here; nothing of it is loaded.
+fn check_system(path: &Path) -> Result<(), String> {
+    let first =
+        |error: Error| error.into_single_errors().first().map(ToString::to_string).unwrap_or_default();
+    let scenario = Scenario::read(path).map_err(first)?;
+    let (nothing, overrides) = (BuildArtifacts::default(), Overrides::default());
+    RunPlan::resolve(&scenario, &nothing, &overrides, PathBuf::new()).map(drop).map_err(first)
+}
+
 /// Writes cases into a suite.
 struct SuiteWriter {
     root: PathBuf,
@@ -180,18 +195,15 @@ impl SuiteWriter {
         };
         match (&files.reference, files.candidates.as_slice()) {
             (Some(reference), _) => self.add_fmu_case(files, reference, &description, &archive)?,
-            (None, []) => {
-                let run = "`trackside run FMU --save-scenario FILE` begins a scenario without one";
-                self.omit(&files.fmu, &format!("no reference NAME_ref.csv, NAME_out.csv or NAME.csv; {run}"));
-            }
+            (None, []) => {}
             (None, candidates) => {
                 let names: Vec<_> = candidates.iter().map(|path| self.shown_path(path)).collect();
-                let names: Vec<_> = names.iter().map(String::as_str).collect();
                 let listed = diagnostics::suggest::join_shortened(&names);
                 self.omit(&files.fmu, &format!("several references, none beside it: {listed}"));
             }
         }
         if !files.is_in_system {
+            let is_told = files.reference.is_some() || !files.candidates.is_empty();
             let folder = files.fmu.parent().unwrap_or(Path::new("")).to_owned();
             let parts = folders.entry(folder).or_default();
             let stem = files.fmu.file_stem().unwrap_or_default().to_string_lossy();
@@ -199,7 +211,8 @@ impl SuiteWriter {
             while parts.iter().any(|part| part.node == node) {
                 node.push('_');
             }
-            parts.push(SystemPart { node, archive, description });
+            let without_case = (!is_told).then(|| files.fmu.clone());
+            parts.push(SystemPart { node, archive, description, without_case });
         }
         Ok(())
     }
@@ -235,7 +248,10 @@ impl SuiteWriter {
         let reference = match ReferenceResults::read(reference_path, &node, description) {
             Ok(reference) => reference,
             Err(reason) => {
-                self.omit(&files.fmu, &format!("its reference {}: {reason}", self.shown_path(reference_path)));
+                self.omit(
+                    &files.fmu,
+                    &format!("its reference {}: {reason}", self.shown_path(reference_path)),
+                );
                 return Ok(());
             }
         };
@@ -278,7 +294,8 @@ impl SuiteWriter {
         notes.extend(reference.notes.iter().chain(inputs.iter().flat_map(|it| &it.notes)).cloned());
         let recording_path = self.suite.join(&recording);
         if self.write_file(&recording_path, &reference.recording.csv_text())? == FileState::Kept {
-            notes.push(format!("{} was there already with other values, and stays", recording_path.display()));
+            notes
+                .push(format!("{} was there already with other values, and stays", recording_path.display()));
         }
         let count = reference.recording.columns().len();
         let signals = if count == 1 { "1 signal".to_owned() } else { format!("{count} signals") };
@@ -295,7 +312,8 @@ impl SuiteWriter {
     fn add_system(&mut self, folder: &Path, parts: &[SystemPart]) -> Result<(), Error> {
         let matches = system_case::match_by_name(parts);
         if matches.is_empty() {
-            let reason = format!("{} FMUs, and no output has name, type and unit of another one's input", parts.len());
+            let reason =
+                format!("{} FMUs, and no output has name, type and unit of another one's input", parts.len());
             self.omit(folder, &format!("no system: {reason}"));
             return Ok(());
         }
@@ -304,7 +322,6 @@ impl SuiteWriter {
         let recording = format!("{RECORDINGS}/{name}.csv");
         let title = format!("The FMUs of {folder_name}, connected by name");
         let text = system_case::system_scenario_text(&title, parts, &matches, &recording);
-        let lone = matches.lone_parts(parts);
         let connections = matches.len();
         let summary = format!(
             "{} FMUs of {}: {connections} {} by name, type and unit",
@@ -312,8 +329,9 @@ impl SuiteWriter {
             self.shown_path(folder),
             if connections == 1 { "connection" } else { "connections" }
         );
-        let mut notes: Vec<_> = matches.open_inputs().map(|reason| format!("not connected: {reason}")).collect();
-        notes.extend(lone.iter().map(|node| format!("left out: {node}, which nothing connects")));
+        let mut notes: Vec<_> =
+            matches.open_inputs().map(|reason| format!("not connected: {reason}")).collect();
+        notes.extend(lone.iter().map(|part| format!("left out: {}, which nothing connects", part.node)));
         let needs_first_run = !self.suite.join(&recording).exists();
         self.add_case(&name, &text, summary, notes, needs_first_run)
     }
@@ -332,14 +350,21 @@ impl SuiteWriter {
             false => real_path(system.parent().unwrap_or(Path::new(""))),
         };
         let name = self.names.unique_name(short_name(&named_by));
-        if let Err(error) = scenario::Scenario::read(system) {
-            self.omit(system, &error.to_string());
+        if let Err(reason) = check_system(system) {
+            let inside = reason.replace(&format!("{}/", self.root.display()), "");
+            self.omit(system, inside.lines().next().unwrap_or_default());
             return Ok(());
         }
         let recording = format!("{RECORDINGS}/{name}.csv");
         let summary = format!("the system {}", self.shown_path(system));
         let needs_first_run = !self.suite.join(&recording).exists();
-        self.add_case(&name, &system_case::ssp_scenario_text(&path, &recording), summary, Vec::new(), needs_first_run)
+        self.add_case(
+            &name,
+            &system_case::ssp_scenario_text(&path, &recording),
+            summary,
+            Vec::new(),
+            needs_first_run,
+        )
     }
 
     fn add_case(

@@ -113,7 +113,8 @@ fn round_up(value: f64) -> Option<f64> {
     let exponent = value.log10().floor() as i32 - 1;
     // The quotient may be off by rounding.
     let digits = (value / 10_f64.powi(exponent)).floor() as u32;
-    let mut candidates = (digits.saturating_sub(1)..).map(|digits| format!("{digits}e{exponent}").parse::<f64>());
+    let mut candidates =
+        (digits.saturating_sub(1)..).map(|digits| format!("{digits}e{exponent}").parse::<f64>());
     candidates.find_map(|it| it.ok().filter(|it| *it >= value))
 }
 

@@ -158,7 +158,11 @@ pub(crate) struct CsvColumn {
 
 /// Reads all columns, those called `texts` as they are; numbers that are missing are NaN. The time is the column called `time`, or else
 /// the first one.
-pub(crate) fn read_csv_table(path: &Path, time: Option<&str>, texts: &[&str]) -> Result<CsvTable, TableError> {
+pub(crate) fn read_csv_table(
+    path: &Path,
+    time: Option<&str>,
+    texts: &[&str],
+) -> Result<CsvTable, TableError> {
     let text = open_csv_text(path)?;
     let file = CsvFile::open(path, &text, &[], &CsvDialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.

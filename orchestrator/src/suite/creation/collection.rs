@@ -117,10 +117,16 @@ impl<'f> FileIndex<'f> {
         let stem = fmu.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
         let folder = fmu.parent().unwrap_or(Path::new(""));
         let beside = self.find_in_folder(folder, &stem, &REFERENCES);
-        // An FMU may have its results in a folder of results.
+        // An FMU may have its results in a folder of results. Those beside another FMU of its name are that one's.
+        let is_of_another = |file: &&Path| {
+            let of_folder = self.by_folder.get(file.parent().unwrap_or(Path::new("")));
+            of_folder.into_iter().flatten().any(|(name, _)| *name == format!("{stem}.fmu"))
+        };
         let elsewhere = || {
             let named = REFERENCES.iter().map(|ending| format!("{stem}{ending}"));
-            named.filter_map(|name| self.by_name.get(&name)).next().cloned().unwrap_or_default()
+            let named = named.filter_map(|name| self.by_name.get(&name));
+            let mut free = named.map(|files| files.iter().copied().filter(|it| !is_of_another(it)).collect());
+            free.find(|files: &Vec<&Path>| !files.is_empty()).unwrap_or_default()
         };
         let (reference, candidates) = match (beside, elsewhere()) {
             (Some(file), _) => (Some(file), Vec::new()),
@@ -134,9 +140,9 @@ impl<'f> FileIndex<'f> {
             let mut found = folders.iter().flatten().map(|it| self.find_in_folder(it, &stem, endings));
             found.find_map(|it| it).map(Path::to_owned)
         };
-        let is_in_system = systems
-            .iter()
-            .any(|system| !has_extension(system, "ssp") && system.parent().is_some_and(|it| fmu.starts_with(it)));
+        let is_in_system = systems.iter().any(|system| {
+            !has_extension(system, "ssp") && system.parent().is_some_and(|it| fmu.starts_with(it))
+        });
         FmuFiles {
             fmu: fmu.to_owned(),
             input: find(&INPUTS),
@@ -159,7 +165,8 @@ impl<'f> FileIndex<'f> {
         let only = || {
             // A plain `.csv` may be anything.
             let marked = endings.iter().filter(|ending| ending.starts_with('_'));
-            let mut found = marked.flat_map(|ending| files.iter().filter(move |(name, _)| name.ends_with(ending)));
+            let mut found =
+                marked.flat_map(|ending| files.iter().filter(move |(name, _)| name.ends_with(ending)));
             found.next().filter(|_| found.next().is_none())
         };
         named.or_else(|| is_alone.then(only).flatten()).map(|(_, file)| *file)
@@ -185,6 +192,7 @@ mod tests {
             "results/Stair_in.csv",
             "case/Fork Lift.fmu",
             "case/lift_ref.csv",
+            "alone/Ball.fmu",
             "many/Twice.fmu",
             "a/Twice_ref.csv",
             "b/Twice_ref.csv",
@@ -205,15 +213,19 @@ mod tests {
             let FmuFiles { reference, input, options, .. } = of(name);
             [reference, input, options].map(|it| it.as_deref().map(short).unwrap_or_default())
         };
-        assert_eq!(found.fmus.len(), 6);
+        assert_eq!(found.fmus.len(), 7);
         assert_eq!(
             files("beside/Ball.fmu"),
             ["beside/Ball_ref.csv", "beside/Ball_in.csv", "beside/Ball_ref.opt"]
         );
         assert_eq!(files("beside/Other.fmu"), ["", "", ""]);
+        assert_eq!(files("alone/Ball.fmu"), ["", "", ""]);
         assert_eq!(files("2.0/Stair.fmu"), ["results/Stair_out.csv", "results/Stair_in.csv", ""]);
         assert_eq!(files("case/Fork Lift.fmu"), ["case/lift_ref.csv", "", ""]);
-        assert_eq!((files("many/Twice.fmu"), of("many/Twice.fmu").candidates.len()), (["", "", ""].map(str::to_owned), 2));
+        assert_eq!(
+            (files("many/Twice.fmu"), of("many/Twice.fmu").candidates.len()),
+            (["", "", ""].map(str::to_owned), 2)
+        );
         assert!(of("ssp/resources/Part.fmu").is_in_system && !of("beside/Ball.fmu").is_in_system);
         assert_eq!(found.systems.iter().map(|it| short(it)).collect::<Vec<_>>(), ["ssp/SystemStructure.ssd"]);
     }

@@ -26,6 +26,16 @@ impl SourcedNumber {
         SourcedNumber { value, origin: origin.into() }
     }
 
+    /// The stop time at the end of a step; a run does not end before its reference.
+    fn after_whole_steps(self, start: f64, step: f64) -> Self {
+        let value = whole_steps_stop(start, step, self.value);
+        let origin = match (value - self.value).abs() <= 1e-9 * value {
+            true => self.origin,
+            false => format!("{}, {} s, and on to the end of a step", self.origin, self.value),
+        };
+        SourcedNumber { value, origin }
+    }
+
     fn line(&self, key: &str) -> String {
         format!("{key} = {} # {}\n", toml_number(self.value), comment_text(&self.origin))
     }
@@ -85,9 +95,12 @@ impl ExperimentOptions {
     fn parse(text: &str) -> Self {
         let mut options = ExperimentOptions::default();
         for line in text.lines() {
-            let mut words = line.split([',', ';', '=', ':', '\t', ' ']).map(|word| word.trim().trim_matches('"'));
+            let mut words =
+                line.split([',', ';', '=', ':', '\t', ' ']).map(|word| word.trim().trim_matches('"'));
             let Some(key) = words.next() else { continue };
-            let Some(value) = words.find(|word| !word.is_empty()).and_then(|word| word.parse().ok()) else { continue };
+            let Some(value) = words.find(|word| !word.is_empty()).and_then(|word| word.parse().ok()) else {
+                continue;
+            };
             let place = match key.to_ascii_lowercase().as_str() {
                 "starttime" => &mut options.start,
                 "stoptime" => &mut options.stop,
@@ -116,7 +129,10 @@ pub(super) fn case_experiment(
     let start = match options.start {
         Some(start) if start >= 0.0 && start <= first => of_options(start, "StartTime"),
         _ if first >= 0.0 => SourcedNumber::new(first, format!("the first row of {reference}")),
-        _ => SourcedNumber::new(0.0, format!("recordings have no time before 0; {reference} begins at {first} s")),
+        _ => SourcedNumber::new(
+            0.0,
+            format!("recordings have no time before 0; {reference} begins at {first} s"),
+        ),
     };
     let stop = match options.stop {
         Some(stop) if stop >= last => of_options(stop, "StopTime"),
@@ -130,19 +146,22 @@ pub(super) fn case_experiment(
         Some(step) => of_options(step, "StepSize"),
         None => case_step(description, reference, times, duration),
     };
-    let stop = SourcedNumber { value: whole_steps_stop(start.value, step.value, stop.value), ..stop };
+    let stop = stop.after_whole_steps(start.value, step.value);
     let tolerance = options.tolerance.filter(|it| *it > 0.0 && *it < 1.0).map(|it| of_options(it, "RelTol"));
     Ok(Experiment { start, step, stop, tolerance })
 }
 
 /// The step of the description where it meets the rows of the reference, or that between them.
 fn case_step(description: &FmuDescription, reference: &str, times: &[f64], duration: f64) -> SourcedNumber {
-    let own = description.default_step_size().filter(|step| *step <= duration && duration / step < MOST_STEPS);
+    let own =
+        description.default_step_size().filter(|step| *step <= duration && duration / step < MOST_STEPS);
     let of_description = |step| SourcedNumber::new(step, "the DefaultExperiment of the FMU");
     match (own, row_spacing(times)) {
         (Some(own), Some(spacing)) if is_multiple(spacing, own) => of_description(own),
         // An FMU whose inner step is fixed refuses others.
-        (Some(own), Some(spacing)) if description.internal_step.is_some_and(|it| !is_multiple(spacing, it)) => {
+        (Some(own), Some(spacing))
+            if description.internal_step.is_some_and(|it| !is_multiple(spacing, it)) =>
+        {
             of_description(own)
         }
         (_, Some(spacing)) if duration / spacing < MOST_STEPS => {
@@ -165,7 +184,8 @@ pub(super) fn system_experiment(descriptions: &[&FmuDescription]) -> Experiment 
         None => SourcedNumber::new(1.0, "no description proposes a stop"),
     };
     let steps = descriptions.iter().filter_map(|it| it.default_step_size());
-    let shortest = steps.filter(|step| *step <= stop.value && stop.value / step < MOST_STEPS).reduce(f64::min);
+    let shortest =
+        steps.filter(|step| *step <= stop.value && stop.value / step < MOST_STEPS).reduce(f64::min);
     let step = match shortest {
         Some(step) => SourcedNumber::new(step, "the shortest step that the descriptions propose"),
         None => {
@@ -173,7 +193,7 @@ pub(super) fn system_experiment(descriptions: &[&FmuDescription]) -> Experiment 
             SourcedNumber::new(step, format!("{STEPS} steps, since no description proposes one"))
         }
     };
-    let stop = SourcedNumber { value: whole_steps_stop(0.0, step.value, stop.value), ..stop };
+    let stop = stop.after_whole_steps(0.0, step.value);
     Experiment { start, step, stop, tolerance: None }
 }
 
@@ -185,16 +205,19 @@ fn whole_steps_stop(start: f64, step: f64, stop: f64) -> f64 {
 
 /// The time between rows where most of them have the same one, as the output interval of a simulator; rows at events come between [s].
 fn row_spacing(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    let mut steps: Vec<f64> =
+        times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
-    let equal = steps.iter().filter(|step| (**step - median).abs() <= 1e-4 * median).count();
-    if equal * 10 < steps.len() * 8 {
+    let equal = steps.iter().filter(|step| (**step - median).abs() <= 1e-4 * median);
+    let equal: Vec<f64> = equal.copied().collect();
+    if equal.len() * 10 < steps.len() * 8 {
         return None;
     }
-    // The rows are rounded; their number is not.
-    let duration = times[times.len() - 1] - times[0];
-    Some(without_rounding_digits(duration / (duration / median).round()))
+    // Times are rounded; the mean of their differences is less so, and most steps are short decimal numbers.
+    let mean = equal.iter().sum::<f64>() / equal.len() as f64;
+    let short: f64 = format!("{mean:.5e}").parse().unwrap_or(mean);
+    Some(if (short - mean).abs() <= 1e-7 * mean { short } else { without_rounding_digits(mean) })
 }
 
 fn is_multiple(value: f64, of: f64) -> bool {
@@ -208,8 +231,13 @@ mod tests {
 
     #[test]
     fn options_of_the_cross_check_are_read() {
-        let read = ExperimentOptions::parse("StepSize,0\r\n\"StartTime\", 0.5\nStopTime = 1.5\nRelTol,1e-4\nSolver,x\n\n");
-        assert_eq!((read.start, read.stop, read.step, read.tolerance), (Some(0.5), Some(1.5), Some(0.0), Some(1e-4)));
+        let read = ExperimentOptions::parse(
+            "StepSize,0\r\n\"StartTime\", 0.5\nStopTime = 1.5\nRelTol,1e-4\nSolver,x\n\n",
+        );
+        assert_eq!(
+            (read.start, read.stop, read.step, read.tolerance),
+            (Some(0.5), Some(1.5), Some(0.0), Some(1e-4))
+        );
     }
 
     #[test]
@@ -218,6 +246,9 @@ mod tests {
         assert_eq!(row_spacing(&with_event), Some(0.01));
         let thirds: Vec<f64> = (0..=3).map(|k| f64::from(k) / 3.0).collect();
         assert!((row_spacing(&thirds).expect("a spacing") - 1.0 / 3.0).abs() < 1e-11);
+        // The last row may come early.
+        let cut: Vec<f64> = (0..=39).map(|k| f64::from(k) * 0.0256).chain([1.0]).collect();
+        assert_eq!(row_spacing(&cut), Some(0.0256));
         assert_eq!(row_spacing(&[0.0, 0.1, 0.3, 0.7, 1.5]), None);
         assert_eq!(row_spacing(&[0.0]), None);
     }

@@ -8,7 +8,9 @@ use scenario::document::toml_string;
 
 use super::experiment::Experiment;
 use super::reference::{ReferenceResults, time_column};
-use super::toml_text::{comment_lines, comment_text, toml_number, without_rounding_digits};
+use super::toml_text::{
+    ColumnOmission, comment_lines, comment_text, omission_notes, toml_number, without_rounding_digits,
+};
 
 /// Half the height of tubes as a share of the range of a signal, and half their width as a share of the time, as csv-compare of the
 /// Modelica Association has them.
@@ -62,12 +64,12 @@ impl InputTables {
     pub fn read(file: &Path, path: String, description: &FmuDescription) -> Result<Self, String> {
         let titles = table::read_titles(file).map_err(|error| error.to_string())?;
         let time = time_column(file)?.ok_or("it has no columns")?;
-        let (mut columns, mut notes) = (Vec::new(), Vec::new());
+        let (mut columns, mut omissions) = (Vec::new(), Vec::new());
         for title in titles.columns.iter().filter(|title| title.name != time) {
             let variable = description.find_variable(&title.plain).map(|place| &description.variables[place]);
             match variable.filter(|it| it.causality == Causality::Input) {
                 Some(variable) if variable.name != title.plain => {
-                    notes.push(format!("not connected: {}, an array in one column", title.plain));
+                    omissions.push(omission(title, "an array in one column"));
                 }
                 Some(variable) => columns.push(InputColumn {
                     title: title.name.clone(),
@@ -75,13 +77,14 @@ impl InputTables {
                     variable: variable.name.clone(),
                     is_held: is_held(variable),
                 }),
-                None => notes.push(format!("not connected: {}, no input of the FMU", title.plain)),
+                None => omissions.push(omission(title, "no input of the FMU")),
             }
         }
         if columns.is_empty() {
             return Err("none of its columns is an input of the FMU".to_owned());
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let notes = omission_notes("not connected", &omissions);
         Ok(InputTables { name, path, time, columns, notes })
     }
 
@@ -94,7 +97,8 @@ impl InputTables {
                 continue;
             }
             let lines = columns.iter().map(|InputColumn { title, unit, variable, .. }| {
-                let unit = unit.as_ref().map(|unit| format!(", unit = {}", toml_string(unit))).unwrap_or_default();
+                let unit =
+                    unit.as_ref().map(|unit| format!(", unit = {}", toml_string(unit))).unwrap_or_default();
                 format!("{} = {{ column = {}{unit} }}\n", toml_string(variable), toml_string(title))
             });
             text += &format!(
@@ -106,12 +110,17 @@ impl InputTables {
                 lines.collect::<String>()
             );
             for column in columns {
-                let [from, to] = [table, node].map(|node| toml_string(&format!("{node}.{}", column.variable)));
+                let [from, to] =
+                    [table, node].map(|node| toml_string(&format!("{node}.{}", column.variable)));
                 text += &format!("\n[[connect]]\nfrom = {from}\nto = {to}\n");
             }
         }
         text + &comment_lines(&self.notes)
     }
+}
+
+fn omission(title: &table::ColumnTitle, reason: &str) -> ColumnOmission {
+    ColumnOmission { column: title.plain.clone(), reason: reason.to_owned() }
 }
 
 /// Whether values of a variable stay as they are between two rows: there is nothing between two gears.

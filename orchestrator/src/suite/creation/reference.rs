@@ -5,6 +5,8 @@ use std::path::Path;
 use fmu_import::{Causality, FmiType, FmuDescription, Variable};
 use recording::{GoldenColumn, GoldenRecording, GoldenValues, table};
 
+use super::toml_text::{ColumnOmission, omission_notes};
+
 /// Names of columns of times, in small letters.
 const TIMES: [&str; 5] = ["time", "t", "zeit", "temps", "timestamp"];
 
@@ -38,25 +40,22 @@ impl ReferenceResults {
         let texts = description.variables.iter().filter(|it| is_text(it)).map(|it| it.name.as_str());
         let texts: Vec<_> = texts.collect();
         let time = time_column(path)?;
-        let read = GoldenRecording::read_csv(path, time.as_deref(), &texts).map_err(|error| error.to_string())?;
+        let read =
+            GoldenRecording::read_csv(path, time.as_deref(), &texts).map_err(|error| error.to_string())?;
         let mut results = ColumnMapping::new(node, description);
         for column in read.columns() {
             if let Err(reason) = results.take_column(column) {
-                results.notes.push(format!("not compared: {}, {reason}", column.name));
+                results.omissions.push(ColumnOmission { column: column.name.clone(), reason });
             }
         }
+        let notes = omission_notes("not compared", &results.omissions);
         if results.columns.is_empty() {
-            let names: Vec<_> = read.columns().iter().map(|column| column.name.as_str()).collect();
-            return Err(match (names.is_empty(), results.notes.as_slice()) {
-                (true, _) => "it has no columns besides the time".to_owned(),
-                (false, [note]) => note.clone(),
-                (false, _) => {
-                    let listed = diagnostics::suggest::join_shortened(&names);
-                    format!("none of its columns is a variable that can be compared: {listed}")
-                }
+            return Err(match notes.is_empty() {
+                true => "it has no columns besides the time".to_owned(),
+                false => format!("nothing in it can be compared; {}", notes.join("; ")),
             });
         }
-        let ColumnMapping { columns, observed, notes, .. } = results;
+        let ColumnMapping { columns, observed, .. } = results;
         Ok(ReferenceResults { recording: GoldenRecording::new(read.times.clone(), columns), observed, notes })
     }
 }
@@ -71,12 +70,12 @@ struct ColumnMapping<'d> {
     description: &'d FmuDescription,
     columns: Vec<GoldenColumn>,
     observed: Vec<String>,
-    notes: Vec<String>,
+    omissions: Vec<ColumnOmission>,
 }
 
 impl<'d> ColumnMapping<'d> {
     fn new(node: &'d str, description: &'d FmuDescription) -> Self {
-        ColumnMapping { node, description, columns: Vec::new(), observed: Vec::new(), notes: Vec::new() }
+        ColumnMapping { node, description, columns: Vec::new(), observed: Vec::new(), omissions: Vec::new() }
     }
 
     /// Takes a column as the variable of its name.
@@ -124,7 +123,12 @@ impl<'d> ColumnMapping<'d> {
     }
 
     /// A column under its name in the scenario. Its unit is that of the file where both say one.
-    fn renamed_column(&self, variable: &Variable, column: &GoldenColumn, values: GoldenValues) -> GoldenColumn {
+    fn renamed_column(
+        &self,
+        variable: &Variable,
+        column: &GoldenColumn,
+        values: GoldenValues,
+    ) -> GoldenColumn {
         let own = variable.offset_free_unit_name();
         let unit = own.map(|own| column.unit.clone().unwrap_or(own));
         GoldenColumn { name: format!("{}.{}", self.node, variable.name), unit, values }

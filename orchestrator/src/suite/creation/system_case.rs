@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use fmu_import::{Causality, FmuDescription, Variable};
 use scenario::document::toml_string;
@@ -17,6 +18,8 @@ pub(super) struct SystemPart {
     /// The archive, relative to the suite.
     pub archive: String,
     pub description: FmuDescription,
+    /// The path of the archive, if it has no scenario of its own.
+    pub without_case: Option<PathBuf>,
 }
 
 /// A connection of an output to an input, both by the indices of part and variable.
@@ -56,7 +59,8 @@ pub(super) fn match_by_name(parts: &[SystemPart]) -> NameMatches {
         let name = |(part, place): (usize, usize)| {
             format!("{}.{}", parts[part].node, parts[part].description.variables[place].array_name())
         };
-        let misfit = |&(part, place): &(usize, usize)| misfit(&parts[part].description.variables[place], input);
+        let misfit =
+            |&(part, place): &(usize, usize)| misfit(&parts[part].description.variables[place], input);
         let fitting: Vec<_> = named.iter().copied().filter(|it| misfit(it).is_none()).collect();
         let to = (part, place);
         let reason = match (fitting.as_slice(), named.as_slice()) {
@@ -129,20 +133,22 @@ impl NameMatches {
         open.map(|it| it.reason.as_str())
     }
 
-    /// The names of FMUs without a connection, which the system leaves out.
-    pub fn lone_parts<'p>(&self, parts: &'p [SystemPart]) -> Vec<&'p str> {
+    /// The FMUs without a connection, which the system leaves out.
+    pub fn lone_parts<'p>(&self, parts: &'p [SystemPart]) -> Vec<&'p SystemPart> {
         let connected = self.connected_parts();
         let lone = parts.iter().enumerate().filter(|(part, _)| !connected.contains(part));
-        lone.map(|(_, part)| part.node.as_str()).collect()
+        lone.map(|(_, part)| part).collect()
     }
 
     /// Whether values go round: from an FMU through others back to it.
     fn has_loop(&self, parts: usize) -> bool {
         let mut left: BTreeSet<usize> = (0..parts).collect();
         // What gets nothing from any of the others is in no loop.
-        while let Some(first) = left.iter().copied().find(|part| {
-            !self.connections.iter().any(|it| it.to.0 == *part && left.contains(&it.from.0))
-        }) {
+        while let Some(first) = left
+            .iter()
+            .copied()
+            .find(|part| !self.connections.iter().any(|it| it.to.0 == *part && left.contains(&it.from.0)))
+        {
             left.remove(&first);
         }
         !left.is_empty()
@@ -171,7 +177,8 @@ pub(super) fn system_scenario_text(
     for part in &connected {
         let SystemPart { node, archive, .. } = &parts[*part];
         let is_open = matches.open.iter().any(|it| it.part == *part);
-        let unconnected = if is_open { "unconnected = \"start\" # its open inputs are listed below\n" } else { "" };
+        let unconnected =
+            if is_open { "unconnected = \"start\" # its open inputs are listed below\n" } else { "" };
         let _ = write!(
             text,
             "\n[[fmu]]\nname = {}\npath = {}\n{unconnected}",
@@ -182,7 +189,10 @@ pub(super) fn system_scenario_text(
     for NameMatch { from, to } in &matches.connections {
         let name = |(part, place): (usize, usize)| {
             let variable = &parts[part].description.variables[place];
-            (format!("{}.{}", parts[part].node, variable.array_name()), variable.unit.clone().unwrap_or_default())
+            (
+                format!("{}.{}", parts[part].node, variable.array_name()),
+                variable.unit.clone().unwrap_or_default(),
+            )
         };
         let ((from, unit), (to, input_unit)) = (name(*from), name(*to));
         let unit = match (unit == input_unit, unit.is_empty()) {
@@ -190,14 +200,20 @@ pub(super) fn system_scenario_text(
             (true, false) => format!(" # [{}]", comment_text(&unit)),
             (false, _) => format!(" # [{}] to [{}]", comment_text(&unit), comment_text(&input_unit)),
         };
-        let _ = write!(text, "\n[[connect]]\nfrom = {}\nto = {}{unit}\n", toml_string(&from), toml_string(&to));
+        let _ =
+            write!(text, "\n[[connect]]\nfrom = {}\nto = {}{unit}\n", toml_string(&from), toml_string(&to));
     }
     let open: Vec<_> = matches.open_inputs().map(|reason| format!("  {reason}")).collect();
     if !open.is_empty() {
-        let _ = write!(text, "\n# Inputs without a connection, which keep their start values:\n{}", comment_lines(&open));
+        let _ = write!(
+            text,
+            "\n# Inputs without a connection, which keep their start values:\n{}",
+            comment_lines(&open)
+        );
     }
     let lone = matches.lone_parts(parts);
     if !lone.is_empty() {
+        let lone: Vec<_> = lone.iter().map(|part| part.node.as_str()).collect();
         let lone = comment_text(&lone.join(", "));
         let _ = write!(text, "\n# FMUs of the folder that nothing connects, which are left out: {lone}\n");
     }
