@@ -180,12 +180,15 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
         (None, None) => run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
     let report = report.unwrap_or_default();
+    // A run that did not pass writes no baseline.
+    let changes = report.baseline_changes.iter().filter(|_| outcome == ScenarioOutcome::Passed);
+    let baseline_changes = changes.flat_map(BaselineChange::lines).collect();
     TestResult {
         path: path.to_owned(),
         outcome,
         checks: report.check_results(),
         messages: report.message_lines(),
-        baseline_changes: report.baseline_changes.iter().flat_map(BaselineChange::lines).collect(),
+        baseline_changes,
         warnings: report.warnings,
         time: begin.elapsed(),
     }

@@ -74,7 +74,8 @@ pub enum FileState {
 /// # Errors
 /// When there is no FMU, or the suite cannot be written.
 pub fn create_suite(folder: &Path, suite: &Path) -> Result<SuiteCreation, Error> {
-    let collection = FmuCollection::find(folder, suite)?;
+    // The suite may be the folder itself.
+    let collection = FmuCollection::find(folder, &[suite, &suite.join(RECORDINGS)])?;
     if collection.fmus.is_empty() && collection.systems.is_empty() {
         let error = Error::invalid_input(format!("expected FMUs in {}, found none", folder.display()));
         return Err(error.with_help("it looks for *.fmu in the folder and in all folders inside of it"));
@@ -311,10 +312,17 @@ impl SuiteWriter {
     /// Adds the case of the FMUs of a folder, if their names say a connection.
     fn add_system(&mut self, folder: &Path, parts: &[SystemPart]) -> Result<(), Error> {
         let matches = system_case::match_by_name(parts);
+        let lone = matches.lone_parts(parts);
+        for path in lone.iter().filter_map(|part| part.without_case.as_ref()) {
+            self.omit(path, NO_REFERENCE);
+        }
         if matches.is_empty() {
-            let reason =
-                format!("{} FMUs, and no output has name, type and unit of another one's input", parts.len());
-            self.omit(folder, &format!("no system: {reason}"));
+            if parts.len() > 1 {
+                let count = parts.len();
+                let reason =
+                    format!("{count} FMUs, and no output has name, type and unit of another one's input");
+                self.omit(folder, &format!("no system: {reason}"));
+            }
             return Ok(());
         }
         let folder_name = real_path(folder).file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -396,7 +404,8 @@ impl SuiteWriter {
     }
 
     fn omit(&mut self, path: &Path, reason: &str) {
-        let line = format!("{}: {reason}", self.shown_path(path));
+        let path = self.shown_path(path);
+        let line = if reason.starts_with(&path) { reason.to_owned() } else { format!("{path}: {reason}") };
         self.creation.omissions.push(line);
     }
 

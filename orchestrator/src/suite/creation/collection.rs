@@ -41,12 +41,12 @@ pub(super) struct FmuFiles {
 }
 
 impl FmuCollection {
-    /// Looks through a folder and all folders in it, but hidden ones, links and `excluded`.
+    /// Looks through a folder and all folders in it, but hidden ones, links and those of `excluded`.
     ///
     /// # Errors
     /// When the folder cannot be read, or has too many files.
-    pub fn find(root: &Path, excluded: &Path) -> Result<Self, Error> {
-        let excluded = real_path(excluded);
+    pub fn find(root: &Path, excluded: &[&Path]) -> Result<Self, Error> {
+        let excluded: Vec<_> = excluded.iter().map(|path| real_path(path)).collect();
         let (mut files, mut problems, mut left) = (Vec::new(), Vec::new(), vec![root.to_owned()]);
         while let Some(folder) = left.pop() {
             let entries = match std::fs::read_dir(&folder) {
@@ -65,7 +65,7 @@ impl FmuCollection {
                 let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
                 match entry.file_type() {
                     Ok(kind) if kind.is_dir() => {
-                        if !is_hidden && real_path(&path) != excluded {
+                        if !is_hidden && !excluded.contains(&real_path(&path)) {
                             left.push(path);
                         }
                     }
@@ -206,7 +206,8 @@ mod tests {
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
             std::fs::write(path, "").expect("a file");
         }
-        let found = FmuCollection::find(folder.path(), &folder.path().join("suite")).expect("a collection");
+        let found =
+            FmuCollection::find(folder.path(), &[&folder.path().join("suite")]).expect("a collection");
         let short = |path: &Path| path.strip_prefix(folder.path()).expect("inside").display().to_string();
         let of = |name: &str| found.fmus.iter().find(|it| short(&it.fmu) == name).expect("an FMU");
         let files = |name: &str| {

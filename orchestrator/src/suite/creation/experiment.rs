@@ -11,7 +11,7 @@ use super::toml_text::{comment_text, toml_number, without_rounding_digits};
 const LARGEST_OPTIONS: u64 = 1 << 20;
 /// Steps of a run whose files propose none, as for `trackside run X.fmu`.
 const STEPS: f64 = 500.0;
-/// A run with more steps than this takes the step of the reference.
+/// A step that makes a run of more steps than this is none to begin with.
 const MOST_STEPS: f64 = 1e6;
 
 /// A number of an experiment, and where it comes from.
@@ -151,24 +151,17 @@ pub(super) fn case_experiment(
     Ok(Experiment { start, step, stop, tolerance })
 }
 
-/// The step of the description where it meets the rows of the reference, or that between them.
+/// The step between the rows of the reference, unless the FMU has an inner one that does not fit it, or else that of the description.
 fn case_step(description: &FmuDescription, reference: &str, times: &[f64], duration: f64) -> SourcedNumber {
     let own =
         description.default_step_size().filter(|step| *step <= duration && duration / step < MOST_STEPS);
     let of_description = |step| SourcedNumber::new(step, "the DefaultExperiment of the FMU");
-    match (own, row_spacing(times)) {
-        (Some(own), Some(spacing)) if is_multiple(spacing, own) => of_description(own),
-        // An FMU whose inner step is fixed refuses others.
-        (Some(own), Some(spacing))
-            if description.internal_step.is_some_and(|it| !is_multiple(spacing, it)) =>
-        {
-            of_description(own)
-        }
-        (_, Some(spacing)) if duration / spacing < MOST_STEPS => {
-            SourcedNumber::new(spacing, format!("the rows of {reference}"))
-        }
-        (Some(own), _) => of_description(own),
-        (None, _) => {
+    let fits = |spacing: f64| description.internal_step.is_none_or(|inner| is_multiple(spacing, inner));
+    match (own, row_spacing(times).filter(|spacing| duration / spacing < MOST_STEPS)) {
+        (Some(own), Some(spacing)) if !fits(spacing) => of_description(own),
+        (_, Some(spacing)) => SourcedNumber::new(spacing, format!("the rows of {reference}")),
+        (Some(own), None) => of_description(own),
+        (None, None) => {
             let step = without_rounding_digits(duration / STEPS);
             SourcedNumber::new(step, format!("{STEPS} steps, since no file proposes one"))
         }

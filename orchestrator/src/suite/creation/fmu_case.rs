@@ -15,6 +15,8 @@ use super::toml_text::{
 /// Half the height of tubes as a share of the range of a signal, and half their width as a share of the time, as csv-compare of the
 /// Modelica Association has them.
 const TUBE: f64 = 0.002;
+/// A tube that is wider than this share of the time would hold too much.
+const LARGEST_WIDTH: f64 = 0.02;
 
 /// What the scenario of an FMU is made of.
 pub(super) struct FmuCase<'a> {
@@ -142,9 +144,11 @@ impl FmuCase<'_> {
         };
         let inputs = self.inputs.map(|inputs| inputs.toml_sections(node)).unwrap_or_default();
         let duration = experiment.stop.value - experiment.start.value;
-        let (width, reason) = match TUBE * duration > experiment.step.value {
-            true => (without_rounding_digits(TUBE * duration), "0.2 % of the time, as csv-compare has it"),
-            false => (experiment.step.value, "a step: an event is seen at the next communication point"),
+        let (width, reason) = match experiment.step.value {
+            step if step > TUBE * duration && step <= LARGEST_WIDTH * duration => {
+                (step, "a step: an event is seen at the next communication point")
+            }
+            _ => (without_rounding_digits(TUBE * duration), "0.2 % of the time, as csv-compare has it"),
         };
         format!(
             "# Made by `trackside init` from {} and {}. It is yours: nothing overwrites it.\ntitle = {}\n\n{}\n\
