@@ -202,6 +202,9 @@ mod memory;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
+// Suites from FMUs and reference results, and runs that are taken as right.
+#[path = "acceptance/first_suite.rs"]
+mod first_suite;
 // The obstacles of a first day.
 #[path = "acceptance/first_day.rs"]
 mod first_day;
@@ -280,6 +283,7 @@ fn main() -> ExitCode {
     failing_fmu::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
+    first_suite::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
     full_disks::register(&mut tests);

@@ -1,5 +1,9 @@
 //! Reads the baselines of a scenario, plots the deviations of a run from them, and writes new ones when the user asks for it.
 
+pub mod bless;
+mod change;
+pub mod tube_lines;
+
 use std::path::{Path, PathBuf};
 
 use assessment::BaselinePlan;
@@ -14,6 +18,7 @@ use scenario::plan::RunPlan;
 
 use crate::nofollow;
 use crate::report::RunReport;
+pub use change::BaselineChange;
 
 /// Signals in a picture; the others are in the report.
 const DRAWN: usize = 4;
@@ -32,15 +37,33 @@ pub(crate) fn read_baselines(scenario: &Scenario, plan: &RunPlan) -> Result<Base
             let help = format!("`trackside run {file} --bless` writes it from a run that is right");
             return Err(wrong(format!("there is no baseline {path}")).with_help(help));
         }
-        let texts = plan.signals.iter().filter(|it| matches!(it.column, ColumnIndex::Text(_)));
-        let texts: Vec<_> = texts.map(|signal| signal.name.as_str()).collect();
-        match GoldenRecording::read(&plan.path, &texts) {
-            Ok(golden) => Ok((plan.clone(), golden)),
-            Err(error) => Err(wrong(error.to_string())),
-        }
+        let golden = read_recording(plan).map_err(|error| wrong(error.to_string()))?;
+        Ok((plan.clone(), golden))
     };
     let read = diagnostics::ErrorCollector::collect_all(plan.baselines.iter().map(golden))?;
     Ok(BaselineChecker::new(read, &plan.system.columns, plan.system.clock.step))
+}
+
+fn read_recording(plan: &BaselinePlan) -> Result<GoldenRecording, Error> {
+    let texts = plan.signals.iter().filter(|it| matches!(it.column, ColumnIndex::Text(_)));
+    let texts: Vec<_> = texts.map(|signal| signal.name.as_str()).collect();
+    GoldenRecording::read(&plan.path, &texts)
+}
+
+/// Reads the recordings that the run will replace, as far as they are there, to say what changes; the others come as changes without a
+/// comparison.
+pub(crate) fn read_replaced_baselines(plan: &RunPlan) -> (BaselineChecker, Vec<BaselineChange>) {
+    let (mut read, mut others) = (Vec::new(), Vec::new());
+    for baseline in &plan.baselines {
+        match baseline.path.exists().then(|| read_recording(baseline)) {
+            Some(Ok(golden)) => read.push((baseline.clone(), golden)),
+            Some(Err(error)) => {
+                others.push(BaselineChange::without_comparison(baseline, Some(error.to_string())))
+            }
+            None => others.push(BaselineChange::without_comparison(baseline, None)),
+        }
+    }
+    (BaselineChecker::new(read, &plan.system.columns, plan.system.clock.step), others)
 }
 
 /// Whether a baseline is a table, for which the run has to write one.
@@ -70,17 +93,21 @@ pub(crate) fn replace_baselines_by_run(plan: &RunPlan, report: &mut RunReport) -
         return Ok(());
     }
     for plan in &plan.baselines {
-        let path = &plan.path;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let partial: PathBuf = path.with_extension("partial");
-        std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
-        std::fs::copy(report.folder.join(recording_file_name(plan)), &partial)
-            .and_then(|_| std::fs::rename(&partial, path))
-            .map_err(|error| Error::output_failure(path, error))?;
-        attribution::save_baseline_inputs(&report.folder, path)?;
-        report.blessed.push(path.clone());
+        replace_baseline(&report.folder.join(recording_file_name(plan)), &plan.path)?;
+        report.blessed.push(plan.path.clone());
     }
     Ok(())
+}
+
+/// Copies a recording to the place of a baseline, which is there as a whole or not at all, and the inputs of its run beside it.
+fn replace_baseline(recording: &Path, path: &Path) -> Result<(), Error> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let partial: PathBuf = path.with_extension("partial");
+    std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
+    std::fs::copy(recording, &partial)
+        .and_then(|_| std::fs::rename(&partial, path))
+        .map_err(|error| Error::output_failure(path, error))?;
+    attribution::save_baseline_inputs(recording.parent().unwrap_or(Path::new("")), path)
 }
 
 /// Draws each baseline that the run left, and notes the pictures in the report.
@@ -139,7 +166,7 @@ fn baseline_deviation_plot(
     first: TubeDeviation,
 ) -> Plot {
     let worst = signal.worst.unwrap_or(first);
-    let BaselineComparison { times, values, bounds } = comparison;
+    let BaselineComparison { times, values, bounds, .. } = comparison;
     let [begin, end] = [times[0], times[times.len() - 1]];
     let around = (0.1 * (end - begin)).max((worst.time - first.time).abs() * 0.2);
     let from = (first.time.min(worst.time) - around).max(begin);

@@ -1,9 +1,11 @@
 //! The commands of the program, a file for each; `CliCommand` lists them.
 
+mod bless;
 mod conform;
 mod convert;
 mod doctor;
 mod explain;
+mod init;
 mod inspect;
 mod isolated;
 mod pack;
@@ -42,6 +44,11 @@ pub enum CliCommand {
     Replay(replay::ReplayArguments),
     /// Run scenarios as tests, several at a time, a line for each.
     Test(test::TestArguments),
+    /// Take a finished run as right: its recording becomes its baselines, or with --tube the scenario gets tubes that hold it.
+    Bless(bless::BlessArguments),
+    /// Make scenarios from a folder of FMUs and their reference results, and run them once; exit code 0 when all pass, 1 when one deviates or
+    /// fails, 2 when no scenario can be made.
+    Init(init::InitArguments),
     /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
     Pack(pack::PackArguments),
     /// Print the description of an FMU, or the channels of a recording or a log.
@@ -80,6 +87,8 @@ impl CliCommand {
             CliCommand::Sweep(arguments) => sweep::run_sweep_command(arguments),
             CliCommand::Replay(arguments) => replay::run_replay_command(arguments),
             CliCommand::Test(arguments) => test::run_test_command(arguments),
+            CliCommand::Bless(arguments) => bless::run_bless_command(arguments),
+            CliCommand::Init(arguments) => init::run_init_command(arguments),
             CliCommand::Pack(arguments) => pack::run_pack_command(arguments),
             CliCommand::Inspect(arguments) => inspect::run_inspect_command(arguments),
             CliCommand::Conform(arguments) => conform::run_conform_command(arguments),

@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
-mod baseline;
+pub mod baseline;
 mod checkpoint_file;
 mod checkpoint_plan;
 pub mod inspect;

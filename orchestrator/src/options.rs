@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use scenario::resolve::Overrides;
 
+use crate::baseline::BaselineChange;
 use crate::package::BuildProgress;
 use crate::report::RunReport;
 
@@ -92,6 +93,8 @@ pub enum ProgressEvent<'a> {
     Analysis(&'a str, f64, &'a str),
     /// A validation begins.
     Validation(&'a str),
+    /// The run passed, and now writes its baselines.
+    Blessing(&'a [BaselineChange]),
     /// A run, or a validation of one, failed: its report, which is complete.
     Failed(&'a RunReport),
 }

@@ -22,6 +22,7 @@ use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
 use serde::{Deserialize, Serialize};
 
+use crate::baseline::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::nofollow;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
@@ -81,6 +82,9 @@ pub struct RunReport {
     /// The comparisons with baselines, which are among the checks, too.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub baselines: Vec<BaselineOutcome>,
+    /// What the baselines that the run was to write change.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub baseline_changes: Vec<BaselineChange>,
     /// The baselines that the run wrote.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blessed: Vec<PathBuf>,
@@ -248,6 +252,7 @@ impl RunReport {
             resumed: None,
             checks: Vec::new(),
             baselines: Vec::new(),
+            baseline_changes: Vec::new(),
             blessed: Vec::new(),
             collected: BTreeMap::new(),
             analyses: BTreeMap::new(),

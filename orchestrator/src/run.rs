@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use assessment::baseline::{BaselineChecker, BaselineOutcome};
+use assessment::baseline::BaselineOutcome;
 use assessment::check::CheckVerdict;
 use cosim::coupling;
 use cosim::master::{self, RunProgress};
@@ -14,6 +14,7 @@ use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario, document};
 
+use crate::baseline::BaselineChange;
 use crate::checkpoint_plan::CheckpointPlan;
 use crate::options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
 use crate::real_time::RealTimeTimer;
@@ -168,9 +169,9 @@ impl ScenarioJob<'_> {
         events: OnProgressEvent,
     ) -> Result<CompletedRun, Error> {
         let mut plan = self.resolve_run_plan(folder)?;
-        let baselines = match self.options.bless {
-            true => BaselineChecker::default(),
-            false => baseline::read_baselines(self.scenario, &plan)?,
+        let (baselines, new_baselines) = match self.options.bless {
+            true => baseline::read_replaced_baselines(&plan),
+            false => (baseline::read_baselines(self.scenario, &plan)?, Vec::new()),
         };
         let host = context.isolation_host(self.options);
         let mut checkpoints = CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
@@ -235,7 +236,15 @@ impl ScenarioJob<'_> {
         }
 
         let failure = outcome.err();
-        let verdicts = evaluate_checks(&recorder, &mut report);
+        let mut verdicts = evaluate_checks(&recorder, &mut report);
+        if self.options.bless {
+            // What a run replaces does not judge it.
+            let compared = recorder.baselines.outcomes().into_iter().map(BaselineChange::from_comparison);
+            report.baseline_changes = compared.chain(new_baselines).collect();
+        } else {
+            report.baselines = recorder.baselines.outcomes();
+        }
+        verdicts.extend(report.baselines.iter().map(BaselineOutcome::to_verdict));
         messages::locate_named_start_values(&mut report.messages, &plan.system.nodes);
         if failure.is_none() {
             report.warnings.extend(recorder.checks.unfailing_warnings(&verdicts, &plan.system.columns));
@@ -249,6 +258,9 @@ impl ScenarioJob<'_> {
         }
         recorder.finish_recordings(&report)?;
         if self.options.bless {
+            if report.verdict.is_success() {
+                events(ProgressEvent::Blessing(&report.baseline_changes));
+            }
             baseline::replace_baselines_by_run(&plan, &mut report)?;
         }
         report.warnings.extend(recorder.recording_warnings().chain(progress.notices).chain(progress.ended));
@@ -343,14 +355,12 @@ impl ScenarioJob<'_> {
     }
 }
 
-/// The verdicts of all checks and baselines; the report gets the values that they are about.
+/// The verdicts of all checks; the report gets the values that they are about.
 fn evaluate_checks(recorder: &RunRecorder, report: &mut RunReport) -> Vec<CheckVerdict> {
     report.messages = recorder.messages.node_messages();
     let results = report.results_for_checks();
-    let mut verdicts = recorder.checks.verdicts(&results);
+    let verdicts = recorder.checks.verdicts(&results);
     report.collected = recorder.values.by_name(&results);
-    report.baselines = recorder.baselines.outcomes();
-    verdicts.extend(report.baselines.iter().map(BaselineOutcome::to_verdict));
     verdicts
 }
 

@@ -1,5 +1,6 @@
 //! Runs scenarios as tests: each in a process of its own, several at a time, a line for each.
 
+pub mod creation;
 mod junit;
 pub mod orphans;
 mod process;
@@ -14,6 +15,7 @@ use scenario::plan::REPORT;
 use scenario::{Scenario, document, resolve};
 use serde::Deserialize;
 
+use crate::baseline::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::package;
 use crate::report::RunVerdict;
@@ -47,6 +49,8 @@ pub struct TestResult {
     pub warnings: Vec<String>,
     /// A line for each kind of warnings and errors of its nodes.
     pub messages: Vec<String>,
+    /// Lines about what the baselines that it wrote change.
+    pub baseline_changes: Vec<String>,
     /// How long it took.
     pub time: Duration,
 }
@@ -178,11 +182,15 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
         (None, None) => run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
     let report = report.unwrap_or_default();
+    // A run that did not pass writes no baseline.
+    let changes = report.baseline_changes.iter().filter(|_| outcome == ScenarioOutcome::Passed);
+    let baseline_changes = changes.flat_map(BaselineChange::lines).collect();
     TestResult {
         path: path.to_owned(),
         outcome,
         checks: report.check_results(),
         messages: report.message_lines(),
+        baseline_changes,
         warnings: report.warnings,
         time: begin.elapsed(),
     }
@@ -251,6 +259,8 @@ struct RunSummary {
     checks: Vec<CheckVerdict>,
     validations: Vec<ValidationSummary>,
     #[serde(default)]
+    baseline_changes: Vec<BaselineChange>,
+    #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]
     messages: Vec<NodeMessage>,
@@ -263,6 +273,7 @@ impl Default for RunSummary {
             verdict: RunVerdict::Error,
             checks: Vec::new(),
             validations: Vec::new(),
+            baseline_changes: Vec::new(),
             warnings: Vec::new(),
             messages: Vec::new(),
         }

@@ -1,6 +1,7 @@
 //! Compares a run with recordings: a sink that keeps the compared signals and judges them when the run is over.
 
 mod plan;
+mod required_tube;
 mod tube;
 mod verdict;
 
@@ -10,13 +11,15 @@ use std::path::PathBuf;
 use diagnostics::Error;
 use diagnostics::suggest::join_shortened;
 use recording::{AllVariables, ColumnIndex, Columns, GoldenColumn, GoldenRecording, GoldenValues, Row, Sink};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 pub use self::plan::{BaselinePlan, BaselineSignal, TubeSize};
+pub use self::required_tube::{CurveDistance, RequiredTube};
+use self::required_tube::{TubeSamples, required_width};
 use self::tube::{CurveTube, holds_value_near};
 
 /// What became of the comparison with a recording.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct BaselineOutcome {
     /// Its name.
     pub name: String,
@@ -38,10 +41,13 @@ pub struct BaselineOutcome {
     /// What was not compared.
     #[serde(skip)]
     pub warnings: Vec<String>,
+    /// Whether the scenario gives some signals tubes of their own.
+    #[serde(skip)]
+    pub has_tubes: bool,
 }
 
 /// What became of a signal.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SignalOutcome {
     /// `node.variable`.
     pub signal: String,
@@ -59,19 +65,31 @@ pub struct SignalOutcome {
     /// Where it was farthest from the tube.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst: Option<TubeDeviation>,
+    /// How far it was from the recorded curve; none where nothing but rounding differs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<CurveDistance>,
+    /// The tube that would hold it, if it left its own and a wider one can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube: Option<RequiredTube>,
 }
 
 /// A value outside of its tube.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TubeDeviation {
     /// [s]
     pub time: f64,
     /// The value of the run.
+    #[serde(deserialize_with = "number_or_nan")]
     pub value: f64,
     /// Lower end of the tube.
     pub lower: f64,
     /// Upper end of the tube.
     pub upper: f64,
+}
+
+/// Reads a number; JSON has none for NaN.
+fn number_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 impl TubeDeviation {
@@ -99,6 +117,12 @@ pub struct BaselineComparison {
     pub values: Vec<f64>,
     /// The lower and the upper end of the tube, where there is one.
     pub bounds: Vec<Option<[f64; 2]>>,
+    /// Half the height of the tube.
+    half_height: f64,
+    /// The part of that which is for rounding.
+    rounding: f64,
+    /// The recorded values, in the unit of the run.
+    recorded: Vec<f64>,
 }
 
 /// The compared values of a signal.
@@ -176,7 +200,18 @@ impl BaselineChecker {
         let reason = self.failure_reason(plan, golden, during, signals.len());
         let (name, recording) = (plan.name.clone(), plan.path.clone());
         let place = (plan.file.clone(), plan.line);
-        BaselineOutcome { name, recording, reason, signals, picture: None, during, place, warnings }
+        let has_tubes = plan.has_tubes;
+        BaselineOutcome {
+            name,
+            recording,
+            reason,
+            signals,
+            picture: None,
+            during,
+            place,
+            warnings,
+            has_tubes,
+        }
     }
 
     /// Why the comparison fails as a whole.
@@ -225,6 +260,8 @@ impl BaselineChecker {
             reason: Some(reason),
             first: None,
             worst: None,
+            distance: None,
+            tube: None,
         };
         let Some(column) = found else {
             return failed("the recording has no such signal".to_owned());
@@ -233,15 +270,17 @@ impl BaselineChecker {
             plan.during.is_none_or(|[from, to]| time > from - self.slack && time < to + self.slack)
         };
         if let (ComparedValues::Texts(values), GoldenValues::Texts(texts)) = (kept, &column.values) {
-            let equal = |(time, value): (&f64, &String)| {
-                !inside(*time) || holds_value_near(&golden.times, texts, value, *time, signal.size.time)
+            let differs = |(time, value): &(&f64, &String)| {
+                inside(**time) && !holds_value_near(&golden.times, texts, *value, **time, signal.size.time)
             };
-            let wrong = self.times.iter().zip(values).find(|pair| !equal(*pair));
-            let reason = wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
-            return match reason {
-                Some(reason) => failed(reason),
-                None => SignalOutcome { passed: true, reason: None, ..failed(String::new()) },
+            let differing: Vec<_> = self.times.iter().zip(values).filter(differs).collect();
+            let Some((time, value)) = differing.first() else {
+                return SignalOutcome { passed: true, reason: None, ..failed(String::new()) };
             };
+            let texts = texts.iter().map(String::as_str);
+            let differing = differing.iter().map(|(time, value)| (**time, value.as_str()));
+            let tube = required_width(&golden.times, texts, differing);
+            return SignalOutcome { tube, ..failed(format!("another text at {time:.3} s: {value:?}")) };
         }
         let compared = match self.compare_signal(golden, signal, column, kept) {
             Ok(compared) => compared,
@@ -252,12 +291,25 @@ impl BaselineChecker {
             let [lower, upper] = (*bounds)?;
             Some(TubeDeviation { time: *time, value: *value, lower, upper })
         });
-        let outside = rows.filter(|it| inside(it.time) && it.distance_from_tube() > 0.0);
+        let rows: Vec<_> = rows.filter(|it| inside(it.time)).collect();
+        let outside = rows.iter().copied().filter(|it| it.distance_from_tube() > 0.0);
         let outside: Vec<_> = outside.collect();
         let farther = |a: TubeDeviation, b: TubeDeviation| {
             if b.distance_from_tube() > a.distance_from_tube() { b } else { a }
         };
         let (first, worst) = (outside.first().copied(), outside.iter().copied().reduce(farther));
+        let BaselineComparison { half_height, rounding, .. } = compared;
+        let samples = TubeSamples { rows: &rows, half_height, rounding };
+        let tube = match (outside.is_empty(), signal.exact) {
+            (true, _) => None,
+            (false, false) => samples.required_height(signal.size, value_range(&compared.recorded)),
+            (false, true) => {
+                // Both zeros are equal.
+                let bits = |value: f64| (value + 0.0).to_bits();
+                let recorded = compared.recorded.iter().map(|value| bits(*value));
+                required_width(&golden.times, recorded, outside.iter().map(|it| (it.time, bits(it.value))))
+            }
+        };
         SignalOutcome {
             signal: signal.name.clone(),
             unit: signal.unit.clone(),
@@ -265,6 +317,8 @@ impl BaselineChecker {
             reason: first.as_ref().map(TubeDeviation::describe),
             first,
             worst,
+            distance: samples.curve_distance(),
+            tube,
         }
     }
 
@@ -287,22 +341,19 @@ impl BaselineChecker {
         if let Some(row) = recorded.iter().position(|value| !value.is_finite()) {
             return Err(format!("it is {} in the recording at {:.3} s", recorded[row], golden.times[row]));
         }
-        let bounds = match signal.exact {
-            true => exact_bounds(golden, &recorded, &self.times, values, signal.size.time),
+        // A trillionth of the largest value is rounding.
+        let rounding = 1e-12 * recorded.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let (bounds, half_height, rounding) = match signal.exact {
+            true => (exact_bounds(golden, &recorded, &self.times, values, signal.size.time), 0.0, 0.0),
             false => {
-                let (low, high) =
-                    recorded.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                        (low.min(*value), high.max(*value))
-                    });
-                // A trillionth of the largest value is rounding.
-                let rounding = 1e-12 * low.abs().max(high.abs());
-                let height = signal.size.absolute + signal.size.relative * (high - low) + rounding;
-                let tube =
-                    CurveTube { times: &golden.times, values: &recorded, height, time: signal.size.time };
-                tube.tube_bounds(&self.times)
+                let TubeSize { absolute, relative, time } = signal.size;
+                let height = absolute + relative * value_range(&recorded) + rounding;
+                let tube = CurveTube { times: &golden.times, values: &recorded, height, time };
+                (tube.tube_bounds(&self.times), height, rounding)
             }
         };
-        Ok(BaselineComparison { times: self.times.clone(), values: values.clone(), bounds })
+        let (times, values) = (self.times.clone(), values.clone());
+        Ok(BaselineComparison { times, values, bounds, half_height, rounding, recorded })
     }
 
     /// The values and the tube of a signal, by name; none for texts.
@@ -314,6 +365,13 @@ impl BaselineChecker {
         let column = golden.find(signal)?;
         self.compare_signal(golden, &plan.signals[place], column, &self.kept[index][place]).ok()
     }
+}
+
+/// The difference of the largest and the smallest value.
+fn value_range(values: &[f64]) -> f64 {
+    let ends = |[low, high]: [f64; 2], value: &f64| [low.min(*value), high.max(*value)];
+    let [low, high] = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    high - low
 }
 
 /// The only allowed value at each time: the value itself where it is near in time, or else the recorded one.

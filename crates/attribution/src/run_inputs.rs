@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Read as _, Write as _};
+use std::io::{BufWriter, ErrorKind, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use archive::TemporaryFolder;
@@ -225,14 +225,22 @@ pub fn baseline_archive(baseline: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Keeps the inputs of the run in `folder` beside the baseline that was made from it.
+/// Keeps the inputs of the run in `folder` beside the baseline that was made from it; nothing if the run did not keep them.
 ///
 /// # Errors
-/// When the archive of the run is not there, or a file cannot be written.
+/// When the archive of the run cannot be read, or a file cannot be written.
 pub fn save_baseline_inputs(folder: &Path, baseline: &Path) -> Result<(), Error> {
     let target = baseline_archive(baseline);
     let failed = |error: std::io::Error| Error::output_failure(&target, error);
-    let source = File::open(folder.join(ARCHIVE)).map_err(failed)?;
+    let source = match File::open(folder.join(ARCHIVE)) {
+        Ok(source) => source,
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            // Those of an earlier baseline are not its own.
+            let _ = std::fs::remove_file(&target);
+            return Ok(());
+        }
+        Err(error) => return Err(failed(error)),
+    };
     let mut source = zip::ZipArchive::new(source).map_err(|error| failed(error.into()))?;
     let mut bytes = Vec::new();
     let mut archive =

@@ -50,15 +50,7 @@ impl GoldenRecording {
     /// When the file cannot be read, or is no recording of a run.
     pub fn read(path: &Path, texts: &[&str]) -> Result<Self, Error> {
         if path.extension().is_some_and(|it| it == "csv") {
-            let read = table::read_csv_table(path, texts)
-                .map_err(|error| Error::invalid_input(error.to_string()))?;
-            let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
-                name,
-                unit,
-                values: numbers.map_or(GoldenValues::Texts(texts), GoldenValues::Numbers),
-            };
-            let columns = read.columns.into_iter().map(column).collect();
-            return Ok(GoldenRecording::new(read.times, columns));
+            return Self::read_csv(path, None, texts);
         }
         let recording = Recording::open(path)?;
         let columns = &recording.header.columns;
@@ -72,6 +64,46 @@ impl GoldenRecording {
             return Err(Error::invalid_input(format!("{} has no complete row", path.display())));
         }
         Ok(all)
+    }
+
+    /// Reads a CSV file of any tool: its delimiter, its decimal mark and its units are detected. The time is the column called
+    /// `time`, or else the first one. Columns called `texts` are read as they are.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or its times do not rise.
+    pub fn read_csv(path: &Path, time: Option<&str>, texts: &[&str]) -> Result<Self, Error> {
+        let read = table::read_csv_table(path, time, texts)
+            .map_err(|error| Error::invalid_input(error.to_string()))?;
+        let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
+            name,
+            unit,
+            values: numbers.map_or(GoldenValues::Texts(texts), GoldenValues::Numbers),
+        };
+        let columns = read.columns.into_iter().map(column).collect();
+        Ok(GoldenRecording::new(read.times, columns))
+    }
+
+    /// The text of a CSV file with these columns, in the form of `run.csv`.
+    #[must_use]
+    pub fn csv_text(&self) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+        let mut text = "time [s]".to_owned();
+        for column in &self.columns {
+            let title = table::format_title(&column.name, column.unit.as_deref());
+            text += ",";
+            text += &if title.contains(['"', ',', ';', '\t']) { quoted(&title) } else { title };
+        }
+        for (row, time) in self.times.iter().enumerate() {
+            text += &format!("\n{time}");
+            for column in &self.columns {
+                text += ",";
+                text += &match &column.values {
+                    GoldenValues::Numbers(values) => values[row].to_string(),
+                    GoldenValues::Texts(texts) => quoted(&texts[row]),
+                };
+            }
+        }
+        text + "\n"
     }
 
     /// Columns over these time stamps [s].

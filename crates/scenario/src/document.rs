@@ -55,7 +55,7 @@ pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Search, Sweep, VariantSelection, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, TruncatedNormal};
 pub(crate) use system::ssp_value;
-pub use system::{SystemImport, toml_string};
+pub use system::{SystemImport, node_name, toml_string};
 pub(crate) use table_file::TableFile;
 pub use table_file::{Column, ColumnEntry};
 pub use view::{Arrow, Axis, Curve, FunctionCurve, Plot, Point, Pose, Track, View, XyPlot};

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use cosim::system::Algorithm;
 use diagnostics::{Error, ErrorCollector, escape_for_terminal};
 use indicatif::ProgressBar;
+use orchestrator::baseline::BaselineChange;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStartRole, suite};
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
@@ -379,6 +380,9 @@ fn show_progress_event(event: &ProgressEvent, bar: &ProgressBar, options: &RunOp
             bar.set_message(escape_for_terminal(&format!("{name}: {what}")).into_owned());
         }
         ProgressEvent::Validation(name) => bar.set_message(escape_for_terminal(name).into_owned()),
+        ProgressEvent::Blessing(changes) => bar.suspend(|| {
+            changes.iter().flat_map(BaselineChange::lines).for_each(|line| print_text(&format!("{line}\n")));
+        }),
         ProgressEvent::Failed(report) => bar.suspend(|| print_run_warnings(report)),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
 use clap::Args;
 use diagnostics::Error;
@@ -45,19 +46,55 @@ pub struct TestArguments {
 pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
     arguments.junit.as_deref().map_or(Ok(()), suite::check_junit)?;
     let paths = suite::find_scenario_files(&arguments.paths)?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = arguments.jobs.map_or(cores, usize::from);
-    let path = current_program_path()?;
-    let mut more = vec![arguments.isolate.argument_value()];
-    more.extend(arguments.bless.then_some("--bless"));
     let limit = parse_positive_seconds("--limit", arguments.limit)?;
+    let TestArguments { jobs, bless, isolate, .. } = *arguments;
+    let why = arguments.why;
+    run_suite(&paths, &SuiteRun { jobs, bless, limit, isolate, why, junit: arguments.junit.as_deref() })
+}
+
+/// How a suite runs.
+pub(super) struct SuiteRun<'a> {
+    /// How many at a time; one for each core unless it is given.
+    pub jobs: Option<std::num::NonZeroUsize>,
+    /// Whether the runs become baselines.
+    pub bless: bool,
+    /// Time that each scenario may take, instead of its own limit.
+    pub limit: Option<Duration>,
+    pub isolate: IsolateArg,
+    /// Whether failed baselines are explained.
+    pub why: bool,
+    /// The file of JUnit XML.
+    pub junit: Option<&'a Path>,
+}
+
+impl Default for SuiteRun<'_> {
+    fn default() -> Self {
+        SuiteRun {
+            jobs: None,
+            bless: false,
+            limit: None,
+            isolate: IsolateArg::Foreign,
+            why: false,
+            junit: None,
+        }
+    }
+}
+
+/// Runs scenarios as tests, prints a line for each, and returns the exit code.
+pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = how.jobs.map_or(cores, usize::from);
+    let path = current_program_path()?;
+    let mut more = vec![how.isolate.argument_value()];
+    more.extend(how.bless.then_some("--bless"));
+    let limit = how.limit;
     let program = TracksideProgram { path: &path, arguments: &more, limit };
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let (terminal, out) = (Mutex::new(()), Path::new("target/runs"));
     let done = |result: &TestResult| {
         let failed = matches!(result.outcome, ScenarioOutcome::Failed(_));
-        let reasons = match arguments.why && failed {
+        let reasons = match how.why && failed {
             true => why::explain_failed_baselines(&out.join(result.path.file_stem().unwrap_or_default())),
             false => Vec::new(),
         };
@@ -65,8 +102,8 @@ pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
         let _one_at_a_time = terminal.lock();
         print_text(&(test_line(result) + &reasons));
     };
-    let results = suite::run_scenario_tests(program, &paths, jobs, out, &mut progress, &done)?;
-    if let Some(path) = &arguments.junit {
+    let results = suite::run_scenario_tests(program, paths, jobs, out, &mut progress, &done)?;
+    if let Some(path) = how.junit {
         suite::write_junit(&results, path)?;
     }
     let count =
@@ -106,5 +143,6 @@ fn test_line(result: &TestResult) -> String {
         ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),
     };
     let messages: String = result.messages.iter().map(|it| format!("  warning: {it}\n")).collect();
-    format!("{word:<8} {path}  {seconds:.1} s{text}\n{messages}")
+    let changes: String = result.baseline_changes.iter().map(|it| format!("  {it}\n")).collect();
+    format!("{word:<8} {path}  {seconds:.1} s{text}\n{messages}{changes}")
 }

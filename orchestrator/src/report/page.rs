@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::analysis_summary::AnalysisSummary;
 use super::text::format_seconds;
 use super::{FileHash, NodeReport, RunReport, RunVerdict};
+use crate::baseline::tube_lines;
 use crate::messages::{MessageSeverity, NodeMessage};
 use pictures::{CheckPlot, SMALL, WIDE, check_plot};
 
@@ -53,6 +54,12 @@ impl RunReportPage<'_> {
         let picture = |name| std::fs::read_to_string(self.report.folder.join(name)).ok();
         let all = self.report.baselines.iter();
         all.filter_map(|it| Some((it.name.as_str(), picture(it.picture.as_ref()?)?))).collect()
+    }
+
+    /// The baselines that the run left, with the lines of TOML that would let it pass.
+    fn baseline_tubes(&self) -> Vec<(&str, String)> {
+        let all = self.report.baselines.iter();
+        all.filter_map(|it| Some((it.name.as_str(), tube_lines::tube_toml(it)?))).collect()
     }
 
     /// What is known of the run, by name; empty where there is nothing to say.

@@ -8,7 +8,7 @@ use cosim::system::{NodeBody, NodePlan, System};
 use fmu_import::sha256_hex;
 use scenario::Scenario;
 use scenario::plan::RunPlan;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The argument by which `trackside test` ties a run to itself.
 pub(crate) const SUPERVISED: &str = "--supervised";
@@ -56,7 +56,7 @@ pub struct SoftwareVersions {
 }
 
 /// A file that was read.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct FileHash {
     /// Where it is, as it was named.
     pub path: PathBuf,

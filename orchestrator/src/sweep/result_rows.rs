@@ -1,6 +1,8 @@
 //! Converts outcomes of variants to rows of the result table, and back.
 
-use ::sweep::table::{ERROR, FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use ::sweep::table::{
+    ERROR, FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable,
+};
 
 use super::plan_metadata::PlanMetadata;
 use super::variant::{VariantFailure, VariantOutcome};

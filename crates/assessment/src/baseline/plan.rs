@@ -25,6 +25,8 @@ pub struct BaselinePlan {
     pub signals: Vec<BaselineSignal>,
     /// Whether the scenario chooses the signals; without a choice the run must have all that the recording has.
     pub chosen: bool,
+    /// Whether the scenario gives some of them tubes of their own.
+    pub has_tubes: bool,
 }
 
 /// A signal of a baseline.

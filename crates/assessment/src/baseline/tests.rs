@@ -45,6 +45,7 @@ fn plan() -> BaselinePlan {
         during: None,
         signals,
         chosen: false,
+        has_tubes: false,
     }
 }
 
@@ -129,6 +130,47 @@ fn the_first_and_the_worst_deviation_are_told() {
     late.signals[1].size.time = 0.25;
     let late = outcome(late, golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));
     assert!(late.to_verdict().passed, "{}", reason(&late));
+}
+
+#[test]
+fn the_smallest_round_tube_that_holds_a_signal_is_told() {
+    // The tube has a half height of 0.1 and more; what is needed is the distance from the curve.
+    let edit = |row: u32, v: &mut f64, _: &mut f64| *v += [0.0, 0.0, 0.2, 0.512_3, 0.0][row as usize];
+    let wrong = outcome(plan(), golden(), 5, edit);
+    let [v, _, mode] = &wrong.signals[..] else { panic!("{wrong:?}") };
+    let distance = v.distance.expect("a distance");
+    assert_eq!((distance.first, distance.at), (0.5, 0.75));
+    assert!((distance.largest.expect("a number") - 0.512_3).abs() < 1e-12, "{distance:?}");
+    assert!((distance.half_height - 0.1).abs() < 1e-11, "{distance:?}");
+    assert_eq!(v.tube, Some(RequiredTube { absolute: Some(0.52), time: None }));
+    assert_eq!((mode.distance, mode.tube), (None, None));
+    // With these sizes the same run passes.
+    let mut wider = plan();
+    for (signal, outcome) in wider.signals.iter_mut().zip(&wrong.signals) {
+        let size = &mut signal.size;
+        size.absolute = outcome.tube.and_then(|it| it.absolute).unwrap_or(size.absolute);
+        size.time = outcome.tube.and_then(|it| it.time).unwrap_or(size.time);
+    }
+    let passed = outcome(wider, golden(), 5, edit);
+    assert!(passed.to_verdict().passed, "{}", reason(&passed));
+    // What is inside of its tube differs all the same; what no tube holds has none.
+    let near = outcome(plan(), golden(), 5, |row, v, _| *v += if row == 2 { 0.05 } else { 0.0 });
+    assert!(near.to_verdict().passed && near.signals[0].distance.is_some() && near.signals[0].tube.is_none());
+    let nan = outcome(plan(), golden(), 5, |row, v, _| *v = if row == 1 { f64::NAN } else { *v });
+    assert_eq!(nan.signals[0].distance.map(|it| it.largest), Some(None));
+    assert_eq!(nan.signals[0].tube, None);
+    // Gear 2 is recorded from 1 s on: a quarter of the run is no tolerance.
+    let gear = outcome(plan(), golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));
+    assert_eq!((gear.signals[1].passed, gear.signals[1].tube), (false, None));
+}
+
+#[test]
+fn an_outcome_is_read_as_it_was_written() {
+    let nan = outcome(plan(), golden(), 5, |row, v, _| *v = if row == 1 { f64::NAN } else { *v + 1.0 });
+    let text = serde_json::to_string(&nan).expect("JSON");
+    let read: BaselineOutcome = serde_json::from_str(&text).expect("an outcome");
+    assert!(read.signals[0].first.is_some() && read.signals[0].worst.is_some_and(|it| it.value.is_nan()));
+    assert_eq!(serde_json::to_string(&read).expect("JSON"), text);
 }
 
 #[test]

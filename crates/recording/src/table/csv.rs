@@ -139,7 +139,7 @@ pub fn read_untimed_columns(
     Ok((0..places.len()).map(|k| cells.take_gapless_column(k)).collect::<Result<_, _>>()?)
 }
 
-/// A CSV file with the time in its first column, such as `run.csv`.
+/// A CSV file with the time in one of its columns, such as `run.csv`.
 #[derive(Debug)]
 pub(crate) struct CsvTable {
     /// Time stamps [s].
@@ -156,27 +156,33 @@ pub(crate) struct CsvColumn {
     pub texts: Vec<String>,
 }
 
-/// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
-pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, TableError> {
+/// Reads all columns, those called `texts` as they are; numbers that are missing are NaN. The time is the column called `time`, or else
+/// the first one.
+pub(crate) fn read_csv_table(
+    path: &Path,
+    time: Option<&str>,
+    texts: &[&str],
+) -> Result<CsvTable, TableError> {
     let text = open_csv_text(path)?;
     let file = CsvFile::open(path, &text, &[], &CsvDialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
     file.check_unique_titles()?;
     let places: Vec<_> = (0..file.layout.titles.len()).collect();
     let mut forms = vec![CellType::Number; places.len()];
-    forms[0] = CellType::Time;
+    let time = time.map_or(Ok(0), |name| file.column_index(name))?;
+    forms[time] = CellType::Time;
     let mut cells = CsvColumnCells::read(&file, &places, None, &forms)?;
     cells.resolve_decimal_mark(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
     let name = |place: usize| file.layout.titles[place].plain.as_str();
-    let is_number = |place: &usize| *place > 0 && !texts.contains(name(*place));
+    let is_number = |place: &usize| *place != time && !texts.contains(name(*place));
     let numbers = places.iter().map(|place| {
         let values = is_number(place).then(|| cells.take_column(*place)).and_then(Result::ok);
         values.map(|(values, _)| values)
     });
     let numbers: Vec<Option<Vec<f64>>> = numbers.collect();
     let no_numbers: Vec<usize> =
-        places.iter().skip(1).filter(|place| numbers[**place].is_none()).copied().collect();
+        places.iter().filter(|place| **place != time && numbers[**place].is_none()).copied().collect();
     let mut found = match no_numbers.is_empty() {
         true => None,
         false => {
@@ -184,7 +190,7 @@ pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, Ta
         }
     };
     let mut columns = Vec::new();
-    for (place, numbers) in numbers.into_iter().enumerate().skip(1) {
+    for (place, numbers) in numbers.into_iter().enumerate().filter(|(place, _)| *place != time) {
         let of_texts = no_numbers.iter().position(|it| *it == place).zip(found.as_mut());
         let texts = match of_texts.map(|(k, found)| found.take_column(k)).transpose()? {
             Some((_, ExactValues::Texts(texts))) => texts,
@@ -193,7 +199,8 @@ pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, Ta
         let (name, unit) = (name(place).to_owned(), file.column_unit(place)?);
         columns.push(CsvColumn { name, unit, numbers, texts });
     }
-    let times = cells.take_time_stamps(0, &ReadRequest::default())?;
+    // Simulators write the values before and after an event at one time.
+    let times = cells.take_time_stamps(time, &ReadRequest { jumps: true, ..ReadRequest::default() })?;
     Ok(CsvTable { times, columns })
 }
 

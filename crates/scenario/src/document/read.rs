@@ -55,6 +55,15 @@ impl Scenario {
         read_from_source(SourceFiles::read_main_file(path).map_err(Error::invalid_input)?, &[], Vec::new())
     }
 
+    /// The scenario whose text was gathered, with its files in `folder`. Messages name `path`, and its stem names the run.
+    ///
+    /// # Errors
+    /// As for a file.
+    pub fn from_bundle(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
+        let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
+        read_from_source(SourceFiles::from_generated(file), &[], Vec::new())
+    }
+
     /// The scenario that was kept with a recording, without those that it is validated by.
     ///
     /// # Errors

@@ -320,7 +320,8 @@ impl<'a> ScenarioWriter<'a> {
 }
 
 /// The name of a node for a component or a file: a dot ends the name of a node.
-pub(super) fn node_name(name: &str) -> String {
+#[must_use]
+pub fn node_name(name: &str) -> String {
     name.replace(['.', '"', '\\'], "_")
 }
 

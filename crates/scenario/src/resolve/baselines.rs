@@ -59,6 +59,7 @@ fn plan_baseline(
         during,
         signals,
         chosen: baseline.signals.is_some(),
+        has_tubes: !baseline.tubes.is_empty(),
     })
 }
 
