@@ -35,7 +35,8 @@ pub fn run_init_command(arguments: &InitArguments) -> Result<u8, Error> {
     let limit = parse_positive_seconds("--limit", Some(arguments.limit))?;
     let created = creation::create_suite(&arguments.folder, &arguments.out)?;
     print_text(&creation_lines(&created));
-    let suite = arguments.out.display();
+    let suite = arguments.out.display().to_string();
+    let suite = if suite.contains(' ') { format!("\"{suite}\"") } else { suite };
     if created.cases.is_empty() {
         let fmus =
             if created.fmus == 1 { "its only FMU".to_owned() } else { format!("its {} FMUs", created.fmus) };

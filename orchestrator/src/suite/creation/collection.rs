@@ -63,14 +63,11 @@ impl FmuCollection {
             for entry in entries.flatten() {
                 let path = entry.path();
                 let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
-                match entry.file_type() {
-                    Ok(kind) if kind.is_dir() => {
-                        if !is_hidden && !excluded.contains(&real_path(&path)) {
-                            left.push(path);
-                        }
-                    }
-                    Ok(_) if !is_hidden => files.push(path),
-                    _ => {}
+                let Some(kind) = entry.file_type().ok().filter(|_| !is_hidden) else { continue };
+                if !kind.is_dir() {
+                    files.push(path);
+                } else if !excluded.contains(&real_path(&path)) {
+                    left.push(path);
                 }
             }
             if files.len() > MOST_FILES {
