@@ -737,50 +737,60 @@ impl CauseSearch<'_, '_> {
                 effects.push(None);
                 continue;
             }
-            let run = self.run_with(&[id]);
-            effects.push(run.ok().map(|run| {
-                TrajectoryComparison::new(&self.run_a.trajectory, &run.trajectory, &self.study.order)
-            }));
+            effects.push(match self.run_with(&[id]) {
+                Ok(run) => Some(run.trajectory),
+                Err(error) if error.is_interruption() => return Err(error),
+                Err(_) => None,
+            });
         }
-        let additive = self.is_additive(&effects);
+        let additive =
+            effects.iter().cloned().collect::<Option<Vec<_>>>().is_some_and(|it| self.is_additive(&it));
         for (&id, effect) in relevant.iter().zip(&effects) {
             let sentence = self.explanation.differences[id].sentence();
-            let (effect, text) = match effect {
+            let own = effect
+                .as_ref()
+                .map(|it| TrajectoryComparison::new(&self.run_a.trajectory, it, &self.study.order));
+            let (effect, text) = match own {
                 None => (CauseEffect::Together, format!("{sentence}: what it does by itself was not tried.")),
-                Some(effect) if effect.deviations.is_empty() => (
+                Some(own) if own.deviations.is_empty() => (
                     CauseEffect::Together,
                     format!("{sentence}: it acts together with the others, and does nothing by itself."),
                 ),
-                Some(effect) => {
-                    let words = self.share_words(effect);
+                Some(own) => {
+                    let words = self.share_words(&own);
                     let effect = if additive { CauseEffect::Part } else { CauseEffect::Together };
                     (effect, format!("{sentence}: {words}."))
                 }
             };
             self.push_cause(vec![id], effect, text);
         }
-        if !additive && relevant.len() > 1 {
-            self.explanation
-                .notes
-                .push("the effects of the causes do not add up: they act on each other".to_owned());
+        if relevant.len() > 1 && effects.iter().all(Option::is_some) {
+            let note = match additive {
+                true => "the effects of the causes add up",
+                false => "the effects of the causes do not add up: they act on each other",
+            };
+            self.explanation.notes.push(note.to_owned());
         }
         Ok(())
     }
 
-    /// Whether the sum of the effects is the whole, in the root mean squares of the signals that differ most.
-    fn is_additive(&self, effects: &[Option<TrajectoryComparison>]) -> bool {
-        let effects: Option<Vec<_>> = effects.iter().map(Option::as_ref).collect();
-        let Some(effects) = effects else { return false };
+    /// Whether the sum of what the causes do alone is the whole, in the signals that differ most.
+    fn is_additive(&self, effects: &[Arc<Trajectory>]) -> bool {
+        let (a, b) = (&self.run_a.trajectory, &self.run_b.trajectory);
         self.largest_deviations().iter().all(|whole| {
-            let of = |it: &&TrajectoryComparison| {
-                it.deviations.iter().find(|it| it.signal == whole.signal).map_or(0.0, |it| it.rms * it.rms)
+            let values = |run: &Trajectory| run.column_values(&whole.signal);
+            let (Some(of_a), Some(of_b)) = (values(a), values(b)) else { return false };
+            let alone: Option<Vec<_>> = effects.iter().map(|run| values(run)).collect();
+            let Some(alone) = alone else { return false };
+            if [&of_b].into_iter().chain(&alone).any(|it| it.len() != of_a.len()) {
+                return false;
+            }
+            let rest = |row: usize| {
+                let parts: f64 = alone.iter().map(|it| it[row] - of_a[row]).sum();
+                of_b[row] - of_a[row] - parts
             };
-            let parts: Vec<f64> = effects.iter().map(of).collect();
-            let largest = parts.iter().copied().fold(0.0, f64::max);
-            let rest: f64 = parts.iter().sum::<f64>() - largest;
-            // Equal to the whole by one cause alone, or by causes that act on different signals.
-            rest <= ADDITIVE * whole.rms * whole.rms
-                && (largest.sqrt() - whole.rms).abs() <= ADDITIVE * whole.rms
+            let squares: f64 = (0..of_a.len()).map(|row| rest(row) * rest(row)).sum();
+            (squares / of_a.len() as f64).sqrt() <= ADDITIVE * whole.rms
         })
     }
 

@@ -109,6 +109,13 @@ impl Trajectory {
         &self.values[index * width..(index + 1) * width]
     }
 
+    /// The values of a signal over all communication points; none if it is not there in this unit.
+    #[must_use]
+    pub fn column_values(&self, signal: &SignalName) -> Option<Vec<f64>> {
+        let place = self.columns.iter().position(|it| it == signal)?;
+        Some((0..self.times.len()).map(|row| self.row(row)[place]).collect())
+    }
+
     fn text_row(&self, index: usize) -> &[String] {
         let width = self.text_columns.len();
         &self.texts[index * width..(index + 1) * width]
