@@ -1,8 +1,6 @@
 //! Reads the baselines of a scenario, plots the deviations of a run from them, and writes new ones when the user asks for it.
 
 pub mod bless;
-mod change;
-pub mod tube_lines;
 
 use std::path::{Path, PathBuf};
 
@@ -16,9 +14,9 @@ use recording::{ColumnIndex, GoldenRecording};
 use scenario::Scenario;
 use scenario::plan::RunPlan;
 
+use crate::baseline_change::BaselineChange;
 use crate::nofollow;
 use crate::report::RunReport;
-pub use change::BaselineChange;
 
 /// Signals in a picture; the others are in the report.
 const DRAWN: usize = 4;

@@ -4,6 +4,7 @@
 
 pub mod analysis;
 pub mod baseline;
+pub mod baseline_change;
 mod checkpoint_file;
 mod checkpoint_plan;
 pub mod inspect;
@@ -20,6 +21,7 @@ mod sinks;
 mod stop;
 pub mod suite;
 pub mod sweep;
+pub mod tube_lines;
 pub mod validation;
 mod warm_start;
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use scenario::resolve::Overrides;
 
-use crate::baseline::BaselineChange;
+use crate::baseline_change::BaselineChange;
 use crate::package::BuildProgress;
 use crate::report::RunReport;
 

@@ -22,7 +22,7 @@ use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
 use serde::{Deserialize, Serialize};
 
-use crate::baseline::BaselineChange;
+use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::nofollow;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};

@@ -14,7 +14,7 @@ use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario, document};
 
-use crate::baseline::BaselineChange;
+use crate::baseline_change::BaselineChange;
 use crate::checkpoint_plan::CheckpointPlan;
 use crate::options::{ProgressEvent, ReplayOutput, RunOptions, WarmStartRole};
 use crate::real_time::RealTimeTimer;

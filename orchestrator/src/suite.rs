@@ -15,7 +15,7 @@ use scenario::plan::REPORT;
 use scenario::{Scenario, document, resolve};
 use serde::Deserialize;
 
-use crate::baseline::BaselineChange;
+use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::package;
 use crate::report::RunVerdict;

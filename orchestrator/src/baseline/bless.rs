@@ -10,8 +10,10 @@ use recording::{CsvSink, Recording, Sink as _};
 use scenario::plan::REPORT;
 use serde::Deserialize;
 
-use super::{BaselineChange, replace_baseline, tube_lines};
+use super::replace_baseline;
+use crate::baseline_change::BaselineChange;
 use crate::report::{FileHash, RunVerdict};
+use crate::tube_lines;
 
 /// A run that came to its end, by its report.
 #[derive(Debug)]

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::baseline::bless::{FinishedRun, TubeEdit};
-use orchestrator::baseline::{BaselineChange, tube_lines};
+use orchestrator::baseline_change::BaselineChange;
+use orchestrator::tube_lines;
 
 use super::{print_text, print_to_stderr};
 

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use cosim::system::Algorithm;
 use diagnostics::{Error, ErrorCollector, escape_for_terminal};
 use indicatif::ProgressBar;
-use orchestrator::baseline::BaselineChange;
+use orchestrator::baseline_change::BaselineChange;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStartRole, suite};
 use scenario::resolve::{IsolationPolicy, Override, Overrides};

@@ -10,8 +10,8 @@ use serde_json::Value;
 use super::analysis_summary::AnalysisSummary;
 use super::text::format_seconds;
 use super::{FileHash, NodeReport, RunReport, RunVerdict};
-use crate::baseline::tube_lines;
 use crate::messages::{MessageSeverity, NodeMessage};
+use crate::tube_lines;
 use pictures::{CheckPlot, SMALL, WIDE, check_plot};
 
 /// The run and the files of its scenario, with pictures of failed and of passed checks.

@@ -27,7 +27,7 @@ pub struct BaselineChange {
 
 impl BaselineChange {
     /// That of a baseline without an old recording that can be read.
-    pub(super) fn without_comparison(plan: &BaselinePlan, unreadable: Option<String>) -> Self {
+    pub(crate) fn without_comparison(plan: &BaselinePlan, unreadable: Option<String>) -> Self {
         let (name, recording) = (plan.name.clone(), plan.path.clone());
         BaselineChange { name, recording, unreadable, comparison: None }
     }
