@@ -93,6 +93,13 @@ fn compare_values(
 ) {
     match (a, b) {
         (Some(Value::Table(a)), Some(Value::Table(b))) => compare_tables(path, a, b, differences),
+        // A whole table of the scenario, such as [coupling], is told key by key.
+        (Some(Value::Table(a)), None) if path.0.len() == 1 => {
+            compare_tables(path, a, &Table::new(), differences)
+        }
+        (None, Some(Value::Table(b))) if path.0.len() == 1 => {
+            compare_tables(path, &Table::new(), b, differences)
+        }
         (Some(a), Some(b)) if is_equal(a, b) => {}
         (a, b) if [a, b].into_iter().flatten().all(is_table_list) => {
             let (of_a, of_b) = (entries_of_list(a), entries_of_list(b));
@@ -223,6 +230,9 @@ mod tests {
     #[test]
     fn what_only_one_has_is_one_difference_that_can_be_put_in_and_taken_out() {
         let a = table("seed = 1\n[time]\nstep = 0.01");
+        let whole =
+            table_differences(&a, &table("seed = 1\n[time]\nstep = 0.01\n[coupling]\nalgorithm = 'jacobi'"));
+        assert_eq!(whole[0].path.to_string(), "coupling.algorithm");
         let b =
             table("seed = 1.0\n[time]\nstep = 0.01\ntolerance = 1e-6\n[[fault]]\ninput = 'e.a'\nvalue = 0");
         let found = table_differences(&a, &b);
