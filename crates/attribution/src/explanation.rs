@@ -812,9 +812,10 @@ impl CauseSearch<'_, '_> {
         for whole in self.largest_deviations() {
             let own = effect.deviations.iter().find(|it| it.signal == whole.signal);
             let share = own.map_or(0.0, |own| own.rms / whole.rms);
-            words.push(format!("{:.0} % in {}", share * 100.0, whole.signal.qualified_name()));
+            let of = if words.is_empty() { "of the difference in" } else { "in" };
+            words.push(format!("{:.0} % {of} {}", share * 100.0, whole.signal.qualified_name()));
         }
         let first = effect.deviations.first().map(|it| format!("from {} s on", it.time)).unwrap_or_default();
-        format!("alone it makes {} of the difference, {first}", words.join(", "))
+        format!("alone it makes {}, {first}", words.join(", "))
     }
 }

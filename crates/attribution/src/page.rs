@@ -7,8 +7,8 @@ use askama::Template;
 use html_page::{Markup, escape_xml};
 
 use crate::difference::{Difference, DifferenceScope};
-use crate::explanation::{Explanation, local_name};
-use crate::text::deviation_sentence;
+use crate::explanation::Explanation;
+use crate::text::{deviation_sentence, local_sentence};
 
 /// The page.
 pub const PAGE: &str = "why.html";
@@ -53,15 +53,6 @@ impl Explanation {
             unit: difference.unit.as_deref().filter(|unit| *unit != "1").unwrap_or_default(),
             role: role(difference),
         };
-        let local = self.local.iter().map(|it| {
-            format!(
-                "{} differs from {} s on while it gets the values of A: {} -> {}",
-                local_name(it),
-                it.time,
-                it.a,
-                it.b
-            )
-        });
         html_page::render_page(&WhyPage {
             title: "Why the runs differ".to_owned(),
             explanation: self,
@@ -69,7 +60,7 @@ impl Explanation {
             more: self.differences.len().saturating_sub(MOST),
             causes: self.cause_sentences(),
             spread: self.spread.iter().map(deviation_sentence).collect(),
-            local: local.collect(),
+            local: self.local.iter().map(local_sentence).collect(),
             graph: (self.spread.len() > 1).then(|| html_page::Safe(self.spread_graph())),
         })
     }
@@ -92,7 +83,7 @@ impl Explanation {
         let width = times.len() as f64 * (WIDTH + GAP);
         let height = filled.iter().max().copied().unwrap_or(1) as f64 * (HEIGHT + 24.0);
         let mut svg = format!(
-            "<svg viewBox=\"-4 -4 {:.0} {:.0}\" width=\"{:.0}\" role=\"img\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"8\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" orient=\"auto\"><path d=\"M0 0 L8 4 L0 8 z\" fill=\"currentColor\"/></marker></defs>",
+            "<svg viewBox=\"-4 -4 {:.0} {:.0}\" style=\"max-width:{:.0}px\" role=\"img\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"8\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" orient=\"auto\"><path d=\"M0 0 L8 4 L0 8 z\" style=\"fill:currentColor;stroke:none\"/></marker></defs>",
             width + 8.0,
             height + 8.0,
             width + 8.0
@@ -114,7 +105,7 @@ impl Explanation {
             // Writing into a string cannot fail.
             let _ = write!(
                 svg,
-                "<path d=\"M{start:.0} {y_start:.0} C{bend:.0} {:.0} {bend:.0} {:.0} {end:.0} {y_end:.0}\" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.2\" opacity=\"0.6\" marker-end=\"url(#tip)\"/>",
+                "<path d=\"M{start:.0} {y_start:.0} C{bend:.0} {:.0} {bend:.0} {:.0} {end:.0} {y_end:.0}\" style=\"fill:none;stroke:currentColor;stroke-width:1.2\" marker-end=\"url(#tip)\"/>",
                 y_start + sag,
                 y_end + sag
             );
@@ -124,7 +115,7 @@ impl Explanation {
             let node = escape_xml(&deviation.signal.node);
             let _ = write!(
                 svg,
-                "<rect x=\"{x:.0}\" y=\"{y:.0}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" rx=\"6\" fill=\"none\" stroke=\"currentColor\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\" fill=\"currentColor\">{node}</text><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\" fill=\"currentColor\" font-size=\"11\">from {} s: {}</text>",
+                "<rect x=\"{x:.0}\" y=\"{y:.0}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" rx=\"6\" style=\"fill:none;stroke:currentColor\"/><text x=\"{:.0}\" y=\"{:.0}\" style=\"text-anchor:middle;fill:currentColor;font-size:14px\">{node}</text><text x=\"{:.0}\" y=\"{:.0}\" style=\"text-anchor:middle;fill:currentColor;font-size:11px\">from {} s: {}</text>",
                 x + WIDTH * 0.5,
                 y + 18.0,
                 x + WIDTH * 0.5,

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::difference::{Difference, DifferenceScope};
+use crate::experiment::LocalDeviation;
 use crate::explanation::{Explanation, local_name};
 use crate::trajectory::SignalDeviation;
 
@@ -26,16 +27,7 @@ impl Explanation {
             let head = format!("What it did: {differing} of {common} signals differ");
             write_list(&mut text, &head, &self.spread.iter().map(deviation_sentence).collect::<Vec<_>>());
         }
-        let local = self.local.iter().map(|it| {
-            format!(
-                "{} differs from {} s on while it gets the values of A: {} -> {}",
-                local_name(it),
-                it.time,
-                it.a,
-                it.b
-            )
-        });
-        write_list(&mut text, "By itself", &local.collect::<Vec<_>>());
+        write_list(&mut text, "By itself", &self.local.iter().map(local_sentence).collect::<Vec<_>>());
         write_list(&mut text, "Why", &self.cause_sentences());
         let idle = self.without_effect.iter().map(|id| self.differences[*id].sentence());
         write_list(&mut text, "Without effect", &idle.collect::<Vec<_>>());
@@ -60,8 +52,27 @@ pub(crate) fn deviation_sentence(deviation: &SignalDeviation) -> String {
     let name = signal.qualified_name();
     match a.is_nan() && b.is_nan() {
         true => format!("{time} s: {name}{side}, a text"),
-        false => format!("{time} s: {name}{side} {a} -> {b}{unit}, at most {largest:.3e} apart"),
+        false => {
+            let [a, b, largest] = [*a, *b, *largest].map(six_digits);
+            format!("{time} s: {name}{side} {a} -> {b}{unit}, at most {largest}{unit} apart")
+        }
     }
+}
+
+/// `` `plant` differs from 0.01 s on while it gets the values of A: a_x 0.1 -> 0.2 ``.
+pub(crate) fn local_sentence(local: &LocalDeviation) -> String {
+    let [a, b] = [local.a, local.b].map(six_digits);
+    let variable = if local.input { String::new() } else { format!("{} ", local.variable) };
+    format!(
+        "{} differs from {} s on while it gets the values of A: {variable}{a} -> {b}",
+        local_name(local),
+        local.time
+    )
+}
+
+/// A number with six digits, without zeros behind them.
+fn six_digits(value: f64) -> String {
+    format!("{value:.5e}").parse::<f64>().map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
 }
 
 fn write_list(text: &mut String, head: &str, lines: &[String]) {
