@@ -10,7 +10,7 @@ use cosim::signal::Signal;
 use cosim::system::System;
 use fmu_import::CallError;
 
-use crate::trajectory::Trajectory;
+use crate::trajectory::{SignalName, Trajectory, differs_beyond_rounding};
 
 /// Where the outputs of a node first differ from those of A, while all that it gets is as in A.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,9 +36,6 @@ struct ReferenceOutputs {
     first: Arc<Mutex<Option<OutputDeviation>>>,
 }
 
-/// Values that differ by less, relative to the largest value of the signal, differ by rounding [-].
-const ROUNDING: f64 = 1e-12;
-
 /// Puts all nodes into nodes that show the outputs of the reference. Gives the first deviation of each, once the system has run.
 pub(crate) fn show_reference_outputs(
     system: &System,
@@ -49,7 +46,7 @@ pub(crate) fn show_reference_outputs(
     for (plan, node) in system.nodes.iter().zip(nodes) {
         let column_of = |index: recording::NumberIndex<recording::AllVariables>| {
             let column = &system.columns[index];
-            let same = |it: &crate::trajectory::SignalName| {
+            let same = |it: &SignalName| {
                 !it.input
                     && it.node == column.node
                     && it.variable == column.variable
@@ -88,8 +85,7 @@ impl ReferenceOutputs {
         for (place, (output, column)) in outputs.iter_mut().zip(&self.columns).enumerate() {
             let Some(column) = column else { continue };
             let (a, b) = (row[*column], *output);
-            let same = a == b || (a.is_nan() && b.is_nan()) || (a - b).abs() <= ROUNDING * self.scales[place];
-            if !same {
+            if differs_beyond_rounding(a, b, self.scales[place]) {
                 let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
                 first.get_or_insert(OutputDeviation { time: self.time, output: place, a, b });
             }

@@ -125,8 +125,8 @@ impl Trajectory {
     #[must_use]
     pub fn find_time(&self, time: f64) -> Option<usize> {
         let next = self.times.partition_point(|it| *it < time);
-        let near = [next.checked_sub(1), Some(next)].into_iter().flatten();
-        near.filter(|index| self.times.get(*index).is_some_and(|it| self.is_same_time(*it, time))).last()
+        let mut near = [next.checked_sub(1), Some(next)].into_iter().flatten();
+        near.rfind(|index| self.times.get(*index).is_some_and(|it| self.is_same_time(*it, time)))
     }
 
     fn is_same_time(&self, a: f64, b: f64) -> bool {
@@ -304,6 +304,12 @@ fn unit_conversion(from: &SignalName, to: &SignalName) -> Option<(f64, f64)> {
     }
 }
 
+/// Whether two values of a signal differ by more than rounding; `scale` is its largest value.
+pub(crate) fn differs_beyond_rounding(a: f64, b: f64, scale: f64) -> bool {
+    let is_same = a == b || (a.is_nan() && b.is_nan()) || (a - b).abs() <= ROUNDING * scale;
+    !is_same
+}
+
 /// How the values of B differ from those of A, if they do beyond rounding; `pairs` gives time, A and B.
 fn signal_deviation<I: Iterator<Item = (f64, f64, f64)>>(
     signal: &SignalName,
@@ -311,11 +317,7 @@ fn signal_deviation<I: Iterator<Item = (f64, f64, f64)>>(
 ) -> Option<SignalDeviation> {
     let finite = |value: f64| if value.is_finite() { value.abs() } else { 0.0 };
     let scale = pairs().fold(0.0_f64, |scale, (_, a, b)| scale.max(finite(a)).max(finite(b)));
-    let differs = |a: f64, b: f64| {
-        let same_bits = a == b || (a.is_nan() && b.is_nan());
-        !same_bits && !((a - b).abs() <= ROUNDING * scale)
-    };
-    let (time, a, b) = pairs().find(|&(_, a, b)| differs(a, b))?;
+    let (time, a, b) = pairs().find(|&(_, a, b)| differs_beyond_rounding(a, b, scale))?;
     let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0_usize);
     for (_, a, b) in pairs() {
         let difference = finite(a - b);
