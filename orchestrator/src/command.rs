@@ -170,3 +170,11 @@ fn current_program_path() -> Result<PathBuf, Error> {
     std::env::current_exe()
         .map_err(|error| Error::invalid_input(format!("cannot find this program: {error}")))
 }
+
+/// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
+fn guest_program_path() -> Result<PathBuf, Error> {
+    match cfg!(target_os = "linux") {
+        true => Ok(PathBuf::from("/proc/self/exe")),
+        false => current_program_path(),
+    }
+}

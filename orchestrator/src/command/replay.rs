@@ -7,7 +7,8 @@ use diagnostics::Error;
 use orchestrator::sweep::{self, SweepPlanFolder};
 use orchestrator::{ReplayOutput, RunContext, RunOptions};
 
-use super::run::{free_fmus, guest_program_path, print_run_warnings};
+use super::guest_program_path;
+use super::run::{free_fmus, print_run_warnings};
 use super::{print_text, print_to_stderr, progress, sweep as sweeps};
 
 /// Arguments of `trackside replay`.

@@ -14,7 +14,7 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    current_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised, why,
+    guest_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised, why,
 };
 
 /// Arguments of `trackside run`.
@@ -213,14 +213,6 @@ pub fn run_scenarios(arguments: &RunArguments) -> Result<u8, Error> {
 pub(super) fn free_fmus(context: RunContext) {
     drop(context);
     fmu_import::messages_while_freed().iter().for_each(|it| print_to_stderr(&format!("warning: {it}")));
-}
-
-/// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
-pub(super) fn guest_program_path() -> Result<PathBuf, Error> {
-    match cfg!(target_os = "linux") {
-        true => Ok(PathBuf::from("/proc/self/exe")),
-        false => current_program_path(),
-    }
 }
 
 /// A time of the command line.

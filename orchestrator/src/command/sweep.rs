@@ -10,8 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::sweep::{self, PlanOptions, SweepPlanFolder, SweepResult, VariantCounts};
 use scenario::resolve::Overrides;
 
+use super::guest_program_path;
 use super::progress::BuildLine;
-use super::run::{guest_program_path, parse_start_values};
+use super::run::parse_start_values;
 use super::{current_program_path, print_text, print_to_stderr, replay, submit};
 
 /// Arguments of `trackside sweep`.

@@ -12,8 +12,7 @@ use orchestrator::nofollow;
 use scenario::plan::REPORT;
 use serde::Deserialize;
 
-use super::run::guest_program_path;
-use super::{print_json, print_text};
+use super::{guest_program_path, print_json, print_text};
 
 /// A call of an FMU that lasts longer than this is reported.
 const PATIENCE: Duration = Duration::from_secs(10);
