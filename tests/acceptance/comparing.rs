@@ -115,7 +115,7 @@ fn the_viewer_loads_a_comparison_without_warnings() {
         assert!(entities.contains(entity), "no {entity}");
     }
     let card = python.run("document.py", &[replay.as_os_str(), "/run".as_ref()]).stdout;
-    assert!(card.contains("fmu.plant.start.body.m") && card.contains("1200"), "{card}");
+    assert!(card.contains("plant.body.m") && card.contains("1200"), "{card}");
 }
 
 fn comparisons_of_equal_runs_are_equal_with_zero_time_gap() {
