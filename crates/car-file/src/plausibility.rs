@@ -1,7 +1,6 @@
 //! Judges the parameters of a car by plausible ranges of each kind of car, and names the likely slip.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
 use serde::Deserialize;
 use units::Unit;
@@ -27,7 +26,7 @@ pub struct CarParameter<'a> {
 /// range are passed over, and so are values that nobody gave.
 #[must_use]
 pub fn implausible_parameters(parameters: &[CarParameter]) -> Vec<String> {
-    let ranges = &*PLAUSIBLE_RANGES;
+    let ranges = PlausibleRanges::read();
     let kinds = ranges.likely_kinds(parameters);
     let mut implausible = Vec::new();
     let mut sentences = Vec::new();
@@ -49,11 +48,6 @@ pub fn implausible_parameters(parameters: &[CarParameter]) -> Vec<String> {
     }
     sentences
 }
-
-/// The table of ranges.
-static PLAUSIBLE_RANGES: LazyLock<PlausibleRanges> =
-    // That the table can be read is tested. A car without judgement is better than none.
-    LazyLock::new(|| toml::from_str(include_str!("plausible_ranges.toml")).unwrap_or_default());
 
 /// The form of `plausible_ranges.toml`, which says what each key means.
 #[derive(Debug, Default, Deserialize)]
@@ -101,6 +95,12 @@ struct Quantity<'a> {
 }
 
 impl PlausibleRanges {
+    /// The table. It is read for each car: what a library kept for the next one would be lost when it is unloaded.
+    fn read() -> Self {
+        // That the table can be read is tested. A car without judgement is better than none.
+        toml::from_str(include_str!("plausible_ranges.toml")).unwrap_or_default()
+    }
+
     /// The kinds of car that these parameters may be those of: those with the fewest values outside of their ranges.
     fn likely_kinds(&self, parameters: &[CarParameter]) -> Vec<&str> {
         let misses_of = |kind: &str| -> f64 {
