@@ -138,7 +138,7 @@ fn a_killed_run_leaves_nothing_that_disturbs_the_next() {
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
         .collect();
     names.sort();
-    assert_eq!(names, ["report.html", "report.json", "run.mcap"]);
+    assert_eq!(names, ["report.html", "report.json", "run.inputs.zip", "run.mcap"]);
 }
 
 fn the_report_says_what_the_run_was_made_with() {
