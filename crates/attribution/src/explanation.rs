@@ -1,5 +1,6 @@
 //! Explains why two runs differ: what differs between their inputs, what that did first, and by experiments which difference is the cause.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -330,6 +331,9 @@ impl Explanation {
 
     fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
+        // The recordings and the repeated runs may have told the same.
+        let mut distinct = BTreeSet::new();
+        self.notes.retain(|note| distinct.insert(note.clone()));
         self.summary = self.summary_line();
     }
 
