@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use cosim::system::{NodeBody, StartValue};
+use cosim::system::{Algorithm, NodeBody, StartValue};
 use fmu_import::{Fmu, Value as FmuValue};
 use scenario::OverrideValue;
 use scenario::plan::RunPlan;
@@ -88,15 +88,30 @@ pub struct Difference {
     pub scope: DifferenceScope,
     /// What puts it into A; none of what changes no value.
     #[serde(skip)]
-    pub(crate) swap: Option<Swap>,
+    pub(crate) swap: Option<InputSwap>,
 }
 
 impl Difference {
+    /// Two values of an input; without a unit, and with nothing inside that differs.
+    fn new(
+        kind: DifferenceKind,
+        place: impl Into<String>,
+        [a, b]: [String; 2],
+        scope: DifferenceScope,
+        swap: Option<InputSwap>,
+    ) -> Self {
+        Difference { id: 0, kind, place: place.into(), a, b, unit: None, details: Vec::new(), scope, swap }
+    }
+
+    /// Another version of the program, of a plugin, or another machine.
+    pub(crate) fn of_software(place: &str, values: [String; 2]) -> Self {
+        Difference::new(DifferenceKind::Software, place, values, DifferenceScope::None, None)
+    }
+
     /// The values of A and B with their unit; of an archive or a file, what differs inside as that of B.
     #[must_use]
     pub fn values_of_both(&self) -> [String; 2] {
-        let unit =
-            self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        let unit = unit_suffix(self.unit.as_ref());
         match self.a.is_empty() && self.b.is_empty() {
             true => [String::new(), self.details.join("; ")],
             false => [format!("{}{unit}", self.a), format!("{}{unit}", self.b)],
@@ -106,8 +121,7 @@ impl Difference {
     /// `plant.body.m: 780 kg -> 820 kg`.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let unit =
-            self.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        let unit = unit_suffix(self.unit.as_ref());
         let Difference { place, a, b, .. } = self;
         match (self.details.as_slice(), a.is_empty() && b.is_empty()) {
             ([], _) => format!("{place}: {a}{unit} -> {b}{unit}"),
@@ -117,9 +131,14 @@ impl Difference {
     }
 }
 
+/// A unit behind a number; nothing for a number without one.
+pub(crate) fn unit_suffix(unit: Option<&String>) -> String {
+    unit.filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default()
+}
+
 /// What puts a difference from B into A.
 #[derive(Debug, Clone)]
-pub(crate) enum Swap {
+pub(crate) enum InputSwap {
     /// A value of the scenario, with paths of B.
     Value(KeyPath, Option<Value>),
     /// A value from outside: it goes before those of the scenario; none takes away that of A.
@@ -128,6 +147,10 @@ pub(crate) enum Swap {
     Archive { node: String, path: String, starts_of_a: Vec<(String, OverrideValue)> },
     /// The seed.
     Seed(u64),
+    /// The tolerance from outside of the scenario.
+    Tolerance(Option<f64>),
+    /// The coupling algorithm from outside of the scenario.
+    Coupling(Option<Algorithm>),
     /// The order of the entries of a list, by their names.
     Order(String, Vec<String>),
 }
@@ -144,7 +167,7 @@ pub(crate) fn list_differences(a: PlannedInputs, b: PlannedInputs) -> Vec<Differ
     let mut list = DifferenceList { differences: Vec::new(), a, b };
     list.add_nodes();
     list.add_overrides();
-    list.add_seed();
+    list.add_settings();
     list.add_values();
     list.add_order();
     list.differences
@@ -152,11 +175,8 @@ pub(crate) fn list_differences(a: PlannedInputs, b: PlannedInputs) -> Vec<Differ
 
 /// What differs between the scenarios of two runs of which one was not kept with its files: values alone.
 pub(crate) fn list_value_differences(a: &toml::Table, b: &toml::Table) -> Vec<Difference> {
-    let mut differences = Vec::new();
-    for found in table_differences(a, b) {
-        differences.push(value_difference(differences.len(), &found, None, Vec::new()));
-    }
-    differences
+    let found = table_differences(a, b);
+    found.iter().map(|found| value_difference(found, None, Vec::new())).collect()
 }
 
 struct DifferenceList<'a> {
@@ -186,17 +206,12 @@ impl DifferenceList<'_> {
                 let starts_of_a =
                     pinned.filter(|(name, _)| starts.iter().all(|it| it.name != *name)).collect();
                 let path = fmu_b.path.to_string_lossy().into_owned();
-                self.push(Difference {
-                    id: 0,
-                    kind: DifferenceKind::Archive,
-                    place: format!("fmu.{}", node.name),
-                    a: String::new(),
-                    b: String::new(),
-                    unit: None,
-                    details: archives.details.clone(),
-                    scope: DifferenceScope::Node(node.name.clone()),
-                    swap: Some(Swap::Archive { node: node.name.clone(), path, starts_of_a }),
-                });
+                let swap = InputSwap::Archive { node: node.name.clone(), path, starts_of_a };
+                let scope = DifferenceScope::Node(node.name.clone());
+                let place = format!("fmu.{}", node.name);
+                let archive =
+                    Difference::new(DifferenceKind::Archive, place, Default::default(), scope, Some(swap));
+                self.push(Difference { details: archives.details.clone(), ..archive });
             }
             let mut names: BTreeSet<String> =
                 starts.iter().chain(starts_b).map(|it| it.name.clone()).collect();
@@ -217,32 +232,20 @@ impl DifferenceList<'_> {
             .description
             .find_variable(name)
             .and_then(|index| fmu.description.variables[index].unit.clone());
-        let (a, b, mut details) = match (a, b) {
+        let (values, mut details) = match (a, b) {
             (FmuValue::String(a), FmuValue::String(b)) if a.contains('\n') || b.contains('\n') => {
-                (String::new(), String::new(), describe_text_change(a, b))
+                (Default::default(), describe_text_change(a, b))
             }
-            (a, b) => (display_fmu_value(a), display_fmu_value(b), Vec::new()),
+            (a, b) => ([a, b].map(display_fmu_value), Vec::new()),
         };
         if own {
             details.push("a start value of the FMU itself".to_owned());
         }
-        let value = override_value(
-            match self.b.plan.system.nodes.iter().find(|it| it.name == node).map(|it| &it.body) {
-                Some(NodeBody::Fmu { fmu, starts, .. }) => effective_start(fmu, starts, name),
-                _ => None,
-            },
-        );
-        self.push(Difference {
-            id: 0,
-            kind: DifferenceKind::StartValue,
-            place: format!("{node}.{name}"),
-            a,
-            b,
-            unit,
-            details,
-            scope: DifferenceScope::Node(node.to_owned()),
-            swap: Some(Swap::Override(format!("{node}.{name}"), value)),
-        });
+        let place = format!("{node}.{name}");
+        let swap = InputSwap::Override(place.clone(), override_value(b));
+        let scope = DifferenceScope::Node(node.to_owned());
+        let start = Difference::new(DifferenceKind::StartValue, place, values, scope, Some(swap));
+        self.push(Difference { unit, details, ..start });
     }
 
     /// Words about signals, effects and faults from outside of the scenario.
@@ -259,58 +262,36 @@ impl DifferenceList<'_> {
                 value.map_or("as in the scenario".to_owned(), ToString::to_string)
             };
             let node = name.split('.').next().unwrap_or_default().to_owned();
-            self.push(Difference {
-                id: 0,
-                kind: DifferenceKind::Signal,
-                a: text(of_a.get(&name)),
-                b: text(of_b.get(&name)),
-                unit: None,
-                details: Vec::new(),
-                scope: DifferenceScope::Node(node),
-                swap: Some(Swap::Override(name.clone(), of_b.get(&name).cloned())),
-                place: name,
-            });
+            let values = [text(of_a.get(&name)), text(of_b.get(&name))];
+            let swap = InputSwap::Override(name.clone(), of_b.get(&name).cloned());
+            let scope = DifferenceScope::Node(node);
+            self.push(Difference::new(DifferenceKind::Signal, name, values, scope, Some(swap)));
         }
     }
 
-    fn add_seed(&mut self) {
+    /// The seed, the tolerance and the coupling algorithm.
+    fn add_settings(&mut self) {
         let [a, b] = [self.a, self.b].map(|it| it.plan.header.seed);
         if a != b {
-            self.push(Difference {
-                id: 0,
-                kind: DifferenceKind::Seed,
-                place: "seed".to_owned(),
-                a: a.to_string(),
-                b: b.to_string(),
-                unit: None,
-                details: Vec::new(),
-                scope: DifferenceScope::System,
-                swap: Some(Swap::Seed(b)),
-            });
+            let values = [a, b].map(|seed| seed.to_string());
+            self.push_setting(DifferenceKind::Seed, "seed", values, InputSwap::Seed(b));
         }
         let [a, b] = [self.a, self.b].map(|it| &it.inputs.overrides);
-        let entries = [
-            ("time.tolerance", a.tolerance.map(|it| it.to_string()), b.tolerance.map(|it| it.to_string())),
-            (
-                "coupling.algorithm",
-                a.coupling.map(|it| format!("{it:?}")),
-                b.coupling.map(|it| format!("{it:?}")),
-            ),
-        ];
-        for (place, a, b) in entries.into_iter().filter(|(_, a, b)| a != b) {
-            let text = |value: Option<String>| value.unwrap_or_else(|| "as in the scenario".to_owned());
-            self.push(Difference {
-                id: 0,
-                kind: if place.starts_with("time") { DifferenceKind::Time } else { DifferenceKind::Coupling },
-                place: place.to_owned(),
-                a: text(a),
-                b: text(b),
-                unit: None,
-                details: Vec::new(),
-                scope: DifferenceScope::System,
-                swap: Some(Swap::Override(place.to_owned(), None)),
-            });
+        let as_in_scenario = || "as in the scenario".to_owned();
+        if a.tolerance != b.tolerance {
+            let values = [a, b].map(|it| it.tolerance.map_or_else(as_in_scenario, |value| value.to_string()));
+            let swap = InputSwap::Tolerance(b.tolerance);
+            self.push_setting(DifferenceKind::Time, "time.tolerance", values, swap);
         }
+        if a.coupling != b.coupling {
+            let values = [a, b].map(|it| it.coupling.map_or_else(as_in_scenario, |word| format!("{word:?}")));
+            let swap = InputSwap::Coupling(b.coupling);
+            self.push_setting(DifferenceKind::Coupling, "coupling.algorithm", values, swap);
+        }
+    }
+
+    fn push_setting(&mut self, kind: DifferenceKind, place: &str, values: [String; 2], swap: InputSwap) {
+        self.push(Difference::new(kind, place, values, DifferenceScope::System, Some(swap)));
     }
 
     /// What stands differently in the scenarios, but for what the plans tell better: archives and start values.
@@ -337,7 +318,7 @@ impl DifferenceList<'_> {
             };
             let mut value = found.b.clone();
             value.iter_mut().for_each(|value| prefix_paths(value, "b/"));
-            let difference = value_difference(0, &found, value, details);
+            let difference = value_difference(&found, value, details);
             self.push(difference);
         }
         self.add_files_of_one_name();
@@ -366,7 +347,7 @@ impl DifferenceList<'_> {
             let found = ValueDifference { path, a: Some(value.clone()), b: Some(value) };
             let mut of_b = found.b.clone();
             of_b.iter_mut().for_each(|value| prefix_paths(value, "b/"));
-            let difference = value_difference(0, &found, of_b, describe_content_change(&a, &b));
+            let difference = value_difference(&found, of_b, describe_content_change(&a, &b));
             self.push(Difference { a: String::new(), b: String::new(), ..difference });
         }
     }
@@ -383,28 +364,15 @@ impl DifferenceList<'_> {
             names.iter().filter(|name| other.contains(name)).cloned().collect()
         };
         if common(&of_a, &of_b) != common(&of_b, &of_a) {
-            self.push(Difference {
-                id: 0,
-                kind: DifferenceKind::Order,
-                place: "the order of [[fmu]]".to_owned(),
-                a: of_a.join(", "),
-                b: of_b.join(", "),
-                unit: None,
-                details: Vec::new(),
-                scope: DifferenceScope::System,
-                swap: Some(Swap::Order("fmu".to_owned(), of_b)),
-            });
+            let values = [of_a.join(", "), of_b.join(", ")];
+            let swap = InputSwap::Order("fmu".to_owned(), of_b);
+            self.push_setting(DifferenceKind::Order, "the order of [[fmu]]", values, swap);
         }
     }
 }
 
 /// A difference of a value of the scenario; `value` is that of B with the paths of its files.
-fn value_difference(
-    id: usize,
-    found: &ValueDifference,
-    value: Option<Value>,
-    details: Vec<String>,
-) -> Difference {
+fn value_difference(found: &ValueDifference, value: Option<Value>, details: Vec<String>) -> Difference {
     let root = found.path.root();
     let entry = found.path.entry_and_key().map(|(entry, _)| entry.to_owned()).unwrap_or_default();
     let node = entry.split('.').next().unwrap_or_default().to_owned();
@@ -434,18 +402,9 @@ fn value_difference(
         _ => (DifferenceKind::Node, DifferenceScope::System),
     };
     let text = |value: &Option<Value>| value.as_ref().map_or("none".to_owned(), display_value);
-    let acts = scope != DifferenceScope::None;
-    Difference {
-        id,
-        kind,
-        place: found.path.to_string(),
-        a: text(&found.a),
-        b: text(&found.b),
-        unit: None,
-        details,
-        scope,
-        swap: acts.then(|| Swap::Value(found.path.clone(), value)),
-    }
+    let swap = (scope != DifferenceScope::None).then(|| InputSwap::Value(found.path.clone(), value));
+    let values = [text(&found.a), text(&found.b)];
+    Difference { details, ..Difference::new(kind, found.path.to_string(), values, scope, swap) }
 }
 
 /// Whether a value from outside is a start value of an FMU.
@@ -469,16 +428,16 @@ fn effective_start(fmu: &Fmu, starts: &[StartValue], name: &str) -> Option<FmuVa
 }
 
 fn pinned_start(fmu: &Fmu, start: &StartDifference) -> Option<(String, OverrideValue)> {
-    let value = override_value(effective_start(fmu, &[], &start.variable))?;
+    let value = override_value(&effective_start(fmu, &[], &start.variable)?)?;
     Some((start.variable.clone(), value))
 }
 
-fn override_value(value: Option<FmuValue>) -> Option<OverrideValue> {
-    Some(match value? {
-        FmuValue::Real(value) => OverrideValue::Number { value, unit: None },
-        FmuValue::Integer(value) => OverrideValue::Integer(i64::try_from(value).ok()?),
-        FmuValue::Boolean(value) => OverrideValue::Boolean(value),
-        FmuValue::String(text) => OverrideValue::Toml(Value::String(text)),
+fn override_value(value: &FmuValue) -> Option<OverrideValue> {
+    Some(match value {
+        FmuValue::Real(value) => OverrideValue::Number { value: *value, unit: None },
+        FmuValue::Integer(value) => OverrideValue::Integer(i64::try_from(*value).ok()?),
+        FmuValue::Boolean(value) => OverrideValue::Boolean(*value),
+        FmuValue::String(text) => OverrideValue::Toml(Value::String(text.clone())),
         value @ FmuValue::Binary(_) => {
             OverrideValue::Toml(Value::String(value.to_string().trim_matches('"').to_owned()))
         }
@@ -561,28 +520,24 @@ impl MixedInputs {
     }
 
     /// With these differences of B in it. An archive comes first: what is put in by itself goes before its start values.
-    pub fn with_swaps(mut self, swaps: &[&Swap], b: &RunInputs) -> Self {
-        let is_archive = |swap: &Swap| matches!(swap, Swap::Archive { .. });
-        swaps.iter().filter(|it| is_archive(it)).for_each(|swap| self.put_in(swap, b));
-        swaps.iter().filter(|it| !is_archive(it)).for_each(|swap| self.put_in(swap, b));
+    pub fn with_swaps(mut self, swaps: &[&InputSwap]) -> Self {
+        let is_archive = |swap: &InputSwap| matches!(swap, InputSwap::Archive { .. });
+        swaps.iter().filter(|it| is_archive(it)).for_each(|swap| self.put_in(swap));
+        swaps.iter().filter(|it| !is_archive(it)).for_each(|swap| self.put_in(swap));
         self
     }
 
-    fn put_in(&mut self, swap: &Swap, b: &RunInputs) {
+    fn put_in(&mut self, swap: &InputSwap) {
         let MixedInputs { table, overrides } = self;
         match swap {
-            Swap::Value(path, value) => set_value(table, path, value.clone()),
-            Swap::Override(name, None) if name == "time.tolerance" => {
-                overrides.tolerance = b.overrides.tolerance
-            }
-            Swap::Override(name, None) if name == "coupling.algorithm" => {
-                overrides.coupling = b.overrides.coupling
-            }
-            Swap::Override(name, value) => {
+            InputSwap::Value(path, value) => set_value(table, path, value.clone()),
+            InputSwap::Tolerance(tolerance) => overrides.tolerance = *tolerance,
+            InputSwap::Coupling(algorithm) => overrides.coupling = *algorithm,
+            InputSwap::Override(name, value) => {
                 overrides.starts.retain(|it| it.name != *name);
                 overrides.starts.extend(value.clone().map(|value| Override::new(name.clone(), value)));
             }
-            Swap::Archive { node, path, starts_of_a } => {
+            InputSwap::Archive { node, path, starts_of_a } => {
                 let name = format!("{node}.path");
                 overrides.starts.retain(|it| it.name != name);
                 overrides.starts.push(Override::new(name, OverrideValue::Typed(path.clone())));
@@ -591,8 +546,8 @@ impl MixedInputs {
                     pinned.map(|(name, value)| Override::new(format!("{node}.{name}"), value.clone()));
                 overrides.starts.extend(pinned);
             }
-            Swap::Seed(seed) => overrides.seed = Some(*seed),
-            Swap::Order(list, names) => reorder(table, list, names),
+            InputSwap::Seed(seed) => overrides.seed = Some(*seed),
+            InputSwap::Order(list, names) => reorder(table, list, names),
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, PoisonError};
-use std::time::Instant;
 
 use archive::TemporaryFolder;
 use cosim::coupling;
@@ -15,7 +14,7 @@ use scenario::resolve::{FmuCache, IsolationPolicy};
 use scenario::{BuildArtifacts, Scenario};
 use serde::Serialize;
 
-use crate::difference::{MixedInputs, Swap};
+use crate::difference::{InputSwap, MixedInputs};
 use crate::reference_outputs::show_reference_outputs;
 use crate::run_inputs::RunInputs;
 use crate::trajectory::{Trajectory, TrajectoryComparison};
@@ -58,7 +57,7 @@ pub(crate) struct SimulatedRun {
 }
 
 /// Runs experiments on the inputs of two runs.
-pub(crate) struct Laboratory<'a> {
+pub(crate) struct ExperimentRunner<'a> {
     options: &'a ExperimentOptions<'a>,
     isolate: IsolationPolicy,
     cache: FmuCache,
@@ -66,11 +65,9 @@ pub(crate) struct Laboratory<'a> {
     folder: TemporaryFolder,
     /// The runs so far.
     pub runs: usize,
-    /// The time that they took [s].
-    pub seconds: f64,
 }
 
-impl<'a> Laboratory<'a> {
+impl<'a> ExperimentRunner<'a> {
     pub fn new(
         options: &'a ExperimentOptions<'a>,
         isolate: IsolationPolicy,
@@ -83,7 +80,7 @@ impl<'a> Laboratory<'a> {
             let target = std::path::absolute(inputs.folder.folder_path()).map_err(failed)?;
             std::os::unix::fs::symlink(target, folder.folder_path().join(name)).map_err(failed)?;
         }
-        Ok(Laboratory { options, isolate, cache: FmuCache::new(), folder, runs: 0, seconds: 0.0 })
+        Ok(ExperimentRunner { options, isolate, cache: FmuCache::new(), folder, runs: 0 })
     }
 
     /// The plan of a run as it was; `name` is `a` or `b`.
@@ -111,8 +108,8 @@ impl<'a> Laboratory<'a> {
     }
 
     /// Runs A with these differences.
-    pub fn run_with(&mut self, a: &RunInputs, swaps: &[&Swap], b: &RunInputs) -> Result<SimulatedRun, Error> {
-        let mut plan = self.resolve(&MixedInputs::of_run(a, "a").with_swaps(swaps, b), "mixed")?;
+    pub fn run_with(&mut self, a: &RunInputs, swaps: &[&InputSwap]) -> Result<SimulatedRun, Error> {
+        let mut plan = self.resolve(&MixedInputs::of_run(a, "a").with_swaps(swaps), "mixed")?;
         self.simulate(&mut plan.system)
     }
 
@@ -143,7 +140,6 @@ impl<'a> Laboratory<'a> {
         system: &mut System,
         nodes: &mut [Box<dyn Node>],
     ) -> Result<(Trajectory, Option<String>), Error> {
-        let begin = Instant::now();
         let mut trajectory = Trajectory::with_columns(&system.columns);
         let size = trajectory.columns.len() * size_of::<f64>() * system.clock.steps as usize;
         if size > MEMORY {
@@ -164,7 +160,6 @@ impl<'a> Laboratory<'a> {
                 master::run(system, nodes, coupling.as_mut(), &mut trajectory, &mut progress, &mut on_tick)
             }
         };
-        self.seconds += begin.elapsed().as_secs_f64();
         match (ended, stopped) {
             (Err(error), Some(_)) => Err(error),
             (ended, _) => Ok((trajectory, ended.err().map(|error| error.to_string()))),

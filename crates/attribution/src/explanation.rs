@@ -1,6 +1,5 @@
 //! Explains why two runs differ: what differs between their inputs, what that did first, and by experiments which difference is the cause.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,10 +10,10 @@ use scenario::resolve::IsolationPolicy;
 use serde::Serialize;
 
 use crate::difference::{
-    Difference, DifferenceKind, DifferenceScope, PlannedInputs, Swap, list_differences,
+    Difference, DifferenceKind, DifferenceScope, InputSwap, PlannedInputs, list_differences,
     list_value_differences,
 };
-use crate::experiment::{ExperimentOptions, Laboratory, LocalDeviation, SimulatedRun, node_order};
+use crate::experiment::{ExperimentOptions, ExperimentRunner, LocalDeviation, SimulatedRun, node_order};
 use crate::run_inputs::{RecordedReport, RecordedRun, RunInputs};
 use crate::trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};
 
@@ -100,6 +99,9 @@ pub struct Explanation {
     pub(crate) inputs_known: bool,
     /// What else is to be known.
     pub notes: Vec<String>,
+    /// The notes of the comparison that counts: that of the recordings, or that of the repeated runs.
+    #[serde(skip)]
+    comparison_notes: Vec<String>,
     /// The checks whose verdicts differ: name, A, B.
     pub checks: Vec<[String; 3]>,
     /// Runs that this took.
@@ -128,8 +130,8 @@ pub fn explain_difference(a: &Path, b: &Path, options: &ExperimentOptions) -> Re
     }));
     match (&runs[0].inputs, &runs[1].inputs) {
         (Ok(inputs_a), Ok(inputs_b)) => {
-            let study = Study::new(&runs, [inputs_a, inputs_b], options)?;
-            study.explain(&mut explanation, &recorded)?;
+            let analysis = RunPairAnalysis::new(&runs, [inputs_a, inputs_b], options)?;
+            analysis.explain(&mut explanation, &recorded)?;
         }
         (inputs_a, Ok(inputs_b)) => {
             let why = inputs_a.as_ref().err().cloned().unwrap_or_default();
@@ -172,6 +174,7 @@ impl Explanation {
             unexplained: None,
             inputs_known: runs.iter().all(|run| run.inputs.is_ok()),
             notes: Vec::new(),
+            comparison_notes: Vec::new(),
             checks: Vec::new(),
             runs: 0,
             seconds: 0.0,
@@ -231,17 +234,7 @@ impl Explanation {
     }
 
     fn push_software(&mut self, place: &str, a: String, b: String) {
-        self.push_difference(Difference {
-            id: 0,
-            kind: DifferenceKind::Software,
-            place: place.to_owned(),
-            a,
-            b,
-            unit: None,
-            details: Vec::new(),
-            scope: DifferenceScope::None,
-            swap: None,
-        });
+        self.push_difference(Difference::of_software(place, [a, b]));
     }
 
     fn push_difference(&mut self, difference: Difference) {
@@ -276,6 +269,7 @@ impl Explanation {
     }
 
     fn take_comparison(&mut self, comparison: &TrajectoryComparison) {
+        self.comparison_notes.clear();
         self.same = comparison.is_same();
         self.signals = [comparison.common, comparison.deviations.len()];
         self.first_deviation = comparison.deviations.first().cloned();
@@ -286,14 +280,14 @@ impl Explanation {
         }
         for (name, only) in [("A", &comparison.only_a), ("B", &comparison.only_b)] {
             if !only.is_empty() {
-                self.notes.push(format!("only {name} has {}", listed(only)));
+                self.comparison_notes.push(format!("only {name} has {}", listed(only)));
             }
         }
         for name in &comparison.unlike_units {
-            self.notes.push(format!("`{name}` has units that do not fit"));
+            self.comparison_notes.push(format!("`{name}` has units that do not fit"));
         }
         if comparison.points == 0 {
-            self.notes.push("the runs have no communication point in common".to_owned());
+            self.comparison_notes.push("the runs have no communication point in common".to_owned());
         }
     }
 
@@ -314,11 +308,11 @@ impl Explanation {
             list_value_differences(&text, &b.table).into_iter().for_each(|it| self.push_difference(it));
         }
         let Ok(reference) = recorded_a else { return Ok(()) };
-        let mut laboratory = Laboratory::new(options, runs[1].isolation(), b, b)?;
-        let mut plan = laboratory.plan(b, "b")?;
+        let mut runner = ExperimentRunner::new(options, runs[1].isolation(), b, b)?;
+        let mut plan = runner.plan(b, "b")?;
         self.arrows = spread_arrows(&plan, &self.spread);
-        self.local = laboratory.local_deviations(&mut plan.system, reference)?;
-        self.runs = laboratory.runs;
+        self.local = runner.local_deviations(&mut plan.system, reference)?;
+        self.runs = runner.runs;
         self.unexplained = Some(match self.local.first() {
             Some(first) => format!(
                 "A was not kept with its inputs, so its values alone are known: {} differs from {} s on while it gets the values of A",
@@ -331,9 +325,7 @@ impl Explanation {
 
     fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
-        // The recordings and the repeated runs may have told the same.
-        let mut distinct = BTreeSet::new();
-        self.notes.retain(|note| distinct.insert(note.clone()));
+        self.notes.append(&mut self.comparison_notes);
         self.summary = self.summary_line();
     }
 
@@ -402,27 +394,27 @@ fn spread_arrows(plan: &RunPlan, spread: &[SignalDeviation]) -> Vec<SpreadArrow>
 }
 
 /// The experiments on two runs that can be repeated.
-struct Study<'a> {
-    laboratory: Laboratory<'a>,
+struct RunPairAnalysis<'a> {
+    runner: ExperimentRunner<'a>,
     inputs: [&'a RunInputs; 2],
     plans: [RunPlan; 2],
     order: Vec<String>,
     resumed: bool,
 }
 
-impl<'a> Study<'a> {
+impl<'a> RunPairAnalysis<'a> {
     fn new(
         runs: &[RecordedRun; 2],
         inputs: [&'a RunInputs; 2],
         options: &'a ExperimentOptions<'a>,
     ) -> Result<Self, Error> {
         let failed = runs.iter().map(RecordedRun::isolation).find(|it| *it == IsolationPolicy::Everything);
-        let mut laboratory = Laboratory::new(options, failed.unwrap_or_default(), inputs[0], inputs[1])?;
-        let plans = [laboratory.plan(inputs[0], "a")?, laboratory.plan(inputs[1], "b")?];
+        let mut runner = ExperimentRunner::new(options, failed.unwrap_or_default(), inputs[0], inputs[1])?;
+        let plans = [runner.plan(inputs[0], "a")?, runner.plan(inputs[1], "b")?];
         let order = node_order(&plans[0].system);
         let resumed =
             runs.iter().any(|run| run.report.as_ref().is_some_and(|report| report.resumed.is_some()));
-        Ok(Study { laboratory, inputs, plans, order, resumed })
+        Ok(RunPairAnalysis { runner, inputs, plans, order, resumed })
     }
 
     fn explain(
@@ -451,7 +443,7 @@ impl<'a> Study<'a> {
         if is_recorded && explanation.same && acting.is_empty() {
             return Ok(());
         }
-        if !self.laboratory.has_budget() {
+        if !self.runner.has_budget() {
             explanation.arrows = spread_arrows(&self.plans[0], &explanation.spread);
             return Ok(());
         }
@@ -461,8 +453,8 @@ impl<'a> Study<'a> {
             explanation.arrows = spread_arrows(&self.plans[0], &explanation.spread);
             return Ok(());
         }
-        let run_a = self.laboratory.simulate(&mut self.plans[0].system)?;
-        let run_b = self.laboratory.simulate(&mut self.plans[1].system)?;
+        let run_a = self.runner.simulate(&mut self.plans[0].system)?;
+        let run_b = self.runner.simulate(&mut self.plans[1].system)?;
         let repeated = self.note_repeatability(explanation, [&run_a, &run_b], recorded);
         let whole = TrajectoryComparison::new(&run_a.trajectory, &run_b.trajectory, &self.order);
         let is_whole_same = whole.is_same() && run_a.failure == run_b.failure;
@@ -475,10 +467,10 @@ impl<'a> Study<'a> {
             self.explain_equal_runs(explanation, &acting, &run_a)?;
         } else {
             self.find_local_deviations(explanation, &run_a, &acting)?;
-            let mut search = CauseSearch { study: &mut self, explanation, run_a, run_b, whole };
+            let mut search = CauseSearch { analysis: &mut self, explanation, run_a, run_b, whole };
             search.find_causes(acting)?;
         }
-        explanation.runs = self.laboratory.runs;
+        explanation.runs = self.runner.runs;
         Ok(())
     }
 
@@ -535,12 +527,12 @@ impl<'a> Study<'a> {
         explanation.same = true;
         // Two causes may cancel: each is tried by itself while there is time.
         for &id in acting.iter().filter(|_| acting.len() > 1) {
-            if !self.laboratory.has_budget() {
+            if !self.runner.has_budget() {
                 break;
             }
             let swaps = [explanation.differences[id].swap.clone()];
-            let swaps: Vec<&Swap> = swaps.iter().flatten().collect();
-            let run = self.laboratory.run_with(self.inputs[0], &swaps, self.inputs[1])?;
+            let swaps: Vec<&InputSwap> = swaps.iter().flatten().collect();
+            let run = self.runner.run_with(self.inputs[0], &swaps)?;
             let comparison = TrajectoryComparison::new(&run_a.trajectory, &run.trajectory, &self.order);
             match comparison.deviations.first() {
                 None => explanation.without_effect.push(id),
@@ -571,15 +563,15 @@ impl<'a> Study<'a> {
             return Ok(());
         }
         // A plan is used up by its run.
-        let mut plan = self.laboratory.plan(self.inputs[1], "b")?;
-        explanation.local = self.laboratory.local_deviations(&mut plan.system, &run_a.trajectory)?;
+        let mut plan = self.runner.plan(self.inputs[1], "b")?;
+        explanation.local = self.runner.local_deviations(&mut plan.system, &run_a.trajectory)?;
         Ok(())
     }
 }
 
 /// The search for the differences that make B out of A.
 struct CauseSearch<'s, 'a> {
-    study: &'s mut Study<'a>,
+    analysis: &'s mut RunPairAnalysis<'a>,
     explanation: &'s mut Explanation,
     run_a: SimulatedRun,
     run_b: SimulatedRun,
@@ -670,11 +662,10 @@ impl CauseSearch<'_, '_> {
     }
 
     fn run_with(&mut self, ids: &[usize]) -> Result<SimulatedRun, Error> {
-        let swaps: Vec<Swap> =
+        let swaps: Vec<InputSwap> =
             ids.iter().filter_map(|id| self.explanation.differences[*id].swap.clone()).collect();
-        let swaps: Vec<&Swap> = swaps.iter().collect();
-        let [a, b] = self.study.inputs;
-        self.study.laboratory.run_with(a, &swaps, b)
+        let swaps: Vec<&InputSwap> = swaps.iter().collect();
+        self.analysis.runner.run_with(self.analysis.inputs[0], &swaps)
     }
 
     /// Whether A with these differences is B.
@@ -686,7 +677,7 @@ impl CauseSearch<'_, '_> {
             Err(_) => return Ok(false),
         };
         let comparison =
-            TrajectoryComparison::new(&self.run_b.trajectory, &run.trajectory, &self.study.order);
+            TrajectoryComparison::new(&self.run_b.trajectory, &run.trajectory, &self.analysis.order);
         Ok(comparison.is_same() && run.failure.is_some() == self.run_b.failure.is_some())
     }
 
@@ -708,7 +699,7 @@ impl CauseSearch<'_, '_> {
                 relevant.push(*only);
                 continue;
             }
-            if !self.study.laboratory.has_budget() {
+            if !self.analysis.runner.has_budget() {
                 match group.as_slice() {
                     [only] if needed.len() == 1 => relevant.push(*only),
                     _ => unparted.extend(group),
@@ -737,7 +728,7 @@ impl CauseSearch<'_, '_> {
     fn weigh_causes(&mut self, relevant: &[usize]) -> Result<(), Error> {
         let mut effects = Vec::new();
         for &id in relevant {
-            if !self.study.laboratory.has_budget() {
+            if !self.analysis.runner.has_budget() {
                 effects.push(None);
                 continue;
             }
@@ -753,7 +744,7 @@ impl CauseSearch<'_, '_> {
             let sentence = self.explanation.differences[id].sentence();
             let own = effect
                 .as_ref()
-                .map(|it| TrajectoryComparison::new(&self.run_a.trajectory, it, &self.study.order));
+                .map(|it| TrajectoryComparison::new(&self.run_a.trajectory, it, &self.analysis.order));
             let (effect, text) = match own {
                 None => (CauseEffect::Together, format!("{sentence}: what it does by itself was not tried.")),
                 Some(own) if own.deviations.is_empty() => (

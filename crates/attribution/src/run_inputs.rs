@@ -169,8 +169,6 @@ fn inline_text(start: &mut Override) {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 pub struct RecordedReport {
-    /// The scenario's name.
-    pub scenario: String,
     /// How the run ended.
     pub verdict: String,
     /// Why it did not come to its end.
@@ -181,14 +179,6 @@ pub struct RecordedReport {
     pub checks: Vec<RecordedCheck>,
     /// Versions of all that has one.
     pub versions: serde_json::Map<String, serde_json::Value>,
-    /// The seed of every random stream.
-    pub seed: u64,
-    /// Values from outside of the scenario.
-    pub set: Vec<String>,
-    /// The FMUs that took part.
-    pub fmus: Vec<RecordedFile>,
-    /// Tables and logs that it read.
-    pub data: Vec<RecordedFile>,
     /// The libraries of plugins that took part.
     pub plugins: Vec<RecordedFile>,
     /// Time that the run took by the clock [s].
@@ -211,8 +201,6 @@ pub struct RecordedCheck {
 pub struct RecordedFile {
     /// Where it was.
     pub path: PathBuf,
-    /// The node, of an FMU.
-    pub name: String,
     /// SHA-256 of its contents.
     pub sha256: String,
 }

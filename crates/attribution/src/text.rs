@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::difference::{Difference, DifferenceScope};
+use crate::difference::{Difference, DifferenceScope, unit_suffix};
 use crate::experiment::LocalDeviation;
 use crate::explanation::{Explanation, local_name};
 use crate::trajectory::SignalDeviation;
@@ -47,7 +47,7 @@ impl Explanation {
 /// `3.21 s: estimator.v_y 0.1 -> 0.2 m/s, at most 0.3 apart`.
 pub(crate) fn deviation_sentence(deviation: &SignalDeviation) -> String {
     let SignalDeviation { signal, time, a, b, largest, .. } = deviation;
-    let unit = signal.unit.as_ref().filter(|it| *it != "1").map(|it| format!(" {it}")).unwrap_or_default();
+    let unit = unit_suffix(signal.unit.as_ref());
     let side = if signal.input { " (input)" } else { "" };
     let name = signal.qualified_name();
     match a.is_nan() && b.is_nan() {

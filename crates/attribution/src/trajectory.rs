@@ -137,12 +137,6 @@ impl Trajectory {
         // Recordings keep whole nanoseconds.
         (a - b).abs() <= (SAME_TIME * step).max(1e-9)
     }
-
-    /// The memory that the values take [bytes].
-    #[must_use]
-    pub fn size(&self) -> usize {
-        self.values.len() * size_of::<f64>()
-    }
 }
 
 impl<S> Sink<S> for Trajectory {
