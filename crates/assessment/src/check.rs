@@ -18,7 +18,7 @@ use serde_json::Value;
 
 pub use self::memory::CheckState;
 pub use self::plan::{CheckCondition, CheckPlan, ResultName, ResultSpace};
-use self::unfailing::SignalExtent;
+use self::unfailing::SignalRange;
 
 /// Share of its window in which the verdict of a check on a window as a whole is shown at least.
 const DECIDED: f64 = 0.02;
@@ -80,7 +80,7 @@ pub struct RunChecks {
     /// The last communication point so far [s].
     reached: f64,
     /// The values that the signals of each check had.
-    extents: Vec<Vec<SignalExtent>>,
+    extents: Vec<Vec<SignalRange>>,
     /// Whether the checks went on with what those of another run remembered.
     resumed: bool,
     /// The communication point that checks which went on have seen before.
@@ -108,7 +108,7 @@ impl RunChecks {
         RunChecks {
             states: vec![CheckOrFaultStatus::Idle; plans.len()],
             unjudged: vec![None; plans.len()],
-            extents: plans.iter().map(SignalExtent::of_check).collect(),
+            extents: plans.iter().map(SignalRange::of_check).collect(),
             resumed: false,
             checks: plans.into_iter().map(judged).collect(),
             notices: Vec::new(),

@@ -13,20 +13,20 @@ const MOST_SIGNALS: usize = 3;
 
 /// The values of a signal within the window of a check.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SignalExtent {
+pub(super) struct SignalRange {
     index: NumberIndex<AllVariables>,
     low: f64,
     high: f64,
 }
 
-impl SignalExtent {
+impl SignalRange {
     /// Those of all signals of a check, before the first sample.
     pub fn of_check(plan: &CheckPlan) -> Vec<Self> {
         let CheckCondition::Run(condition) = &plan.condition else { return Vec::new() };
         let mut extents: Vec<Self> = Vec::new();
         for index in condition.number_indices() {
             if extents.iter().all(|it| it.index != index) {
-                extents.push(SignalExtent { index, low: f64::INFINITY, high: f64::NEG_INFINITY });
+                extents.push(SignalRange { index, low: f64::INFINITY, high: f64::NEG_INFINITY });
             }
         }
         extents
@@ -72,7 +72,7 @@ impl RunChecks {
     ) -> Vec<String> {
         let checks = self.checks.iter().zip(&self.extents).zip(verdicts);
         let warning =
-            |(((plan, _), extents), verdict): ((&(CheckPlan, _), &Vec<SignalExtent>), &CheckVerdict)| {
+            |(((plan, _), extents), verdict): ((&(CheckPlan, _), &Vec<SignalRange>), &CheckVerdict)| {
                 let why = match verdict.passed {
                     true => self.why_unfailing(plan, extents, verdict, columns)?,
                     false => return None,
@@ -86,7 +86,7 @@ impl RunChecks {
     fn why_unfailing(
         &self,
         plan: &CheckPlan,
-        extents: &[SignalExtent],
+        extents: &[SignalRange],
         verdict: &CheckVerdict,
         columns: &Columns<AllVariables>,
     ) -> Option<String> {

@@ -43,7 +43,7 @@ impl SourcedNumber {
 
 /// When a case begins and ends, and its communication step.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Experiment {
+pub(super) struct CaseExperiment {
     /// [s]
     pub start: SourcedNumber,
     /// [s]
@@ -54,10 +54,10 @@ pub(super) struct Experiment {
     pub tolerance: Option<SourcedNumber>,
 }
 
-impl Experiment {
+impl CaseExperiment {
     /// The section `[time]`.
     pub fn toml_section(&self) -> String {
-        let Experiment { start, step, stop, tolerance } = self;
+        let CaseExperiment { start, step, stop, tolerance } = self;
         let lines = [Some((start, "start")), Some((step, "step")), Some((stop, "stop"))];
         let tolerance = tolerance.as_ref().map(|it| (it, "tolerance"));
         let lines = lines.into_iter().chain([tolerance]).flatten().map(|(number, key)| number.line(key));
@@ -66,7 +66,7 @@ impl Experiment {
 
     /// In words.
     pub fn describe(&self) -> String {
-        let Experiment { start, step, stop, .. } = self;
+        let CaseExperiment { start, step, stop, .. } = self;
         format!("{} to {} s in steps of {} s", start.value, stop.value, step.value)
     }
 }
@@ -123,7 +123,7 @@ pub(super) fn case_experiment(
     options: &ExperimentOptions,
     reference: &str,
     times: &[f64],
-) -> Result<Experiment, String> {
+) -> Result<CaseExperiment, String> {
     let [first, last] = [times.first(), times.last()].map(|time| time.copied().unwrap_or_default());
     let of_options = |value: f64, key: &str| SourcedNumber::new(value, format!("{key} of {}", options.file));
     let start = match options.start {
@@ -148,7 +148,7 @@ pub(super) fn case_experiment(
     };
     let stop = stop.after_whole_steps(start.value, step.value);
     let tolerance = options.tolerance.filter(|it| *it > 0.0 && *it < 1.0).map(|it| of_options(it, "RelTol"));
-    Ok(Experiment { start, step, stop, tolerance })
+    Ok(CaseExperiment { start, step, stop, tolerance })
 }
 
 /// The step between the rows of the reference, unless the FMU has an inner one that does not fit it, or else that of the description.
@@ -169,7 +169,7 @@ fn case_step(description: &FmuDescription, reference: &str, times: &[f64], durat
 }
 
 /// The experiment of FMUs that are connected: the latest stop and the shortest step that they propose.
-pub(super) fn system_experiment(descriptions: &[&FmuDescription]) -> Experiment {
+pub(super) fn system_experiment(descriptions: &[&FmuDescription]) -> CaseExperiment {
     let start = SourcedNumber::new(0.0, "the beginning");
     let latest = descriptions.iter().filter_map(|it| it.default_stop).reduce(f64::max);
     let stop = match latest.filter(|stop| *stop > 0.0 && stop.is_finite()) {
@@ -187,7 +187,7 @@ pub(super) fn system_experiment(descriptions: &[&FmuDescription]) -> Experiment 
         }
     };
     let stop = stop.after_whole_steps(0.0, step.value);
-    Experiment { start, step, stop, tolerance: None }
+    CaseExperiment { start, step, stop, tolerance: None }
 }
 
 /// The first end of a step that is not before `stop` [s].

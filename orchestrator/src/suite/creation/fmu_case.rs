@@ -6,7 +6,7 @@ use fmu_import::{Causality, FmiType, FmuDescription, Variability, Variable};
 use recording::table;
 use scenario::document::toml_string;
 
-use super::experiment::Experiment;
+use super::experiment::CaseExperiment;
 use super::reference::{ReferenceResults, time_column};
 use super::toml_text::{
     ColumnOmission, comment_lines, comment_text, omission_notes, toml_number, without_rounding_digits,
@@ -30,7 +30,7 @@ pub(super) struct FmuCase<'a> {
     pub reference: &'a ReferenceResults,
     /// The file of the baseline, relative to the suite.
     pub recording: &'a str,
-    pub experiment: &'a Experiment,
+    pub experiment: &'a CaseExperiment,
     pub inputs: Option<&'a InputTables>,
 }
 

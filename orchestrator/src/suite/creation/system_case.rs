@@ -31,7 +31,7 @@ struct NameMatch {
 
 /// An input without a connection.
 #[derive(Debug)]
-struct OpenInput {
+struct UnconnectedInput {
     /// The index of its part.
     part: usize,
     /// Its name, and why nothing is connected to it.
@@ -42,7 +42,7 @@ struct OpenInput {
 #[derive(Debug, Default)]
 pub(super) struct NameMatches {
     connections: Vec<NameMatch>,
-    open: Vec<OpenInput>,
+    open: Vec<UnconnectedInput>,
 }
 
 /// Connects each input to the only output of another FMU that has its name, its type and a unit that fits.
@@ -78,7 +78,7 @@ pub(super) fn match_by_name(parts: &[SystemPart]) -> NameMatches {
                 format!("{} all fit", names.join(", "))
             }
         };
-        matches.open.push(OpenInput { part, reason: format!("{}: {reason}", name(to)) });
+        matches.open.push(UnconnectedInput { part, reason: format!("{}: {reason}", name(to)) });
     }
     matches
 }
