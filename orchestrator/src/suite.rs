@@ -8,6 +8,7 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use assessment::baseline::BaselineOutcome;
 use assessment::check::CheckVerdict;
 use diagnostics::{Error, signal_name};
 use rayon::prelude::*;
@@ -49,6 +50,8 @@ pub struct TestResult {
     pub warnings: Vec<String>,
     /// A line for each kind of warnings and errors of its nodes.
     pub messages: Vec<String>,
+    /// Its comparisons with baselines.
+    pub baselines: Vec<BaselineOutcome>,
     /// Lines about what the baselines that it wrote change.
     pub baseline_changes: Vec<String>,
     /// How long it took.
@@ -190,6 +193,7 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
         outcome,
         checks: report.check_results(),
         messages: report.message_lines(),
+        baselines: report.baselines,
         baseline_changes,
         warnings: report.warnings,
         time: begin.elapsed(),
@@ -259,6 +263,8 @@ struct RunSummary {
     checks: Vec<CheckVerdict>,
     validations: Vec<ValidationSummary>,
     #[serde(default)]
+    baselines: Vec<BaselineOutcome>,
+    #[serde(default)]
     baseline_changes: Vec<BaselineChange>,
     #[serde(default)]
     warnings: Vec<String>,
@@ -273,6 +279,7 @@ impl Default for RunSummary {
             verdict: RunVerdict::Error,
             checks: Vec::new(),
             validations: Vec::new(),
+            baselines: Vec::new(),
             baseline_changes: Vec::new(),
             warnings: Vec::new(),
             messages: Vec::new(),

@@ -86,7 +86,7 @@ impl FinishedRun {
         }
         let is_baseline = |check: &&CheckVerdict| baselines.iter().any(|it| it.name == check.name);
         let check = checks.iter().find(|check| !check.passed && !is_baseline(check));
-        let validation = validations.iter().find(|it| it.verdict != RunVerdict::Pass);
+        let validation = validations.iter().find(|it| !it.verdict.is_success());
         check
             .map(|check| format!("the check `{}` failed", check.name))
             .or_else(|| validation.map(|it| format!("the validation `{}` did not pass", it.name)))

@@ -339,7 +339,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
     print_text(&run.report.terminal_lines());
     // In a test, the program that runs it asks.
     if options.identity.is_none() {
-        let lines = why::explain_failed_baselines(&run.report.folder);
+        let lines = why::explain_failed_baselines(&run.report.folder, &run.report.baselines);
         lines.iter().for_each(|line| print_text(&format!("  {line}\n")));
     }
     if matches!(options.replay, ReplayOutput::Serve(_)) {

@@ -93,9 +93,11 @@ pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> 
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let (terminal, out) = (Mutex::new(()), Path::new("target/runs"));
     let done = |result: &TestResult| {
-        let failed = matches!(result.outcome, ScenarioOutcome::Failed(_));
-        let reasons = match how.why && failed {
-            true => why::explain_failed_baselines(&out.join(result.path.file_stem().unwrap_or_default())),
+        let reasons = match how.why {
+            true => {
+                let folder = out.join(result.path.file_stem().unwrap_or_default());
+                why::explain_failed_baselines(&folder, &result.baselines)
+            }
             false => Vec::new(),
         };
         let reasons: String = reasons.iter().map(|line| format!("  {line}\n")).collect();

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use assessment::baseline::BaselineOutcome;
 use attribution::{ExperimentOptions, Explanation};
 use clap::Args;
 use cosim::node::FmuProcessOptions;
 use diagnostics::Error;
 use orchestrator::nofollow;
-use scenario::plan::REPORT;
-use serde::Deserialize;
 
 use super::{guest_program_path, print_json, print_text};
 
@@ -85,37 +84,10 @@ fn write_explanation(explanation: &Explanation, folder: &Path) -> Result<(), Err
     Ok(())
 }
 
-/// What report.json says of a comparison with a baseline.
-#[derive(Deserialize)]
-struct ComparedBaseline {
-    name: String,
-    recording: PathBuf,
-    reason: Option<String>,
-    #[serde(default)]
-    signals: Vec<ComparedSignal>,
-}
-
-#[derive(Deserialize)]
-struct ComparedSignal {
-    first: Option<serde_json::Value>,
-}
-
-#[derive(Deserialize)]
-struct ComparedRun {
-    #[serde(default)]
-    baselines: Vec<ComparedBaseline>,
-}
-
 /// Explains why the run in a folder failed its baselines, a line for each; why.html is that of the first one.
-pub(super) fn explain_failed_baselines(folder: &Path) -> Vec<String> {
-    let report = std::fs::read_to_string(folder.join(REPORT)).ok();
-    let Some(run) = report.and_then(|text| serde_json::from_str::<ComparedRun>(&text).ok()) else {
-        return Vec::new();
-    };
-    let has_failed =
-        |it: &ComparedBaseline| it.reason.is_some() || it.signals.iter().any(|signal| signal.first.is_some());
+pub(super) fn explain_failed_baselines(folder: &Path, baselines: &[BaselineOutcome]) -> Vec<String> {
     let mut lines = Vec::new();
-    for baseline in run.baselines.into_iter().filter(has_failed) {
+    for baseline in baselines.iter().filter(|baseline| !baseline.to_verdict().passed) {
         let name = &baseline.name;
         match explain(&baseline.recording, folder, MOST_RUNS) {
             Ok(explanation) => {
