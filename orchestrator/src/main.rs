@@ -20,7 +20,7 @@ struct CommandLine {
 const PANICKED: u8 = 101;
 
 /// Terminals wrap errors at their width; elsewhere, in a file or the log of a CI system, lines stay whole.
-fn set_error_line_width() {
+fn wrap_errors_only_on_terminals() {
     let _ = miette::set_hook(Box::new(|_| {
         let options = MietteHandlerOpts::new();
         let options = match std::io::stderr().is_terminal() {
@@ -32,7 +32,7 @@ fn set_error_line_width() {
 }
 
 fn main() -> ! {
-    set_error_line_width();
+    wrap_errors_only_on_terminals();
     let command = CommandLine::parse().command;
     fmu_import::guard_exit();
     let code = std::panic::catch_unwind(|| command.run());

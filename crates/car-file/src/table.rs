@@ -39,7 +39,7 @@ impl CarTable {
             table.columns[column.meaning] = Some(Vec::new());
         }
         for (line, text) in lines {
-            let found = split_fields(text, separator);
+            let found = split_on_separator_or_whitespace(text, separator);
             if found.len() != read.len() {
                 let (expected, found) = (read.len(), found.len());
                 return Err(wrong(line, format!("expected {expected} numbers, found {found}")));
@@ -106,7 +106,7 @@ fn data_line(index: usize, line: &str) -> Option<(usize, &str)> {
 /// The names of a head. Between blanks, a unit belongs to the name before it.
 fn header_names(line: &str, separator: Option<char>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for field in split_fields(line, separator) {
+    for field in split_on_separator_or_whitespace(line, separator) {
         match names.last_mut().filter(|_| separator.is_none() && field.starts_with(['[', '('])) {
             Some(name) => name.push_str(field),
             None => names.push(field.to_owned()),
@@ -115,7 +115,7 @@ fn header_names(line: &str, separator: Option<char>) -> Vec<String> {
     names
 }
 
-fn split_fields(line: &str, separator: Option<char>) -> Vec<&str> {
+fn split_on_separator_or_whitespace(line: &str, separator: Option<char>) -> Vec<&str> {
     let mut fields: Vec<&str> = match separator {
         Some(separator) => line.split(separator).collect(),
         None => line.split_whitespace().collect(),

@@ -135,7 +135,7 @@ impl ExtrapolatedInput {
     }
 
     /// Goes on with the values of another input with such a polynomial.
-    pub fn copy_history_from(&mut self, other: &Self) {
+    pub fn restore_history_if_compatible(&mut self, other: &Self) {
         if (self.degree, self.at_end) == (other.degree, other.at_end) {
             self.history = other.history;
         }

@@ -45,12 +45,12 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &CarSpecification, lag:
         Ok(found) => found,
         Err(error) => return println!("{error}"),
     };
-    println!("fitted in {:.1} s, noise {:.4?}", begin.elapsed().as_secs_f64(), found.fitted.noise);
-    let values = found.fitted.common.iter().zip(found.fitted.common_std);
+    println!("fitted in {:.1} s, noise {:.4?}", begin.elapsed().as_secs_f64(), found.fitted.residual_std);
+    let values = found.fitted.parameters.iter().zip(found.fitted.parameter_std);
     for (name, (value, std)) in NAMES.iter().zip(values) {
         print!("{name} {value:.4} ± {std:.4}; ");
     }
-    println!("\nworth {:.1?}\n{:.3?}", found.fitted.worth, found.bands);
+    println!("\nworth {:.1?}\n{:.3?}", found.fitted.effective_rollouts, found.bands);
     let mut models = fit_baseline_models(fitted, &car.body, lag);
     models.push(Box::new(CarWithoutPast(found.clone())));
     models.push(Box::new(found));

@@ -66,11 +66,11 @@ fn parameters_of_simulated_logs_are_found() {
         [0.0, 0.3, 0.7].into_iter().map(|phase| simulated(&car, &x, 60.0, phase)).collect();
     let found = fit_car(&logs, &car).expect("it can be fitted");
     for (i, truth) in x.iter().enumerate().take(4) {
-        let error = (found.common[i] - truth).abs();
+        let error = (found.parameters[i] - truth).abs();
         // Logs may differ by 10 to 20 % each: three of them tell the mean to 5 % or so.
-        assert!(error < 0.06 && error < 2.5 * found.common_std[i], "{i}: {error}");
+        assert!(error < 0.06 && error < 2.5 * found.parameter_std[i], "{i}: {error}");
     }
-    for own in &found.own {
+    for own in &found.section_parameters {
         assert!((own[7] - x[7]).abs() < 5e-3, "lag {}", own[7]);
         assert!((own[5] - x[5]).abs() < 3e-3, "offset {}", own[5]);
     }

@@ -4,7 +4,8 @@
 use fmu_export::ModelError;
 use serde::{Deserialize, Serialize};
 use track::{
-    HeadingAndSpeed, LineStation, PathSteeringLaw, RoadGeometry, RoadLoad, SpeedCommand, SpeedLaw, wrap_angle,
+    HeadingAndSpeed, LineStation, PathSteeringLaw, RoadGeometry, SpeedCommand, SpeedLaw, TireLoadCondition,
+    wrap_angle,
 };
 use vehicle::G;
 
@@ -172,9 +173,10 @@ impl ControlLaws {
     ) -> f64 {
         let (limit, v) = (&plan.settings.limit, input.v_x);
         let load = (road.normal_acceleration(v) + plan.ggv.limits_at_speed(v).downforce).max(0.1 * G) / G;
-        let pressing = RoadLoad { lateral: road.lateral_acceleration(0.0), load };
+        let tire_load =
+            TireLoadCondition { bank_acceleration: road.lateral_acceleration(0.0), load_factor: load };
         let motion = HeadingAndSpeed { psi: input.psi, v_x: v };
-        let wanted = self.steering.steering_angle(&plan.handling, &plan.line, station, &motion, &pressing);
+        let wanted = self.steering.steering_angle(&plan.handling, &plan.line, station, &motion, &tire_load);
         let l_f = plan.settings.car.body.l_f;
         let rolling = (input.v_y + l_f * input.r).atan2(v.max(SLOWEST));
         let usable = wanted.clamp(rolling - plan.front_slip, rolling + plan.front_slip);

@@ -5,7 +5,7 @@ mod series;
 use std::fmt::Debug;
 
 use crate::dimension::UnitRule;
-use series::{SampleSeries, evaluate_band_coverage, evaluate_rating};
+use series::{WholeSignalAccumulator, evaluate_band_coverage, evaluate_rating};
 
 /// A reduction of one or more quantities over the window.
 #[derive(Debug)]
@@ -93,27 +93,27 @@ pub(crate) static REDUCERS: &[WindowReducer] = &[
         start: |share| Box::new(QuantileAccumulator { share, samples: Vec::new() }),
     },
     rating_reducer("rating", |_| {
-        SampleSeries::new_boxed(2, |it| evaluate_rating(it, |rating| rating.overall))
+        WholeSignalAccumulator::new_boxed(2, |it| evaluate_rating(it, |rating| rating.overall))
     }),
     rating_reducer("rating_corridor", |_| {
-        SampleSeries::new_boxed(2, |it| evaluate_rating(it, |rating| rating.corridor))
+        WholeSignalAccumulator::new_boxed(2, |it| evaluate_rating(it, |rating| rating.corridor))
     }),
     rating_reducer("rating_phase", |_| {
-        SampleSeries::new_boxed(2, |it| evaluate_rating(it, |rating| rating.phase))
+        WholeSignalAccumulator::new_boxed(2, |it| evaluate_rating(it, |rating| rating.phase))
     }),
     rating_reducer("rating_magnitude", |_| {
-        SampleSeries::new_boxed(2, |it| evaluate_rating(it, |rating| rating.magnitude))
+        WholeSignalAccumulator::new_boxed(2, |it| evaluate_rating(it, |rating| rating.magnitude))
     }),
     rating_reducer("rating_slope", |_| {
-        SampleSeries::new_boxed(2, |it| evaluate_rating(it, |rating| rating.slope))
+        WholeSignalAccumulator::new_boxed(2, |it| evaluate_rating(it, |rating| rating.slope))
     }),
     corridor_reducer("corridor", |_| {
-        SampleSeries::new_boxed(6, |it| {
+        WholeSignalAccumulator::new_boxed(6, |it| {
             evaluate_band_coverage(it, |inside| (inside.deviation, Some(inside.worst)))
         })
     }),
     corridor_reducer("corridor_share", |_| {
-        SampleSeries::new_boxed(6, |it| {
+        WholeSignalAccumulator::new_boxed(6, |it| {
             evaluate_band_coverage(it, |inside| (inside.share, inside.first_outside))
         })
     }),

@@ -48,7 +48,7 @@ fn event_mode(driver: &TestDriver) -> RuleResult {
     instance.enter_initialization()?;
     driver.note_progress("fmi3ExitInitializationMode with eventModeUsed");
     instance.exit_initialization()?;
-    let (mut events, mut ended) = (1, update_until_stable(driver, &mut instance, 0.0)?);
+    let (mut events, mut ended) = (1, run_event_iteration(driver, &mut instance, 0.0)?);
     let mut rows = Vec::new();
     for tick in 0..STEPS {
         if ended {
@@ -64,7 +64,7 @@ fn event_mode(driver: &TestDriver) -> RuleResult {
         if advance.event {
             driver.note_progress("fmi3EnterEventMode");
             instance.enter_event_mode()?;
-            ended = update_until_stable(driver, &mut instance, f64::from(tick) + 1.0)?;
+            ended = run_event_iteration(driver, &mut instance, f64::from(tick) + 1.0)?;
             events += 1;
         }
     }
@@ -75,7 +75,7 @@ fn event_mode(driver: &TestDriver) -> RuleResult {
 }
 
 /// Updates discrete states until they rest, leaves event mode, and says whether the FMU asks for the end.
-fn update_until_stable(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, RuleError> {
+fn run_event_iteration(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, RuleError> {
     let time = driver.tick_time(tick);
     for _ in 0..UPDATES {
         driver.note_progress("fmi3UpdateDiscreteStates");

@@ -4,7 +4,7 @@ use crate::variable::{VariableKind, VariableRow};
 
 /// Rows that are one variable of FMI 3.0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct ArrayRowSpan {
+pub(crate) struct VariableRowSpan {
     /// The first row, whose number is the value reference.
     pub first: usize,
     /// The number of rows; more than 1 for an array.
@@ -12,9 +12,9 @@ pub(crate) struct ArrayRowSpan {
 }
 
 /// The variables of FMI 3.0 that the rows of a table make, in their order.
-pub(crate) fn group_array_rows<'a>(
+pub(crate) fn group_rows_into_variables<'a>(
     rows: impl Iterator<Item = (&'a VariableRow, VariableKind)>,
-) -> Vec<ArrayRowSpan> {
+) -> Vec<VariableRowSpan> {
     let rows: Vec<_> = rows.collect();
     let mut spans = Vec::new();
     let mut first = 0;
@@ -27,7 +27,7 @@ pub(crate) fn group_array_rows<'a>(
             (alike && belongs && other_kind == kind).then_some(())
         };
         let elements = (1..).take_while(|index| next(*index).is_some()).count() + 1;
-        spans.push(ArrayRowSpan { first, elements });
+        spans.push(VariableRowSpan { first, elements });
         first += elements;
     }
     spans
@@ -38,7 +38,7 @@ pub(crate) fn array_base_name(name: &str, index: usize) -> Option<&str> {
     name.strip_suffix(&format!("[{index}]"))
 }
 
-impl ArrayRowSpan {
+impl VariableRowSpan {
     /// The name of the variable, by that of its first row.
     pub fn array_name<'a>(&self, name: &'a str) -> &'a str {
         if self.elements > 1 { array_base_name(name, 1).unwrap_or(name) } else { name }
@@ -63,7 +63,7 @@ mod tests {
             output("u[3]", "m", "no input"),
         ];
         let kinds = std::iter::repeat(VariableKind::Real);
-        let spans = group_array_rows(rows.iter().zip(kinds));
+        let spans = group_rows_into_variables(rows.iter().zip(kinds));
         let found: Vec<_> = spans.iter().map(|span| (span.first, span.elements)).collect();
         assert_eq!(found, [(0, 2), (2, 1), (3, 1), (4, 1), (5, 2), (7, 1)]);
         let names: Vec<_> = spans.iter().map(|span| span.array_name(rows[span.first].name)).collect();

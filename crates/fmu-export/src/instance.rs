@@ -6,7 +6,7 @@ mod slope;
 use serde::{Deserialize, Serialize};
 
 use crate::abi::Status;
-use crate::array::group_array_rows;
+use crate::array::group_rows_into_variables;
 use crate::co_simulation::{CoSimulation, LogCategories};
 use crate::description::model_guid;
 use crate::error::{FmiError, FmiResult, reject};
@@ -77,7 +77,7 @@ impl<M: Model> Instance<M> {
         if Self::HAS_ARRAYS {
             elements = vec![0; M::VARIABLES.len()];
             let rows = M::VARIABLES.iter().map(|it| (&it.row, it.access.kind()));
-            group_array_rows(rows).iter().for_each(|span| elements[span.first] = span.elements);
+            group_rows_into_variables(rows).iter().for_each(|span| elements[span.first] = span.elements);
         }
         Instance { current, elements }
     }

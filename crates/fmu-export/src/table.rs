@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::array::{array_base_name, group_array_rows};
+use crate::array::{array_base_name, group_rows_into_variables};
 use crate::derivative::EquationDerivatives;
 use crate::info::Info;
 use crate::log::{LOG_CATEGORIES, take_messages};
@@ -52,7 +52,7 @@ pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec
         problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
     }
     let rows = || variables.iter().map(|it| (&it.row, it.access.kind()));
-    for span in group_array_rows(rows()) {
+    for span in group_rows_into_variables(rows()) {
         let array = span.array_name(variables[span.first].row.name);
         if span.elements > 1 && names.contains(array) {
             problems.push(format!("`{array}` is a variable and an array of FMI 3.0"));

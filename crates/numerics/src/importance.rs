@@ -34,37 +34,38 @@ const WIDER: f64 = 1.4;
 /// Part of the variances that is added to them, so that they never collapse.
 const RIDGE: f64 = 1e-6;
 
-/// A t distribution and its share of a mixture.
+/// A multivariate t distribution and its weight in a mixture.
 #[derive(Clone)]
-struct MixtureComponent {
+struct StudentTComponent {
     mean: DVector<f64>,
-    factor: DMatrix<f64>,
-    log_volume: f64,
-    share: f64,
+    cholesky_factor: DMatrix<f64>,
+    /// Half the logarithm of the determinant of the scale matrix.
+    half_log_determinant: f64,
+    weight: f64,
 }
 
-impl MixtureComponent {
+impl StudentTComponent {
     /// `None` if the covariance is not positive definite.
-    fn new(mean: DVector<f64>, covariance: DMatrix<f64>, share: f64) -> Option<Self> {
-        let factor = covariance.cholesky()?.l();
-        let log_volume = factor.diagonal().iter().map(|width| width.ln()).sum();
-        Some(Self { mean, factor, log_volume, share })
+    fn new(mean: DVector<f64>, covariance: DMatrix<f64>, weight: f64) -> Option<Self> {
+        let cholesky_factor = covariance.cholesky()?.l();
+        let half_log_determinant = cholesky_factor.diagonal().iter().map(|width| width.ln()).sum();
+        Some(Self { mean, cholesky_factor, half_log_determinant, weight })
     }
 
     fn draw(&self, random: &mut Pcg64) -> DVector<f64> {
         let mut normal = || -> f64 { random.sample(StandardNormal) };
         let e = DVector::from_fn(self.mean.len(), |_, _| normal());
         let chi_squared: f64 = (0..FREEDOM).map(|_| normal().powi(2)).sum();
-        &self.mean + &self.factor * e * (FREEDOM as f64 / chi_squared).sqrt()
+        &self.mean + &self.cholesky_factor * e * (FREEDOM as f64 / chi_squared).sqrt()
     }
 
     /// But for a constant that all have in common.
     fn log_density(&self, z: &DVector<f64>) -> f64 {
         let (freedom, dimension) = (FREEDOM as f64, z.len() as f64);
-        let Some(e) = self.factor.solve_lower_triangular(&(z - &self.mean)) else {
+        let Some(e) = self.cholesky_factor.solve_lower_triangular(&(z - &self.mean)) else {
             return f64::NEG_INFINITY;
         };
-        -0.5 * (freedom + dimension) * (e.norm_squared() / freedom).ln_1p() - self.log_volume
+        -0.5 * (freedom + dimension) * (e.norm_squared() / freedom).ln_1p() - self.half_log_determinant
     }
 }
 
@@ -73,7 +74,7 @@ struct DrawPool<'a, F> {
     log_density: &'a F,
     points: Vec<DVector<f64>>,
     logs: Vec<f64>,
-    mixtures: Vec<(Vec<MixtureComponent>, f64)>,
+    mixtures: Vec<(Vec<StudentTComponent>, f64)>,
 }
 
 impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> DrawPool<'a, F> {
@@ -81,10 +82,10 @@ impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> DrawPool<'a, F> {
         Self { log_density, points: Vec::new(), logs: Vec::new(), mixtures: Vec::new() }
     }
 
-    fn draw_from_mixture(&mut self, mixture: &[MixtureComponent], count: usize, random: &mut Pcg64) {
+    fn draw_from_mixture(&mut self, mixture: &[StudentTComponent], count: usize, random: &mut Pcg64) {
         let from = self.points.len();
         for component in mixture {
-            let own = (component.share * count as f64).round() as usize;
+            let own = (component.weight * count as f64).round() as usize;
             self.points.extend((0..own).map(|_| component.draw(random)));
         }
         let new = (self.log_density)(&self.points[from..]);
@@ -97,7 +98,7 @@ impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> DrawPool<'a, F> {
     fn importance_weights(&self) -> (WeightDiagnosis, Vec<f64>) {
         let log_weight = |(z, log): (&DVector<f64>, &f64)| {
             let parts = self.mixtures.iter().flat_map(|(mixture, count)| {
-                mixture.iter().map(move |it| (it.share * count).ln() + it.log_density(z))
+                mixture.iter().map(move |it| (it.weight * count).ln() + it.log_density(z))
             });
             let parts: Vec<f64> = parts.collect();
             let most = parts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -152,9 +153,9 @@ pub fn sample_by_importance(
     let mut random = Pcg64::seed_from_u64(seed);
     let share = 1.0 / starts.len() as f64;
     let start = |(mean, covariance): &(DVector<f64>, DMatrix<f64>)| {
-        MixtureComponent::new(mean.clone(), covariance.clone(), share)
+        StudentTComponent::new(mean.clone(), covariance.clone(), share)
     };
-    let mut mixture: Vec<MixtureComponent> = starts.iter().filter_map(start).collect();
+    let mut mixture: Vec<StudentTComponent> = starts.iter().filter_map(start).collect();
     let mut all = DrawPool::new(log_density);
     for round in 1..=ROUNDS {
         if mixture.is_empty() || !go_on() {
@@ -196,11 +197,11 @@ pub fn sample_by_importance(
 /// Masses, means and covariances of the weighted draws, each counted with the component that is densest there.
 fn refit_mixture<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
     pool: &DrawPool<F>,
-    mixture: &[MixtureComponent],
-) -> Vec<MixtureComponent> {
+    mixture: &[StudentTComponent],
+) -> Vec<StudentTComponent> {
     let (_, weights) = pool.importance_weights();
     let nearest = |z: &DVector<f64>| {
-        let height = |component: &MixtureComponent| component.share.ln() + component.log_density(z);
+        let height = |component: &StudentTComponent| component.weight.ln() + component.log_density(z);
         let heights: Vec<f64> = mixture.iter().map(height).collect();
         (0..heights.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b]))
     };
@@ -213,14 +214,14 @@ fn refit_mixture<F: Fn(&[DVector<f64>]) -> Vec<f64>>(
         let mass = weights.iter().sum::<f64>().max(LEAST_SHARE);
         fit_component(&points, weights, mass)
     };
-    let mut better: Vec<MixtureComponent> = (0..mixture.len()).filter_map(component).collect();
-    let whole: f64 = better.iter().map(|component| component.share).sum();
-    better.iter_mut().for_each(|component| component.share /= whole);
+    let mut better: Vec<StudentTComponent> = (0..mixture.len()).filter_map(component).collect();
+    let whole: f64 = better.iter().map(|component| component.weight).sum();
+    better.iter_mut().for_each(|component| component.weight /= whole);
     better
 }
 
 /// With mean and covariance of weighted draws.
-fn fit_component(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) -> Option<MixtureComponent> {
+fn fit_component(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) -> Option<StudentTComponent> {
     let dimension = points.first()?.len();
     // With more than that all that have a weight have the same.
     for _ in 0..MOST_FLATTENED {
@@ -245,7 +246,7 @@ fn fit_component(points: &[&DVector<f64>], mut weights: Vec<f64>, share: f64) ->
     for i in 0..dimension {
         covariance[(i, i)] *= 1.0 + RIDGE;
     }
-    MixtureComponent::new(mean, covariance * WIDER, share)
+    StudentTComponent::new(mean, covariance * WIDER, share)
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ pub struct RunPlan {
     /// Header of the recordings, with the recorded columns.
     pub header: RunHeader,
     /// The files whose texts are start values.
-    pub texts: Vec<PathBuf>,
+    pub start_value_files: Vec<PathBuf>,
 }
 
 impl RunPlan {

@@ -230,7 +230,7 @@ impl RunPlan {
             collected,
             baselines: baselines.unwrap_or_default(),
             recorded,
-            texts: parameters.texts.cached_paths(),
+            start_value_files: parameters.texts.cached_paths(),
             header: RunHeader { view, ..header },
         })
     }

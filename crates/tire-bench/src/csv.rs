@@ -23,14 +23,14 @@ pub(crate) fn read_csv_table(text: &str, file: &str, named: &[&str]) -> Result<B
         )
     })?;
     table.head = Some(line);
-    let names = split_fields(head, delimiter);
+    let names = split_csv_line(head, delimiter);
     table.columns = names.iter().map(|it| parse_column_title(it)).collect();
     let content = filled.skip_while(|it| it.0 <= line);
     let mut content = content.filter(|it| !is_comment(it.1)).peekable();
     if let Some((_, below)) = content.peek()
-        && is_units(&split_fields(below, delimiter))
+        && is_units(&split_csv_line(below, delimiter))
     {
-        for (column, unit) in table.columns.iter_mut().zip(split_fields(below, delimiter)) {
+        for (column, unit) in table.columns.iter_mut().zip(split_csv_line(below, delimiter)) {
             let unit = strip_brackets(unit.trim());
             if !unit.is_empty() {
                 column.unit = Some(unit.to_owned());
@@ -43,7 +43,7 @@ pub(crate) fn read_csv_table(text: &str, file: &str, named: &[&str]) -> Result<B
         if rows >= ROWS {
             return Err(table.error_at_line(Some(at), format!("expected at most {ROWS} rows, found more")));
         }
-        let fields = split_fields(line, delimiter);
+        let fields = split_csv_line(line, delimiter);
         for (place, column) in table.columns.iter_mut().enumerate() {
             column.push_field(fields.get(place).copied().unwrap_or(""), at, comma);
         }
@@ -61,7 +61,7 @@ fn is_comment(line: &str) -> bool {
 }
 
 /// A delimiter of ' ' stands for any number of spaces and tabs.
-fn split_fields(line: &str, delimiter: char) -> Vec<&str> {
+fn split_csv_line(line: &str, delimiter: char) -> Vec<&str> {
     match delimiter {
         ' ' => line.split_whitespace().map(strip_quotes).collect(),
         _ => line.split(delimiter).map(strip_quotes).collect(),
@@ -75,7 +75,7 @@ fn strip_quotes(field: &str) -> &str {
 /// The delimiter and the line of the names: the first line with at least two names that are known; without one, the first line.
 fn find_header<'a>(first: &[(usize, &'a str)], named: &[&str]) -> Option<(char, &'a str, usize)> {
     let known = |line: &str, delimiter: char| {
-        let names = split_fields(line, delimiter);
+        let names = split_csv_line(line, delimiter);
         let of = names.iter().map(|it| parse_column_title(it).name);
         of.filter(|name| is_known(name) || named.contains(&name.as_str())).count()
     };

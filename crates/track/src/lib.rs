@@ -40,5 +40,5 @@ pub use line::{LinePoint, TrackLine};
 pub use profile::{SpeedBounds, SpeedProfile};
 pub use projection::LineStation;
 pub use speed::{SpeedCommand, SpeedLaw};
-pub use steering::{HeadingAndSpeed, PathSteeringLaw, RoadLoad, SteadyStateHandling};
+pub use steering::{HeadingAndSpeed, PathSteeringLaw, SteadyStateHandling, TireLoadCondition};
 pub use survey::TrackSurvey;

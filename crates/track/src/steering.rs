@@ -78,19 +78,19 @@ pub struct HeadingAndSpeed {
     pub v_x: f64,
 }
 
-/// How a road and the air press the car onto its tires.
+/// What a banked road and the air add to the load of the tires in a turn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RoadLoad {
+pub struct TireLoadCondition {
     /// Lateral acceleration that the tires give besides that of the turn [m/s²]: g sin φ on a bank.
-    pub lateral: f64,
+    pub bank_acceleration: f64,
     /// Load of the tires over that on a level road at rest [-]; the slip angles of a turn are those of one with a lateral
     /// acceleration smaller by this.
-    pub load: f64,
+    pub load_factor: f64,
 }
 
-impl Default for RoadLoad {
+impl Default for TireLoadCondition {
     fn default() -> Self {
-        RoadLoad { lateral: 0.0, load: 1.0 }
+        TireLoadCondition { bank_acceleration: 0.0, load_factor: 1.0 }
     }
 }
 
@@ -106,7 +106,6 @@ impl PathSteeringLaw {
     /// System Dynamics 53 (2015): δ = L κ + α_f − α_r − k_p (e + x_LA sin(Δψ + β_ss)), with the slip angles and
     /// the sideslip angle β_ss = l_r κ − α_r of a steady turn with a_y = κ v². Slip angles here are positive in left turns,
     /// which turns their signs round. With the steady sideslip in the feedback the car settles with its centre of gravity on the line.
-    ///
     #[must_use]
     pub fn steering_angle(
         &self,
@@ -114,11 +113,12 @@ impl PathSteeringLaw {
         line: &TrackLine,
         station: &LineStation,
         motion: &HeadingAndSpeed,
-        pressing: &RoadLoad,
+        tire_load: &TireLoadCondition,
     ) -> f64 {
         let HeadingAndSpeed { psi, v_x } = *motion;
-        let RoadLoad { lateral, load } = *pressing;
-        let slips = |kappa: f64| handling.steady_slip_angles((kappa * v_x * v_x + lateral) / load);
+        let TireLoadCondition { bank_acceleration, load_factor } = *tire_load;
+        let slips =
+            |kappa: f64| handling.steady_slip_angles((kappa * v_x * v_x + bank_acceleration) / load_factor);
         let ahead = station.s + v_x * self.preview;
         let kappa = if self.preview == 0.0 { station.kappa } else { line.curvature_at(ahead) };
         let [front, rear] = slips(kappa);
@@ -170,7 +170,13 @@ mod tests {
     }
 
     fn steered(law: &PathSteeringLaw, line: &TrackLine, station: &LineStation, psi: f64) -> f64 {
-        law.steering_angle(&car(), line, station, &HeadingAndSpeed { psi, v_x: V }, &RoadLoad::default())
+        law.steering_angle(
+            &car(),
+            line,
+            station,
+            &HeadingAndSpeed { psi, v_x: V },
+            &TireLoadCondition::default(),
+        )
     }
 
     #[test]
@@ -189,7 +195,10 @@ mod tests {
                 station = line.follow_point(station.s, car.point);
                 let motion = HeadingAndSpeed { psi: car.psi, v_x: V };
                 let law = PathSteeringLaw::default();
-                car.step(law.steering_angle(known, &line, &station, &motion, &RoadLoad::default()), 1e-3);
+                car.step(
+                    law.steering_angle(known, &line, &station, &motion, &TireLoadCondition::default()),
+                    1e-3,
+                );
             }
             station.lateral
         };

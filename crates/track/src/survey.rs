@@ -131,7 +131,7 @@ impl SurveyReader {
                 "open" => self.closed = Some(false),
                 _ if !self.survey.points.is_empty() => {}
                 _ => {
-                    let names = split_fields(comment);
+                    let names = split_on_separator_or_whitespace(comment);
                     let columns: Vec<_> = names.iter().map(|it| parse_column_name(it)).collect();
                     if has_column(&columns, ColumnMeaning::X) && has_column(&columns, ColumnMeaning::Y) {
                         self.set_columns(columns, names).map_err(wrong)?;
@@ -140,7 +140,7 @@ impl SurveyReader {
             }
             return Ok(());
         }
-        let found = split_fields(line);
+        let found = split_on_separator_or_whitespace(line);
         if found.is_empty() {
             return Ok(());
         }
@@ -254,7 +254,7 @@ impl SurveyReader {
 }
 
 /// Parts of a row.
-fn split_fields(line: &str) -> Vec<String> {
+fn split_on_separator_or_whitespace(line: &str) -> Vec<String> {
     let separated = line.contains([',', ';', '\t']);
     let split: Vec<&str> = match separated {
         true => line.split([',', ';', '\t']).collect(),

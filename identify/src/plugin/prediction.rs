@@ -55,7 +55,7 @@ pub(super) fn run_prediction(
     report_progress(host, 0.6, "fitting the simple models")?;
     let lag = match car.steering {
         SteeringSignalKind::Measured => 0.0,
-        SteeringSignalKind::Commanded => identified.fitted.common[LAG],
+        SteeringSignalKind::Commanded => identified.fitted.parameters[LAG],
     };
     let simple = fit_baseline_models(&fitted, &car.body, lag);
     let mut found = assess_parameters(&identified.fitted);
@@ -127,7 +127,7 @@ const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
 fn assess_parameters(fitted: &FittedCar) -> Vec<ParameterAssessment> {
     let prior = ParameterPrior::new(&fitted.car);
     let of = |(i, (name, what, unit, logarithm)): (usize, (&str, &'static str, &'static str, bool))| {
-        let (mean, std) = (fitted.common[i], fitted.common_std[i]);
+        let (mean, std) = (fitted.parameters[i], fitted.parameter_std[i]);
         let ends = [-BAND[0], BAND[0]].map(|it| mean + it * std);
         let [value, low, high] = [mean, ends[0], ends[1]].map(|it| if logarithm { it.exp() } else { it });
         let factor = if logarithm { value } else { 1.0 };

@@ -84,7 +84,7 @@ impl RunProvenance {
             .files()
             .map(|file| FileHash { path: file.path.clone(), sha256: sha256_hex(file.text.as_bytes()) });
         let data = scenario.read_files().map(|word| scenario.source.resolve_path(word));
-        let data = data.chain(plan.texts.iter().cloned());
+        let data = data.chain(plan.start_value_files.iter().cloned());
         let begun = SystemTime::now().duration_since(UNIX_EPOCH);
         RunProvenance {
             command: std::env::args_os()

@@ -13,8 +13,8 @@ pub struct CheckState {
     during: [f64; 2],
     tolerance: f64,
     unjudged: Option<String>,
-    /// That of the watched condition.
-    samples: Vec<Vec<f64>>,
+    /// The state of the monitor of the condition.
+    monitor_state: Vec<Vec<f64>>,
 }
 
 impl RunChecks {
@@ -30,7 +30,7 @@ impl RunChecks {
                 during: plan.during,
                 tolerance: plan.tolerance,
                 unjudged: unjudged.clone(),
-                samples: monitor.save_state(),
+                monitor_state: monitor.save_state(),
             })
         });
         checks.collect()
@@ -54,7 +54,7 @@ impl RunChecks {
             };
             *seen = memory.iter().find(same).is_some_and(|it| {
                 unjudged.clone_from(&it.unjudged);
-                monitor.restore_state(&it.samples)
+                monitor.restore_state(&it.monitor_state)
             });
             if !*seen && plan.during[0] < time - self.slack {
                 late.push(plan.name.clone());

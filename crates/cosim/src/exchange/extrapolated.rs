@@ -32,7 +32,7 @@ impl Exchange<'_> {
             for own in inputs {
                 let name = plan.inputs.nth_index(own.place).map(|input| self.columns[input].qualified_name());
                 if let Some((_, saved)) = saved.iter().find(|(it, _)| Some(it) == name.as_ref()) {
-                    own.copy_history_from(saved);
+                    own.restore_history_if_compatible(saved);
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::car::bands::{CompletedPrediction, NormalisedError, PredictionBands, PredictionError};
+use crate::car::bands::{CompletedPrediction, NormalisedError, OpenLoopError, PredictionBands};
 use crate::car::fit::FittedCar;
 use crate::car::motion::{DriveWithRates, Dual, LaggedSteering};
 use crate::car::parameter_track::ParameterTrack;
@@ -60,14 +60,14 @@ impl<'a> AdaptivePredictor<'a> {
         let one = |start: &usize| {
             let states = self.with_variance(*start, ahead);
             let drive = &self.driven.drive;
-            let reading = |k: usize| {
+            let error_at = |k: usize| {
                 let (state, variance) = states[k];
                 let measured = [drive.motion.v_y[start + k], drive.motion.r[start + k]];
                 let error = [state[0] - measured[0], state[1] - measured[1]];
-                PredictionError { time: k as f64 * drive.step, error, variance }
+                OpenLoopError { lead_time: k as f64 * drive.step, error, parameter_variance: variance }
             };
-            let readings = (stride..=ahead).step_by(stride).map(reading).collect();
-            CompletedPrediction { start: *start, end: start + ahead, readings }
+            let errors = (stride..=ahead).step_by(stride).map(error_at).collect();
+            CompletedPrediction { start: *start, end: start + ahead, errors }
         };
         starts.par_iter().map(one).collect()
     }

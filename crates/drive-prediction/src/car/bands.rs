@@ -44,8 +44,8 @@ pub struct CompletedPrediction {
     pub start: usize,
     /// Its last row.
     pub end: usize,
-    /// How far it was off.
-    pub readings: Vec<PredictionError>,
+    /// Its errors over the lead time.
+    pub errors: Vec<OpenLoopError>,
 }
 
 /// How one prediction went.
@@ -57,15 +57,15 @@ pub struct NormalisedError {
     pub square: LateralState,
 }
 
-/// One instant of a prediction.
+/// The error of a prediction without measurements, at one instant.
 #[derive(Clone, Copy, Debug)]
-pub struct PredictionError {
-    /// Time after the start [s].
-    pub time: f64,
+pub struct OpenLoopError {
+    /// Time after the start of the prediction [s].
+    pub lead_time: f64,
     /// Predicted minus measured v_y [m/s] and yaw rate [rad/s].
     pub error: LateralState,
     /// Their variances, as far as they come from parameters.
-    pub variance: LateralState,
+    pub parameter_variance: LateralState,
 }
 
 impl PredictionBands {
@@ -89,13 +89,13 @@ impl PredictionBands {
     #[must_use]
     pub fn normalised_error(&self, ended: &CompletedPrediction) -> NormalisedError {
         let mut square = [0.0; 2];
-        for reading in &ended.readings {
-            let variance = self.error_variance(reading.time, reading.variance);
+        for instant in &ended.errors {
+            let variance = self.error_variance(instant.lead_time, instant.parameter_variance);
             for i in 0..2 {
-                square[i] += reading.error[i].powi(2) / variance[i];
+                square[i] += instant.error[i].powi(2) / variance[i];
             }
         }
-        let count = ended.readings.len().max(1) as f64;
+        let count = ended.errors.len().max(1) as f64;
         NormalisedError { end: ended.end, square: square.map(|square| (square / count).min(MOST)) }
     }
 
@@ -151,7 +151,7 @@ mod tests {
         let ended = |end: usize| CompletedPrediction {
             start: end - 60,
             end,
-            readings: vec![PredictionError { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
+            errors: vec![OpenLoopError { lead_time: 5.0, error: [0.3, 0.2], parameter_variance: [0.0; 2] }],
         };
         let wrong: Vec<NormalisedError> =
             (0..40).map(|k| BANDS.normalised_error(&ended(60 + 50 * k))).collect();

@@ -3,7 +3,7 @@
 use numerics::simplex::{self, SimplexLimits};
 
 use crate::car::adaptive_predictor::AdaptivePredictor;
-use crate::car::bands::{CompletedPrediction, NormalisedError, PredictionBands, PredictionError};
+use crate::car::bands::{CompletedPrediction, NormalisedError, OpenLoopError, PredictionBands};
 use crate::car::fit::{FitError, FittedCar, fit_sections};
 use crate::car::section::DriveSection;
 use crate::predictor::LateralState;
@@ -89,13 +89,13 @@ fn held_out_errors(without: &FittedCar, section: &DriveSection) -> HoldoutSectio
 
 /// Noise and factor on the spread of one state that make the errors likeliest.
 fn fit_noise_and_spread(all: &[HoldoutSectionErrors], i: usize) -> [f64; 2] {
-    let readings = |it: &HoldoutSectionErrors| -> Vec<PredictionError> {
-        it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
+    let errors = |it: &HoldoutSectionErrors| -> Vec<OpenLoopError> {
+        it.long.iter().flat_map(|ended| ended.errors.iter().copied()).collect()
     };
-    let logs: Vec<(f64, Vec<PredictionError>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
-    let mean = |of: &dyn Fn(&PredictionError) -> f64| {
-        let log = |(worth, readings): &(f64, Vec<PredictionError>)| {
-            worth * readings.iter().map(of).sum::<f64>() / readings.len() as f64
+    let logs: Vec<(f64, Vec<OpenLoopError>)> = all.iter().map(|it| (it.worth, errors(it))).collect();
+    let mean = |of: &dyn Fn(&OpenLoopError) -> f64| {
+        let log = |(worth, errors): &(f64, Vec<OpenLoopError>)| {
+            worth * errors.iter().map(of).sum::<f64>() / errors.len() as f64
         };
         logs.iter().map(log).sum::<f64>() / logs.iter().map(|log| log.0).sum::<f64>()
     };
@@ -106,7 +106,7 @@ fn fit_noise_and_spread(all: &[HoldoutSectionErrors], i: usize) -> [f64; 2] {
         let bands =
             PredictionBands { noise: [noise; 2], spread: [spread; 2], ..PredictionBands::without_noise() };
         mean(&|it| {
-            let variance = bands.error_variance(it.time, it.variance)[i];
+            let variance = bands.error_variance(it.lead_time, it.parameter_variance)[i];
             0.5 * (variance.ln() + it.error[i].powi(2) / variance)
         }) + HOLD * x[1].powi(2)
     };
@@ -118,14 +118,14 @@ fn fit_noise_and_spread(all: &[HoldoutSectionErrors], i: usize) -> [f64; 2] {
 fn band_scales(all: &[HoldoutSectionErrors], bands: &PredictionBands) -> LateralState {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
-        let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
+        let count: usize = it.long.iter().map(|ended| ended.errors.len()).sum();
         let surprises: Vec<NormalisedError> = it.short.iter().map(|it| bands.normalised_error(it)).collect();
         for ended in &it.long {
             let lately = PredictionBands::recent_variance_factors(&surprises, ended.start, it.step);
-            for reading in &ended.readings {
-                let variance = bands.error_variance(reading.time, reading.variance);
+            for instant in &ended.errors {
+                let variance = bands.error_variance(instant.lead_time, instant.parameter_variance);
                 for i in 0..2 {
-                    let size = reading.error[i].abs() / (lately[i] * variance[i]).sqrt();
+                    let size = instant.error[i].abs() / (lately[i] * variance[i]).sqrt();
                     sizes[i].push((size, it.worth / count as f64));
                 }
             }

@@ -47,18 +47,23 @@ impl MotionPredictor for CarPredictor {
 
     fn road_wheel_angles(&self, drive: &EvenDrive) -> Vec<f64> {
         let Some(last) = drive.row_count().checked_sub(1) else { return Vec::new() };
-        let steered = LaggedSteering::new(drive, self.fitted.common[LAG], 0, last);
-        let offset = self.fitted.common[OFFSET];
+        let steered = LaggedSteering::new(drive, self.fitted.parameters[LAG], 0, last);
+        let offset = self.fitted.parameters[OFFSET];
         (0..=last).map(|row| steered.angle(row) + offset).collect()
     }
 
     fn simulate_states(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<LateralState> {
-        DriveWithRates::new(drive).simulate_states::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
+        DriveWithRates::new(drive).simulate_states::<f64>(
+            &self.fitted.car,
+            &self.fitted.parameters,
+            start,
+            rows,
+        )
     }
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
-        let FittedCar { car, common, .. } = &self.fitted;
-        let p = CarParameters::new(common);
+        let FittedCar { car, parameters, .. } = &self.fitted;
+        let p = CarParameters::new(parameters);
         let rate = speed_rate(drive, row);
         let u = MotionInputs { v_x: drive.motion.v_x[row], rate, delta: steering[row] };
         let [front, rear] = lateral_axle_forces(car, &p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);

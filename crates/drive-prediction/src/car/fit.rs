@@ -28,17 +28,17 @@ pub struct FittedCar {
     /// What was known before.
     pub car: CarSpecification,
     /// θ.
-    pub common: ParameterVector,
+    pub parameters: ParameterVector,
     /// Standard deviations of θ.
-    pub common_std: ParameterVector,
+    pub parameter_std: ParameterVector,
     /// Standard deviations of what a log that was not seen has of its own.
-    pub spread: [f64; VARYING],
+    pub between_log_std: [f64; VARYING],
     /// Standard deviations of the errors of v_y [m/s] and yaw rate [rad/s] within 1.5 s.
-    pub noise: LateralState,
+    pub residual_std: LateralState,
     /// The parameters of each section.
-    pub own: Vec<ParameterVector>,
+    pub section_parameters: Vec<ParameterVector>,
     /// How many independent rollouts each section is worth.
-    pub worth: Vec<f64>,
+    pub effective_rollouts: Vec<f64>,
     /// The unknowns, from which a fit to similar logs can start.
     pub(super) unknowns: DVector<f64>,
 }
@@ -86,7 +86,7 @@ pub(super) fn fit_sections(
         return Err(FitError::NoRollout);
     }
     let prior = ParameterPrior::new(car);
-    let mut noise = near.map_or_else(|| initial_noise(sections), |near| near.noise);
+    let mut noise = near.map_or_else(|| initial_noise(sections), |near| near.residual_std);
     if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
         return Err(FitError::NoMotion);
     }
@@ -116,19 +116,19 @@ pub(super) fn fit_sections(
         }
     }
     let hierarchy = HierarchicalCost::new(car, &prior, sections, noise);
-    let common_std: ParameterVector =
+    let parameter_std: ParameterVector =
         std::array::from_fn(|i| prior.std[i] * covariance[(i, i)].max(0.0).sqrt());
     Ok(FittedCar {
         car: *car,
-        common: hierarchy.common_parameters(&x),
-        common_std,
-        spread: std::array::from_fn(|i| match prior.between[i] {
+        parameters: hierarchy.common_parameters(&x),
+        parameter_std,
+        between_log_std: std::array::from_fn(|i| match prior.between[i] {
             0.0 => 0.0,
-            between => between.hypot(common_std[i]),
+            between => between.hypot(parameter_std[i]),
         }),
-        noise,
-        own: (0..sections.len()).map(|j| hierarchy.section_parameters(&x, j)).collect(),
-        worth: sections.iter().map(DriveSection::independent_rollout_count).collect(),
+        residual_std: noise,
+        section_parameters: (0..sections.len()).map(|j| hierarchy.section_parameters(&x, j)).collect(),
+        effective_rollouts: sections.iter().map(DriveSection::independent_rollout_count).collect(),
         unknowns: x,
     })
 }

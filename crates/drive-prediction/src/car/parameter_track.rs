@@ -47,8 +47,8 @@ impl ParameterTrack {
     pub fn new(fitted: &FittedCar, driven: &DriveWithRates) -> Self {
         let (starts, ahead) = rollout_starts(&driven.drive, HORIZON, EVERY);
         let roll = |start: &usize| {
-            let FittedCar { car, common, noise, .. } = fitted;
-            let errors = RolloutErrors::new(driven, car, common, *start, ahead, *noise);
+            let FittedCar { car, parameters, residual_std, .. } = fitted;
+            let errors = RolloutErrors::new(driven, car, parameters, *start, ahead, *residual_std);
             (start + ahead, errors)
         };
         let ended: Vec<(usize, RolloutErrors)> = starts.par_iter().map(roll).collect();
@@ -57,7 +57,7 @@ impl ParameterTrack {
         let mut last = 0;
         for (end, errors) in &ended {
             state.fade_information((end - last) as f64 * driven.drive.step);
-            state.add_information(errors, &fitted.spread);
+            state.add_information(errors, &fitted.between_log_std);
             known.push(state.parameter_estimate(fitted, *end));
             last = *end;
         }
@@ -112,13 +112,14 @@ impl InformationEstimate {
     }
 
     fn parameter_estimate(&self, fitted: &FittedCar, from: usize) -> ParameterEstimate {
-        let mut x = fitted.common;
-        for (x, (spread, mean)) in x.iter_mut().zip(fitted.spread.iter().zip(self.mean.iter())) {
+        let mut x = fitted.parameters;
+        for (x, (spread, mean)) in x.iter_mut().zip(fitted.between_log_std.iter().zip(self.mean.iter())) {
             *x += spread * mean;
         }
         x[LAG] = x[LAG].max(LEAST_LAG);
         let covariance = self.covariance.unwrap_or_else(ParameterCovariance::identity);
-        let scaled = |i: usize, k: usize| covariance[(i, k)] * fitted.spread[i] * fitted.spread[k];
+        let scaled =
+            |i: usize, k: usize| covariance[(i, k)] * fitted.between_log_std[i] * fitted.between_log_std[k];
         ParameterEstimate { from, x, covariance: ParameterCovariance::from_fn(scaled) }
     }
 }

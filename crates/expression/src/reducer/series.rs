@@ -6,8 +6,8 @@ use super::Accumulator;
 
 /// All samples of some quantities.
 #[derive(Debug, Clone)]
-pub(super) struct SampleSeries {
-    judge: fn(&SeriesColumns) -> SeriesResult,
+pub(super) struct WholeSignalAccumulator {
+    metric: fn(&SeriesColumns) -> SeriesResult,
     /// Numbers of a sample: the time [s], then the quantities.
     width: usize,
     samples: Vec<f64>,
@@ -19,33 +19,33 @@ type SeriesColumns = [Vec<f64>];
 /// The result, and the index of the sample that decided it.
 type SeriesResult = (f64, Option<usize>);
 
-impl SampleSeries {
-    /// None so far, of so many quantities, which `judge` gets behind the time.
+impl WholeSignalAccumulator {
+    /// None so far, of so many quantities, which `metric` gets behind the time.
     pub(super) fn new_boxed(
         quantities: usize,
-        judge: fn(&SeriesColumns) -> SeriesResult,
+        metric: fn(&SeriesColumns) -> SeriesResult,
     ) -> Box<dyn Accumulator> {
-        Box::new(Self { judge, width: 1 + quantities, samples: Vec::new() })
+        Box::new(Self { metric, width: 1 + quantities, samples: Vec::new() })
     }
 
-    fn evaluate_series(&self) -> SeriesResult {
+    fn apply_metric(&self) -> SeriesResult {
         let column = |place| self.samples.iter().skip(place).step_by(self.width).copied().collect();
-        (self.judge)(&(0..self.width).map(column).collect::<Vec<_>>())
+        (self.metric)(&(0..self.width).map(column).collect::<Vec<_>>())
     }
 }
 
-impl Accumulator for SampleSeries {
+impl Accumulator for WholeSignalAccumulator {
     fn push(&mut self, time: f64, values: &[f64]) {
         self.samples.push(time);
         self.samples.extend_from_slice(values);
     }
 
     fn result(&self) -> f64 {
-        self.evaluate_series().0
+        self.apply_metric().0
     }
 
     fn sample_time(&self) -> Option<f64> {
-        self.samples.get(self.evaluate_series().1? * self.width).copied()
+        self.samples.get(self.apply_metric().1? * self.width).copied()
     }
 
     fn save_state(&self) -> Vec<f64> {

@@ -6,7 +6,7 @@ use super::{
     DescribedVariable, DescriptionTable, SpaceSeparated, XmlEscaped, write_categories, write_experiment,
     write_quantity, write_units, write_variable_start_tag,
 };
-use crate::array::{self, ArrayRowSpan};
+use crate::array::{self, VariableRowSpan};
 use crate::variable::{Causality, OutputDependencies, VariableKind, VariableRow};
 
 pub(super) fn write_fmi3_description(
@@ -48,7 +48,7 @@ pub(super) fn write_fmi3_description(
     write_categories(out, info.log_categories)?;
     write_experiment(out, info)?;
     writeln!(out, "  <ModelVariables>")?;
-    let spans = array_row_spans(table);
+    let spans = variable_row_spans(table);
     for span in &spans {
         write_variable(out, *span, variables)?;
     }
@@ -74,15 +74,19 @@ fn time_name(variables: &[DescribedVariable]) -> String {
 }
 
 /// The variables that the rows make.
-fn array_row_spans(table: &DescriptionTable) -> Vec<ArrayRowSpan> {
+fn variable_row_spans(table: &DescriptionTable) -> Vec<VariableRowSpan> {
     let rows = table.variables.iter().map(|it| (&it.row, it.kind));
     match table.arrays {
-        true => array::group_array_rows(rows),
-        false => (0..table.variables.len()).map(|first| ArrayRowSpan { first, elements: 1 }).collect(),
+        true => array::group_rows_into_variables(rows),
+        false => (0..table.variables.len()).map(|first| VariableRowSpan { first, elements: 1 }).collect(),
     }
 }
 
-fn write_variable(out: &mut dyn Write, span: ArrayRowSpan, variables: &[DescribedVariable]) -> fmt::Result {
+fn write_variable(
+    out: &mut dyn Write,
+    span: VariableRowSpan,
+    variables: &[DescribedVariable],
+) -> fmt::Result {
     let elements = &variables[span.first..span.first + span.elements];
     let variable = &variables[span.first];
     let kind = match variable.kind {
@@ -117,9 +121,13 @@ fn write_variable(out: &mut dyn Write, span: ArrayRowSpan, variables: &[Describe
     }
 }
 
-fn write_structure(out: &mut dyn Write, spans: &[ArrayRowSpan], rows: &[DescribedVariable]) -> fmt::Result {
+fn write_structure(
+    out: &mut dyn Write,
+    spans: &[VariableRowSpan],
+    rows: &[DescribedVariable],
+) -> fmt::Result {
     let references = |selected: &dyn Fn(&VariableRow) -> bool| -> Vec<usize> {
-        let rows_of = |span: &ArrayRowSpan| span.first..span.first + span.elements;
+        let rows_of = |span: &VariableRowSpan| span.first..span.first + span.elements;
         let chosen = spans.iter().filter(|span| rows_of(span).any(|i| selected(&rows[i].row)));
         chosen.map(|span| span.first).collect()
     };

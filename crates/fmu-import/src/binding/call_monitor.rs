@@ -262,7 +262,7 @@ pub fn call_plugin<T>(who: &str, call: &'static CStr, body: impl FnOnce() -> T) 
 }
 
 /// Forgets the libraries that are gone.
-pub(super) fn forget_libraries() {
+pub(super) fn forget_unloaded_libraries() {
     if !GUEST.load(Relaxed) {
         // SAFETY: without a name the function only forgets.
         unsafe { trackside_note_libraries(ptr::null(), ptr::null()) };

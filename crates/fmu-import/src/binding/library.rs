@@ -166,7 +166,7 @@ impl Drop for FmuLibrary {
                 // SAFETY: nobody uses the library after this, since all instances are gone.
                 unsafe { ManuallyDrop::drop(&mut self.handle) };
             });
-            call_monitor::forget_libraries();
+            call_monitor::forget_unloaded_libraries();
             // Symbols that a process has once keep their library there.
             if !self.fmu.library_path().is_ok_and(|path| is_loaded(&path)) {
                 self.fmu.unregister_loaded();

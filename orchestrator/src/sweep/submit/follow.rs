@@ -260,7 +260,7 @@ impl<'a> ChunkFollower<'a> {
             Ok(snapshot) => snapshot,
             Err(SnapshotError::Failed(error)) => return Err(error),
             Err(SnapshotError::Silent(refusal)) => {
-                return self.handle_engine_error(&refusal, first);
+                return self.wait_or_fail_on_engine_error(&refusal, first);
             }
         };
         let still = |chunk: &u64| snapshot.missing.contains(chunk) && !snapshot.queue.contains_key(chunk);
@@ -271,7 +271,7 @@ impl<'a> ChunkFollower<'a> {
             if let Err(refusal) = self.engine.submit_tasks(&submission) {
                 TaskArraySubmissions::remove_submission_files(&submission);
                 let nothing = snapshot.queue.is_empty() && array.first() == chunks.first();
-                return self.handle_engine_error(&refusal, nothing);
+                return self.wait_or_fail_on_engine_error(&refusal, nothing);
             }
             self.live.insert(submission.number);
             self.submitted = Some(Instant::now());
@@ -288,7 +288,11 @@ impl<'a> ChunkFollower<'a> {
     }
 
     /// A refusal is an error when no task of this plan is there that could end and make room.
-    fn handle_engine_error(&mut self, refusal: &EngineCommandError, nothing: bool) -> Result<(), Error> {
+    fn wait_or_fail_on_engine_error(
+        &mut self,
+        refusal: &EngineCommandError,
+        nothing: bool,
+    ) -> Result<(), Error> {
         if nothing || matches!(refusal, EngineCommandError::Missing(_)) {
             return Err(refusal.to_sweep_error(self.engine.missing_engine_advice()));
         }
