@@ -5,8 +5,8 @@ usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--progr
 
 INPUT and OUTPUT are names of Real variables. What counts is processor time, in all threads of a program, and all programs
 take turns, so that other work on the machine matters little; the table has medians. Those of trackside are of whole
-processes, less one that does a single step. The others (a loop in C with nothing around it, Ecos, libcosim, fmpy) measure
-their loop themselves. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
+processes, less one that does a single step. The others (a loop in C with nothing around it, the container of FMPy in the same
+loop, Ecos, libcosim, fmpy) measure their loop themselves. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
 used. What is not there is said and left out.
 """
 
@@ -29,7 +29,7 @@ STEP = 0.1
 # Ecos needs a library that another package brings.
 PACKAGES = ["ecospy", "tbb", "libcosimpy", "fmpy"]
 # So many times fewer steps than trackside, for those that take long.
-FEWER = {"Ecos": 10, "libcosim": 100, "fmpy": 20}
+FEWER = {"FMPy's container": 1, "Ecos": 10, "libcosim": 100, "fmpy": 20}
 
 
 def ecos(fmu, names, nodes, steps):
@@ -97,7 +97,54 @@ def fmpy(fmu, names, nodes, steps):
     return (time.process_time() - begin) / steps * 1e9
 
 
-PEERS = {"Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
+def container(fmu, names, nodes, steps):
+    """Processor time of a step of the chain [ns] as one FMU of FMPy, whose outer input and output the loop in C sets and reads."""
+    from fmpy import read_model_description
+    from fmpy.container_fmu.cli import create_container_fmu
+    from fmpy.container_fmu.config import Component, Configuration, Connection
+    from fmpy.model_description import CoSimulation, ModelDescription, ModelVariable, Unknown
+
+    about = read_model_description(fmu)
+    variables = {it.name: it for it in about.modelVariables}
+    given, taken = (variables[name] for name in names)
+    components = [Component(f"n{i}", Path(fmu), about) for i in range(nodes)]
+    links = zip(components, components[1:])
+    outer = ModelDescription(
+        fmiVersion="2.0",
+        modelName="chain",
+        instantiationToken="chain",
+        coSimulation=CoSimulation(modelIdentifier="container_fmu", fixedInternalStepSize=STEP),
+        modelVariables=[
+            ModelVariable(name="u", valueReference=0, type="Real", causality="input", variability="continuous"),
+            ModelVariable(name="y", valueReference=1, type="Real", causality="output", variability="continuous"),
+        ],
+    )
+    outer.outputs = [Unknown(variable=outer.modelVariables[1])]
+    configuration = Configuration(
+        parallelDoStep=False,
+        modelDescription=outer,
+        components=components,
+        connections=[Connection(one, [taken], other, [given]) for one, other in links],
+        variableMappings={
+            outer.modelVariables[0]: [(components[0], given)],
+            outer.modelVariables[1]: [(components[-1], taken)],
+        },
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        inside = Path(folder) / "unzipped"
+        inside.mkdir()
+        create_container_fmu(configuration, inside, Path(folder) / "chain.fmu")
+        # Version 0.3.32 writes the connections with the word of FMI 2, and its library expects that of FMI 3.
+        description = inside / "resources" / "container.json"
+        description.write_text(description.read_text().replace('"Real"', '"Float64"'))
+        library = inside / "binaries" / "linux64" / "container_fmu.so"
+        words = [compiled(Path(folder)), library, "chain", (inside / "resources").as_uri()]
+        # Its own references begin at 1: 0 is the time.
+        words += ["1", "2", "1", str(steps)]
+        return float(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+
+
+PEERS = {"FMPy's container": container, "Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
 
 
 def peer(name, python, arguments, folder):

@@ -60,7 +60,7 @@ impl SegmentedDrive {
     }
 
     /// The recording without repeated rows.
-    pub fn drive_without_repeats(&self) -> &Drive {
+    pub fn drive_without_duplicate_times(&self) -> &Drive {
         &self.drive
     }
 
@@ -89,7 +89,8 @@ mod tests {
 
     fn stretches(drive: &Drive, gap: Option<f64>) -> (Vec<[f64; 2]>, SamplingReport) {
         let sampled = SegmentedDrive::new(drive, gap).expect("numbers");
-        let (found, short) = sampled.marked_stretches(&vec![true; sampled.drive_without_repeats().len()]);
+        let (found, short) =
+            sampled.marked_stretches(&vec![true; sampled.drive_without_duplicate_times().len()]);
         let ends = |drive: &Drive| [drive.t[0], drive.t[drive.len() - 1]];
         (found.iter().map(ends).collect(), SamplingReport { short, ..sampled.sampling })
     }

@@ -52,7 +52,7 @@ pub fn summarise_errors(
         TestedEstimate { estimate: SystematicErrorEstimate { correction, ..it }, test }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
-    all.extend(summarise_coloured_noise(joint, at, gain(ModelExtension::Colour), step));
+    all.extend(coloured_noise_estimates(joint, at, gain(ModelExtension::Colour), step));
     let gain = |it: &TestedEstimate| it.estimate.gain.unwrap_or(0.0);
     all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     all
@@ -99,7 +99,7 @@ fn name_causes_in_verdict(model: ModelVerdict, causes: &[&SystematicErrorEstimat
 }
 
 /// Noises that last.
-fn summarise_coloured_noise(
+fn coloured_noise_estimates(
     joint: &JointPosterior,
     at: &DriveUnknowns,
     gain: Option<f64>,

@@ -11,7 +11,7 @@ enum { COUNT = sizeof REQUESTS / sizeof REQUESTS[0] };
 static volatile sig_atomic_t requested;
 static int on_terminal;
 
-int trackside_requested_end(void) { return requested; }
+int trackside_termination_signal(void) { return requested; }
 
 static void note(int signal) {
     /* When a terminal closes, the system and the shell both send SIGHUP. */
@@ -29,7 +29,7 @@ static void note(int signal) {
 static void ignore(int signal) { (void)signal; }
 
 /* By a handler, which programs that are started from here do not inherit. */
-void trackside_ignore_requests(void) {
+void trackside_ignore_termination_signals(void) {
     for (int i = 0; i < COUNT; i++) {
         struct sigaction action;
         memset(&action, 0, sizeof action);
@@ -41,7 +41,7 @@ void trackside_ignore_requests(void) {
 
 /* May be called again: the runtime of an FMU may have put a handler of its own there. A signal that is ignored stays so:
    that is how nohup works. */
-void trackside_note_requests(void) {
+void trackside_catch_termination_signals(void) {
     on_terminal = isatty(STDERR_FILENO);
     for (int i = 0; i < COUNT; i++) {
         struct sigaction before, action;

@@ -35,7 +35,9 @@ pub(crate) fn validation_problems(
     names.extend(unknowns.filter_map(|(place, id)| Some((place, by_id.get(&id)?.name))));
     let mut findings = ProblemList::new(text);
     for ValidationError { range, message } in found {
-        if let Some(ListMismatch { list, expected, actual }) = ListMismatch::from_message(&message) {
+        if let Some(ModelStructureMismatch { list, expected, actual }) =
+            ModelStructureMismatch::from_fmi_rs_message(&message)
+        {
             let lacks = format!("it is missing in <{list}> of <ModelStructure>");
             let extra = format!("it does not belong into <{list}> of <ModelStructure>");
             for it in variables {
@@ -92,15 +94,15 @@ fn message_without_name(message: &str, name: Option<&str>) -> String {
 }
 
 /// What fmi-rs says of a list of the model structure: it holds other variables than it should.
-struct ListMismatch {
+struct ModelStructureMismatch {
     /// The element that lists them.
     list: &'static str,
     expected: BTreeSet<u32>,
     actual: BTreeSet<u32>,
 }
 
-impl ListMismatch {
-    fn from_message(message: &str) -> Option<Self> {
+impl ModelStructureMismatch {
+    fn from_fmi_rs_message(message: &str) -> Option<Self> {
         let (what, sets) = message.split_once(" do not match the expected set of variables. Expected: {")?;
         let (expected, actual) = sets.split_once("}, Actual: {")?;
         let list = match what.contains("initial unknowns") {
@@ -108,7 +110,7 @@ impl ListMismatch {
             false => "Outputs",
         };
         let ids = |text: &str| text.split([',', ' ', '}']).filter_map(|id| id.parse().ok()).collect();
-        Some(ListMismatch { list, expected: ids(expected), actual: ids(actual) })
+        Some(ModelStructureMismatch { list, expected: ids(expected), actual: ids(actual) })
     }
 }
 

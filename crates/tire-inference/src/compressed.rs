@@ -22,16 +22,16 @@ const SCALE: f64 = 0.02;
 /// Weighted sum of squares of residuals as a function of the parameters.
 #[derive(Clone, Debug)]
 pub struct CompressedSamples {
-    slips: Vec<f64>,
+    slip_nodes: Vec<f64>,
     /// Σ w L at each node.
-    weights: Vec<f64>,
+    weight_sums: Vec<f64>,
     /// Σ w y L at each node.
-    forces: Vec<f64>,
+    weighted_force_sums: Vec<f64>,
     /// Σ w, Σ w y, Σ w y².
-    weight: f64,
-    force: f64,
-    square: f64,
-    count: usize,
+    total_weight: f64,
+    total_weighted_force: f64,
+    weighted_force_squares: f64,
+    effective_count: usize,
     /// What counts as further observations, and the variance of their noise.
     prior: Option<(Normal, f64)>,
 }
@@ -53,20 +53,24 @@ impl CompressedSamples {
         let products = samples.force.iter().zip(&samples.weight).map(|(y, w)| [*w, w * y]);
         let points = samples.slip.iter().zip(products).map(|(&x, [w, wy])| [x, w, wy]);
         let squares = samples.force.iter().zip(&samples.weight).map(|(y, w)| w * y * y);
-        Self { square: squares.sum(), count: samples.len(), ..Self::from_points(points.collect()) }
+        Self {
+            weighted_force_squares: squares.sum(),
+            effective_count: samples.len(),
+            ..Self::from_points(points.collect())
+        }
     }
 
     /// Of slips with w and w y at each, but for what does not follow from these.
     fn from_points(mut points: Vec<[f64; 3]>) -> Self {
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut this = Self {
-            slips: Vec::new(),
-            weights: Vec::new(),
-            forces: Vec::new(),
-            weight: points.iter().map(|point| point[1]).sum(),
-            force: points.iter().map(|point| point[2]).sum(),
-            square: 0.0,
-            count: 0,
+            slip_nodes: Vec::new(),
+            weight_sums: Vec::new(),
+            weighted_force_sums: Vec::new(),
+            total_weight: points.iter().map(|point| point[1]).sum(),
+            total_weighted_force: points.iter().map(|point| point[2]).sum(),
+            weighted_force_squares: 0.0,
+            effective_count: 0,
             prior: None,
         };
         for group in points.chunk_by(|a, b| slip_interval_index(a[0]) == slip_interval_index(b[0])) {
@@ -83,13 +87,14 @@ impl CompressedSamples {
 
     /// With a constant sum of squares added, so that noise of this variance is the likeliest one near a curve.
     pub fn with_noise_variance(mut self, variance: f64, theta: &Theta) -> Self {
-        self.square += ((self.count as f64 - 1.0) * variance - self.residual_squares(theta)).max(0.0);
+        self.weighted_force_squares +=
+            ((self.effective_count as f64 - 1.0) * variance - self.residual_squares(theta)).max(0.0);
         self
     }
 
     /// With samples that tell as much as this share of them, independent of each other, would.
     pub fn with_effective_share(mut self, share: f64) -> Self {
-        self.count = ((share * self.count as f64).round() as usize).max(1);
+        self.effective_count = ((share * self.effective_count as f64).round() as usize).max(1);
         self
     }
 
@@ -100,15 +105,15 @@ impl CompressedSamples {
 
     /// How many independent samples this tells as much as.
     pub fn effective_count(&self) -> usize {
-        self.count
+        self.effective_count
     }
 
     /// Slip of each node with Σ w and Σ w y of the samples that it stands for.
     pub fn slip_nodes(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.slips
+        self.slip_nodes
             .iter()
-            .zip(&self.weights)
-            .zip(&self.forces)
+            .zip(&self.weight_sums)
+            .zip(&self.weighted_force_sums)
             .map(|((slip, weight), force)| [*slip, *weight, *force])
     }
 
@@ -118,18 +123,22 @@ impl CompressedSamples {
             return self.clone();
         }
         let points = self.slip_nodes().map(|[slip, weight, force]| [slip + shift, weight, force]);
-        Self { square: self.square, count: self.count, ..Self::from_points(points.collect()) }
+        Self {
+            weighted_force_squares: self.weighted_force_squares,
+            effective_count: self.effective_count,
+            ..Self::from_points(points.collect())
+        }
     }
 
     /// Weighted sum of squared forces.
     pub fn force_squares(&self) -> f64 {
-        self.square
+        self.weighted_force_squares
     }
 
     /// Weighted sum of squared residuals.
     pub fn residual_squares(&self, theta: &Theta) -> f64 {
         let [B, C, D, E, S_h, S_v] = *theta;
-        let (slips, weights, forces) = (&self.slips, &self.weights, &self.forces);
+        let (slips, weights, forces) = (&self.slip_nodes, &self.weight_sums, &self.weighted_force_sums);
         let moved: Vec<f64>;
         let slips = if S_h == 0.0 {
             slips
@@ -139,18 +148,24 @@ impl CompressedSamples {
         };
         let [hh, hy, h] = shape_sums([B, C, E], slips, [weights, forces, weights]);
         // Σ w (f² − 2 y f) of f = D h + S_v.
-        let change = D * (D * hh + 2.0 * (S_v * h - hy)) + S_v * (S_v * self.weight - 2.0 * self.force);
+        let change = D * (D * hh + 2.0 * (S_v * h - hy))
+            + S_v * (S_v * self.total_weight - 2.0 * self.total_weighted_force);
         // Rounding may leave a perfect fit below zero.
-        let squares = (self.square + change).max(1e-15 * self.square);
+        let squares = (self.weighted_force_squares + change).max(1e-15 * self.weighted_force_squares);
         squares + self.prior_penalty(theta).0
     }
 
     /// The same, and half its derivatives by the parameters.
     pub fn squares_and_gradient(&self, theta: &Theta) -> (f64, Theta) {
-        let (change, gradient) =
-            kernel::weighted_curve_squares(theta, &self.slips, &self.weights, &self.forces);
+        let (change, gradient) = kernel::weighted_curve_squares(
+            theta,
+            &self.slip_nodes,
+            &self.weight_sums,
+            &self.weighted_force_sums,
+        );
         let (distance, by_distance) = self.prior_penalty(theta);
-        let squares = (self.square + change).max(1e-15 * self.square) + distance;
+        let squares =
+            (self.weighted_force_squares + change).max(1e-15 * self.weighted_force_squares) + distance;
         (squares, std::array::from_fn(|i| gradient[i] + by_distance[i]))
     }
 
@@ -164,18 +179,20 @@ impl CompressedSamples {
     /// The same with the Hessian of Gauss and Newton.
     pub fn gauss_newton_expansion(&self, theta: &Theta) -> QuadraticExpansion {
         let mut sum = QuadraticExpansion {
-            squares: self.square,
+            squares: self.weighted_force_squares,
             gradient: SVector::zeros(),
             hessian: SMatrix::zeros(),
         };
-        for ((&slip, weight), force) in self.slips.iter().zip(&self.weights).zip(&self.forces) {
+        for ((&slip, weight), force) in
+            self.slip_nodes.iter().zip(&self.weight_sums).zip(&self.weighted_force_sums)
+        {
             let (f, by) = friction_and_gradient(theta, slip);
             let by = SVector::from(by);
             sum.squares += f * (weight * f - 2.0 * force);
             sum.gradient += by * (weight * f - force);
             sum.hessian.ger(*weight, &by, &by, 1.0);
         }
-        sum.squares = sum.squares.max(1e-15 * self.square);
+        sum.squares = sum.squares.max(1e-15 * self.weighted_force_squares);
         let (distance, gradient) = self.prior_penalty(theta);
         sum.squares += distance;
         sum.gradient += SVector::from(gradient);
@@ -189,18 +206,18 @@ impl CompressedSamples {
         let Some(&[first, ..]) = group.first() else { return };
         let index = slip_interval_index(first);
         let node = |k: usize| (PI * (k as f64 + 0.5) / NODES as f64).cos();
-        let start = self.slips.len();
+        let start = self.slip_nodes.len();
         for k in 0..NODES {
             let t = WIDTH * (f64::from(index.1) + 0.5 + 0.5 * node(k));
-            self.slips.push(f64::from(index.0) * SCALE * t.exp_m1());
+            self.slip_nodes.push(f64::from(index.0) * SCALE * t.exp_m1());
         }
-        self.weights.resize(start + NODES, 0.0);
-        self.forces.resize(start + NODES, 0.0);
+        self.weight_sums.resize(start + NODES, 0.0);
+        self.weighted_force_sums.resize(start + NODES, 0.0);
         for &[x, w, wy] in group {
             let local = 2.0 * ((x.abs() / SCALE).ln_1p() / WIDTH - f64::from(index.1)) - 1.0;
             for (k, value) in lagrange_basis(local, node).into_iter().enumerate() {
-                self.weights[start + k] += w * value;
-                self.forces[start + k] += wy * value;
+                self.weight_sums[start + k] += w * value;
+                self.weighted_force_sums[start + k] += wy * value;
             }
         }
     }

@@ -169,7 +169,7 @@ fn options_for_refused_log(mut options: DriveOptions) -> DriveOptions {
 
 /// The stretches that tires are identified from.
 fn stretches_to_identify(config: &ClosedLoop, recording: &mut SegmentedDrive) -> Result<Vec<Drive>, String> {
-    let drive = recording.drive_without_repeats();
+    let drive = recording.drive_without_duplicate_times();
     let mut marked = vec![config.windows.is_empty(); drive.len()];
     let mut mark = |window, value| {
         let rows = marked.iter_mut().zip(drive.time_window_mask(window));
@@ -191,8 +191,8 @@ fn stretches_to_identify(config: &ClosedLoop, recording: &mut SegmentedDrive) ->
 /// The stretches of a window that is kept for validation.
 fn stretches_to_validate(window: &HoldOut, recording: &SegmentedDrive) -> Result<Vec<Drive>, String> {
     let HoldOut { name, from, until } = window;
-    let (stretches, _) =
-        recording.marked_stretches(&recording.drive_without_repeats().time_window_mask([*from, *until]));
+    let (stretches, _) = recording
+        .marked_stretches(&recording.drive_without_duplicate_times().time_window_mask([*from, *until]));
     if stretches.is_empty() {
         return Err(format!(
             "`{name}`: expected {SHORTEST} successive rows or more from {from} to {until} s, found fewer; the recording {}",
@@ -211,7 +211,10 @@ fn describe_extent(recording: &SegmentedDrive) -> String {
             " and has {count} gaps: steps of more than {gap} s, the median being {step} s; `gap` sets the longest that is none"
         ),
     };
-    match (recording.drive_without_repeats().t.first(), recording.drive_without_repeats().t.last()) {
+    match (
+        recording.drive_without_duplicate_times().t.first(),
+        recording.drive_without_duplicate_times().t.last(),
+    ) {
         (Some(first), Some(last)) => {
             let [first, last] = [first, last].map(|time| format_significant(*time, 5));
             format!("goes from {first} to {last} s{gaps}")

@@ -60,7 +60,7 @@ pub fn submit_and_follow(
             (Box::new(slurm::SlurmEngine { jobs: options.jobs, options: given }), "slurm", slurm::TASK)
         }
         EngineKind::HyperQueue => {
-            (Box::new(hyperqueue::HyperQueue { options: given }), "hyperqueue", hyperqueue::TASK)
+            (Box::new(hyperqueue::HyperQueueEngine { submit_options: given }), "hyperqueue", hyperqueue::TASK)
         }
         EngineKind::Local => {
             let jobs = options.jobs.unwrap_or(cores);

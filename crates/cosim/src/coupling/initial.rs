@@ -150,6 +150,6 @@ fn evaluate_loop_once(
         exchange.exchange_initial_values(node, &own)?;
     }
     found.clear();
-    found.extend(block.tears.iter().map(|tear| exchange.initial_source_value(*tear)));
+    found.extend(block.tears.iter().map(|tear| exchange.source_value_in_input_unit(*tear)));
     Ok(())
 }

@@ -48,8 +48,8 @@ impl Exchange<'_> {
         Ok(value)
     }
 
-    /// The same before the first step.
-    pub(crate) fn initial_source_value(&self, tear: TearConnection) -> f64 {
+    /// What the source of the input shows now, in the unit of the input, without effects and faults of the connection.
+    pub(crate) fn source_value_in_input_unit(&self, tear: TearConnection) -> f64 {
         let link = &self.plans[tear.node].connections[tear.place];
         link.input_chain.convert_and_map(self.row[link.source.index])
     }
@@ -57,7 +57,7 @@ impl Exchange<'_> {
     /// The value that an input has, and what its source shows now, both in the unit of the input.
     #[must_use]
     pub fn connection_values(&self, tear: TearConnection) -> ConnectionValues {
-        let source = self.initial_source_value(tear);
+        let source = self.source_value_in_input_unit(tear);
         ConnectionValues { input: self.input_value(tear), source }
     }
 

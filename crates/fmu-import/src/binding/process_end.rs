@@ -12,9 +12,9 @@ unsafe extern "C" {
     fn trackside_leave(code: c_int) -> !;
     fn trackside_write_to(memory: *mut c_char);
     /// Defined in `interruption.c`, as the next two.
-    fn trackside_note_requests();
-    fn trackside_ignore_requests();
-    fn trackside_requested_end() -> c_int;
+    fn trackside_catch_termination_signals();
+    fn trackside_ignore_termination_signals();
+    fn trackside_termination_signal() -> c_int;
 }
 
 /// Takes each end of the process for foreign code's, from here on, but that by [`exit_without_destructors`]: who crashed or called `exit` is told, and the
@@ -59,21 +59,21 @@ pub fn exit_without_destructors(code: u8) -> ! {
 /// FMU may install handlers of its own; another call of this function takes the signals back.
 pub fn catch_termination_signals() {
     // SAFETY: the function installs handlers that write a number.
-    unsafe { trackside_note_requests() };
+    unsafe { trackside_catch_termination_signals() };
 }
 
 /// The number of the signal that asked the program to end, if one did.
 #[must_use]
 pub fn termination_signal() -> Option<u8> {
     // SAFETY: the function reads a number that is written as a whole.
-    let signal = unsafe { trackside_requested_end() };
+    let signal = unsafe { trackside_termination_signal() };
     u8::try_from(signal).ok().filter(|signal| *signal != 0)
 }
 
 /// Ignores SIGINT, SIGTERM and SIGHUP from here on: another process ends this one.
 pub fn ignore_termination_signals() {
     // SAFETY: the function installs handlers that do nothing.
-    unsafe { trackside_ignore_requests() };
+    unsafe { trackside_ignore_termination_signals() };
 }
 
 /// Bytes of a note, see [`share_call_notes`].

@@ -8,14 +8,14 @@ use crate::text::{decode_utf8_or_latin1, truncate_text};
 pub(super) struct Mdf3BlockReader<'b> {
     bytes: &'b mut FileByteReader,
     /// Whether the highest byte of a number comes first.
-    big: bool,
+    is_big_endian: bool,
 }
 
 /// A block; fields that it is too short for are 0 and empty, as later versions added fields.
 pub(super) struct Mdf3Block {
     pub at: u64,
     data: Vec<u8>,
-    big: bool,
+    is_big_endian: bool,
 }
 
 impl<'b> Mdf3BlockReader<'b> {
@@ -23,14 +23,14 @@ impl<'b> Mdf3BlockReader<'b> {
         let mut head = [0; 4];
         bytes.read_at(64, &mut head)?;
         // The length of the header, 164 bytes or few more, tells the order of its bytes.
-        Ok(Self { bytes, big: head[2] < head[3] })
+        Ok(Self { bytes, is_big_endian: head[2] < head[3] })
     }
 
     /// The block at a place, of at least so many bytes.
     pub fn read_block(&mut self, at: u64, id: &[u8; 2], least: usize) -> Result<Mdf3Block, Error> {
         let mut head = [0; 4];
         self.bytes.read_at(at, &mut head)?;
-        let block = Mdf3Block { at, data: head.to_vec(), big: self.big };
+        let block = Mdf3Block { at, data: head.to_vec(), is_big_endian: self.is_big_endian };
         let length = usize::from(block.u16_at(2));
         if head[..2] != *id || length < least {
             let text = format!(
@@ -47,7 +47,7 @@ impl<'b> Mdf3BlockReader<'b> {
     pub fn read_oversized_block(&mut self, at: u64, length: usize) -> Result<Mdf3Block, Error> {
         let mut data = vec![0; length];
         self.bytes.read_at(at, &mut data)?;
-        Ok(Mdf3Block { at, data, big: self.big })
+        Ok(Mdf3Block { at, data, is_big_endian: self.is_big_endian })
     }
 
     /// The text that a link leads to; nothing where it leads nowhere or the text is empty.
@@ -62,10 +62,10 @@ impl<'b> Mdf3BlockReader<'b> {
 }
 
 impl Mdf3Block {
-    fn array_at<const N: usize>(&self, at: usize) -> [u8; N] {
+    fn little_endian_array_at<const N: usize>(&self, at: usize) -> [u8; N] {
         let mut bytes: [u8; N] =
             self.data.get(at..at + N).map_or([0; N], |it| it.try_into().unwrap_or([0; N]));
-        if self.big {
+        if self.is_big_endian {
             bytes.reverse();
         }
         bytes
@@ -76,19 +76,19 @@ impl Mdf3Block {
     }
 
     pub fn u16_at(&self, at: usize) -> u16 {
-        u16::from_le_bytes(self.array_at(at))
+        u16::from_le_bytes(self.little_endian_array_at(at))
     }
 
     pub fn u32_at(&self, at: usize) -> u32 {
-        u32::from_le_bytes(self.array_at(at))
+        u32::from_le_bytes(self.little_endian_array_at(at))
     }
 
     pub fn u64_at(&self, at: usize) -> u64 {
-        u64::from_le_bytes(self.array_at(at))
+        u64::from_le_bytes(self.little_endian_array_at(at))
     }
 
     pub fn f64_at(&self, at: usize) -> f64 {
-        f64::from_le_bytes(self.array_at(at))
+        f64::from_le_bytes(self.little_endian_array_at(at))
     }
 
     /// The text of a field of so many bytes, up to a zero.

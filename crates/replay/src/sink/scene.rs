@@ -71,7 +71,7 @@ impl VehicleScene {
     pub fn send_static(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         self.send_body(stream)?;
         self.send_wheels(stream)?;
-        self.send_map_marker(stream)?;
+        self.send_static_car_marker(stream)?;
         self.send_heading_arrow(stream, HEADING_LEAST)?;
         if !self.slot.is_first() {
             return Ok(());
@@ -244,7 +244,7 @@ impl VehicleScene {
     }
 
     /// The marker on a map, in place of the car.
-    fn send_map_marker(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
+    fn send_static_car_marker(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let marker = Points3D::new([(0.0, 0.0, 2.0)])
             .with_labels(self.slot.0.as_deref())
             .with_show_labels(true)

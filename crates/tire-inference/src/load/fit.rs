@@ -17,7 +17,7 @@ use crate::local::{
     theta_from_log_coordinates,
 };
 
-/// ln K, C, ln D, E at rest and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
+/// ln K, C, ln D, E at ellipse_radicand and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
 const COUNT: usize = 9;
 type CoordinateVector = SVector<f64, COUNT>;
 type CoordinateMatrix = SMatrix<f64, COUNT, COUNT>;
@@ -85,20 +85,21 @@ impl LoadFitRows {
 
     /// The model at a row and another slip, with its derivatives.
     fn model_and_gradient(&self, at: &CoordinateVector, row: usize, slip: f64) -> (f64, CoordinateVector) {
-        let TireAtLoad { tire, factors, rest } = TireAtLoad::at_load(at, self.load[row], self.square[row]);
+        let TireAtLoadAndForce { log_coordinates: tire, load_factors, ellipse_radicand } =
+            TireAtLoadAndForce::at_load(at, self.load[row], self.square[row]);
         let (coefficient, by) = friction_and_log_gradient(&tire, slip);
-        let ellipse = rest.max(LEAST_FACTOR).sqrt();
+        let ellipse = ellipse_radicand.max(LEAST_FACTOR).sqrt();
         let z = self.load[row];
         let mut slopes = CoordinateVector::zeros();
         slopes.fixed_rows_mut::<4>(0).copy_from(&(by * ellipse));
         for (place, of_curve) in [0, 2].into_iter().enumerate() {
-            if factors[place] > LEAST_FACTOR {
-                let by_factor = ellipse * by[of_curve] / factors[place];
+            if load_factors[place] > LEAST_FACTOR {
+                let by_factor = ellipse * by[of_curve] / load_factors[place];
                 slopes[FIRST + place] = by_factor * z;
                 slopes[CURVED + place] = by_factor * z * z;
             }
         }
-        if rest > LEAST_FACTOR {
+        if ellipse_radicand > LEAST_FACTOR {
             slopes[FIRST + 2] = -0.5 * self.square[row] / ellipse * coefficient;
         }
         (ellipse * coefficient, slopes)
@@ -119,8 +120,9 @@ impl LoadFitRows {
     fn residuals(&self, at: &CoordinateVector) -> Vec<f64> {
         let CurveSamples { slip, force, weight } = &self.samples;
         let residual = |row: usize| {
-            let TireAtLoad { tire, rest, .. } = TireAtLoad::at_load(at, self.load[row], self.square[row]);
-            let model = rest.max(LEAST_FACTOR).sqrt()
+            let TireAtLoadAndForce { log_coordinates: tire, ellipse_radicand, .. } =
+                TireAtLoadAndForce::at_load(at, self.load[row], self.square[row]);
+            let model = ellipse_radicand.max(LEAST_FACTOR).sqrt()
                 * friction_coefficient(&theta_from_log_coordinates(&tire), slip[row]);
             weight[row].sqrt() * (force[row] - model)
         };
@@ -129,20 +131,20 @@ impl LoadFitRows {
 }
 
 /// The tire at a load and a longitudinal force.
-struct TireAtLoad {
-    tire: Vector4<f64>,
+struct TireAtLoadAndForce {
+    log_coordinates: Vector4<f64>,
     /// Of K and D by load.
-    factors: [f64; 2],
-    /// Radicand of the ellipse.
-    rest: f64,
+    load_factors: [f64; 2],
+    /// Radicand of the friction ellipse.
+    ellipse_radicand: f64,
 }
 
-impl TireAtLoad {
+impl TireAtLoadAndForce {
     fn at_load(at: &CoordinateVector, z: f64, square: f64) -> Self {
-        let factors = [0, 1].map(|place| 1.0 + at[FIRST + place] * z + at[CURVED + place] * z * z);
-        let [K, D] = factors.map(|factor| factor.max(LEAST_FACTOR).ln());
+        let load_factors = [0, 1].map(|place| 1.0 + at[FIRST + place] * z + at[CURVED + place] * z * z);
+        let [K, D] = load_factors.map(|factor| factor.max(LEAST_FACTOR).ln());
         let tire = Vector4::new(at[0] + K, at[1], at[2] + D, at[3]);
-        Self { tire, factors, rest: 1.0 - at[FIRST + 2] * square }
+        Self { log_coordinates: tire, load_factors, ellipse_radicand: 1.0 - at[FIRST + 2] * square }
     }
 }
 
@@ -207,7 +209,7 @@ impl LoadFitSearch<'_> {
 }
 
 impl LoadEffectFit {
-    /// Fits points at the load at rest [N], from another fit of the same tire where there is one.
+    /// Fits points at the load at ellipse_radicand [N], from another fit of the same tire where there is one.
     pub fn fit(
         series: &PointTimeSeries,
         nominal: f64,

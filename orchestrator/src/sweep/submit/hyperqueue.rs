@@ -6,9 +6,9 @@ use super::engine::{EngineCommandError, TaskEngine, TaskState, UnfinishedTasks, 
 use super::submission::TaskArraySubmission;
 
 /// The engine.
-pub(super) struct HyperQueue {
+pub(super) struct HyperQueueEngine {
     /// Options of `hq submit` that the user gives.
-    pub options: Vec<String>,
+    pub submit_options: Vec<String>,
 }
 
 /// The variable that tells a task its number.
@@ -24,7 +24,7 @@ struct HyperQueueJob {
     submission: u32,
 }
 
-impl HyperQueue {
+impl HyperQueueEngine {
     /// The jobs with the names of these submissions.
     fn find_jobs(submissions: &[TaskArraySubmission]) -> Result<Vec<HyperQueueJob>, EngineCommandError> {
         let jobs = parse_hyperqueue_json(&run_command("hq", ["job", "list", "--all", JSON])?)?;
@@ -37,7 +37,7 @@ impl HyperQueue {
     }
 }
 
-impl TaskEngine for HyperQueue {
+impl TaskEngine for HyperQueueEngine {
     fn max_array_size(&mut self) -> usize {
         LARGEST
     }
@@ -55,7 +55,7 @@ impl TaskEngine for HyperQueue {
             format!("--stdout={log}"),
             "--stderr=none".to_owned(),
         ];
-        arguments.extend(self.options.iter().cloned());
+        arguments.extend(self.submit_options.iter().cloned());
         arguments.extend(["--".to_owned(), "/bin/sh".to_owned()]);
         for path in [&submission.script, &submission.folder] {
             arguments.push(path.to_string_lossy().into_owned());
