@@ -67,6 +67,9 @@ mod call_faults;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
+// The player of a report, in a browser.
+#[path = "acceptance/player.rs"]
+mod player;
 // What FMUs log.
 #[path = "acceptance/messages.rs"]
 mod messages;

@@ -11,6 +11,7 @@ use cosim::node;
 use diagnostics::Error;
 use libtest_mimic::{Arguments, Trial};
 use orchestrator::package;
+use recording::overview::RunOverview;
 use recording::{AllVariables, RecordedSelection, RecordedVariables, Row, RunEvent, Sink, SinkNotice};
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
@@ -25,16 +26,18 @@ fn main() -> ExitCode {
     libtest_mimic::run(&Arguments::from_args(), vec![trial]).exit_code()
 }
 
-/// What takes rows in a run, without a thread: the checks, and the choice of what is recorded.
+/// What takes rows in a run, without a thread: the checks, the choice of what is recorded, and the overview of it.
 struct Rows {
     checks: RunChecks,
     recorded: RecordedSelection,
     row: Row<RecordedVariables>,
+    overview: RunOverview,
 }
 
 impl Sink<AllVariables> for Rows {
     fn push_row(&mut self, tick: u64, time: f64, row: &Row<AllVariables>) -> Result<(), Error> {
         self.recorded.copy_recorded_values(row, &mut self.row);
+        self.overview.push_row(tick, time, &self.row)?;
         self.checks.push_row(tick, time, row)
     }
 
@@ -61,6 +64,7 @@ fn allocated(scenario: &Scenario, built: &BuildArtifacts, steps: u64) -> Allocat
         checks: RunChecks::new(checks, plan.system.clock.step),
         recorded: plan.recorded.clone(),
         row: Row::default(),
+        overview: RunOverview::new(&plan.header, plan.header.view.pose.clone()),
     };
     let (mut coupling, mut progress) =
         (cosim::coupling::create_coupling(&plan.system), RunProgress::default());

@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use crate::nofollow;
 use crate::report::PreviousRun;
+pub use self::manoeuvre::TestPicture;
 
 /// The columns of a run that its analyses need, in memory until it is over.
 #[derive(Debug, Default)]
@@ -68,6 +69,8 @@ pub struct AnalysisOutputs<'a> {
     pub folder: &'a Path,
     /// The names of its files.
     pub files: &'a mut Vec<String>,
+    /// The pictures of tests.
+    pub tests: &'a mut Vec<TestPicture>,
 }
 
 /// Runs the analysis.
@@ -100,7 +103,8 @@ pub fn run_analysis<'a>(
             return script::run_analysis_script(plan, waiting, &request, &mut host);
         }
         Analyser::Manoeuvre(driven) => {
-            return manoeuvre::evaluate_manoeuvre(name, driven, &collected.time, &columns);
+            let pictures = &mut *host.outputs.tests;
+            return manoeuvre::evaluate_manoeuvre(name, driven, &collected.time, &columns, pictures);
         }
     };
     let outcome = fmu_import::call_plugin(&format!("analysis `{name}`"), c"its run", || {

@@ -7,17 +7,19 @@ use assessment::check::RunChecks;
 use assessment::collected::ValueCollector;
 use cosim::fault_report::FaultReporter;
 use diagnostics::{Error, rounded_time};
+use recording::overview::RunOverview;
 use recording::{
     AllVariables, AnalysisColumns, BoxedSink, EventLevel, RecordedSelection, RecordedVariables, Row,
     RunEvent, Sink, SinkNotice, StatusChange,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
+use scenario::resolve;
 
-use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
+use crate::analysis::{self, AnalysisOutputs, CollectedSignals, TestPicture};
 use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
 use crate::messages::NodeMessageCounter;
 use crate::options::{ProgressEvent, RunOptions};
-use crate::report::RunReport;
+use crate::report::{RunPictures, RunReport};
 use crate::sinks::SINKS;
 
 /// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.
@@ -30,6 +32,8 @@ pub(crate) struct RunRecorder {
     pub messages: NodeMessageCounter,
     collected: CollectedSignals,
     recordings: OpenRecordings,
+    /// What there is to draw of manoeuvres.
+    tests: Vec<TestPicture>,
     /// Notices for the user.
     notices: Vec<SinkNotice>,
     time: f64,
@@ -64,13 +68,19 @@ impl RunRecorder {
     /// Evaluates a run, and writes no recordings.
     pub fn without_recordings(plan: &mut RunPlan) -> Self {
         let recordings =
-            OpenRecordings { selection: plan.recorded.clone(), row: Row::default(), sinks: Vec::new() };
+            OpenRecordings {
+                selection: plan.recorded.clone(),
+                row: Row::default(),
+                sinks: Vec::new(),
+                overview: None,
+            };
         Self::with_recordings(recordings, plan, BaselineChecker::default())
     }
 
     fn with_recordings(recordings: OpenRecordings, plan: &mut RunPlan, baselines: BaselineChecker) -> Self {
         RunRecorder {
             recordings,
+            tests: Vec::new(),
             values: ValueCollector::new(std::mem::take(&mut plan.collected)),
             collected: CollectedSignals::new(&plan.analyses),
             faults: FaultReporter::new(&plan.system),
@@ -104,6 +114,11 @@ impl RunRecorder {
         let analyses = plan.analyses.iter();
         let analyses = analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
         report.warnings.extend(checks.chain(baselines).chain(analyses));
+    }
+
+    /// What the page of the run shows over time; none of a run that is not recorded.
+    pub fn run_pictures(&self) -> Option<RunPictures<'_>> {
+        Some(RunPictures { overview: self.recordings.overview.as_ref()?, tests: &self.tests })
     }
 
     /// The URLs that viewers can connect to.
@@ -167,7 +182,12 @@ impl RunRecorder {
             goes_on()
         };
         let outputs =
-            AnalysisOutputs { sink: &mut self.recordings, folder: &report.folder, files: &mut report.files };
+            AnalysisOutputs {
+                sink: &mut self.recordings,
+                folder: &report.folder,
+                files: &mut report.files,
+                tests: &mut self.tests,
+            };
         let result = analysis::run_analysis(plan, &self.collected, outputs, &mut progress);
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())
@@ -241,6 +261,8 @@ struct OpenRecordings {
     selection: RecordedSelection,
     row: Row<RecordedVariables>,
     sinks: Vec<BoxedSink>,
+    /// For the page of the run.
+    overview: Option<RunOverview>,
 }
 
 impl OpenRecordings {
@@ -248,11 +270,13 @@ impl OpenRecordings {
         let header = &plan.header;
         std::fs::create_dir_all(&header.folder)
             .map_err(|error| Error::output_failure(&header.folder, error))?;
+        let pose = header.view.pose.clone().or_else(|| resolve::usual_pose(&header.columns));
         let opened = SINKS.iter().filter_map(|kind| (kind.open)(header, options).transpose());
         Ok(OpenRecordings {
             selection: plan.recorded.clone(),
             row: Row::default(),
             sinks: opened.collect::<Result<_, _>>()?,
+            overview: Some(RunOverview::new(header, pose)),
         })
     }
 
@@ -266,6 +290,9 @@ impl Sink<AllVariables> for OpenRecordings {
         if !self.selection.is_empty() && !self.sinks.is_empty() {
             self.selection.copy_recorded_values(row, &mut self.row);
         }
+        if let Some(overview) = &mut self.overview {
+            overview.push_row(tick, time, &self.row)?;
+        }
         self.sinks.iter_mut().try_for_each(|sink| sink.push_row(tick, time, &self.row))
     }
 
@@ -274,6 +301,9 @@ impl Sink<AllVariables> for OpenRecordings {
     }
 
     fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
+        if let Some(overview) = &mut self.overview {
+            overview.push_status_change(change)?;
+        }
         self.for_each_sink(|sink| sink.push_status_change(change))
     }
 

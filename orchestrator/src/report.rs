@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::nofollow;
+pub use page::RunPictures;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
@@ -340,14 +341,18 @@ impl RunReport {
         )
     }
 
-    /// Writes `report.html` with the files of the scenario, and `report.json`, which appears when it is complete, and as the last
+    /// Writes `report.html` with the files of the scenario and what there is to show over time, and `report.json`, which appears when it is complete, and as the last
     /// file of a run.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write_report_files(&self, source: &SourceFiles) -> Result<(), Error> {
+    pub fn write_report_files(
+        &self,
+        source: &SourceFiles,
+        pictures: Option<RunPictures>,
+    ) -> Result<(), Error> {
         let page = self.folder.join(PAGE);
-        nofollow::write_without_following_links(&page, self.html_page(source))
+        nofollow::write_without_following_links(&page, self.html_page(source, pictures))
             .map_err(|error| Error::output_failure(&page, error))?;
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;

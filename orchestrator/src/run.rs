@@ -266,7 +266,7 @@ impl ScenarioJob<'_> {
         report.warnings.extend(recorder.recording_warnings().chain(progress.notices).chain(progress.ended));
         report.warnings.extend(fmu_import::take_process_change_reports());
         report.set_wall_time(begin.elapsed().as_secs_f64());
-        report.write_report_files(&self.scenario.source)?;
+        report.write_report_files(&self.scenario.source, recorder.run_pictures())?;
         match failure {
             Some(error) => {
                 events(ProgressEvent::Failed(&report));

@@ -29,6 +29,7 @@ const PACKAGES: &[&str] = &[
     "pyarrow",
     "tombi==1.9.6",
     "hyperqueue==0.27.0",
+    "playwright==1.65.2",
 ];
 
 /// A virtual environment.

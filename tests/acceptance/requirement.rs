@@ -23,6 +23,8 @@ pub enum Requirement {
     /// The Rerun viewer of that environment, which wants graphics drivers even without a window.
     #[cfg(feature = "rerun")]
     Viewer,
+    /// Chromium, and in that environment what drives it.
+    Browser,
     /// valgrind.
     Valgrind,
     /// Slurm, which this user may start.
@@ -38,7 +40,7 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 11] = [const { OnceLock::new() }; 11];
+static ANSWERS: [OnceLock<Option<String>>; 12] = [const { OnceLock::new() }; 12];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -57,6 +59,7 @@ impl Requirement {
             Requirement::PythonLibrary => "libpython",
             #[cfg(feature = "rerun")]
             Requirement::Viewer => "viewer",
+            Requirement::Browser => "chromium",
             Requirement::Valgrind => "valgrind",
             Requirement::Slurm => "Slurm",
             Requirement::SmallDisk => "mount",
@@ -86,6 +89,10 @@ impl Requirement {
         match self {
             Requirement::Compiler => starts("cc", "compiles FMUs and plugins that misbehave"),
             Requirement::Valgrind => starts("valgrind", "looks for errors and leaks in our FMUs"),
+            Requirement::Browser => match super::player::browser() {
+                None => Some("chromium is not installed, which plays reports".to_owned()),
+                Some(_) => python::environment().as_ref().err().cloned(),
+            },
             Requirement::Slurm => super::engines::missing_slurm(),
             Requirement::SmallDisk => {
                 let mount = super::full_disks::on_disk("1m", "/tmp", "true").output();

@@ -4,6 +4,8 @@ use std::fmt::{Result, Write};
 
 use askama::filters::Escaper;
 
+use crate::{Markup, Safe};
+
 /// How templates escape what stands in braces, see [`escape_xml`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct XmlEscaper;
@@ -38,9 +40,33 @@ pub fn escape_xml(text: &str) -> String {
     escaped
 }
 
+/// JSON that may stand in a `script` element: no text in it can end the element or begin a comment, and what nobody would see is
+/// written as numbers.
+pub fn script_json(json: &str) -> Markup {
+    let mut escaped = String::with_capacity(json.len());
+    for character in json.chars() {
+        match character {
+            '<' | '>' | '&' | '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+                let _ = write!(escaped, "\\u{:04x}", u32::from(character));
+            }
+            other if other.is_control() => {
+                let _ = write!(escaped, "\\u{:04x}", u32::from(other));
+            }
+            other => escaped.push(other),
+        }
+    }
+    Safe(escaped)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_in_json_cannot_end_its_script() {
+        let escaped = script_json("{\"a\": \"</script><!--&\u{9b}\u{202e}é\"}").0;
+        assert_eq!(escaped, r#"{"a": "\u003c/script\u003e\u003c!--\u0026\u009b\u202eé"}"#);
+    }
 
     #[test]
     fn text_cannot_break_out_of_its_element() {

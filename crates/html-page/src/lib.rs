@@ -13,7 +13,7 @@ use askama::Template;
 pub use askama::filters::Safe;
 pub use axis::PlotAxis;
 
-pub use escape::{XmlEscaper, escape_xml};
+pub use escape::{XmlEscaper, escape_xml, script_json};
 pub use plot::{CssClass, Plot, PlotLayer, PlotLayerShape};
 pub use svg::plots_to_svg_file;
 

@@ -31,6 +31,7 @@ use crate::action::{CarState, DriverAction, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::TestDiagram;
 use crate::log::ManoeuvreLog;
 use crate::path::GroundPath;
 
@@ -80,6 +81,21 @@ pub trait ManoeuvreKind: Debug + Send + Sync {
     /// The path that it follows, if it follows one.
     fn reference_path(&self) -> Option<GroundPath> {
         None
+    }
+
+    /// The cones of its course, in the frame of the test [m].
+    fn cones(&self) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
+
+    /// The diagrams that its standard shows of a completed test with these values, over the time of the log.
+    fn diagrams(
+        &self,
+        _common: &CommonParameters,
+        _log: &ManoeuvreLog,
+        _values: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        Vec::new()
     }
 
     /// The speed at which the test begins [m/s].

@@ -13,6 +13,8 @@ mod channel;
 mod characteristic_value;
 mod common;
 mod controllers;
+mod course;
+mod diagram;
 mod driver;
 mod frame;
 pub mod kind;
@@ -28,6 +30,8 @@ pub use characteristic_value::{
 };
 pub use common::{CommonParameters, Direction};
 pub use controllers::{PathFollower, SpeedController};
+pub use course::TestCourse;
+pub use diagram::{DiagramLayerKind, DiagramScale, TestDiagram, TestDiagramLayer};
 pub use driver::{DriverOutputInfo, DriverState, ManoeuvreDriver, OUTPUTS};
 pub use line_fit::LineFit;
 pub use log::ManoeuvreLog;

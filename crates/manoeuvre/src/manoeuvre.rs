@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::action::TestStage;
 use crate::channel::Channel;
-use crate::characteristic_value::ParameterError;
+use crate::characteristic_value::{CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::TestDiagram;
 use crate::kind::{ManoeuvreKind, ShortestPhase};
 use crate::log::ManoeuvreLog;
 
@@ -51,6 +52,19 @@ impl Manoeuvre {
             }
             _ => Ok(()),
         }
+    }
+
+    /// The diagrams of a test with these values; `begin` is the time of the run at which it began [s].
+    #[must_use]
+    pub fn test_diagrams(
+        &self,
+        log: &ManoeuvreLog,
+        values: &CharacteristicValues,
+        begin: f64,
+    ) -> Vec<TestDiagram> {
+        let mut diagrams = self.kind.diagrams(&self.common, log, values);
+        diagrams.iter_mut().for_each(|diagram| diagram.shift_time(begin));
+        diagrams
     }
 
     /// The test in a whole run: `commands` are steering, drive and phase, `inputs` what the kind needs, in that order.

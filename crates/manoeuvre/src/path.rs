@@ -11,7 +11,31 @@ pub enum GroundPath {
     Gates(Vec<[f64; 2]>),
 }
 
+/// Distance of points along a path [m].
+const SAMPLING: f64 = 1.0;
+
 impl GroundPath {
+    /// Points of the path from its beginning on, where it is more than a straight line: a whole circle, or up to the last gate.
+    #[must_use]
+    pub fn sampled_points(&self) -> Vec<[f64; 2]> {
+        match self {
+            GroundPath::Straight => Vec::new(),
+            GroundPath::Circle(radius) => {
+                let point = |degree: i32| {
+                    let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+                    [radius * sin, radius * (1.0 - cos)]
+                };
+                (0..=360).step_by(3).map(point).collect()
+            }
+            GroundPath::Gates(points) => {
+                let end = points.last().map_or(0.0, |point| point[0]);
+                let count = (end / SAMPLING).ceil() as u32;
+                let along = (0..=count).map(|k| (f64::from(k) * SAMPLING).min(end));
+                along.map(|x| [x, center_line(points, x).y]).collect()
+            }
+        }
+    }
+
     /// How far the path is to the left of a point [m].
     #[must_use]
     pub fn lateral_offset(&self, x: f64, y: f64) -> f64 {

@@ -5,6 +5,7 @@
 
 mod columns;
 mod golden;
+pub mod overview;
 mod reader;
 mod records;
 pub mod recover;
@@ -13,6 +14,7 @@ mod selection;
 mod sink;
 pub mod survey;
 pub mod table;
+mod thinned_samples;
 pub mod view;
 
 pub use columns::{Column, Columns, ValueKind, VariableDirection};
@@ -34,3 +36,4 @@ pub use sink::{
     AnalysisColumns, BoxedSink, CheckOrFaultStatus, EventLevel, RunEvent, RunHeader, Sink, SinkFactory,
     SinkNotice, StatusChange, StatusSource,
 };
+pub use thinned_samples::ThinnedSamples;

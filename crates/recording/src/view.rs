@@ -67,6 +67,12 @@ pub enum RowQuantity {
 }
 
 impl RowQuantity {
+    /// Whether it is this column as it is.
+    #[must_use]
+    pub fn is_column(&self, column: NumberIndex<RecordedVariables>) -> bool {
+        matches!(self, RowQuantity::Column(own) if *own == column)
+    }
+
     /// Its value in the row at `time` [s].
     #[must_use]
     pub fn evaluate(&self, time: f64, row: &Row<RecordedVariables>) -> f64 {

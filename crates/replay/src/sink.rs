@@ -44,7 +44,6 @@ mod signals;
 mod status_tracks;
 mod target;
 mod texts;
-mod thinned_samples;
 mod time_gap;
 mod timeline;
 mod trace;

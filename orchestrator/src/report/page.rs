@@ -1,18 +1,23 @@
 //! Writes `report.html`: a run on one page that needs nothing but a browser, to be handed on.
 
+mod driven_map;
 mod pictures;
+mod player;
 
 use askama::Template;
 use cosim::coupling::LoopSummary;
 use diagnostics::SourceFiles;
+use recording::overview::RunOverview;
 use serde_json::Value;
 
 use super::analysis_summary::AnalysisSummary;
 use super::text::format_seconds;
 use super::{FileHash, NodeReport, RunReport, RunVerdict};
+use crate::analysis::TestPicture;
 use crate::messages::{MessageSeverity, NodeMessage};
 use crate::tube_lines;
 use pictures::{CheckPlot, SMALL, WIDE, check_plot};
+use player::RunPlayer;
 
 /// The run and the files of its scenario, with pictures of failed and of passed checks.
 #[derive(Template)]
@@ -24,17 +29,28 @@ struct RunReportPage<'a> {
     source: &'a SourceFiles,
     failed: Vec<CheckPlot<'a>>,
     passed: Vec<CheckPlot<'a>>,
+    player: Option<RunPlayer>,
+}
+
+/// What a page shows of a run over time.
+#[derive(Debug, Clone, Copy)]
+pub struct RunPictures<'a> {
+    /// Its poses, curves and faults.
+    pub overview: &'a RunOverview,
+    /// Its manoeuvres.
+    pub tests: &'a [TestPicture],
 }
 
 impl RunReport {
     /// The page; `source` are the files of the scenario.
     #[must_use]
-    pub(super) fn html_page(&self, source: &SourceFiles) -> String {
-        let pictures = |passed: bool, size: [f64; 2]| {
-            let checks = self.checks.iter().filter(|check| check.passed == passed);
-            checks.filter_map(|check| check_plot(check, size)).collect()
+    pub(super) fn html_page(&self, source: &SourceFiles, pictures: Option<RunPictures>) -> String {
+        let plots = |passed: bool, size: [f64; 2]| {
+            let checks = self.checks.iter().enumerate().filter(|(_, check)| check.passed == passed);
+            checks.filter_map(|(place, check)| check_plot(place, check, size)).collect()
         };
-        let (failed, passed) = (pictures(false, WIDE), pictures(true, SMALL));
+        let (failed, passed) = (plots(false, WIDE), plots(true, SMALL));
+        let player = pictures.and_then(|pictures| RunPlayer::new(&pictures, &self.checks));
         let headline = match self.verdict {
             // The error follows.
             RunVerdict::Error | RunVerdict::Interrupted => {
@@ -44,7 +60,7 @@ impl RunReport {
             RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
         };
         let title = &self.title;
-        html_page::render_page(&RunReportPage { title, headline, report: self, source, failed, passed })
+        html_page::render_page(&RunReportPage { title, headline, report: self, source, failed, passed, player })
     }
 }
 

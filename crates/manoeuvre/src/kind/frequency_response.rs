@@ -10,6 +10,7 @@ use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::{DiagramLayerKind, DiagramScale, TestDiagram};
 use crate::log::ManoeuvreLog;
 
 /// How the steering is excited.
@@ -405,5 +406,54 @@ impl ManoeuvreKind for FrequencyResponse {
             .with_number("yaw_rate_equivalent_time", late.map(|frequency| 1.0 / (TAU * frequency)))
             .with_number("lateral_acceleration_bandwidth", bandwidth(&a_y[0]))
             .with_number("coherence_min", coherence))
+    }
+
+    fn diagrams(
+        &self,
+        _: &CommonParameters,
+        _: &ManoeuvreLog,
+        values: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        let frequencies = values.get_list("frequencies");
+        let curve = |name: &str, factor: f64| -> Vec<[f64; 2]> {
+            let of = values.get_list(name);
+            frequencies.iter().zip(of).map(|(frequency, value)| [*frequency, factor * value]).collect()
+        };
+        let diagram = |title: &str, y_label| {
+            TestDiagram::new(title, DiagramScale::Logarithmic, ["frequency [Hz]", y_label])
+        };
+        let gain = |title, y_label, name: &str, factor: f64| {
+            let gain = curve(&format!("{name}_gain"), factor);
+            let low = gain.first().map_or(f64::NAN, |point| FRAC_1_SQRT_2 * point[1]);
+            let ends = [gain.first(), gain.last()].map(|end| [end.map_or(f64::NAN, |point| point[0]), low]);
+            let bandwidth = values.get_number(&format!("{name}_bandwidth"));
+            let mark = format!("bandwidth {:.2} Hz", bandwidth.unwrap_or(f64::NAN));
+            diagram(title, y_label)
+                .with_layer("3 dB below the first one", DiagramLayerKind::Reference, ends)
+                .with_layer("gain", DiagramLayerKind::Curve, gain)
+                .with_mark(mark, bandwidth.map(|frequency| [frequency, low]))
+        };
+        let degrees = 1_f64.to_degrees();
+        let phase = |title, name: &str| {
+            diagram(title, "phase [deg]").with_layer("phase", DiagramLayerKind::Curve, curve(name, degrees))
+        };
+        vec![
+            gain("Gain of the yaw rate (ISO 7401)", "yaw rate / road-wheel angle [1/s]", "yaw_rate", 1.0),
+            phase("Phase of the yaw rate (ISO 7401)", "yaw_rate_phase"),
+            gain(
+                "Gain of the lateral acceleration (ISO 7401)",
+                "a_y / road-wheel angle [m/s2/deg]",
+                "lateral_acceleration",
+                degrees.recip(),
+            ),
+            phase("Phase of the lateral acceleration (ISO 7401)", "lateral_acceleration_phase"),
+            diagram("Coherence (ISO 7401)", "coherence [1]")
+                .with_layer("yaw rate", DiagramLayerKind::Curve, curve("yaw_rate_coherence", 1.0))
+                .with_layer(
+                    "lateral acceleration",
+                    DiagramLayerKind::SecondCurve,
+                    curve("lateral_acceleration_coherence", 1.0),
+                ),
+        ]
     }
 }

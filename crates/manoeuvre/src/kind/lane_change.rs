@@ -169,6 +169,10 @@ impl ManoeuvreKind for LaneChange {
         Some(GroundPath::Gates(ends.collect()))
     }
 
+    fn cones(&self) -> Vec<[f64; 2]> {
+        self.cone_positions()
+    }
+
     fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
         ParameterError::check_positive([
             ("width", self.width, "m"),

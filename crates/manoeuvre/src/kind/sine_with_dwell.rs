@@ -11,6 +11,7 @@ use crate::action::{CarState, DriveCommand, DriverAction, EDGE, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::{DiagramLayerKind, TestDiagram};
 use crate::log::{ManoeuvreLog, max_abs, peak_index};
 
 /// Sine with dwell (FMVSS 126, ISO 19365): off the pedals one period of steering that rests at its second peak. Its amplitude is an
@@ -57,6 +58,14 @@ const SINE: i8 = 3;
 
 /// After the completion of steer the yaw rate is judged at these times [s].
 const JUDGED: [f64; 2] = [1.0, 1.75];
+/// At most such shares of the peak the yaw rate may have then (S5.2.1, S5.2.2).
+const YAW_RATE_LIMITS: [f64; 2] = [0.35, 0.20];
+/// At least so much displacement a car of up to 3500 kg must have (S5.2.3) [m].
+const LEAST_DISPLACEMENT: f64 = 1.83;
+/// Half the length of a drawn limit [s].
+const LIMIT_LENGTH: f64 = 0.2;
+/// The diagrams begin so long before the steering [s].
+const BEFORE: f64 = 0.25;
 /// After the beginning of steer the lateral displacement is judged at this time [s].
 const DISPLACED: f64 = 1.07;
 /// A car that yaws less is straight again [rad/s].
@@ -88,6 +97,13 @@ impl SineWithDwell {
     fn steer_amplitude(&self, found: f64) -> f64 {
         self.amplitude.unwrap_or(self.times_A.unwrap_or(0.0) * self.A.unwrap_or(found))
     }
+}
+
+/// The displacement to the left since a place of the log, against the heading there [m].
+fn displacements(log: &ManoeuvreLog, begin: usize) -> Vec<f64> {
+    let (sin, cos) = log.psi[begin].sin_cos();
+    let side = |k: usize| cos * log.y[k] - sin * log.x[k];
+    (0..log.t.len()).map(|k| side(k) - side(begin)).collect()
 }
 
 impl ManoeuvreKind for SineWithDwell {
@@ -220,9 +236,7 @@ impl ManoeuvreKind for SineWithDwell {
             );
         }
         let ratio = |after: f64| log.interpolate_at(&log.r, completed + after).map(|r| -r / peak);
-        let (sin, cos) = log.psi[begin].sin_cos();
-        let side = |k: usize| cos * log.y[k] - sin * log.x[k];
-        let sides: Vec<f64> = (0..log.t.len()).map(|k| side(k) - side(begin)).collect();
+        let sides = displacements(log, begin);
         Ok(CharacteristicValues::default()
             .with_number("A", A)
             .with_number("amplitude", self.steer_amplitude(A.unwrap_or(0.0)))
@@ -233,5 +247,58 @@ impl ManoeuvreKind for SineWithDwell {
             .with_number("lateral_displacement", log.interpolate_at(&sides, log.t[begin] + DISPLACED))
             .with_number("lateral_acceleration_max", max_abs(&log.a_y[begin..]))
             .with_number("sideslip_max", max_abs(&log.sideslip_angles()[begin..])))
+    }
+
+    fn diagrams(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+        values: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        let Ok(range) = log.stage_index_range(SINE) else { return Vec::new() };
+        let begin = log.t[range.start];
+        let (changed, completed) = (begin + 0.5 / self.frequency, begin + self.steer_duration());
+        let shown = log.t.partition_point(|t| *t < begin - BEFORE)..log.t.len();
+        let curve = |of: &[f64], factor: f64| -> Vec<[f64; 3]> {
+            shown.clone().map(|k| [log.t[k], log.t[k], factor * of[k]]).collect()
+        };
+        let at = |of: &[f64], factor: f64, time: f64| {
+            log.interpolate_at(of, time).map(|value| [time, factor * value])
+        };
+        let limit = |time: f64, value: f64| [[time - LIMIT_LENGTH, value], [time + LIMIT_LENGTH, value]];
+        let degrees = 1_f64.to_degrees();
+        let peak = degrees * values.get_number("yaw_rate_peak").unwrap_or(f64::NAN);
+        let top = (shown.start..log.t.len())
+            .filter(|k| log.t[*k] >= changed)
+            .min_by(|a, b| log.r[*a].total_cmp(&log.r[*b]));
+        let ends = |of: &[f64], factor: f64| {
+            let shown = || of[shown.clone()].iter().map(|value| factor * value);
+            [shown().fold(f64::INFINITY, f64::min), shown().fold(f64::NEG_INFINITY, f64::max)]
+        };
+        let completion = |of: &[f64], factor: f64| ends(of, factor).map(|value| [completed, value]);
+        let sides = displacements(log, range.start);
+        let mut yaw_rate = TestDiagram::over_time("Yaw rate (FMVSS 126)", "yaw rate [deg/s]")
+            .with_layer("completion of steer", DiagramLayerKind::Reference, completion(&log.r, degrees))
+            .with_timed_layer("yaw rate", DiagramLayerKind::Curve, curve(&log.r, degrees))
+            .with_mark(format!("peak {peak:.1} deg/s"), top.map(|k| [log.t[k], degrees * log.r[k]]));
+        for (after, share) in JUDGED.into_iter().zip(YAW_RATE_LIMITS) {
+            let name = format!("at most {:.0} % of it {after:.2} s after completion", 100.0 * share);
+            yaw_rate = yaw_rate
+                .with_layer(name, DiagramLayerKind::Limit, limit(completed + after, share * peak))
+                .with_mark("", at(&log.r, degrees, completed + after));
+        }
+        let name = format!("at least {LEAST_DISPLACEMENT} m {DISPLACED} s after the beginning");
+        let displacement = TestDiagram::over_time("Lateral displacement (FMVSS 126)", "displacement [m]")
+            .with_timed_layer("displacement", DiagramLayerKind::Curve, curve(&sides, 1.0))
+            .with_layer(name, DiagramLayerKind::Limit, limit(begin + DISPLACED, LEAST_DISPLACEMENT))
+            .with_mark("", at(&sides, 1.0, begin + DISPLACED));
+        let acceleration = TestDiagram::over_time("Lateral acceleration (FMVSS 126)", "a_y [m/s2]")
+            .with_layer("completion of steer", DiagramLayerKind::Reference, completion(&log.a_y, 1.0))
+            .with_timed_layer("a_y", DiagramLayerKind::Curve, curve(&log.a_y, 1.0));
+        let steer = TestDiagram::over_time("Steering (FMVSS 126)", "road-wheel angle [deg]")
+            .with_layer("completion of steer", DiagramLayerKind::Reference, completion(&log.steer, degrees))
+            .with_timed_layer("delta", DiagramLayerKind::Curve, curve(&log.steer, degrees));
+        let search = self.has_amplitude_search().then(|| self.search.steer_diagram(log, SEARCH)).flatten();
+        [yaw_rate, displacement, acceleration, steer].into_iter().chain(search).collect()
     }
 }

@@ -8,6 +8,7 @@ use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::{DiagramLayerKind, DiagramScale, TestDiagram};
 use crate::line_fit::LineFit;
 use crate::log::{ManoeuvreLog, max_abs};
 use units::STANDARD_GRAVITY;
@@ -57,6 +58,24 @@ impl SlowlyIncreasingSteer {
         }
         let steer = self.rate * (now.time - stage.since);
         (now.a_y < self.until && steer <= self.max_steer).then_some(steer)
+    }
+
+    /// Steering over lateral acceleration in a stage of a log, with the fitted line.
+    pub(super) fn steer_diagram(&self, log: &ManoeuvreLog, number: i8) -> Option<TestDiagram> {
+        let range = log.stage_index_range(number).ok()?;
+        let SteerFit { A, gradient } = self.fit_steer_gradient(log, number).ok()?;
+        let places = range.start + 1..=range.end.min(log.a_y.len() - 1);
+        let curve = places.map(|k| [log.t[k], log.a_y[k], log.steer[k - 1].to_degrees()]);
+        let line = |a_y: f64| [a_y, (A + gradient * (a_y - AT)).to_degrees()];
+        let slope = format!("fitted: {:.2} deg/g", gradient.to_degrees() * STANDARD_GRAVITY);
+        let axes = ["lateral acceleration a_y [m/s2]", "road-wheel angle [deg]"];
+        let title = "Slowly increasing steer (FMVSS 126)";
+        Some(
+            TestDiagram::new(title, DiagramScale::Linear, axes)
+                .with_timed_layer("delta", DiagramLayerKind::Curve, curve)
+                .with_layer(slope, DiagramLayerKind::Fit, [line(*LINEAR.start()), line(*LINEAR.end())])
+                .with_mark(format!("A = {:.3} deg at 0.3 g", A.to_degrees()), Some(line(AT))),
+        )
     }
 
     /// Fits the straight line through road-wheel angle and lateral acceleration in a stage of a log.
@@ -137,5 +156,14 @@ impl ManoeuvreKind for SlowlyIncreasingSteer {
         let values =
             CharacteristicValues::default().with_number("A", A).with_number("steer_gradient", gradient);
         Ok(values.with_number("lateral_acceleration_max", max_abs(&log.a_y)))
+    }
+
+    fn diagrams(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+        _: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        self.steer_diagram(log, 1).into_iter().collect()
     }
 }

@@ -1,5 +1,7 @@
 //! Steady circle: how much more the car must be steered the faster it corners (ISO 4138).
 
+use std::ops::Range;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +11,11 @@ use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::{DiagramLayerKind, DiagramScale, TestDiagram};
 use crate::line_fit::LineFit;
 use crate::log::{ManoeuvreLog, max_abs};
 use crate::path::GroundPath;
+use units::STANDARD_GRAVITY;
 
 /// What a steady circle keeps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -79,6 +83,15 @@ const CIRCLE: i8 = 1;
 const FASTER: i8 = 2;
 /// A car that is farther from its circle has left it [m].
 const LEFT: f64 = 2.0;
+
+impl SteadyCircle {
+    /// The places of the log on the straight line: until its end is reached for the first time.
+    fn linear_places(&self, log: &ManoeuvreLog, range: &Range<usize>) -> Vec<usize> {
+        let [low, high] = self.linear;
+        let end = range.clone().find(|k| log.a_y[*k] > high).unwrap_or(range.end);
+        (range.start + 1..end).filter(|k| log.a_y[*k] >= low).collect()
+    }
+}
 
 impl ManoeuvreKind for SteadyCircle {
     fn kind_title(&self) -> &'static str {
@@ -202,9 +215,7 @@ impl ManoeuvreKind for SteadyCircle {
             ));
         }
         let wheelbase = common.wheelbase.unwrap_or(f64::NAN);
-        // Until the line's end is reached for the first time.
-        let end = range.clone().find(|k| log.a_y[*k] > high).unwrap_or(range.end);
-        let places: Vec<usize> = (range.start + 1..end).filter(|k| log.a_y[*k] >= low).collect();
+        let places = self.linear_places(log, &range);
         let extra = |k: usize| log.steer[k - 1] - wheelbase * log.r[k] / log.v_x[k];
         let gradient = LineFit::through_points(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
         let gradient = gradient.ok_or(
@@ -221,5 +232,54 @@ impl ManoeuvreKind for SteadyCircle {
             .with_number("sideslip_gradient", slope)
             .with_number("yaw_rate_gain_max", max_abs(&gains))
             .with_number("lateral_acceleration_max", reached))
+    }
+
+    fn diagrams(
+        &self,
+        common: &CommonParameters,
+        log: &ManoeuvreLog,
+        values: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        let Ok(range) = log.stage_index_range(FASTER) else { return Vec::new() };
+        let wheelbase = common.wheelbase.unwrap_or(f64::NAN);
+        let (linear, sideslip) = (self.linear_places(log, &range), log.sideslip_angles());
+        let rolling = |k: usize| (wheelbase * log.r[k] / log.v_x[k]).to_degrees();
+        let steer = |k: usize| log.steer[k - 1].to_degrees();
+        let curve = |y: &dyn Fn(usize) -> f64| -> Vec<[f64; 3]> {
+            (range.start + 1..range.end).map(|k| [log.t[k], log.a_y[k], y(k)]).collect()
+        };
+        let fit = |y: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
+            let line = LineFit::through_points(linear.iter().map(|k| (log.a_y[*k], y(*k))));
+            self.linear.into_iter().filter_map(|a_y| Some([a_y, line.value_at(a_y)?])).collect()
+        };
+        let [low, high] = self.linear;
+        let slope = |name: &str, value: &str| {
+            let per_g = values.get_number(value).unwrap_or(f64::NAN).to_degrees() * STANDARD_GRAVITY;
+            format!("{name} {per_g:.2} deg/g, fitted from {low} to {high} m/s2")
+        };
+        let axes = |y| ["lateral acceleration a_y [m/s2]", y];
+        let diagram = |title, y| TestDiagram::new(title, DiagramScale::Linear, axes(y));
+        vec![
+            diagram("Steering over lateral acceleration (ISO 4138)", "road-wheel angle [deg]")
+                .with_timed_layer("L r / v_x, without slip angles", DiagramLayerKind::Reference, curve(&rolling))
+                .with_timed_layer("delta", DiagramLayerKind::Curve, curve(&steer))
+                .with_timed_layer(
+                    "delta - L r / v_x",
+                    DiagramLayerKind::SecondCurve,
+                    curve(&|k| steer(k) - rolling(k)),
+                )
+                .with_layer(
+                    slope("understeer gradient", "understeer_gradient"),
+                    DiagramLayerKind::Fit,
+                    fit(&|k| steer(k) - rolling(k)),
+                ),
+            diagram("Sideslip over lateral acceleration (ISO 4138)", "sideslip angle [deg]")
+                .with_timed_layer("beta", DiagramLayerKind::Curve, curve(&|k| sideslip[k].to_degrees()))
+                .with_layer(
+                    slope("sideslip gradient", "sideslip_gradient"),
+                    DiagramLayerKind::Fit,
+                    fit(&|k| sideslip[k].to_degrees()),
+                ),
+        ]
     }
 }

@@ -8,6 +8,7 @@ use crate::action::{CarState, DriveCommand, DriverAction, TestStage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValueInfo, CharacteristicValues, ParameterError};
 use crate::common::CommonParameters;
+use crate::diagram::{DiagramLayerKind, TestDiagram};
 use crate::log::{ManoeuvreLog, max_abs, mean, peak_index};
 
 /// Step steer (ISO 7401) with the driving force held. Times count from the moment at which half of the step is steered.
@@ -174,5 +175,36 @@ impl ManoeuvreKind for StepSteer {
             .with_number("lateral_acceleration_peak_time", a_peak)
             .with_number("lateral_acceleration_overshoot", a_over)
             .with_number("TB", r_peak.map(|time| time * sideslip)))
+    }
+
+    fn diagrams(
+        &self,
+        _: &CommonParameters,
+        log: &ManoeuvreLog,
+        values: &CharacteristicValues,
+    ) -> Vec<TestDiagram> {
+        let half = 0.5 * self.amplitude / self.rate;
+        let last = log.t[log.t.len() - 1];
+        let response = |title, y_label, of: &[f64], factor: f64, name: &str| {
+            let value = |key: &str| values.get_number(&format!("{name}_{key}"));
+            let steady = factor * values.get_number(&format!("steady_{name}")).unwrap_or(f64::NAN);
+            let overshoot = value("overshoot").unwrap_or(0.0);
+            let response = value("response_time");
+            let peak = value("peak_time");
+            let curve = log.t.iter().zip(of).map(|(t, value)| [*t, *t, factor * value]);
+            let share = format!("90 %, after {:.3} s", response.unwrap_or(f64::NAN));
+            let highest = format!("peak, {:.1} % above", 100.0 * overshoot);
+            TestDiagram::over_time(title, y_label)
+                .with_layer("steady state", DiagramLayerKind::Fit, [[0.0, steady], [last, steady]])
+                .with_layer("half of the step", DiagramLayerKind::Reference, [[half, 0.0], [half, steady]])
+                .with_timed_layer("response", DiagramLayerKind::Curve, curve)
+                .with_mark(share, response.map(|time| [half + time, 0.9 * steady]))
+                .with_mark(highest, peak.map(|time| [half + time, (1.0 + overshoot) * steady]))
+        };
+        let degrees = 1_f64.to_degrees();
+        vec![
+            response("Yaw rate (ISO 7401)", "yaw rate [deg/s]", &log.r, degrees, "yaw_rate"),
+            response("Lateral acceleration (ISO 7401)", "a_y [m/s2]", &log.a_y, 1.0, "lateral_acceleration"),
+        ]
     }
 }

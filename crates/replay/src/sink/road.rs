@@ -3,9 +3,8 @@
 use re_sdk::{RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::LineStrips3D;
 use recording::view::{TrackEdges, road_edges};
-use recording::{RecordedVariables, Row};
+use recording::{RecordedVariables, Row, ThinnedSamples};
 
-use super::thinned_samples::ThinnedSamples;
 
 const EDGE: [u8; 3] = [205, 205, 205];
 /// Half the width of the line that marks an edge [m].

@@ -2,9 +2,8 @@
 
 use re_sdk::log::TimeColumn;
 use recording::view::DistanceSource;
-use recording::{RecordedVariables, Row};
+use recording::{RecordedVariables, Row, ThinnedSamples};
 
-use super::thinned_samples::ThinnedSamples;
 
 /// Timeline of the simulated time.
 pub(super) const TIME: &str = "sim_time";

@@ -1,8 +1,8 @@
 //! Keeps the driven line, thinned out as it grows, and cuts it into coloured strips.
 
 use re_sdk_types::components::Color;
+use recording::ThinnedSamples;
 
-use super::thinned_samples::ThinnedSamples;
 use super::{WHITE, round_up_to_1_2_5};
 
 /// Strips of the driven line at most; each has one colour.

@@ -69,11 +69,16 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// Length of a box whose size nobody tells [m].
+    pub const DEFAULT_LENGTH: f64 = 4.5;
+    /// Its width [m].
+    pub const DEFAULT_WIDTH: f64 = 1.9;
+
     fn default_length() -> f64 {
-        4.5
+        Self::DEFAULT_LENGTH
     }
     fn default_width() -> f64 {
-        1.9
+        Self::DEFAULT_WIDTH
     }
 }
 

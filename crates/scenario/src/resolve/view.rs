@@ -3,12 +3,15 @@
 use assessment::{CheckCondition, CheckPlan};
 use cosim::system::{CouplingPlan, NodePlan};
 use diagnostics::{Error, ErrorCollector, Spanned};
+use manoeuvre::Channel;
 use recording::table::{TableError, read_untimed_columns};
 use recording::view::{
     BodyArrow, DistanceSource, GraphNode, NodeGraph, PlotLimit, PoseColumns, ReplayView, RowQuantity,
     TrackEdges, XyPlot, XyPlotFunction, XyPlotPoint, road_edges,
 };
-use recording::{RecordedSelection, RunHeader};
+use recording::{
+    Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection,
+};
 
 use super::plots::{plots_by_unit, resolve_plot};
 use super::quantity::SignalScope;
@@ -63,6 +66,39 @@ pub(super) fn resolve_view(
         plots: if plots.is_empty() { plots_by_unit(header.columns.number_columns()) } else { plots },
         limits: Vec::new(),
         graph: NodeGraph::default(),
+    })
+}
+
+/// The pose of the only node whose outputs have the usual names and units of a position and a heading on the ground, `X`, `Y` and `psi`: what
+/// can be shown of a body without `[view.pose]`. None where no node or several have them.
+#[must_use]
+pub fn usual_pose(columns: &Columns<RecordedVariables>) -> Option<PoseColumns> {
+    let outputs = || columns.number_columns().filter(|(_, it)| it.direction == VariableDirection::Output);
+    let find = |node: &str, channel: Channel| {
+        let fits = |it: &Column| {
+            it.node == node
+                && it.variable == channel.variable_name()
+                && it.unit.as_deref().is_none_or(|unit| unit == channel.unit_name())
+        };
+        outputs().find(|(_, column)| fits(column)).map(|(index, _)| index)
+    };
+    let mut bodies = outputs()
+        .filter(|(_, column)| column.variable == Channel::Heading.variable_name())
+        .filter_map(|(_, column)| {
+            let [x, y, heading] = Channel::POSE.map(|channel| find(&column.node, channel));
+            Some((column.node.as_str(), x?, y?, heading?))
+        });
+    let (node, x, y, heading) = bodies.next()?;
+    let length = document::Pose::DEFAULT_LENGTH;
+    bodies.next().is_none().then(|| PoseColumns {
+        x,
+        y,
+        heading,
+        steer: None,
+        speed: find(node, Channel::ForwardSpeed),
+        length,
+        width: document::Pose::DEFAULT_WIDTH,
+        axles: AXLES.map(|share| share * length),
     })
 }
 

@@ -10,12 +10,14 @@ pub const SMALL: [f64; 2] = [350.0, 190.0];
 
 /// What a check compares over time, and its expression.
 pub struct CheckPlot<'a> {
+    /// The place of the check among all.
+    pub place: usize,
     pub plot: Markup,
     pub that: &'a str,
 }
 
 /// What a check compares over its window, if that is more than a moment.
-pub fn check_plot(check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>> {
+pub fn check_plot(place: usize, check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>> {
     let points = check.trace.points();
     let seen = points.iter().filter(|point| point.value.iter().all(|it| it.is_finite()));
     if seen.count() < 2 {
@@ -23,11 +25,7 @@ pub fn check_plot(check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>>
     }
     let [from, to] = check.during;
     let limits = points.iter().flat_map(|point| point.limit);
-    let (label, limit) = match check.trace.content() {
-        TraceContent::Sides => ("left side", "limit"),
-        TraceContent::Reduced => ("quantity", "limit"),
-        TraceContent::Margins => ("margin", "violated below"),
-    };
+    let [label, limit] = trace_names(check);
     let title = check.unit.as_ref().map_or(label.to_owned(), |unit| format!("{label} [{unit}]"));
     let y = PlotAxis::around_values(&title, points.iter().flat_map(|point| point.value).chain(limits));
     let mut plot = Plot::new(size, PlotAxis::linear("time [s]", from, to), y);
@@ -38,15 +36,28 @@ pub fn check_plot(check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>>
     if let Some(first) = check.first {
         plot.add_vertical_line(first, "poor", "first deviation");
     }
-    let worst = match check.trace.content() {
-        TraceContent::Sides | TraceContent::Reduced => check.value,
-        TraceContent::Margins => check.margin,
-    };
-    if let (Some(at), Some(value)) = (check.at, worst) {
+    if let (Some(at), Some(value)) = (check.at, worst_trace_value(check)) {
         let class = if check.passed { "c1" } else { "poor" };
         plot.add_dots(&[(at, value)], 4.5, class, "worst");
     }
-    Some(CheckPlot { plot: plot.figure_with_legend(&check.name), that: &check.that })
+    Some(CheckPlot { place, plot: plot.figure_with_legend(&check.name), that: &check.that })
+}
+
+/// What a check's trace and its limit are called.
+pub fn trace_names(check: &CheckVerdict) -> [&'static str; 2] {
+    match check.trace.content() {
+        TraceContent::Sides => ["left side", "limit"],
+        TraceContent::Reduced => ["quantity", "limit"],
+        TraceContent::Margins => ["margin", "violated below"],
+    }
+}
+
+/// The worst value of what the trace shows.
+pub fn worst_trace_value(check: &CheckVerdict) -> Option<f64> {
+    match check.trace.content() {
+        TraceContent::Sides | TraceContent::Reduced => check.value,
+        TraceContent::Margins => check.margin,
+    }
 }
 
 /// The line through the lowest and the highest value of each point.

@@ -1,0 +1,86 @@
+//! The course of a test on the ground of a run: cones and the line to follow.
+
+use crate::channel::Channel;
+use crate::frame::rotate_into_frame;
+use crate::manoeuvre::Manoeuvre;
+
+/// Cones and the line to follow, east and north [m].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TestCourse {
+    /// Where cones stand.
+    pub cones: Vec<[f64; 2]>,
+    /// The line to follow.
+    pub path: Vec<[f64; 2]>,
+}
+
+impl Manoeuvre {
+    /// The course where the test began; `phase` and `inputs` are those of [`Manoeuvre::test_log`]. None for a test without a course, and
+    /// for one that did not begin.
+    #[must_use]
+    pub fn test_course(&self, phase: &[f64], inputs: &[Vec<f64>]) -> Option<TestCourse> {
+        let channels = self.kind.required_channels();
+        let begin = phase.iter().position(|phase| *phase != 0.0)?;
+        let value = |channel| {
+            let place = channels.iter().position(|it| *it == channel)?;
+            inputs.get(place)?.get(begin).copied()
+        };
+        let [east, north, heading] = [value(Channel::East)?, value(Channel::North)?, value(Channel::Heading)?];
+        let sign = self.common.direction.left_positive_sign();
+        let on_ground = |[x, y]: [f64; 2]| {
+            let [along, across] = rotate_into_frame([x, sign * y], -heading);
+            [east + along, north + across]
+        };
+        let path = self.kind.reference_path().map(|path| path.sampled_points()).unwrap_or_default();
+        let course = TestCourse {
+            cones: self.kind.cones().into_iter().map(on_ground).collect(),
+            path: path.into_iter().map(on_ground).collect(),
+        };
+        (course != TestCourse::default()).then_some(course)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+    use std::sync::Arc;
+
+    use crate::common::{CommonParameters, Direction};
+    use crate::kind::{LaneChange, StepSteer};
+    use crate::{Manoeuvre, PathFollower, SpeedController};
+
+    fn manoeuvre(direction: Direction, kind: Arc<dyn crate::kind::ManoeuvreKind>) -> Manoeuvre {
+        let common = CommonParameters {
+            entry_speed: 20.0,
+            speed_tolerance: 0.1,
+            settle: 0.5,
+            direction,
+            wheelbase: Some(2.5),
+            speed_controller: SpeedController::default(),
+            path_follower: PathFollower::default(),
+            step: 0.01,
+            seed: 0,
+        };
+        Manoeuvre { common, kind }
+    }
+
+    #[test]
+    fn cones_stand_where_the_test_began_and_on_the_side_of_its_direction() {
+        // v_x, v_y, r, a_y, X, Y, psi: the test begins at the second row, at (5, 7) and to the north.
+        let inputs: Vec<Vec<f64>> = [20.0, 0.0, 0.0, 0.0, 5.0, 7.0, FRAC_PI_2].map(|it| vec![0.0, it]).to_vec();
+        let phase = [0.0, 1.0];
+        for (direction, left) in [(Direction::Left, 1.0), (Direction::Right, -1.0)] {
+            let course = manoeuvre(direction, Arc::new(LaneChange::default()));
+            let course = course.test_course(&phase, &inputs).expect("a course");
+            assert_eq!(course.cones.len(), 30);
+            // The lead is 20 m; the first lane is 1.1 * 1.8 m + 0.25 m wide.
+            let [east, north] = course.cones[0];
+            assert!((north - 27.0).abs() < 1e-9 && (east - 5.0 - left * 1.115).abs() < 1e-9, "{east} {north}");
+            let last = course.path.last().expect("a path");
+            assert!((last[1] - 27.0).abs() > 100.0, "{last:?}");
+        }
+        let lane_change = manoeuvre(Direction::Left, Arc::new(LaneChange::default()));
+        assert_eq!(lane_change.test_course(&[0.0, 0.0], &inputs), None);
+        let step = manoeuvre(Direction::Left, Arc::new(StepSteer::default()));
+        assert_eq!(step.test_course(&phase, &inputs), None);
+    }
+}
