@@ -103,15 +103,13 @@ impl TubeDeviation {
     fn describe(&self) -> String {
         let TubeDeviation { time, value, lower, upper } = *self;
         match lower == upper {
-            true => {
-                let [value, lower] = distinct_number_texts(value, lower);
-                format!("{value} instead of {lower} at {} s", rounded_time(time))
-            }
+            true => format!("{value} instead of {lower} at {} s", rounded_time(time)),
             false => {
                 let end = if value > upper { upper } else { lower };
                 let [shown, _] = distinct_number_texts(value, end);
+                let shown = if value.is_nan() { "NaN".to_owned() } else { shown };
                 let [lower, upper] = distinct_number_texts(lower, upper);
-                format!("{shown} outside of {lower} to {upper} at {} s", rounded_time(time))
+                format!("{shown} outside of [{lower}, {upper}] at {} s", rounded_time(time))
             }
         }
     }

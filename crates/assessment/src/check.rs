@@ -248,7 +248,12 @@ fn verdict_from_outcome(plan: &CheckPlan, outcome: &ConditionOutcome) -> CheckVe
         ConditionOutcome { nan: true, .. } => Some("it is not a number".to_owned()),
         ConditionOutcome { value: Some(value), limit: Some(limit), at, .. } => {
             let place = at.map(|at| format!(" at {} s", diagnostics::rounded_time(at))).unwrap_or_default();
-            let [value, limit] = distinct_number_texts(*value, *limit);
+            // Counts and truth values are whole, and have no unit.
+            let are_counts = unit.is_none() && value.fract() == 0.0 && limit.fract() == 0.0;
+            let [value, limit] = match are_counts {
+                true => [value, limit].map(ToString::to_string),
+                false => distinct_number_texts(*value, *limit),
+            };
             let unit = unit_suffix(unit.as_deref());
             let quantity = comparison_sides(&plan.that).map(|[left, _]| format!("{left} is "));
             Some(format!("{}{value}{unit}{place}, limit {limit}{unit}", quantity.unwrap_or_default()))

@@ -102,7 +102,8 @@ impl<'a> SvgDrawing<'a> {
         let half = 0.5 * number_text_width(&label.text);
         let x = x.clamp(half.min(0.5 * self.area[0]), (self.area[0] - half).max(0.5 * self.area[0]));
         let y = if below { y + LINE + 6.0 } else { y - 8.0 };
-        let _ = writeln!(svg, r#"<text class="value" x="{x:.1}" y="{y:.1}">{}</text>"#, escape_xml(&label.text));
+        let _ =
+            writeln!(svg, r#"<text class="value" x="{x:.1}" y="{y:.1}">{}</text>"#, escape_xml(&label.text));
     }
 
     fn write_plot(&self, svg: &mut String) {
@@ -123,7 +124,12 @@ impl<'a> SvgDrawing<'a> {
         for (value, text) in self.plot.x.ticks(width, SPACING[0], self::number_text_width) {
             let x = left + self.plot.x.relative_position(value) * width;
             let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
-            let _ = writeln!(svg, r#"<text class="tick" x="{x:.1}" y="{:.1}">{}</text>"#, bottom + 16.0, escape_xml(&text));
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick" x="{x:.1}" y="{:.1}">{}</text>"#,
+                bottom + 16.0,
+                escape_xml(&text)
+            );
         }
         for (value, text) in &self.y_ticks {
             let y = top + (1.0 - self.plot.y.relative_position(*value)) * height;

@@ -13,9 +13,13 @@ use html_page::filters;
 use units::display::{name_with_unit, number_text, quantity_text};
 
 use crate::statistics::PassRate;
-use crate::summary::{CheckSummary, FailureGroup, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant};
+use crate::summary::{
+    CheckSummary, FailureGroup, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant,
+};
 use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
-use crate::variant_table::{VariantColumn, VariantEnding, VariantTable, display_name, evenly_thinned, variant_endings};
+use crate::variant_table::{
+    VariantColumn, VariantEnding, VariantTable, display_name, evenly_thinned, variant_endings,
+};
 use bars::EffectBarChart;
 use parallel::ParallelCoordinatesPlot;
 use side_by_side::SideBySide;
@@ -133,7 +137,8 @@ impl SweepPage<'_> {
 
     /// What a variant is called, with its number.
     fn variant_label(&self, row: &usize, variant: &i64) -> String {
-        let names = self.table.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
+        let names =
+            self.table.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
         match names.and_then(|names| names.get(*row)?.as_deref()) {
             Some(name) => format!("{variant} {name}"),
             None => variant.to_string(),
@@ -180,7 +185,11 @@ impl CheckSummary {
 
     /// The margin of a variant, with its unit.
     fn margin_text(&self, worst: &WorstVariant) -> String {
-        if worst.margin.is_nan() { "–".to_owned() } else { quantity_text(worst.margin, self.unit.as_deref()) }
+        if worst.margin.is_nan() {
+            "–".to_owned()
+        } else {
+            quantity_text(worst.margin, self.unit.as_deref())
+        }
     }
 }
 
@@ -241,7 +250,9 @@ impl FailureGroup {
     /// When it happened.
     fn time_text(&self) -> String {
         match self.time {
-            Some([first, last]) if first < last => format!("{} … {} s", number_text(first), number_text(last)),
+            Some([first, last]) if first < last => {
+                format!("{} … {} s", number_text(first), number_text(last))
+            }
             Some([first, _]) => format!("{} s", number_text(first)),
             None => "–".to_owned(),
         }

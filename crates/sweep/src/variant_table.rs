@@ -6,9 +6,7 @@ mod text;
 pub use selection::RowSelection;
 use units::display::{column_texts, unit_text};
 
-use crate::table::{
-    FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable,
-};
+use crate::table::{FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 /// Columns of each kind at most.
 const MOST_COLUMNS: usize = 24;
@@ -184,7 +182,8 @@ pub fn value_texts(column: &SweepColumn, rows: &[usize]) -> Vec<String> {
     let missing = || "–".to_owned();
     match &column.values {
         SweepColumnValues::Numbers(values) => {
-            let chosen: Vec<f64> = rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
+            let chosen: Vec<f64> =
+                rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
             column_texts(&chosen)
         }
         SweepColumnValues::Integers(values) => {
@@ -192,7 +191,9 @@ pub fn value_texts(column: &SweepColumn, rows: &[usize]) -> Vec<String> {
         }
         SweepColumnValues::Booleans(values) => {
             let text = |row: &usize| values.get(*row).copied().flatten();
-            rows.iter().map(|row| text(row).map_or_else(missing, |it| if it { "yes" } else { "no" }.to_owned())).collect()
+            rows.iter()
+                .map(|row| text(row).map_or_else(missing, |it| if it { "yes" } else { "no" }.to_owned()))
+                .collect()
         }
         SweepColumnValues::Texts(values) => {
             rows.iter().map(|row| values.get(*row).cloned().flatten().unwrap_or_else(missing)).collect()
@@ -241,11 +242,30 @@ mod tests {
         let margins = speed.iter().map(|it| 50.0 - it).collect();
         SweepTable {
             columns: vec![
-                SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(rows.clone().collect())),
-                SweepColumn::new("verdict", SweepColumnRole::Verdict, SweepColumnValues::Texts(rows.map(verdict).collect())),
-                SweepColumn::new("ramp.x", SweepColumnRole::Parameter, SweepColumnValues::Numbers(speed.clone())).with_unit(Some("m/s")),
-                SweepColumn::new("collect.top", SweepColumnRole::Collected, SweepColumnValues::Numbers(speed)).with_unit(Some("m/s")),
-                SweepColumn::new("margin.slow", SweepColumnRole::Margin, SweepColumnValues::Numbers(margins)).with_unit(Some("m/s")),
+                SweepColumn::new(
+                    "variant",
+                    SweepColumnRole::Variant,
+                    SweepColumnValues::Integers(rows.clone().collect()),
+                ),
+                SweepColumn::new(
+                    "verdict",
+                    SweepColumnRole::Verdict,
+                    SweepColumnValues::Texts(rows.map(verdict).collect()),
+                ),
+                SweepColumn::new(
+                    "ramp.x",
+                    SweepColumnRole::Parameter,
+                    SweepColumnValues::Numbers(speed.clone()),
+                )
+                .with_unit(Some("m/s")),
+                SweepColumn::new(
+                    "collect.top",
+                    SweepColumnRole::Collected,
+                    SweepColumnValues::Numbers(speed),
+                )
+                .with_unit(Some("m/s")),
+                SweepColumn::new("margin.slow", SweepColumnRole::Margin, SweepColumnValues::Numbers(margins))
+                    .with_unit(Some("m/s")),
             ],
         }
     }
@@ -274,11 +294,25 @@ mod tests {
         let texts = |all: [&str; 2]| SweepColumnValues::Texts(all.map(|it| Some(it.to_owned())).into());
         let table = SweepTable {
             columns: vec![
-                SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(vec![0, 1])),
+                SweepColumn::new(
+                    "variant",
+                    SweepColumnRole::Variant,
+                    SweepColumnValues::Integers(vec![0, 1]),
+                ),
                 SweepColumn::new("name", SweepColumnRole::Name, texts(["stock", "sport"])),
-                SweepColumn::new("plant.k", SweepColumnRole::Parameter, SweepColumnValues::Numbers(vec![20.0, 25.5])).with_unit(Some("kN/m")),
+                SweepColumn::new(
+                    "plant.k",
+                    SweepColumnRole::Parameter,
+                    SweepColumnValues::Numbers(vec![20.0, 25.5]),
+                )
+                .with_unit(Some("kN/m")),
                 SweepColumn::new("verdict", SweepColumnRole::Verdict, texts([PASSED, FAILED])),
-                SweepColumn::new("collect.square", SweepColumnRole::Collected, SweepColumnValues::Numbers(vec![4.0, 1.5])).with_unit(Some("kg2.m2/s4")),
+                SweepColumn::new(
+                    "collect.square",
+                    SweepColumnRole::Collected,
+                    SweepColumnValues::Numbers(vec![4.0, 1.5]),
+                )
+                .with_unit(Some("kg2.m2/s4")),
             ],
         };
         let shown = VariantTable::new(&table, 20, false).to_text(100);

@@ -112,9 +112,11 @@ fn two_setups_stand_side_by_side_with_their_differences() {
     let columns = vec![
         SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(vec![0, 1])),
         SweepColumn::new("name", SweepColumnRole::Name, texts(["stock", "sport"])),
-        SweepColumn::new("car.k_bar", SweepColumnRole::Parameter, numbers([20.0, 25.0])).with_unit(Some("kN/m")),
+        SweepColumn::new("car.k_bar", SweepColumnRole::Parameter, numbers([20.0, 25.0]))
+            .with_unit(Some("kN/m")),
         SweepColumn::new("verdict", SweepColumnRole::Verdict, texts(["passed", "passed"])),
-        SweepColumn::new("collect.roll", SweepColumnRole::Collected, numbers([4.0, 3.5])).with_unit(Some("deg")),
+        SweepColumn::new("collect.roll", SweepColumnRole::Collected, numbers([4.0, 3.5]))
+            .with_unit(Some("deg")),
         SweepColumn::new("collect.mass", SweepColumnRole::Collected, numbers([1500.0, 1500.0])),
     ];
     let table = SweepTable { columns };

@@ -65,7 +65,8 @@ fn derived_text(unit: &Unit) -> Option<String> {
         return None;
     }
     let bases = crate::BASE.into_iter().zip(rest.exponents);
-    let factors: Vec<_> = std::iter::once((name, power)).chain(bases).filter(|(_, power)| *power != 0).collect();
+    let factors: Vec<_> =
+        std::iter::once((name, power)).chain(bases).filter(|(_, power)| *power != 0).collect();
     let side = |sign: i8| {
         let own = factors.iter().filter(|(_, power)| power.signum() == sign);
         let factor = |(name, power): &(&str, i8)| match power.unsigned_abs() {
@@ -96,7 +97,9 @@ fn typeset(text: &str) -> String {
             };
         match c {
             // The name of standard gravity ends with a digit.
-            '0' if shown.ends_with('g') && !shown[..shown.len() - 1].ends_with(char::is_alphabetic) => shown.push('0'),
+            '0' if shown.ends_with('g') && !shown[..shown.len() - 1].ends_with(char::is_alphabetic) => {
+                shown.push('0')
+            }
             '^' | '+' if begins_exponent => continue,
             _ if begins_exponent => {
                 shown.extend(raised(c));
@@ -148,7 +151,11 @@ fn number_text_with_digits(value: f64, digits: usize) -> String {
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((scientific.as_str(), "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     if !(-4..7).contains(&exponent) {
-        let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+        let mantissa = if mantissa.contains('.') {
+            mantissa.trim_end_matches('0').trim_end_matches('.')
+        } else {
+            mantissa
+        };
         return format!("{mantissa}e{exponent}");
     }
     let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
@@ -188,7 +195,11 @@ pub fn column_texts(values: &[f64]) -> Vec<String> {
     let exact = |value: f64| {
         let text = format!("{value:.decimals$}");
         // A zero has no sign.
-        if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { text.trim_start_matches('-').to_owned() } else { text }
+        if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+            text.trim_start_matches('-').to_owned()
+        } else {
+            text
+        }
     };
     let text = |value: &f64| match (value.is_finite(), plain) {
         (true, true) => exact(*value),
@@ -196,11 +207,16 @@ pub fn column_texts(values: &[f64]) -> Vec<String> {
         (false, _) => number_text(f64::NAN),
     };
     let texts: Vec<String> = values.iter().map(text).collect();
-    let spare = texts.iter().filter_map(|text| text.split_once('.')).map(|(_, it)| it.len() - it.trim_end_matches('0').len()).min();
+    let spare = texts
+        .iter()
+        .filter_map(|text| text.split_once('.'))
+        .map(|(_, it)| it.len() - it.trim_end_matches('0').len())
+        .min();
     match spare.filter(|_| plain && decimals > 0) {
         Some(spare) => {
             let kept = spare.min(decimals - 1);
-            let cut = |text: String| if text.contains('.') { text[..text.len() - kept].to_owned() } else { text };
+            let cut =
+                |text: String| if text.contains('.') { text[..text.len() - kept].to_owned() } else { text };
             texts.into_iter().map(cut).collect()
         }
         None => texts,

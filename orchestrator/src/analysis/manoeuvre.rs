@@ -59,8 +59,7 @@ fn value_lists_table(lists: &[(&CharacteristicValueInfo, &Vec<f64>)]) -> Option<
     let longest = lists.iter().map(|(_, list)| list.len()).max()?;
     let title = |known: &CharacteristicValueInfo| name_with_unit(known.name, Some(known.unit));
     let head: Vec<_> = lists.iter().map(|(known, _)| title(known)).collect();
-    let cell =
-        |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), number_text);
+    let cell = |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), number_text);
     let row = |place| lists.iter().map(|(_, list)| cell(list, place)).collect::<Vec<_>>();
     Some(json!({ "head": head, "rows": (0..longest).map(row).collect::<Vec<_>>() }))
 }

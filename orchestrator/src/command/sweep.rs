@@ -335,7 +335,9 @@ impl SweepProgress {
 pub(super) fn variant_of(path: &Path) -> Result<(SweepPlanFolder, u64), Error> {
     let name = path.file_name().and_then(|name| name.to_str());
     let number = name.and_then(|name| name.parse().ok());
-    if let (None, Some(name), Some(folder)) = (number, name, path.parent().filter(|it| it.join("plan.json").exists())) {
+    if let (None, Some(name), Some(folder)) =
+        (number, name, path.parent().filter(|it| it.join("plan.json").exists()))
+    {
         let plan = SweepPlanFolder::open_of_any_program(folder)?;
         if let Some(variant) = plan.variant_of_name(name)? {
             return Ok((plan, variant));

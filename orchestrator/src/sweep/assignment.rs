@@ -149,8 +149,11 @@ impl VariantAssignment {
 impl VariantAssignment {
     /// The names of the variants at some points, of a list that has names.
     fn name_column(&self, points: &[Vec<f64>]) -> Option<SweepColumn> {
-        let (place, names) =
-            self.axes.iter().enumerate().find_map(|(place, axis)| Some((place, axis.variant_names.as_ref()?)))?;
+        let (place, names) = self
+            .axes
+            .iter()
+            .enumerate()
+            .find_map(|(place, axis)| Some((place, axis.variant_names.as_ref()?)))?;
         let name = |point: &Vec<f64>| names.get(point[place] as usize).cloned();
         let names = SweepColumnValues::Texts(points.iter().map(name).collect());
         Some(SweepColumn::new("name", SweepColumnRole::Name, names))

@@ -89,7 +89,8 @@ fn resolve_first_and_last_variant(
             };
             set.into_iter().find(known).map(Spanned::span)
         };
-        let word = vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span())).or_else(by_hand);
+        let word =
+            vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span())).or_else(by_hand);
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
     let resolve = |values: SweepTable| {

@@ -100,11 +100,12 @@ impl NotableScan {
 
     fn variants_to_show(&self) -> Vec<NotableVariant> {
         let worst = self.smallest.iter().zip(&self.units);
-        let worst = worst.filter(|((_, margin, _), _)| margin.is_finite()).map(|((name, margin, variant), unit)| {
-            let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
-            let size = quantity_text(margin.abs(), unit.as_deref());
-            NotableVariant { variant: *variant, why: format!("{name}: {how} {size}") }
-        });
+        let worst =
+            worst.filter(|((_, margin, _), _)| margin.is_finite()).map(|((name, margin, variant), unit)| {
+                let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
+                let size = quantity_text(margin.abs(), unit.as_deref());
+                NotableVariant { variant: *variant, why: format!("{name}: {how} {size}") }
+            });
         let error = self.error.iter();
         let error = error.map(|(variant, what)| NotableVariant { variant: *variant, why: what.clone() });
         worst.chain(error).collect()

@@ -47,7 +47,12 @@ pub fn renew_sweep_page(plan: &SweepPlanFolder) -> Result<(), Error> {
     write_page(plan, &table::read_table(&path)?, describe_design(&plan.metadata.design).to_owned(), &[])
 }
 
-fn write_page(plan: &SweepPlanFolder, table: &SweepTable, design: String, recorded: &[u64]) -> Result<(), Error> {
+fn write_page(
+    plan: &SweepPlanFolder,
+    table: &SweepTable,
+    design: String,
+    recorded: &[u64],
+) -> Result<(), Error> {
     let summary = SweepSummary::from_table(table, plan.metadata.blocks.as_deref(), SEED);
     let csv = plan.folder.join(CSV).exists().then(|| CSV.to_owned());
     let about = SweepPageHeader {

@@ -201,7 +201,8 @@ impl SweepPlanFolder {
         }
         for chunk in 0..self.chunk_count() {
             let values = self.chunk_values(chunk)?;
-            let names = values.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
+            let names =
+                values.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
             let place = names.unwrap_or_default().iter().position(|it| it.as_deref() == Some(name));
             if let Some(place) = place {
                 return Ok(Some(self.variants_of_chunk(chunk).start + place as u64));
@@ -217,7 +218,8 @@ impl SweepPlanFolder {
     pub fn variant_folder_name(&self, variant: u64) -> Result<String, Error> {
         const LONGEST: usize = 60;
         let plain = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
-        let name = self.variant_name(variant)?.map(|name| name.chars().map(plain).take(LONGEST).collect::<String>());
+        let name =
+            self.variant_name(variant)?.map(|name| name.chars().map(plain).take(LONGEST).collect::<String>());
         Ok(name.map_or_else(|| variant.to_string(), |name| format!("{variant}_{name}")))
     }
 

@@ -49,7 +49,8 @@ fn resolve_axes(scenario: &Scenario, sweep: &Sweep) -> Result<Vec<SweepAxis>, Er
     }
     if sweep.design == Design::List {
         let Some(file) = &sweep.list else {
-            let message = "the design `list` needs variants: [[sweep.variant]], or a file: list = \"variants.csv\"";
+            let message =
+                "the design `list` needs variants: [[sweep.variant]], or a file: list = \"variants.csv\"";
             return Err(sweep_error(scenario, sweep, message));
         };
         let varied = sweep

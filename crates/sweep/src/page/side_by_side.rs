@@ -38,7 +38,9 @@ impl SideBySide {
         if !(2..=MOST).contains(&table.rows.len()) || !table.selection.is_complete() {
             return None;
         }
-        let head = |row: &crate::variant_table::VariantRow| row.name.clone().unwrap_or_else(|| format!("variant {}", row.variant));
+        let head = |row: &crate::variant_table::VariantRow| {
+            row.name.clone().unwrap_or_else(|| format!("variant {}", row.variant))
+        };
         let rows: Vec<usize> = table.rows.iter().map(|it| it.row).collect();
         let values = table.columns.iter().map(|column| ComparedValue::new(column, &rows));
         Some(Self { heads: table.rows.iter().map(head).collect(), rows: values.collect() })
@@ -56,7 +58,9 @@ impl ComparedValue {
             }
             let sign = if difference > 0.0 { "+" } else { "−" };
             let share = (*first != 0.0).then(|| 100.0 * (difference / first).abs());
-            let share = share.filter(|share| *share < 1000.0 && *share >= 0.05).map(|share| format!(" ({sign}{share:.1} %)"));
+            let share = share
+                .filter(|share| *share < 1000.0 && *share >= 0.05)
+                .map(|share| format!(" ({sign}{share:.1} %)"));
             Some(format!("{sign}{}{}", number_text(difference.abs()), share.unwrap_or_default()))
         };
         let cells = column.texts.iter().zip(rows).enumerate().map(|(place, (text, row))| ComparedCell {

@@ -64,7 +64,10 @@ fn varied_by_effect<'t>(table: &'t SweepTable, summary: &SweepSummary, result: &
     let place = |column: &&SweepColumn| {
         effects.iter().position(|effect| effect.parameter == column.name).unwrap_or(usize::MAX)
     };
-    let mut varied: Vec<_> = table.columns_with_role(SweepColumnRole::Parameter).filter(|it| it.distinct_texts().len() <= MOST_NAMES).collect();
+    let mut varied: Vec<_> = table
+        .columns_with_role(SweepColumnRole::Parameter)
+        .filter(|it| it.distinct_texts().len() <= MOST_NAMES)
+        .collect();
     varied.sort_by_key(place);
     varied
 }

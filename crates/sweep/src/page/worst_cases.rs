@@ -42,7 +42,15 @@ pub fn worst_cases(table: &SweepTable, summary: &SweepSummary) -> Vec<WorstCase>
         });
         let led_by: Vec<String> = named.collect();
         let more = varied.len() - led_by.len();
-        WorstCase { what, value, passed, row, variant: variants.get(row).copied().unwrap_or(row as i64), led_by, more }
+        WorstCase {
+            what,
+            value,
+            passed,
+            row,
+            variant: variants.get(row).copied().unwrap_or(row as i64),
+            led_by,
+            more,
+        }
     };
     let checks = summary.checks.iter().filter_map(|check| {
         let worst = check.worst_variant()?;
@@ -57,10 +65,13 @@ pub fn worst_cases(table: &SweepTable, summary: &SweepSummary) -> Vec<WorstCase>
         let highest = finite.iter().rev().copied().max_by(|a, b| values[*a].total_cmp(&values[*b]));
         let both = lowest.zip(highest).filter(|(low, high)| values[*low] < values[*high]);
         let ends = both.map(|(low, high)| [("lowest", low), ("highest", high)]);
-        ends.into_iter().flatten().map(|(end, row)| {
-            let what = format!("{}: {end}", display_name(column));
-            case(what, quantity_text(values[row], column.unit.as_deref()), None, row)
-        }).collect::<Vec<_>>()
+        ends.into_iter()
+            .flatten()
+            .map(|(end, row)| {
+                let what = format!("{}: {end}", display_name(column));
+                case(what, quantity_text(values[row], column.unit.as_deref()), None, row)
+            })
+            .collect::<Vec<_>>()
     });
     checks.chain(ends).collect()
 }

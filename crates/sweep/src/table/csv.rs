@@ -40,7 +40,12 @@ mod tests {
         let texts = vec![Some("stock, wet".to_owned()), None];
         let columns = vec![
             SweepColumn::new("name", SweepColumnRole::Name, SweepColumnValues::Texts(texts)),
-            SweepColumn::new("a.x", SweepColumnRole::Parameter, SweepColumnValues::Numbers(vec![0.1 + 0.2, f64::NAN])).with_unit(Some("m/s")),
+            SweepColumn::new(
+                "a.x",
+                SweepColumnRole::Parameter,
+                SweepColumnValues::Numbers(vec![0.1 + 0.2, f64::NAN]),
+            )
+            .with_unit(Some("m/s")),
         ];
         let text = table_to_csv(&SweepTable { columns }).expect("a table");
         assert_eq!(String::from_utf8_lossy(&text), "name,a.x [m/s]\n\"stock, wet\",0.30000000000000004\n,\n");

@@ -46,7 +46,9 @@ impl RowSelection {
         ];
         match (bad_shown, bad) {
             (_, 0) => {}
-            (shown, all) if shown == all => parts.push(format!("all {} that failed or did not end", count(all))),
+            (shown, all) if shown == all => {
+                parts.push(format!("all {} that failed or did not end", count(all)))
+            }
             (shown, all) => {
                 parts.push(format!("{} of the {} that failed or did not end", count(shown), count(all)));
             }
@@ -82,7 +84,8 @@ pub(super) fn select_rows(
         return ((0..total).collect(), selection);
     }
     let end = |of: usize| {
-        let found = columns.iter().zip(extremes).filter_map(move |(column, ends)| Some((column, (*ends)?[of])));
+        let found =
+            columns.iter().zip(extremes).filter_map(move |(column, ends)| Some((column, (*ends)?[of])));
         let is_margin = |(column, _): &(&&SweepColumn, usize)| column.role == SweepColumnRole::Margin;
         let (margins, values): (Vec<_>, Vec<_>) = found.partition(is_margin);
         [margins, values].map(|list| list.into_iter().map(|(_, row)| row).collect::<Vec<_>>())

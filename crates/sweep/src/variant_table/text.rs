@@ -71,7 +71,9 @@ impl VariantTable<'_> {
             used += APART + column.width();
             columns.push(column);
         }
-        let line = |cells: Vec<String>| format!("{}{}\n", " ".repeat(APART), cells.join("  ")).trim_end().to_owned() + "\n";
+        let line = |cells: Vec<String>| {
+            format!("{}{}\n", " ".repeat(APART), cells.join("  ")).trim_end().to_owned() + "\n"
+        };
         let head = |place: usize| line(columns.iter().map(|it| it.padded(&it.head[place])).collect());
         let mut text = head(0);
         if columns.iter().any(|it| !it.head[1].is_empty()) {

@@ -1,7 +1,7 @@
 //! Draws what checks compare over time.
 
 use assessment::check::CheckVerdict;
-use expression::{TraceContent, TracePoint, comparison_sides};
+use expression::{TraceContent, TracePoint, comparison_sides, reduced_quantity};
 use html_page::{Markup, Plot, PlotAxis};
 use units::display::name_with_unit;
 
@@ -26,7 +26,7 @@ pub fn check_plot(check: &CheckVerdict, size: [f64; 2]) -> Option<CheckPlot<'_>>
     let limits = points.iter().flat_map(|point| point.limit);
     let (label, limit) = match check.trace.content() {
         TraceContent::Sides => (comparison_sides(&check.that).map_or("value", |[left, _]| left), "limit"),
-        TraceContent::Reduced => ("quantity", "limit"),
+        TraceContent::Reduced => (reduced_quantity(&check.that).unwrap_or("quantity"), "limit"),
         TraceContent::Margins => ("margin", "violated below"),
     };
     let title = name_with_unit(&shortened_label(label, size), check.unit.as_deref());

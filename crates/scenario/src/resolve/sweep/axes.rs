@@ -53,7 +53,13 @@ pub(super) fn resolve_axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> R
                 }
                 other => other,
             };
-            Ok(SweepAxis { units: vec![unit; names.len()], is_joint: false, names, values, variant_names: None })
+            Ok(SweepAxis {
+                units: vec![unit; names.len()],
+                is_joint: false,
+                names,
+                values,
+                variant_names: None,
+            })
         }
     }
 }

@@ -14,14 +14,18 @@ pub(super) fn resolve_variants(scenario: &Scenario, sweep: &Sweep) -> Result<Swe
     let mut mistakes = ErrorCollector::default();
     let word = &sweep.variant[0].name;
     if !matches!(sweep.design, Design::Grid | Design::List) || sweep.list.is_some() {
-        mistakes.push(scenario.error_at(word, "[[sweep.variant]] is a design by itself: leave `design` and `list` out"));
+        mistakes.push(
+            scenario.error_at(word, "[[sweep.variant]] is a design by itself: leave `design` and `list` out"),
+        );
     }
     if let Some(vary) = sweep.vary.first() {
         let message = "variants by hand say all their values: put this one into `set` of each, or leave [[sweep.variant]] out";
         mistakes.push(scenario.error_at(&vary.name, message));
     }
     if sweep.search.is_some() {
-        mistakes.push(scenario.error_at(word, "a search chooses its variants itself: leave [[sweep.variant]] out"));
+        mistakes.push(
+            scenario.error_at(word, "a search chooses its variants itself: leave [[sweep.variant]] out"),
+        );
     }
     for (place, variant) in sweep.variant.iter().enumerate() {
         let name = variant.name.get_ref();
@@ -31,7 +35,8 @@ pub(super) fn resolve_variants(scenario: &Scenario, sweep: &Sweep) -> Result<Swe
             mistakes.push(scenario.error_at(&variant.name, format!("two variants are called `{name}`")));
         }
     }
-    let set: Vec<_> = sweep.variant.iter().map(|variant| mistakes.ok_or_record(values_of(scenario, variant))).collect();
+    let set: Vec<_> =
+        sweep.variant.iter().map(|variant| mistakes.ok_or_record(values_of(scenario, variant))).collect();
     mistakes.into_result()?;
     let set: Vec<BTreeMap<String, String>> = set.into_iter().flatten().collect();
     let mut names: Vec<String> = Vec::new();
@@ -41,9 +46,14 @@ pub(super) fn resolve_variants(scenario: &Scenario, sweep: &Sweep) -> Result<Swe
         }
     }
     if names.is_empty() {
-        return Err(scenario.error_at(word, "no variant sets anything: give them `set`, such as set = { \"plant.body.m\" = 800.0 }"));
+        return Err(scenario.error_at(
+            word,
+            "no variant sets anything: give them `set`, such as set = { \"plant.body.m\" = 800.0 }",
+        ));
     }
-    let level = |values: &BTreeMap<String, String>| names.iter().map(|name| values.get(name).cloned().unwrap_or_default()).collect();
+    let level = |values: &BTreeMap<String, String>| {
+        names.iter().map(|name| values.get(name).cloned().unwrap_or_default()).collect()
+    };
     Ok(SweepAxis {
         values: AxisValues::Levels(set.iter().map(level).collect()),
         units: vec![None; names.len()],
@@ -63,7 +73,9 @@ fn values_of(scenario: &Scenario, variant: &Variant) -> Result<BTreeMap<String, 
             }
             let text = level_text(scenario, &diagnostics::Spanned::new(value.span(), inner.clone()))?;
             if text.is_empty() {
-                return Err(scenario.error_at(value, format!("`{name}`: expected a value, found an empty text")));
+                return Err(
+                    scenario.error_at(value, format!("`{name}`: expected a value, found an empty text"))
+                );
             }
             values.insert(name.to_owned(), text);
             Ok(())
