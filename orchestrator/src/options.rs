@@ -54,6 +54,8 @@ pub struct RunOptions {
     pub ld: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
+    /// What tells the run apart behind its title: the name of a variant of a sweep.
+    pub label: Option<String>,
     /// The variant of a system of SSP with several descriptions.
     pub variant: Option<String>,
     /// Start values and seed.

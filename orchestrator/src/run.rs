@@ -169,6 +169,9 @@ impl ScenarioJob<'_> {
         events: OnProgressEvent,
     ) -> Result<CompletedRun, Error> {
         let mut plan = self.resolve_run_plan(folder)?;
+        if let Some(label) = &self.options.label {
+            plan.header.title = format!("{}: {label}", plan.header.title);
+        }
         let (baselines, new_baselines) = match self.options.bless {
             true => baseline::read_replaced_baselines(&plan),
             false => (baseline::read_baselines(self.scenario, &plan)?, Vec::new()),

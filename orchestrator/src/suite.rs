@@ -1,8 +1,11 @@
 //! Runs scenarios as tests: each in a process of its own, several at a time, a line for each.
 
+mod cause;
 pub mod creation;
+mod history;
 mod junit;
 pub mod orphans;
+mod page;
 mod process;
 
 use std::path::{Path, PathBuf};
@@ -20,7 +23,9 @@ use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::package;
 use crate::report::RunVerdict;
+pub use history::{OutcomeChange, OutcomeKind, SuiteHistory};
 pub use junit::{check_junit, write_junit};
+pub use page::{PAGE, SuitePageHeader, write_suite_page};
 use process::{KillReason, ProcessOutcome};
 
 /// The limit of a scenario that has none.
@@ -54,6 +59,8 @@ pub struct TestResult {
     pub baselines: Vec<BaselineOutcome>,
     /// Lines about what the baselines that it wrote change.
     pub baseline_changes: Vec<String>,
+    /// Whether its run left a report of its own.
+    pub has_report: bool,
     /// How long it took.
     pub time: Duration,
 }
@@ -184,6 +191,7 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
         (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), None),
         (None, None) => run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
+    let has_report = report.is_some();
     let report = report.unwrap_or_default();
     // A run that did not pass writes no baseline.
     let changes = report.baseline_changes.iter().filter(|_| outcome == ScenarioOutcome::Passed);
@@ -196,6 +204,7 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
         baselines: report.baselines,
         baseline_changes,
         warnings: report.warnings,
+        has_report,
         time: begin.elapsed(),
     }
 }

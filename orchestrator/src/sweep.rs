@@ -24,6 +24,7 @@ pub use comparison::differences_from_sweep_result;
 pub use create::{PlanOptions, create_sweep_plan};
 pub use gather::{SweepResult, gather_sweep_results};
 pub use notable::NotableVariant;
+pub use page::renew_sweep_page;
 pub use plan::SweepPlanFolder;
 pub use plan_metadata::PlanMetadata;
 pub use search::{SearchResult, search_in_batches};

@@ -49,11 +49,11 @@ fn tube_keys(tube: RequiredTube) -> String {
 
 /// Why a size is what it is: unit, and the largest deviation.
 fn reason_of_size(signal: &SignalOutcome) -> String {
-    let unit = signal.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     match (signal.tube.and_then(|tube| tube.time), signal.distance.and_then(|it| Some((it.largest?, it.at))))
     {
         (None, Some((largest, at))) => {
-            format!("largest deviation {largest:.3e}{unit} at {} s", diagnostics::rounded_time(at))
+            let largest = units::display::quantity_text(largest, signal.unit.as_deref());
+            format!("largest deviation {largest} at {} s", diagnostics::rounded_time(at))
         }
         _ => "s; values that are equal or not may change earlier or later by this much".to_owned(),
     }

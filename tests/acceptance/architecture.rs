@@ -114,7 +114,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation", "units"]),
-    ("sweep", &["diagnostics", "html-page", "numerics"]),
+    ("sweep", &["diagnostics", "html-page", "numerics", "units"]),
     ("tire-inference", &["elementary", "numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
     ("drive-prediction", &["kalman", "numerics", "preparation", "rating", "vehicle"]),

@@ -238,7 +238,7 @@ fn implausible_parameters_steps_and_checks_are_told_with_their_places() {
         "a small-scale car may have it",
         "case.toml:4: `plant` gets steps of 0.5 s, 50 times the 0.01 s that its description proposes (stepSize)",
         "case.toml:13: no value of this run could fail the check `distance`: the bound of `plant.X < 1e9`, 1e9 m, is more than a million",
-        "`plant.X` was 0 to 20.57 m",
+        "`plant.X` was 0.0 to 20.57 m",
     ]);
     let report = lab.report("out");
     assert_eq!(report["messages"][0]["place"], "--set plant.body.l_f");
@@ -256,8 +256,8 @@ fn junit(xml: &str) {
         "<testsuite name=\"good\"",
         "<testcase name=\"distance\" classname=\"good\" file=\"./good.toml\" line=\"13\"",
         "<testcase name=\"distance\" classname=\"fails\" file=\"./fails.toml\" line=\"13\">",
-        "<failure message=\"20.",
-        " against 10.000000 m at 1.000 s",
+        "<failure message=\"plant.X is 20.",
+        " m at 1 s, limit 10.0 m",
         "<testcase name=\"run\" classname=\"broken\"",
         "<error message=\"check `distance`: unknown signal `plnt.X`\"",
         "<testcase name=\"run\" classname=\"skipped\"",

@@ -52,7 +52,7 @@ fn fmus_and_references_become_scenarios_that_pass() {
     lab.write("other/relay_out.csv", "time,x_out\n0,0\n1,7\n");
     let wrong = lab.trackside(&["init", "other", "--out", "wrong"]).expect(1);
     assert!(wrong.stdout.contains("FAILED   wrong/relay.toml"), "{}", wrong.stdout);
-    assert!(wrong.stdout.contains("`relay.x_out`: 0.000000 outside of"), "{}", wrong.stdout);
+    assert!(wrong.stdout.contains("`relay.x_out`: 0.0 outside of"), "{}", wrong.stdout);
 }
 
 /// The relay with other names for some of its variables.

@@ -78,7 +78,8 @@ fn a_grid_has_every_combination_with_units_margins_and_collected_values() {
     let lab = ramp_lab(words);
     let said = lab.trackside(&SWEEP).expect(1).stdout;
     assert!(said.contains("3 of 6 variants passed: 50.0 %"), "{said}");
-    assert!(said.contains("low: fails by"), "{said}");
+    assert!(said.contains("low: fails by 6.0 km/h"), "the margin has its unit: {said}");
+    assert!(said.contains("plan/sweep.html"), "{said}");
     let table = results(&lab, "plan");
     assert_eq!(numbers(&table, "variant"), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
     assert_eq!(numbers(&table, "seed"), [3.0, 4.0, 5.0, 3.0, 4.0, 5.0]);
@@ -239,6 +240,23 @@ fn a_list_and_joint_draws_are_taken_line_by_line() {
     assert_eq!(numbers(&table, "seed"), [4.0, 9.0]);
     let largest = numbers(&table, "collect.max");
     assert!((largest[0] - 3.6).abs() < 1e-9 && (largest[1] - 9.0).abs() < 1e-9, "{largest:?}");
+    // Names are in the table, and name variants.
+    lab.write("variants.csv", "name,ramp.x [m/s],seed\nslow one,1.0,4\nfast,2.5,9\n");
+    let said = lab.trackside(&[SWEEP.as_slice(), &["--replace"]].concat()).expect(0).stdout;
+    assert!(said.contains("#  name      verdict") && said.contains("0  slow one  passed"), "{said}");
+    assert_eq!(texts(&results(&lab, "plan"), "name"), ["slow one", "fast"]);
+    assert!(lab.read("plan/sweep.csv").starts_with("variant,name,seed,ramp.x [m/s],verdict"));
+    let again = lab.trackside(&["replay", "plan/slow one", "--no-rerun"]).expect(0);
+    assert!(again.stdout.contains("the same results") && again.stderr.contains("variant 0 slow one"));
+    assert!(lab.has("plan/variants/0_slow_one/report.html"));
+    let page = lab.read("plan/sweep.html");
+    assert!(page.contains("<a href=\"./variants/0_slow_one/report.html\">report</a>"), "it links the replay");
+    let hand = "[[sweep.variant]]\nname = 'stock'\n[[sweep.variant]]\nname = 'five'\nset.ramp.x = 5.0
+        [sweep.collect]\nmax = 'max(relay.x_out)'";
+    lab.write("case.toml", ramp(hand));
+    lab.trackside(&["sweep", "case.toml", "--out", "hand"]).expect(0);
+    let largest = numbers(&results(&lab, "hand"), "collect.max");
+    assert!((largest[0] - 3.6).abs() < 1e-9 && (largest[1] - 5.0).abs() < 1e-9, "{largest:?}");
     let draws = "[[sweep.vary]]\nname = 'posterior'\ndraws = 'runs/report.json'";
     lab.write("case.toml", ramp(draws));
     lab.write("runs/report.json", "{\"files\": [\"posterior_draws.csv\"]}");

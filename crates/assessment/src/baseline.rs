@@ -8,10 +8,11 @@ mod verdict;
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-use diagnostics::Error;
 use diagnostics::suggest::join_shortened;
+use diagnostics::{Error, rounded_time};
 use recording::{AllVariables, ColumnIndex, Columns, GoldenColumn, GoldenRecording, GoldenValues, Row, Sink};
 use serde::{Deserialize, Deserializer, Serialize};
+use units::display::distinct_number_texts;
 
 pub use self::plan::{BaselinePlan, BaselineSignal, TubeSize};
 pub use self::required_tube::{CurveDistance, RequiredTube};
@@ -102,8 +103,14 @@ impl TubeDeviation {
     fn describe(&self) -> String {
         let TubeDeviation { time, value, lower, upper } = *self;
         match lower == upper {
-            true => format!("{value} instead of {lower} at {time:.3} s"),
-            false => format!("{value:.6} outside of [{lower:.6}, {upper:.6}] at {time:.3} s"),
+            true => format!("{value} instead of {lower} at {} s", rounded_time(time)),
+            false => {
+                let end = if value > upper { upper } else { lower };
+                let [shown, _] = distinct_number_texts(value, end);
+                let shown = if value.is_nan() { "NaN".to_owned() } else { shown };
+                let [lower, upper] = distinct_number_texts(lower, upper);
+                format!("{shown} outside of [{lower}, {upper}] at {} s", rounded_time(time))
+            }
         }
     }
 }

@@ -9,12 +9,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use diagnostics::Error;
-use expression::{ComparisonTrace, ConditionMonitor, ConditionOutcome};
+use expression::{ComparisonTrace, ConditionMonitor, ConditionOutcome, comparison_sides};
 use recording::{
     AllVariables, CheckOrFaultStatus, Row, Sink, SinkNotice, StatusChange, StatusSource, is_exact_in_f64,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use units::display::{distinct_number_texts, unit_suffix};
 
 pub use self::memory::CheckState;
 pub use self::plan::{CheckCondition, CheckPlan, ResultName, ResultSpace};
@@ -239,11 +240,6 @@ fn judge_results(
     }
 }
 
-/// Six decimals; a number too long to be read has an exponent.
-fn format_value(value: &f64) -> String {
-    if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.6e}") }
-}
-
 fn verdict_from_outcome(plan: &CheckPlan, outcome: &ConditionOutcome) -> CheckVerdict {
     let unit = plan.condition.compared_unit().map(str::to_owned);
     let reason = match outcome {
@@ -251,10 +247,16 @@ fn verdict_from_outcome(plan: &CheckPlan, outcome: &ConditionOutcome) -> CheckVe
         ConditionOutcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
         ConditionOutcome { nan: true, .. } => Some("it is not a number".to_owned()),
         ConditionOutcome { value: Some(value), limit: Some(limit), at, .. } => {
-            let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
-            let [value, limit] = [value, limit].map(format_value);
-            let unit = unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
-            Some(format!("{value} against {limit}{unit}{place}"))
+            let place = at.map(|at| format!(" at {} s", diagnostics::rounded_time(at))).unwrap_or_default();
+            // Counts and truth values are whole, and have no unit.
+            let are_counts = unit.is_none() && value.fract() == 0.0 && limit.fract() == 0.0;
+            let [value, limit] = match are_counts {
+                true => [value, limit].map(ToString::to_string),
+                false => distinct_number_texts(*value, *limit),
+            };
+            let unit = unit_suffix(unit.as_deref());
+            let quantity = comparison_sides(&plan.that).map(|[left, _]| format!("{left} is "));
+            Some(format!("{}{value}{unit}{place}, limit {limit}{unit}", quantity.unwrap_or_default()))
         }
         ConditionOutcome { at, .. } => {
             Some(at.map_or("it does not hold".to_owned(), |at| format!("it does not hold at {at:.3} s")))

@@ -133,7 +133,7 @@ impl Difference {
 
 /// A unit behind a number; nothing for a number without one.
 pub(crate) fn unit_suffix(unit: Option<&String>) -> String {
-    unit.filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default()
+    units::display::unit_suffix(unit.map(String::as_str))
 }
 
 /// What puts a difference from B into A.

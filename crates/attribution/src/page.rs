@@ -33,7 +33,7 @@ struct WhyPage<'a> {
 /// A line of the table of differences.
 struct DifferenceRow<'a> {
     difference: &'a Difference,
-    unit: &'a str,
+    unit: String,
     /// What became of it in the experiments.
     role: &'static str,
 }
@@ -50,7 +50,7 @@ impl Explanation {
         };
         let row = |difference| DifferenceRow {
             difference,
-            unit: difference.unit.as_deref().filter(|unit| *unit != "1").unwrap_or_default(),
+            unit: difference.unit.as_deref().map(units::display::unit_text).unwrap_or_default(),
             role: role(difference),
         };
         html_page::render_page(&WhyPage {

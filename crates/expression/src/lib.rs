@@ -33,6 +33,7 @@ mod monitor;
 mod operator;
 mod parser;
 mod reducer;
+mod sides;
 #[cfg(test)]
 mod tests;
 mod token;
@@ -53,6 +54,7 @@ pub use index::{
 };
 pub use interval::Interval;
 pub use monitor::{ConditionMonitor, ConditionOutcome};
+pub use sides::{comparison_sides, reduced_quantity};
 pub use trace::{ComparisonTrace, TraceContent, TracePoint};
 
 /// One parsed condition, with its signals resolved to values of rows of space `S`; it is evaluated over such rows only.

@@ -15,19 +15,28 @@ pub struct PlotAxis {
     low: f64,
     high: f64,
     logarithmic: bool,
+    /// Of an axis of names, those at 0, 1, 2, ...
+    names: Vec<String>,
 }
 
 impl PlotAxis {
     /// A linear axis. Ends that are no numbers, or in the wrong order, become 0 to 1.
     pub fn linear(label: &str, low: f64, high: f64) -> Self {
         let (low, high) = if low < high && (high - low).is_finite() { (low, high) } else { (0.0, 1.0) };
-        Self { label: label.into(), low, high, logarithmic: false }
+        Self { label: label.into(), low, high, logarithmic: false, names: Vec::new() }
     }
 
     /// A logarithmic axis of positive numbers.
     pub fn logarithmic(label: &str, low: f64, high: f64) -> Self {
         let (low, high) = if 0.0 < low && low < high && high.is_finite() { (low, high) } else { (0.1, 1.0) };
-        Self { label: label.into(), low, high, logarithmic: true }
+        Self { label: label.into(), low, high, logarithmic: true, names: Vec::new() }
+    }
+
+    /// An axis of names at 0, 1, 2, ...
+    pub fn of_names(label: &str, names: &[&str]) -> Self {
+        let names = names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        let high = names.len() as f64 - 0.5;
+        Self { label: label.into(), low: -0.5, high: high.max(0.5), logarithmic: false, names }
     }
 
     /// A linear axis about values, a twentieth wider than they are.
@@ -75,6 +84,9 @@ impl PlotAxis {
     /// Round values from end to end, with their texts, as many as fit a length [px] with `spacing` [px] between them and no text on
     /// another: `size` is that of a text [px].
     pub fn ticks(&self, length: f64, spacing: f64, size: impl Fn(&str) -> f64) -> Vec<AxisTick> {
+        if !self.names.is_empty() {
+            return self.name_ticks(length, size);
+        }
         let room = |ticks: &Vec<AxisTick>| {
             ticks.windows(2).all(|pair| {
                 let apart = (self.relative_position(pair[1].0) - self.relative_position(pair[0].0)) * length;
@@ -90,6 +102,28 @@ impl PlotAxis {
         });
         let found = logarithmic.into_iter().flatten().chain(linear).find(room);
         found.unwrap_or_default()
+    }
+
+    /// The names, cut to the room that each has; every other one where that is too little.
+    fn name_ticks(&self, length: f64, size: impl Fn(&str) -> f64) -> Vec<AxisTick> {
+        const LEAST: f64 = 20.0;
+        let room = length / self.names.len() as f64;
+        let every = ((LEAST + CLEAR) / room).ceil().max(1.0) as usize;
+        let room = room * every as f64 - CLEAR;
+        let cut = |name: &String| {
+            let letters: Vec<char> = name.chars().collect();
+            let mut shown = name.clone();
+            for kept in (1..letters.len()).rev() {
+                if size(&shown) <= room {
+                    break;
+                }
+                // The end of a name says more than its beginning.
+                shown = std::iter::once('…').chain(letters[letters.len() - kept..].iter().copied()).collect();
+            }
+            shown
+        };
+        let chosen = self.names.iter().enumerate().step_by(every);
+        chosen.map(|(place, name)| (place as f64, cut(name))).collect()
     }
 
     /// Multiples of every so many powers of ten.
@@ -143,6 +177,14 @@ mod tests {
         assert_eq!(of(PlotAxis::logarithmic("", 3e-5, 3e-4)), ["5e-5", "0.0001", "0.0002"]);
         // No decade starts inside: round numbers between.
         assert_eq!(of(PlotAxis::logarithmic("", 2.1, 4.9)), ["3", "4"]);
+    }
+
+    #[test]
+    fn names_are_cut_to_their_room() {
+        let of = |names: &[&str], length| texts(&PlotAxis::of_names("", names), length);
+        assert_eq!(of(&["dry", "wet"], 300.0), ["dry", "wet"]);
+        assert_eq!(of(&["a long name of stock", "sport"], 120.0), ["… stock", "sport"]);
+        assert_eq!(of(&["a", "b", "c", "d", "e"], 100.0), ["a", "c", "e"]);
     }
 
     #[test]

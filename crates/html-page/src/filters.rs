@@ -64,7 +64,9 @@ pub fn with_thousands_separators(count: impl Display, _: &dyn Values) -> Result<
     Ok(separate_thousands(&count.to_string()))
 }
 
-fn separate_thousands(digits: &str) -> String {
+/// Digits with a comma between thousands.
+#[must_use]
+pub fn separate_thousands(digits: &str) -> String {
     let apart = |place: usize| place > 0 && (digits.len() - place).is_multiple_of(3);
     let comma = |place| apart(place).then_some(',');
     digits.char_indices().flat_map(|(place, digit)| comma(place).into_iter().chain([digit])).collect()

@@ -14,7 +14,7 @@ pub use askama::filters::Safe;
 pub use axis::PlotAxis;
 
 pub use escape::{XmlEscaper, escape_xml, script_json};
-pub use plot::{CssClass, Plot, PlotLayer, PlotLayerShape};
+pub use plot::{CssClass, Plot, PlotLabel, PlotLayer, PlotLayerShape};
 pub use svg::plots_to_svg_file;
 
 /// The style of all pages: texts, tables and plots.

@@ -13,6 +13,17 @@ pub struct Plot {
     pub size: [f64; 2],
     /// From back to front.
     pub layers: Vec<PlotLayer>,
+    /// Texts above points.
+    pub labels: Vec<PlotLabel>,
+}
+
+/// A text above a point.
+#[derive(Clone, Debug)]
+pub struct PlotLabel {
+    /// The point.
+    pub at: (f64, f64),
+    /// What stands there.
+    pub text: String,
 }
 
 /// Classes of the page's CSS: colours by the role of what is drawn.
@@ -47,7 +58,7 @@ pub enum PlotLayerShape {
 impl Plot {
     /// An empty plot of a size [px].
     pub fn new(size: [f64; 2], x: PlotAxis, y: PlotAxis) -> Self {
-        Self { x, y, size, layers: Vec::new() }
+        Self { x, y, size, layers: Vec::new(), labels: Vec::new() }
     }
 
     fn add_layer(&mut self, shape: PlotLayerShape, points: &[(f64, f64)], class: CssClass, name: &str) {
@@ -74,6 +85,11 @@ impl Plot {
     /// Points.
     pub fn add_dots(&mut self, points: &[(f64, f64)], radius: f64, class: CssClass, name: &str) {
         self.add_layer(PlotLayerShape::Dot(radius), points, class, name);
+    }
+
+    /// A text above a point.
+    pub fn add_label(&mut self, at: (f64, f64), text: &str) {
+        self.labels.push(PlotLabel { at, text: text.to_owned() });
     }
 
     /// A dashed line through the whole plot at a height.

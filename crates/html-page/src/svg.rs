@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::axis::AxisTick;
 use crate::escape::escape_xml;
-use crate::plot::{Plot, PlotLayer, PlotLayerShape};
+use crate::plot::{Plot, PlotLabel, PlotLayer, PlotLayerShape};
 use crate::{Markup, STYLE, Safe};
 
 /// Space for the labels of the axes [px]: left at least, right, top, bottom.
@@ -95,6 +95,17 @@ impl<'a> SvgDrawing<'a> {
         }
     }
 
+    /// Above its point, or below where that is at the upper end; towards the middle at both sides.
+    fn write_label(&self, svg: &mut String, label: &PlotLabel) {
+        let Some((x, y)) = self.pixel_position(label.at.0, label.at.1) else { return };
+        let below = y < 2.0 * LINE;
+        let half = 0.5 * number_text_width(&label.text);
+        let x = x.clamp(half.min(0.5 * self.area[0]), (self.area[0] - half).max(0.5 * self.area[0]));
+        let y = if below { y + LINE + 6.0 } else { y - 8.0 };
+        let _ =
+            writeln!(svg, r#"<text class="value" x="{x:.1}" y="{y:.1}">{}</text>"#, escape_xml(&label.text));
+    }
+
     fn write_plot(&self, svg: &mut String) {
         let (left, top) = (self.left, MARGIN[2]);
         let [width, height] = self.area;
@@ -102,6 +113,7 @@ impl<'a> SvgDrawing<'a> {
         // An inner svg cuts off what leaves the drawing area.
         let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height}">"#);
         self.plot.layers.iter().for_each(|layer| self.write_layer(svg, layer));
+        self.plot.labels.iter().for_each(|label| self.write_label(svg, label));
         svg.push_str("</svg>\n");
     }
 
@@ -112,7 +124,12 @@ impl<'a> SvgDrawing<'a> {
         for (value, text) in self.plot.x.ticks(width, SPACING[0], self::number_text_width) {
             let x = left + self.plot.x.relative_position(value) * width;
             let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{bottom}"/>"#);
-            let _ = writeln!(svg, r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#, bottom + 16.0);
+            let _ = writeln!(
+                svg,
+                r#"<text class="tick" x="{x:.1}" y="{:.1}">{}</text>"#,
+                bottom + 16.0,
+                escape_xml(&text)
+            );
         }
         for (value, text) in &self.y_ticks {
             let y = top + (1.0 - self.plot.y.relative_position(*value)) * height;

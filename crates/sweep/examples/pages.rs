@@ -109,6 +109,8 @@ fn main() {
             title: "Sweep of double_lane_change".to_owned(),
             plan: "target/sweeps/double_lane_change".to_owned(),
             design: format!("{} variants, {}, seed 4.", table.row_count(), method.display_name()),
+            reports: std::collections::BTreeMap::new(),
+            csv: Some("sweep.csv".to_owned()),
         };
         let html = sweep_page(&about, &table, &summary);
         std::fs::write(folder.join(format!("{name}.html")), html).expect("it is written");

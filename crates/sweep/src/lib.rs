@@ -9,3 +9,4 @@ pub mod search;
 pub mod statistics;
 pub mod summary;
 pub mod table;
+pub mod variant_table;

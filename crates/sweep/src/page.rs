@@ -2,17 +2,34 @@
 
 mod bars;
 mod parallel;
-mod scatter;
+mod side_by_side;
+mod value_plots;
+mod worst_cases;
+
+use std::collections::BTreeMap;
 
 use askama::Template;
-use html_page::{Markup, filters};
-use numerics::text::format_significant;
+use html_page::filters;
+use units::display::{name_with_unit, number_text, quantity_text};
 
 use crate::statistics::PassRate;
-use crate::summary::{CheckSummary, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant};
-use crate::table::{FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use crate::summary::{
+    CheckSummary, FailureGroup, ResultEffects, SensitivityMethod, SweepSummary, WorstVariant,
+};
+use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
+use crate::variant_table::{
+    VariantColumn, VariantEnding, VariantTable, display_name, evenly_thinned, variant_endings,
+};
 use bars::EffectBarChart;
 use parallel::ParallelCoordinatesPlot;
+use side_by_side::SideBySide;
+use value_plots::ResultPlots;
+use worst_cases::{WorstCase, worst_cases};
+
+/// Variants in the table of the page.
+const MOST_VARIANTS: usize = 400;
+/// The fewest variants whose lines across axes show more than a table does.
+const LEAST_LINES: usize = 8;
 
 /// Varied values that stand beside a worst variant.
 const DRIVING: usize = 3;
@@ -26,15 +43,10 @@ pub struct SweepPageHeader {
     pub plan: String,
     /// How the variants were chosen, a sentence.
     pub design: String,
-}
-
-/// How a variant ended.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-enum VariantEnding {
-    Passed,
-    NoChecks,
-    Failed,
-    Error,
+    /// The reports of variants that were recorded, relative to the page.
+    pub reports: BTreeMap<i64, String>,
+    /// The table of all results as text, relative to the page, if there is one.
+    pub csv: Option<String>,
 }
 
 impl VariantEnding {
@@ -47,13 +59,21 @@ impl VariantEnding {
         }
     }
 
+    /// Its class as a verdict.
+    fn verdict_class(self) -> &'static str {
+        match self {
+            VariantEnding::Passed => "pass",
+            VariantEnding::NoChecks => "neutral",
+            VariantEnding::Failed => "fail",
+            VariantEnding::Error => "stop",
+        }
+    }
+
     /// In the legend.
     fn legend_text(self) -> &'static str {
         match self {
-            VariantEnding::Passed => "passed",
-            VariantEnding::NoChecks => "no checks",
             VariantEnding::Failed => "failed a check",
-            VariantEnding::Error => "did not end",
+            other => other.word(),
         }
     }
 }
@@ -66,15 +86,21 @@ struct SweepPage<'a> {
     design: &'a str,
     table: &'a SweepTable,
     summary: &'a SweepSummary,
+    about: &'a SweepPageHeader,
+    variants: VariantTable<'a>,
+    side_by_side: Option<SideBySide>,
+    worst_cases: Vec<WorstCase>,
+    results: ResultPlots,
     bars: Vec<EffectBarChart<'a>>,
     parallel: Option<ParallelCoordinatesPlot>,
-    scatter: Vec<Markup>,
 }
 
 /// The page of a table and its summary.
 #[must_use]
 pub fn sweep_page(about: &SweepPageHeader, table: &SweepTable, summary: &SweepSummary) -> String {
-    let SweepPageHeader { title, plan, design } = about;
+    let SweepPageHeader { title, plan, design, .. } = about;
+    let variants = VariantTable::new(table, MOST_VARIANTS, true);
+    let lines = ParallelCoordinatesPlot::new(table, summary);
     let outputs = summary.outputs.iter().filter(|output| !output.effects.is_empty());
     html_page::render_page(&SweepPage {
         title,
@@ -82,16 +108,41 @@ pub fn sweep_page(about: &SweepPageHeader, table: &SweepTable, summary: &SweepSu
         design,
         table,
         summary,
+        about,
+        side_by_side: SideBySide::new(&variants),
+        variants,
+        worst_cases: worst_cases(table, summary),
+        results: ResultPlots::new(table, summary),
         bars: outputs.map(EffectBarChart::new).collect(),
-        parallel: ParallelCoordinatesPlot::new(table, summary),
-        scatter: scatter::margin_scatter_plots(table, summary),
+        parallel: lines.filter(|_| table.row_count() >= LEAST_LINES),
     })
 }
 
 impl SweepPage<'_> {
     /// Results that never change, so nothing drives them.
-    fn constant_result_names(&self) -> impl Iterator<Item = &String> {
-        self.summary.outputs.iter().filter(|it| it.effects.is_empty()).map(|it| &it.name)
+    fn constant_result_names(&self) -> impl Iterator<Item = String> {
+        let constant = self.summary.outputs.iter().filter(|it| it.effects.is_empty());
+        constant.filter_map(|it| self.table.column(&it.name)).map(display_name)
+    }
+
+    /// The report of a variant, if it was recorded.
+    fn report_of(&self, variant: &i64) -> Option<&String> {
+        self.about.reports.get(variant)
+    }
+
+    /// Whether a variant of the table was not recorded.
+    fn lacks_reports(&self) -> bool {
+        self.variants.rows.iter().any(|it| self.report_of(&it.variant).is_none())
+    }
+
+    /// What a variant is called, with its number.
+    fn variant_label(&self, row: &usize, variant: &i64) -> String {
+        let names =
+            self.table.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
+        match names.and_then(|names| names.get(*row)?.as_deref()) {
+            Some(name) => format!("{variant} {name}"),
+            None => variant.to_string(),
+        }
     }
 
     /// The varied values that drive a check most, or the first ones.
@@ -134,10 +185,10 @@ impl CheckSummary {
 
     /// The margin of a variant, with its unit.
     fn margin_text(&self, worst: &WorstVariant) -> String {
-        let number = format_significant(worst.margin, 4);
-        match self.unit.as_deref().filter(|unit| worst.margin.is_finite() && *unit != "1") {
-            Some(unit) => format!("{number} {unit}"),
-            None => number,
+        if worst.margin.is_nan() {
+            "–".to_owned()
+        } else {
+            quantity_text(worst.margin, self.unit.as_deref())
         }
     }
 }
@@ -145,20 +196,67 @@ impl CheckSummary {
 impl SweepColumn {
     /// Its name with its unit.
     fn name_with_unit(&self) -> String {
-        append_unit(&self.name, self.unit.as_deref())
+        name_with_unit(&display_name(self), self.unit.as_deref())
     }
 }
 
 impl ResultEffects {
     /// Its name with its unit.
     fn name_with_unit(&self) -> String {
-        append_unit(&self.name, self.unit.as_deref())
+        let name = match (self.name.strip_prefix("collect."), self.name.strip_prefix("margin.")) {
+            (Some(name), _) => name.to_owned(),
+            (_, Some(name)) => format!("margin of {name}"),
+            _ => self.name.strip_prefix("check.").unwrap_or(&self.name).to_owned(),
+        };
+        name_with_unit(&name, self.unit.as_deref())
     }
 }
 
-/// A name with its unit, unless that is 1.
-fn append_unit(name: &str, unit: Option<&str>) -> String {
-    unit.filter(|unit| *unit != "1").map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
+impl VariantColumn<'_> {
+    /// The raw value of a variant, by which the page sorts; empty where there is none.
+    fn sort_key(&self, row: &usize) -> String {
+        match &self.column.values {
+            SweepColumnValues::Texts(texts) => texts.get(*row).cloned().flatten().unwrap_or_default(),
+            _ => {
+                let number = match &self.column.values {
+                    SweepColumnValues::Numbers(all) => all.get(*row).copied(),
+                    SweepColumnValues::Integers(all) => all.get(*row).map(|it| *it as f64),
+                    SweepColumnValues::Booleans(all) => all.get(*row).copied().flatten().map(f64::from),
+                    SweepColumnValues::Texts(_) => None,
+                };
+                number.filter(|it| it.is_finite()).map(|it| it.to_string()).unwrap_or_default()
+            }
+        }
+    }
+
+    /// The text of the row at a place in the table.
+    fn text_at(&self, place: &usize) -> &str {
+        self.texts.get(*place).map_or("", String::as_str)
+    }
+
+    /// The class of an extreme: of a margin the best and the worst one, of another value the highest and the lowest one.
+    fn extreme_class(&self, row: &usize) -> &'static str {
+        match (self.is_extreme(*row), self.column.role == SweepColumnRole::Margin) {
+            ([true, _], true) => " low worst-value",
+            ([_, true], true) => " high best-value",
+            ([true, _], false) => " low",
+            ([_, true], false) => " high",
+            _ => "",
+        }
+    }
+}
+
+impl FailureGroup {
+    /// When it happened.
+    fn time_text(&self) -> String {
+        match self.time {
+            Some([first, last]) if first < last => {
+                format!("{} … {} s", number_text(first), number_text(last))
+            }
+            Some([first, _]) => format!("{} s", number_text(first)),
+            None => "–".to_owned(),
+        }
+    }
 }
 
 /// The value of a column in a variant.
@@ -166,30 +264,13 @@ fn cell_text(column: &SweepColumn, worst: &WorstVariant) -> String {
     let row = worst.row;
     match &column.values {
         SweepColumnValues::Integers(values) => values.get(row).map(ToString::to_string),
-        SweepColumnValues::Numbers(values) => values.get(row).map(|value| format_significant(*value, 5)),
+        SweepColumnValues::Numbers(values) => values.get(row).map(|value| number_text(*value)),
         SweepColumnValues::Booleans(values) => {
             values.get(row).copied().flatten().map(|value| value.to_string())
         }
         SweepColumnValues::Texts(values) => values.get(row).cloned().flatten(),
     }
     .unwrap_or_else(|| "–".to_owned())
-}
-
-/// How each variant ended.
-fn variant_endings(table: &SweepTable) -> Vec<VariantEnding> {
-    let ending = |verdict: &Option<String>| match verdict.as_deref() {
-        Some(PASSED) => VariantEnding::Passed,
-        Some(NO_CHECKS) => VariantEnding::NoChecks,
-        Some(FAILED) => VariantEnding::Failed,
-        _ => VariantEnding::Error,
-    };
-    table.verdicts().iter().map(ending).collect()
-}
-
-/// At most so many rows out of all, evenly.
-fn evenly_thinned(rows: &[usize], most: usize) -> Vec<usize> {
-    let count = rows.len().min(most);
-    (0..count).map(|k| rows[k * rows.len() / count]).collect()
 }
 
 /// The end of a name that is too long, which says more than its beginning.

@@ -1,9 +1,11 @@
 //! Holds the results of variants by columns, in memory and as Parquet.
 
 mod arrow;
+mod csv;
 mod reader;
 mod writer;
 
+pub use csv::table_to_csv;
 pub use reader::{SweepTableReader, read_table};
 pub use writer::{RowGroups, SweepTableWriter, write_table};
 
@@ -41,6 +43,8 @@ pub struct SweepColumn {
 pub enum SweepColumnRole {
     /// The number of the variant.
     Variant,
+    /// What the variant is called, of a list with names.
+    Name,
     /// The seed of its random streams.
     Seed,
     /// A value that varies.
@@ -74,8 +78,9 @@ pub enum SweepColumnValues {
 
 impl SweepColumnRole {
     /// All of them.
-    pub const ALL: [SweepColumnRole; 9] = [
+    pub const ALL: [SweepColumnRole; 10] = [
         SweepColumnRole::Variant,
+        SweepColumnRole::Name,
         SweepColumnRole::Seed,
         SweepColumnRole::Parameter,
         SweepColumnRole::Verdict,
@@ -91,6 +96,7 @@ impl SweepColumnRole {
     pub fn metadata_name(self) -> &'static str {
         match self {
             SweepColumnRole::Variant => "variant",
+            SweepColumnRole::Name => "name",
             SweepColumnRole::Seed => "seed",
             SweepColumnRole::Parameter => "parameter",
             SweepColumnRole::Verdict => "verdict",

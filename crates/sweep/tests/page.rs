@@ -6,7 +6,13 @@ use sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 fn about() -> SweepPageHeader {
     let plan = "target/my sweeps/it's".to_owned();
-    SweepPageHeader { title: "Sweep <of> it".to_owned(), plan, design: "five variants".to_owned() }
+    SweepPageHeader {
+        title: "Sweep <of> it".to_owned(),
+        plan,
+        design: "five variants".to_owned(),
+        reports: [(11, "variants/11/report.html".to_owned())].into(),
+        csv: Some("sweep.csv".to_owned()),
+    }
 }
 
 /// Five variants: one passes with room, one just, one fails, one fails without a margin, one crashes.
@@ -80,16 +86,53 @@ fn the_page_says_what_counts_and_runs_nothing_that_stands_in_texts() {
         "Sweep &lt;of&gt; it",
         "<b>40 %</b> 2 of 5 variants pass; 95 % interval 12 to 77 %",
         "<b>1 variant did not end</b>",
-        "-1.000 m",
+        "-1.0 m",
+        "lane: smallest margin",
+        "speed: highest",
+        "plant.m = 4.0 kg",
+        "<a href=\"./variants/11/report.html\">report</a>",
+        "<a href=\"./sweep.csv\">",
+        "speed over plant.m",
         "trackside replay &#39;target/my sweeps/it&#39;\\&#39;&#39;s/13&#39;",
         "&lt;script&gt;alert(1)&lt;/script&gt; \\u{1b}[0m",
-        "<td>plant</td><td>fmi2DoStep</td><td class=\"number\">2.500 s</td>",
-        "collect.speed",
+        "<td>plant</td><td>fmi2DoStep</td><td class=\"number\">2.5 s</td>",
         "no order: <code>plant.path</code>",
     ] {
         assert!(html.contains(expected), "{expected} is not in\n{html}");
     }
-    assert!(!html.contains("<script") && !html.contains("NaN") && !html.contains("inf"));
+    // The only script is the one that sorts.
+    assert_eq!(html.matches("<script").count(), 1);
+    assert!(!html.contains("<script>alert") && !html.contains(">NaN") && !html.contains(">inf"));
+}
+
+#[test]
+fn two_setups_stand_side_by_side_with_their_differences() {
+    let texts = |all: [&str; 2]| SweepColumnValues::Texts(all.map(|it| Some(it.to_owned())).into());
+    let numbers = |all: [f64; 2]| SweepColumnValues::Numbers(all.into());
+    let columns = vec![
+        SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(vec![0, 1])),
+        SweepColumn::new("name", SweepColumnRole::Name, texts(["stock", "sport"])),
+        SweepColumn::new("car.k_bar", SweepColumnRole::Parameter, numbers([20.0, 25.0]))
+            .with_unit(Some("kN/m")),
+        SweepColumn::new("verdict", SweepColumnRole::Verdict, texts(["passed", "passed"])),
+        SweepColumn::new("collect.roll", SweepColumnRole::Collected, numbers([4.0, 3.5]))
+            .with_unit(Some("deg")),
+        SweepColumn::new("collect.mass", SweepColumnRole::Collected, numbers([1500.0, 1500.0])),
+    ];
+    let table = SweepTable { columns };
+    let html = sweep_page(&about(), &table, &SweepSummary::from_table(&table, None, 1));
+    for expected in [
+        "<h2>Side by side</h2>",
+        "<th>stock</th><th>sport</th>",
+        "+5.0 (+25.0 %)",
+        "−0.5 (−12.5 %)",
+        "<tr class=\"faint\"><td>mass</td>",
+        "roll over car.k_bar",
+        ">3.5</text>",
+    ] {
+        assert!(html.contains(expected), "{expected} is not in\n{html}");
+    }
+    assert!(!html.contains("All variants side by side"), "two lines across axes show nothing");
 }
 
 #[test]
@@ -105,10 +148,10 @@ fn one_variant_and_none_have_a_page_too() {
     }
     let html = sweep_page(&about(), &one, &SweepSummary::from_table(&one, None, 1));
     assert!(html.contains("<b>100 %</b> 1 of 1 variant passes; 95 % interval 21 to 100 %"), "{html}");
-    assert!(!html.contains("NaN") && !html.contains("What drives what"), "{html}");
+    assert!(!html.contains(">NaN") && !html.contains("What drives what"), "{html}");
     let none = table().without_rows();
     let html = sweep_page(&about(), &none, &SweepSummary::from_table(&none, None, 1));
-    assert!(html.contains("0 of 0 variants pass") && !html.contains("NaN"), "{html}");
+    assert!(html.contains("0 of 0 variants pass") && !html.contains(">NaN"), "{html}");
     let html = sweep_page(
         &about(),
         &SweepTable::default(),

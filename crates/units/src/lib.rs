@@ -17,6 +17,7 @@
 //! zero (`degC`, `degF`) stand alone only.
 #![forbid(unsafe_code)]
 
+pub mod display;
 mod error;
 mod parser;
 mod spelling;

@@ -6,6 +6,7 @@ use manoeuvre::{
     TestStage,
 };
 use serde_json::{Map, Value, json};
+use units::display::{customary_quantity, name_with_unit, number_text, unit_text};
 
 /// What there is to draw of a test.
 #[derive(Debug, Clone)]
@@ -86,8 +87,8 @@ fn manoeuvre_result_json(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -
         match found {
             CharacteristicValue::Number(number) => {
                 all.insert((*name).to_owned(), json!(number));
-                let number = number.map_or("-".to_owned(), format_four_digits);
-                rows.push(json!([name, number, known.unit, known.about]));
+                let number = number.map_or("–".to_owned(), number_text);
+                rows.push(json!([name, number, described_unit(found, known.unit), known.about]));
             }
             CharacteristicValue::List(list) => {
                 all.insert((*name).to_owned(), json!(list));
@@ -108,38 +109,19 @@ fn manoeuvre_result_json(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -
 /// Lists side by side, one row for each place.
 fn value_lists_table(lists: &[(&CharacteristicValueInfo, &Vec<f64>)]) -> Option<Value> {
     let longest = lists.iter().map(|(_, list)| list.len()).max()?;
-    let title = |known: &CharacteristicValueInfo| format!("{} [{}]", known.name, known.unit);
+    let title = |known: &CharacteristicValueInfo| name_with_unit(known.name, Some(known.unit));
     let head: Vec<_> = lists.iter().map(|(known, _)| title(known)).collect();
-    let cell =
-        |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), format_four_digits);
+    let cell = |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), number_text);
     let row = |place| lists.iter().map(|(_, list)| cell(list, place)).collect::<Vec<_>>();
     Some(json!({ "head": head, "rows": (0..longest).map(row).collect::<Vec<_>>() }))
 }
 
-/// A number with four digits.
-fn format_four_digits(number: f64) -> String {
-    if number != 0.0 && !(1e-3..1e5).contains(&number.abs()) {
-        return format!("{number:.3e}");
-    }
-    let before = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
-    format!("{number:.*}", usize::try_from(3 - before).unwrap_or(0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::format_four_digits;
-
-    #[test]
-    fn numbers_have_four_digits() {
-        for (number, text) in [
-            (0.0, "0.000"),
-            (-0.033_21, "-0.03321"),
-            (3.571_4, "3.571"),
-            (27.78, "27.78"),
-            (12_345.6, "12346"),
-            (2.5e-5, "2.500e-5"),
-        ] {
-            assert_eq!(format_four_digits(number), text);
-        }
-    }
+/// The unit as people write it, and the number in the unit that they say beside it.
+fn described_unit(found: &CharacteristicValue, unit: &str) -> String {
+    let customary = match found {
+        CharacteristicValue::Number(Some(number)) => customary_quantity(*number, unit),
+        _ => None,
+    };
+    let customary = customary.map(|text| format!(" ({text})")).unwrap_or_default();
+    unit_text(unit) + &customary
 }

@@ -14,7 +14,7 @@ use super::{print_text, print_to_stderr, progress, sweep as sweeps};
 /// Arguments of `trackside replay`.
 #[derive(Args)]
 pub struct ReplayArguments {
-    /// The variant: the folder of the sweep and its number, such as `target/sweeps/lane_change/17`.
+    /// The variant: the folder of the sweep and its number, such as `target/sweeps/lane_change/17`, or its name.
     #[arg(value_name = "SWEEP/VARIANT")]
     variant: PathBuf,
     /// The folder for the files [default: variants/VARIANT in the folder of the sweep].
@@ -35,9 +35,14 @@ pub struct ReplayArguments {
 pub fn run_replay_command(arguments: &ReplayArguments) -> Result<u8, Error> {
     let (plan, variant) = sweeps::variant_of(&arguments.variant)?;
     let replay = if arguments.no_rerun { ReplayOutput::Off } else { ReplayOutput::Save };
-    let out = arguments.out.clone().unwrap_or_else(|| variant_run_folder(&plan, variant));
+    let out = match &arguments.out {
+        Some(out) => out.clone(),
+        None => variant_run_folder(&plan, variant)?,
+    };
     let options = RunOptions { replay, csv: arguments.csv, out: Some(out), ..RunOptions::default() };
-    rerun_variant(&plan, variant, options)
+    let code = rerun_variant(&plan, variant, options)?;
+    sweep::renew_sweep_page(&plan)?;
+    Ok(code)
 }
 
 /// Runs a variant of a sweep that is over, unless it was recorded before.
@@ -45,7 +50,7 @@ pub fn run_replay_command(arguments: &ReplayArguments) -> Result<u8, Error> {
 /// # Errors
 /// When its run fails by the input.
 pub(super) fn record_variant_once(plan: &SweepPlanFolder, variant: u64) -> Result<(), Error> {
-    let out = variant_run_folder(plan, variant);
+    let out = variant_run_folder(plan, variant)?;
     if out.join(scenario::plan::REPORT).exists() {
         return Ok(());
     }
@@ -56,17 +61,20 @@ pub(super) fn record_variant_once(plan: &SweepPlanFolder, variant: u64) -> Resul
     }
 }
 
-fn variant_run_folder(plan: &SweepPlanFolder, variant: u64) -> PathBuf {
-    plan.folder.join("variants").join(variant.to_string())
+fn variant_run_folder(plan: &SweepPlanFolder, variant: u64) -> Result<PathBuf, Error> {
+    Ok(plan.folder.join("variants").join(plan.variant_folder_name(variant)?))
 }
 
 fn rerun_variant(plan: &SweepPlanFolder, variant: u64, options: RunOptions) -> Result<u8, Error> {
     let variant_overrides = plan.variant_overrides(variant)?;
     let overrides = plan.with_variant(&plan.common_overrides()?, &variant_overrides)?;
     let program = Some(guest_program_path()?);
-    let options = RunOptions { overrides, program, ..options };
+    let name = plan.variant_name(variant)?;
+    let label = Some(name.clone().unwrap_or_else(|| format!("variant {variant}")));
+    let options = RunOptions { overrides, program, label, ..options };
+    let named = name.map(|name| format!(" {name}")).unwrap_or_default();
     let texts = variant_overrides.iter().map(|it| format!("{}={}", it.name, it.value));
-    print_to_stderr(&format!("variant {variant}: {}", texts.collect::<Vec<_>>().join(" ")));
+    print_to_stderr(&format!("variant {variant}{named}: {}", texts.collect::<Vec<_>>().join(" ")));
     let mut context = RunContext::default();
     let scenario: &Path = &plan.scenario_path();
     let run = progress::run_with_progress_bar(scenario, &options, &mut context, |_, _| {})?;

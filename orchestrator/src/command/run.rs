@@ -242,6 +242,7 @@ impl RunArguments {
             mf4: self.mf4,
             ld: self.ld,
             bless: self.bless,
+            label: None,
             variant: self.variant.clone(),
             overrides: Overrides {
                 starts,

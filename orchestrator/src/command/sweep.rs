@@ -277,7 +277,10 @@ fn describe_sweep_result(gathered: &SweepResult) -> String {
     for variant in &gathered.shown {
         text += &format!("  {}  trackside replay {}/{}\n", variant.why, folder.display(), variant.variant);
     }
-    text + &format!("  {}\n", folder.display())
+    if !gathered.variant_lines.is_empty() {
+        text += &format!("\n{}\n", gathered.variant_lines);
+    }
+    text + &format!("  {}\n  {}\n", folder.display(), folder.join("sweep.html").display())
 }
 
 /// In a pipe a line is written this often.
@@ -328,10 +331,19 @@ impl SweepProgress {
     }
 }
 
-/// The plan and the variant that a path such as `target/sweeps/lane_change/17` names.
+/// The plan and the variant that a path such as `target/sweeps/lane_change/17` names, by its number or its name.
 pub(super) fn variant_of(path: &Path) -> Result<(SweepPlanFolder, u64), Error> {
-    let variant = path.file_name().and_then(|name| name.to_str()?.parse().ok());
-    let Some((folder, variant)) = path.parent().zip(variant) else {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let number = name.and_then(|name| name.parse().ok());
+    if let (None, Some(name), Some(folder)) =
+        (number, name, path.parent().filter(|it| it.join("plan.json").exists()))
+    {
+        let plan = SweepPlanFolder::open_of_any_program(folder)?;
+        if let Some(variant) = plan.variant_of_name(name)? {
+            return Ok((plan, variant));
+        }
+    }
+    let Some((folder, variant)) = path.parent().zip(number) else {
         return Err(Error::invalid_input(format!(
             "expected the folder of a sweep and the number of a variant, such as target/sweeps/lane_change/17, found {}",
             path.display()

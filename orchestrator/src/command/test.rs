@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::package::BuildProgress;
-use orchestrator::suite::{self, ScenarioOutcome, TestResult, TracksideProgram};
+use orchestrator::suite::{
+    self, ScenarioOutcome, SuiteHistory, SuitePageHeader, TestResult, TracksideProgram,
+};
 
 use super::progress::BuildLine;
 use super::run::{IsolateArg, parse_positive_seconds};
@@ -104,7 +106,15 @@ pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> 
         let _one_at_a_time = terminal.lock();
         print_text(&(test_line(result) + &reasons));
     };
+    let (begin, history) = (Instant::now(), SuiteHistory::read(out));
     let results = suite::run_scenario_tests(program, paths, jobs, out, &mut progress, &done)?;
+    let about = SuitePageHeader {
+        command: repeat_command(paths),
+        time: begin.elapsed(),
+        jobs: jobs.min(paths.len()),
+        junit: how.junit.map(|path| path.display().to_string()),
+    };
+    let page = write_page_and_history(&about, &results, history, out)?;
     if let Some(path) = how.junit {
         suite::write_junit(&results, path)?;
     }
@@ -129,10 +139,49 @@ pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> 
         failed + broken,
         count(|outcome| matches!(outcome, ScenarioOutcome::Skipped(_))),
     ));
+    print_text(&page);
     Ok(match fmu_import::termination_signal() {
         Some(signal) => Error::Interrupted(signal).exit_code(),
         None => u8::from(failed + broken > 0),
     })
+}
+
+/// The command that runs the suite again: this one, or that for the folder of scenarios which another command made.
+fn repeat_command(paths: &[PathBuf]) -> String {
+    let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    match words.get(1).is_some_and(|word| word == "test") {
+        true => words.join(" "),
+        false => {
+            let folder = paths.first().and_then(|path| path.parent()).unwrap_or(Path::new("scenarios"));
+            format!("trackside test {}", folder.display())
+        }
+    }
+}
+
+/// Lines of what changed that appear on the terminal.
+const MOST_CHANGES: usize = 10;
+
+/// Writes the page and what the next run compares with; returns what changed since the last one, and where the page is.
+fn write_page_and_history(
+    about: &SuitePageHeader,
+    results: &[TestResult],
+    history: SuiteHistory,
+    out: &Path,
+) -> Result<String, Error> {
+    std::fs::create_dir_all(out).map_err(|error| Error::output_failure(out, error))?;
+    suite::write_suite_page(about, results, &history, out)?;
+    let changes = history.changes(results);
+    let known: Vec<_> = changes.iter().filter(|it| it.before.is_some()).collect();
+    history.store(results, out)?;
+    let mut text: String = known
+        .iter()
+        .take(MOST_CHANGES)
+        .map(|it| format!("  since the last run: {} {}\n", it.path, it.sentence()))
+        .collect();
+    if known.len() > MOST_CHANGES {
+        text += &format!("  and {} more changes\n", known.len() - MOST_CHANGES);
+    }
+    Ok(text + &format!("  {}\n", out.join(suite::PAGE).display()))
 }
 
 fn test_line(result: &TestResult) -> String {

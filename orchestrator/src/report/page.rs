@@ -161,12 +161,17 @@ mod filters {
 
     /// As many digits as a person compares.
     #[askama::filter_fn]
-    pub fn four_decimals_or_exponent(value: impl TemplateNumber, _: &dyn Values) -> Result<String> {
+    pub fn number_text(value: impl TemplateNumber, _: &dyn Values) -> Result<String> {
         Ok(match value.as_f64() {
             value if value.is_nan() => String::new(),
-            value if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) => format!("{value:.3e}"),
-            value => format!("{value:.4}"),
+            value => units::display::number_text(value),
         })
+    }
+
+    /// A unit as people write it.
+    #[askama::filter_fn]
+    pub fn unit_text(unit: impl AsRef<str>, _: &dyn Values) -> Result<String> {
+        Ok(units::display::unit_text(unit.as_ref()))
     }
 
     /// A time [s] without the rounding error of `k h`.

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use assessment::check::CheckVerdict;
-use diagnostics::escape_markdown;
+use diagnostics::{escape_markdown, rounded_time};
+use units::display::{number_text, quantity_text, unit_text};
 
 use super::analysis_summary::{AnalysisSummary, WIDEST};
 use super::{RunReport, RunVerdict, ValidationReport};
@@ -24,12 +25,14 @@ impl RunReport {
             text += "| check | | worst | limit | unit | at [s] |\n|---|---|---|---|---|---|\n";
         }
         for (of, check) in &checks {
-            let number = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+            let number = |value: Option<f64>| value.map(number_text).unwrap_or_default();
             let sign = if check.passed { "passed" } else { "**FAILED**" };
             let (name, worst, limit, at) =
-                (&check.name, number(check.value), number(check.limit), number(check.at));
+                (&check.name, number(check.value), number(check.limit), check.at.map(rounded_time));
+            let at = at.map(|at| at.to_string()).unwrap_or_default();
             // Writing into a string cannot fail.
-            let unit = escape_markdown(check.unit.as_deref().unwrap_or_default());
+            let unit = unit_text(check.unit.as_deref().unwrap_or_default());
+            let unit = escape_markdown(&unit);
             let name = escape_markdown(&format!("{of}{name}"));
             let _ = writeln!(text, "| {name} | {sign} | {worst} | {limit} | {unit} | {at} |");
         }
@@ -120,16 +123,11 @@ fn check_lines(checks: &[CheckVerdict], indent: &str) -> String {
     let width = widths.max().unwrap_or(0).min(WIDEST);
     for check in checks {
         let sign = if check.passed { "ok    " } else { "FAILED" };
-        let unit = check.unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
         // Writing into a string cannot fail.
         let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
         let _ = match (&check.reason, check.value) {
             (Some(reason), _) => writeln!(text, "  ({reason})"),
-            // A small part of something is worth as many digits as a large one.
-            (None, Some(value)) if value != 0.0 && value.abs() < 1e-2 => {
-                writeln!(text, "  ({value:.2e}{unit})")
-            }
-            (None, Some(value)) => writeln!(text, "  ({value:.4}{unit})"),
+            (None, Some(value)) => writeln!(text, "  ({})", quantity_text(value, check.unit.as_deref())),
             (None, None) => writeln!(text),
         };
     }

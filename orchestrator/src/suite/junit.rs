@@ -6,6 +6,7 @@ use std::path::Path;
 use diagnostics::{Error, escape_for_terminal};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
+use super::cause::error_headline;
 use super::{CheckResult, ScenarioOutcome, TestResult};
 
 /// The case of a run without a check, or without a verdict.
@@ -78,19 +79,13 @@ fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
         ScenarioOutcome::Skipped(reason) => Some(skipped_test_status(reason)),
         ScenarioOutcome::NoChecks => Some(skipped_test_status(NO_CHECKS)),
         ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
-            Some(failed_test_status(NonSuccessKind::Error, &error_headline(text), text))
+            Some(failed_test_status(NonSuccessKind::Error, error_headline(text), text))
         }
         ScenarioOutcome::Failed(text) if result.checks.iter().all(|it| it.verdict.passed) => {
-            Some(failed_test_status(NonSuccessKind::Failure, &error_headline(text), text))
+            Some(failed_test_status(NonSuccessKind::Failure, error_headline(text), text))
         }
         _ => result.checks.is_empty().then(TestCaseStatus::success),
     }
-}
-
-/// The first words of an error, without the frame that terminals get.
-fn error_headline(text: &str) -> String {
-    let mut lines = text.lines().map(|line| line.trim_matches([' ', '×', '│']));
-    lines.find(|line| !line.is_empty()).unwrap_or("it failed without a word").to_owned()
 }
 
 fn check_case(result: &CheckResult) -> TestCase {

@@ -124,6 +124,7 @@ impl VariantAssignment {
         let numbers = (first..).take(points.len()).map(u64::cast_signed).collect();
         let mut columns =
             vec![SweepColumn::new("variant", SweepColumnRole::Variant, SweepColumnValues::Integers(numbers))];
+        columns.extend(self.name_column(points));
         for (place, axis) in self.axes.iter().enumerate() {
             for (inner, (name, unit)) in axis.names.iter().zip(&axis.units).enumerate() {
                 if self.fixed.contains(name) {
@@ -145,18 +146,35 @@ impl VariantAssignment {
     }
 }
 
-/// Texts as what all of them are: integers, numbers, true and false, or texts.
+impl VariantAssignment {
+    /// The names of the variants at some points, of a list that has names.
+    fn name_column(&self, points: &[Vec<f64>]) -> Option<SweepColumn> {
+        let (place, names) = self
+            .axes
+            .iter()
+            .enumerate()
+            .find_map(|(place, axis)| Some((place, axis.variant_names.as_ref()?)))?;
+        let name = |point: &Vec<f64>| names.get(point[place] as usize).cloned();
+        let names = SweepColumnValues::Texts(points.iter().map(name).collect());
+        Some(SweepColumn::new("name", SweepColumnRole::Name, names))
+    }
+}
+
+/// Texts as what all of them are: integers, numbers, true and false, or texts. An empty one is missing.
 fn parse_column_values<'a>(
     all: impl Iterator<Item = &'a str> + Clone,
     chosen: impl Iterator<Item = &'a str>,
     is_seed: bool,
 ) -> SweepColumnValues {
     let chosen: Vec<&str> = chosen.collect();
-    let each = |fits: fn(&str) -> bool| all.clone().all(fits);
-    if is_seed || each(|text| text.parse::<i64>().is_ok()) {
+    let is_partial = all.clone().any(str::is_empty);
+    let each = |fits: fn(&str) -> bool| all.clone().filter(|text| !text.is_empty()).all(fits);
+    // Integers have none that is missing: they stay texts.
+    let are_integers = each(|text| text.parse::<i64>().is_ok());
+    if is_seed || (are_integers && !is_partial) {
         return SweepColumnValues::Integers(chosen.iter().map(|text| text.parse().unwrap_or(0)).collect());
     }
-    if each(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
+    if !are_integers && each(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
         return SweepColumnValues::Numbers(
             chosen.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect(),
         );
@@ -164,7 +182,8 @@ fn parse_column_values<'a>(
     if each(|text| text.parse::<bool>().is_ok()) {
         return SweepColumnValues::Booleans(chosen.iter().map(|text| text.parse().ok()).collect());
     }
-    SweepColumnValues::Texts(chosen.iter().map(|text| Some((*text).to_owned())).collect())
+    let text = |text: &&str| (!text.is_empty()).then(|| (*text).to_owned());
+    SweepColumnValues::Texts(chosen.iter().map(text).collect())
 }
 
 fn design_axis(axis: &SweepAxis) -> design::DesignAxis {

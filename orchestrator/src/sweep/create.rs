@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::sweep::table::{RowGroups, SweepTableWriter};
+use ::sweep::table::{RowGroups, SweepTable, SweepTableWriter};
 use cosim::system::{NodeBody, System};
-use diagnostics::{Error, ErrorCollector};
+use diagnostics::{Error, ErrorCollector, Spanned};
 use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
 use scenario::document::VariantSelection;
 use scenario::plan::{RunPlan, SweepPlan};
@@ -20,7 +20,7 @@ use super::plan_metadata::{PlanMetadata, VERSION};
 use crate::{nofollow, package};
 
 /// The files of results, which another plan replaces.
-const RESULTS: [&str; 3] = ["sweep.parquet", "sweep.html", "sweep.json"];
+const RESULTS: [&str; 4] = ["sweep.parquet", "sweep.csv", "sweep.html", "sweep.json"];
 /// The fewest and the most variants of a chunk that nobody chose, and how many chunks there are in between.
 const LEAST: u64 = 50;
 const CHUNK: u64 = 1000;
@@ -69,7 +69,7 @@ pub fn create_sweep_plan(
     SweepPlanFolder::open(&folder, program)
 }
 
-/// Resolves the first variant and the last one, at the words that vary.
+/// Resolves the first variant and the last one, and all that are written by hand, at the words that vary.
 fn resolve_first_and_last_variant(
     scenario: &Scenario,
     built: &BuildArtifacts,
@@ -81,19 +81,33 @@ fn resolve_first_and_last_variant(
     let place = |name: &str| {
         let sweep = scenario.document.sweep.as_ref()?;
         let vary = sweep.vary.iter().find(|vary| vary.name.get_ref() == name);
-        let word = vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span()));
+        let by_hand = || {
+            let set = sweep.variant.iter().flat_map(|variant| variant.set.keys());
+            let known = |key: &&Spanned<String>| {
+                let rest = name.strip_prefix(key.get_ref().as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            set.into_iter().find(known).map(Spanned::span)
+        };
+        let word =
+            vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span())).or_else(by_hand);
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
-    let resolve = |last: bool| {
-        let mut variant = SweepPlanFolder::row_overrides(&assignment.first_or_last_values(last), 0);
+    let resolve = |values: SweepTable| {
+        let mut variant = SweepPlanFolder::row_overrides(&values, 0);
         variant.iter_mut().for_each(|it| it.place = place(&it.name));
         let overrides = options.overrides.with_variant(&variant, folder);
         RunPlan::resolve(scenario, built, &overrides.map_err(Error::invalid_input)?, PathBuf::new())
     };
     let mut mistakes = ErrorCollector::default();
-    let first = mistakes.ok_or_record(resolve(false));
+    let first = mistakes.ok_or_record(resolve(assignment.first_or_last_values(false)));
     if first.is_some() {
-        mistakes.ok_or_record(resolve(true));
+        mistakes.ok_or_record(resolve(assignment.first_or_last_values(true)));
+    }
+    // Each variant by hand has names of its own.
+    let by_hand = scenario.document.sweep.as_ref().map_or(0, |sweep| sweep.variant.len() as u64);
+    for variant in 1..by_hand.saturating_sub(1).min(assignment.variant_count()) {
+        mistakes.ok_or_record(resolve(assignment.variant_values(variant..variant + 1)));
     }
     mistakes.into_result()?;
     first.ok_or_else(Error::already_reported)
@@ -149,6 +163,11 @@ fn write_plan_folder(
         units: units_of_names(scenario, &plan.system, assignment.varied_names()),
         is_search,
         checks: plan.checks.iter().map(|check| check.name.clone()).collect(),
+        margin_units: plan
+            .checks
+            .iter()
+            .map(|check| check.condition.compared_unit().map(str::to_owned))
+            .collect(),
         collected: plan
             .collected
             .iter()

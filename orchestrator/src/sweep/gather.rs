@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use ::sweep::search::SearchStatus;
 use ::sweep::table::{self, RowGroups, SweepColumnValues, SweepTable, SweepTableWriter};
+use ::sweep::variant_table::VariantTable;
 use diagnostics::Error;
 use serde::Serialize;
 
@@ -17,8 +18,12 @@ use crate::nofollow;
 
 /// The table of a sweep.
 pub const TABLE: &str = "sweep.parquet";
+/// The same as text, of up to [`MOST_CSV_ROWS`] variants.
+pub(super) const CSV: &str = "sweep.csv";
+/// Variants of a table as text; beyond that nobody reads it, and it would be as large as all other files together.
+pub(super) const MOST_CSV_ROWS: usize = 100_000;
 /// Its page.
-const PAGE: &str = "sweep.html";
+pub(super) const PAGE: &str = "sweep.html";
 /// Its summary.
 const SUMMARY: &str = "sweep.json";
 
@@ -59,6 +64,9 @@ pub struct SweepResult {
     pub shown: Vec<NotableVariant>,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
+    /// The variants as a table for the terminal, all or the notable ones, with a line that says which.
+    #[serde(skip)]
+    pub variant_lines: String,
     /// Where the files are.
     #[serde(skip)]
     pub folder: PathBuf,
@@ -120,6 +128,13 @@ pub fn gather_sweep_results(
         writer.finish()?;
     }
     let NotableVariants { shown, recorded } = notable_variants(&path, plan.variants_to_record())?;
+    let table = table::read_table(&path)?;
+    if table.row_count() <= MOST_CSV_ROWS {
+        let csv = plan.folder.join(CSV);
+        let bytes = table::table_to_csv(&table).map_err(|what| Error::output_failure(&csv, what))?;
+        nofollow::write_without_following_links(&csv, bytes)
+            .map_err(|error| Error::output_failure(&csv, error))?;
+    }
     let result = SweepResult {
         scenario: plan.metadata.scenario.clone(),
         title: plan.metadata.title.clone(),
@@ -137,15 +152,33 @@ pub fn gather_sweep_results(
         recorded,
         shown,
         warnings: plan.metadata.warnings.clone(),
+        variant_lines: variant_lines(&table),
         folder: plan.folder.clone(),
     };
-    page::write_sweep_page(plan, &path, &plan.folder.join(PAGE), result.search.as_ref())?;
+    page::write_sweep_page(plan, &table, &result)?;
     let path = plan.folder.join(SUMMARY);
     let text = serde_json::to_string_pretty(&result)
         .map_err(|error| Error::invalid_input(format!("{}: {error}", path.display())))?;
     nofollow::write_without_following_links(&path, text)
         .map_err(|error| Error::output_failure(&path, error))?;
     Ok(result)
+}
+
+/// The variants for the terminal: all of a few, of many those at the ends of the results and the first that failed.
+fn variant_lines(table: &SweepTable) -> String {
+    const ALL: usize = 20;
+    const NOTABLE: usize = 12;
+    const WIDTH: usize = 118;
+    let most = if table.row_count() <= ALL { ALL } else { NOTABLE };
+    let shown = VariantTable::new(table, most, false);
+    if shown.rows.is_empty() || shown.columns.is_empty() {
+        return String::new();
+    }
+    let text = shown.to_text(WIDTH);
+    match shown.selection.is_complete() {
+        true => text,
+        false => format!("{text}  {}\n", shown.selection.description()),
+    }
 }
 
 fn missing_chunks_error(plan: &SweepPlanFolder, missing: &[u64]) -> Error {

@@ -6,6 +6,7 @@ use ::sweep::table::{ERROR, NO_CHECKS, PASSED, SweepColumnRole, SweepTable, Swee
 use diagnostics::Error;
 use scenario::document::VariantSelection;
 use serde::Serialize;
+use units::display::quantity_text;
 
 /// A notable variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,6 +44,8 @@ struct NotableScan {
     limits: VariantSelection,
     /// The smallest margin of each check, and its variant.
     smallest: Vec<(String, f64, u64)>,
+    /// The unit of each margin.
+    units: Vec<Option<String>>,
     /// The smallest margin of variants: the smallest and the largest ones, as many as are recorded.
     worst: Vec<(f64, u64)>,
     best: Vec<(f64, u64)>,
@@ -62,6 +65,7 @@ impl NotableScan {
             let named = |name: &str| name.trim_start_matches("margin.").to_owned();
             let none = margins.iter().map(|it| (named(&it.name), f64::INFINITY, 0));
             self.smallest = none.collect();
+            self.units = margins.iter().map(|it| it.unit.clone()).collect();
         }
         for (row, variant) in variants.iter().map(|it| it.cast_unsigned()).enumerate() {
             let verdict = texts("verdict").get(row).cloned().flatten().unwrap_or_default();
@@ -95,11 +99,13 @@ impl NotableScan {
     }
 
     fn variants_to_show(&self) -> Vec<NotableVariant> {
-        let worst = self.smallest.iter().filter(|(_, margin, _)| margin.is_finite());
-        let worst = worst.map(|(name, margin, variant)| {
-            let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
-            NotableVariant { variant: *variant, why: format!("{name}: {how} {:.4e}", margin.abs()) }
-        });
+        let worst = self.smallest.iter().zip(&self.units);
+        let worst =
+            worst.filter(|((_, margin, _), _)| margin.is_finite()).map(|((name, margin, variant), unit)| {
+                let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
+                let size = quantity_text(margin.abs(), unit.as_deref());
+                NotableVariant { variant: *variant, why: format!("{name}: {how} {size}") }
+            });
         let error = self.error.iter();
         let error = error.map(|(variant, what)| NotableVariant { variant: *variant, why: what.clone() });
         worst.chain(error).collect()

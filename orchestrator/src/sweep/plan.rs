@@ -156,7 +156,8 @@ impl SweepPlanFolder {
     /// The overrides of a row of values.
     #[must_use]
     pub fn row_overrides(values: &SweepTable, row: usize) -> Vec<Override> {
-        let varied = values.columns.iter().filter(|it| it.role != SweepColumnRole::Variant);
+        let own = [SweepColumnRole::Variant, SweepColumnRole::Name];
+        let varied = values.columns.iter().filter(|it| !own.contains(&it.role));
         varied.filter_map(|column| cell_override(column, row)).collect()
     }
 
@@ -176,6 +177,50 @@ impl SweepPlanFolder {
         let chunk = self.chunk_of(variant);
         let row = (variant - self.variants_of_chunk(chunk).start) as usize;
         Ok(Self::row_overrides(&self.chunk_values(chunk)?, row))
+    }
+
+    /// What a variant is called, of a list with names.
+    ///
+    /// # Errors
+    /// When its values cannot be read.
+    pub fn variant_name(&self, variant: u64) -> Result<Option<String>, Error> {
+        let chunk = self.chunk_of(variant);
+        let place = variant.checked_sub(self.variants_of_chunk(chunk).start);
+        let values = self.chunk_values(chunk)?;
+        let names = values.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
+        Ok(names.zip(place).and_then(|(names, place)| names.get(place as usize).cloned().flatten()))
+    }
+
+    /// The variant of a name.
+    ///
+    /// # Errors
+    /// When the values cannot be read.
+    pub fn variant_of_name(&self, name: &str) -> Result<Option<u64>, Error> {
+        if self.value_columns().columns_with_role(SweepColumnRole::Name).next().is_none() {
+            return Ok(None);
+        }
+        for chunk in 0..self.chunk_count() {
+            let values = self.chunk_values(chunk)?;
+            let names =
+                values.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
+            let place = names.unwrap_or_default().iter().position(|it| it.as_deref() == Some(name));
+            if let Some(place) = place {
+                return Ok(Some(self.variants_of_chunk(chunk).start + place as u64));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The folder of the files of a variant that is recorded, below that of the sweep: its number, and its name.
+    ///
+    /// # Errors
+    /// When its values cannot be read.
+    pub fn variant_folder_name(&self, variant: u64) -> Result<String, Error> {
+        const LONGEST: usize = 60;
+        let plain = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
+        let name =
+            self.variant_name(variant)?.map(|name| name.chars().map(plain).take(LONGEST).collect::<String>());
+        Ok(name.map_or_else(|| variant.to_string(), |name| format!("{variant}_{name}")))
     }
 
     /// The gathered scenario.
@@ -226,8 +271,10 @@ impl SweepPlanFolder {
 
 fn cell_override(column: &SweepColumn, row: usize) -> Option<Override> {
     let value = match &column.values {
+        // What is missing stays as in the scenario.
         SweepColumnValues::Numbers(all) => {
-            OverrideValue::Number { value: *all.get(row)?, unit: column.unit.clone() }
+            let value = *all.get(row).filter(|value| !value.is_nan())?;
+            OverrideValue::Number { value, unit: column.unit.clone() }
         }
         SweepColumnValues::Integers(all) => OverrideValue::Integer(*all.get(row)?),
         SweepColumnValues::Booleans(all) => OverrideValue::Boolean((*all.get(row)?)?),

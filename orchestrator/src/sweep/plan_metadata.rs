@@ -43,6 +43,9 @@ pub struct PlanMetadata {
     pub is_search: bool,
     /// The checks, in the order of the file.
     pub checks: Vec<String>,
+    /// The units of their margins, in the same order.
+    #[serde(default)]
+    pub margin_units: Vec<Option<String>>,
     /// The collected values and their units.
     pub collected: Vec<(String, Option<String>)>,
     /// Share of the variants that must pass.

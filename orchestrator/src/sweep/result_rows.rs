@@ -46,10 +46,11 @@ pub(super) fn outcomes_to_table(
     };
     let mut columns: Vec<SweepColumn> =
         values.columns_with_role(SweepColumnRole::Variant).map(picked).collect();
+    columns.extend(values.columns_with_role(SweepColumnRole::Name).map(picked));
     // It varies, or else all variants have the same.
     let seeds = SweepColumnValues::Integers(outcomes().map(|it| it.seed.cast_signed()).collect());
     columns.extend(values.columns_with_role(SweepColumnRole::Seed).map(picked));
-    if columns.len() == 1 {
+    if columns.iter().all(|it| it.role != SweepColumnRole::Seed) {
         columns.push(SweepColumn::new("seed", SweepColumnRole::Seed, seeds));
     }
     let varied =
@@ -77,11 +78,11 @@ pub(super) fn outcomes_to_table(
             SweepColumnValues::Booleans(passed),
         ));
         let margins = verdicts_of_check().map(|it| it.and_then(|(_, margin)| *margin).unwrap_or(f64::NAN));
-        columns.push(SweepColumn::new(
-            &margin_column_name(name),
-            SweepColumnRole::Margin,
-            SweepColumnValues::Numbers(margins.collect()),
-        ));
+        let margins = SweepColumnValues::Numbers(margins.collect());
+        let unit = metadata.margin_units.get(place).and_then(Option::as_deref);
+        columns.push(
+            SweepColumn::new(&margin_column_name(name), SweepColumnRole::Margin, margins).with_unit(unit),
+        );
     }
     for (place, (name, unit)) in metadata.collected.iter().enumerate() {
         let numbers = outcomes().map(|it| it.collected.get(place).copied().unwrap_or(f64::NAN));

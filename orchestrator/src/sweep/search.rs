@@ -11,6 +11,7 @@ use diagnostics::Error;
 use scenario::plan::{AxisValues, SearchGoal, SearchPlan, SweepPlan};
 use scenario::{document, resolve};
 use serde::Serialize;
+use units::display::unit_suffix;
 
 use super::assignment::VariantAssignment;
 use super::chunk::{self, run_chunks};
@@ -46,8 +47,7 @@ impl SearchResult {
     pub fn describe_result(&self) -> String {
         let named = |place: usize, value: f64| {
             let (name, unit) = &self.names[place];
-            let unit = unit.as_ref().filter(|unit| *unit != "1");
-            let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+            let unit = unit_suffix(unit.as_deref());
             format!("{name} = {value}{unit}")
         };
         let after = match self.status {

@@ -113,8 +113,8 @@ fn the_first_and_the_worst_deviation_are_told() {
     let text = reason(&wrong);
     assert_eq!(
         text,
-        "1 of 3 signals differ, first `plant.v` [m/s]: 1.200000 outside of [0.900000, 1.100000] at 0.500 s; worst \
-         2.000000 outside of [1.400000, 1.600000] at 0.750 s"
+        "1 of 3 signals differ, first `plant.v` [m/s]: 1.2 outside of [0.9, 1.1] at 0.5 s; worst \
+         2.0 outside of [1.4, 1.6] at 0.75 s"
     );
     let verdict = wrong.to_verdict();
     assert_eq!((verdict.at, verdict.value), (Some(0.75), Some(2.0)));
@@ -123,9 +123,9 @@ fn the_first_and_the_worst_deviation_are_told() {
             *v = f64::NAN;
         }
     });
-    assert!(reason(&nan).contains("NaN outside of [0.400000, 0.600000] at 0.250 s"), "{}", reason(&nan));
+    assert!(reason(&nan).contains("NaN outside of [0.4, 0.6] at 0.25 s"), "{}", reason(&nan));
     let gear = outcome(plan(), golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));
-    assert!(reason(&gear).contains("`plant.gear`: 2 instead of 1 at 0.750 s"), "{}", reason(&gear));
+    assert!(reason(&gear).contains("`plant.gear`: 2 instead of 1 at 0.75 s"), "{}", reason(&gear));
     let mut late = plan();
     late.signals[1].size.time = 0.25;
     let late = outcome(late, golden(), 5, |row, _, gear| *gear += f64::from(u8::from(row == 3)));

@@ -2,6 +2,8 @@
 
 use expression::ComparisonTrace;
 
+use units::display::name_with_unit;
+
 use super::{BaselineOutcome, SignalOutcome};
 use crate::check::CheckVerdict;
 
@@ -14,12 +16,12 @@ impl BaselineOutcome {
         let earliest = failed.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
         let told = earliest.map(|signal| {
             let SignalOutcome { signal: name, unit, reason, worst, .. } = signal;
-            let unit = unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
+            let name = name_with_unit(&format!("`{name}`"), unit.as_deref());
             let worst = worst.filter(|worst| Some(*worst) != signal.first);
             let worst = worst.map(|it| format!("; worst {}", it.describe())).unwrap_or_default();
             let reason = reason.as_deref().unwrap_or_default();
             let (count, all) = (failed.len(), self.signals.len());
-            format!("{count} of {all} signals differ, first `{name}`{unit}: {reason}{worst}")
+            format!("{count} of {all} signals differ, first {name}: {reason}{worst}")
         });
         let worst = earliest.and_then(|signal| signal.worst);
         CheckVerdict {

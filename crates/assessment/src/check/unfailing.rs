@@ -2,6 +2,7 @@
 
 use expression::Interval;
 use recording::{AllVariables, Columns, NumberIndex, Row};
+use units::display::{number_text, quantity_text, unit_suffix};
 
 use super::{CheckCondition, CheckPlan, CheckVerdict, RunChecks};
 
@@ -52,11 +53,10 @@ impl SignalRange {
     /// In words: `plant.v_x` was 19.2 to 20 m/s.
     fn describe(self, columns: &Columns<AllVariables>) -> String {
         let column = &columns[self.index];
-        let unit = column.unit.as_ref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}"));
-        let (name, unit) = (column.qualified_name(), unit.unwrap_or_default());
+        let (name, unit) = (column.qualified_name(), unit_suffix(column.unit.as_deref()));
         match self.low == self.high {
-            true => format!("`{name}` was {}{unit} all the time", format_short(self.low)),
-            false => format!("`{name}` was {} to {}{unit}", format_short(self.low), format_short(self.high)),
+            true => format!("`{name}` was {}{unit} all the time", number_text(self.low)),
+            false => format!("`{name}` was {} to {}{unit}", number_text(self.low), number_text(self.high)),
         }
     }
 }
@@ -107,8 +107,8 @@ impl RunChecks {
         };
         let during = Interval { low: *from, high: *to };
         if condition.holds_for_all_values(during, plan.tolerance, &far) {
-            let unit = verdict.unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
-            let bound = verdict.limit.map(|limit| format!(", {}{unit},", format_short(limit)));
+            let unit = verdict.unit.as_deref();
+            let bound = verdict.limit.map(|limit| format!(", {},", quantity_text(limit, unit)));
             let bound = bound.unwrap_or_default();
             return Some(format!(
                 "the bound of `{that}`{bound} is more than a million times beyond its signals; {had}"
@@ -118,16 +118,6 @@ impl RunChecks {
         (plan.windowed && is_wide && verdict.samples == 1).then(|| {
             format!("its window from {from} s to {to} s has one sample of the run; {had}. A `during` of several communication points judges more")
         })
-    }
-}
-
-/// Four digits, with an exponent where a person would not count zeros.
-fn format_short(value: f64) -> String {
-    let four_digits = format!("{value:.3e}");
-    let rounded = four_digits.parse::<f64>().unwrap_or(value);
-    match value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
-        true => rounded.to_string(),
-        false => format!("{rounded:e}"),
     }
 }
 

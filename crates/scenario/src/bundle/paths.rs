@@ -92,6 +92,19 @@ pub(super) fn for_each_file<'a>(
             }
         }
     }
+    if let Some(sweep) = table_at(root, "sweep") {
+        for variant in list_entries(sweep, "variant") {
+            let Some(set) = table_at(variant, "set") else { continue };
+            for (name, value) in set.iter_mut() {
+                let is_archive = name.get_ref().ends_with(".path");
+                match value.get_mut() {
+                    DeValue::Table(inner) if !is_archive => visit_key(inner, "path", FileRole::Archive, take),
+                    _ if is_archive => take(FileRole::Archive, value),
+                    _ => {}
+                }
+            }
+        }
+    }
     let track = table_at(root, "view").and_then(|view| table_at(view, "track"));
     if let Some(track) = track {
         visit_key(track, "path", FileRole::File, take);

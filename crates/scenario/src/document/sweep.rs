@@ -35,7 +35,7 @@ pub struct Sweep {
     #[schemars(example = 7)]
     pub seed: u64,
     /// CSV file of the design `list`, relative to the scenario file: a line for each variant, its columns under the names of what they
-    /// vary, with a unit in brackets where the variable has one.
+    /// vary, with a unit in brackets where the variable has one. A column `name` has the names of the variants.
     #[schemars(with = "Option<String>", example = &"variants.csv")]
     pub list: Option<Spanned<String>>,
     /// Share of variants that must pass for exit code 0.
@@ -44,6 +44,9 @@ pub struct Sweep {
     /// What differs among the variants.
     #[serde(default)]
     pub vary: Vec<Vary>,
+    /// Variants by hand, in place of a design: set-ups, each with a name.
+    #[serde(default)]
+    pub variant: Vec<Variant>,
     /// Correlations among what is varied.
     #[serde(default)]
     pub correlate: Vec<Correlate>,
@@ -129,6 +132,28 @@ pub struct Vary {
     /// `tires_draws.csv` where the run left more than one such file.
     #[schemars(with = "Option<String>", example = &"runs/tires/report.json")]
     pub draws: Option<Spanned<String>>,
+}
+
+/// A variant by hand: a name, and what it sets.
+///
+/// ```toml
+/// [[sweep.variant]]
+/// name = "stock"
+///
+/// [[sweep.variant]]
+/// name = "soft rear tire"
+/// set = { "plant.tire_r.B" = 18.0, "plant.tire_r.D" = 1.5 }
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Variant {
+    /// What it is called in tables, on the page and in the title of its report; the folder of its files ends with it.
+    #[schemars(with = "String", example = &"soft rear tire")]
+    pub name: Spanned<String>,
+    /// What it sets, by names as `--set` takes them. What it leaves out is as in the scenario.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>", example = serde_json::json!({"plant.tire_r.D": 1.5}))]
+    pub set: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
 }
 
 /// Numbers at equal distances.

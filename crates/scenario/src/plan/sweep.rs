@@ -34,12 +34,14 @@ pub struct SweepAxis {
     pub units: Vec<Option<String>>,
     /// The values.
     pub values: AxisValues,
+    /// Of a list of variants, what each is called.
+    pub variant_names: Option<Vec<String>>,
 }
 
 /// The values of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisValues {
-    /// Values as `--set` takes them; a row has one for each name.
+    /// Values as `--set` takes them; a row has one for each name. An empty text is none: the value is as in the scenario.
     Levels(Vec<Vec<String>>),
     /// Equally likely numbers between two.
     Uniform([f64; 2]),

@@ -7,6 +7,8 @@ use diagnostics::{Error, Spanned};
 use crate::document::Scenario;
 use crate::plan::{AxisValues, SweepAxis};
 
+/// The title of the column with the names of variants.
+const VARIANT_NAME: &str = "name";
 /// How names of files of draws end.
 const ENDING: &str = "_draws.csv";
 /// The largest file [bytes].
@@ -70,7 +72,9 @@ fn read_table(path: &Path) -> Result<SweepAxis, String> {
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
     let (mut names, mut units) = (Vec::new(), Vec::new());
-    for title in &header {
+    // A column of names sets nothing.
+    let name_column = header.iter().position(|title| title == VARIANT_NAME);
+    for title in header.iter().filter(|title| *title != VARIANT_NAME) {
         let unit = title.strip_suffix(']').and_then(|title| title.rsplit_once('['));
         let (name, unit) = match unit {
             Some((name, unit)) if name.ends_with(' ') => (name.trim_end(), Some(unit.to_owned())),
@@ -87,9 +91,19 @@ fn read_table(path: &Path) -> Result<SweepAxis, String> {
         names.push(name.to_owned());
         units.push(unit);
     }
-    let mut levels = Vec::new();
+    let (mut levels, mut variant_names) = (Vec::new(), Vec::new());
     for record in reader.records() {
-        let record = record.map_err(|error| wrong(error.to_string()))?;
+        let whole = record.map_err(|error| wrong(error.to_string()))?;
+        let cells = whole.iter().enumerate().filter(|(place, _)| Some(*place) != name_column);
+        let mut record: csv::StringRecord = cells.map(|(_, cell)| cell).collect();
+        record.set_position(whole.position().cloned());
+        if let Some(name) = name_column.and_then(|place| whole.get(place)) {
+            if variant_names.iter().any(|known| known == name) {
+                let line = record.position().map_or(0, csv::Position::line);
+                return Err(wrong(format!("line {line}: two variants are called `{name}`")));
+            }
+            variant_names.push(name.to_owned());
+        }
         if let Some(index) = record.iter().position(str::is_empty) {
             let line = record.position().map_or(0, csv::Position::line);
             return Err(wrong(format!("line {line}: `{}` has no value", names[index])));
@@ -105,6 +119,12 @@ fn read_table(path: &Path) -> Result<SweepAxis, String> {
     }
     match levels.is_empty() {
         true => Err(wrong("it has no line with values".to_owned())),
-        false => Ok(SweepAxis { names, units, is_joint: true, values: AxisValues::Levels(levels) }),
+        false => Ok(SweepAxis {
+            names,
+            units,
+            is_joint: true,
+            values: AxisValues::Levels(levels),
+            variant_names: name_column.map(|_| variant_names),
+        }),
     }
 }

@@ -1,6 +1,7 @@
 //! Resolves `[sweep]`: its axes, design, correlations and search.
 
 mod axes;
+mod variants;
 
 use std::collections::BTreeSet;
 
@@ -10,6 +11,7 @@ use super::samples;
 use crate::document::{Design, Scenario, Search, Sweep};
 use crate::plan::{AxisValues, SearchGoal, SearchPlan, SweepAxis, SweepPlan};
 use axes::resolve_axis;
+use variants::resolve_variants;
 
 /// The most variants of a sweep.
 const MOST: u64 = 100_000_000;
@@ -35,15 +37,20 @@ pub fn resolve_sweep(scenario: &Scenario) -> Result<Option<SweepPlan>, Error> {
     let (Some(axes), Some(variants), Some(correlations), Some(pass_share), Some(search)) = parts else {
         return Err(Error::already_reported());
     };
-    let (design, seed, recorded) = (sweep.design, sweep.seed, sweep.record);
+    let (seed, recorded) = (sweep.seed, sweep.record);
+    let design = if sweep.variant.is_empty() { sweep.design } else { Design::List };
     let plan = SweepPlan { design, variants, seed, axes, correlations, pass_share, recorded, search };
     Ok(Some(plan))
 }
 
 fn resolve_axes(scenario: &Scenario, sweep: &Sweep) -> Result<Vec<SweepAxis>, Error> {
+    if !sweep.variant.is_empty() {
+        return resolve_variants(scenario, sweep).map(|axis| vec![axis]);
+    }
     if sweep.design == Design::List {
         let Some(file) = &sweep.list else {
-            let message = "the design `list` needs a file: list = \"variants.csv\"";
+            let message =
+                "the design `list` needs variants: [[sweep.variant]], or a file: list = \"variants.csv\"";
             return Err(sweep_error(scenario, sweep, message));
         };
         let varied = sweep
@@ -69,7 +76,7 @@ fn resolve_axes(scenario: &Scenario, sweep: &Sweep) -> Result<Vec<SweepAxis>, Er
     if sweep.vary.is_empty() {
         let message = "nothing is varied";
         mistakes.push(sweep_error(scenario, sweep, message).with_help(
-            "add [[sweep.vary]] with a name and its values, such as name = \"plant.body.m\" and values = [700.0, 800.0]",
+            "add [[sweep.vary]] with a name and its values, such as name = \"plant.body.m\" and values = [700.0, 800.0], or [[sweep.variant]] for each set-up",
         ));
     }
     mistakes.into_result().map(|()| axes)

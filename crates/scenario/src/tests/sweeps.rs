@@ -66,6 +66,19 @@ fn wrong_keys_are_told_at_their_places() {
             ["as many variants as its values make", "leave `variants` out"],
         ),
         (format!("{VARY}{values}\n{VARY}{values}"), ["`ramp.x` is varied twice", "here again"]),
+        (
+            format!("{VARY}{values}\n[[sweep.variant]]\nname = 'a'\nset = {{ 'ramp.x' = 1.0 }}"),
+            ["variants by hand say all their values", "case.toml:"],
+        ),
+        (
+            "[[sweep.variant]]\nname = 'a'\nset.ramp.x = 1.0\n[[sweep.variant]]\nname = 'a'".to_owned(),
+            ["two variants are called `a`", "case.toml:"],
+        ),
+        ("[[sweep.variant]]\nname = 'a'".to_owned(), ["no variant sets anything", "give them `set`"]),
+        (
+            "[[sweep.variant]]\nname = 'a'\nset = { speed = 1.0 }".to_owned(),
+            ["`speed`: expected node.variable", "case.toml:"],
+        ),
         (format!("{VARY}values = []"), ["has no values", "ramp.x"]),
         (format!("{VARY}values = [[1.0]]"), ["expected a number, a text", "found array"]),
         ("[[sweep.vary]]\nname = 'seed'\nvalues = [-1]".to_owned(), ["whole numbers from 0 on", "seed"]),
@@ -99,6 +112,7 @@ fn wrong_files_are_told_with_their_lines() {
         ("ramp.x\n", "no line with values"),
         ("speed\n1.0\n", "expected the names of what the columns set"),
         ("ramp.x,ramp.x\n1.0,2.0\n", "two columns set `ramp.x`"),
+        ("name,ramp.x\na,1.0\na,2.0\n", "line 3: two variants are called `a`"),
         ("ramp.x,seed\n1.0,-2\n", "line 2: expected a seed"),
         ("ramp.x,seed\n1.0\n", "found record with 1 fields"),
     ] {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use numerics::text::format_significant;
+use units::display::number_text;
 
 use super::{VariantEnding, evenly_thinned, shortened_name, variant_endings};
 use crate::summary::SweepSummary;
@@ -121,7 +121,8 @@ impl ParallelAxis {
         let end = |value: f64| match texts.get(value as usize) {
             Some(text) => shortened_name(text, 12),
             None if column.as_booleans().is_some() => (value > 0.0).to_string(),
-            None => format_significant(value, 4),
+            None if value.is_finite() => number_text(value),
+            None => "–".to_owned(),
         };
         let ends = [end(low), end(high)];
         Self { x, name: column.name_with_unit(), ends, low, high, values }

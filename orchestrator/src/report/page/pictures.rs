@@ -1,8 +1,9 @@
 //! Draws what checks compare over time.
 
 use assessment::check::CheckVerdict;
-use expression::{TraceContent, TracePoint};
+use expression::{TraceContent, TracePoint, comparison_sides, reduced_quantity};
 use html_page::{Markup, Plot, PlotAxis};
+use units::display::name_with_unit;
 
 /// Sizes of pictures [px]: of failed checks, and of passed ones.
 pub const WIDE: [f64; 2] = [1080.0, 280.0];
@@ -26,7 +27,7 @@ pub fn check_plot(place: usize, check: &CheckVerdict, size: [f64; 2]) -> Option<
     let [from, to] = check.during;
     let limits = points.iter().flat_map(|point| point.limit);
     let [label, limit] = trace_names(check);
-    let title = check.unit.as_ref().map_or(label.to_owned(), |unit| format!("{label} [{unit}]"));
+    let title = name_with_unit(&shortened_label(label, size), check.unit.as_deref());
     let y = PlotAxis::around_values(&title, points.iter().flat_map(|point| point.value).chain(limits));
     let mut plot = Plot::new(size, PlotAxis::linear("time [s]", from, to), y);
     plot.add_line(&min_max_line(points, |point| point.value), "c0", label);
@@ -44,10 +45,10 @@ pub fn check_plot(place: usize, check: &CheckVerdict, size: [f64; 2]) -> Option<
 }
 
 /// What a check's trace and its limit are called.
-pub fn trace_names(check: &CheckVerdict) -> [&'static str; 2] {
+pub fn trace_names(check: &CheckVerdict) -> [&str; 2] {
     match check.trace.content() {
-        TraceContent::Sides => ["left side", "limit"],
-        TraceContent::Reduced => ["quantity", "limit"],
+        TraceContent::Sides => [comparison_sides(&check.that).map_or("value", |[left, _]| left), "limit"],
+        TraceContent::Reduced => [reduced_quantity(&check.that).unwrap_or("quantity"), "limit"],
         TraceContent::Margins => ["margin", "violated below"],
     }
 }
@@ -57,6 +58,15 @@ pub fn worst_trace_value(check: &CheckVerdict) -> Option<f64> {
     match check.trace.content() {
         TraceContent::Sides | TraceContent::Reduced => check.value,
         TraceContent::Margins => check.margin,
+    }
+}
+
+/// As much of a label as has room along the height of a picture.
+fn shortened_label(label: &str, size: [f64; 2]) -> String {
+    let letters = (size[1] / 10.0) as usize;
+    match label.char_indices().nth(letters) {
+        Some((end, _)) => format!("{}…", &label[..end]),
+        None => label.to_owned(),
     }
 }
 

@@ -53,7 +53,13 @@ pub(super) fn resolve_axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> R
                 }
                 other => other,
             };
-            Ok(SweepAxis { units: vec![unit; names.len()], is_joint: false, names, values })
+            Ok(SweepAxis {
+                units: vec![unit; names.len()],
+                is_joint: false,
+                names,
+                values,
+                variant_names: None,
+            })
         }
     }
 }
@@ -159,7 +165,7 @@ fn truncated_values(
 }
 
 /// A value as `--set` takes it.
-fn level_text(scenario: &Scenario, value: &Spanned<toml::Value>) -> Result<String, Error> {
+pub(super) fn level_text(scenario: &Scenario, value: &Spanned<toml::Value>) -> Result<String, Error> {
     match value.get_ref() {
         toml::Value::String(text) => Ok(text.clone()),
         toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) => {
