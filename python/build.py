@@ -89,22 +89,28 @@ def gather(release: Path, environment: dict[str, str]) -> None:
     for package in PLUGINS:
         library = release / f"lib{package.replace('-', '_')}.so"
         shutil.copy2(library, SHARE / "plugin" / f"{package}.so")
-    for scenario in sorted((ROOT / "scenarios").rglob("*.toml")):
-        if reads_only_scenarios(scenario):
-            copy = SHARE / "scenarios" / scenario.relative_to(ROOT / "scenarios")
+    for file in sorted((ROOT / "scenarios").rglob("*")):
+        if file.is_file() and (file.suffix != ".toml" or reads_own_files(file)):
+            copy = SHARE / "scenarios" / file.relative_to(ROOT / "scenarios")
             copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(scenario, copy)
+            shutil.copy2(file, copy)
     shutil.copy2(ROOT / "LICENSE", SHARE / "LICENSE")
 
 
-def reads_only_scenarios(scenario: Path) -> bool:
-    """Tell whether a scenario needs no log: those of others are not part of the repository."""
-    def files(value: object) -> bool:
+def reads_own_files(scenario: Path) -> bool:
+    """Tell whether all paths of a scenario are those of files of the repository: logs of others are no part of it."""
+    def paths(value: object) -> Iterator[str]:
         if isinstance(value, dict):
-            return "path" in value or any(files(inner) for inner in value.values())
-        return isinstance(value, list) and any(files(inner) for inner in value)
+            named = value.get("path", [])
+            yield from [named] if isinstance(named, str) else named
+            for inner in value.values():
+                yield from paths(inner)
+        elif isinstance(value, list):
+            for inner in value:
+                yield from paths(inner)
 
-    return not files(tomllib.loads(scenario.read_text()))
+    named = [(scenario.parent / path).resolve() for path in paths(tomllib.loads(scenario.read_text()))]
+    return all(path.is_file() and path.is_relative_to(ROOT) for path in named)
 
 
 def tools_folder() -> Path:

@@ -48,6 +48,33 @@ except trackside.InputError as error:
     assert "did you mean" in str(error)
 """
 
+MODEL = """
+import numpy
+from trackside.fmu import Model, output, parameter
+
+class Gain(Model):
+    k = parameter(3.0)
+    y = output(0.0)
+
+    def step(self, t, h):
+        self.y = float(numpy.multiply(self.k, 2.0))
+"""
+
+SCENARIO = """
+[time]
+step = 0.1
+stop = 1.0
+
+[[fmu]]
+name = "gain"
+path = "gain.fmu"
+
+[[check]]
+name = "twice"
+that = "gain.y == 6"
+during = [0.5, 1.0]
+"""
+
 
 def main() -> None:
     """Try the wheel on each Python, and print a line for each."""
@@ -107,6 +134,14 @@ def tried(python: str, wheel: Path, source: list[str]) -> bool:
             run(programs / "trackside", "pack", scenarios / "step_steer.toml", "--fmu", "steer", "--out", folder / "packed")
             if not (folder / "packed" / "steer.fmu").is_file():
                 raise RuntimeError(f"expected {folder}/packed/steer.fmu, found none")
+            # A scenario that came with the program, in a folder of its own, and an FMU in Python, which needs no compiler.
+            for name in ("lap_data_sheet", "tires_from_bench"):
+                run(programs / "trackside", "examples", name, "--out", folder / "examples")
+            run(programs / "trackside", "run", folder / "examples" / "lap_data_sheet.toml")
+            (folder / "gain.py").write_text(MODEL)
+            run(programs / "trackside", "pack", "--python", folder / "gain.py", "--out", folder / "scenarios")
+            (folder / "scenarios" / "gain.toml").write_text(SCENARIO)
+            run(programs / "trackside", "test", folder / "scenarios", "--junit", folder / "results.xml")
         except RuntimeError as error:
             print(f"{python}: FAILED: {error}", flush=True)
             return False

@@ -4,6 +4,7 @@ mod bless;
 mod conform;
 mod convert;
 mod doctor;
+mod examples;
 mod explain;
 mod init;
 mod inspect;
@@ -72,6 +73,8 @@ pub enum CliCommand {
     Recover(recover::RecoverArguments),
     /// Print the JSON schema of scenario files, for editors.
     Schema(schema::SchemaArguments),
+    /// List the scenarios that came with the program, or copy one with all that it needs.
+    Examples(examples::ExamplesArguments),
     /// Explain a key of scenario files.
     Explain(explain::ExplainArguments),
     /// For runs: run an FMU in a process of its own.
@@ -99,6 +102,7 @@ impl CliCommand {
             CliCommand::Tire(arguments) => tire::run_tire_command(arguments),
             CliCommand::Recover(arguments) => recover::run_recover_command(arguments),
             CliCommand::Schema(arguments) => schema::run_schema_command(arguments),
+            CliCommand::Examples(arguments) => examples::run_examples_command(arguments),
             CliCommand::Explain(arguments) => explain::run_explain_command(arguments),
             CliCommand::Isolated(arguments) => isolated::run_isolated_command(arguments),
         };

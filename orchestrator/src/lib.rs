@@ -7,6 +7,7 @@ pub mod baseline;
 pub mod baseline_change;
 mod checkpoint_file;
 mod checkpoint_plan;
+pub mod examples;
 pub mod inspect;
 pub mod messages;
 pub mod nofollow;

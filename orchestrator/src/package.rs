@@ -19,6 +19,7 @@ use metadata::{CargoMetadata, CargoPackage};
 
 pub use cargo::{BuildProgress, OnProgress};
 pub use error::BuildError;
+pub use installed::shared_folder;
 pub use requests::{build_fmus, build_or_find_library, build_scenario_packages};
 
 /// A cargo workspace.
@@ -42,6 +43,13 @@ impl CargoWorkspace {
             return Err(wrong(what.strip_prefix("error: ").unwrap_or(&what)));
         }
         serde_json::from_slice(&output.stdout).map(CargoWorkspace).map_err(|error| wrong(&error.to_string()))
+    }
+
+    /// The workspace that this program lies in, if that is the one of its own package.
+    fn of_current_program() -> Option<Self> {
+        let program = std::env::current_exe().and_then(std::fs::canonicalize).ok()?;
+        let workspace = Self::containing(program.parent()?).ok()?;
+        workspace.0.packages.iter().any(|package| package.name == env!("CARGO_PKG_NAME")).then_some(workspace)
     }
 
     /// Builds libraries and packs each for a version of FMI into the folder `into`, or by default beside the libraries.

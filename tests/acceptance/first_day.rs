@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::fixture::Scenario;
 use super::fmus::{changed, ours, relay};
-use super::harness::{Ended, Lab, trackside};
+use super::harness::{Ended, Lab, ROOT, trackside};
 use super::plugins::compile;
 
 tests! {
@@ -18,6 +18,8 @@ tests! {
     an_fmu_by_itself_runs_from_the_start_that_it_proposes: Compiler,
     an_installed_program_brings_its_fmus_and_plugins: Compiler,
     a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both: Compiler,
+    an_example_is_listed_copied_and_run_in_another_folder: Compiler,
+    the_page_on_ci_runs_in_a_virtual_environment_without_a_compiler: Compiler,
 }
 
 fn coasting() -> String {
@@ -37,7 +39,7 @@ fn run(text: &str) -> Ended {
 
 fn a_scenario_outside_of_a_workspace_is_told_where_it_looked() {
     let lab = Lab::new();
-    lab.write("case.toml", coasting().replace("path = \"plant.fmu\"", "crate = \"plant-fmu\""));
+    lab.write("case.toml", coasting().replace("path = \"plant.fmu\"", "crate = \"wheel-fmu\""));
     let folder = lab.path("").canonicalize().expect("a folder");
     let told = format!("no cargo workspace around {}: could not find", folder.display());
     let ended = lab.trackside(&["run", "case.toml"]).expect(2);
@@ -203,4 +205,77 @@ fn a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both() {
         lab.write("case.toml", named);
         run_installed(&lab, &program, &[]).expect(2);
     }
+}
+
+fn an_example_is_listed_copied_and_run_in_another_folder() {
+    let lab = Lab::new();
+    let list = lab.trackside(&["examples"]).expect(0).stdout;
+    let title = "Step steer at 100 km/h: the car turns as its wheels point";
+    for part in ["step_steer", title, "manoeuvres/tip_in", "trackside examples NAME"] {
+        assert!(list.contains(part), "{list}");
+    }
+    let copied = lab.trackside(&["examples", "step_steer"]).expect(0).stdout;
+    assert!(copied.contains("trackside run step_steer.toml"), "{copied}");
+    lab.trackside(&["run", "step_steer.toml", "--rerun", "off"]).expect(0);
+    lab.write("step_steer.toml", "mine");
+    let told = ["step_steer.toml is there already, with other contents: nothing was copied", "--out FOLDER"];
+    lab.trackside(&["examples", "step_steer"]).expect(2).says(&told);
+    lab.trackside(&["examples", "step_ster"]).expect(2).says(&["did you mean `step_steer`?"]);
+}
+
+/// What a machine of a CI service has: an installed program, a Python in a virtual environment with a module, an empty home.
+fn the_page_on_ci_runs_in_a_virtual_environment_without_a_compiler() {
+    let (lab, plant) = (Lab::new(), ours().join("plant.fmu"));
+    let root = Path::new(ROOT);
+    let script = root.join("examples/python/cruise.py");
+    // The library of scripts is built as a clone builds it.
+    let mut pack = trackside(root);
+    pack.args(["pack", "--python"]).arg(&script).arg("--out").arg(lab.path("built"));
+    Ended::of(pack.output().expect("it starts")).expect(0);
+    let library = Path::new(env!("CARGO_BIN_EXE_trackside")).with_file_name("libpython_fmu.so");
+    installed(&lab, &[("fmu/plant-fmu.fmu", &plant), ("plugin/python-fmu.so", &library)]);
+    let mut venv = Command::new("python3");
+    let venv = venv.args(["-m", "venv", "--without-pip"]).arg(lab.path("venv")).output();
+    Ended::of(venv.expect("Python")).expect(0);
+    let packages =
+        std::fs::read_dir(lab.path("venv/lib")).expect("a folder").flatten().next().expect("a version");
+    let packages = packages.path().join("site-packages");
+    lab.write("elsewhere/tuned.py", "GAIN = 900.0\n");
+    let elsewhere = lab.path("elsewhere").canonicalize().expect("a folder");
+    std::fs::write(packages.join("tuned.pth"), format!("{}\n", elsewhere.display())).expect("a file");
+    let text = std::fs::read_to_string(&script).expect("a script").replace("900.0", "tuned.GAIN");
+    lab.write("controllers/cruise.py", format!("import tuned\n{text}"));
+    let page = std::fs::read_to_string(root.join("docs/python_fmus.md")).expect("a page");
+    let scenario =
+        page.split("```toml scenario cruise.toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let scenario = scenario.expect("a scenario").replace("target/fmu/cruise.fmu", "../fmu/cruise.fmu");
+    lab.write("scenarios/cruise.toml", scenario);
+
+    let page = std::fs::read_to_string(root.join("docs/ci.md")).expect("a page");
+    let programs = ["venv/bin", "usr/bin"].map(|name| lab.path(name).display().to_string());
+    let shell = |line: &str| {
+        let mut shell = Command::new("/bin/sh");
+        shell.args(["-c", line]).current_dir(lab.path("")).env_clear();
+        shell.env("HOME", lab.path("elsewhere")).env("PATH", programs.join(":"));
+        Ended::of(shell.output().expect("a shell"))
+    };
+    for tool in ["cargo", "cc", "gcc"] {
+        assert_ne!(shell(&format!("command -v {tool}")).code(), Some(0), "{tool} is there");
+    }
+    let commands = |system: &str| -> Vec<String> {
+        let block = page.split(system).nth(1).and_then(|rest| rest.split("```").nth(1)).unwrap_or_default();
+        let lines =
+            block.lines().map(|line| line.trim().trim_start_matches("- ").trim_start_matches("run: "));
+        lines.filter(|line| line.starts_with("trackside ")).map(str::to_owned).collect()
+    };
+    let github = commands("GitHub Actions,");
+    assert!(github.len() == 2 && github == commands("GitLab,"), "{github:?}");
+    for line in github {
+        shell(&line).expect(0);
+    }
+    assert!(lab.read("results.xml").contains("holds the speed"), "no check in results.xml");
+    // A module that the Python lacks is told with the line that installs it.
+    std::fs::remove_file(packages.join("tuned.pth")).expect("it goes");
+    let ended = shell("trackside run scenarios/cruise.toml --rerun off --isolate");
+    ended.says(&["No module named 'tuned'", "-m pip install tuned"]);
 }

@@ -210,6 +210,14 @@ fn the_reference_of_the_plugin_is_that_of_its_schema() {
         "docs/reference/identify.md is not what the code makes: run `cargo run -- explain --plugin identify > docs/reference/identify.md`"
     );
     let schema = in_root(&["schema", "--plugin", "identify"]);
+    let path = path.with_file_name("identify.schema.json");
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, &schema).expect("a file that can be written");
+    }
+    assert!(
+        std::fs::read_to_string(&path).unwrap_or_default() == schema,
+        "docs/reference/identify.schema.json is not what the code makes: run `cargo run -- schema --plugin identify > docs/reference/identify.schema.json`"
+    );
     let schema = serde_json::from_str(&schema).expect("JSON");
     let mut keys = BTreeSet::new();
     collect_keys(&schema, &mut keys);

@@ -24,6 +24,8 @@ pub use noise::Noise;
 pub use quantise::Quantisation;
 pub use stream::{RandomStream, stream_seed};
 
+use crate::quantity::InputUnit;
+
 /// Calls a macro with the key and the words of each sensor effect, in the order in which they act on a value.
 #[macro_export]
 macro_rules! for_each_effect {
@@ -51,11 +53,13 @@ pub trait SensorEffect {
 
 /// Facts about the connection that an effect belongs to.
 #[derive(Debug, Clone, Copy)]
-pub struct EffectContext {
+pub struct EffectContext<'a> {
     /// Time between two calls [s].
     pub communication_step: f64,
     /// The connection's own number from [`stream_seed`].
     pub stream: u64,
+    /// The unit of the input, for numbers that have one of their own.
+    pub input: InputUnit<'a>,
 }
 
 /// A value between two stages of a chain.
@@ -153,6 +157,11 @@ impl From<Vec<Box<dyn EffectStage>>> for EffectChain {
     fn from(stages: Vec<Box<dyn EffectStage>>) -> Self {
         EffectChain { stages }
     }
+}
+
+/// The message about the number of a key whose unit is wrong.
+fn key_error(key: &str, message: &str) -> String {
+    format!("`{key}`: {message}")
 }
 
 /// A finite number for `key` that a rule accepts; `expected` describes it for the message.

@@ -16,6 +16,8 @@ pub use freeze::FreezeFault;
 pub use gain::GainFault;
 pub use value::FixedValueFault;
 
+use crate::quantity::InputUnit;
+
 /// Calls a macro with the key and the words of each kind of fault.
 #[macro_export]
 macro_rules! for_each_fault {
@@ -31,8 +33,11 @@ macro_rules! for_each_fault {
 
 /// The words of a kind of fault.
 pub trait FaultKind {
-    /// Its action; none when the words switch it off.
-    fn build_action(&self) -> Option<Box<dyn FaultAction>>;
+    /// Its action on an input with this unit; none when the words switch it off.
+    ///
+    /// # Errors
+    /// When a number has a unit of its own that does not fit.
+    fn build_action(&self, input: InputUnit) -> Result<Option<Box<dyn FaultAction>>, String>;
 }
 
 /// The action of a fault on a value, with its state.

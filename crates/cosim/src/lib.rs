@@ -40,6 +40,7 @@ pub mod fault_report;
 pub mod master;
 pub mod node;
 pub mod order;
+pub mod quantity;
 pub mod signal;
 pub mod system;
 

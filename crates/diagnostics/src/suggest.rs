@@ -102,6 +102,16 @@ pub fn closest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
         .min_by_key(|candidate| edit_distance(&wanted, &lowercase_characters(candidate), &EditCosts::LIKELY))
 }
 
+/// A number with a decimal comma, with the point that it is written with: `0.01 m` for `0,01 m`. None for any other text.
+#[must_use]
+pub fn number_with_point(text: &str) -> Option<String> {
+    let (whole, rest) = text.trim().split_once(',')?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let length = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    let is_number = digits(whole.trim_start_matches(['-', '+'])) && digits(&rest[..length]);
+    (is_number && !rest[length..].contains(',')).then(|| format!("{whole}.{rest}"))
+}
+
 /// What the steps from one text to another cost.
 struct EditCosts {
     /// A separator that is there or not.

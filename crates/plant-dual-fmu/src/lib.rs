@@ -3,6 +3,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 mod maps;
+mod springs;
 mod table;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use car_file::{CarParameter, implausible_parameters};
 use fmu_export::{Info, Member, Model, ModelError, RealValue, Terminal, Variable, log, real_values, warn};
 use maps::CarTables;
 use serde::{Deserialize, Serialize};
+use springs::{AxleSprings, AxleStiffness};
 use tire::{MfSet, Tire, TireOperatingPoint, TireSet};
 use tire_file::TireSpecification;
 use vehicle::dual_track::{
@@ -32,6 +34,8 @@ type StartMotion = vehicle::PlanarState;
 struct DualTrackPlant {
     /// The parameters without tables.
     parameters: DualTrackParameters,
+    /// Springs of a data sheet, which go before the stiffness in the parameters.
+    springs: [AxleSprings; 2],
     maps: CarTables,
     /// The tables as they were read: a state goes on without their files.
     read: Option<CarTables>,
@@ -91,6 +95,7 @@ impl Default for DualTrackPlant {
     fn default() -> Self {
         DualTrackPlant {
             parameters: table::default_car_parameters(),
+            springs: <[AxleSprings; 2]>::default(),
             maps: CarTables::default(),
             read: None,
             tires: <[TireSpecification; 2]>::default(),
@@ -120,6 +125,14 @@ impl DualTrackPlant {
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
         let mut parameters = self.parameters.clone();
+        let suspension = &mut parameters.suspension;
+        for (axle, (springs, tire)) in self.springs.iter().zip(&tires).enumerate() {
+            let tire_stiffness = tire.coefficients().VERTICAL_STIFFNESS;
+            let stiffness = springs.axle_stiffness(suspension.track[axle], tire_stiffness);
+            if let Some(AxleStiffness { ride, roll }) = stiffness {
+                (suspension.ride_stiffness[axle], suspension.roll_stiffness[axle]) = (ride, roll);
+            }
+        }
         let maps = self.read.as_ref().unwrap_or(&self.maps);
         maps.apply_to_car(&mut parameters).map_err(ModelError::Error)?;
         let car = DualTrack::new(parameters, MfSet::from(tires));

@@ -14,4 +14,4 @@ pub use script::{PackedScript, describe_script};
 pub use script_instance::ScriptInstance;
 
 /// The interface in the folder of resources.
-pub const INTERFACE: &str = "interface.json";
+pub const INTERFACE: &str = python::MODEL_INTERFACE_PATH;

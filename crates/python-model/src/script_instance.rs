@@ -119,7 +119,12 @@ impl ScriptInstance {
         let arguments = [server.as_os_str(), SERVE.as_ref(), path.as_os_str(), class.as_ref()];
         let refused = |failure: &ScriptError| {
             let python = interpreter.path.display();
-            let message = format!("the script does not load in {python} ({}): {failure}", interpreter.reason);
+            let reason = interpreter.reason;
+            let cure = missing_module(failure).map(|module| {
+                format!("; type `{python} -m pip install {module}`, or name another Python by the environment variable TRACKSIDE_PYTHON")
+            });
+            let cure = cure.unwrap_or_default();
+            let message = format!("the script does not load in {python} ({reason}): {failure}{cure}");
             FmiError { status: Status::Error, message }
         };
         let mut process =
@@ -361,6 +366,13 @@ impl CoSimulation for ScriptInstance {
     fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<ScriptState> {
         self.state_from_bytes(bytes)
     }
+}
+
+/// The module that a script imports and that its Python does not have.
+fn missing_module(failure: &ScriptError) -> Option<&str> {
+    let ScriptError::Exception(exception) = failure else { return None };
+    let rest = exception.message.strip_prefix("ModuleNotFoundError: No module named '")?;
+    rest.split(['\'', '.']).next()
 }
 
 #[cfg(test)]

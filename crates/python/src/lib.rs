@@ -6,6 +6,7 @@
 
 pub mod analysis;
 mod error;
+mod installation;
 mod interpreter;
 mod printed_lines;
 mod process;
@@ -22,3 +23,6 @@ pub const ANALYSIS_SERVER: &str = include_str!("../../../python/trackside/analys
 
 /// The name of [`MODEL_SERVER`] in a folder with the script.
 pub const MODEL_SERVER_PATH: &str = "trackside/fmu.py";
+
+/// The name of the interface of a model in a folder with the script: JSON whose key `python` is the interpreter of the packing.
+pub const MODEL_INTERFACE_PATH: &str = "interface.json";

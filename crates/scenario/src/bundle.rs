@@ -5,7 +5,7 @@ mod paths;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use diagnostics::{Error, ErrorCollector};
@@ -118,6 +118,52 @@ impl ScenarioBundle {
         }
         Ok(())
     }
+}
+
+/// The files that a scenario is made of and reads: its own text and those that it extends, data, parameters with the texts that they
+/// name, and the same of the scenarios that it is validated by. Whether data are there is not looked at.
+///
+/// # Errors
+/// When the scenario cannot be merged, or a file of parameters is no TOML.
+pub fn input_files(scenario: &Scenario) -> Result<BTreeSet<PathBuf>, Error> {
+    let texts = scenario.source.padded_texts();
+    let mut table = document::merge_files(&scenario.source, &texts)?;
+    let (mut found, mut mistakes) = (BTreeSet::new(), ErrorCollector::default());
+    found.extend(scenario.source.files().map(|file| file.path.clone()));
+    let archives = scenario.document.fmu.iter().filter_map(|fmu| fmu.path.as_ref());
+    found.extend(archives.map(|path| scenario.source.resolve_path(path)));
+    paths::for_each_file(&mut table, &mut |role, word| {
+        let Some(text) = word.get_ref().as_str() else { return };
+        let path = scenario.source.base_folder(word.span()).join(text.trim_start_matches('@'));
+        match role {
+            FileRole::Validation(index) => {
+                let child = scenario.validations.get(index).map_or(Ok(BTreeSet::new()), input_files);
+                found.extend(mistakes.ok_or_record(child).unwrap_or_default());
+            }
+            FileRole::Archive if !text.ends_with(".fmu") => {}
+            FileRole::Values if !text.starts_with('@') || !path.is_file() => {}
+            FileRole::Parameters | FileRole::Values => {
+                let named = files_named_in_parameters(&path);
+                let named = named.map_err(|what| scenario.source.error_at(word.span(), what, ""));
+                found.extend(mistakes.ok_or_record(named).unwrap_or_default());
+                found.insert(path);
+            }
+            _ => drop(found.insert(path)),
+        }
+    });
+    mistakes.into_result().map(|()| found)
+}
+
+/// The files whose texts are values in a file of parameters.
+fn files_named_in_parameters(path: &Path) -> Result<Vec<PathBuf>, String> {
+    let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let mut table = DeTable::parse(&text).map_err(|error| wrong(&error.message()))?.into_inner();
+    let (folder, mut found) = (path.parent().unwrap_or(Path::new("")), Vec::new());
+    paths::for_each_text(&mut table, &mut |_, word| {
+        found.extend(word.get_ref().as_str().map(|name| folder.join(name)));
+    });
+    Ok(found)
 }
 
 /// Where a text lies in the bundle.

@@ -4,19 +4,21 @@ mod entry;
 mod explain;
 mod markdown;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 pub use entry::{KeyReference, list_schema_keys};
-pub use explain::explain_key;
+pub use explain::{explain_key, matching_paths};
 pub use markdown::schema_to_markdown;
 
 use crate::document;
+use crate::schema::{stated_unit, takes_unit_of_table};
 
 /// The JSON schema of a scenario file, for editors. No key is required: a file that extends another one may leave any out.
 #[must_use]
 pub fn editor_schema_text() -> String {
     let mut schema = document::scenario_schema_value().clone();
     remove_required_keys(&mut schema);
+    allow_texts_with_units(&mut schema, false);
     schema["$id"] = "scenario.schema.json".into();
     schema["title"] = "Trackside scenario".into();
     format_schema(&schema)
@@ -30,6 +32,24 @@ fn remove_required_keys(schema: &mut Value) {
                 map.remove("required");
             }
             map.values_mut().for_each(remove_required_keys);
+        }
+        _ => {}
+    }
+}
+
+/// Lets numbers with a unit be texts such as `"100 km/h"`, too; `of_list` says that the list around them has a unit.
+fn allow_texts_with_units(schema: &mut Value, of_list: bool) {
+    let has_unit = of_list || stated_unit(schema).is_some() || takes_unit_of_table(schema);
+    match schema {
+        Value::Array(list) => list.iter_mut().for_each(|schema| allow_texts_with_units(schema, false)),
+        Value::Object(map) => {
+            let is_list = map.get("type").is_some_and(|it| it == "array");
+            if has_unit && map.get("type").is_some_and(|it| it == "number") {
+                map.insert("type".to_owned(), json!(["number", "string"]));
+            }
+            for (key, schema) in map {
+                allow_texts_with_units(schema, has_unit && is_list && key == "items");
+            }
         }
         _ => {}
     }

@@ -166,6 +166,12 @@ impl RunPlan {
         let clock = diagnostics.mistakes.ok_or_record(times).map(|(clock, _)| clock);
         let run = RunSettings { clock, seed: overrides.seed.unwrap_or(scenario.document.seed) };
         let tolerance = diagnostics.mistakes.ok_or_record(fmu_tolerance(scenario, overrides)).flatten();
+        if let Err(error) = nodes::check_unique_names(scenario) {
+            // Whatever names one of the two would be a mistake, too.
+            diagnostics.mistakes.push(error);
+            diagnostics.mistakes.into_result()?;
+            return Err(Error::already_reported());
+        }
         let parameters = ParameterFiles::read(scenario, &mut diagnostics.mistakes);
         let starts = StartSources { overrides: &start_overrides, parameters: &parameters };
 

@@ -111,10 +111,36 @@ pub fn tagged_table<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTabl
     Some(TaggedTable { tag, variants: variants.collect::<Option<_>>()? })
 }
 
+/// The unit of the numbers of a key: the one in brackets in its description.
+pub(crate) fn stated_unit(property: &Value) -> Option<String> {
+    // A snippet of TOML has brackets of its own.
+    let description = property["description"].as_str()?.split("```").next()?;
+    unit_in_description(description)
+}
+
+/// Whether the numbers of a key have the unit that stands beside it, under `unit`, or in the table around that.
+pub(crate) fn takes_unit_of_table(property: &Value) -> bool {
+    property["x-unit"] == "of the table"
+}
+
+/// The first unit in brackets that is not code.
+pub(crate) fn unit_in_description(description: &str) -> Option<String> {
+    let text: String = description.split('`').step_by(2).collect();
+    let mut rest = text.as_str();
+    while let Some(begin) = rest.find(" [") {
+        rest = &rest[begin + 2..];
+        let end = rest.find(']')?;
+        if end > 0 && !rest[..end].contains([' ', '[', '.', ',']) {
+            return Some(rest[..end].to_owned());
+        }
+    }
+    None
+}
+
 /// The words of a table that break a schema, in the order of the file.
 #[must_use]
 pub fn validate_table(schema: &Value, span: Range<usize>, table: &DeTable) -> Vec<SchemaViolation> {
-    let mut validator = SchemaValidator { root: schema, violations: Vec::new() };
+    let mut validator = SchemaValidator { root: schema, path: Vec::new(), violations: Vec::new() };
     validator.check_table(schema, span, table);
     validator.violations.sort_by_key(|finding| finding.span.start);
     validator.violations
@@ -122,6 +148,8 @@ pub fn validate_table(schema: &Value, span: Range<usize>, table: &DeTable) -> Ve
 
 struct SchemaValidator<'a> {
     root: &'a Value,
+    /// The keys that lead to the value at hand.
+    path: Vec<String>,
     violations: Vec<SchemaViolation>,
 }
 
@@ -139,7 +167,11 @@ impl SchemaValidator<'_> {
         for (key, value) in table {
             let name = key.get_ref().as_ref();
             match properties.get(name) {
-                Some(schema) => self.check_value(schema, value),
+                Some(schema) => {
+                    self.path.push(name.to_owned());
+                    self.check_value(schema, value);
+                    self.path.pop();
+                }
                 None if closed => {
                     misspelt.extend(suggest::closest_name(name, properties.keys().map(String::as_str)));
                     self.report_unknown_name("key", name, properties.keys().cloned().collect(), key.span());
@@ -184,12 +216,25 @@ impl SchemaValidator<'_> {
     fn check_value(&mut self, schema: &Value, value: &Spanned<DeValue>) {
         let schema = resolve_reference(self.root, schema);
         let choices = allowed_texts(schema);
-        match (value.get_ref(), schema["type"].as_str()) {
+        let types = match &schema["type"] {
+            Value::Array(types) => types.iter().filter_map(Value::as_str).collect(),
+            one => one.as_str().map_or(Vec::new(), |one| vec![one]),
+        };
+        match (value.get_ref(), types.first().copied()) {
             (DeValue::String(text), _) if !choices.is_empty() => {
                 let known: Vec<_> = choices.iter().map(|(name, _)| (*name).to_owned()).collect();
                 if !known.iter().any(|name| name == text) {
                     self.report_unknown_name("value", text, known, value.span());
                 }
+            }
+            (DeValue::Table(_), Some("array")) if is_list_of_tables(self.root, schema) => {
+                let name = self.path.join(".");
+                self.violations.push(SchemaViolation {
+                    span: value.span(),
+                    unknown: None,
+                    message: format!("`{name}` is a list of tables, found one table: write [[{name}]]"),
+                    help: None,
+                });
             }
             (DeValue::Table(table), None | Some("object")) => {
                 self.check_table(table_alternative(self.root, schema), value.span(), table);
@@ -198,16 +243,14 @@ impl SchemaValidator<'_> {
                 self.check_list_length(schema, list.len(), value.span());
                 list.iter().for_each(|value| self.check_value(&schema["items"], value));
             }
-            (found, Some(expected)) if !has_schema_type(found, expected) => {
+            (found, Some(_)) if !types.iter().any(|it| has_schema_type(found, it)) => {
+                let expected: Vec<_> = types.iter().map(|it| schema_type_label(it)).collect();
+                let help = example_table(schema).map(|example| format!("such as {example}"));
                 self.violations.push(SchemaViolation {
                     span: value.span(),
                     unknown: None,
-                    message: format!(
-                        "expected {}, found {}",
-                        schema_type_label(expected),
-                        toml_type_label(found)
-                    ),
-                    help: example_table(schema).map(|example| format!("such as {example}")),
+                    message: format!("expected {}, found {}", expected.join(" or "), toml_type_label(found)),
+                    help: help.or_else(|| number_help(found, &types)),
                 })
             }
             _ => {}
@@ -239,6 +282,36 @@ impl SchemaValidator<'_> {
         let help = (!first.is_empty()).then(|| format!("`{key}`: {first}"));
         let message = format!("the key `{key}` is missing");
         self.violations.push(SchemaViolation { span, unknown: None, message, help });
+    }
+}
+
+/// Whether a list has tables as its entries, so that `[[name]]` begins one.
+fn is_list_of_tables(root: &Value, schema: &Value) -> bool {
+    let items = resolve_reference(root, &schema["items"]);
+    table_alternative(root, items)["properties"].is_object() || tagged_table(root, items).is_some()
+}
+
+/// Whether the keys lead to a list of tables.
+pub(crate) fn is_list_of_tables_at(root: &Value, keys: &[&str]) -> bool {
+    let property = keys.iter().fold(root, |schema, key| {
+        let entry = match &schema["items"] {
+            Value::Null => schema,
+            items => resolve_reference(root, items),
+        };
+        resolve_reference(root, &entry["properties"][*key])
+    });
+    is_list_of_tables(root, property)
+}
+
+/// The remedy for a text where a number is expected.
+fn number_help(found: &DeValue, types: &[&str]) -> Option<String> {
+    let text = found.as_str().filter(|_| types.contains(&"number"))?;
+    match suggest::number_with_point(text) {
+        Some(number) => Some(format!("a number has a decimal point: {number}")),
+        None if text.trim().parse::<f64>().is_ok() => Some(format!("leave the quotes out: {}", text.trim())),
+        None => text
+            .starts_with(|c: char| c.is_ascii_digit())
+            .then(|| "this key states no unit: write the number alone".to_owned()),
     }
 }
 

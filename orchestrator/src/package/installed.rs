@@ -14,10 +14,7 @@ pub(super) struct InstalledPackages(PathBuf);
 impl InstalledPackages {
     /// Those of this program, whether or not there are any.
     pub fn beside_current_program() -> Self {
-        // A link to the program is not where its files are.
-        let program = std::env::current_exe().and_then(std::fs::canonicalize).unwrap_or_default();
-        let around = program.parent().and_then(Path::parent).unwrap_or(Path::new("/"));
-        InstalledPackages(around.join(SHARE))
+        InstalledPackages(shared_folder())
     }
 
     /// The archive or the plugin of a package. Examples are not installed.
@@ -49,6 +46,15 @@ impl InstalledPackages {
         let files = files.filter(|path| path.extension().is_some_and(|it| it == ending));
         files.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect()
     }
+}
+
+/// The folder of the files that are installed with this program, whether or not there is one.
+#[must_use]
+pub fn shared_folder() -> PathBuf {
+    // A link to the program is not where its files are.
+    let program = std::env::current_exe().and_then(std::fs::canonicalize).unwrap_or_default();
+    let around = program.parent().and_then(Path::parent).unwrap_or(Path::new("/"));
+    around.join(SHARE)
 }
 
 /// The folder and the ending of FMUs or of plugins.

@@ -99,7 +99,7 @@ pub fn build_or_find_library(
 
 /// Builds the packages that the scenario and its validations name by `crate`, and packs the FMUs among them.
 /// The workspace is that around the file with the key, or else around the current folder. A package that it does not have is
-/// taken from the files that were installed with this program.
+/// taken from the files that were installed with this program, or from the workspace that it was built in.
 ///
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
@@ -178,8 +178,17 @@ impl<'a> PackageSources<'a> {
                 }
                 Err(error) => error,
             };
-            match installed.find_file(&request.product, request.is_plugin) {
-                Some(file) => makers.installed.push((request, file)),
+            if let Some(file) = installed.find_file(&request.product, request.is_plugin) {
+                makers.installed.push((request, file));
+                continue;
+            }
+            // A scenario that was copied out of the repository needs the packages there.
+            let own = CargoWorkspace::of_current_program();
+            match own.filter(|own| own.check_makes_library(&request.product).is_ok()) {
+                Some(own) => {
+                    let root = own.0.workspace_root.clone();
+                    workspaces.entry(root).or_insert((own, Vec::new())).1.push(request);
+                }
                 None => mistakes.push(request.missing_package_error(&error, &installed)),
             }
         }

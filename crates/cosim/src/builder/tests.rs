@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::effect::{EffectChain, EffectContext, SensorEffect, SensorGain};
+use crate::quantity::InputUnit;
 use crate::testing::mock_node;
 
 const CLOCK: CommunicationClock = CommunicationClock { start: 0.0, step: 0.5, steps: 4 };
@@ -34,7 +35,7 @@ fn an_execution_steps_the_nodes_in_the_order_of_the_flow() {
 
 #[test]
 fn sensor_effects_act_on_the_way() {
-    let context = EffectContext { communication_step: CLOCK.step, stream: 1 };
+    let context = EffectContext { communication_step: CLOCK.step, stream: 1, input: InputUnit::default() };
     let effects: &[&dyn SensorEffect] = &[&SensorGain(2.0)];
     let effects = EffectChain::new(effects, context).expect("a gain");
     let options = ConnectionOptions { at: Some(StepBoundary::Start), effects, ..Default::default() };

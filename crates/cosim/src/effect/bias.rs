@@ -3,17 +3,19 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number, key_error};
+use crate::quantity::Quantity;
 
 /// Sensor effect: added to the value, in the input's unit.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(transparent)]
-#[schemars(inline, example = 0.02)]
-pub struct SensorBias(pub f64);
+#[schemars(inline, example = 0.02, example = &"2 deg")]
+pub struct SensorBias(pub Quantity);
 
 impl SensorEffect for SensorBias {
-    fn build_stage(&self, _: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
-        let summand = check_number("bias", self.0, |_| true, "a finite number")?;
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let summand = self.0.difference_at(context.input).map_err(|message| key_error("bias", &message))?;
+        check_number("bias", summand, |_| true, "a finite number")?;
         Ok(Box::new(BiasStage { summand }))
     }
 }

@@ -5,16 +5,18 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    EffectContext, EffectSample, EffectStage, RandomStream, SensorEffect, check_number, stream_seed,
+    EffectContext, EffectSample, EffectStage, RandomStream, SensorEffect, check_number, key_error,
+    stream_seed,
 };
+use crate::quantity::Quantity;
 
 /// Sensor effect: Gaussian white noise, with a new value at every communication step.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Standard deviation, in the input's unit.
     #[schemars(example = 0.1)]
-    pub std: f64,
+    pub std: Quantity,
     /// Seed of this noise alone. Without it, the noise depends on the scenario's `seed` and the name of the input.
     #[schemars(example = 7)]
     pub seed: Option<u64>,
@@ -22,7 +24,9 @@ pub struct Noise {
 
 impl SensorEffect for Noise {
     fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
-        let std = check_number("noise.std", self.std, |x| x >= 0.0, "a finite number of at least 0")?;
+        let std =
+            self.std.difference_at(context.input).map_err(|message| key_error("noise.std", &message))?;
+        check_number("noise.std", std, |x| x >= 0.0, "a finite number of at least 0")?;
         // Each effect has its own generator: adding one leaves the sequence of another unchanged.
         let seed = self.seed.unwrap_or_else(|| stream_seed(context.stream, "noise"));
         Ok(Box::new(WhiteNoiseStage { std, random: RandomStream::new(seed) }))

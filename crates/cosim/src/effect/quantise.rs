@@ -3,17 +3,19 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number};
+use super::{EffectContext, EffectSample, EffectStage, SensorEffect, check_number, key_error};
+use crate::quantity::Quantity;
 
 /// Sensor effect: the value is rounded to multiples of this, in the input's unit.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline, example = 0.005)]
-pub struct Quantisation(pub f64);
+pub struct Quantisation(pub Quantity);
 
 impl SensorEffect for Quantisation {
-    fn build_stage(&self, _: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
-        let step = check_number("quantise", self.0, |x| x > 0.0, "a finite number above 0")?;
+    fn build_stage(&self, context: &EffectContext) -> Result<Box<dyn EffectStage>, String> {
+        let step = self.0.difference_at(context.input).map_err(|message| key_error("quantise", &message))?;
+        check_number("quantise", step, |x| x > 0.0, "a finite number above 0")?;
         Ok(Box::new(QuantisationStage { step }))
     }
 }

@@ -1,11 +1,12 @@
 //! Checks each effect, random streams and messages.
 
 use super::*;
+use crate::quantity::Quantity;
 
 type Effects<'e> = &'e [&'e dyn SensorEffect];
 
 fn build(effects: Effects, stream: u64) -> Result<EffectChain, String> {
-    EffectChain::new(effects, EffectContext { communication_step: 0.01, stream })
+    EffectChain::new(effects, EffectContext { communication_step: 0.01, stream, input: InputUnit::default() })
 }
 
 fn chain(effects: Effects, stream: u64) -> EffectChain {
@@ -13,7 +14,7 @@ fn chain(effects: Effects, stream: u64) -> EffectChain {
 }
 
 fn noise(std: f64) -> Noise {
-    Noise { std, seed: None }
+    Noise { std: std.into(), seed: None }
 }
 
 #[test]
@@ -21,22 +22,22 @@ fn each_effect_does_what_it_says() {
     #[rustfmt::skip]
     let cases: &[(Effects, &[f64])] = &[
         (&[], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
-        (&[&SensorBias(0.5)], &[1.5, 2.5, 4.5, 8.5, 16.5, 32.5, 64.5]),
+        (&[&SensorBias(Quantity::from(0.5))], &[1.5, 2.5, 4.5, 8.5, 16.5, 32.5, 64.5]),
         (&[&SensorGain(-2.0)], &[-2.0, -4.0, -8.0, -16.0, -32.0, -64.0, -128.0]),
-        (&[&SensorGain(2.0), &SensorBias(1.0)], &[3.0, 5.0, 9.0, 17.0, 33.0, 65.0, 129.0]),
+        (&[&SensorGain(2.0), &SensorBias(Quantity::from(1.0))], &[3.0, 5.0, 9.0, 17.0, 33.0, 65.0, 129.0]),
         (&[&SensorDelay(0.0)], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
         (&[&SensorDelay(0.03)], &[1.0, 1.0, 1.0, 1.0, 2.0, 4.0, 8.0]),
         (&[&SensorDelay(0.015)], &[1.0, 1.0, 1.5, 3.0, 6.0, 12.0, 24.0]),
         (&[&SensorDelay(0.0025)], &[1.0, 1.75, 3.5, 7.0, 14.0, 28.0, 56.0]),
         (&[&SensorDelay(1e9)], &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]),
-        (&[&Quantisation(5.0)], &[0.0, 0.0, 5.0, 10.0, 15.0, 30.0, 65.0]),
+        (&[&Quantisation(Quantity::from(5.0))], &[0.0, 0.0, 5.0, 10.0, 15.0, 30.0, 65.0]),
         (&[&SampleAndHold(0.0)], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
         (&[&SampleAndHold(0.03)], &[1.0, 1.0, 1.0, 8.0, 8.0, 8.0, 64.0]),
         (&[&SampleAndHold(0.025)], &[1.0, 1.0, 1.0, 8.0, 8.0, 32.0, 32.0]),
         (&[&SampleAndHold(0.001)], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
         (&[&SampleDropout(1.0)], &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]),
         (&[&SampleDropout(0.0)], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]),
-        (&[&SensorDelay(0.01), &SensorGain(3.0), &SensorBias(1.0), &Quantisation(4.0), &SampleAndHold(0.02)], &[4.0, 4.0, 8.0, 8.0, 24.0, 24.0, 96.0]),
+        (&[&SensorDelay(0.01), &SensorGain(3.0), &SensorBias(Quantity::from(1.0)), &Quantisation(Quantity::from(4.0)), &SampleAndHold(0.02)], &[4.0, 4.0, 8.0, 8.0, 24.0, 24.0, 96.0]),
     ];
     for (place, (effects, expected)) in cases.iter().enumerate() {
         let mut chain = chain(effects, 1);
@@ -71,7 +72,7 @@ fn dropouts_are_as_frequent_as_they_should_be() {
 #[test]
 fn streams_repeat_and_differ() {
     let draw = |effects: Effects, stream: u64| chain(effects, stream).apply_effects(0.0);
-    let (white, seeded) = (noise(1.0), Noise { std: 1.0, seed: Some(5) });
+    let (white, seeded) = (noise(1.0), Noise { std: 1.0.into(), seed: Some(5) });
     let noise: Effects = &[&white];
     let fixed: Effects = &[&seeded];
     assert_eq!(draw(noise, 7), draw(noise, 7));
@@ -87,7 +88,12 @@ fn streams_repeat_and_differ() {
 
 #[test]
 fn nan_is_delayed_and_held_but_never_becomes_a_number() {
-    let all: Effects = &[&noise(1.0), &SensorBias(1.0), &SensorGain(2.0), &Quantisation(0.1)];
+    let all: Effects = &[
+        &noise(1.0),
+        &SensorBias(Quantity::from(1.0)),
+        &SensorGain(2.0),
+        &Quantisation(Quantity::from(0.1)),
+    ];
     assert!(chain(all, 1).apply_effects(f64::NAN).is_nan());
     let mut chain = chain(&[&SensorDelay(0.02), &SampleAndHold(0.02)], 1);
     let shown = [1.0, f64::NAN, f64::NAN, 2.0, 3.0, 4.0, 5.0].map(|x| chain.apply_effects(x).is_nan());
@@ -100,11 +106,11 @@ fn errors_name_the_key() {
     let cases: [(Effects, &str); 9] = [
         (&[&noise(-1.0)], "at least 0 for `noise.std`, found -1"),
         (&[&noise(f64::NAN)], "`noise.std`, found NaN"),
-        (&[&SensorBias(f64::INFINITY)], "`bias`, found inf"),
+        (&[&SensorBias(Quantity::from(f64::INFINITY))], "`bias`, found inf"),
         (&[&SensorGain(f64::NAN)], "`gain`"),
         (&[&SensorDelay(-0.1)], "`delay`, found -0.1"),
         (&[&SensorDelay(f64::INFINITY)], "`delay`"),
-        (&[&Quantisation(0.0)], "above 0 for `quantise`, found 0"),
+        (&[&Quantisation(Quantity::from(0.0))], "above 0 for `quantise`, found 0"),
         (&[&SampleAndHold(-1.0)], "`hold`"),
         (&[&SampleDropout(1.5)], "from 0 to 1 for `dropout`, found 1.5"),
     ];
@@ -112,7 +118,13 @@ fn errors_name_the_key() {
         let error = build(effects, 0).expect_err(part);
         assert!(error.contains(part), "{part}: {error}");
     }
-    assert!(EffectChain::new(&[], EffectContext { communication_step: 0.0, stream: 0 }).is_err());
+    assert!(
+        EffectChain::new(
+            &[],
+            EffectContext { communication_step: 0.0, stream: 0, input: InputUnit::default() }
+        )
+        .is_err()
+    );
 }
 
 #[test]

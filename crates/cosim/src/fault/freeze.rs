@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{FaultAction, FaultKind};
+use crate::quantity::InputUnit;
 
 /// Fault: the input keeps the value that it had when the fault began.
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
@@ -12,8 +13,8 @@ use super::{FaultAction, FaultKind};
 pub struct FreezeFault(pub bool);
 
 impl FaultKind for FreezeFault {
-    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
-        self.0.then(|| Box::new(FreezeAction(None)) as _)
+    fn build_action(&self, _: InputUnit) -> Result<Option<Box<dyn FaultAction>>, String> {
+        Ok(self.0.then(|| Box::new(FreezeAction(None)) as _))
     }
 }
 

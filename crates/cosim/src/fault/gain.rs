@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{FaultAction, FaultKind};
+use crate::quantity::InputUnit;
 
 /// Fault: factor on the value [1].
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -12,8 +13,8 @@ use super::{FaultAction, FaultKind};
 pub struct GainFault(pub f64);
 
 impl FaultKind for GainFault {
-    fn build_action(&self) -> Option<Box<dyn FaultAction>> {
-        Some(Box::new(*self))
+    fn build_action(&self, _: InputUnit) -> Result<Option<Box<dyn FaultAction>>, String> {
+        Ok(Some(Box::new(*self)))
     }
 }
 

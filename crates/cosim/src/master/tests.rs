@@ -6,6 +6,7 @@ use super::*;
 use crate::clock::{CommunicationClock, StepBoundary};
 use crate::fault::{BiasFault, FaultKind, FixedValueFault, FreezeFault, GainFault};
 use crate::node::TypedValues;
+use crate::quantity::InputUnit;
 use crate::system::{AcceptedValues, Algorithm, InputFault, InputSource, NodeTextColumns};
 use crate::testing::{RecordingSink, STEP, mock_columns, mock_node, mock_system, run_mock_system};
 
@@ -44,12 +45,12 @@ fn a_node_that_comes_first_sees_the_start_of_the_step() {
 fn units_are_converted_and_faults_begin_and_end_on_time() {
     let kinds: [(&dyn FaultKind, _); 4] = [
         (&FreezeFault(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
-        (&FixedValueFault(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
-        (&BiasFault(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
+        (&FixedValueFault(9.0.into()), [1.0, 2.0, 9.0, 9.0, 5.0]),
+        (&BiasFault(0.5.into()), [1.0, 2.0, 3.5, 4.5, 5.0]),
         (&GainFault(2.0), [1.0, 2.0, 6.0, 8.0, 5.0]),
     ];
     for (kind, expected) in kinds {
-        let action = kind.build_action().expect("an action");
+        let action = kind.build_action(InputUnit::default()).expect("a number").expect("an action");
         let mut system = mock_system(2, &[(0, 1, StepBoundary::End)], 5);
         let input_chain = &mut system.nodes[1].connections[0].input_chain;
         input_chain.factor = 2.0;

@@ -3,15 +3,15 @@
 
 use std::ops::Range;
 
-use diagnostics::suggest;
+use cosim::quantity::Quantity;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
-use units::Unit;
 
+use super::quantities::ConvertedNumbers;
 use super::{Connect, Document, Scenario, read};
 use crate::override_value::OverrideValue;
-use crate::schema;
+use crate::schema::{self, SchemaViolation};
 
 /// Another value for something that a scenario has.
 #[derive(Debug, Clone)]
@@ -112,23 +112,23 @@ impl Scenario {
         let error = |index, message: &str| EditError { index, message: message.to_owned(), help: None };
         let texts = self.source.padded_texts();
         // The table borrows from the texts and the values.
-        let values: Vec<_> = edits.iter().map(|edit| self.toml_value(edit)).collect();
+        let values: Vec<_> = edits.iter().map(|edit| edit.value.to_string()).collect();
         let mut table =
             read::merge_files(&self.source, &texts).map_err(|wrong| vec![error(0, &wrong.to_string())])?;
-        let mut errors = Vec::new();
+        let (schema, mut errors) = (super::scenario_schema_value(), Vec::new());
         for (index, (edit, value)) in edits.iter().zip(&values).enumerate() {
             let mut edited = table.clone();
-            let applied = match value {
-                Ok(value) => self.apply_edit(edit, value, &mut edited),
-                Err(message) => Err(message.clone()),
-            };
-            if let Err(message) = applied {
+            if let Err(message) = self.apply_edit(edit, value, &mut edited) {
                 errors.push(error(index, &message));
                 continue;
             }
-            match schema::validate_table(super::scenario_schema_value(), 0..0, &edited).into_iter().next() {
-                Some(violation) => {
-                    errors.push(EditError { index, message: violation.message, help: violation.help })
+            let converted = ConvertedNumbers::of_table(schema, &edited);
+            let mut checked = edited.clone();
+            converted.replace_texts(&mut checked);
+            let violations = converted.violations.iter().cloned();
+            match violations.chain(schema::validate_table(schema, 0..0, &checked)).next() {
+                Some(SchemaViolation { message, help, .. }) => {
+                    errors.push(EditError { index, message, help })
                 }
                 None => table = edited,
             }
@@ -137,7 +137,10 @@ impl Scenario {
             return Err(errors);
         }
         let last = edits.len().saturating_sub(1);
-        let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, table)))
+        let converted = ConvertedNumbers::of_table(schema, &table);
+        let mut numbers = table;
+        converted.replace_texts(&mut numbers);
+        let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, numbers)))
             .map_err(|wrong| vec![error(last, wrong.message())])?;
         Ok(Scenario {
             name: self.name.clone(),
@@ -172,25 +175,6 @@ impl Scenario {
             _ => Ok(()),
         }
     }
-
-    /// The value in TOML. The value of a signal may carry a unit; it is converted to that of the signal.
-    fn toml_value(&self, edit: &ScenarioEdit) -> Result<String, String> {
-        let signal = match self.find_target(&edit.name) {
-            Some(EditTarget { list: "signal", index, keys }) if keys.is_empty() => {
-                self.document.signal[index].get_ref()
-            }
-            _ => return Ok(edit.value.to_string()),
-        };
-        let quantity = match &edit.value {
-            OverrideValue::Number { value, unit: Some(unit) } => Some((*value, unit.as_str())),
-            OverrideValue::Typed(text) => split_number_and_unit(text),
-            _ => None,
-        };
-        let Some((number, unit)) = quantity else { return Ok(edit.value.to_string()) };
-        let own = signal.unit.as_ref().map(|word| word.get_ref().as_str());
-        let number = convert_quantity(number, unit, own, None, false)?;
-        Ok(toml::Value::Float(number).to_string())
-    }
 }
 
 /// The keys that a name has below a prefix; none when it does not begin with that.
@@ -201,45 +185,7 @@ fn keys_after_prefix<'n>(name: &'n str, prefix: &str) -> Option<Vec<&'n str>> {
 
 /// The parts of a number with a unit behind it, such as `100 km/h`; none for what TOML can read.
 pub(crate) fn split_number_and_unit(text: &str) -> Option<(f64, &str)> {
-    let text = text.trim();
-    let begins = |text: &str, fits: fn(char) -> bool| text.chars().next().is_some_and(fits);
-    if DeValue::parse(text).is_ok() || !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) {
-        return None;
-    }
-    // The longest number counts.
-    let (number, unit) = text.char_indices().rev().find_map(|(end, _)| {
-        let (number, unit) = text.split_at(end);
-        Some((number.trim_end().parse().ok()?, unit.trim_start()))
-    })?;
-    begins(unit, |c| c.is_alphabetic() || "%°".contains(c)).then_some((number, unit))
-}
-
-fn parse_unit(text: &str) -> Result<Unit, String> {
-    Unit::parse(text).map_err(|error| {
-        let closest =
-            error.unknown_word().and_then(|word| suggest::did_you_mean(word, units::known_unit_names()));
-        closest.map_or_else(|| error.to_string(), |closest| format!("{error}; {closest}"))
-    })
-}
-
-/// A number in the unit `to`, whose offset does not count if it is a difference. An FMU may define a unit of this name itself: then
-/// `definition` counts.
-pub(crate) fn convert_quantity(
-    number: f64,
-    unit: &str,
-    to: Option<&str>,
-    definition: Option<Unit>,
-    is_difference: bool,
-) -> Result<f64, String> {
-    let name = to.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
-    let mut to = definition.map_or_else(|| parse_unit(name), Ok)?;
-    let mut from = parse_unit(unit)?;
-    if is_difference {
-        (from, to) = (from.difference_unit(), to.difference_unit());
-    }
-    let (factor, offset) = Unit::conversion(&from, &to)
-        .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;
-    Ok(number * factor + offset)
+    Quantity::split_text(text).filter(|_| DeValue::parse(text.trim()).is_err())
 }
 
 /// Writes a value where a target points to. The value of a whole signal is a constant that takes the place of its shape.
@@ -318,31 +264,4 @@ fn with_span<'t>(value: DeValue<'t>, span: &Range<usize>) -> Spanned<DeValue<'t>
         value => value,
     };
     Spanned::new(span.clone(), value)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::split_number_and_unit;
-
-    #[test]
-    fn a_number_is_split_from_its_unit() {
-        for (text, expected) in [
-            ("100 km/h", Some((100.0, "km/h"))),
-            ("100km/h", Some((100.0, "km/h"))),
-            ("-1.5e-3 m", Some((-1.5e-3, "m"))),
-            (" 3  deg ", Some((3.0, "deg"))),
-            ("3 %", Some((3.0, "%"))),
-            ("3", None),
-            ("1e3", None),
-            ("0x10", None),
-            ("1_000", None),
-            ("inf", None),
-            ("infinite", None),
-            ("fast", None),
-            ("m 3", None),
-            ("", None),
-        ] {
-            assert_eq!(split_number_and_unit(text), expected, "{text}");
-        }
-    }
 }

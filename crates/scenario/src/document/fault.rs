@@ -1,7 +1,10 @@
 //! The keys of `[[fault]]`, a fault that is injected into an input or into the calls of an FMU.
 
+use std::ops::Range;
+
 use cosim::fault::{FaultAction, FaultKind};
 use cosim::for_each_fault;
+use cosim::quantity::InputUnit;
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -55,7 +58,7 @@ macro_rules! fault {
             pub crash: Option<bool>,
             $(
                 #[allow(missing_docs, reason = "the words of the fault are documented with their type")]
-                pub $key: Option<$words>,
+                pub $key: Option<Spanned<$words>>,
             )*
         }
 
@@ -66,10 +69,19 @@ macro_rules! fault {
             /// The keys of all kinds for an input.
             pub const KINDS: &[&str] = &[$(stringify!($key)),*];
 
-            /// The actions of the given kinds.
-            #[must_use]
-            pub fn actions(&self) -> Vec<Box<dyn FaultAction>> {
-                [$(self.$key.and_then(|words| words.build_action())),*].into_iter().flatten().collect()
+            /// The actions of the given kinds on an input with this unit.
+            ///
+            /// # Errors
+            /// The place of a number whose own unit does not fit, and a message.
+            pub fn actions(
+                &self,
+                input: InputUnit,
+            ) -> Result<Vec<Box<dyn FaultAction>>, (Range<usize>, String)> {
+                let actions = [$(self.$key.as_ref().map(|words| {
+                    words.get_ref().build_action(input).map_err(|message| (words.span(), message))
+                })),*];
+                let given = actions.into_iter().flatten();
+                Ok(given.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
             }
         }
     };

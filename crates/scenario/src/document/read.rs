@@ -11,8 +11,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::MergeError;
+use super::quantities::ConvertedNumbers;
 use super::{
-    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import, system,
+    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import,
+    syntax_errors, system,
 };
 use crate::schema::{self, SchemaViolation};
 
@@ -241,19 +243,25 @@ fn merge_valid_files<'t>(
 /// The table of a file.
 fn parse_file_table<'t>(source: &SourceFiles, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
     let (table, errors) = DeTable::parse_recoverable(text);
-    let told = errors.iter().take(MOST_ERRORS).map(|error| parse_error(source, error));
-    told.collect::<ErrorCollector>().into_result().map(|()| table)
+    let errors = &errors[..errors.len().min(MOST_ERRORS)];
+    syntax_errors::syntax_errors(source, text, errors).into_result().map(|()| table)
 }
 
 /// The merged document of all files.
 fn read_document(source: &SourceFiles) -> Result<Document, Error> {
     let (texts, mut mistakes) = (source.padded_texts(), ErrorCollector::default());
     let merged = merge_valid_files(source, &texts, &mut mistakes)?;
-    for (span, message) in magnitudes::out_of_range(&merged).into_iter().take(MOST_ERRORS) {
+    let converted = ConvertedNumbers::of_table(super::scenario_schema_value(), &merged);
+    for violation in converted.violations.iter().take(MOST_ERRORS) {
+        mistakes.push(schema_error(source, violation.clone()));
+    }
+    let mut numbers = merged;
+    converted.replace_texts(&mut numbers);
+    for (span, message) in magnitudes::out_of_range(&numbers).into_iter().take(MOST_ERRORS) {
         mistakes.push(source.error_at(span, message, "here"));
     }
-    let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
-    let document = document.map_err(|error| schema_errors(source, &merged, &error));
+    let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, numbers.clone())));
+    let document = document.map_err(|error| schema_errors(source, &numbers, &error));
     let document = document.and_then(|document| without_base(source, &document).map(|()| document));
     let document = mistakes.ok_or_record(document);
     mistakes.into_result()?;

@@ -121,7 +121,7 @@ pub struct Column {
     #[schemars(example = 0.0625)]
     pub gain: Option<Spanned<f64>>,
     /// Sum after the gain, in the unit of the column.
-    #[schemars(example = 0.3)]
+    #[schemars(example = 0.3, extend("x-unit" = "of the table"))]
     pub offset: Option<Spanned<f64>>,
     /// 1, or -1 for the opposite sign convention, such as that of SAE axes with z down.
     #[schemars(example = -1)]

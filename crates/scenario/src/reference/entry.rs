@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use crate::schema::{
     TaggedTable, allowed_texts, resolve_reference, schema_type_label, table_alternative, tagged_table,
+    unit_in_description,
 };
 
 /// A key of a configuration file.
@@ -228,6 +229,10 @@ impl<'a> SchemaWalker<'a> {
                 _ => "a table of values by name".to_owned(),
             },
             Some(name) => schema_type_label(name).to_owned(),
+            None if schema["type"].is_array() => {
+                let names = schema["type"].as_array().into_iter().flatten().filter_map(Value::as_str);
+                names.map(schema_type_label).collect::<Vec<_>>().join(" or ")
+            }
             None if tagged_table(self.root, schema).is_some() => "a table".to_owned(),
             None if schema["anyOf"].is_array() => {
                 let either = schema["anyOf"].as_array().into_iter().flatten();
@@ -236,20 +241,6 @@ impl<'a> SchemaWalker<'a> {
             None => "any value".to_owned(),
         }
     }
-}
-
-/// The first unit in brackets that is not code.
-fn unit_in_description(description: &str) -> Option<String> {
-    let text: String = description.split('`').step_by(2).collect();
-    let mut rest = text.as_str();
-    while let Some(begin) = rest.find(" [") {
-        rest = &rest[begin + 2..];
-        let end = rest.find(']')?;
-        if end > 0 && !rest[..end].contains([' ', '[', '.', ',']) {
-            return Some(rest[..end].to_owned());
-        }
-    }
-    None
 }
 
 fn toml_snippet(description: &str) -> Option<String> {

@@ -7,6 +7,26 @@ use serde_json::Value;
 
 use super::entry::{KeyReference, list_schema_keys};
 
+/// The paths of the keys that a name may mean: a path, a table `[[connect]]`, or the end of paths.
+#[must_use]
+pub fn matching_paths(schema: &Value, key: &str) -> Vec<String> {
+    let entries = list_schema_keys(schema);
+    let mut paths: Vec<_> = matching_entries(&entries, key).into_iter().map(|it| it.path.clone()).collect();
+    paths.dedup();
+    paths
+}
+
+/// The entries of a path or a table, or else those whose paths end so.
+fn matching_entries<'e>(entries: &'e [KeyReference], key: &str) -> Vec<&'e KeyReference> {
+    let wanted = key.trim().trim_matches(['[', ']']).trim();
+    let same: Vec<_> = entries.iter().filter(|it| it.path == wanted || table_path(it) == wanted).collect();
+    if !same.is_empty() {
+        return same;
+    }
+    let ending = format!(".{wanted}");
+    entries.iter().filter(|it| it.path.ends_with(&ending)).collect()
+}
+
 /// The explanation of a key: its path `connect.noise`, its table `[[connect]]`, or the end of its path when that is unique.
 ///
 /// # Errors
@@ -14,13 +34,7 @@ use super::entry::{KeyReference, list_schema_keys};
 pub fn explain_key(schema: &Value, key: &str) -> Result<String, UnknownName> {
     let entries = list_schema_keys(schema);
     let wanted = key.trim().trim_matches(['[', ']']).trim();
-    let same = entries.iter().filter(|it| it.path == wanted || table_path(it) == wanted);
-    let ending = format!(".{wanted}");
-    let similar = entries.iter().filter(|it| it.path.ends_with(&ending));
-    let mut found: Vec<_> = same.collect();
-    if found.is_empty() {
-        found = similar.collect();
-    }
+    let found = matching_entries(&entries, key);
     match found[..] {
         [first, ref others @ ..] if others.iter().all(|it| it.path == first.path) => {
             let texts = found.iter().map(|entry| describe_key(entry, &entries));

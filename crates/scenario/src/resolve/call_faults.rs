@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use cosim::effect::stream_seed;
 use cosim::fault::{CallFault, CallFaultKind};
+use cosim::quantity::InputUnit;
 use cosim::system::{NodeBody, NodePlan};
 use diagnostics::{Error, ErrorCollector, Spanned, suggest};
 use recording::{AllVariables, Columns, ValueKind};
@@ -81,7 +82,7 @@ fn call_fault(
     seed: u64,
 ) -> Result<CallFault, Error> {
     let wrong = |message: String| Err(scenario.error_at(name, message));
-    if !fault.actions().is_empty() {
+    if !fault.actions(InputUnit::default()).is_ok_and(|actions| actions.is_empty()) {
         return wrong(format!("expected one of `{}` for the calls of a node", Fault::OF_NODES.join("`, `")));
     }
     let late = fault.late.as_ref().map(|word| {

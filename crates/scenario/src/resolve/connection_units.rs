@@ -10,7 +10,7 @@ use units::Unit;
 use super::lookup::{PortRef, PortSide, find_port};
 use super::node_draft::NodeDraft;
 use super::ports::Port;
-use super::signal_units::{port_unit, toml_key, unit_help};
+use super::signal_units::{column_unit_advice, port_unit, toml_key, unit_help};
 use super::unit;
 use crate::document::{Connect, Scenario, Transform};
 
@@ -212,6 +212,7 @@ fn offset_mismatch_error(
 /// The error about one end without a unit.
 fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &MissingUnit) -> Error {
     let [(word, port), (other, other_port)] = lacking.named_ports(nodes);
+    let ends = lacking.ends;
     let (name, unit) = (word.get_ref(), other_port.unit.as_deref().unwrap_or("1"));
     let what = match &port.unit {
         None => format!("`{name}` has no unit"),
@@ -219,8 +220,23 @@ fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &Missin
     };
     let message = format!("`{}` is in [{unit}], and {what}", other.get_ref());
     let example = if other_port.dimension.is_some() { unit } else { "m/s" };
-    let cure = unit_help(scenario, name, example);
-    scenario.error_at(word, message).with_help(format!("{cure}, or unit = \"{example}\" in the [[connect]]"))
+    let node = &nodes[if lacking.side == PortSide::Output { ends.from.node } else { ends.to.node }];
+    let written = scenario.document.table.iter().find(|table| *table.name.get_ref() == node.name);
+    let (cure, connect) = match (&node.body, written) {
+        // The unit of a recorded column is anybody's guess, but for its name and its numbers.
+        (NodeBody::Table(table), Some(written)) => {
+            let values = table.column_values(ends.from.port).iter().copied();
+            let largest = values.filter(|it| it.is_finite()).map(f64::abs).reduce(f64::max);
+            let advice = column_unit_advice(written, &port.name, example, largest);
+            let cure = format!(
+                "say which unit it has: {advice} in the column `{}` of [[table]] `{}`",
+                port.name, node.name
+            );
+            (cure, advice)
+        }
+        _ => (unit_help(scenario, name, example), format!("unit = \"{example}\"")),
+    };
+    scenario.error_at(word, message).with_help(format!("{cure}, or {connect} in the [[connect]]"))
 }
 
 /// Gives the end without a unit the one that the connection declares.

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use cosim::assembly::ConnectionDefinition;
 use cosim::effect::{EffectContext, stream_seed};
+use cosim::quantity::InputUnit;
 use cosim::system::{AcceptedValues, InputChain, InputFault, NodeBody};
 use diagnostics::{Error, ErrorCollector, Spanned};
 use fmu_import::description::FmiType;
@@ -71,7 +72,7 @@ fn build_connection(
     let (output, input) = (&producer.outputs[from.port], &receiver.inputs[to.port]);
     let at = exchange_point(scenario, connect, producer, receiver);
     let input_chain = types::check_port_types(scenario, connect, output, input).and_then(|accepts| {
-        accepts.map(|it| input_chain(scenario, connect, conversion, it, run)).transpose()
+        accepts.map(|it| input_chain(scenario, connect, input, conversion, it, run)).transpose()
     });
     let (at, input_chain) = ErrorCollector::collect_both(at, input_chain)?;
     let extrapolation = coupling::input_extrapolation(scenario, connect, at, output, input, &receiver.body)?;
@@ -82,6 +83,7 @@ fn build_connection(
 fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
+    input: &Port,
     conversion: Option<(f64, f64)>,
     accepts: AcceptedValues,
     run: RunSettings,
@@ -89,7 +91,7 @@ fn input_chain(
     let stages = || {
         let communication_step = run.clock.ok_or_else(Error::already_reported)?.step;
         let stream = stream_seed(run.seed, connect.to.get_ref());
-        let context = EffectContext { communication_step, stream };
+        let context = EffectContext { communication_step, stream, input: input.input_unit() };
         ErrorCollector::collect_all(connect.effects().into_iter().map(|(_, span, effect)| {
             effect.build_stage(&context).map_err(|message| scenario.source.error_at(span, message, ""))
         }))
@@ -144,9 +146,10 @@ fn attach_fault(
     fault: &Fault,
     input: &Spanned<String>,
 ) -> Result<(), Error> {
-    let action = input_fault_action(scenario, fault, input);
-    let chain = find_port(scenario, nodes, input, PortSide::Input)
-        .and_then(|it| faulted_input_chain(scenario, &mut connections[it.node][it.port], input));
+    let port = find_port(scenario, nodes, input, PortSide::Input);
+    let unit = port.as_ref().map_or(InputUnit::default(), |it| nodes[it.node].inputs[it.port].input_unit());
+    let action = input_fault_action(scenario, fault, input, unit);
+    let chain = port.and_then(|it| faulted_input_chain(scenario, &mut connections[it.node][it.port], input));
     let (chain, action) = ErrorCollector::collect_both(chain, action)?;
     chain.faults.push(action);
     Ok(())
@@ -177,8 +180,11 @@ fn input_fault_action(
     scenario: &Scenario,
     fault: &Fault,
     input: &Spanned<String>,
+    unit: InputUnit,
 ) -> Result<InputFault, Error> {
-    let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
+    let actions =
+        fault.actions(unit).map_err(|(span, message)| scenario.source.error_at(span, message, ""))?;
+    let Ok([action]) = <[_; 1]>::try_from(actions) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
         return Err(scenario.error_at(input, message));

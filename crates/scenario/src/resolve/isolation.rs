@@ -1,10 +1,12 @@
 //! Decides which FMUs run in processes of their own, with which sandbox and limits.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use cosim::system::{FmuIsolation, NodeBody};
 use diagnostics::{Error, ErrorCollector};
+use python::PythonInterpreter;
 
 use super::node_draft::NodeDraft;
 use crate::document::{Fmu, Scenario};
@@ -25,6 +27,7 @@ pub enum IsolationPolicy {
 pub(super) fn fmu_isolation(
     scenario: &Scenario,
     node: &Fmu,
+    fmu: &fmu_import::Fmu,
     policy: IsolationPolicy,
     mistakes: &mut ErrorCollector,
 ) -> Option<FmuIsolation> {
@@ -62,13 +65,30 @@ pub(super) fn fmu_isolation(
             .and_then(|path| path.metadata().map(|_| path))
             .map_err(|error| scenario.error_at(word, format!("cannot read {}: {error}", path.display())))
     };
-    let may_read = node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
+    let mut may_read: Vec<_> =
+        node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
+    let sandbox = node.sandbox.as_ref().is_none_or(|word| *word.get_ref());
+    if is_isolated && sandbox {
+        may_read.extend(python_code_folders(fmu));
+    }
     is_isolated.then(|| FmuIsolation {
         on_failure: node.on_failure.as_ref().map(|word| *word.get_ref()).unwrap_or_default(),
         call_limit,
-        sandbox: node.sandbox.as_ref().is_none_or(|word| *word.get_ref()),
+        sandbox,
         may_read,
     })
+}
+
+/// Where the Python of an FMU that is a script reads its code from; none of any other FMU.
+fn python_code_folders(fmu: &fmu_import::Fmu) -> Vec<PathBuf> {
+    let resource = |name: &str| fmu.read_archive_entry(&format!("resources/{name}"));
+    if resource(python::MODEL_SERVER_PATH).is_none() {
+        return Vec::new();
+    }
+    let interface = resource(python::MODEL_INTERFACE_PATH);
+    let interface = interface.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+    let known = interface.as_ref().and_then(|it| it["python"].as_str()).map(Path::new);
+    PythonInterpreter::choose_interpreter(known).code_folders()
 }
 
 /// Gives FMUs processes of their own that would share with another one what each has for itself elsewhere, and tells that.

@@ -44,17 +44,15 @@ pub(super) fn resolve_nodes(
     }
     starts.parameters.report_unused(scenario, &fmus, diagnostics);
     let ResolveDiagnostics { mistakes, warnings } = diagnostics;
-    for node in manoeuvres::resolve_drivers(scenario, run, mistakes) {
-        nodes.extend(mistakes.ok_or_record(check_unique(scenario, node, &nodes)));
-    }
+    nodes.extend(manoeuvres::resolve_drivers(scenario, run, mistakes));
     for table in &document.table {
         let node = self::build_table_node(scenario, table, &fmus, warnings);
-        let node = mistakes.ok_or_record_named(table.name.get_ref(), node);
-        nodes.extend(node.and_then(|node| mistakes.ok_or_record(check_unique(scenario, node, &nodes))));
+        nodes.extend(mistakes.ok_or_record_named(table.name.get_ref(), node));
     }
     warnings.extend(archive_notes(&fmus));
     for node in fmus {
-        nodes.extend(mistakes.ok_or_record(check_unique(scenario, node, &nodes)));
+        mistakes.ok_or_record(check_single_instance(scenario, &node, &nodes));
+        nodes.push(node);
     }
     isolation::isolate_clashing_fmus(&mut nodes, warnings);
     mistakes.ok_or_record(overrides::check_node_names(scenario, starts.overrides));
@@ -70,13 +68,29 @@ pub(super) fn resolve_nodes(
     nodes
 }
 
-/// The node, if it can be added to the others.
-fn check_unique(scenario: &Scenario, node: NodeDraft, others: &[NodeDraft]) -> Result<NodeDraft, Error> {
-    if others.iter().any(|other| other.name == node.name) {
-        let message = format!("there are two nodes called `{}`", node.name);
-        return Err(scenario.source.error_at(node.span, message, "the second one"));
-    }
-    check_single_instance(scenario, &node, others).map(|()| node)
+/// Refuses two nodes of one name. Signals of one node are one.
+///
+/// # Errors
+/// At the second one in the file.
+pub(super) fn check_unique_names(scenario: &Scenario) -> Result<(), Error> {
+    let document = &scenario.document;
+    let signals = document.signal.iter().filter_map(|part| part.get_ref().name.as_ref());
+    let signals = signals.filter_map(|word| Some((word.get_ref().split_once('.')?.0, word.span())));
+    let mut sources = HashSet::new();
+    let signals = signals.filter(|(node, _)| sources.insert(*node));
+    let fmus = document.fmu.iter().map(|fmu| &fmu.name);
+    let tables = document.table.iter().map(|table| &table.name);
+    let drivers = document.manoeuvre.iter().map(|it| (it.driver_node_name(), it.driver_or_name().span()));
+    let named = fmus.chain(tables).map(|word| (word.get_ref().as_str(), word.span()));
+    let mut nodes: Vec<_> = signals.chain(named).chain(drivers).collect();
+    nodes.sort_by_key(|(_, span)| span.start);
+    let mut names = HashSet::new();
+    let twice = nodes.into_iter().filter(|(name, _)| !names.insert(*name)).map(|(name, span)| {
+        let message = format!("there are two nodes called `{name}`");
+        let help = "give each node a name of its own: connections and checks know it by that";
+        scenario.source.error_at(span, message, "the second one").with_help(help)
+    });
+    twice.collect::<ErrorCollector>().into_result()
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
@@ -261,6 +275,7 @@ fn build_fmu_node(
     check_observe_patterns(scenario, node, &variables, mistakes);
     let outputs = ports(output_indices(node, &variables, events, &tunable));
     let (starts, started_inputs) = start_values(scenario, node, &variables, sources, mistakes);
+    let isolation = isolation::fmu_isolation(scenario, node, &fmu, sources.overrides.isolate, mistakes);
     Ok(NodeDraft {
         name: node.name.get_ref().clone(),
         body: NodeBody::Fmu {
@@ -269,7 +284,7 @@ fn build_fmu_node(
             inputs: VariableGroups::default(),
             outputs: VariableGroups::default(),
             log: node.log,
-            isolation: isolation::fmu_isolation(scenario, node, sources.overrides.isolate, mistakes),
+            isolation,
         },
         outputs,
         inputs,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cosim::assembly::{is_discrete, is_tunable};
+use cosim::quantity::InputUnit;
 use fmu_import::Variability;
 use fmu_import::description::{EnumerationItem, FmiType, StorageType, Variable};
 use units::Unit;
@@ -52,6 +53,15 @@ pub(super) struct Port {
 }
 
 impl Port {
+    /// The unit of an input, for numbers that have one of their own.
+    pub fn input_unit(&self) -> InputUnit<'_> {
+        InputUnit {
+            name: self.unit.as_deref(),
+            definition: self.dimension,
+            is_difference: self.relative.is_some(),
+        }
+    }
+
     /// The port of a real number without more, of a node that is no FMU.
     pub fn real_port(name: &str, unit: Option<String>, dimension: Option<Unit>) -> Self {
         Port {

@@ -9,7 +9,7 @@ use units::Unit;
 
 use super::node_draft::NodeDraft;
 use super::ports::Port;
-use crate::document::Scenario;
+use crate::document::{Scenario, Table};
 
 /// The units of variables by their names, `node.variable`.
 #[derive(Debug, Default)]
@@ -81,12 +81,72 @@ pub(super) fn unit_help(scenario: &Scenario, signal: &str, example: &str) -> Str
             "say which unit `{signal}` has: unit = {{ {key} = \"{example}\" }} in [[fmu]] `{node}`"
         );
     }
-    if document.table.iter().any(|table| table.name.get_ref() == node) {
+    if let Some(table) = document.table.iter().find(|table| table.name.get_ref() == node) {
+        let advice = column_unit_advice(table, variable, example, None);
         return format!(
-            "say which unit `{signal}` has: unit = \"{example}\" in the column `{variable}` of [[table]] `{node}`"
+            "say which unit `{signal}` has: {advice} in the column `{variable}` of [[table]] `{node}`"
         );
     }
-    format!("say which unit `{signal}` has: unit = \"{example}\" in [[signal]] `{signal}`")
+    let advice = unit_advice(variable, example, None);
+    format!("say which unit `{signal}` has: {advice} in [[signal]] `{signal}`")
+}
+
+/// The same for a column of a table, by its name in the file and its largest value.
+pub(super) fn column_unit_advice(
+    table: &Table,
+    variable: &str,
+    wanted: &str,
+    largest: Option<f64>,
+) -> String {
+    let mut columns = table.columns.iter().filter(|(name, _)| name.get_ref() == variable);
+    let column = columns.next().map_or(variable, |(_, it)| it.get_ref().column.get_ref());
+    unit_advice(column, wanted, largest)
+}
+
+/// Units of one dimension that numbers without a unit are usually in.
+const USUAL: [(&str, &str); 8] = [
+    ("rad", "deg"),
+    ("rad/s", "deg/s"),
+    ("m/s", "km/h"),
+    ("m/s2", "g0"),
+    ("m", "mm"),
+    ("N", "kN"),
+    ("Pa", "bar"),
+    ("K", "degC"),
+];
+
+/// Beyond this no angle of a car is in rad: a steering wheel goes round three times.
+const LARGEST_ANGLE: f64 = 20.0;
+
+/// The key that says the unit of a column which meets a variable in `wanted`: the unit that its name has, or that its largest value
+/// asks for; else the usual ones, since nobody but the user knows.
+pub(super) fn unit_advice(column: &str, wanted: &str, largest: Option<f64>) -> String {
+    let key = |unit: &str| format!("unit = \"{unit}\"");
+    if let Some(named) = unit_in_name(column, wanted) {
+        return key(&named);
+    }
+    if wanted == "rad" && largest.is_some_and(|largest| largest.abs() > LARGEST_ANGLE) {
+        return key("deg");
+    }
+    let other = USUAL.iter().find_map(|(one, other)| match wanted {
+        _ if wanted == *one => Some(other),
+        _ if wanted == *other => Some(one),
+        _ => None,
+    });
+    other.map_or(key(wanted), |other| {
+        format!("{}, or \"{other}\" if its numbers are in {other},", key(wanted))
+    })
+}
+
+/// The unit of the dimension of `wanted` that a name ends with: `deg` of `steer_deg` and of `Steer [deg]`.
+fn unit_in_name(name: &str, wanted: &str) -> Option<String> {
+    let wanted = Unit::parse(wanted).ok()?;
+    let separators = |c: char| c.is_whitespace() || "_.[](),:;".contains(c);
+    let parts: Vec<_> = name.split(separators).filter(|part| !part.is_empty()).collect();
+    // A name that is one word is a quantity: `T` is a torque more often than a tesla.
+    let (last, _) = parts.split_last().filter(|(_, before)| !before.is_empty())?;
+    let unit = units::unit_for_spelling(last).unwrap_or(last);
+    Unit::parse(unit).is_ok_and(|it| it.same_dimension(&wanted)).then(|| unit.to_owned())
 }
 
 /// A name as a key of TOML.
@@ -96,4 +156,26 @@ pub(super) fn toml_key(name: &str) -> String {
         return name.to_owned();
     }
     format!("\"{name}\"")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_in_degrees_is_not_said_to_be_in_radians() {
+        let both = "unit = \"rad\", or \"deg\" if its numbers are in deg,";
+        for (column, wanted, largest, advice) in [
+            ("steer_deg", "rad", None, "unit = \"deg\""),
+            ("Steering Angle [deg]", "rad", Some(0.1), "unit = \"deg\""),
+            ("steer", "rad", Some(-114.0), "unit = \"deg\""),
+            ("steer", "rad", Some(3.0), both),
+            ("steer_kmh", "rad", None, both),
+            ("speed_kmh", "m/s", None, "unit = \"km/h\""),
+            ("v", "m/s", None, "unit = \"m/s\", or \"km/h\" if its numbers are in km/h,"),
+            ("yaw", "N.m", None, "unit = \"N.m\""),
+        ] {
+            assert_eq!(unit_advice(column, wanted, largest), advice, "{column}");
+        }
+    }
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use cosim::quantity::convert_quantity;
 use cosim::system::{SourceLocation, StartValue};
 use diagnostics::{ErrorCollector, suggest};
 use fmu_import::description::{FmiType, StorageType, Variable, describe_items};
@@ -12,7 +13,7 @@ use fmu_import::{Causality, Value, Variability, from_hex};
 use super::dotted_keys::flatten_dotted_keys;
 use super::parameters::{FileParameter, ParameterFiles};
 use super::{Override, OverrideValue, Overrides};
-use crate::document::{self, Scenario, convert_quantity, split_number_and_unit};
+use crate::document::{self, Scenario, split_number_and_unit};
 use crate::text_of::{self, TextCache};
 
 /// Where start values come from besides the entries of FMUs.
@@ -310,7 +311,11 @@ fn start_in_unit(variable: &Variable, number: f64, unit: &str) -> Result<Value, 
 fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     check_settable(variable)?;
     let name = &variable.name;
-    let wrong_type = || format!("`{name}` is {:?}, found {} {value}", variable.kind, value.type_str());
+    let wrong_type = || {
+        let number = value.as_str().and_then(suggest::number_with_point);
+        let cure = number.map_or(String::new(), |it| format!(": a number has a decimal point, {it}"));
+        format!("`{name}` is {:?}, found {} {value}{cure}", variable.kind, value.type_str())
+    };
     let value = match (variable.kind, value) {
         (FmiType::Real, toml::Value::Float(value)) => Value::Real(*value),
         (FmiType::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),

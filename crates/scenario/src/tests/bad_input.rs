@@ -50,6 +50,15 @@ const MISTAKES: &[Mistake] = &[
     ("title = \"Good\"", "title = \"Good", "title", &["invalid"]),
     ("stop = 0.1", "stop = 0.1\nstpo = 2.0", "stpo", &["stpo", "did you mean `stop`?"]),
     ("[[check]]\nname", "[[check]]\nnam", "nam =", &["unknown key `nam`", "did you mean `name`?"]),
+    ("[[signal]]", "[signal]", "[signal]", &["`signal` is a list of tables, found one table: write [[signal]]"]),
+    ("step = 0.01", "step = 0,01", "step = 0,01", &["a number has a decimal point: write 0.01"]),
+    ("to = \"plant.delta\"", "to = \"plant.delta\"\nnoise = { std = 0,01 }", "std = 0,01", &["a number has a decimal point: write 0.01"]),
+    ("step = 0.01", "step = \"0.01\"", "step = \"0.01\"", &["expected a number, found a text", "leave the quotes out: 0.01"]),
+    ("step = 0.01", "step = \"10 mm\"", "step = \"10 mm\"", &["`step`: expected a value in [s], found one in [mm]"]),
+    ("to = \"plant.delta\"", "to = \"plant.delta\"\nbias = \"2 kg\"", "bias = ", &["`bias`: expected a value in [rad], found one in [kg]"]),
+    ("to = \"plant.delta\"", "to = \"plant.delta\"\nnoise = { std = \"2 dge\" }", "noise = ", &["unknown unit `dge`", "did you mean `deg`?"]),
+    ("to = \"plant.delta\"", "to = \"plant.delta\"\nquantise = \"fine\"", "quantise = ", &["a number, or one with its unit such as \"2 deg\", found \"fine\""]),
+    ("column = \"steer\", unit = \"rad\"", "column = \"steer\"", "from = \"log.delta\"", &["unit = \"rad\", or \"deg\" if its numbers are in deg, in the column `delta`"]),
     ("[[signal]]", "[[signals]]", "[[signals]]", &["signals", "did you mean `signal`?"]),
     ("step = 0.01", "step = \"fast\"", "fast", &["expected a number, found a text"]),
     ("stop = 0.1\n", "", "[time]", &["the key `stop` is missing", "Last communication point [s]"]),
@@ -155,6 +164,42 @@ fn lab() -> Lab {
 #[test]
 fn each_mistake_is_told_at_its_line() {
     check_mistakes(&lab(), GOOD, MISTAKES);
+}
+
+#[test]
+fn one_name_of_two_nodes_is_one_mistake() {
+    let lab = lab();
+    for (old, new) in [("name = \"controller\"", "name = \"plant\""), ("name = \"log\"", "name = \"plant\"")]
+    {
+        let message = lab.message(&GOOD.replacen(old, new, 1));
+        assert_eq!(message.count, 1, "{}", message.text);
+        message.says(&["two nodes called `plant`", "the second one", "a name of its own"]);
+    }
+}
+
+#[test]
+fn a_table_with_single_brackets_is_one_mistake_however_often_it_is_there() {
+    let text = GOOD.replace("[[connect]]", "[connect]");
+    let message = lab().message(&text);
+    assert_eq!(message.count, 1, "{}", message.text);
+    message.says(&["`connect` is a list of tables: write [[connect]] for each of them", "case.toml:32"]);
+}
+
+#[test]
+fn a_number_with_a_unit_counts_in_that_of_its_input() {
+    let fault = "[[fault]]\ninput = \"plant.delta\"\nfrom = \"50 ms\"\nvalue = \"3 deg\"\n\n[[check]]";
+    let text = GOOD.replace("[[check]]", fault);
+    let text = text.replace("to = \"plant.delta\"", "to = \"plant.delta\"\nbias = \"2 deg\"");
+    let plan = lab().resolve_with(&text, &["plant.delta.noise.std=1 deg", "driver.v=90 km/h"]);
+    let plan = plan.unwrap_or_else(|error| panic!("{error}"));
+    let chains: Vec<_> = plan.system.nodes.iter().flat_map(|node| &node.connections).collect();
+    let shown = format!("{chains:?}");
+    for (key, degrees) in [("summand", 2.0_f64), ("std", 1.0), ("value", 3.0)] {
+        let expected = format!("{key}: {:?}", degrees.to_radians());
+        assert!(shown.contains(&expected), "expected {expected} in {shown}");
+    }
+    let shown = format!("{:?}", plan.system.nodes);
+    assert!(shown.contains("ConstantSignal(25.0)"), "{shown}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::signal::window::SignalWindow;
 #[serde(deny_unknown_fields)]
 pub struct Chirp {
     /// Largest absolute value.
-    #[schemars(example = 0.05)]
+    #[schemars(example = 0.05, extend("x-unit" = "of the table"))]
     pub amplitude: f64,
     /// Frequency at the beginning of the window [Hz].
     #[schemars(example = 0.2)]

@@ -12,7 +12,7 @@ use crate::signal::window::SignalWindow;
 /// Shape: the same value throughout.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(transparent)]
-#[schemars(inline, example = 20.0)]
+#[schemars(inline, example = 20.0, extend("x-unit" = "of the table"))]
 pub struct ConstantSignal(pub f64);
 
 impl ShapeParameters for ConstantSignal {

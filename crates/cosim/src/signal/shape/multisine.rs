@@ -20,7 +20,7 @@ const MOST_POINTS: f64 = 1e6;
 #[serde(deny_unknown_fields)]
 pub struct Multisine {
     /// Largest absolute value in the window, fades included.
-    #[schemars(example = 0.05)]
+    #[schemars(example = 0.05, extend("x-unit" = "of the table"))]
     pub peak: f64,
     /// Frequencies [Hz].
     #[schemars(example = [0.2, 0.5, 1.1])]

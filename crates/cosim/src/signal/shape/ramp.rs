@@ -21,10 +21,10 @@ pub struct Ramp {
     pub end: f64,
     /// Value until `start`.
     #[serde(default)]
-    #[schemars(example = 0.0)]
+    #[schemars(example = 0.0, extend("x-unit" = "of the table"))]
     pub before: f64,
     /// Value from `end` on.
-    #[schemars(example = 0.1)]
+    #[schemars(example = 0.1, extend("x-unit" = "of the table"))]
     pub after: f64,
 }
 

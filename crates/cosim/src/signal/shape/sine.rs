@@ -15,7 +15,7 @@ use crate::signal::window::SignalWindow;
 #[serde(deny_unknown_fields)]
 pub struct Sine {
     /// Largest distance from `offset`.
-    #[schemars(example = 0.05)]
+    #[schemars(example = 0.05, extend("x-unit" = "of the table"))]
     pub amplitude: f64,
     /// Frequency [Hz].
     #[schemars(example = 0.5)]
@@ -26,7 +26,7 @@ pub struct Sine {
     pub phase: f64,
     /// Mean value.
     #[serde(default)]
-    #[schemars(example = 0.0)]
+    #[schemars(example = 0.0, extend("x-unit" = "of the table"))]
     pub offset: f64,
 }
 

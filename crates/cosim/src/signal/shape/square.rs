@@ -15,7 +15,7 @@ use crate::signal::{EDGE, rules};
 #[serde(deny_unknown_fields)]
 pub struct Square {
     /// Distance of both levels from `offset`.
-    #[schemars(example = 100.0)]
+    #[schemars(example = 100.0, extend("x-unit" = "of the table"))]
     pub amplitude: f64,
     /// Period [s]. Its first half has the upper level.
     #[schemars(example = 4.0)]
@@ -29,7 +29,7 @@ pub struct Square {
     pub sharpness: Option<f64>,
     /// Mean value.
     #[serde(default)]
-    #[schemars(example = 0.0)]
+    #[schemars(example = 0.0, extend("x-unit" = "of the table"))]
     pub offset: f64,
 }
 

@@ -18,10 +18,10 @@ pub struct StepSignal {
     pub at: f64,
     /// Value before the jump.
     #[serde(default)]
-    #[schemars(example = 0.0)]
+    #[schemars(example = 0.0, extend("x-unit" = "of the table"))]
     pub before: f64,
     /// Value from the jump on.
-    #[schemars(example = 100.0)]
+    #[schemars(example = 100.0, extend("x-unit" = "of the table"))]
     pub after: f64,
 }
 

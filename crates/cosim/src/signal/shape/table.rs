@@ -19,7 +19,7 @@ pub struct SampledSignal {
     #[schemars(example = [0.0, 1.0, 4.0])]
     pub time: Vec<f64>,
     /// One value per time.
-    #[schemars(example = [0.0, 2.0, 0.0])]
+    #[schemars(example = [0.0, 2.0, 0.0], extend("x-unit" = "of the table"))]
     pub value: Vec<f64>,
     /// Values between the times.
     #[serde(default)]

@@ -5,6 +5,7 @@ use expression::SignalUnit;
 use plugin::OwnedInputSignal;
 
 use super::super::logs::{self, AliasRequest, LogColumn, RecordedLog};
+use super::super::signal_units::unit_advice;
 use super::{SourceSignal, wire_signal};
 use crate::document::{AnalysisTable, Column, Scenario, SignalAliases};
 use crate::plan::{SignalOrigin, WiredSignal};
@@ -74,8 +75,10 @@ fn wire_column(wanted: &OwnedInputSignal, index: usize, of: &LogColumn) -> Resul
     let LogColumn { column: Column { column, unit: word, .. }, source: file, unit, .. } = of;
     let span = word.as_ref().unwrap_or(column).span();
     let source = SourceSignal { file, span, name: column.get_ref() };
-    let help =
-        |unit: &str| format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name);
+    let help = |unit: &str| {
+        let advice = unit_advice(column.get_ref(), unit, None);
+        format!("say which unit it has: {advice} in the column `{}`", wanted.name)
+    };
     let unit = match unit {
         None => SignalUnit::Missing,
         Some(name) => {
