@@ -56,6 +56,9 @@ _CELLS: dict[str, type] = {
 _CALLS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 _LOG_MESSAGE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 
+#: The library of this process, which later sessions take, too.
+_LIBRARIES: list[str] = []
+
 Number = float | int | bool
 #: What the controller calls of a session: the time [s] and its inputs in, its output or outputs out.
 Controller = Callable[..., Any]
@@ -83,6 +86,7 @@ class _Native:
 
     def __init__(self, about: Mapping[str, Any], folder: Path, log: bool) -> None:
         self.library = ctypes.CDLL(about["library"])
+        _LIBRARIES[:] = [about["library"]]
         self.messages: list[tuple[int, str]] = []
         messages = self.messages
 
@@ -236,6 +240,7 @@ class Session:
         for name in [tunable] if isinstance(tunable, str) else tunable:
             words += ["--tunable", name]
         words += ["--isolate"] if isolate else []
+        words += ["--library", _LIBRARIES[-1]] if _LIBRARIES else []
         self._scenario = os.fspath(scenario)
         self._native: _Native | None = None
         try:
@@ -251,7 +256,7 @@ class Session:
         for line in ended.stderr.strip().splitlines():
             LOGGER.warning("%s", line.removeprefix("warning: "))
         self._native = native
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self.title: str = about["title"]
         #: The communication step [s].
         self.step_size: float = about["step"]
@@ -349,8 +354,8 @@ class Session:
 
     @property
     def time(self) -> float:
-        """The time of the last communication point [s]."""
-        return self.start_time + self._tick * self.step_size
+        """The time of the last communication point [s], to the nanosecond as recordings have it."""
+        return round(self.start_time + self._tick * self.step_size, 9)
 
     def initialise(self) -> None:
         """End the initialisation, as the first step does by itself: parameters keep their values from here on.
@@ -358,11 +363,12 @@ class Session:
         Raises:
             FmuError: when an FMU refuses its start values.
         """
-        if not self._initialised:
-            self._checked(self._function("ExitInitializationMode"))
-            self._initialised = True
-            for trace in self._traces:
-                trace._take(self._tick, self.time)
+        with self._lock:
+            if not self._initialised:
+                self._checked(self._function("ExitInitializationMode"))
+                self._initialised = True
+                for trace in self._traces:
+                    trace._take(self._tick, self.time)
 
     def step(self, n: int = 1) -> None:
         """Go on by `n` communication steps. Controllers are called before each of them.
@@ -374,18 +380,22 @@ class Session:
         """
         if n < 1 or n != int(n):
             raise InputError(f"expected a number of steps, found {n!r}")
-        if not self._initialised:
-            self.initialise()
-        if self.ended is not None:
-            raise TracksideError(f"the run has ended: {self.ended}; `restore` or `reset` go back")
-        if not (self._controllers or self._traces):
+        with self._lock:
+            if not self._initialised:
+                self.initialise()
+            if self.ended is not None:
+                raise TracksideError(f"the run has ended: {self.ended}; `restore` or `reset` go back")
+            if self._controllers or self._traces:
+                self._step_with_controllers(int(n))
+                return
             left = int(n)
             while left and self.ended is None:
                 count = min(left, STEPS)
                 self._advance(count)
                 left -= count
-            return
-        for _ in range(int(n)):
+
+    def _step_with_controllers(self, count: int) -> None:
+        for _ in range(count):
             tick, time = self._tick, self.time
             for attached in self._controllers:
                 if tick % attached.every == 0:
@@ -417,12 +427,13 @@ class Session:
         Raises:
             FmuError: when an FMU crashed.
         """
-        self._failure = self.ended = None
-        self._checked(self._function("Reset"))
-        self._tick, self._initialised = 0, False
-        for trace in self._traces:
-            trace._forget_after(-1)
-        self._enter_initialisation()
+        with self._lock:
+            self._failure = self.ended = None
+            self._checked(self._function("Reset"))
+            self._tick, self._initialised = 0, False
+            for trace in self._traces:
+                trace._forget_after(-1)
+            self._enter_initialisation()
 
     # States
 
@@ -434,11 +445,12 @@ class Session:
         """
         if not self._can_save[0]:
             raise TracksideError("an FMU of the scenario cannot save its state: see `trackside inspect`")
-        self.initialise()
-        pointer = ctypes.c_void_p()
-        self._checked(partial(self._function("GetFMUState"), ctypes.byref(pointer)))
-        controllers = [copy.deepcopy(attached.saved()) for attached in self._controllers]
-        return State(self._alive(), pointer, self._tick, controllers)
+        with self._lock:
+            self.initialise()
+            pointer = ctypes.c_void_p()
+            self._checked(partial(self._function("GetFMUState"), ctypes.byref(pointer)))
+            controllers = [copy.deepcopy(attached.saved()) for attached in self._controllers]
+            return State(self._alive(), pointer, self._tick, controllers)
 
     def restore(self, state: State) -> None:
         """Go back, or forth, to a state of this session.
@@ -450,13 +462,14 @@ class Session:
         native = self._alive()
         if state._native is not native:
             raise InputError("expected a state of this session, found one of another session: `to_bytes` and `from_bytes` carry it over")
-        self._failure = self.ended = None
-        self._checked(partial(self._function("SetFMUState"), state._pointer))
-        self._tick, self._initialised = state._tick, True
-        for attached, saved in zip(self._controllers, state._controllers):
-            attached.restore(copy.deepcopy(saved))
-        for trace in self._traces:
-            trace._forget_after(self._tick)
+        with self._lock:
+            self._failure = self.ended = None
+            self._checked(partial(self._function("SetFMUState"), state._pointer))
+            self._tick, self._initialised = state._tick, True
+            for attached, saved in zip(self._controllers, state._controllers):
+                attached.restore(copy.deepcopy(saved))
+            for trace in self._traces:
+                trace._forget_after(self._tick)
 
     def to_bytes(self, state: State) -> bytes:
         """Return a state as bytes, which sessions of the same scenario and values take, also in other processes. Controllers are not in it.
@@ -553,11 +566,12 @@ class Session:
 
     def close(self) -> None:
         """End the session, and free its FMUs and files. Closing again does nothing."""
-        native, self._native = self._native, None
-        if native is not None:
-            if self._initialised and self._failure is None and self.ended is None:
-                native.function("Terminate")(native.instance)
-            native.close()
+        with self._lock:
+            native, self._native = self._native, None
+            if native is not None:
+                if self._initialised and self._failure is None and self.ended is None:
+                    native.function("Terminate")(native.instance)
+                native.close()
 
     def __enter__(self) -> Session:
         return self
@@ -605,8 +619,7 @@ class Session:
         """Go on by steps that nothing comes in between of."""
         self._time.value = self.start_time + self._tick * self.step_size
         self._size.value = count * self.step_size
-        with self._lock:
-            status = self._do_step() if self._native is not None and self._failure is None else FAILED
+        status = self._do_step() if self._native is not None and self._failure is None else FAILED
         if status == _OK and not self._flags[1]:
             self._tick += count
             return
@@ -617,10 +630,10 @@ class Session:
     def _checked(self, function: Callable[[], int]) -> None:
         with self._lock:
             status = function()
-        if status != _OK:
-            self._judge(status)
-        elif self._native is not None and self._native.messages:
-            self._tell()
+            if status != _OK:
+                self._judge(status)
+            elif self._native is not None and self._native.messages:
+                self._tell()
 
     def _judge(self, status: int, ended: bool = False) -> None:
         """Raise what a call that did not simply succeed has to say, or note that a node `ended` the run."""
@@ -661,7 +674,7 @@ class Session:
     def _unknown(self, name: str) -> str:
         node, last = str(name).partition(".")[0], str(name).rpartition(".")[2]
         same = [it for it in self.variables if it.rpartition(".")[2] == last]
-        near = difflib.get_close_matches(str(name), same or self.variables, n=1, cutoff=0.5)
+        near = difflib.get_close_matches(str(name), same or self.variables, n=1, cutoff=0.7)
         own = any(it.startswith(f"{node}.") for it in self.variables)
         help = f"did you mean `{near[0]}`?" if near else f"`names({node + '.*' if own else ''!r})` lists them" if own else "`names()` lists them"
         return f"no variable `{name}`; {help}"
@@ -683,8 +696,8 @@ class Session:
         def read() -> Any:
             with lock:
                 status = function() if native.free.alive else FAILED
-            if status:
-                session()._judge(status)  # type: ignore[union-attr]
+                if status:
+                    session()._judge(status)  # type: ignore[union-attr]
             return cell.value if convert is None else convert(cell.value)
 
         self._readers[name] = read
@@ -730,8 +743,8 @@ class Session:
             with lock:
                 cell.value = value
                 status = function() if native.free.alive else FAILED
-            if status:
-                session()._judge(status)  # type: ignore[union-attr]
+                if status:
+                    session()._judge(status)  # type: ignore[union-attr]
 
         return write
 

@@ -39,6 +39,9 @@ pub struct SessionArguments {
     /// Run all FMUs in processes of their own.
     #[arg(long)]
     isolate: bool,
+    /// The library of an earlier session, which the other program has in memory.
+    #[arg(long)]
+    library: Option<PathBuf>,
 }
 
 /// The answer: what the other program needs for an instance.
@@ -63,7 +66,10 @@ pub fn run_session_command(arguments: &SessionArguments) -> Result<u8, Error> {
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build_scenario_packages(&scenario, progress)?;
-    let library = pack::find_package_library(pack::SYSTEM_LIBRARY, progress)?;
+    let library = match &arguments.library {
+        Some(library) => library.clone(),
+        None => pack::find_package_library(pack::SYSTEM_LIBRARY, progress)?,
+    };
     let isolate = if arguments.isolate { IsolationPolicy::Everything } else { IsolationPolicy::Nothing };
     let starts = run::parse_start_values(&arguments.set)?;
     let (seed, analyses) = (arguments.seed, AnalysisLoading::Skip);
