@@ -254,7 +254,8 @@ class Session:
         # From here on the files go when the instance has gone.
         remove.detach()
         for line in ended.stderr.strip().splitlines():
-            LOGGER.warning("%s", line.removeprefix("warning: "))
+            level = logging.WARNING if line.startswith("warning: ") else logging.INFO
+            LOGGER.log(level, "%s", line.removeprefix("warning: "))
         self._native = native
         self._lock = threading.RLock()
         self.title: str = about["title"]

@@ -8,17 +8,13 @@ use super::harness::{Ended, Lab, ROOT, trackside};
 use super::python::python;
 
 tests! {
-    a_session_sets_and_reads_variables_and_says_what_is_none: Python,
+    sessions_set_and_read_variables_and_controllers_steer: Python,
     a_session_has_the_bits_of_the_run: Python,
-    a_session_goes_back_to_states_also_of_another_one: Python,
-    functions_and_models_of_python_steer_a_session: Python,
-    sessions_live_side_by_side_and_are_freed: Python,
-    a_failing_fmu_is_an_exception_with_node_and_time: Compiler + Python,
-    a_session_has_values_of_all_types: Compiler + Python,
-    an_environment_in_the_form_of_gymnasium_drives_a_session: Python,
+    sessions_go_back_to_states_live_side_by_side_and_are_freed: Python,
+    sessions_have_values_of_all_types_and_failures_are_exceptions: Compiler + Python,
 }
 
-/// Runs a function of `python/session.py` in a lab with scenarios of the repository, whose FMUs are there.
+/// Runs functions of `python/session.py` in a lab with scenarios of the repository, whose FMUs are there.
 #[track_caller]
 fn run_in(lab: &Lab, test: &str) {
     for fmu in ["plant.fmu", "controller.fmu", "estimator.fmu"] {
@@ -34,24 +30,16 @@ fn run_in(lab: &Lab, test: &str) {
     python().run("session.py", &[test.into(), lab.path("")]);
 }
 
-fn a_session_sets_and_reads_variables_and_says_what_is_none() {
-    run_in(&Lab::new(), "values");
+fn sessions_set_and_read_variables_and_controllers_steer() {
+    run_in(&Lab::new(), "values+controllers+environments");
 }
 
 fn a_session_has_the_bits_of_the_run() {
     run_in(&Lab::new(), "equal_to_runs");
 }
 
-fn a_session_goes_back_to_states_also_of_another_one() {
-    run_in(&Lab::new(), "states");
-}
-
-fn functions_and_models_of_python_steer_a_session() {
-    run_in(&Lab::new(), "controllers");
-}
-
-fn sessions_live_side_by_side_and_are_freed() {
-    run_in(&Lab::new(), "lives");
+fn sessions_go_back_to_states_live_side_by_side_and_are_freed() {
+    run_in(&Lab::new(), "states+lives");
 }
 
 /// Packs the model that does what its start value says.
@@ -61,7 +49,7 @@ fn add_odd_fmu(lab: &Lab) {
     Ended::of(pack.output().expect("it starts")).expect(0);
 }
 
-fn a_failing_fmu_is_an_exception_with_node_and_time() {
+fn sessions_have_values_of_all_types_and_failures_are_exceptions() {
     let lab = Lab::new();
     lab.write("misbehave.fmu", misbehave());
     for (name, start) in [("case", "fault = 'nan', at = 0.5"), ("crash", "fault = 'crash', at = 0.5")] {
@@ -72,20 +60,10 @@ fn a_failing_fmu_is_an_exception_with_node_and_time() {
     add_odd_fmu(&lab);
     let start = "how = 'ends', u = 0.5, n = 3, on = true, word = 'a'";
     lab.write("ends.toml", Scenario::new().time(0.1, 1.0).fmu("odd", "odd.fmu", start).text());
-    run_in(&lab, "failures");
-}
-
-fn a_session_has_values_of_all_types() {
-    let lab = Lab::new();
     lab.write("relay.fmu", relay());
-    add_odd_fmu(&lab);
-    let scenario = Scenario::new().time(0.25, 2.0).fmu("a", "relay.fmu", "").fmu("b", "relay.fmu", "");
-    let scenario = scenario.signal("drive.n", "constant = 4").connect("drive.n", "a.n");
-    let text = scenario.connect("a.n_out", "b.n").text();
-    lab.write("relays.toml", text.replace("path = \"relay.fmu\"", "path = \"relay.fmu\"\nunconnected = \"start\""));
-    run_in(&lab, "kinds");
-}
-
-fn an_environment_in_the_form_of_gymnasium_drives_a_session() {
-    run_in(&Lab::new(), "environments");
+    let relays = Scenario::new().time(0.25, 2.0).fmu("a", "relay.fmu", "").fmu("b", "relay.fmu", "");
+    let relays = relays.signal("drive.n", "constant = 4").connect("drive.n", "a.n").connect("a.n_out", "b.n");
+    let path = "path = \"relay.fmu\"";
+    lab.write("relays.toml", relays.text().replace(path, &format!("{path}\nunconnected = \"start\"")));
+    run_in(&lab, "failures+kinds");
 }
