@@ -190,6 +190,9 @@ mod python_analyses;
 // FMUs that are Python scripts.
 #[path = "acceptance/python_fmus.rs"]
 mod python_fmus;
+// Scenarios that Python steps.
+#[path = "acceptance/python_sessions.rs"]
+mod python_sessions;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -311,6 +314,7 @@ fn main() -> ExitCode {
     python_analyses::register(&mut tests);
     python_fmus::register(&mut tests);
     python_package::register(&mut tests);
+    python_sessions::register(&mut tests);
     recordings::register(&mut tests);
     reference_fmus::register(&mut tests);
     results::register(&mut tests);

@@ -15,6 +15,7 @@ mod recover;
 mod replay;
 mod run;
 mod schema;
+mod session;
 mod standalone;
 mod submit;
 mod supervised;
@@ -80,6 +81,9 @@ pub enum CliCommand {
     /// For runs: run an FMU in a process of its own.
     #[command(hide = true)]
     Isolated(isolated::IsolatedArguments),
+    /// For sessions of Python: prepare a scenario that another program steps.
+    #[command(hide = true)]
+    Session(session::SessionArguments),
 }
 
 impl CliCommand {
@@ -105,6 +109,7 @@ impl CliCommand {
             CliCommand::Examples(arguments) => examples::run_examples_command(arguments),
             CliCommand::Explain(arguments) => explain::run_explain_command(arguments),
             CliCommand::Isolated(arguments) => isolated::run_isolated_command(arguments),
+            CliCommand::Session(arguments) => session::run_session_command(arguments),
         };
         let code = result.unwrap_or_else(print_error);
         // Whoever asked for it must not take half of it for all.

@@ -5,7 +5,7 @@
     run = trackside.run("step_steer", set={"plant.body.m": 900.0})
     run.passed, run.frame("plant.*"), run.page
 
-The program `trackside` runs as a process: an FMU that crashes ends the run, and not this one.
+The program `trackside` runs as a process: an FMU that crashes ends the run, and not this one. A `Session` steps a scenario in this process.
 """
 
 from ._compare import Comparison, Difference, compare
@@ -15,6 +15,7 @@ from ._plot import Plot
 from ._program import program
 from ._run import Check, Run, load, run
 from ._scenarios import scenarios
+from ._session import Session, State, Trace, Variable
 from ._sweep import Sweep, sweep
 
 __all__ = [
@@ -26,8 +27,12 @@ __all__ = [
     "InputError",
     "Plot",
     "Run",
+    "Session",
+    "State",
     "Sweep",
+    "Trace",
     "TracksideError",
+    "Variable",
     "compare",
     "identify",
     "load",

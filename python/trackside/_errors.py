@@ -23,9 +23,20 @@ class FmuError(TracksideError):
     Attributes:
         run: what was recorded until then; None when nothing was, or when a crash left the recording open.
         folder: the folder of the run. What a crash left there is for `trackside recover`.
+        node, time: of a session, the node that failed and the time [s].
     """
 
-    def __init__(self, message: str, folder: Path | None = None, run: Run | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        folder: Path | None = None,
+        run: Run | None = None,
+        *,
+        node: str | None = None,
+        time: float | None = None,
+    ) -> None:
         super().__init__(message)
         self.folder = folder
         self.run = run
+        self.node = node
+        self.time = time

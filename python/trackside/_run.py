@@ -326,7 +326,7 @@ def load(folder: str | os.PathLike[str]) -> Run:
 def find(scenario: str | os.PathLike[str]) -> Path:
     """Return the file of a scenario: the path itself, or that of a scenario of this name that comes with the program."""
     path = Path(scenario)
-    if path.exists() or path.suffix or len(path.parts) != 1:
+    if path.is_file() or path.suffix or len(path.parts) != 1:
         return path
     from ._scenarios import scenarios
 

@@ -1,5 +1,7 @@
 //! Chooses the variables of a scenario that its FMU has, and describes them.
 
+mod session;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -15,6 +17,8 @@ use scenario::pattern::matches_wildcard;
 use scenario::plan::RunPlan;
 
 use crate::interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
+
+pub use session::{SessionDescription, SessionVariable, build_session_interface, free_input_names};
 
 /// The choice of variables; `*` stands for any letters.
 #[derive(Debug, Clone, Default)]
@@ -216,7 +220,7 @@ pub fn build_fmu_interface(
     };
     let ExposedVariableList { variables, described, left_out } = list;
     let interface =
-        ScenarioFmuInterface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables };
+        ScenarioFmuInterface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables, session: None };
     Ok((interface, DescriptionTable { info, variables: described, capabilities, arrays: false }, left_out))
 }
 

@@ -1,9 +1,11 @@
-//! Puts values from outside in the place of some outputs of a node.
+//! Puts values from outside in the place of some outputs of a node, or of what connections bring to inputs.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cosim::clock::CommunicationClock;
+use cosim::fault::FaultAction;
 use cosim::node::{Node, TypedValues};
+use cosim::system::InputFault;
 use fmu_import::CallError;
 
 /// Values from outside for some outputs of one node.
@@ -16,19 +18,20 @@ struct ExternalOutput {
     number: usize,
     /// Its place among those that are integers of 64 bits, if it is one.
     integer: Option<usize>,
-    value: f64,
+    /// Without one the node has its own.
+    value: Option<f64>,
 }
 
 impl ExternalValues {
-    /// The values of these outputs, 0 at first. Each has a place among the numbers, and one among the integers of 64 bits if it
+    /// The values of these outputs, none at first. Each has a place among the numbers, and one among the integers of 64 bits if it
     /// is one.
     pub fn new(outputs: impl Iterator<Item = (usize, Option<usize>)>) -> Self {
-        let external = outputs.map(|(number, integer)| ExternalOutput { number, integer, value: 0.0 });
+        let external = outputs.map(|(number, integer)| ExternalOutput { number, integer, value: None });
         ExternalValues(Arc::new(Mutex::new(external.collect())))
     }
 
-    /// Sets these values from here on, in the order of the outputs.
-    pub fn set_values(&self, values: impl Iterator<Item = f64>) {
+    /// Sets these values from here on, in the order of the outputs; an output without one has the node's own.
+    pub fn set_values(&self, values: impl Iterator<Item = Option<f64>>) {
         self.lock_outputs().iter_mut().zip(values).for_each(|(external, value)| external.value = value);
     }
 
@@ -54,7 +57,11 @@ impl Node for ExternallyDrivenNode {
 
     fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.node.get_outputs(outputs)?;
-        self.external.lock_outputs().iter().for_each(|external| outputs[external.number] = external.value);
+        for ExternalOutput { number, value, .. } in self.external.lock_outputs().iter() {
+            if let Some(value) = *value {
+                outputs[*number] = value;
+            }
+        }
         Ok(())
     }
 
@@ -85,10 +92,37 @@ impl TypedValues for ExternallyDrivenNode {
             node.get_integers(outputs)?;
         }
         for ExternalOutput { integer, value, .. } in self.external.lock_outputs().iter() {
-            if let Some(integer) = *integer {
-                outputs[integer] = *value as i128;
+            if let (Some(integer), Some(value)) = (*integer, *value) {
+                outputs[integer] = value as i128;
             }
         }
         Ok(())
+    }
+}
+
+/// A value from outside for a connected input of an FMU, at the end of its way there: behind the effects and faults of the scenario,
+/// which go on. All clones have the same value.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct InputValue(Arc<Mutex<Option<f64>>>);
+
+impl InputValue {
+    /// Sets the value from the next step on; without one the input has that of its connection.
+    pub fn set(&self, value: Option<f64>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = value;
+    }
+
+    /// The part of the way to the input that puts it in.
+    pub fn to_input_fault(&self) -> InputFault {
+        InputFault { from: f64::NEG_INFINITY, until: f64::INFINITY, action: Box::new(self.clone()) }
+    }
+}
+
+impl FaultAction for InputValue {
+    fn faulty_value(&mut self, value: f64) -> f64 {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).unwrap_or(value)
+    }
+
+    fn clone_box(&self) -> Box<dyn FaultAction> {
+        Box::new(self.clone())
     }
 }

@@ -10,7 +10,7 @@ mod interface;
 mod nested;
 mod running;
 
-pub use interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface};
+pub use interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface, SessionSettings};
 pub use nested::ScenarioInstance;
 
 /// The scenario in the folder of resources.

@@ -4,6 +4,7 @@ mod state;
 
 use std::path::{Path, PathBuf};
 
+use cosim::execution::Execution;
 use fmu_export::abi::Status;
 use fmu_export::resources::resources_folder;
 use fmu_export::{
@@ -26,6 +27,8 @@ pub struct ScenarioInstance {
     pub(crate) course: Lifecycle,
     /// The value of each variable, by reference.
     pub(crate) values: Vec<VariableValue>,
+    /// The value of each input, by reference; none where the scenario has its own.
+    pub(crate) inputs: Vec<Option<f64>>,
     /// Whether an input or parameter was set since the nodes were initialised.
     pub(crate) stale: bool,
     /// Nodes that the importer may have states of, of before the last reset.
@@ -59,7 +62,8 @@ impl ScenarioInstance {
         Ok(ScenarioInstance {
             resources: resources.to_owned(),
             course: Lifecycle::default(),
-            values: interface.variables.iter().map(|exposed| exposed.start.clone()).collect(),
+            values: interface.start_values(),
+            inputs: interface.start_inputs(),
             interface,
             stale: true,
             retired: None,
@@ -81,7 +85,9 @@ impl ScenarioInstance {
         let exposed = self.exposed_variable(reference)?;
         let state = self.course.state;
         let may = match exposed.role {
-            ExposedVariableRole::Input(_) => {
+            ExposedVariableRole::Input(_)
+            | ExposedVariableRole::SignalOverride
+            | ExposedVariableRole::InputOverride => {
                 matches!(
                     state,
                     LifecycleState::Instantiated
@@ -141,7 +147,7 @@ impl CoSimulation for ScenarioInstance {
         let may_return = self.parts.as_mut().is_some_and(ScenarioGeneration::can_restore_state);
         let parts = self.parts.take().filter(|_| may_return);
         self.retired = parts.or(self.retired.take());
-        self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
+        (self.values, self.inputs) = (self.interface.start_values(), self.interface.start_inputs());
         self.stale = true;
         Ok(())
     }
@@ -162,7 +168,7 @@ impl CoSimulation for ScenarioInstance {
         // Of some FMUs a process holds one instance only.
         self.parts = None;
         let mut parts = self.assemble_nodes()?;
-        parts.running.initialise_nodes(&self.values).map_err(fatal_fmi_error)?;
+        parts.running.initialise_nodes(&self.inputs).map_err(fatal_fmi_error)?;
         parts.running.read_outputs(&mut self.values);
         (self.parts, self.stale) = (Some(parts), false);
         Ok(())
@@ -180,7 +186,7 @@ impl CoSimulation for ScenarioInstance {
         let Some(ScenarioGeneration { running, .. }) = &mut self.parts else {
             return reject("the scenario is not initialised");
         };
-        let done = running.do_steps(&self.values, steps as u64);
+        let done = running.do_steps(&self.inputs, steps as u64);
         running.read_outputs(&mut self.values);
         let (message, status, state) = match done {
             Ok(()) => {
@@ -193,6 +199,9 @@ impl CoSimulation for ScenarioInstance {
             }
             Err(EarlyEnd::Failed(message)) => (message, Status::Error, LifecycleState::Error),
         };
+        // The last communication point that all nodes reached.
+        let Execution { system, tick, .. } = &running.execution;
+        self.course.now = system.clock.time_at(tick.saturating_sub(1));
         self.course.state = state;
         Err(FmiError { status, message })
     }
@@ -212,8 +221,17 @@ impl CoSimulation for ScenarioInstance {
     fn set<T: FmiValue>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
         references.iter().try_for_each(|reference| self.check_settable::<T>(*reference))?;
         for (reference, value) in references.iter().zip(values) {
-            self.values[*reference as usize].set_typed(value);
-            self.stale = true;
+            let place = *reference as usize;
+            let role = &self.interface.variables[place].role;
+            let is_returned = role.is_override() && value.numeric_value().is_some_and(f64::is_nan);
+            if is_returned {
+                self.inputs[place] = None;
+            } else {
+                self.values[place].set_typed(value);
+                self.inputs[place] = role.is_input().then(|| self.values[place].to_f64()).flatten();
+            }
+            // A connected input that is set has its value from the first step on, as if its connection had a fault.
+            self.stale |= *role != ExposedVariableRole::InputOverride;
         }
         Ok(())
     }

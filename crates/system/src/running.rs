@@ -1,31 +1,38 @@
 //! Steps the scenario inside the FMU.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 
 use cosim::exchange::{StepInterruption, call_failure_error};
 use cosim::execution::Execution;
-use cosim::node::{self, Node};
+use cosim::node::{self, FmuProcessOptions, Node};
 use cosim::system::{NodeBody, NodePlan, System};
 use diagnostics::Error;
 use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{AllVariables, ColumnIndex, NumberIndex};
 use scenario::plan::RunPlan;
-use scenario::resolve::{Override, OverrideValue, Overrides};
+use scenario::resolve::{IsolationPolicy, Override, OverrideValue, Overrides};
 use scenario::{BuildArtifacts, Scenario};
 
 use crate::SCENARIO;
-use crate::guided::{ExternalValues, ExternallyDrivenNode};
-use crate::interface::{ExposedVariableRole, ScenarioFmuInterface};
+use crate::guided::{ExternalValues, ExternallyDrivenNode, InputValue};
+use crate::interface::{ExposedVariableRole, ScenarioFmuInterface, SessionSettings};
 
 /// The log category of what the FMUs of the scenario say.
 pub(crate) const NODES: &str = "logNodes";
+
+/// A call of an FMU in a process of its own that lasts longer than this is reported.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The scenario between two calls.
 pub(crate) struct ScenarioExecution {
     pub execution: Execution,
     /// Inputs by node.
     inputs: Vec<ExternalInputs>,
+    /// Connected inputs that the importer may set: their references and values.
+    connected: Vec<(usize, InputValue)>,
     /// Outputs: their references and places in the row.
     outputs: Vec<(usize, ColumnIndex<AllVariables>)>,
 }
@@ -72,9 +79,13 @@ impl ScenarioExecution {
             exposed.name.contains('.').then(|| Override::new(&exposed.name, value))
         });
         let tolerance = course.tolerance.filter(|tolerance| (0.0..1.0).contains(tolerance));
+        let session = interface.session.as_ref();
+        let given = session.map(|session| session.starts.clone()).unwrap_or_default();
         let overrides = Overrides {
-            starts: starts.collect(),
+            starts: given.into_iter().chain(starts).collect(),
+            seed: session.and_then(|session| session.seed),
             tolerance: tolerance.filter(|tolerance| *tolerance > 0.0),
+            isolate: session.map(SessionSettings::isolation_policy).unwrap_or_default(),
             ..Overrides::default()
         };
         let folder = resources.to_owned();
@@ -82,16 +93,18 @@ impl ScenarioExecution {
         let mut system = plan.system;
         system.clock.start = course.now;
         system.announced_stop = course.stop;
-        let mut nodes = node::instantiate_nodes(&mut system, None)?;
+        let host = session.map(SessionSettings::process_options);
+        let mut nodes = node::instantiate_nodes(&mut system, host.as_ref())?;
+        let connected = attach_input_values(&mut system, interface)?;
         let (inputs, outputs) = attach_external_values(&system, &mut nodes, interface)?;
-        Ok(ScenarioExecution { execution: Execution::new(system, nodes), inputs, outputs })
+        Ok(ScenarioExecution { execution: Execution::new(system, nodes), inputs, connected, outputs })
     }
 
-    /// Initialises the nodes with these values of the inputs.
+    /// Initialises the nodes with these values of the inputs, by reference.
     ///
     /// # Errors
     /// When a node fails.
-    pub fn initialise_nodes(&mut self, values: &[VariableValue]) -> Result<(), Error> {
+    pub fn initialise_nodes(&mut self, values: &[Option<f64>]) -> Result<(), Error> {
         self.set_inputs(values);
         let initialised = self.execution.with_exchange(|exchange, coupling| {
             coupling.initialise(exchange)?;
@@ -106,7 +119,7 @@ impl ScenarioExecution {
     ///
     /// # Errors
     /// When a step does not come to its end.
-    pub fn do_steps(&mut self, values: &[VariableValue], steps: u64) -> Result<(), EarlyEnd> {
+    pub fn do_steps(&mut self, values: &[Option<f64>], steps: u64) -> Result<(), EarlyEnd> {
         for _ in 0..steps {
             self.set_inputs(values);
             let tick = self.execution.tick;
@@ -164,13 +177,17 @@ impl ScenarioExecution {
     }
 
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
-    fn set_inputs(&mut self, values: &[VariableValue]) {
+    fn set_inputs(&mut self, values: &[Option<f64>]) {
         let row = &mut self.execution.memory.row;
         for ExternalInputs { external, places } in &self.inputs {
-            let number = |reference: usize| values[reference].to_f64().unwrap_or_default();
-            external.set_values(places.iter().map(|(reference, _)| number(*reference)));
-            places.iter().for_each(|(reference, at)| row[*at] = number(*reference));
+            external.set_values(places.iter().map(|(reference, _)| values[*reference]));
+            for (reference, at) in places {
+                if let Some(value) = values[*reference] {
+                    row[*at] = value;
+                }
+            }
         }
+        self.connected.iter().for_each(|(reference, input)| input.set(values[*reference]));
     }
 
     /// Logs what the nodes logged; messages of a kind that came before wait for others, or for the end.
@@ -192,6 +209,20 @@ impl ScenarioExecution {
                     MessageLevel::Warning | MessageLevel::Error => warn(text),
                 }
             }
+        }
+    }
+}
+
+impl SessionSettings {
+    fn isolation_policy(&self) -> IsolationPolicy {
+        if self.isolate { IsolationPolicy::Everything } else { IsolationPolicy::Nothing }
+    }
+
+    fn process_options(&self) -> FmuProcessOptions {
+        FmuProcessOptions {
+            program: (self.program.clone(), vec!["isolated".to_owned()]),
+            patience: PATIENCE,
+            give_up: Arc::new(|| false),
         }
     }
 }
@@ -230,7 +261,16 @@ fn attach_external_values(
                     return Err(Error::invalid_input(format!("`{signal}` is a text, which no input holds")));
                 }
             },
-            ExposedVariableRole::Output => outputs.push((reference, find(&exposed.name)?)),
+            ExposedVariableRole::Output | ExposedVariableRole::InputOverride => {
+                outputs.push((reference, find(&exposed.name)?));
+            }
+            ExposedVariableRole::SignalOverride => {
+                let index = find(&exposed.name)?;
+                outputs.push((reference, index));
+                if let ColumnIndex::Number(index) = index {
+                    wanted.push((reference, index));
+                }
+            }
             ExposedVariableRole::Parameter => {}
         }
     }
@@ -251,4 +291,29 @@ fn attach_external_values(
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))
+}
+
+/// Lets the importer set connected inputs, at the end of their ways.
+fn attach_input_values(
+    system: &mut System,
+    interface: &ScenarioFmuInterface,
+) -> Result<Vec<(usize, InputValue)>, Error> {
+    let mut connected = Vec::new();
+    for (reference, exposed) in interface.variables.iter().enumerate() {
+        if exposed.role != ExposedVariableRole::InputOverride {
+            continue;
+        }
+        let index = system.columns.find(&exposed.name);
+        let link = system.nodes.iter_mut().find_map(|plan| {
+            let place = plan.inputs.indices().position(|input| Some(ColumnIndex::Number(input)) == index)?;
+            plan.connections.get_mut(place)
+        });
+        let Some(link) = link else {
+            return Err(Error::invalid_input(format!("the scenario has no connected input `{}`", exposed.name)));
+        };
+        let input = InputValue::default();
+        link.input_chain.faults.push(input.to_input_fault());
+        connected.push((reference, input));
+    }
+    Ok(connected)
 }

@@ -18,6 +18,8 @@ use scenario::BuildRequest;
 
 use super::print_text;
 use super::progress::BuildLine;
+pub(super) use library::find_package_library;
+pub(super) use system::{LIBRARY as SYSTEM_LIBRARY, lists_that_judge};
 
 /// The packages whose FMUs make the closed loop.
 const FMUS: [&str; 6] =

@@ -34,6 +34,7 @@ impl ScenarioGeneration {
 pub struct SavedInstance {
     course: Lifecycle,
     values: Vec<VariableValue>,
+    inputs: Vec<Option<f64>>,
     stale: bool,
     /// Nothing before the initialisation.
     parts: Option<SavedNodes>,
@@ -56,6 +57,7 @@ struct SerialisedInstance {
     guid: String,
     course: Lifecycle,
     values: Vec<VariableValue>,
+    inputs: Vec<Option<f64>>,
     stale: bool,
     parts: Option<SerialisedNodes>,
 }
@@ -104,8 +106,8 @@ impl ScenarioInstance {
                 Some(SavedNodes { number, tick, nodes, memory, chains, coupling })
             }
         };
-        let (course, values) = (self.course.clone(), self.values.clone());
-        Ok(SavedInstance { course, values, stale: self.stale, parts })
+        let (course, values, inputs) = (self.course.clone(), self.values.clone(), self.inputs.clone());
+        Ok(SavedInstance { course, values, inputs, stale: self.stale, parts })
     }
 
     pub(crate) fn restore_state(&mut self, saved: &SavedInstance) -> FmiResult {
@@ -141,6 +143,7 @@ impl ScenarioInstance {
         }
         self.course.clone_from(&saved.course);
         self.values.clone_from(&saved.values);
+        self.inputs.clone_from(&saved.inputs);
         self.stale = saved.stale;
         Ok(())
     }
@@ -169,20 +172,22 @@ impl ScenarioInstance {
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
-        let SavedInstance { course, values, stale, .. } = saved;
-        let (course, values, stale) = (course.clone(), values.clone(), *stale);
-        let bytes = SerialisedInstance { guid: self.interface.guid.clone(), course, values, stale, parts };
+        let SavedInstance { course, values, inputs, stale, .. } = saved;
+        let (guid, stale) = (self.interface.guid.clone(), *stale);
+        let (course, values, inputs) = (course.clone(), values.clone(), inputs.clone());
+        let bytes = SerialisedInstance { guid, course, values, inputs, stale, parts };
         postcard::to_stdvec(&bytes).or_else(|error| reject(error.to_string()))
     }
 
     pub(crate) fn state_from_bytes(&mut self, bytes: &[u8]) -> FmiResult<SavedInstance> {
-        let SerialisedInstance { guid, course, values, stale, parts } = postcard::from_bytes(bytes)
+        let SerialisedInstance { guid, course, values, inputs, stale, parts } = postcard::from_bytes(bytes)
             .or_else(|error| reject(format!("these bytes are no FMU state: {error}")))?;
         if guid != self.interface.guid {
             let own = &self.interface.guid;
             return reject(format!("expected a state of {own}, found one of {guid}"));
         }
         let fits = values.len() == self.values.len()
+            && inputs.len() == values.len()
             && values.iter().zip(&self.values).all(|(one, other)| one.kind() == other.kind());
         let impossible = "these bytes are no state that the FMU can be in";
         if !fits {
@@ -198,7 +203,7 @@ impl ScenarioInstance {
             chains,
         }) = parts
         else {
-            return Ok(SavedInstance { course, values, stale, parts: None });
+            return Ok(SavedInstance { course, values, inputs, stale, parts: None });
         };
         if self.parts.is_none() {
             // The nodes of another instance, or of before a reset: these have the same parameters and times.
@@ -240,7 +245,7 @@ impl ScenarioInstance {
             return reject(impossible);
         };
         let parts = Some(SavedNodes { number: *number, tick, nodes, memory, chains, coupling });
-        Ok(SavedInstance { course, values, stale, parts })
+        Ok(SavedInstance { course, values, inputs, stale, parts })
     }
 }
 

@@ -11,6 +11,7 @@ use diagnostics::Error;
 use fmu_export::pack::{FmiVersion, is_identifier};
 use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
+use scenario::document::Document;
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
@@ -20,7 +21,7 @@ use crate::command::progress::BuildLine;
 use crate::command::{print_text, print_to_stderr};
 
 /// The package whose library steps a scenario.
-const LIBRARY: &str = "system-fmu";
+pub const LIBRARY: &str = "system-fmu";
 
 /// What to pack, and how.
 pub struct PackOptions<'a> {
@@ -107,6 +108,17 @@ fn refuse_multi_process_fmus(system: &System) -> Result<(), Error> {
     Ok(())
 }
 
+/// The lists of a scenario that judge a run, those that have entries.
+pub fn lists_that_judge(document: &Document) -> Vec<&'static str> {
+    let lists = [
+        ("check", document.check.is_empty()),
+        ("analysis", document.analysis.is_empty()),
+        ("validation", document.validation.is_empty()),
+        ("baseline", document.baseline.is_empty()),
+    ];
+    lists.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect()
+}
+
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
 fn prepare_system_export(
     scenario: &Scenario,
@@ -124,14 +136,7 @@ fn prepare_system_export(
         eprintln!("note: `{}` is not isolated there: an FMU steps all of its own in one process", node.name);
     }
     let document = &scenario.document;
-    let unused_lists = [
-        ("check", document.check.is_empty()),
-        ("analysis", document.analysis.is_empty()),
-        ("validation", document.validation.is_empty()),
-        ("baseline", document.baseline.is_empty()),
-    ];
-    let unused_lists: Vec<_> =
-        unused_lists.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
+    let unused_lists = lists_that_judge(document);
     let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
     let (inputs, text) =
         expose::extend_scenario_for_inputs(original, &unused_lists, &written, SCENARIO, choice)?;
