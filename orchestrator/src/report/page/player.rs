@@ -109,7 +109,7 @@ struct CheckData<'a> {
     that: &'a str,
     passed: bool,
     unit: &'a str,
-    names: [&'static str; 2],
+    names: [&'a str; 2],
     during: [f64; 2],
     first: Option<f64>,
     at: Option<f64>,
