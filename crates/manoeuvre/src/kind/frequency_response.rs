@@ -448,6 +448,7 @@ impl ManoeuvreKind for FrequencyResponse {
             ),
             phase("Phase of the lateral acceleration (ISO 7401)", "lateral_acceleration_phase"),
             diagram("Coherence (ISO 7401)", "coherence [1]")
+                .with_y_range([0.0, 1.05])
                 .with_layer("yaw rate", DiagramLayerKind::Curve, curve("yaw_rate_coherence", 1.0))
                 .with_layer(
                     "lateral acceleration",

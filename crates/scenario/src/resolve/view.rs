@@ -9,9 +9,7 @@ use recording::view::{
     BodyArrow, DistanceSource, GraphNode, NodeGraph, PlotLimit, PoseColumns, ReplayView, RowQuantity,
     TrackEdges, XyPlot, XyPlotFunction, XyPlotPoint, road_edges,
 };
-use recording::{
-    Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection,
-};
+use recording::{Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection};
 
 use super::plots::{plots_by_unit, resolve_plot};
 use super::quantity::SignalScope;
