@@ -29,6 +29,13 @@ pub struct DrivenMap<'a> {
     pub course: &'a [[f64; 2]],
 }
 
+/// So many of the points at even distances, and the last one.
+pub fn thinned_points<T: Copy>(points: &[T], limit: usize) -> Vec<T> {
+    let stride = points.len().div_ceil(limit).max(1);
+    let last = points.last().filter(|_| !(points.len() - 1).is_multiple_of(stride));
+    points.iter().step_by(stride).chain(last).copied().collect()
+}
+
 /// The map, a metre as long to the right as upwards.
 pub fn driven_map(shown: &DrivenMap) -> Markup {
     let way: Vec<[f64; 2]> = shown.poses.iter().map(|pose| pose.position).collect();
@@ -83,10 +90,8 @@ pub fn driven_map(shown: &DrivenMap) -> Markup {
     };
     let mut line = |points: &[[f64; 2]], class: &str| {
         let mut path = String::new();
-        let stride = points.len().div_ceil(MOST_POINTS).max(1);
-        let last = points.last().filter(|_| points.len() % stride != 1 % stride);
-        for point in points.iter().step_by(stride).chain(last) {
-            let [x, y] = place(*point);
+        for point in thinned_points(points, MOST_POINTS) {
+            let [x, y] = place(point);
             if x.is_finite() && y.is_finite() {
                 let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
             }

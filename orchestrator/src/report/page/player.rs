@@ -13,7 +13,7 @@ use recording::view::CurveRole;
 use serde::Serialize;
 
 use super::RunPictures;
-use super::driven_map::{DrivenMap, driven_map};
+use super::driven_map::{DrivenMap, driven_map, thinned_points};
 use super::pictures::{trace_names, worst_trace_value};
 use quantized::QuantizedValues;
 
@@ -254,13 +254,6 @@ fn resolution_text(overview: &RunOverview) -> String {
 
 fn round_to_centimetres(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
-}
-
-/// So many of the points at even distances, and the last one.
-fn thinned_points<T: Copy>(points: &[T], limit: usize) -> Vec<T> {
-    let stride = points.len().div_ceil(limit).max(1);
-    let last = points.last().filter(|_| (points.len() - 1) % stride != 0);
-    points.iter().step_by(stride).chain(last).copied().collect()
 }
 
 fn line_data(points: &[[f64; 2]]) -> [QuantizedValues; 2] {
