@@ -194,7 +194,7 @@ class Chart {
     this.x = ranges ? ranges[0] : extent(layers.map((it) => it.x));
     if (ranges) this.y = ranges[1];
     if (!(this.x[1] !== this.x[0]) || !this.x.every(Number.isFinite)) this.x = [FIRST, LAST];
-    if (!ranges && this.scale === 'linear') this.x = padded(this.x);
+    if (!ranges && (this.scale === 'linear' || (this.time && !follows))) this.x = padded(this.x);
     this.values = [];
     const keys = element('span', { class: 'keys' });
     for (const layer of layers) {
@@ -531,7 +531,7 @@ class CarMap {
     this.svg.setAttribute('viewBox', `0 0 ${w} ${h}`);
     if (this.whole) {
       const [[x0, x1], [y0, y1]] = this.bounds;
-      const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, 0.3 * innerHeight).toFixed(0) + 'px';
+      const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, (innerWidth > 1000 ? 0.3 : 0.14) * innerHeight).toFixed(0) + 'px';
       if (this.svg.style.height !== wanted) { this.svg.style.height = wanted; return; }
       const [left, below] = [44, 30];
       this.scale = Math.min((w - left - 16) / (x1 - x0 + 4), (h - below - 14) / (y1 - y0 + 4));
