@@ -308,6 +308,7 @@ fn main() -> ExitCode {
     messages::register(&mut tests);
     packed_system::register(&mut tests);
     pages::register(&mut tests);
+    player::register(&mut tests);
     parameters::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);

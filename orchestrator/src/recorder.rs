@@ -67,13 +67,12 @@ impl RunRecorder {
 
     /// Evaluates a run, and writes no recordings.
     pub fn without_recordings(plan: &mut RunPlan) -> Self {
-        let recordings =
-            OpenRecordings {
-                selection: plan.recorded.clone(),
-                row: Row::default(),
-                sinks: Vec::new(),
-                overview: None,
-            };
+        let recordings = OpenRecordings {
+            selection: plan.recorded.clone(),
+            row: Row::default(),
+            sinks: Vec::new(),
+            overview: None,
+        };
         Self::with_recordings(recordings, plan, BaselineChecker::default())
     }
 
@@ -181,13 +180,12 @@ impl RunRecorder {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
             goes_on()
         };
-        let outputs =
-            AnalysisOutputs {
-                sink: &mut self.recordings,
-                folder: &report.folder,
-                files: &mut report.files,
-                tests: &mut self.tests,
-            };
+        let outputs = AnalysisOutputs {
+            sink: &mut self.recordings,
+            folder: &report.folder,
+            files: &mut report.files,
+            tests: &mut self.tests,
+        };
         let result = analysis::run_analysis(plan, &self.collected, outputs, &mut progress);
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())

@@ -5,6 +5,8 @@ const SVG = 'http://www.w3.org/2000/svg';
 const root = document.getElementById('player');
 const data = JSON.parse(document.getElementById('player-data').textContent);
 const [FIRST, LAST, STEP] = data.time;
+/** What the last stage of a test is called. */
+const END = 'end of the test';
 
 // --- Numbers and texts -------------------------------------------------------------------------------------------------------
 
@@ -22,14 +24,14 @@ function visible(text) {
   return String(text).replace(hidden, (it) => '\\u{' + it.codePointAt(0).toString(16) + '}');
 }
 
-/** A number with four digits; of 12345.6 the digits before the point. */
+/** A number with three or four digits; of 12345.6 all digits before the point. */
 function shown(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(2).replace('e+', 'e').replace('-', '−');
-  const decimals = size === 0 ? 2 : Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(size))));
-  const text = value.toFixed(Math.min(decimals, size < 1 ? 4 : decimals));
-  return (Number(text) === 0 ? text.replace('-', '') : text).replace('-', '−');
+  if (size === 0) return '0';
+  if (size < 1e-4 || size >= 1e6) return value.toExponential(2).replace('e+', 'e').replace('-', '−');
+  const decimals = clamp(2 - Math.floor(Math.log10(size)), size >= 100 ? 1 : 2, 6);
+  return value.toFixed(size >= 1000 ? 0 : decimals).replace('-', '−');
 }
 
 /** Round numbers from low to high, about so many. */
@@ -41,7 +43,7 @@ function ticks(low, high, about) {
   const result = [];
   for (let k = Math.ceil(low / step - 1e-9); k <= Math.floor(high / step + 1e-9); k++) {
     const value = k * step;
-    const large = Math.abs(value) >= 1e6 || (step < 1e-4 && value !== 0);
+    const large = Math.abs(value) >= 1e6 || (decimals > 7 && value !== 0);
     const text = large ? value.toExponential(1).replace('e+', 'e') : value.toFixed(Math.min(decimals, 12));
     result.push([value, text.replace('-', '−')]);
   }
@@ -109,9 +111,9 @@ function setTime(time) {
   scrollWindow();
   followers.forEach((follow) => follow(now));
 }
-function setSpan(duration) {
+function setSpan(duration, from = now - duration / 2) {
   span = clamp(duration, Math.min(10 * STEP, LAST - FIRST), LAST - FIRST);
-  begin = clamp(now - span / 2, FIRST, LAST - span);
+  begin = clamp(from, FIRST, LAST - span);
   charts.forEach((chart) => { chart.stale = chart.follows; });
   drawStale();
   setTime(now);
@@ -180,7 +182,7 @@ function drawStale() { charts.forEach((chart) => { if (chart.stale && (chart.see
 addEventListener('beforeprint', () => charts.forEach((chart) => chart.draw()));
 
 const faultSpans = Object.entries(data.faults).flatMap(([name, spans]) => spans.map((it) => ({ span: it, kind: 'fault', name })));
-const LEFT = 62, RIGHT = 12, TOP = 8, BOTTOM = 34;
+const LEFT = 68, RIGHT = 12, TOP = 8, BOTTOM = 34;
 
 /** Axes with layers {kind, css, x, y, t, name} and a cursor. `time` says whether the axis to the right is time, `follows` that it shows the common part. */
 class Chart {
@@ -192,7 +194,7 @@ class Chart {
     this.x = ranges ? ranges[0] : extent(layers.map((it) => it.x));
     if (ranges) this.y = ranges[1];
     if (!(this.x[1] !== this.x[0]) || !this.x.every(Number.isFinite)) this.x = [FIRST, LAST];
-    if (!ranges && this.scale === 'linear') this.x = padded(this.x);
+    if (!ranges && (this.scale === 'linear' || (this.time && !follows))) this.x = padded(this.x);
     this.values = [];
     const keys = element('span', { class: 'keys' });
     for (const layer of layers) {
@@ -252,10 +254,10 @@ class Chart {
     }
     drawn('path', { class: 'frame', d: `M${LEFT} ${TOP}v${h}h${w}` }, svg);
     drawn('text', { class: 'label', x: LEFT + w / 2, y: height - 5 }, svg, visible(this.labels[0]));
-    const letters = Math.floor(h / 6.2), label = visible(this.labels[1]);
+    const letters = Math.floor(h / 5.8), label = visible(this.labels[1]);
     const unit = label.match(/\[[^\]]*\]\s*$/);
     const short = label.length <= letters ? label : unit ? unit[0] : label.slice(0, letters - 1) + '…';
-    drawn('text', { class: 'label', transform: `translate(12 ${TOP + h / 2}) rotate(-90)` }, svg, short);
+    drawn('text', { class: 'label', transform: `translate(11 ${TOP + h / 2}) rotate(-90)` }, svg, short);
     const area = drawn('svg', { class: 'area', x: LEFT, y: TOP, width: w, height: h, viewBox: `${LEFT} ${TOP} ${w} ${h}` }, svg);
     if (this.time) {
       for (const { span: [from, to], kind, name } of this.spans) {
@@ -392,10 +394,18 @@ function signalChart({ title, range, curves, limits }) {
 
 function checkChart({ name, that, passed, unit, names, during, first, at, worst, t, value, limit, violated }) {
   const times = numbers(t);
+  /** Through the lowest and the highest value of each point, first the one that is nearer to the value before. */
   const both = ([low, high]) => {
     const [a, b] = [numbers(low), numbers(high)];
-    const x = new Float64Array(2 * times.length), y = new Float64Array(2 * times.length);
-    for (let k = 0; k < times.length; k++) { x[2 * k] = x[2 * k + 1] = times[k]; y[2 * k] = a[k]; y[2 * k + 1] = b[k]; }
+    const x = [], y = [];
+    for (let k = 0; k < times.length; k++) {
+      if (!(b[k] > a[k])) { x.push(times[k]); y.push(a[k]); continue; }
+      const apart = (k + 1 < times.length ? times[k + 1] : during[1]) - times[k];
+      const before = y.length ? y[y.length - 1] : a[k];
+      const rises = Math.abs(before - a[k]) <= Math.abs(before - b[k]);
+      x.push(times[k] + 0.25 * apart, times[k] + 0.75 * apart);
+      y.push(rises ? a[k] : b[k], rises ? b[k] : a[k]);
+    }
     return { x, y };
   };
   const curve = both(value);
@@ -406,17 +416,19 @@ function checkChart({ name, that, passed, unit, names, during, first, at, worst,
   const spans = [...faultSpans, ...violated.map((it) => ({ span: it, kind: 'violated', name: 'does not hold' }))];
   if (!passed && first !== null && !violated.length) spans.push({ span: [first, during[1]], kind: 'violated', name: 'does not hold' });
   const label = names[0] + (unit ? ` [${unit}]` : '');
-  return new Chart({ title, labels: ['time [s]', label], layers, follows: true, scale: 'time', spans, note: that, failed: !passed, height: passed ? 150 : 190 });
+  // A short window fills its plot, and the cursor passes through.
+  const follows = during[1] - during[0] > 0.4 * (LAST - FIRST);
+  return new Chart({ title, labels: ['time [s]', label], layers, follows, scale: 'time', spans, note: that, failed: !passed, height: passed ? 160 : 190 });
 }
 
 const KINDS = { curve: ['line', 'c0'], second: ['line', 'c2'], reference: ['dash', 'data'], fit: ['thick', 'c1'], limit: ['thick', 'poor'], mark: ['dot', 'truth'] };
-function diagramChart({ title, labels, scale, layers }) {
+function diagramChart({ title, labels, scale, range, layers }) {
   const all = layers.map(({ name, kind, x, y, t }) => {
     const [shape, css] = KINDS[kind];
     return { kind: shape, css, name, x: numbers(x), y: numbers(y), t: t ? numbers(t) : null };
   });
   if (scale === 'time') for (const layer of all) if (layer.t) layer.at = nearestValue(layer);
-  return new Chart({ title, labels, layers: all, scale, height: 230, spans: scale === 'time' ? faultSpans : [] });
+  return new Chart({ title, labels, layers: all, scale, range, height: 230, spans: scale === 'time' ? faultSpans : [] });
 }
 
 function xyChart({ title, labels, ranges, ellipse, trail, step, points, curves }) {
@@ -451,13 +463,14 @@ function poseAt(time) {
 function carShape(parent) {
   const { length, width, axles } = car;
   const group = drawn('g', { class: 'car' }, parent);
+  const body = drawn('g', {}, group);
   const wheels = axles.flatMap((x, axle) => [1, -1].map((side) => {
     const place = drawn('g', { transform: `translate(${x} ${side * 0.46 * width})` }, group);
     return [axle, drawn('rect', { class: 'wheel', x: -0.33, y: -0.12, width: 0.66, height: 0.24, rx: 0.06 }, place)];
   }));
   const [l, w] = [length / 2, width / 2];
-  drawn('path', { class: 'body', d: `M${-l} ${-0.8 * w}Q${-l} ${-w} ${-0.9 * l} ${-w}H${0.6 * l}Q${l} ${-0.95 * w} ${l} ${-0.55 * w}V${0.55 * w}Q${l} ${0.95 * w} ${0.6 * l} ${w}H${-0.9 * l}Q${-l} ${w} ${-l} ${0.8 * w}Z` }, group);
-  drawn('path', { class: 'glass', d: `M${0.12 * l} ${-0.72 * w}L${0.42 * l} ${-0.6 * w}V${0.6 * w}L${0.12 * l} ${0.72 * w}Z` }, group);
+  drawn('path', { class: 'body', d: `M${-l} ${-0.8 * w}Q${-l} ${-w} ${-0.9 * l} ${-w}H${0.6 * l}Q${l} ${-0.95 * w} ${l} ${-0.55 * w}V${0.55 * w}Q${l} ${0.95 * w} ${0.6 * l} ${w}H${-0.9 * l}Q${-l} ${w} ${-l} ${0.8 * w}Z` }, body);
+  drawn('path', { class: 'glass', d: `M${0.12 * l} ${-0.72 * w}L${0.42 * l} ${-0.6 * w}V${0.6 * w}L${0.12 * l} ${0.72 * w}Z` }, body);
   return { group, front: wheels.filter(([axle]) => axle === 0).map(([, wheel]) => wheel) };
 }
 
@@ -484,8 +497,8 @@ class CarMap {
     this.car = carShape(this.world);
     this.numbers = drawn('g', {}, this.svg);
     const everything = [[car.x, ...lines(data.course).map((it) => it[0]), data.cones.map((it) => it[0])], [car.y, ...lines(data.course).map((it) => it[1]), data.cones.map((it) => it[1])]];
-    this.bounds = everything.map(extent);
-    if (!whole) this.svg.addEventListener('wheel', (event) => { event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2); }, { passive: false });
+    this.bounds = everything.map(extent).map((it) => (it.every(Number.isFinite) ? it : [0, 1]));
+    if (!whole) this.svg.addEventListener('wheel', (event) => { if (!event.ctrlKey) return; event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2); }, { passive: false });
     else drag(this.svg, (x, y) => this.timeAt(x, y));
     new ResizeObserver(() => this.draw()).observe(this.svg);
     followers.push((time) => this.follow(time));
@@ -518,7 +531,7 @@ class CarMap {
     this.svg.setAttribute('viewBox', `0 0 ${w} ${h}`);
     if (this.whole) {
       const [[x0, x1], [y0, y1]] = this.bounds;
-      const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, 0.3 * innerHeight).toFixed(0) + 'px';
+      const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, (innerWidth > 1000 ? 0.3 : 0.14) * innerHeight).toFixed(0) + 'px';
       if (this.svg.style.height !== wanted) { this.svg.style.height = wanted; return; }
       const [left, below] = [44, 30];
       this.scale = Math.min((w - left - 16) / (x1 - x0 + 4), (h - below - 14) / (y1 - y0 + 4));
@@ -553,7 +566,7 @@ class CarMap {
     for (const [value, text] of rounds(top - h / scale, h, 60)) {
       const y = (top - value) * scale;
       path += `M0 ${y.toFixed(1)}H${w}`;
-      if (y > 16 && y < h - 24) drawn('text', { class: 'tick begin', x: 5, y: (y + 4).toFixed(1) }, this.numbers, text);
+      if (y > 30 && y < h - 24) drawn('text', { class: 'tick begin', x: 5, y: (y + 4).toFixed(1) }, this.numbers, text);
     }
     drawn('path', { class: 'grid', d: path }, this.grid);
     drawn('text', { class: 'label end', x: w - 5, y: h - 6 }, this.numbers, 'X [m]');
@@ -563,6 +576,7 @@ class CarMap {
   follow(time) {
     if (!this.scale) return;
     const { k, x, y, heading, steer } = poseAt(time);
+    if (![x, y, heading, steer].every(Number.isFinite)) return;
     if (!this.whole) { this.center = [x, y]; }
     this.position();
     if (!this.whole) this.drawGrid();
@@ -598,14 +612,18 @@ for (const it of [60, 30, 10, 5, 2, 1]) if (it < 0.8 * (LAST - FIRST)) zoom.appe
 button.addEventListener('click', () => play(!playing));
 slider.addEventListener('input', () => { play(false); setTime(Number(slider.value)); });
 pace.addEventListener('change', () => { speed = Number(pace.value); });
-zoom.addEventListener('change', () => setSpan(Number(zoom.value)));
+// The test alone, where the car drives on for long.
+const [first, end] = [data.stages[0], data.stages.find((it) => it[1] === END)];
+const test = first && end && end[0] - first[0] < 0.7 * (LAST - FIRST) ? [first[0] - 0.04 * (end[0] - first[0]), 1.08 * (end[0] - first[0])] : null;
+if (test) zoom.firstElementChild.after(element('option', { value: 'test' }, 'the test'));
+zoom.addEventListener('change', () => (zoom.value === 'test' ? setSpan(test[1], test[0]) : setSpan(Number(zoom.value))));
 
 /** Stages of manoeuvres, faults and violated checks over the whole time, a line for each. */
 function spanLines() {
   const lines = [];
   if (data.stages.length) {
     const ends = [...data.stages.slice(1).map((it) => it[0]), LAST];
-    lines.push(['test', data.stages.map(([from, name], k) => ({ span: [from, ends[k]], kind: name === 'end of the test' ? 'rest' : 'stage', name }))]);
+    lines.push(['test', data.stages.map(([from, name], k) => ({ span: [from, ends[k]], kind: name === END ? 'rest' : 'stage', name }))]);
   }
   for (const [name, spans] of Object.entries(data.faults)) lines.push(['fault ' + name, spans.map((span) => ({ span, kind: 'fault', name: 'fault ' + name }))]);
   for (const { name, passed, violated } of data.checks) if (!passed && violated.length) lines.push([name, violated.map((span) => ({ span, kind: 'violated', name: 'violated: ' + name }))]);
@@ -666,7 +684,7 @@ function panel(title, made, css) {
   panels.append(element('h3', {}, title), element('div', { class: 'tiles ' + (css || '') }, ...made.map((it) => it.figure)));
 }
 panel('Failed checks', data.checks.filter((it) => !it.passed).map(checkChart), 'one');
-panel('The test', data.diagrams.map(diagramChart));
+panel(data.tests.map(visible).join(', '), data.diagrams.map(diagramChart));
 panel('Diagrams', data.xy.map(xyChart));
 panel('Signals', data.plots.map(signalChart));
 panel('Passed checks', data.checks.filter((it) => it.passed).map(checkChart));
@@ -696,6 +714,9 @@ document.addEventListener('keydown', (event) => {
 // A link may name the time: report.html#t=12.5.
 const named = /^#t=([0-9.]+)$/.exec(location.hash);
 const failed = data.checks.find((it) => !it.passed);
-const worst = failed && [failed.first, failed.at].find((it) => it !== null);
-setTime(named ? Number(named[1]) : worst !== undefined && worst !== null && failed ? worst : data.stages.length ? data.stages[0][0] : FIRST);
+const worst = failed && (failed.first ?? failed.at);
+const stages = data.stages.filter((it) => it[1] !== END);
+const opening = named ? Number(named[1]) : failed ? worst ?? FIRST : stages.length ? stages[stages.length - 1][0] : FIRST;
+setTime(opening);
+if (test && !failed && !named) { zoom.value = 'test'; setSpan(test[1], test[0]); }
 })();

@@ -6,7 +6,7 @@ use super::harness::Lab;
 use super::python::python;
 
 tests! {
-    the_page_of_a_run_is_played_in_a_browser: Compiler, Browser,
+    the_page_of_a_run_is_played_in_a_browser: Compiler + Browser,
     the_page_of_a_long_run_is_small: Compiler,
 }
 

@@ -46,7 +46,14 @@ pub fn script_json(json: &str) -> Markup {
     let mut escaped = String::with_capacity(json.len());
     for character in json.chars() {
         match character {
-            '<' | '>' | '&' | '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+            '<'
+            | '>'
+            | '&'
+            | '\u{61c}'
+            | '\u{200e}'
+            | '\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2066}'..='\u{2069}' => {
                 let _ = write!(escaped, "\\u{:04x}", u32::from(character));
             }
             other if other.is_control() => {

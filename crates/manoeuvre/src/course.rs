@@ -24,7 +24,8 @@ impl Manoeuvre {
             let place = channels.iter().position(|it| *it == channel)?;
             inputs.get(place)?.get(begin).copied()
         };
-        let [east, north, heading] = [value(Channel::East)?, value(Channel::North)?, value(Channel::Heading)?];
+        let [east, north, heading] =
+            [value(Channel::East)?, value(Channel::North)?, value(Channel::Heading)?];
         let sign = self.common.direction.left_positive_sign();
         let on_ground = |[x, y]: [f64; 2]| {
             let [along, across] = rotate_into_frame([x, sign * y], -heading);
@@ -66,7 +67,8 @@ mod tests {
     #[test]
     fn cones_stand_where_the_test_began_and_on_the_side_of_its_direction() {
         // v_x, v_y, r, a_y, X, Y, psi: the test begins at the second row, at (5, 7) and to the north.
-        let inputs: Vec<Vec<f64>> = [20.0, 0.0, 0.0, 0.0, 5.0, 7.0, FRAC_PI_2].map(|it| vec![0.0, it]).to_vec();
+        let inputs: Vec<Vec<f64>> =
+            [20.0, 0.0, 0.0, 0.0, 5.0, 7.0, FRAC_PI_2].map(|it| vec![0.0, it]).to_vec();
         let phase = [0.0, 1.0];
         for (direction, left) in [(Direction::Left, 1.0), (Direction::Right, -1.0)] {
             let course = manoeuvre(direction, Arc::new(LaneChange::default()));
@@ -74,7 +76,10 @@ mod tests {
             assert_eq!(course.cones.len(), 30);
             // The lead is 20 m; the first lane is 1.1 * 1.8 m + 0.25 m wide.
             let [east, north] = course.cones[0];
-            assert!((north - 27.0).abs() < 1e-9 && (east - 5.0 - left * 1.115).abs() < 1e-9, "{east} {north}");
+            assert!(
+                (north - 27.0).abs() < 1e-9 && (east - 5.0 - left * 1.115).abs() < 1e-9,
+                "{east} {north}"
+            );
             let last = course.path.last().expect("a path");
             assert!((last[1] - 27.0).abs() > 100.0, "{last:?}");
         }

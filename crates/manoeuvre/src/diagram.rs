@@ -11,6 +11,8 @@ pub struct TestDiagram {
     pub y_label: &'static str,
     /// What the axis to the right has.
     pub x_scale: DiagramScale,
+    /// The ends of the axis upwards; those of the layers without it.
+    pub y_range: Option<[f64; 2]>,
     /// From back to front.
     pub layers: Vec<TestDiagramLayer>,
 }
@@ -63,13 +65,19 @@ impl TestDiagram {
     /// An empty diagram.
     #[must_use]
     pub fn new(title: &str, x_scale: DiagramScale, [x_label, y_label]: [&'static str; 2]) -> Self {
-        TestDiagram { title: title.to_owned(), x_label, y_label, x_scale, layers: Vec::new() }
+        TestDiagram { title: title.to_owned(), x_label, y_label, x_scale, y_range: None, layers: Vec::new() }
     }
 
     /// A diagram over time.
     #[must_use]
     pub fn over_time(title: &str, y_label: &'static str) -> Self {
         Self::new(title, DiagramScale::Time, ["time [s]", y_label])
+    }
+
+    /// The same with given ends of the axis upwards.
+    #[must_use]
+    pub fn with_y_range(self, range: [f64; 2]) -> Self {
+        TestDiagram { y_range: Some(range), ..self }
     }
 
     /// Adds a layer whose points have no time.

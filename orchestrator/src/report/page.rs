@@ -60,7 +60,15 @@ impl RunReport {
             RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
         };
         let title = &self.title;
-        html_page::render_page(&RunReportPage { title, headline, report: self, source, failed, passed, player })
+        html_page::render_page(&RunReportPage {
+            title,
+            headline,
+            report: self,
+            source,
+            failed,
+            passed,
+            player,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 a car. Arguments: the browser, both pages, and a text of others that the first page has as the name of a check."""
 
 import pathlib
+import shutil
 import sys
 
 from playwright.sync_api import sync_playwright
@@ -107,13 +108,13 @@ def run_without_car(browser):
 def read_without_script(browser):
     """The way and the checks are there."""
     watched = Watched(browser, WITH_CAR, java_script_enabled=False)
-    assert watched.page.locator("figure.still svg").is_visible()
+    assert watched.page.locator("figure.still > svg").is_visible()
     assert watched.page.locator("table.checks").first.is_visible()
     watched.finish()
 
 
 with sync_playwright() as playwright:
-    browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox", "--disable-gpu"])
+    browser = playwright.chromium.launch(executable_path=shutil.which(BROWSER), args=["--no-sandbox", "--disable-gpu"])
     drive(browser)
     run_without_car(browser)
     read_without_script(browser)

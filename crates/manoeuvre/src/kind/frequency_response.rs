@@ -429,7 +429,7 @@ impl ManoeuvreKind for FrequencyResponse {
             let bandwidth = values.get_number(&format!("{name}_bandwidth"));
             let mark = format!("bandwidth {:.2} Hz", bandwidth.unwrap_or(f64::NAN));
             diagram(title, y_label)
-                .with_layer("3 dB below the first one", DiagramLayerKind::Reference, ends)
+                .with_layer("3 dB below the lowest frequency", DiagramLayerKind::Reference, ends)
                 .with_layer("gain", DiagramLayerKind::Curve, gain)
                 .with_mark(mark, bandwidth.map(|frequency| [frequency, low]))
         };
@@ -438,16 +438,17 @@ impl ManoeuvreKind for FrequencyResponse {
             diagram(title, "phase [deg]").with_layer("phase", DiagramLayerKind::Curve, curve(name, degrees))
         };
         vec![
-            gain("Gain of the yaw rate (ISO 7401)", "yaw rate / road-wheel angle [1/s]", "yaw_rate", 1.0),
+            gain("Yaw rate over road-wheel angle (ISO 7401)", "gain [1/s]", "yaw_rate", 1.0),
             phase("Phase of the yaw rate (ISO 7401)", "yaw_rate_phase"),
             gain(
-                "Gain of the lateral acceleration (ISO 7401)",
-                "a_y / road-wheel angle [m/s2/deg]",
+                "Lateral acceleration over road-wheel angle (ISO 7401)",
+                "gain [m/s2/deg]",
                 "lateral_acceleration",
                 degrees.recip(),
             ),
             phase("Phase of the lateral acceleration (ISO 7401)", "lateral_acceleration_phase"),
             diagram("Coherence (ISO 7401)", "coherence [1]")
+                .with_y_range([0.0, 1.05])
                 .with_layer("yaw rate", DiagramLayerKind::Curve, curve("yaw_rate_coherence", 1.0))
                 .with_layer(
                     "lateral acceleration",

@@ -261,7 +261,11 @@ impl ManoeuvreKind for SteadyCircle {
         let diagram = |title, y| TestDiagram::new(title, DiagramScale::Linear, axes(y));
         vec![
             diagram("Steering over lateral acceleration (ISO 4138)", "road-wheel angle [deg]")
-                .with_timed_layer("L r / v_x, without slip angles", DiagramLayerKind::Reference, curve(&rolling))
+                .with_timed_layer(
+                    "L r / v_x, without slip angles",
+                    DiagramLayerKind::Reference,
+                    curve(&rolling),
+                )
                 .with_timed_layer("delta", DiagramLayerKind::Curve, curve(&steer))
                 .with_timed_layer(
                     "delta - L r / v_x",

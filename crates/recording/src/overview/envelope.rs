@@ -114,7 +114,9 @@ mod tests {
         let all: Vec<_> = envelopes.extremes(0).collect();
         assert_eq!((all.len(), all[2]), (7, [9.0, -7.0]));
         assert_eq!(envelopes.extremes(1).nth(2), Some([-9.0, 7.0]));
-        assert!(all.iter().enumerate().all(|(bucket, it)| bucket == 2 || *it == [0.0, 0.2] || *it == [0.2, 0.0]));
+        assert!(
+            all.iter().enumerate().all(|(bucket, it)| bucket == 2 || *it == [0.0, 0.2] || *it == [0.2, 0.0])
+        );
     }
 
     #[test]

@@ -5,7 +5,6 @@ use re_sdk_types::archetypes::LineStrips3D;
 use recording::view::{TrackEdges, road_edges};
 use recording::{RecordedVariables, Row, ThinnedSamples};
 
-
 const EDGE: [u8; 3] = [205, 205, 205];
 /// Half the width of the line that marks an edge [m].
 const RADIUS: f32 = 0.08;

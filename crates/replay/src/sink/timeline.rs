@@ -4,7 +4,6 @@ use re_sdk::log::TimeColumn;
 use recording::view::DistanceSource;
 use recording::{RecordedVariables, Row, ThinnedSamples};
 
-
 /// Timeline of the simulated time.
 pub(super) const TIME: &str = "sim_time";
 /// Timeline of the distance, in whole centimetres.

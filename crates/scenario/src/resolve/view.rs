@@ -9,9 +9,7 @@ use recording::view::{
     BodyArrow, DistanceSource, GraphNode, NodeGraph, PlotLimit, PoseColumns, ReplayView, RowQuantity,
     TrackEdges, XyPlot, XyPlotFunction, XyPlotPoint, road_edges,
 };
-use recording::{
-    Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection,
-};
+use recording::{Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection};
 
 use super::plots::{plots_by_unit, resolve_plot};
 use super::quantity::SignalScope;
@@ -20,6 +18,8 @@ use crate::document::{self, Scenario};
 
 /// A graph of more nodes shows nothing.
 const MOST_NODES: usize = 100;
+/// The usual name of the road-wheel angle of a car.
+const STEER: &str = "delta";
 /// Default positions of the axles ahead of the position, in lengths of the body.
 const AXLES: [f64; 2] = [0.30, -0.29];
 
@@ -89,12 +89,15 @@ pub fn usual_pose(columns: &Columns<RecordedVariables>) -> Option<PoseColumns> {
             Some((column.node.as_str(), x?, y?, heading?))
         });
     let (node, x, y, heading) = bodies.next()?;
+    let steer = columns.number_columns().find(|(_, column)| {
+        column.node == node && column.variable == STEER && column.unit.as_deref() == Some("rad")
+    });
     let length = document::Pose::DEFAULT_LENGTH;
     bodies.next().is_none().then(|| PoseColumns {
         x,
         y,
         heading,
-        steer: None,
+        steer: steer.map(|(index, _)| index),
         speed: find(node, Channel::ForwardSpeed),
         length,
         width: document::Pose::DEFAULT_WIDTH,

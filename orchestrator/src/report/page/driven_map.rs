@@ -29,6 +29,13 @@ pub struct DrivenMap<'a> {
     pub course: &'a [[f64; 2]],
 }
 
+/// So many of the points at even distances, and the last one.
+pub fn thinned_points<T: Copy>(points: &[T], limit: usize) -> Vec<T> {
+    let stride = points.len().div_ceil(limit).max(1);
+    let last = points.last().filter(|_| !(points.len() - 1).is_multiple_of(stride));
+    points.iter().step_by(stride).chain(last).copied().collect()
+}
+
 /// The map, a metre as long to the right as upwards.
 pub fn driven_map(shown: &DrivenMap) -> Markup {
     let way: Vec<[f64; 2]> = shown.poses.iter().map(|pose| pose.position).collect();
@@ -47,7 +54,8 @@ pub fn driven_map(shown: &DrivenMap) -> Markup {
     let extent = [0, 1].map(|axis: usize| (1.0 + 2.0 * AROUND) * (high[axis] - low[axis]).max(0.0) + 5.0);
     let height = (extent[1] * width / extent[0]).clamp(HEIGHTS[0], HEIGHTS[1]);
     let scale = (width / extent[0]).min(height / extent[1]);
-    let center = [0, 1].map(|axis: usize| if low[axis] <= high[axis] { 0.5 * (low[axis] + high[axis]) } else { 0.0 });
+    let center =
+        [0, 1].map(|axis: usize| if low[axis] <= high[axis] { 0.5 * (low[axis] + high[axis]) } else { 0.0 });
     let axis = |label, center: f64, length: f64| {
         PlotAxis::linear(label, center - 0.5 * length / scale, center + 0.5 * length / scale)
     };
@@ -60,27 +68,30 @@ pub fn driven_map(shown: &DrivenMap) -> Markup {
     for (value, text) in x_axis.ticks(width, SPACING, |text| LETTER * text.chars().count() as f64) {
         let x = left + x_axis.relative_position(value) * width;
         let _ = writeln!(svg, r#"<path class="grid" d="M{x:.1} {top}V{:.1}"/>"#, top + height);
-        let _ = writeln!(svg, r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#, top + height + 16.0);
+        let _ =
+            writeln!(svg, r#"<text class="tick" x="{x:.1}" y="{:.1}">{text}</text>"#, top + height + 16.0);
     }
     for (value, text) in y_axis.ticks(height, 0.5 * SPACING, |_| 12.0) {
         let y = top + (1.0 - y_axis.relative_position(value)) * height;
         let _ = writeln!(svg, r#"<path class="grid" d="M{left} {y:.1}H{:.1}"/>"#, left + width);
-        let _ = writeln!(svg, r#"<text class="tick end" x="{:.1}" y="{:.1}">{text}</text>"#, left - 7.0, y + 4.0);
+        let _ =
+            writeln!(svg, r#"<text class="tick end" x="{:.1}" y="{:.1}">{text}</text>"#, left - 7.0, y + 4.0);
     }
     let (middle, below) = (left + 0.5 * width, full - 8.0);
     let _ = writeln!(svg, r#"<text class="label" x="{middle:.1}" y="{below:.1}">X [m]</text>"#);
     let beside = top + 0.5 * height;
-    let _ = writeln!(svg, r#"<text class="label" transform="translate(13 {beside:.1}) rotate(-90)">Y [m]</text>"#);
+    let _ = writeln!(
+        svg,
+        r#"<text class="label" transform="translate(13 {beside:.1}) rotate(-90)">Y [m]</text>"#
+    );
     let _ = writeln!(svg, r#"<svg x="{left}" y="{top}" width="{width}" height="{height:.1}">"#);
     let place = |[x, y]: [f64; 2]| {
         [x_axis.relative_position(x) * width, (1.0 - y_axis.relative_position(y)) * height]
     };
     let mut line = |points: &[[f64; 2]], class: &str| {
         let mut path = String::new();
-        let stride = points.len().div_ceil(MOST_POINTS).max(1);
-        let last = points.last().filter(|_| points.len() % stride != 1 % stride);
-        for point in points.iter().step_by(stride).chain(last) {
-            let [x, y] = place(*point);
+        for point in thinned_points(points, MOST_POINTS) {
+            let [x, y] = place(point);
             if x.is_finite() && y.is_finite() {
                 let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
             }
@@ -95,7 +106,9 @@ pub fn driven_map(shown: &DrivenMap) -> Markup {
     for [x, y] in shown.cones.iter().map(|cone| place(*cone)) {
         let _ = writeln!(svg, r#"<circle class="dot c1" cx="{x:.1}" cy="{y:.1}" r="2.5"/>"#);
     }
-    if let Some([x, y]) = way.first().map(|point| place(*point)).filter(|it| it.iter().all(|it| it.is_finite())) {
+    if let Some([x, y]) =
+        way.first().map(|point| place(*point)).filter(|it| it.iter().all(|it| it.is_finite()))
+    {
         let _ = writeln!(svg, r#"<circle class="dot c2" cx="{x:.1}" cy="{y:.1}" r="4.5"/>"#);
     }
     Safe(format!("{svg}</svg>\n</svg>\n"))

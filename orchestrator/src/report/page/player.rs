@@ -13,7 +13,7 @@ use recording::view::CurveRole;
 use serde::Serialize;
 
 use super::RunPictures;
-use super::driven_map::{DrivenMap, driven_map};
+use super::driven_map::{DrivenMap, driven_map, thinned_points};
 use super::pictures::{trace_names, worst_trace_value};
 use quantized::QuantizedValues;
 
@@ -52,6 +52,9 @@ struct PlayerData<'a> {
     road: Vec<[QuantizedValues; 2]>,
     cones: Vec<[f64; 2]>,
     course: Vec<[QuantizedValues; 2]>,
+    /// What the tests are called.
+    tests: Vec<&'a str>,
+    /// Their stages, each with its beginning [s].
     stages: Vec<(f64, &'a str)>,
     /// Duration of a bucket of a curve [s], and its communication points.
     bucket: (f64, usize),
@@ -127,6 +130,8 @@ struct DiagramData<'a> {
     title: &'a str,
     labels: [&'a str; 2],
     scale: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<[f64; 2]>,
     layers: Vec<LayerData<'a>>,
 }
 
@@ -175,8 +180,13 @@ impl RunPlayer {
         let data = PlayerData {
             time: [first, last, overview.step],
             road: road.iter().filter(|edge| edge.len() > 1).map(|edge| line_data(edge)).collect(),
-            cones: if car.is_some() { cones.iter().map(|it| it.map(round_to_centimetres)).collect() } else { Vec::new() },
+            cones: if car.is_some() {
+                cones.iter().map(|it| it.map(round_to_centimetres)).collect()
+            } else {
+                Vec::new()
+            },
             course: courses.clone().filter(|it| !it.path.is_empty()).map(|it| line_data(&it.path)).collect(),
+            tests: pictures.tests.iter().map(|test| test.title).collect(),
             stages: pictures
                 .tests
                 .iter()
@@ -190,12 +200,17 @@ impl RunPlayer {
             checks: checks_data(&spans, checks),
             faults: fault_spans(&spans),
             diagrams: pictures.tests.iter().flat_map(|test| &test.diagrams).map(diagram_data).collect(),
-            xy: if car.is_some() || !overview.xy_points.is_empty() { xy_data(overview) } else { Vec::new() },
+            xy: xy_data(overview),
             car,
         };
         let path: Vec<_> = courses.flat_map(|course| course.path.iter().copied()).collect();
         let map = overview.has_body().then(|| {
-            driven_map(&DrivenMap { poses: overview.poses.samples(), road: &road, cones: &cones, course: &path })
+            driven_map(&DrivenMap {
+                poses: overview.poses.samples(),
+                road: &road,
+                cones: &cones,
+                course: &path,
+            })
         });
         let resolution = resolution_text(overview);
         let json = serde_json::to_string(&data).unwrap_or_default();
@@ -239,13 +254,6 @@ fn resolution_text(overview: &RunOverview) -> String {
 
 fn round_to_centimetres(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
-}
-
-/// So many of the points at even distances, and the last one.
-fn thinned_points<T: Copy>(points: &[T], limit: usize) -> Vec<T> {
-    let stride = points.len().div_ceil(limit).max(1);
-    let last = points.last().filter(|_| (points.len() - 1) % stride != 0);
-    points.iter().step_by(stride).chain(last).copied().collect()
 }
 
 fn line_data(points: &[[f64; 2]]) -> [QuantizedValues; 2] {
@@ -330,7 +338,9 @@ fn checks_data<'a>(spans: &[StatusSpan], checks: &'a [CheckVerdict]) -> Vec<Chec
         let points = check.trace.points();
         let [value, limit] = [0, 1].map(|of| {
             [0, 1].map(|end| {
-                QuantizedValues::new(points.iter().map(|point| if of == 0 { point.value[end] } else { point.limit[end] }))
+                QuantizedValues::new(
+                    points.iter().map(|point| if of == 0 { point.value[end] } else { point.limit[end] }),
+                )
             })
         });
         CheckData {
@@ -381,6 +391,7 @@ fn diagram_data(diagram: &TestDiagram) -> DiagramData<'_> {
             DiagramScale::Logarithmic => "logarithmic",
             DiagramScale::Time => "time",
         },
+        range: diagram.y_range,
         layers: layers.collect(),
     }
 }

@@ -28,7 +28,11 @@ impl QuantizedValues {
         let [low, high] = ends.unwrap_or_default();
         let size = low.abs().max(high.abs());
         // Between numbers of one size the digits of one of them serve.
-        let step = if high > low { (high / STEPS - low / STEPS).max(f64::MIN_POSITIVE) } else { size / (1e3 * STEPS) };
+        let step = if high > low {
+            (high / STEPS - low / STEPS).max(f64::MIN_POSITIVE)
+        } else {
+            size / (1e3 * STEPS)
+        };
         let digits = if step > 0.0 { step.log10().floor() as i32 } else { 0 };
         let coarsest = if size > 0.0 { size.log10().floor() as i32 - MOST_DIGITS } else { digits };
         Self::with_digits(values, digits.max(coarsest))
@@ -71,7 +75,10 @@ mod tests {
             let range = values.iter().fold(0.0_f64, |range, it| range.max((it - values[0]).abs()));
             for (value, restored) in values.iter().zip(restored(&values)) {
                 let error = (restored.expect("a number") - value).abs();
-                assert!(error <= range / 4_000.0 + 1e-6 * value.abs() * f64::from(range == 0.0), "{values:?}: {error}");
+                assert!(
+                    error <= range / 4_000.0 + 1e-6 * value.abs() * f64::from(range == 0.0),
+                    "{values:?}: {error}"
+                );
             }
         }
     }
@@ -79,6 +86,9 @@ mod tests {
     #[test]
     fn what_is_no_number_is_null() {
         assert_eq!(restored(&[f64::NAN, 1.0, f64::INFINITY]), [None, Some(1.0), None]);
-        assert_eq!(serde_json::to_string(&QuantizedValues::new([f64::NAN].into_iter())).expect("JSON"), r#"{"e":0,"o":0,"v":[null]}"#);
+        assert_eq!(
+            serde_json::to_string(&QuantizedValues::new([f64::NAN].into_iter())).expect("JSON"),
+            r#"{"e":0,"o":0,"v":[null]}"#
+        );
     }
 }
