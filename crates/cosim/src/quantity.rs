@@ -35,7 +35,7 @@ impl Quantity {
     pub fn split_text(text: &str) -> Option<(f64, &str)> {
         let text = text.trim();
         let begins = |text: &str, fits: fn(char) -> bool| text.chars().next().is_some_and(fits);
-        if !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) {
+        if !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) || text.parse::<f64>().is_ok() {
             return None;
         }
         // The longest number counts.

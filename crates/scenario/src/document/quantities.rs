@@ -194,8 +194,8 @@ mod tests {
                 &["0.05"],
             ),
             (
-                "[[table]]\n[table.columns]\nv = { column = \"v\", unit = \"km/h\", offset = \"1 m/s\" }",
-                &["3.6"],
+                "[[table]]\n[table.columns]\nv = { column = \"v\", unit = \"km/h\", offset = \"10 m/s\" }",
+                &["36.0"],
             ),
             ("title = \"100 km/h\"\n[[fmu]]\nstart = { v = \"100 km/h\" }", &[]),
         ] {

@@ -83,7 +83,9 @@ pub(super) fn check_unique_names(scenario: &Scenario) -> Result<(), Error> {
     let drivers = document.manoeuvre.iter().map(|it| (it.driver_node_name(), it.driver_or_name().span()));
     let named = fmus.chain(tables).map(|word| (word.get_ref().as_str(), word.span()));
     let mut nodes: Vec<_> = signals.chain(named).chain(drivers).collect();
-    nodes.sort_by_key(|(_, span)| span.start);
+    // What the scenario extends was there first.
+    let own = scenario.source.files().next().map_or(0, |file| file.text.len());
+    nodes.sort_by_key(|(_, span)| (span.start <= own, span.start));
     let mut names = HashSet::new();
     let twice = nodes.into_iter().filter(|(name, _)| !names.insert(*name)).map(|(name, span)| {
         let message = format!("there are two nodes called `{name}`");

@@ -87,8 +87,7 @@ pub(super) fn unit_help(scenario: &Scenario, signal: &str, example: &str) -> Str
             "say which unit `{signal}` has: {advice} in the column `{variable}` of [[table]] `{node}`"
         );
     }
-    let advice = unit_advice(variable, example, None);
-    format!("say which unit `{signal}` has: {advice} in [[signal]] `{signal}`")
+    format!("say which unit `{signal}` has: unit = \"{example}\" in [[signal]] `{signal}`")
 }
 
 /// The same for a column of a table, by its name in the file and its largest value.
