@@ -25,7 +25,10 @@ fn run_in(lab: &Lab, test: &str) {
         let text = std::fs::read_to_string(path).expect("a scenario");
         let text = text.replace("crate = \"plant-fmu\"", "path = \"plant.fmu\"");
         let text = text.replace("crate = \"controller\"", "path = \"controller.fmu\"");
-        lab.write(&format!("{scenario}.toml"), text.replace("crate = \"estimator\"", "path = \"estimator.fmu\""));
+        lab.write(
+            &format!("{scenario}.toml"),
+            text.replace("crate = \"estimator\"", "path = \"estimator.fmu\""),
+        );
     }
     python().run("session.py", &[test.into(), lab.path("")]);
 }

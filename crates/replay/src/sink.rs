@@ -24,6 +24,7 @@ mod arrows;
 mod axis;
 mod cameras;
 mod card;
+mod chart_sizes;
 mod comparison_drawing;
 mod decimation;
 mod diagrams;

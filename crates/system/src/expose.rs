@@ -219,8 +219,13 @@ pub fn build_fmu_interface(
         ..FmuCapabilities::default()
     };
     let ExposedVariableList { variables, described, left_out } = list;
-    let interface =
-        ScenarioFmuInterface { name: choice.name.clone(), guid: String::new(), step: clock.step, variables, session: None };
+    let interface = ScenarioFmuInterface {
+        name: choice.name.clone(),
+        guid: String::new(),
+        step: clock.step,
+        variables,
+        session: None,
+    };
     Ok((interface, DescriptionTable { info, variables: described, capabilities, arrays: false }, left_out))
 }
 

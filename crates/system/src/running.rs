@@ -309,7 +309,10 @@ fn attach_input_values(
             plan.connections.get_mut(place)
         });
         let Some(link) = link else {
-            return Err(Error::invalid_input(format!("the scenario has no connected input `{}`", exposed.name)));
+            return Err(Error::invalid_input(format!(
+                "the scenario has no connected input `{}`",
+                exposed.name
+            )));
         };
         let input = InputValue::default();
         link.input_chain.faults.push(input.to_input_fault());

@@ -174,6 +174,7 @@ fn overlay_charts(time_gap: Option<&String>, charts: Vec<TimeChart>, more: Vec<T
             role: CurveRole::Other,
             stepped: false,
             bound: false,
+            limit_of: None,
         };
         let title = format!("{title} [s]");
         let group = charts.first().and_then(|chart| chart.group.clone());

@@ -19,6 +19,7 @@ use recording::AnalysisColumns;
 use recording::view::CurveRole;
 
 use super::cameras::{chase_camera_view, map_view};
+use super::chart_sizes::divide_by_size;
 use super::diagrams::{AnalysisDiagrams, DiagramGroup};
 use super::legend::ChartLegend;
 use super::palette::{CurvePalette, with_opacity};
@@ -79,8 +80,9 @@ impl ViewerLayout {
         }
     }
 
-    /// Fits the axes to the values of the entities. Until then the viewer chooses their ends.
+    /// Fits plots and axes to the values of the entities. Until then the viewer chooses the ends of axes.
     pub fn fit_axes(&mut self, span: impl Fn(&EntityPath) -> Option<[f64; 2]>) {
+        self.charts = divide_by_size(std::mem::take(&mut self.charts), &span);
         for chart in &mut self.charts {
             let spans: Vec<_> = chart.lines.iter().map(|line| span(&line.path)).collect();
             spans.into_iter().for_each(|span| chart.widen_range(span));

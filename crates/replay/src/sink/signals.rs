@@ -27,6 +27,15 @@ pub(super) struct ChartCurve {
     pub stepped: bool,
     /// Whether it is a side of the band around the line of the same label.
     pub bound: bool,
+    /// Of a limit, the label of the curve that it is for.
+    pub limit_of: Option<String>,
+}
+
+impl ChartCurve {
+    /// The label of the curve that it belongs to.
+    pub fn owner_label(&self) -> &str {
+        self.limit_of.as_deref().unwrap_or(&self.label)
+    }
 }
 
 /// One plot, as the layout needs it.
@@ -193,6 +202,7 @@ pub(super) fn derived_charts(derived: &AnalysisColumns) -> Vec<TimeChart> {
             role: CurveRole::Other,
             stepped: false,
             bound: false,
+            limit_of: None,
         };
         let known = charts.iter().position(|chart| chart.title == title);
         let index = known.unwrap_or_else(|| {
@@ -289,6 +299,7 @@ fn plan_chart(
             role: it.role,
             stepped: interpolation == Interpolation::Hold,
             bound: it.bound,
+            limit_of: None,
         });
     }
     let (title, group) = (plot.title.clone(), plot.group.clone());
@@ -318,6 +329,7 @@ fn add_limits(
                 role: CurveRole::Limit,
                 stepped: false,
                 bound: false,
+                limit_of: Some(series.label.clone()),
             });
         }
     }

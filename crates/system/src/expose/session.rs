@@ -9,9 +9,7 @@ use recording::{Column, ValueKind, VariableDirection};
 use scenario::plan::RunPlan;
 use serde::Serialize;
 
-use super::{
-    ChosenInput, ExposedVariableList, candidate_inputs, initial_source_value, unknown_name_error,
-};
+use super::{ChosenInput, ExposedVariableList, candidate_inputs, initial_source_value, unknown_name_error};
 use crate::interface::{ExposedVariable, ExposedVariableRole, ScenarioFmuInterface, SessionSettings};
 
 /// What a session knows of its scenario.
@@ -114,14 +112,19 @@ pub fn free_input_names(system: &System, tunable: &[String]) -> Result<Vec<Strin
     for name in tunable {
         if !parameters.iter().any(|it| it.name == *name) {
             let known = parameters.iter().map(|it| it.name.as_str());
-            mistakes.push(unknown_name_error("--tunable", "tunable parameter without a connection", name, known));
+            mistakes.push(unknown_name_error(
+                "--tunable",
+                "tunable parameter without a connection",
+                name,
+                known,
+            ));
         }
     }
     mistakes.into_result()?;
     let is_input = |name: &String, tunable_parameter: bool| !tunable_parameter || tunable.contains(name);
-    let free = candidates.into_iter().filter(|it| {
-        it.inner.is_some() && is_free(&it.name) && is_input(&it.name, it.tunable)
-    });
+    let free = candidates
+        .into_iter()
+        .filter(|it| it.inner.is_some() && is_free(&it.name) && is_input(&it.name, it.tunable));
     Ok(free.map(|it| it.name).collect())
 }
 
@@ -187,9 +190,8 @@ impl SessionVariableList {
         let mut parameters = ExposedVariableList::default();
         parameters.add_parameters(system, plan);
         for (exposed, about) in parameters.variables.into_iter().zip(parameters.described) {
-            let (kind, text) = (exposed.start.kind().into(), |text: &str| {
-                (!text.is_empty()).then(|| text.to_owned())
-            });
+            let (kind, text) =
+                (exposed.start.kind().into(), |text: &str| (!text.is_empty()).then(|| text.to_owned()));
             let described = SessionVariable {
                 name: exposed.name.clone(),
                 kind,

@@ -180,8 +180,9 @@ impl ScenarioInstance {
     }
 
     pub(crate) fn state_from_bytes(&mut self, bytes: &[u8]) -> FmiResult<SavedInstance> {
-        let SerialisedInstance { guid, course, values, inputs, stale, parts } = postcard::from_bytes(bytes)
-            .or_else(|error| reject(format!("these bytes are no FMU state: {error}")))?;
+        let SerialisedInstance { guid, course, values, inputs, stale, parts } =
+            postcard::from_bytes(bytes)
+                .or_else(|error| reject(format!("these bytes are no FMU state: {error}")))?;
         if guid != self.interface.guid {
             let own = &self.interface.guid;
             return reject(format!("expected a state of {own}, found one of {guid}"));
