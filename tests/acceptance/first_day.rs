@@ -252,11 +252,12 @@ fn the_page_on_ci_runs_in_a_virtual_environment_without_a_compiler() {
     lab.write("scenarios/cruise.toml", scenario);
 
     let page = std::fs::read_to_string(root.join("docs/ci.md")).expect("a page");
+    std::fs::create_dir(lab.path("home")).expect("an empty home");
     let programs = ["venv/bin", "usr/bin"].map(|name| lab.path(name).display().to_string());
     let shell = |line: &str| {
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", line]).current_dir(lab.path("")).env_clear();
-        shell.env("HOME", lab.path("elsewhere")).env("PATH", programs.join(":"));
+        shell.env("HOME", lab.path("home")).env("PATH", programs.join(":"));
         Ended::of(shell.output().expect("a shell"))
     };
     for tool in ["cargo", "cc", "gcc"] {

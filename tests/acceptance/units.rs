@@ -140,9 +140,10 @@ fn an_analysis_gets_no_signal_without_a_unit() {
     ]);
     let table =
         "[analysis.table]\npath = \"log.csv\"\ntime = \"t\"\ncolumns = { speed = { column = \"v\" } }\n";
-    run(&lab, &format!("{head}{table}"))
-        .expect(2)
-        .says(&["`speed` is wanted in [m/s], and `v` has no unit", "unit = \"m/s\" in the column `speed`"]);
+    run(&lab, &format!("{head}{table}")).expect(2).says(&[
+        "`speed` is wanted in [m/s], and `v` has no unit",
+        "unit = \"m/s\", or \"km/h\" if its numbers are in km/h, in the column `speed`",
+    ]);
 }
 
 /// The relay with these attributes of its real numbers, among declared types.
