@@ -94,7 +94,8 @@ fn a_grid_has_every_combination_with_units_margins_and_collected_values() {
     assert!((margins[0] - 12.0).abs() < 1e-9 && (margins[5] + 6.0).abs() < 1e-9, "{margins:?}");
     assert_eq!(numbers(&table, "steps"), [10.0; 6]);
     let page = lab.read("plan/sweep.html");
-    assert!(page.contains("trackside replay plan/3"), "the page names the worst variant");
+    assert!(page.contains("<td>low: smallest margin</td>"), "the page names the worst case");
+    assert!(page.contains("trackside replay plan/0"), "and how to run a variant again");
 }
 
 fn any_number_of_jobs_and_any_chunks_give_the_same_table() {
