@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn lines_to_paste_have_the_sizes_with_their_reasons() {
         let lines = tube_toml(&outcome(false)).expect("lines");
-        let entries = "  { signals = [\"plant.r\"], absolute = 0.013 }, # largest deviation 1.234e-2 rad/s at 0.75 s\n  \
+        let entries = "  { signals = [\"plant.r\"], absolute = 0.013 }, # largest deviation 0.01234 rad/s at 0.75 s\n  \
                        { signals = [\"plant.gear\"], time = 0.02 }, # s; values that are equal or not may change earlier or later by this much\n";
         let rest = "# no tube holds plant.mode: 1 instead of 2 at 0.750 s\n";
         assert_eq!(lines, format!("# in the [[baseline]] called as before\ntubes = [\n{entries}]\n{rest}"));

@@ -15,21 +15,17 @@ const RELATIONS: [&str; 6] = ["<", "<=", ">", ">=", "==", "!="];
 #[must_use]
 pub fn comparison_sides(text: &str) -> Option<[&str; 2]> {
     let tokens = tokenize(text).ok()?;
-    let (mut depth, mut found) = (0_u32, None);
+    let (mut depth, mut relations) = (0_u32, Vec::new());
     for (token, range) in &tokens {
         match token {
             Token::Symbol("(") => depth += 1,
             Token::Symbol(")") => depth = depth.checked_sub(1)?,
             Token::Symbol("and" | "or" | "not") if depth == 0 => return None,
-            Token::Symbol(symbol) if depth == 0 && RELATIONS.contains(symbol) => {
-                if found.replace(range.clone()).is_some() {
-                    return None;
-                }
-            }
+            Token::Symbol(symbol) if depth == 0 && RELATIONS.contains(symbol) => relations.push(range),
             _ => {}
         }
     }
-    let relation = found?;
+    let [relation] = relations[..] else { return None };
     let sides = [&text[..relation.start], &text[relation.end..]].map(str::trim);
     sides.iter().all(|side| !side.is_empty()).then_some(sides)
 }

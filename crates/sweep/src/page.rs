@@ -229,6 +229,11 @@ impl VariantColumn<'_> {
         }
     }
 
+    /// Whether its digits stand below each other.
+    fn is_number(&self) -> bool {
+        matches!(self.column.values, SweepColumnValues::Numbers(_) | SweepColumnValues::Integers(_))
+    }
+
     /// The text of the row at a place in the table.
     fn text_at(&self, place: &usize) -> &str {
         self.texts.get(*place).map_or("", String::as_str)

@@ -316,7 +316,7 @@ mod tests {
             ],
         };
         let shown = VariantTable::new(&table, 20, false).to_text(100);
-        let expected = "  #  name   verdict  plant.k  square\n                       [kN/m]    [N²]\n  0  stock  passed      20.0   4.0 ↑\n  1  sport  failed      25.5   1.5 ↓\n";
+        let expected = "  #  name   verdict  plant.k  square\n                      [kN/m]    [N²]\n  0  stock  passed      20.0   4.0 ↑\n  1  sport  failed      25.5   1.5 ↓\n";
         assert_eq!(shown, expected);
     }
 }

@@ -93,7 +93,7 @@ fn the_page_says_what_counts_and_runs_nothing_that_stands_in_texts() {
         "<a href=\"./variants/11/report.html\">report</a>",
         "<a href=\"./sweep.csv\">",
         "speed over plant.m",
-        "trackside replay &#39;target/my sweeps/it&#39;\\&#39;&#39;s/13&#39;",
+        "trackside replay &#39;target/my sweeps/it&#39;\\&#39;&#39;s/10&#39;",
         "&lt;script&gt;alert(1)&lt;/script&gt; \\u{1b}[0m",
         "<td>plant</td><td>fmi2DoStep</td><td class=\"number\">2.5 s</td>",
         "no order: <code>plant.path</code>",

@@ -53,6 +53,10 @@ pub fn name_with_unit(name: &str, unit: Option<&str>) -> String {
 
 /// The shortest product of powers of one derived unit and base units, if it is shorter than the base units alone.
 fn derived_text(unit: &Unit) -> Option<String> {
+    // Without a mass there is none of them: m²/s² is no force per mass.
+    if unit.exponents[0] == 0 {
+        return None;
+    }
     let length = |unit: &Unit| unit.exponents.iter().map(|it| u32::from(it.unsigned_abs())).sum::<u32>();
     let tried = DERIVED.iter().flat_map(|name| POWERS.map(|power| (*name, power)));
     let products = tried.filter_map(|(name, power)| {

@@ -49,6 +49,17 @@ impl OutcomeKind {
         }
     }
 
+    /// Of the last run.
+    fn past(self) -> &'static str {
+        match self {
+            OutcomeKind::NoChecks => "had no checks",
+            OutcomeKind::Skipped => "was skipped",
+            OutcomeKind::Error => "had an error",
+            OutcomeKind::Interrupted => "was interrupted",
+            other => other.word(),
+        }
+    }
+
     /// Whether somebody has to do something.
     #[must_use]
     pub fn is_failure(self) -> bool {
@@ -183,7 +194,9 @@ impl OutcomeChange {
             |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         match &self.before {
             None => format!("new: {now}"),
-            Some(before) if before.outcome != self.now => format!("was {}, now {now}", before.outcome.word()),
+            Some(before) if before.outcome != self.now => {
+                format!("{} before, now {now}", before.outcome.past())
+            }
             Some(_) => {
                 let new = (!self.new_failures.is_empty())
                     .then(|| format!("fails now: {}", list(&self.new_failures)));

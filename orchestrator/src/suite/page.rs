@@ -182,7 +182,9 @@ impl SuitePage<'_> {
         let scenarios = if all == 1 { "scenario" } else { "scenarios" };
         let passed = self.count_of(OutcomeKind::Passed);
         match (failed, passed) {
-            (0, passed) if passed == all && all > 1 => format!("all {all} scenarios passed"),
+            (0, 1) if all == 1 => "the scenario passed".to_owned(),
+            (1, _) if all == 1 => "the scenario failed".to_owned(),
+            (0, passed) if passed == all => format!("all {all} scenarios passed"),
             (0, 0) => format!("{all} {scenarios}: nothing was checked"),
             (0, passed) => format!("{passed} of {all} {scenarios} passed"),
             (failed, _) => format!("{failed} of {all} {scenarios} failed"),
@@ -353,7 +355,7 @@ mod tests {
             "<b>early</b>: abs(plant.Y) is 0.6 m at 0.5 s, limit 0.5 m &lt;b&gt;",
             "and 1 more check",
             "suite/lane.toml:31",
-            "was passed, now failed",
+            "passed before, now failed",
             "class=\"verdict neutral\" data-v=\"no checks\">no checks",
         ] {
             assert!(html.contains(expected), "{expected} is not in\n{html}");

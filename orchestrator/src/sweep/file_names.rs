@@ -10,3 +10,11 @@ pub(super) const GATHERED: &str = "scenario";
 pub(super) const PARTS: &str = "parts";
 /// The folder of the batches of a search.
 pub(super) const SEARCHED: &str = "searched";
+/// The table of the results.
+pub(super) const TABLE: &str = "sweep.parquet";
+/// The same as text, of a sweep that is not too large.
+pub(super) const CSV: &str = "sweep.csv";
+/// The page.
+pub(super) const PAGE: &str = "sweep.html";
+/// The summary.
+pub(super) const SUMMARY: &str = "sweep.json";

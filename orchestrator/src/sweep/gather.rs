@@ -8,6 +8,7 @@ use ::sweep::variant_table::VariantTable;
 use diagnostics::Error;
 use serde::Serialize;
 
+use super::file_names::{CSV, SUMMARY, TABLE};
 use super::notable::{NotableVariant, NotableVariants, notable_variants};
 use super::plan::SweepPlanFolder;
 use super::result_rows;
@@ -16,16 +17,8 @@ use super::worker_process::VariantCounts;
 use super::{chunk, page};
 use crate::nofollow;
 
-/// The table of a sweep.
-pub const TABLE: &str = "sweep.parquet";
-/// The same as text, of up to [`MOST_CSV_ROWS`] variants.
-pub(super) const CSV: &str = "sweep.csv";
 /// Variants of a table as text; beyond that nobody reads it, and it would be as large as all other files together.
-pub(super) const MOST_CSV_ROWS: usize = 100_000;
-/// Its page.
-pub(super) const PAGE: &str = "sweep.html";
-/// Its summary.
-const SUMMARY: &str = "sweep.json";
+const MOST_CSV_ROWS: usize = 100_000;
 
 /// What became of a sweep.
 #[derive(Debug, Serialize)]
@@ -155,7 +148,7 @@ pub fn gather_sweep_results(
         variant_lines: variant_lines(&table),
         folder: plan.folder.clone(),
     };
-    page::write_sweep_page(plan, &table, &result)?;
+    page::write_sweep_page(plan, &table, result.search.as_ref(), &result.recorded)?;
     let path = plan.folder.join(SUMMARY);
     let text = serde_json::to_string_pretty(&result)
         .map_err(|error| Error::invalid_input(format!("{}: {error}", path.display())))?;

@@ -8,8 +8,9 @@ use ::sweep::table::{self, SweepTable};
 use diagnostics::Error;
 use scenario::plan::REPORT;
 
-use super::gather::{CSV, PAGE, SweepResult, TABLE};
+use super::file_names::{CSV, PAGE, TABLE};
 use super::plan::SweepPlanFolder;
+use super::search::SearchResult;
 use crate::nofollow;
 use crate::report::PAGE as REPORT_PAGE;
 
@@ -20,18 +21,19 @@ pub(super) const RECORDED: &str = "variants";
 /// A replay renews the page of a sweep of at most so many variants: reading more takes longer than the run.
 const MOST_RENEWED: usize = 20_000;
 
-/// Writes the page of a table, with what a search found.
+/// Writes the page of a table, with what a search found, and links to the variants that are recorded afterwards.
 ///
 /// # Errors
 /// When the page cannot be written.
 pub(super) fn write_sweep_page(
     plan: &SweepPlanFolder,
     table: &SweepTable,
-    result: &SweepResult,
+    search: Option<&SearchResult>,
+    recorded: &[u64],
 ) -> Result<(), Error> {
-    let found = result.search.as_ref().map(|found| format!(" {}.", found.describe_result()));
+    let found = search.map(|found| format!(" {}.", found.describe_result()));
     let design = format!("{}{}", describe_design(&plan.metadata.design), found.unwrap_or_default());
-    write_page(plan, table, design, &result.recorded)
+    write_page(plan, table, design, recorded)
 }
 
 /// Writes the page again when a variant was replayed, so that it links its report; nothing without results, and of very many variants.

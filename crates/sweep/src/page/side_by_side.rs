@@ -2,7 +2,7 @@
 
 use units::display::number_text;
 
-use crate::table::{SweepColumn, SweepColumnValues};
+use crate::table::{SweepColumn, SweepColumnRole, SweepColumnValues};
 use crate::variant_table::{VariantColumn, VariantTable};
 
 /// Variants that have room beside each other.
@@ -12,6 +12,8 @@ const MOST: usize = 6;
 pub struct SideBySide {
     pub heads: Vec<String>,
     pub rows: Vec<ComparedValue>,
+    /// Whether a variant leaves a value as in the scenario.
+    pub has_unset: bool,
 }
 
 /// A value in each of the variants.
@@ -43,7 +45,10 @@ impl SideBySide {
         };
         let rows: Vec<usize> = table.rows.iter().map(|it| it.row).collect();
         let values = table.columns.iter().map(|column| ComparedValue::new(column, &rows));
-        Some(Self { heads: table.rows.iter().map(head).collect(), rows: values.collect() })
+        let is_parameter = |column: &&VariantColumn| column.column.role == SweepColumnRole::Parameter;
+        let mut parameters = table.columns.iter().filter(is_parameter);
+        let has_unset = parameters.any(|column| column.texts.iter().any(|text| text == "–"));
+        Some(Self { heads: table.rows.iter().map(head).collect(), rows: values.collect(), has_unset })
     }
 }
 
@@ -57,7 +62,9 @@ impl ComparedValue {
                 return None;
             }
             let sign = if difference > 0.0 { "+" } else { "−" };
-            let share = (*first != 0.0).then(|| 100.0 * (difference / first).abs());
+            // A margin has no natural size to be a share of.
+            let has_share = *first != 0.0 && column.column.role != SweepColumnRole::Margin;
+            let share = has_share.then(|| 100.0 * (difference / first).abs());
             let share = share
                 .filter(|share| *share < 1000.0 && *share >= 0.05)
                 .map(|share| format!(" ({sign}{share:.1} %)"));

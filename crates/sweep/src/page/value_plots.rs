@@ -66,10 +66,30 @@ fn varied_by_effect<'t>(table: &'t SweepTable, summary: &SweepSummary, result: &
     };
     let mut varied: Vec<_> = table
         .columns_with_role(SweepColumnRole::Parameter)
-        .filter(|it| it.distinct_texts().len() <= MOST_NAMES)
+        .filter(|it| it.distinct_texts().len() <= MOST_NAMES && varies_throughout(it))
         .collect();
     varied.sort_by_key(place);
-    varied
+    // Set-ups by hand differ in several values at once: their names say more than any of these.
+    let names = table.columns_with_role(SweepColumnRole::Name);
+    let names: Vec<_> = names.filter(|it| (2..=MOST_NAMES).contains(&it.distinct_texts().len())).collect();
+    names.into_iter().chain(varied).collect()
+}
+
+/// Whether a column has at least two different values and none that is missing.
+fn varies_throughout(column: &SweepColumn) -> bool {
+    let numbers = column.to_numbers();
+    numbers.iter().all(|it| it.is_finite()) && numbers.windows(2).any(|pair| pair[0] != pair[1])
+}
+
+/// An axis about numbers; of equal ones a twentieth of their size wide on both sides.
+fn axis_around(label: &str, numbers: impl Iterator<Item = f64> + Clone) -> PlotAxis {
+    let first = numbers.clone().next().unwrap_or(0.0);
+    let equal = numbers.clone().all(|it| it == first);
+    let reach = if first == 0.0 { 1.0 } else { 0.05 * first.abs() };
+    match equal {
+        true => PlotAxis::linear(label, first - reach, first + reach),
+        false => PlotAxis::around_values(label, numbers),
+    }
 }
 
 fn value_plot(value: &SweepColumn, result: &SweepColumn, endings: &[VariantEnding]) -> Plot {
@@ -92,7 +112,7 @@ fn value_plot(value: &SweepColumn, result: &SweepColumn, endings: &[VariantEndin
     let across = match value.distinct_texts() {
         names if !names.is_empty() => PlotAxis::of_names(&label, &names),
         _ if value.as_booleans().is_some() => PlotAxis::of_names(&label, &["no", "yes"]),
-        _ => PlotAxis::around_values(&label, shown().map(|point| point.0)),
+        _ => axis_around(&label, shown().map(|point| point.0)),
     };
     let is_margin = result.role == SweepColumnRole::Margin;
     // 0 is where the check begins to fail.
@@ -100,7 +120,7 @@ fn value_plot(value: &SweepColumn, result: &SweepColumn, endings: &[VariantEndin
     let name = if is_margin { "margin".to_owned() } else { display_name(result) };
     let label = units::display::name_with_unit(&shortened(&name), result.unit.as_deref());
     let few = with_both.len() <= MOST_LABELS;
-    let up = PlotAxis::around_values(&label, shown().map(|point| point.1).chain(zero));
+    let up = axis_around(&label, shown().map(|point| point.1).chain(zero));
     let mut plot = Plot::new(SIZE, across, up);
     if let Some(zero) = zero {
         plot.add_horizontal_line(zero, "truth", "");

@@ -8,6 +8,8 @@ use crate::variant_table::{display_name, value_texts};
 
 /// Varied values that a case names.
 const MOST_VALUES: usize = 8;
+/// The text of a value that is missing.
+const MISSING: &str = "–";
 /// Cases of collected values.
 const MOST_RESULTS: usize = 24;
 
@@ -32,7 +34,9 @@ pub struct WorstCase {
 pub fn worst_cases(table: &SweepTable, summary: &SweepSummary) -> Vec<WorstCase> {
     let variants = table.column("variant").and_then(SweepColumn::as_integers).unwrap_or_default();
     let case = |what: String, value: String, passed: Option<bool>, row: usize| {
-        let varied: Vec<_> = table.columns_with_role(SweepColumnRole::Parameter).collect();
+        // What is missing is as in the scenario.
+        let is_set = |column: &&SweepColumn| value_texts(column, &[row]).concat() != MISSING;
+        let varied: Vec<_> = table.columns_with_role(SweepColumnRole::Parameter).filter(is_set).collect();
         let named = varied.iter().take(MOST_VALUES).map(|column| {
             let text = match column.as_numbers().and_then(|all| all.get(row)) {
                 Some(number) => quantity_text(*number, column.unit.as_deref()),

@@ -72,7 +72,10 @@ pub fn effects_on_results(table: &SweepTable, axes: Option<&[String]>, seed: u64
         let of = |result: &NumericColumn| effects_by_sobol_indices(result, axes, seed);
         return SweepEffects { outputs: results.iter().map(of).collect(), not_ordered: Vec::new() };
     }
-    let parameters: Vec<&SweepColumn> = table.columns_with_role(SweepColumnRole::Parameter).collect();
+    // What some variants leave as in the scenario has no value there.
+    let is_whole = |column: &&SweepColumn| column.to_numbers().iter().all(|it| !it.is_nan());
+    let parameters: Vec<&SweepColumn> =
+        table.columns_with_role(SweepColumnRole::Parameter).filter(is_whole).collect();
     let ordered = |column: &&&SweepColumn| has_ordered_values(column);
     let values: Vec<NumericColumn> =
         parameters.iter().filter(ordered).map(|it| NumericColumn::from_column(it)).collect();

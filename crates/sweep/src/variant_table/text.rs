@@ -84,7 +84,7 @@ impl VariantTable<'_> {
         }
         if left_out > 0 {
             let columns = if left_out == 1 { "column" } else { "columns" };
-            text += &format!("  and {left_out} more {columns}\n");
+            text += &format!("  and {left_out} more {columns}, on the page\n");
         }
         text
     }
