@@ -12,9 +12,8 @@ use recording::{AllVariables, AnalysisColumns, NumberIndex, Row, Sink};
 use scenario::plan::{Analyser, AnalysisPlan, SignalOrigin, WiredSignal, is_reserved};
 use serde_json::Value;
 
-pub use self::manoeuvre::TestPicture;
 use crate::nofollow;
-use crate::report::PreviousRun;
+use crate::report::{PreviousRun, TestPicture};
 
 /// The columns of a run that its analyses need, in memory until it is over.
 #[derive(Debug, Default)]

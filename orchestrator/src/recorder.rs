@@ -15,11 +15,11 @@ use recording::{
 use scenario::plan::{AnalysisPlan, RunPlan};
 use scenario::resolve;
 
-use crate::analysis::{self, AnalysisOutputs, CollectedSignals, TestPicture};
+use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
 use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
 use crate::messages::NodeMessageCounter;
 use crate::options::{ProgressEvent, RunOptions};
-use crate::report::{RunPictures, RunReport};
+use crate::report::{RunPictures, RunReport, TestPicture};
 use crate::sinks::SINKS;
 
 /// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.

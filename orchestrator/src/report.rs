@@ -5,6 +5,7 @@ mod page;
 mod previous_run;
 mod provenance;
 mod slow_run;
+mod test_picture;
 mod text;
 
 use std::collections::BTreeMap;
@@ -30,6 +31,7 @@ pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousVal
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
 pub(crate) use slow_run::slow_run_warning;
+pub use test_picture::TestPicture;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -182,7 +182,7 @@ function drawStale() { charts.forEach((chart) => { if (chart.stale && (chart.see
 addEventListener('beforeprint', () => charts.forEach((chart) => chart.draw()));
 
 const faultSpans = Object.entries(data.faults).flatMap(([name, spans]) => spans.map((it) => ({ span: it, kind: 'fault', name })));
-const LEFT = 68, RIGHT = 12, TOP = 8, BOTTOM = 34;
+const LEFT = 68, RIGHT = 18, TOP = 8, BOTTOM = 34;
 
 /** Axes with layers {kind, css, x, y, t, name} and a cursor. `time` says whether the axis to the right is time, `follows` that it shows the common part. */
 class Chart {
@@ -618,6 +618,9 @@ const test = first && end && end[0] - first[0] < 0.7 * (LAST - FIRST) ? [first[0
 if (test) zoom.firstElementChild.after(element('option', { value: 'test' }, 'the test'));
 zoom.addEventListener('change', () => (zoom.value === 'test' ? setSpan(test[1], test[0]) : setSpan(Number(zoom.value))));
 
+// What is judged by its window as a whole is violated at no time of it.
+for (const check of data.checks) if (check.first === null) check.violated = [];
+
 /** Stages of manoeuvres, faults and violated checks over the whole time, a line for each. */
 function spanLines() {
   const lines = [];
@@ -663,7 +666,7 @@ deck.append(element('p', { class: 'faint keys' }, words));
 if (car && speeds[1] > speeds[0]) {
   const ramp = element('span', { class: 'ramp' });
   for (let k = 0; k < SPEEDS; k++) ramp.append(element('i', { class: 's' + k }));
-  const kmh = (it) => `${(3.6 * it).toFixed(0)}`;
+  const kmh = (it) => `${(3.6 * it).toFixed(speeds[1] - speeds[0] < 3 ? 1 : 0)}`;
   deck.append(element('p', { class: 'faint legend' }, 'Way by speed: ' + kmh(speeds[0]) + ' ', ramp, ` ${kmh(speeds[1])} km/h`));
 }
 followers.push((time) => {

@@ -1,53 +1,11 @@
 //! The analysis of a manoeuvre: its characteristic values as numbers for checks and as a table for the report, its course and its diagrams.
 
 use diagnostics::Error;
-use manoeuvre::{
-    CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, Manoeuvre, TestCourse, TestDiagram,
-    TestStage,
-};
+use manoeuvre::{CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, Manoeuvre};
 use serde_json::{Map, Value, json};
 use units::display::{customary_quantity, name_with_unit, number_text, unit_text};
 
-/// What there is to draw of a test.
-#[derive(Debug, Clone)]
-pub struct TestPicture {
-    /// Its name in the scenario.
-    pub name: String,
-    /// What it is called, with its standard.
-    pub title: &'static str,
-    /// Its course on the ground.
-    pub course: Option<TestCourse>,
-    /// The stages that it came to, each with its beginning [s].
-    pub stages: Vec<(f64, &'static str)>,
-    /// When it was over [s].
-    pub end: Option<f64>,
-    /// The diagrams of a completed test, over the time of the run.
-    pub diagrams: Vec<TestDiagram>,
-}
-
-impl TestPicture {
-    /// The picture of a test that nothing is known of but its commands and measurements.
-    fn new(name: &str, manoeuvre: &Manoeuvre, time: &[f64], phase: &[f64], inputs: &[Vec<f64>]) -> Self {
-        let names = manoeuvre.kind.stage_names();
-        let mut stages: Vec<(f64, &'static str)> = Vec::new();
-        let mut before = 0.0;
-        for (time, phase) in time.iter().zip(phase).filter(|(_, phase)| **phase > 0.0) {
-            if *phase != before {
-                stages.extend(names.get(*phase as usize - 1).map(|stage| (*time, *stage)));
-                before = *phase;
-            }
-        }
-        let over = phase.iter().position(|phase| *phase == f64::from(TestStage::OVER));
-        TestPicture {
-            name: name.to_owned(),
-            title: manoeuvre.kind.kind_title(),
-            course: manoeuvre.test_course(phase, inputs),
-            stages,
-            end: over.and_then(|place| time.get(place).copied()),
-            diagrams: Vec::new(),
-        }
-    }
-}
+use crate::report::TestPicture;
 
 /// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::test_log`]. The
 /// pictures get that of the test, whether it has values or not.

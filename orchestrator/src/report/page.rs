@@ -12,8 +12,7 @@ use serde_json::Value;
 
 use super::analysis_summary::AnalysisSummary;
 use super::text::format_seconds;
-use super::{FileHash, NodeReport, RunReport, RunVerdict};
-use crate::analysis::TestPicture;
+use super::{FileHash, NodeReport, RunReport, RunVerdict, TestPicture};
 use crate::messages::{MessageSeverity, NodeMessage};
 use crate::tube_lines;
 use pictures::{CheckPlot, SMALL, WIDE, check_plot};
