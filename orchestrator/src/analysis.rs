@@ -102,8 +102,12 @@ pub fn run_analysis<'a>(
             return script::run_analysis_script(plan, waiting, &request, &mut host);
         }
         Analyser::Manoeuvre(driven) => {
-            let pictures = &mut *host.outputs.tests;
-            return manoeuvre::evaluate_manoeuvre(name, driven, &collected.time, &columns, pictures);
+            let AnalysisOutputs { sink, tests, .. } = host.outputs;
+            let result = manoeuvre::evaluate_manoeuvre(name, driven, &collected.time, &columns, tests);
+            if let Some(picture) = tests.iter().find(|it| it.name == *name) {
+                manoeuvre::record_test_picture(picture, sink)?;
+            }
+            return result;
         }
     };
     let outcome = fmu_import::call_plugin(&format!("analysis `{name}`"), c"its run", || {

@@ -313,6 +313,10 @@ impl Sink<AllVariables> for OpenRecordings {
         self.for_each_sink(|sink| sink.push_diagram(analysis, group, diagram))
     }
 
+    fn push_course(&mut self, cones: &[[f64; 2]], path: &[[f64; 2]]) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_course(cones, path))
+    }
+
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         self.for_each_sink(|sink| sink.finish(summary, completed))
     }

@@ -176,6 +176,11 @@ pub trait Sink<S = RecordedVariables> {
         Ok(())
     }
 
+    /// Takes the course of a test, after the last row: where cones stand, and the line to follow, east and north [m].
+    fn push_course(&mut self, _cones: &[[f64; 2]], _path: &[[f64; 2]]) -> Result<(), Error> {
+        Ok(())
+    }
+
     /// Completes the recording. `summary` is the verdict as Markdown. `completed` is false when an error ended the run, and true
     /// when it reached its last communication point or an FMU ended it as planned.
     fn finish(&mut self, _summary: &str, _completed: bool) -> Result<(), Error> {

@@ -26,6 +26,7 @@ mod cameras;
 mod card;
 mod chart_sizes;
 mod comparison_drawing;
+mod course;
 mod decimation;
 mod diagrams;
 mod drawing;
@@ -285,6 +286,14 @@ impl Sink for RerunSink {
         self.send_after_rows(|sink, stream| {
             sink.layout.diagrams.send_diagram(stream, analysis, group, diagram)
         })
+    }
+
+    fn push_course(&mut self, cones: &[[f64; 2]], path: &[[f64; 2]]) -> Result<(), Error> {
+        // Where no body is shown, there is no ground to stand on.
+        if self.drawing.scene.is_none() {
+            return Ok(());
+        }
+        self.send_after_rows(|_, stream| course::send_course(stream, cones, path))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

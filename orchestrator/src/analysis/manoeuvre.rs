@@ -1,7 +1,12 @@
 //! The analysis of a manoeuvre: its characteristic values as numbers for checks and as a table for the report, its course and its diagrams.
 
 use diagnostics::Error;
-use manoeuvre::{CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, Manoeuvre};
+use manoeuvre::{
+    CharacteristicValue, CharacteristicValueInfo, CharacteristicValues, DiagramLayerKind, Manoeuvre,
+    TestDiagramLayer,
+};
+use plugin::{Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape};
+use recording::{AllVariables, Sink};
 use serde_json::{Map, Value, json};
 use units::display::{customary_quantity, name_with_unit, number_text, unit_text};
 
@@ -33,6 +38,46 @@ pub(super) fn evaluate_manoeuvre(
         picture.diagrams = manoeuvre.test_diagrams(&log, &values, *begin);
     }
     Ok(manoeuvre_result_json(manoeuvre, &values))
+}
+
+/// Gives the course and the diagrams of a test to those who draw them.
+///
+/// # Errors
+/// Those of the sink.
+pub(super) fn record_test_picture(
+    picture: &TestPicture,
+    sink: &mut dyn Sink<AllVariables>,
+) -> Result<(), Error> {
+    if let Some(course) = &picture.course {
+        sink.push_course(&course.cones, &course.path)?;
+    }
+    for diagram in &picture.diagrams {
+        let [bottom, top] = diagram.y_range.unwrap_or([f64::NAN; 2]);
+        let diagram = Diagram {
+            title: &diagram.title,
+            axes: [diagram.x_label, diagram.y_label],
+            ranges: [[f64::NAN; 2], [bottom, top]],
+            layers: diagram.layers.iter().map(diagram_layer).collect(),
+        };
+        sink.push_diagram(&picture.name, picture.title, &diagram)?;
+    }
+    Ok(())
+}
+
+fn diagram_layer(layer: &TestDiagramLayer) -> DiagramLayer<'_> {
+    let role = match layer.kind {
+        DiagramLayerKind::Curve => DiagramLayerRole::Plant,
+        DiagramLayerKind::SecondCurve => DiagramLayerRole::Measurement,
+        DiagramLayerKind::Reference => DiagramLayerRole::Reference,
+        DiagramLayerKind::Fit => DiagramLayerRole::Estimate,
+        DiagramLayerKind::Limit => DiagramLayerRole::Limit,
+        DiagramLayerKind::Mark => DiagramLayerRole::Other,
+    };
+    let shape = match layer.kind {
+        DiagramLayerKind::Mark => DiagramLayerShape::Points,
+        _ => DiagramLayerShape::Line,
+    };
+    DiagramLayer { name: &layer.name, shape, role, x: &layer.x, y: &layer.y, upper: &[] }
 }
 
 /// The values under their names, with a title and tables.

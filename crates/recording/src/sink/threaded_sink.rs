@@ -256,6 +256,10 @@ impl Sink for ThreadedSink {
         self.caught_up()?.push_diagram(analysis, group, diagram)
     }
 
+    fn push_course(&mut self, cones: &[[f64; 2]], path: &[[f64; 2]]) -> Result<(), Error> {
+        self.caught_up()?.push_course(cones, path)
+    }
+
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
         self.caught_up()?.finish(summary, completed)
     }
