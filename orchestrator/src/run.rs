@@ -169,9 +169,6 @@ impl ScenarioJob<'_> {
         events: OnProgressEvent,
     ) -> Result<CompletedRun, Error> {
         let mut plan = self.resolve_run_plan(folder)?;
-        if let Some(label) = &self.options.label {
-            plan.header.title = format!("{}: {label}", plan.header.title);
-        }
         let (baselines, new_baselines) = match self.options.bless {
             true => baseline::read_replaced_baselines(&plan),
             false => (baseline::read_baselines(self.scenario, &plan)?, Vec::new()),
@@ -283,6 +280,9 @@ impl ScenarioJob<'_> {
     fn resolve_run_plan(self, folder: PathBuf) -> Result<RunPlan, Error> {
         let overrides = &self.options.overrides;
         let mut plan = RunPlan::resolve(self.scenario, self.built, overrides, folder)?;
+        if let Some(label) = &self.options.label {
+            plan.header.title = format!("{}: {label}", plan.header.title);
+        }
         if let Some(latest) = self.options.latest_stop {
             let announced_stop = &mut plan.system.announced_stop;
             *announced_stop = announced_stop.map(|stop| stop.max(latest));
