@@ -62,7 +62,7 @@ fn answers_to_a_step_and_to_frequencies_have_their_marks() {
     let steady = values.get_number("steady_yaw_rate").expect("a steady state").to_degrees();
     let response = layers(&step[0], DiagramLayerKind::Mark)[0];
     assert!((response.y[0] - 0.9 * steady).abs() < 1e-9);
-    let sines = FrequencyResponse { count: 6, ..FrequencyResponse::default() };
+    let sines = FrequencyResponse { amplitude: 0.01, count: 6, ..FrequencyResponse::default() };
     let (response, values) = diagrams(&manoeuvre(common(22.2), sines), 22.2, 200.0);
     assert_eq!(response.len(), 5);
     assert_eq!(layers(&response[0], DiagramLayerKind::Curve)[0].y, values.get_list("yaw_rate_gain"));
