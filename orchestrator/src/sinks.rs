@@ -55,7 +55,7 @@ fn open_rerun_sink(_run: &RunHeader, options: &RunOptions) -> Result<Option<Boxe
     match options.replay {
         ReplayOutput::Save | ReplayOutput::Off => Ok(None),
         ReplayOutput::Connect(_) | ReplayOutput::Serve(_) => {
-            Err(Error::input("this program was built without the feature `rerun`"))
+            Err(Error::invalid_input("this program was built without the feature `rerun`"))
         }
     }
 }

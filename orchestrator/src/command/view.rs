@@ -72,5 +72,5 @@ fn compare_runs_in_viewer(_a: &Path, _b: &Path, _save: Option<&Path>) -> Result<
 
 #[cfg(not(feature = "rerun"))]
 fn missing_rerun_error() -> Error {
-    Error::input("this program was built without the feature `rerun`")
+    Error::invalid_input("this program was built without the feature `rerun`")
 }
