@@ -9,6 +9,7 @@ pub mod overview;
 mod reader;
 mod records;
 pub mod recover;
+mod road_samples;
 mod row;
 mod selection;
 mod sink;
@@ -24,6 +25,7 @@ pub use expression::{
 };
 pub use golden::{GoldenColumn, GoldenRecording, GoldenValues};
 pub use reader::Recording;
+pub use road_samples::RoadSamples;
 pub use row::{AllVariables, RecordedVariables, Row, is_exact_in_f64};
 pub use selection::RecordedSelection;
 pub use sink::csv::CsvSink;

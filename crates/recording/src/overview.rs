@@ -7,10 +7,11 @@ use diagnostics::Error;
 
 pub use envelope::Envelopes;
 
+use crate::road_samples::RoadSamples;
 use crate::row::{RecordedVariables, Row};
 use crate::sink::{CheckOrFaultStatus, RunHeader, Sink, StatusChange, StatusSource};
 use crate::thinned_samples::ThinnedSamples;
-use crate::view::{PoseColumns, ReplayView, TrackEdges, road_edges};
+use crate::view::{PoseColumns, ReplayView};
 
 /// Curves of plots at most: more than anybody looks through on one page. Plots that would exceed it are left out.
 const MOST_CURVES: usize = 64;
@@ -67,8 +68,7 @@ pub struct RunOverview {
     pub spans: Vec<StatusSpan>,
     /// Spans that go on, by what they are of and their beginning [s].
     open_spans: Vec<(StatusSource, f64)>,
-    /// Points of the left and the right edge, or of the centre line and zeros [m].
-    road: ThinnedSamples<[[f64; 2]; 2]>,
+    road: Option<RoadSamples>,
     /// Time of the first and of the last row [s].
     ends: Option<[f64; 2]>,
     /// Communication step [s].
@@ -87,7 +87,7 @@ impl RunOverview {
         });
         let curves = view.plots.iter().map(|plot| plot.series.len()).sum();
         let buckets = (MOST_VALUES / 2 / usize::max(curves, 1)).min(MOST_BUCKETS);
-        let has = |there: bool, limit: usize| if there { limit } else { 2 };
+        let most_poses = if view.pose.is_some() { MOST_POSES } else { 2 };
         if view.xy_plots.iter().map(|plot| plot.points.len()).sum::<usize>() > MOST_XY_POINTS {
             view.xy_plots.clear();
         }
@@ -95,12 +95,12 @@ impl RunOverview {
         RunOverview {
             omitted_plots: all - view.plots.len(),
             envelopes: Envelopes::new(curves, buckets),
-            poses: ThinnedSamples::with_limit(has(view.pose.is_some(), MOST_POSES)),
+            poses: ThinnedSamples::with_limit(most_poses),
             last_pose: None,
             xy_points: points.map(|_| ThinnedSamples::with_limit(MOST_POINTS)).collect(),
             spans: Vec::new(),
             open_spans: Vec::new(),
-            road: ThinnedSamples::with_limit(has(view.track.is_some(), MOST_POINTS)),
+            road: view.track.clone().map(|track| RoadSamples::with_limit(track, MOST_POINTS)),
             ends: None,
             step: header.step,
             view,
@@ -122,16 +122,7 @@ impl RunOverview {
     /// The left and the right edge of the road [m].
     #[must_use]
     pub fn road_edges(&self) -> [Vec<[f64; 2]>; 2] {
-        let points = self.road.samples().iter();
-        match &self.view.track {
-            None => [Vec::new(), Vec::new()],
-            Some(TrackEdges::Edges(edges)) => edges.clone(),
-            Some(TrackEdges::Sides(_)) => [0, 1].map(|side| points.clone().map(|it| it[side]).collect()),
-            Some(TrackEdges::Center(_, widths)) => {
-                let center: Vec<_> = points.map(|it| it[0]).collect();
-                road_edges(&center, &vec![*widths; center.len()])
-            }
-        }
+        self.road.as_ref().map(RoadSamples::edges).unwrap_or_default()
     }
 
     /// All spans, also those that go on at the end, in the order of their beginning.
@@ -143,18 +134,6 @@ impl RunOverview {
         let mut all: Vec<_> = self.spans.iter().cloned().chain(open).collect();
         all.sort_by(|a, b| a.span[0].total_cmp(&b.span[0]));
         all
-    }
-
-    fn push_road_point(&mut self, time: f64, row: &Row<RecordedVariables>) {
-        let point = |of: &[crate::view::RowQuantity; 2]| of.each_ref().map(|it| it.evaluate(time, row));
-        let points = match &self.view.track {
-            None | Some(TrackEdges::Edges(_)) => return,
-            Some(TrackEdges::Sides([left, right])) => [point(left), point(right)],
-            Some(TrackEdges::Center(center, _)) => [point(center), [0.0; 2]],
-        };
-        if points.as_flattened().iter().all(|it| it.is_finite()) {
-            self.road.push(points);
-        }
     }
 }
 
@@ -177,7 +156,9 @@ impl Sink for RunOverview {
         for (samples, point) in self.xy_points.iter_mut().zip(points) {
             samples.push_with(|| point.coordinates.each_ref().map(|it| it.evaluate(time, row)));
         }
-        self.push_road_point(time, row);
+        if let Some(road) = &mut self.road {
+            road.push_row(time, row);
+        }
         Ok(())
     }
 

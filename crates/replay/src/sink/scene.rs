@@ -6,12 +6,12 @@ use re_sdk_types::archetypes::{Arrows3D, Boxes3D, LineStrips3D, Points3D, Transf
 use re_sdk_types::components::{Color, FillMode, Radius};
 use re_sdk_types::datatypes::Quaternion;
 use recording::view::{PoseColumns, ReplayView};
-use recording::{RecordedVariables, Row};
+use recording::{RecordedVariables, RoadSamples, Row};
 
 use super::arrows::VectorArrows;
 use super::ground::GroundPatch;
 use super::palette::with_opacity;
-use super::road::RoadEdges;
+use super::road::send_road_edges;
 use super::run_slot::RunNamespace;
 use super::timeline::TimePoint;
 use super::trace::{
@@ -39,7 +39,7 @@ pub(super) struct VehicleScene {
     steers: Vec<Quaternion>,
     arrows: VectorArrows,
     ground: Option<GroundPatch>,
-    road: Option<RoadEdges>,
+    road: Option<RoadSamples>,
     trace: DrivenLine,
     /// Rows of the driven line at the viewer.
     drawn: usize,
@@ -57,7 +57,7 @@ impl VehicleScene {
             slot: slot.clone(),
             pose: view.pose.clone()?,
             arrows: VectorArrows::new(arrows),
-            road: road.map(RoadEdges::new),
+            road: road.map(RoadSamples::new),
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
@@ -78,7 +78,7 @@ impl VehicleScene {
         }
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Z_UP())?;
         self.arrows.send_static(stream)?;
-        self.road.as_ref().map_or(Ok(()), |road| road.send_edges(stream))?;
+        self.road.as_ref().map_or(Ok(()), |road| send_road_edges(stream, road))?;
         send_chase_camera_frame(stream)?;
         self.ground.as_ref().map_or(Ok(()), |ground| ground.send_static(stream))
     }
@@ -192,7 +192,7 @@ impl VehicleScene {
         }
         let line = LineStrips3D::new(strips).with_colors(colors).with_radii([radius]);
         stream.log_static(self.entity_path("path/line"), &line)?;
-        self.road.as_ref().map_or(Ok(()), |road| road.send_edges(stream))
+        self.road.as_ref().map_or(Ok(()), |road| send_road_edges(stream, road))
     }
 
     /// An entity of this run.
