@@ -252,12 +252,19 @@ fn a_list_and_joint_draws_are_taken_line_by_line() {
     assert!(lab.has("plan/variants/0_slow_one/report.html"));
     let page = lab.read("plan/sweep.html");
     assert!(page.contains("<a href=\"./variants/0_slow_one/report.html\">report</a>"), "it links the replay");
+    // A value with a unit of its own is a number in that of its column.
     let hand = "[[sweep.variant]]\nname = 'stock'\n[[sweep.variant]]\nname = 'five'\nset.ramp.x = 5.0
+        [[sweep.variant]]\nname = 'two metres per second'\nset.ramp.x = '2 m/s'
         [sweep.collect]\nmax = 'max(relay.x_out)'";
     lab.write("case.toml", ramp(hand));
     lab.trackside(&["sweep", "case.toml", "--out", "hand"]).expect(0);
-    let largest = numbers(&results(&lab, "hand"), "collect.max");
+    let table = results(&lab, "hand");
+    let largest = numbers(&table, "collect.max");
     assert!((largest[0] - 3.6).abs() < 1e-9 && (largest[1] - 5.0).abs() < 1e-9, "{largest:?}");
+    assert!((largest[2] - 7.2).abs() < 1e-9, "{largest:?}");
+    let set = numbers(&table, "ramp.x");
+    assert!(set[0].is_nan() && set[1] == 5.0 && (set[2] - 7.2).abs() < 1e-12, "{set:?}");
+    assert!(lab.read("hand/sweep.csv").contains("ramp.x [km/h]"));
     let draws = "[[sweep.vary]]\nname = 'posterior'\ndraws = 'runs/report.json'";
     lab.write("case.toml", ramp(draws));
     lab.write("runs/report.json", "{\"files\": [\"posterior_draws.csv\"]}");

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::sweep::table::{RowGroups, SweepTable, SweepTableWriter};
+use cosim::quantity::{InputUnit, Quantity};
 use cosim::system::{NodeBody, System};
 use diagnostics::{Error, ErrorCollector, Spanned};
 use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
 use scenario::document::VariantSelection;
-use scenario::plan::{RunPlan, SweepPlan};
+use scenario::plan::{AxisValues, RunPlan, SweepAxis, SweepPlan};
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario};
 
@@ -132,7 +133,8 @@ fn write_plan_folder(
     let renamed = std::fs::rename(bundle.join(SCENARIO), &named);
     renamed.map_err(|error| Error::output_failure(&named, error))?;
     let again = Scenario::read(&named)?;
-    let words = resolve::resolve_sweep(&again)?.unwrap_or_else(|| words.clone());
+    let mut words = resolve::resolve_sweep(&again)?.unwrap_or_else(|| words.clone());
+    convert_levels(&mut words.axes, scenario, &plan.system);
     let assignment = VariantAssignment::new(&words, &options.overrides.starts)?;
     let variants = assignment.variant_count();
     let is_search = words.search.is_some();
@@ -258,27 +260,55 @@ fn remove_folder_if_present(folder: &Path) -> Result<(), Error> {
     }
 }
 
+/// The unit that a variable or a signal has by itself.
+fn unit_of_name<'a>(scenario: &'a Scenario, system: &'a System, name: &str) -> Option<InputUnit<'a>> {
+    let variable = || {
+        let (node, variable) = name.split_once('.')?;
+        let plan = system.nodes.iter().find(|plan| plan.name == node)?;
+        let NodeBody::Fmu { fmu, .. } = &plan.body else { return None };
+        let found = fmu.description.variables.iter().find(|it| it.name == variable)?;
+        Some(InputUnit {
+            name: Some(found.unit.as_deref()?),
+            definition: found.dimension,
+            is_difference: found.relative.is_some(),
+        })
+    };
+    let signal = || {
+        let mut signals = scenario.document.signal.iter().map(|part| part.get_ref());
+        let found = signals.find(|part| part.name.as_ref().is_some_and(|it| it.get_ref() == name))?;
+        Some(InputUnit { name: Some(found.unit.as_ref()?.get_ref()), ..InputUnit::default() })
+    };
+    variable().or_else(signal)
+}
+
 /// The units that variables and signals have by themselves.
 fn units_of_names<'a>(
     scenario: &Scenario,
     system: &System,
     names: impl Iterator<Item = &'a str>,
 ) -> BTreeMap<String, String> {
-    let variable = |name: &str| {
-        let (node, variable) = name.split_once('.')?;
-        let plan = system.nodes.iter().find(|plan| plan.name == node)?;
-        let NodeBody::Fmu { fmu, .. } = &plan.body else { return None };
-        let found = fmu.description.variables.iter().find(|it| it.name == variable)?;
-        found.unit.clone()
-    };
-    let signal = |name: &str| {
-        let mut signals = scenario.document.signal.iter().map(|part| part.get_ref());
-        let found = signals.find(|part| part.name.as_ref().is_some_and(|it| it.get_ref() == name));
-        found?.unit.as_ref().map(|unit| unit.get_ref().clone())
-    };
     let named = names.filter_map(|name| {
-        let unit = variable(name).or_else(|| signal(name))?;
-        Some((name.to_owned(), unit))
+        let unit = unit_of_name(scenario, system, name)?.name?;
+        Some((name.to_owned(), unit.to_owned()))
     });
     named.collect()
+}
+
+/// Turns levels that have a unit of their own, such as `0.9 t`, into numbers in the unit of what they set, so that a column has one unit.
+/// A level that cannot be converted stays a text.
+fn convert_levels(axes: &mut [SweepAxis], scenario: &Scenario, system: &System) {
+    for axis in axes {
+        let AxisValues::Levels(levels) = &mut axis.values else { continue };
+        for (place, name) in axis.names.iter().enumerate().filter(|(place, _)| axis.units[*place].is_none()) {
+            let Some(input) = unit_of_name(scenario, system, name) else { continue };
+            for level in levels.iter_mut().map(|row| &mut row[place]) {
+                let converted = Quantity::split_text(level)
+                    .map(|(number, unit)| Quantity { number, unit: Some(unit.to_owned()) })
+                    .and_then(|quantity| quantity.value_at(input).ok());
+                if let Some(value) = converted {
+                    *level = format!("{value:?}");
+                }
+            }
+        }
+    }
 }
