@@ -54,7 +54,7 @@ pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, 
 pub use signal::{Part, SignalError};
 pub use standalone::{StandaloneOptions, is_fmu, standalone_scenario_text};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
-pub use sweep::{Design, Limit, Search, Sweep, Variant, VariantSelection, Vary};
+pub use sweep::{Design, Limit, Search, Sweep, SweepVariant, VariantSelection, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, TruncatedNormal};
 pub(crate) use system::ssp_value;
 pub use system::{SystemImport, node_name, toml_string};

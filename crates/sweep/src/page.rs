@@ -2,8 +2,8 @@
 
 mod bars;
 mod parallel;
-mod side_by_side;
 mod value_plots;
+mod variant_comparison;
 mod worst_cases;
 
 use std::collections::BTreeMap;
@@ -22,8 +22,8 @@ use crate::variant_table::{
 };
 use bars::EffectBarChart;
 use parallel::ParallelCoordinatesPlot;
-use side_by_side::SideBySide;
 use value_plots::ResultPlots;
+use variant_comparison::VariantComparison;
 use worst_cases::{WorstCase, worst_cases};
 
 /// Variants in the table of the page.
@@ -88,7 +88,7 @@ struct SweepPage<'a> {
     summary: &'a SweepSummary,
     about: &'a SweepPageHeader,
     variants: VariantTable<'a>,
-    side_by_side: Option<SideBySide>,
+    side_by_side: Option<VariantComparison>,
     worst_cases: Vec<WorstCase>,
     results: ResultPlots,
     bars: Vec<EffectBarChart<'a>>,
@@ -109,7 +109,7 @@ pub fn sweep_page(about: &SweepPageHeader, table: &SweepTable, summary: &SweepSu
         table,
         summary,
         about,
-        side_by_side: SideBySide::new(&variants),
+        side_by_side: VariantComparison::new(&variants),
         variants,
         worst_cases: worst_cases(table, summary),
         results: ResultPlots::new(table, summary),

@@ -33,6 +33,15 @@ pub fn unit_text(text: &str) -> String {
     typeset(&shorter.unwrap_or_else(|| text.to_owned()))
 }
 
+/// At most so many letters of a text; an ellipsis stands for its end where it is longer.
+#[must_use]
+pub fn shorten_end(text: &str, letters: usize) -> String {
+    match text.chars().count() > letters {
+        true => text.chars().take(letters.saturating_sub(1)).chain(['…']).collect(),
+        false => text.to_owned(),
+    }
+}
+
 /// A blank and the unit as people write it; nothing for plain numbers.
 #[must_use]
 pub fn unit_suffix(unit: Option<&str>) -> String {

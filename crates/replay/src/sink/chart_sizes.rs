@@ -10,7 +10,7 @@ const SHARE: f64 = 0.1;
 const NAMES: usize = 3;
 
 /// The curves of one name, of both runs, with their limits.
-struct NamedCurves {
+struct CurveGroup {
     /// Their place in the plot.
     place: usize,
     label: String,
@@ -63,15 +63,15 @@ fn divided_chart(chart: TimeChart, span: &impl Fn(&EntityPath) -> Option<[f64; 2
 }
 
 /// The curves by their names, in the order of the plot.
-fn named_curves(lines: &[ChartCurve], span: &impl Fn(&EntityPath) -> Option<[f64; 2]>) -> Vec<NamedCurves> {
-    let mut named: Vec<NamedCurves> = Vec::new();
+fn named_curves(lines: &[ChartCurve], span: &impl Fn(&EntityPath) -> Option<[f64; 2]>) -> Vec<CurveGroup> {
+    let mut named: Vec<CurveGroup> = Vec::new();
     for line in lines.iter().filter(|line| line.limit_of.is_none()) {
         let size = span(&line.path).map_or(0.0, |[low, high]| low.abs().max(high.abs()));
         match named.iter_mut().find(|it| it.label == line.label) {
             Some(known) => known.size = known.size.max(size),
             None => {
                 let (place, label, stepped) = (named.len(), line.label.clone(), line.stepped);
-                named.push(NamedCurves { place, label, stepped, size });
+                named.push(CurveGroup { place, label, stepped, size });
             }
         }
     }
@@ -80,9 +80,9 @@ fn named_curves(lines: &[ChartCurve], span: &impl Fn(&EntityPath) -> Option<[f64
 
 /// The names that one plot can show, in their order: curves of one size, and flags apart from quantities. What is always 0 goes
 /// with the smallest ones.
-fn curves_of_one_size(mut named: Vec<NamedCurves>) -> Vec<Vec<String>> {
+fn curves_of_one_size(mut named: Vec<CurveGroup>) -> Vec<Vec<String>> {
     named.sort_by(|one, other| one.stepped.cmp(&other.stepped).then(other.size.total_cmp(&one.size)));
-    let mut parts: Vec<(f64, Vec<NamedCurves>)> = Vec::new();
+    let mut parts: Vec<(f64, Vec<CurveGroup>)> = Vec::new();
     for curves in named {
         let fits = parts.last().is_some_and(|(largest, part)| {
             let alike = part.first().is_some_and(|it| it.stepped == curves.stepped);
@@ -101,10 +101,10 @@ fn curves_of_one_size(mut named: Vec<NamedCurves>) -> Vec<Vec<String>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{NamedCurves, curves_of_one_size};
+    use super::{CurveGroup, curves_of_one_size};
 
     fn parts(curves: &[(&str, f64, bool)]) -> Vec<Vec<String>> {
-        let named = curves.iter().enumerate().map(|(place, &(label, size, stepped))| NamedCurves {
+        let named = curves.iter().enumerate().map(|(place, &(label, size, stepped))| CurveGroup {
             place,
             label: label.to_owned(),
             stepped,

@@ -46,7 +46,7 @@ pub struct Sweep {
     pub vary: Vec<Vary>,
     /// Variants by hand, in place of a design: set-ups, each with a name.
     #[serde(default)]
-    pub variant: Vec<Variant>,
+    pub variant: Vec<SweepVariant>,
     /// Correlations among what is varied.
     #[serde(default)]
     pub correlate: Vec<Correlate>,
@@ -146,7 +146,7 @@ pub struct Vary {
 /// ```
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Variant {
+pub struct SweepVariant {
     /// What it is called in tables, on the page and in the title of its report; the folder of its files ends with it.
     #[schemars(with = "String", example = &"soft rear tire")]
     pub name: Spanned<String>,

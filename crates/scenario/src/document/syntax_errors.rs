@@ -11,24 +11,24 @@ use crate::schema;
 pub(super) fn syntax_errors(source: &SourceFiles, text: &str, errors: &[toml::de::Error]) -> ErrorCollector {
     let mut mistakes = ErrorCollector::default();
     // The rest of a table that begins for the second time.
-    let (mut told, mut lists) = (0..0, Vec::new());
+    let (mut reported, mut lists) = (0..0, Vec::new());
     for error in errors {
         let span = error.span().unwrap_or(text.len()..text.len());
-        if told.contains(&span.start) {
+        if reported.contains(&span.start) {
             continue;
         }
         let line = line_at(text, span.start);
         if let Some((number, point)) = decimal_comma(text, line.clone()) {
             let message = format!("a number has a decimal point: write {point}");
             mistakes.push(source.error_at(number, message, "here"));
-            told = line;
+            reported = line;
         } else if let Some((header, name)) = single_brackets(text, line.clone(), error.message()) {
             if !lists.contains(&name) {
                 let message = format!("`{name}` is a list of tables: write [[{name}]] for each of them");
                 mistakes.push(source.error_at(header, message, "here"));
                 lists.push(name);
             }
-            told = line.start..next_header(text, line.end);
+            reported = line.start..next_header(text, line.end);
         } else {
             mistakes.push(source.error_at(span, error.message(), "here"));
         }

@@ -1,5 +1,7 @@
 //! Writes the table of variants for a terminal.
 
+use units::display::shorten_end;
+
 use super::VariantTable;
 
 /// Letters of a name or a text in a cell.
@@ -40,7 +42,9 @@ impl VariantTable<'_> {
         let numbers = rows.clone().map(|row| row.variant.to_string()).collect();
         let mut columns = vec![TextColumn { is_number: true, ..plain("#", numbers) }];
         if self.has_names {
-            let name = |name: &Option<String>| name.as_deref().map(shortened).unwrap_or_default();
+            let name = |name: &Option<String>| {
+                name.as_deref().map(|name| shorten_end(name, MOST_LETTERS)).unwrap_or_default()
+            };
             columns.push(plain("name", rows.clone().map(|row| name(&row.name)).collect()));
         }
         columns.push(plain("verdict", rows.map(|row| row.ending.word().to_owned()).collect()));
@@ -49,7 +53,7 @@ impl VariantTable<'_> {
         for column in &self.columns {
             let unit = if column.unit.is_empty() { String::new() } else { format!("[{}]", column.unit) };
             let marked = |(text, row): (&String, usize)| {
-                let text = shortened(text);
+                let text = shorten_end(text, MOST_LETTERS);
                 match (column.extremes, column.is_extreme(row)) {
                     (None, _) => text,
                     (_, [true, _]) => format!("{text} ↓"),
@@ -59,7 +63,7 @@ impl VariantTable<'_> {
             };
             let texts = column.texts.iter().zip(self.rows.iter().map(|it| it.row));
             let column = TextColumn {
-                head: [shortened(&column.name), unit],
+                head: [shorten_end(&column.name, MOST_LETTERS), unit],
                 cells: texts.map(marked).collect(),
                 is_number: column.column.as_texts().is_none(),
             };
@@ -87,13 +91,5 @@ impl VariantTable<'_> {
             text += &format!("  and {left_out} more {columns}, on the page\n");
         }
         text
-    }
-}
-
-/// A text with its end left out where it is long.
-fn shortened(text: &str) -> String {
-    match text.chars().count() > MOST_LETTERS {
-        true => text.chars().take(MOST_LETTERS - 1).chain(['…']).collect(),
-        false => text.to_owned(),
     }
 }

@@ -3,11 +3,13 @@
 use assessment::check::CheckVerdict;
 use expression::{TraceContent, TracePoint, comparison_sides, reduced_quantity};
 use html_page::{Markup, Plot, PlotAxis};
-use units::display::name_with_unit;
+use units::display::{name_with_unit, shorten_end};
 
 /// Sizes of pictures [px]: of failed checks, and of passed ones.
 pub const WIDE: [f64; 2] = [1080.0, 280.0];
 pub const SMALL: [f64; 2] = [350.0, 190.0];
+/// What a letter of an upright label takes of the height [px].
+const LETTER_HEIGHT: f64 = 10.0;
 
 /// What a check compares over time, and its expression.
 pub struct CheckPlot<'a> {
@@ -27,7 +29,8 @@ pub fn check_plot(place: usize, check: &CheckVerdict, size: [f64; 2]) -> Option<
     let [from, to] = check.during;
     let limits = points.iter().flat_map(|point| point.limit);
     let [label, limit] = trace_names(check);
-    let title = name_with_unit(&shortened_label(label, size), check.unit.as_deref());
+    let room = (size[1] / LETTER_HEIGHT) as usize;
+    let title = name_with_unit(&shorten_end(label, room), check.unit.as_deref());
     let y = PlotAxis::around_values(&title, points.iter().flat_map(|point| point.value).chain(limits));
     let mut plot = Plot::new(size, PlotAxis::linear("time [s]", from, to), y);
     plot.add_line(&min_max_line(points, |point| point.value), "c0", label);
@@ -58,15 +61,6 @@ pub fn worst_trace_value(check: &CheckVerdict) -> Option<f64> {
     match check.trace.content() {
         TraceContent::Sides | TraceContent::Reduced => check.value,
         TraceContent::Margins => check.margin,
-    }
-}
-
-/// As much of a label as has room along the height of a picture.
-fn shortened_label(label: &str, size: [f64; 2]) -> String {
-    let letters = (size[1] / 10.0) as usize;
-    match label.char_indices().nth(letters) {
-        Some((end, _)) => format!("{}…", &label[..end]),
-        None => label.to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use diagnostics::{Error, ErrorCollector};
 
 use super::super::dotted_keys::flatten_dotted_keys;
 use super::axes::level_text;
-use crate::document::{Design, Scenario, Sweep, Variant};
+use crate::document::{Design, Scenario, Sweep, SweepVariant};
 use crate::plan::{AxisValues, SweepAxis};
 
 /// The variants that stand in the scenario. What one of them leaves out is an empty text: it stays as in the scenario.
@@ -64,7 +64,7 @@ pub(super) fn resolve_variants(scenario: &Scenario, sweep: &Sweep) -> Result<Swe
 }
 
 /// What a variant sets, by names with dots.
-fn values_of(scenario: &Scenario, variant: &Variant) -> Result<BTreeMap<String, String>, Error> {
+fn values_of(scenario: &Scenario, variant: &SweepVariant) -> Result<BTreeMap<String, String>, Error> {
     let mut values = BTreeMap::new();
     for (name, value) in &variant.set {
         let mut take = |name: &str, inner: &toml::Value| {

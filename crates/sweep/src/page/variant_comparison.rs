@@ -9,7 +9,7 @@ use crate::variant_table::{VariantColumn, VariantTable};
 const MOST: usize = 6;
 
 /// A few variants beside each other.
-pub struct SideBySide {
+pub struct VariantComparison {
     pub heads: Vec<String>,
     pub rows: Vec<ComparedValue>,
     /// Whether a variant leaves a value as in the scenario.
@@ -34,7 +34,7 @@ pub struct ComparedCell {
     pub extreme_class: &'static str,
 }
 
-impl SideBySide {
+impl VariantComparison {
     /// Of two to six variants.
     pub fn new(table: &VariantTable) -> Option<Self> {
         if !(2..=MOST).contains(&table.rows.len()) || !table.selection.is_complete() {
