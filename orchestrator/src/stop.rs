@@ -45,6 +45,8 @@ impl StopCondition {
     pub fn stop_error_or(&self, error: Error) -> Error {
         match self.check_may_continue() {
             Ok(()) => error,
+            // It says so itself.
+            Err(Error::Overdue(_)) if matches!(error, Error::Overdue(_)) => error,
             Err(Error::Overdue(limit)) => Error::Overdue(format!("{error}; {limit}")),
             Err(end) => end,
         }
@@ -95,5 +97,20 @@ fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>) {
             fmu_import::exit_without_destructors(completed.unwrap_or(FOREIGN_FAILED));
         }
         before = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_over_its_limit_says_so_once() {
+        let stop = StopCondition::with_time_limit_only(Duration::ZERO);
+        std::thread::sleep(Duration::from_millis(1));
+        let overdue = stop.check_may_continue().expect_err("it is over");
+        assert_eq!(stop.stop_error_or(overdue).to_string(), time_limit_message(Duration::ZERO));
+        let failed = stop.stop_error_or(Error::invalid_input("a node failed"));
+        assert!(failed.to_string().starts_with("a node failed; the run was not over"), "{failed}");
     }
 }

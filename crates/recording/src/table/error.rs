@@ -38,7 +38,7 @@ pub enum TableError {
     },
     /// The scenario does not say which column is the time, and the file does not tell.
     #[error(
-        "{} is read as {format}, which needs `time`, the column of the time stamps [s]: it has {}",
+        "{} is read as {format}, which needs `time` in the scenario, the name of its column of time stamps [s]; as columns it has {}",
         path.display(), join_shortened(present)
     )]
     NoTime {

@@ -171,10 +171,12 @@ fn script_load_error(
     let own = [format!("{module}.py"), module.to_owned()];
     match own.into_iter().find(|name| path(name).exists()) {
         Some(own) => error.with_help(format!("to take it along: --with {}", path(&own).display())),
-        None => error.with_help(format!(
-            "install it for {} ({}), or name another Python by the environment variable TRACKSIDE_PYTHON",
-            interpreter.path.display(),
-            interpreter.reason
-        )),
+        None => {
+            let python = interpreter.path.display();
+            error.with_help(format!(
+                "install it for {python} ({}) by `{python} -m pip install {module}`, or name another Python by the environment variable TRACKSIDE_PYTHON",
+                interpreter.reason
+            ))
+        }
     }
 }
