@@ -143,6 +143,34 @@ impl ExampleFolder {
     }
 }
 
+/// What a scenario file that is not there may have been meant to be: a file of almost this name beside it, or an example.
+#[must_use]
+pub fn missing_scenario_help(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_str()?;
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|it| it.path());
+    let runs = |path: &PathBuf| {
+        path.extension().is_some_and(|it| ["toml", "fmu", "ssp", "ssd"].iter().any(|ending| it == *ending))
+    };
+    let mut beside: Vec<_> =
+        files.filter(runs).filter_map(|it| Some(it.file_name()?.to_str()?.to_owned())).collect();
+    beside.sort();
+    let without_ending = |file: &&String| Path::new(file).file_stem().is_some_and(|stem| stem == name);
+    let close = beside.iter().find(without_ending).map(String::as_str);
+    if let Some(close) = close.or_else(|| suggest::closest_name(name, beside.iter().map(String::as_str))) {
+        let close = folder.join(close);
+        return Some(format!("did you mean `{}`?", close.strip_prefix(".").unwrap_or(&close).display()));
+    }
+    let examples = ExampleFolder::of_current_program().ok()?.list_examples().ok()?;
+    let wanted = name.trim_end_matches(".toml");
+    let last_part = |name: &'_ str| name.rsplit('/').next().unwrap_or_default().to_owned();
+    let last_parts: Vec<_> = examples.keys().map(|name| last_part(name)).collect();
+    Some(match suggest::closest_name(wanted, last_parts.iter().map(String::as_str)) {
+        Some(close) => format!("`trackside examples {close}` copies an example into the current folder"),
+        None => "`trackside examples` lists the scenarios that came with the program".to_owned(),
+    })
+}
+
 /// The files `*.toml` in a folder and below, in order.
 fn toml_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut entries: Vec<_> = std::fs::read_dir(folder)?.collect::<Result<_, _>>()?;

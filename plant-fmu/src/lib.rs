@@ -5,7 +5,7 @@
 mod car;
 mod table;
 
-use car_file::{CarParameter, implausible_parameters};
+use car_file::{CarParameter, SteeringMonitor, implausible_parameters};
 use fmu_export::{
     EquationDerivatives, Equations, Info, Member, Model, ModelError, Number, RealValue, Terminal, Variable,
     log, real_values, warn,
@@ -39,6 +39,7 @@ struct SingleTrackPlant {
     input: SingleTrackInput,
     road: RoadConditions,
     outputs: PlantOutputs,
+    steering_monitor: SteeringMonitor,
 }
 
 /// Outputs that are no states.
@@ -70,6 +71,7 @@ impl Default for SingleTrackPlant {
             input,
             road: RoadConditions::default(),
             outputs: PlantOutputs { motion, kappa: [0.0; 2], omega, delta: 0.0 },
+            steering_monitor: SteeringMonitor::default(),
         }
     }
 }
@@ -162,9 +164,13 @@ impl Model for SingleTrackPlant {
             |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
+        self.steering_monitor = SteeringMonitor::default();
+        // It is among the sentences above.
+        let _ = self.steering_monitor.check(0.0, self.input.delta);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
+        self.steering_monitor.check(time, self.input.delta).into_iter().for_each(warn);
         self.build_car()?;
         if let Some(BuiltCar { car: Some(car), .. }) = &self.built {
             let input = self.detailed_input();

@@ -159,7 +159,9 @@ fn an_invalid_argument_is_rejected() {
     let lab = lab();
     lab.write("case.toml", good());
     for (arguments, says) in [
-        (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml"][..]),
+        (&["nowhere.toml"][..], &["cannot read the scenario nowhere.toml", "`trackside examples` lists"][..]),
+        (&["case"], &["cannot read the scenario case", "did you mean `case.toml`?"]),
+        (&["limit_handlin"], &["`trackside examples limit_handling` copies"]),
         (&["case.toml", "--set", "plnt.body.m=1"], &["unknown node `plnt`", "did you mean `plant`?"]),
         (&["case.toml", "--set", "plant=1"], &["expected node.variable=value", "plant=1"]),
         (&["case.toml", "--realtime", "0"], &["--realtime", "above 0"]),

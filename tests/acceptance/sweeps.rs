@@ -247,7 +247,7 @@ fn a_list_and_joint_draws_are_taken_line_by_line() {
     assert!(said.contains("#  name      verdict") && said.contains("0  slow one  passed"), "{said}");
     assert_eq!(texts(&results(&lab, "plan"), "name"), ["slow one", "fast"]);
     assert!(lab.read("plan/sweep.csv").starts_with("variant,name,seed,ramp.x [m/s],verdict"));
-    let again = lab.trackside(&["replay", "plan/slow one", "--no-rerun"]).expect(0);
+    let again = lab.trackside(&["replay", "plan/slow one", "--rerun", "off"]).expect(0);
     assert!(again.stdout.contains("the same results") && again.stderr.contains("variant 0 slow one"));
     assert!(lab.has("plan/variants/0_slow_one/report.html"));
     let page = lab.read("plan/sweep.html");
@@ -356,7 +356,7 @@ fn a_replay_gives_the_same_bits_and_chosen_variants_are_recorded() {
     }
     let verdicts = texts(&results(&lab, "plan"), "verdict");
     let sound = verdicts.iter().rposition(|it| it != "error").expect("one that ends");
-    let again = lab.trackside(&["replay", &format!("plan/{sound}"), "--no-rerun", "--csv"]);
+    let again = lab.trackside(&["replay", &format!("plan/{sound}"), "--rerun", "off", "--csv"]);
     assert!(again.stdout.contains("the same results as in the sweep, to the last bit"), "{}", again.stderr);
     assert!(lab.has(&format!("plan/variants/{sound}/run.csv")));
     lab.trackside(&["replay", "plan/30"]).expect(2).says(&["variants 0 to 29, found 30"]);

@@ -27,7 +27,7 @@ mod table;
 pub use car::{
     WheelKinematics, read_aerodynamic_map, read_brake_curves, read_engine_torque, read_kinematics,
 };
-pub use plausibility::{CarParameter, implausible_parameters};
+pub use plausibility::{CarParameter, SteeringMonitor, implausible_parameters};
 
 /// What is wrong with a table. It begins with the line, so that the name of the table goes before it: `aero.map:3: ...`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,8 +1,9 @@
 //! Judges the parameters of a car by plausible ranges of each kind of car, and names the likely slip.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use units::Unit;
 
 /// Parameters that nobody gave count half when the kind of the car is looked for: they are those of another car.
@@ -47,6 +48,26 @@ pub fn implausible_parameters(parameters: &[CarParameter]) -> Vec<String> {
         }
     }
     sentences
+}
+
+/// Says once per drive that the wheels are steered as no car's are; its value at the start is judged with the parameters.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct SteeringMonitor {
+    has_warned: bool,
+}
+
+impl SteeringMonitor {
+    /// Whether this angle of the road wheels [rad] at this time [s] is the first that no car has, with a sentence about it.
+    pub fn check(&mut self, time: f64, delta: f64) -> Option<String> {
+        // The table, whose reading takes longer than a step, need not be asked of an angle below a quarter of a turn.
+        if self.has_warned || delta.abs() < FRAC_PI_2 {
+            return None;
+        }
+        let sentences =
+            implausible_parameters(&[CarParameter { name: "delta", value: delta, is_given: true }]);
+        self.has_warned = true;
+        sentences.first().map(|sentence| format!("at {time:.4} s {sentence}"))
+    }
 }
 
 /// The form of `plausible_ranges.toml`, which says what each key means.
@@ -237,6 +258,19 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn steering_in_degrees_is_told_once() {
+        let mut monitor = SteeringMonitor::default();
+        assert_eq!(monitor.check(0.0, 0.6), None);
+        let sentence = monitor.check(1.0, -20.0).expect("no car steers so");
+        assert!(
+            sentence.starts_with("at 1.0000 s `delta` is -20 rad, expected -1.6 to 1.6 rad"),
+            "{sentence}"
+        );
+        assert!(sentence.ends_with("Is it -20 deg = -0.3491 rad?"), "{sentence}");
+        assert_eq!(monitor.check(2.0, 20.0), None);
+    }
 
     /// The demo car with these parameters given.
     fn judged(given: &[(&'static str, f64)]) -> Vec<String> {

@@ -8,7 +8,7 @@ mod table;
 
 use std::sync::Arc;
 
-use car_file::{CarParameter, implausible_parameters};
+use car_file::{CarParameter, SteeringMonitor, implausible_parameters};
 use fmu_export::{Info, Member, Model, ModelError, RealValue, Terminal, Variable, log, real_values, warn};
 use maps::CarTables;
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,7 @@ struct DualTrackPlant {
     state: DualTrackState,
     input: DualTrackInput,
     outputs: PlantOutputs,
+    steering_monitor: SteeringMonitor,
     /// Wheels whose tire was told to be outside of its limits.
     tire_warned: [bool; 4],
     /// Quantities that were told to leave their table.
@@ -105,6 +106,7 @@ impl Default for DualTrackPlant {
             state: DualTrackState::default(),
             input: DualTrackInput::default(),
             outputs: PlantOutputs::default(),
+            steering_monitor: SteeringMonitor::default(),
             tire_warned: [false; 4],
             table_warned: [false; QUANTITIES],
         }
@@ -231,9 +233,13 @@ impl Model for DualTrackPlant {
             |it: &RealValue| CarParameter { name: it.name, value: it.value, is_given: it.is_given };
         let parameters: Vec<_> = real_values(self).iter().map(parameter).collect();
         implausible_parameters(&parameters).into_iter().for_each(warn);
+        self.steering_monitor = SteeringMonitor::default();
+        // It is among the sentences above.
+        let _ = self.steering_monitor.check(0.0, self.input.delta);
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
+        self.steering_monitor.check(time, self.input.delta).into_iter().for_each(warn);
         let car = self.prepared_car()?;
         self.state = car.advance(&self.state, &self.input, step, self.substep);
         let StartMotion { X, Y, psi, v_x, v_y, r } = self.state.planar;

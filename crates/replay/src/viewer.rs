@@ -91,7 +91,9 @@ fn recording_file(run: &Path) -> Result<PathBuf, Error> {
 /// The viewer on the search path, if it is the right one.
 fn find_viewer() -> Result<&'static str, Error> {
     const VIEWER: &str = "rerun";
-    let install = format!("install it: pip install rerun-sdk=={VERSION}");
+    let install = format!(
+        "install it: pip install rerun-sdk=={VERSION}; report.html beside the recording plays the run in any browser"
+    );
     let output = Command::new(VIEWER).arg("--version").stdin(Stdio::null()).output();
     let Ok(output) = output else {
         return Err(

@@ -7,7 +7,7 @@ mod markdown;
 use serde_json::{Value, json};
 
 pub use entry::{KeyReference, list_schema_keys};
-pub use explain::{explain_key, matching_paths};
+pub use explain::{MOST_EXPLAINED, ambiguous_key, explain_key, list_top_keys, matching_paths, unknown_key};
 pub use markdown::schema_to_markdown;
 
 use crate::document;
@@ -113,6 +113,8 @@ mod tests {
             ("time", "[time]"),
             ("coupling.algorithm", "`gauss_seidel`"),
             ("quantise", "connect.quantise"),
+            ("bias", "connect.bias"),
+            ("bias", "fault.bias"),
         ] {
             let text = explain(key).expect(key);
             assert!(text.contains(part), "{key}: {text}");
@@ -120,7 +122,7 @@ mod tests {
         for (key, part) in [
             ("seeed", "did you mean `seed`?"),
             ("conect.noise", "did you mean `connect.noise`?"),
-            ("label", "view.arrow.label, "),
+            ("name", "analysis.name, "),
         ] {
             let error = explain(key).expect_err(key);
             assert!(error.contains(part), "{key}: {error}");

@@ -1,10 +1,10 @@
-//! `trackside explain`: prints type, unit, default, example and description of a key, or the reference of all keys.
+//! `trackside explain`: lists the tables of a scenario, explains a key with type, unit, default and example, or prints the whole reference.
 
 use std::path::Path;
 
 use clap::Args;
 use diagnostics::Error;
-use diagnostics::suggest::{UnknownName, join_shortened};
+use diagnostics::suggest::UnknownName;
 use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
 use scenario::{document, reference};
@@ -22,9 +22,12 @@ const IDENTIFICATION: &str = include_str!("../../../docs/reference/identify.sche
 /// Arguments of `trackside explain`.
 #[derive(Args)]
 pub struct ExplainArguments {
-    /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`, when that is unique; also of the configuration of
-    /// `identify`; all keys of scenarios in Markdown without it.
+    /// The key: `connect.noise`, `[[connect]]`, or the end of its path, `noise`; also of the configuration of `identify`; a list of the
+    /// tables without it.
     key: Option<String>,
+    /// Print the whole reference in Markdown.
+    #[arg(long, conflicts_with = "key")]
+    all: bool,
     /// Explain a key of the configuration of this plugin: a library, or a package of the workspace.
     #[arg(long, value_name = "PATH|CRATE")]
     plugin: Option<String>,
@@ -33,67 +36,75 @@ pub struct ExplainArguments {
 /// Prints the entry of the reference.
 ///
 /// # Errors
-/// When no key is called so, or several are; when the plugin cannot be loaded or does not describe its configuration.
+/// When no key is called so, or too many are; when the plugin cannot be loaded or does not describe its configuration.
 pub fn run_explain_command(arguments: &ExplainArguments) -> Result<u8, Error> {
     let scenario = document::scenario_schema_value();
+    let identification = || serde_json::from_str::<Value>(IDENTIFICATION).unwrap_or_default();
     let text = match (&arguments.plugin, &arguments.key) {
         (Some(plugin), key) => {
             let schema = config_schema(plugin)?;
             match key {
                 Some(key) => reference::explain_key(&schema, key).map_err(UnknownName::into_error)?,
-                None => reference::schema_to_markdown(&schema, &format!("Configuration of `{plugin}`")),
+                None if arguments.all => {
+                    reference::schema_to_markdown(&schema, &format!("Configuration of `{plugin}`"))
+                }
+                None => plugin_keys(plugin, &schema),
             }
         }
-        (None, None) => reference::schema_to_markdown(scenario, "Scenario reference"),
+        (None, None) if arguments.all => reference::schema_to_markdown(scenario, "Scenario reference"),
+        (None, None) => format!(
+            "Keys of a scenario:\n{}\n`trackside explain KEY` explains a key or the keys of a table, `trackside explain {PLUGIN}` lists \
+             those of the\nidentification, `trackside explain --all` prints all in Markdown.\n",
+            reference::list_top_keys(scenario)
+        ),
+        (None, Some(key)) if key == PLUGIN => plugin_keys(PLUGIN, &identification()),
         (None, Some(key)) => {
-            let config: Value = serde_json::from_str(IDENTIFICATION).unwrap_or_default();
-            explain_anywhere(scenario, &config, key).map_err(UnknownName::into_error)?
+            explain_anywhere(scenario, &identification(), key).map_err(UnknownName::into_error)?
         }
     };
     print_text(&text);
     Ok(0)
 }
 
-/// The key of a scenario, or of the configuration of the plugin that came with the program, whichever has one that is called so.
+/// The keys of the configuration of a plugin, a line for each.
+fn plugin_keys(plugin: &str, schema: &Value) -> String {
+    format!(
+        "Keys of [analysis.config] of an [[analysis]] by the plugin `{plugin}`:\n{}\n`trackside explain --plugin {plugin} KEY` explains one, \
+         `trackside explain --plugin {plugin} --all` prints all in Markdown.\n",
+        reference::list_top_keys(schema)
+    )
+}
+
+/// The key of a scenario, and of the configuration of the plugin that came with the program.
 fn explain_anywhere(scenario: &Value, config: &Value, key: &str) -> Result<String, UnknownName> {
     let below = key.trim().trim_start_matches("analysis.config.");
     let of_scenario = reference::matching_paths(scenario, key);
     let of_plugin = reference::matching_paths(config, below);
-    match (of_scenario.as_slice(), of_plugin.as_slice()) {
-        ([_], []) => reference::explain_key(scenario, key),
-        ([_], _) => {
-            let note = format!(
-                "\nAlso a key of [analysis.config] of `{PLUGIN}`: trackside explain --plugin {PLUGIN} {below}\n"
-            );
-            Ok(reference::explain_key(scenario, key)? + &note)
+    let explain_plugin_key = || {
+        let text = reference::explain_key(config, below)?;
+        Ok(format!("In [analysis.config] of an [[analysis]] by the plugin `{PLUGIN}`:\n\n{text}"))
+    };
+    match (of_scenario.len(), of_plugin.len()) {
+        (0, 0) => Err(closest_unknown_key(scenario, config, key)),
+        (_, 0) => reference::explain_key(scenario, key),
+        (0, _) => explain_plugin_key(),
+        (own, others) if own + others <= reference::MOST_EXPLAINED => {
+            Ok(reference::explain_key(scenario, key)? + "\n" + &explain_plugin_key()?)
         }
-        ([], [_]) => {
-            let text = reference::explain_key(config, below)?;
-            Ok(format!("In [analysis.config] of an [[analysis]] by the plugin `{PLUGIN}`:\n\n{text}"))
-        }
-        ([], []) => {
-            let unknown = reference::explain_key(scenario, key);
-            let is_close =
-                |it: &UnknownName| it.help.as_ref().is_some_and(|help| help.starts_with("did you mean"));
-            match reference::explain_key(config, below) {
-                Err(close) if is_close(&close) && unknown.as_ref().is_err_and(|it| !is_close(it)) => {
-                    Err(close)
-                }
-                _ => unknown,
-            }
-        }
-        (scenario_paths, plugin_paths) => {
-            let own = scenario_paths.iter().cloned();
-            let others = plugin_paths.iter().map(|path| format!("{path} (of `{PLUGIN}`)"));
-            let paths: Vec<_> = own.chain(others).collect();
-            let help = Some(format!("known: {}", join_shortened(&paths)));
-            Err(UnknownName {
-                message: format!("several keys are called `{below}`"),
-                help,
-                name: below.to_owned(),
-            })
+        _ => {
+            let others = of_plugin.iter().map(|path| format!("{path} (of `{PLUGIN}`)"));
+            let paths: Vec<_> = of_scenario.into_iter().chain(others).collect();
+            Err(reference::ambiguous_key(below, &paths))
         }
     }
+}
+
+/// What is said of a key that neither has: the better of the two suggestions.
+fn closest_unknown_key(scenario: &Value, config: &Value, key: &str) -> UnknownName {
+    let is_close = |it: &UnknownName| it.help.as_ref().is_some_and(|help| help.starts_with("did you mean"));
+    let own = reference::unknown_key(scenario, key);
+    let other = reference::unknown_key(config, key.trim().trim_start_matches("analysis.config."));
+    if is_close(&other) && !is_close(&own) { other } else { own }
 }
 
 /// The JSON schema of the configuration of a plugin.
@@ -135,7 +146,7 @@ mod tests {
             ("noise.std", &["connect.noise.std: a number"]),
             ("axle_couplin", &["did you mean `axle_coupling`?"]),
             ("conect.noise", &["did you mean `connect.noise`?"]),
-            ("name", &["several keys are called `name`", "fmu.name"]),
+            ("name", &["keys are called `name`", "fmu.name"]),
         ] {
             let text = explain(key);
             for part in parts {

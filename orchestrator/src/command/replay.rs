@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use diagnostics::Error;
 use orchestrator::sweep::{self, SweepPlanFolder};
 use orchestrator::{ReplayOutput, RunContext, RunOptions};
@@ -23,9 +23,18 @@ pub struct ReplayArguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
-    /// Write no file for the Rerun viewer.
-    #[arg(long)]
-    no_rerun: bool,
+    /// Where the replay goes.
+    #[arg(long, value_enum, default_value_t = ReplayFileArg::Save)]
+    rerun: ReplayFileArg,
+}
+
+/// Whether a file for the Rerun viewer is written.
+#[derive(Clone, Copy, ValueEnum)]
+enum ReplayFileArg {
+    /// To the file run.rrd.
+    Save,
+    /// Nowhere.
+    Off,
 }
 
 /// Runs the variant, and says whether it gave what it gave in the sweep.
@@ -34,7 +43,10 @@ pub struct ReplayArguments {
 /// When there is no such variant, or its run fails.
 pub fn run_replay_command(arguments: &ReplayArguments) -> Result<u8, Error> {
     let (plan, variant) = sweeps::variant_of(&arguments.variant)?;
-    let replay = if arguments.no_rerun { ReplayOutput::Off } else { ReplayOutput::Save };
+    let replay = match arguments.rerun {
+        ReplayFileArg::Save => ReplayOutput::Save,
+        ReplayFileArg::Off => ReplayOutput::Off,
+    };
     let out = match &arguments.out {
         Some(out) => out.clone(),
         None => variant_run_folder(&plan, variant)?,

@@ -9,6 +9,7 @@ use cosim::system::Algorithm;
 use diagnostics::{Error, ErrorCollector, escape_for_terminal};
 use indicatif::ProgressBar;
 use orchestrator::baseline_change::BaselineChange;
+use orchestrator::examples::missing_scenario_help;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStartRole, suite};
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
@@ -334,7 +335,10 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
     });
     let run = match outcome {
         Ok(run) => run,
-        Err(error) => return print_error(error),
+        Err(error) => {
+            let help = if path.exists() { None } else { missing_scenario_help(path) };
+            return print_error(error.with_optional_help(help));
+        }
     };
     print_run_warnings(&run.report);
     print_text(&run.report.terminal_lines());

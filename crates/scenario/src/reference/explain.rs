@@ -27,31 +27,61 @@ fn matching_entries<'e>(entries: &'e [KeyReference], key: &str) -> Vec<&'e KeyRe
     entries.iter().filter(|it| it.path.ends_with(&ending)).collect()
 }
 
-/// The explanation of a key: its path `connect.noise`, its table `[[connect]]`, or the end of its path when that is unique.
+/// The keys that one name explains at once; of more only the paths are named.
+pub const MOST_EXPLAINED: usize = 6;
+
+/// The explanation of a key: its path `connect.noise`, its table `[[connect]]`, or the end of its path. Of a name that ends several paths,
+/// each key is explained.
 ///
 /// # Errors
-/// When no key is called so, or several are.
+/// When no key is called so, or more than [`MOST_EXPLAINED`] are.
 pub fn explain_key(schema: &Value, key: &str) -> Result<String, UnknownName> {
     let entries = list_schema_keys(schema);
     let wanted = key.trim().trim_matches(['[', ']']).trim();
     let found = matching_entries(&entries, key);
-    match found[..] {
-        [first, ref others @ ..] if others.iter().all(|it| it.path == first.path) => {
+    let mut paths: Vec<_> = found.iter().map(|entry| entry.path.as_str()).collect();
+    paths.dedup();
+    match paths.len() {
+        0 => Err(unknown_key(schema, key)),
+        1..=MOST_EXPLAINED => {
             let texts = found.iter().map(|entry| describe_key(entry, &entries));
             Ok(texts.collect::<Vec<_>>().join("\n"))
         }
-        [] => {
-            let paths = entries.iter().map(|entry| entry.path.as_str());
-            let known: Vec<_> = paths.chain(entries.iter().map(KeyReference::last_key)).collect();
-            Err(suggest::unknown_name("key", wanted, known))
-        }
-        _ => {
-            let paths: Vec<_> = found.iter().map(|entry| entry.path.as_str()).collect();
-            let message = format!("several keys are called `{wanted}`");
-            let help = Some(format!("known: {}", join_shortened(&paths)));
-            Err(UnknownName { message, help, name: wanted.to_owned() })
-        }
+        _ => Err(ambiguous_key(wanted, &paths)),
     }
+}
+
+/// What is said of a name that no key has.
+#[must_use]
+pub fn unknown_key(schema: &Value, key: &str) -> UnknownName {
+    let entries = list_schema_keys(schema);
+    let paths = entries.iter().map(|entry| entry.path.as_str());
+    let known: Vec<_> = paths.chain(entries.iter().map(KeyReference::last_key)).collect();
+    suggest::unknown_name("key", key.trim().trim_matches(['[', ']']).trim(), known)
+}
+
+/// What is said of a name that ends the paths of too many keys.
+#[must_use]
+pub fn ambiguous_key(name: &str, paths: &[impl AsRef<str>]) -> UnknownName {
+    UnknownName {
+        message: format!("{} keys are called `{name}`", paths.len()),
+        help: Some(format!("take one of {}", join_shortened(paths))),
+        name: name.to_owned(),
+    }
+}
+
+/// The keys at the top of a schema, a line for each, in a group for each condition that they depend on.
+#[must_use]
+pub fn list_top_keys(schema: &Value) -> String {
+    let entries = list_schema_keys(schema);
+    let top: Vec<_> = entries.iter().filter(|it| it.parent_path().is_empty()).collect();
+    let groups = top.chunk_by(|a, b| a.conditions == b.conditions);
+    let texts = groups.map(|keys| {
+        let conditions = keys[0].conditions_as_toml().join(" and ");
+        let head = if conditions.is_empty() { conditions } else { format!("\nwith {conditions}\n") };
+        head + &key_lines(keys, |key| if key.is_table { &key.heading } else { &key.path })
+    });
+    texts.collect()
 }
 
 /// The path of the keys of a table: `table.columns.NAME`.
@@ -88,13 +118,18 @@ fn describe_key(entry: &KeyReference, entries: &[KeyReference]) -> String {
     };
     let keys: Vec<_> = entries.iter().filter(below).collect();
     if entry.is_table && !keys.is_empty() {
-        let width = keys.iter().map(|it| it.last_key().len()).max().unwrap_or(0);
-        let _ = writeln!(text, "\nKeys:");
-        for key in keys {
-            let first = key.description.split(". ").next().unwrap_or_default();
-            let required = if key.required { " (required)" } else { "" };
-            let _ = writeln!(text, "  {:width$}  {}{required}", key.last_key(), first.trim_end_matches('.'));
-        }
+        let _ = write!(text, "\nKeys:\n{}", key_lines(&keys, KeyReference::last_key));
     }
     text
+}
+
+/// A line for each key: its name and the first sentence about it.
+fn key_lines<'e>(keys: &[&'e KeyReference], name: impl Fn(&'e KeyReference) -> &'e str) -> String {
+    let width = keys.iter().map(|it| name(it).len()).max().unwrap_or(0);
+    let lines = keys.iter().map(|key| {
+        let first = key.description.split(". ").next().unwrap_or_default();
+        let required = if key.required { " (required)" } else { "" };
+        format!("  {:width$}  {}{required}\n", name(key), first.trim_end_matches('.'))
+    });
+    lines.collect()
 }
