@@ -567,7 +567,7 @@ class CarMap {
     if (this.whole) {
       const [[x0, x1], [y0, y1]] = this.bounds;
       const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, (innerWidth > 1000 ? 0.3 : 0.14) * innerHeight).toFixed(0) + 'px';
-      if (this.svg.style.height !== wanted) { this.svg.style.height = wanted; return; }
+      if (this.resizeTo(wanted)) return;
       const [left, below] = [44, 30];
       this.scale = Math.min((w - left - 16) / (x1 - x0 + 4), (h - below - 14) / (y1 - y0 + 4));
       this.center = [(x0 + x1) / 2, (y0 + y1) / 2];
@@ -576,12 +576,19 @@ class CarMap {
       // A straight course is a strip: no empty ground above and below.
       const most = (innerWidth > 1000 ? 0.37 : 0.2) * innerHeight;
       const wanted = clamp(w / CLOSE * (2 * sideways() + 7), Math.min(most, innerWidth > 1000 ? 170 : 120), most).toFixed(0) + 'px';
-      if (this.svg.style.height !== wanted) { this.svg.style.height = wanted; return; }
+      if (this.resizeTo(wanted)) return;
       this.scale = w / this.metres;
       this.middle = [w / 2, h / 2];
     }
     this.follow(now);
     if (this.whole) this.drawGrid();
+  }
+
+  /** Sets the height; says whether that changes it, as then it is drawn again. */
+  resizeTo(height) {
+    if (this.svg.style.height === height) return false;
+    this.svg.style.height = height;
+    return this.svg.clientHeight !== this.h;
   }
 
   position() {

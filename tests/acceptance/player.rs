@@ -23,7 +23,7 @@ fn the_page_of_a_run_is_played_in_a_browser() {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
     let driven = Scenario::headed("title = 'Double lane change'")
-        .time(0.01, 11.0)
+        .time(0.01, 13.0)
         .fmu("plant", "plant.fmu", "start.v_x = 22.2, delta = 0.0, F_x = 0.0")
         .section(
             "[[manoeuvre]]\nname = 'test'\ncar = 'plant'\nentry_speed = 22.2\nwheelbase = 3.0\npath_follower = { yaw_gain = 0.2 }\n\

@@ -88,7 +88,8 @@ def drive(browser):
 
     diagram = page.locator("figure", has_text="Accelerations")
     diagram.scroll_into_view_if_needed()
-    bound = diagram.locator("svg.area path.dash")
+    bound = diagram.locator("svg.area path.dash[d]")
+    bound.wait_for(state="attached")
     before = bound.get_attribute("d")
     watched.drag("input.time", 0.45)
     assert before and bound.get_attribute("d") != before, "a curve of signals moves"
