@@ -284,13 +284,14 @@ class Chart {
 
   drawLayer({ kind, css, x, y, trail, shapes, mark }, area) {
     if (trail || shapes) return;
+    const marks = this.layers.map((it) => it.mark).filter(Boolean);
     if (kind === 'dot') {
       for (let k = 0; k < x.length; k++) {
         const [a, b] = this.place(x[k], y[k]);
         if (Number.isFinite(a) && Number.isFinite(b)) drawn('circle', { class: 'dot ' + css, cx: a.toFixed(1), cy: b.toFixed(1), r: 4.5 }, area);
-        // Beside it, to the side that has more room.
-        const end = a - LEFT > this.inner / 2;
-        if (mark) drawn('text', { class: 'mark ' + (end ? 'end' : 'begin'), x: (a + (end ? -8 : 8)).toFixed(1), y: (b + (b - TOP < 20 ? 15 : -7)).toFixed(1) }, area, visible(mark));
+        // Beside it, to the side that has more room; one name above the line, the next one below it.
+        const end = a - LEFT > this.inner / 2, below = b - TOP < 20 || (marks.indexOf(mark) % 2 === 1 && b < this.height - BOTTOM - 20);
+        if (mark) drawn('text', { class: 'mark ' + (end ? 'end' : 'begin'), x: (a + (end ? -8 : 8)).toFixed(1), y: (b + (below ? 17 : -7)).toFixed(1) }, area, visible(mark));
       }
       return;
     }
@@ -718,7 +719,7 @@ if (car && speeds[1] > speeds[0]) {
 }
 const touches = data.hits.map((it) => it[1]).sort((a, b) => a - b);
 if (touches.length) {
-  const moments = touches.slice(0, 4).map((it) => `${it.toFixed(2)} s`).join(', ') + (touches.length > 4 ? ', …' : '');
+  const moments = touches.slice(0, 4).map((it) => `${it.toFixed(2)} s`).join(', ') + (touches.length > 4 ? ' and later' : '');
   const all = CONES.length === 1 ? 'the cone' : `${touches.length} of ${CONES.length} cones`;
   deck.append(element('p', { class: 'hits' }, element('i', { class: 'dot' }), ` The car hits ${all}, at ${moments}.`));
 }

@@ -124,7 +124,8 @@ impl TestDiagram {
     /// Adds a mark at a point, if there is one, with its value upwards for a name.
     #[must_use]
     pub fn with_mark_labelled_by_value(self, unit: &str, point: Option<[f64; 2]>) -> Self {
-        let value = point.map_or(f64::NAN, |[_, y]| y);
+        // What rounds to zero has no sign.
+        let value = point.map_or(f64::NAN, |[_, y]| (100.0 * y).round() / 100.0 + 0.0);
         self.with_mark(format!("{value:.2} {unit}"), point)
     }
 
