@@ -7,10 +7,10 @@ use assessment::check::RunChecks;
 use assessment::collected::ValueCollector;
 use cosim::fault_report::FaultReporter;
 use diagnostics::{Error, rounded_time};
-use recording::overview::RunOverview;
+use recording::overview::{CompletedLap, RunOverview};
 use recording::{
-    AllVariables, AnalysisColumns, BoxedSink, EventLevel, RecordedSelection, RecordedVariables, Row,
-    RunEvent, Sink, SinkNotice, StatusChange,
+    AllVariables, AnalysisColumns, BoxedSink, CourseLayout, EventLevel, RecordedSelection, RecordedVariables,
+    Row, RunEvent, Sink, SinkNotice, StatusChange,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 use scenario::resolve;
@@ -118,6 +118,11 @@ impl RunRecorder {
     /// What the page of the run shows over time; none of a run that is not recorded.
     pub fn run_pictures(&self) -> Option<RunPictures<'_>> {
         Some(RunPictures { overview: self.recordings.overview.as_ref()?, tests: &self.tests })
+    }
+
+    /// The laps that were completed, of a run that is recorded.
+    pub fn completed_laps(&self) -> &[CompletedLap] {
+        self.recordings.overview.as_ref().map_or(&[], RunOverview::completed_laps)
     }
 
     /// The URLs that viewers can connect to.
@@ -313,8 +318,8 @@ impl Sink<AllVariables> for OpenRecordings {
         self.for_each_sink(|sink| sink.push_diagram(analysis, group, diagram))
     }
 
-    fn push_course(&mut self, cones: &[[f64; 2]], path: &[[f64; 2]]) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.push_course(cones, path))
+    fn push_course(&mut self, course: &CourseLayout) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_course(course))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -1,6 +1,7 @@
 //! The report of a run: `report.json`, the HTML page, and the text in the terminal.
 
 mod analysis_summary;
+mod laps;
 mod page;
 mod previous_run;
 mod provenance;
@@ -18,6 +19,7 @@ use cosim::exchange::NodeStepTiming;
 use cosim::master::RunProgress;
 use cosim::system::NodePlan;
 use diagnostics::{Error, SourceFiles};
+use recording::overview::CompletedLap;
 use scenario::Scenario;
 use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
@@ -118,6 +120,9 @@ pub struct RunReport {
     pub provenance: RunProvenance,
     /// The files that analyses left beside the report.
     pub files: Vec<String>,
+    /// The laps that were completed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub laps: Vec<CompletedLap>,
     /// Where the files are.
     #[serde(skip)]
     pub folder: PathBuf,
@@ -270,6 +275,7 @@ impl RunReport {
             coupling: CouplingSummary::default(),
             provenance: RunProvenance::new(scenario, plan),
             files: Vec::new(),
+            laps: Vec::new(),
             folder: plan.header.folder.clone(),
             has_baselines: !plan.baselines.is_empty(),
             warnings: plan.system.warnings.clone(),
@@ -359,6 +365,15 @@ impl RunReport {
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output_failure(&path, error))
+    }
+
+    /// The values from outside the scenario, as people read them: `test.entry_speed = 100 km/h`.
+    fn set_values(&self) -> Vec<String> {
+        let spaced = |word: &String| match word.split_once('=') {
+            Some((name, value)) => format!("{name} = {value}"),
+            None => word.clone(),
+        };
+        self.provenance.set.iter().map(spaced).collect()
     }
 
     /// The exit code of the program.

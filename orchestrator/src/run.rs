@@ -250,6 +250,7 @@ impl ScenarioJob<'_> {
             report.warnings.extend(recorder.checks.unfailing_warnings(&verdicts, &plan.system.columns));
         }
         baseline::draw_baseline_plots(&recorder.baselines, &mut report)?;
+        report.laps = recorder.completed_laps().to_vec();
         report.late_points = timer.late_points();
         report.complete_after_run(&progress, clock.step, verdicts, failure.as_ref());
         if self.options.realtime.is_none() {

@@ -225,18 +225,22 @@ class Chart {
     const { svg } = this;
     const width = svg.clientWidth;
     if (!width) return;
-    if (this.ellipse) {
-      // A circle is one.
+    let w = width - LEFT - RIGHT;
+    if (this.equal) {
+      // A circle is one: what a unit takes is the same on both axes, on wide pages too.
       const [across, up] = [this.x, this.y].map(([from, to]) => Math.abs(to - from));
-      this.height = clamp((width - LEFT - RIGHT) * up / across, 160, 340) + TOP + BOTTOM;
+      const most = Math.min(340, w * up / across);
+      this.height = most + TOP + BOTTOM;
+      w = Math.max(120, most * across / up);
     }
     const { height } = this;
     this.stale = false;
     this.width = width;
+    this.inner = w;
     svg.setAttribute('viewBox', `0 0 ${width} ${height}`);
     svg.style.height = height + 'px';
     svg.replaceChildren();
-    const [w, h] = [width - LEFT - RIGHT, height - TOP - BOTTOM];
+    const h = height - TOP - BOTTOM;
     const [x0, x1] = this.window, [y0, y1] = this.y;
     const logarithmic = this.scale === 'logarithmic';
     const share = logarithmic ? (x) => Math.log(x / x0) / Math.log(x1 / x0) : (x) => (x - x0) / (x1 - x0);
@@ -271,18 +275,23 @@ class Chart {
       drawn('ellipse', { class: 'ellipse', cx, cy, rx: Math.abs(ex - cx), ry: Math.abs(ey - cy) }, area);
     }
     for (const layer of this.layers) this.drawLayer(layer, area);
+    this.shapes = this.layers.filter((layer) => layer.shapes).map((layer) => [layer, drawn('path', { class: 'dash ' + layer.css }, area)]);
     this.trails = this.layers.filter((layer) => layer.trail).map((layer) => [layer, drawn('path', { class: 'trail ' + layer.css }, area), drawn('circle', { class: 'now ' + layer.css, r: 5 }, area)]);
     this.dots = this.layers.filter((layer) => layer.t && !this.time && !layer.trail).map((layer) => [layer, drawn('circle', { class: 'now ' + layer.css, r: 5 }, area)]);
     this.cursor = this.time ? drawn('line', { class: 'cursor', x1: 0, x2: 0, y1: TOP, y2: TOP + h }, area) : null;
     this.follow(now);
   }
 
-  drawLayer({ kind, css, x, y, trail }, area) {
-    if (trail) return;
+  drawLayer({ kind, css, x, y, trail, shapes, mark }, area) {
+    if (trail || shapes) return;
+    const marks = this.layers.map((it) => it.mark).filter(Boolean);
     if (kind === 'dot') {
       for (let k = 0; k < x.length; k++) {
         const [a, b] = this.place(x[k], y[k]);
         if (Number.isFinite(a) && Number.isFinite(b)) drawn('circle', { class: 'dot ' + css, cx: a.toFixed(1), cy: b.toFixed(1), r: 4.5 }, area);
+        // Beside it, to the side that has more room; one name above the line, the next one below it.
+        const end = a - LEFT > this.inner / 2, below = b - TOP < 20 || (marks.indexOf(mark) % 2 === 1 && b < this.height - BOTTOM - 20);
+        if (mark) drawn('text', { class: 'mark ' + (end ? 'end' : 'begin'), x: (a + (end ? -8 : 8)).toFixed(1), y: (b + (below ? 17 : -7)).toFixed(1) }, area, visible(mark));
       }
       return;
     }
@@ -299,6 +308,12 @@ class Chart {
     if (!this.place || this.stale || !this.seen) return;
     if (this.cursor) this.cursor.setAttribute('transform', `translate(${this.place(time, 0)[0].toFixed(2)} 0)`);
     for (const [layer, dot] of this.dots) this.move(dot, pointAt(layer, time));
+    for (const [layer, path] of this.shapes) {
+      const count = layer.y.length / layer.x.length, at = clamp((time - FIRST) / layer.step, 0, count - 1);
+      const k = Math.floor(at), next = Math.min(k + 1, count - 1), n = layer.x.length;
+      const y = layer.x.map((_, i) => layer.y[k * n + i] + (at - k) * (layer.y[next * n + i] - layer.y[k * n + i]));
+      path.setAttribute('d', polyline(layer.x, y, 0, n, this.place));
+    }
     for (const [layer, path, dot] of this.trails) {
       const k = clamp(Math.floor((time - FIRST) / layer.step), 0, layer.x.length - 1);
       const from = Math.max(0, Math.floor(k - layer.trail / layer.step));
@@ -315,7 +330,7 @@ class Chart {
 
   timeAt(x, y) {
     if (!this.place) return NaN;
-    if (this.time) { const [from, to] = this.window; return from + (x - LEFT) / (this.width - LEFT - RIGHT) * (to - from); }
+    if (this.time) { const [from, to] = this.window; return from + (x - LEFT) / this.inner * (to - from); }
     let [best, nearest] = [NaN, Infinity];
     for (const layer of this.layers) {
       if (!layer.t && !layer.trail) continue;
@@ -425,18 +440,20 @@ const KINDS = { curve: ['line', 'c0'], second: ['line', 'c2'], reference: ['dash
 function diagramChart({ title, labels, scale, range, layers }) {
   const all = layers.map(({ name, kind, x, y, t }) => {
     const [shape, css] = KINDS[kind];
-    return { kind: shape, css, name, x: numbers(x), y: numbers(y), t: t ? numbers(t) : null };
+    const mark = kind === 'mark';
+    return { kind: shape, css, name: mark ? '' : name, mark: mark ? name : '', x: numbers(x), y: numbers(y), t: t ? numbers(t) : null };
   });
   if (scale === 'time') for (const layer of all) if (layer.t) layer.at = nearestValue(layer);
   return new Chart({ title, labels, layers: all, scale, range, height: 230, spans: scale === 'time' ? faultSpans : [] });
 }
 
-function xyChart({ title, labels, ranges, ellipse, trail, step, points, curves }) {
+function xyChart({ title, labels, ranges, ellipse, equal, trail, step, points, curves, moving }) {
   const color = palette();
   const fixed = curves.map(({ label, role, x, y }) => ({ kind: 'dash', css: color(label, role), name: label, x: numbers(x), y: numbers(y) }));
-  const moving = points.map(({ label, role, x, y }) => ({ kind: 'dot', css: color(label, role), name: label, x: numbers(x), y: numbers(y), trail: trail || step, step }));
-  const chart = new Chart({ title, labels, layers: [...fixed, ...moving], ranges, height: 250 });
-  chart.ellipse = ellipse;
+  const shapes = moving.map(({ label, role, step, x, y }) => ({ kind: 'dash', css: color(label, role), name: label, x: numbers(x), y: numbers(y), step, shapes: true }));
+  const dots = points.map(({ label, role, x, y }) => ({ kind: 'dot', css: color(label, role), name: label, x: numbers(x), y: numbers(y), trail: trail || step, step }));
+  const chart = new Chart({ title, labels, layers: [...fixed, ...shapes, ...dots], ranges, height: 250 });
+  Object.assign(chart, { ellipse, equal });
   return chart;
 }
 
@@ -474,11 +491,28 @@ function carShape(parent) {
   return { group, front: wheels.filter(([axle]) => axle === 0).map(([, wheel]) => wheel) };
 }
 
+/** Every cone, and the width of the map around the car [m]. */
+const CONES = [...data.cones, ...data.hits.map((it) => it[0])], CLOSE = 60;
+/** How far way and cones lead aside within the map around the car at most [m]. */
+let aside = null;
+function sideways() {
+  if (aside !== null) return aside;
+  aside = 0;
+  const stride = Math.max(1, Math.floor(car.x.length / 1500));
+  for (let k = 0, first = 0; k < car.x.length; k += stride) {
+    const near = (x, y) => { if (Math.abs(x - car.x[k]) < CLOSE / 2) aside = Math.max(aside, Math.abs(y - car.y[k])); };
+    while (Math.hypot(car.x[k] - car.x[first], car.y[k] - car.y[first]) > CLOSE / 2 && first < k) first += stride;
+    for (let i = first; i < k; i += stride) near(car.x[i], car.y[i]);
+    for (const [x, y] of CONES) near(x, y);
+  }
+  return aside;
+}
+
 /** A map: the whole way, or a part around the car. */
 class CarMap {
   constructor(whole) {
     this.whole = whole;
-    this.metres = 60;
+    this.metres = CLOSE;
     this.svg = drawn('svg', { class: 'map ' + (whole ? 'whole' : 'close'), role: 'img' });
     this.svg.setAttribute('aria-label', whole ? 'the whole way from above' : 'the car from above');
     this.grid = drawn('g', {}, this.svg);
@@ -493,10 +527,12 @@ class CarMap {
     for (const [x, y] of lines(data.course)) line('course', x, y);
     this.way();
     drawn('path', { class: 'cones', d: data.cones.map(([x, y]) => `M${x} ${y}h0`).join('') }, this.world);
+    const hit = data.hits.map(([[x, y]]) => `M${x} ${y}h0`).join('');
+    if (hit) drawn('title', {}, drawn('path', { class: 'cones hit', d: hit }, this.world), 'a cone that the car hits');
     this.trail = drawn('path', { class: 'trail' }, this.world);
     this.car = carShape(this.world);
     this.numbers = drawn('g', {}, this.svg);
-    const everything = [[car.x, ...lines(data.course).map((it) => it[0]), data.cones.map((it) => it[0])], [car.y, ...lines(data.course).map((it) => it[1]), data.cones.map((it) => it[1])]];
+    const everything = [0, 1].map((axis) => [axis ? car.y : car.x, ...lines(data.course).map((it) => it[axis]), CONES.map((it) => it[axis])]);
     this.bounds = everything.map(extent).map((it) => (it.every(Number.isFinite) ? it : [0, 1]));
     if (!whole) this.svg.addEventListener('wheel', (event) => { if (!event.ctrlKey) return; event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2); }, { passive: false });
     else drag(this.svg, (x, y) => this.timeAt(x, y));
@@ -532,17 +568,28 @@ class CarMap {
     if (this.whole) {
       const [[x0, x1], [y0, y1]] = this.bounds;
       const wanted = clamp((y1 - y0 + 4) * (w - 60) / (x1 - x0 + 4) + 60, 96, (innerWidth > 1000 ? 0.3 : 0.14) * innerHeight).toFixed(0) + 'px';
-      if (this.svg.style.height !== wanted) { this.svg.style.height = wanted; return; }
+      if (this.resizeTo(wanted)) return;
       const [left, below] = [44, 30];
       this.scale = Math.min((w - left - 16) / (x1 - x0 + 4), (h - below - 14) / (y1 - y0 + 4));
       this.center = [(x0 + x1) / 2, (y0 + y1) / 2];
       this.middle = [left + (w - left - 10) / 2, 8 + (h - below - 8) / 2];
     } else {
+      // A straight course is a strip: no empty ground above and below.
+      const most = (innerWidth > 1000 ? 0.37 : 0.2) * innerHeight;
+      const wanted = clamp(w / CLOSE * (2 * sideways() + 7), Math.min(most, innerWidth > 1000 ? 170 : 120), most).toFixed(0) + 'px';
+      if (this.resizeTo(wanted)) return;
       this.scale = w / this.metres;
       this.middle = [w / 2, h / 2];
     }
     this.follow(now);
     if (this.whole) this.drawGrid();
+  }
+
+  /** Sets the height; says whether that changes it, as then it is drawn again. */
+  resizeTo(height) {
+    if (this.svg.style.height === height) return false;
+    this.svg.style.height = height;
+    return this.svg.clientHeight !== this.h;
   }
 
   position() {
@@ -628,6 +675,7 @@ function spanLines() {
     const ends = [...data.stages.slice(1).map((it) => it[0]), LAST];
     lines.push(['test', data.stages.map(([from, name], k) => ({ span: [from, ends[k]], kind: name === END ? 'rest' : 'stage', name }))]);
   }
+  if (data.laps.length) lines.push(['laps', data.laps.map(({ name, span }) => ({ span, kind: 'stage', name }))]);
   for (const [name, spans] of Object.entries(data.faults)) lines.push(['fault ' + name, spans.map((span) => ({ span, kind: 'fault', name: 'fault ' + name }))]);
   for (const { name, passed, violated } of data.checks) if (!passed && violated.length) lines.push([name, violated.map((span) => ({ span, kind: 'violated', name: 'violated: ' + name }))]);
   return lines.slice(0, 8).map(([name, spans]) => {
@@ -669,6 +717,12 @@ if (car && speeds[1] > speeds[0]) {
   const kmh = (it) => `${(3.6 * it).toFixed(speeds[1] - speeds[0] < 3 ? 1 : 0)}`;
   deck.append(element('p', { class: 'faint legend' }, 'Way by speed: ' + kmh(speeds[0]) + ' ', ramp, ` ${kmh(speeds[1])} km/h`));
 }
+const touches = data.hits.map((it) => it[1]).sort((a, b) => a - b);
+if (touches.length) {
+  const moments = touches.slice(0, 4).map((it) => `${it.toFixed(2)} s`).join(', ') + (touches.length > 4 ? ' and later' : '');
+  const all = CONES.length === 1 ? 'the cone' : `${touches.length} of ${CONES.length} cones`;
+  deck.append(element('p', { class: 'hits' }, element('i', { class: 'dot' }), ` The car hits ${all}, at ${moments}.`));
+}
 followers.push((time) => {
   slider.value = time;
   clock.textContent = `${time.toFixed(digits)} s`;
@@ -686,7 +740,12 @@ function panel(title, made, css) {
   if (!made.length) return;
   panels.append(element('h3', {}, title), element('div', { class: 'tiles ' + (css || '') }, ...made.map((it) => it.figure)));
 }
-panel('Failed checks', data.checks.filter((it) => !it.passed).map(checkChart), 'one');
+/** A failed check that has nothing to draw. */
+function failureTile({ name, that, found }) {
+  const caption = element('figcaption', {}, element('b', {}, visible('FAILED ' + name)), element('span', { class: 'found' }, visible(found)));
+  return { figure: element('figure', { class: 'tile failed text' }, caption, element('p', { class: 'that' }, element('code', {}, visible(that)))) };
+}
+panel('Failed checks', [...data.failures.map(failureTile), ...data.checks.filter((it) => !it.passed).map(checkChart)], 'one');
 panel(data.tests.map(visible).join(', '), data.diagrams.map(diagramChart));
 panel('Diagrams', data.xy.map(xyChart));
 panel('Signals', data.plots.map(signalChart));
@@ -716,10 +775,11 @@ document.addEventListener('keydown', (event) => {
 
 // A link may name the time: report.html#t=12.5.
 const named = /^#t=([0-9.]+)$/.exec(location.hash);
-const failed = data.checks.find((it) => !it.passed);
+const failedCheck = data.checks.find((it) => !it.passed);
+const failed = failedCheck || (data.failures.length ? { first: touches.length ? touches[0] : null } : undefined);
 const worst = failed && (failed.first ?? failed.at);
 const stages = data.stages.filter((it) => it[1] !== END);
-const opening = named ? Number(named[1]) : failed ? worst ?? FIRST : stages.length ? stages[stages.length - 1][0] : FIRST;
+const opening = named ? Number(named[1]) : failed && worst !== null && worst !== undefined ? worst : stages.length ? stages[stages.length - 1][0] : FIRST;
 setTime(opening);
-if (test && !failed && !named) { zoom.value = 'test'; setSpan(test[1], test[0]); }
+if (test && !failedCheck && !named) { zoom.value = 'test'; setSpan(test[1], test[0]); }
 })();

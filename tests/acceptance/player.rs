@@ -23,21 +23,33 @@ fn the_page_of_a_run_is_played_in_a_browser() {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
     let driven = Scenario::headed("title = 'Double lane change'")
-        .time(0.01, 11.0)
+        .time(0.01, 13.0)
         .fmu("plant", "plant.fmu", "start.v_x = 22.2, delta = 0.0, F_x = 0.0")
         .section(
             "[[manoeuvre]]\nname = 'test'\ncar = 'plant'\nentry_speed = 22.2\nwheelbase = 3.0\npath_follower = { yaw_gain = 0.2 }\n\
-             lane_change = { course = 'iso_3888_1', width = 1.8 }",
+             lane_change = { course = 'iso_3888_1', width = 1.8, rear = 9.0 }",
         )
+        // Nine metres behind the centre of gravity the car cuts corners, and hits cones.
+        .check("no cone is hit", "test.passed == 1")
+        .signal("timer.lap", "step = { at = 5.0, after = 1.0 }")
+        .signal("timer.lap_time", "unit = 's'\nconstant = 83.456")
         .connect("driver.steer", "plant.delta")
         .connect("driver.drive", "plant.F_x")
         .section("[[fault]]\ninput = 'plant.F_x'\nfrom = 3.0\nuntil = 4.0\nvalue = 0.0")
         .check(FOREIGN, "abs(plant.a_y) < 0.5")
         .check("drives on", "plant.X >= 0")
         .pose("plant")
-        .key("steer = 'plant.delta'\nspeed = 'plant.v_x'");
+        .key("steer = 'plant.delta'\nspeed = 'plant.v_x'")
+        .section(
+            "[[view.xy_plot]]\ntitle = 'Accelerations'\nx = { label = 'a_y [m/s2]', range = [8, -8] }\n\
+             y = { label = 'a_x [m/s2]', range = [-4, 4] }\npoints = [{ label = 'car', x = 'plant.a_y', y = 'plant.a_x' }]\n\
+             curves = [{ label = 'bound', y = 'x * plant.a_y / 10' }]",
+        );
     lab.write("driven.toml", driven.text());
-    lab.trackside(&["run", "driven.toml", "--out", "driven", "--rerun", "off"]).expect(1);
+    lab.trackside(&["run", "driven.toml", "--out", "driven", "--rerun", "off", "--set", "test.entry_speed=78 km/h"])
+        .expect(1)
+        .says(&["run with test.entry_speed = 78 km/h", "lap 1: 1:23.456"]);
+    assert_eq!(lab.report("driven")["laps"][0]["duration"], 83.456);
     lab.write("relay.fmu", relay());
     let relayed = Scenario::new().time(0.01, 1.0).fmu("relay", "relay.fmu", "").key("unconnected = 'start'");
     lab.write("relayed.toml", relayed.text());

@@ -1,7 +1,8 @@
-//! The course of a test on the ground of a run: cones and the line to follow.
+//! The course of a test on the ground of a run: cones, those that the car hit, and the line to follow.
 
 use crate::channel::Channel;
 use crate::frame::rotate_into_frame;
+use crate::log::ManoeuvreLog;
 use crate::manoeuvre::Manoeuvre;
 
 /// Cones and the line to follow, east and north [m].
@@ -9,6 +10,8 @@ use crate::manoeuvre::Manoeuvre;
 pub struct TestCourse {
     /// Where cones stand.
     pub cones: Vec<[f64; 2]>,
+    /// When the outline of the car first touched each of them [s]; empty while nothing is known of it.
+    pub hits: Vec<Option<f64>>,
     /// The line to follow.
     pub path: Vec<[f64; 2]>,
 }
@@ -34,9 +37,28 @@ impl Manoeuvre {
         let path = self.kind.reference_path().map(|path| path.sampled_points()).unwrap_or_default();
         let course = TestCourse {
             cones: self.kind.cones().into_iter().map(on_ground).collect(),
+            hits: Vec::new(),
             path: path.into_iter().map(on_ground).collect(),
         };
         (course != TestCourse::default()).then_some(course)
+    }
+}
+
+impl TestCourse {
+    /// Takes from the log of the test which cones the car hit; the test began at `begin` [s].
+    pub fn set_hits(&mut self, manoeuvre: &Manoeuvre, log: &ManoeuvreLog, begin: f64) {
+        let times = manoeuvre.kind.cone_hit_times(log).into_iter();
+        self.hits = times.map(|time| time.map(|time| begin + time)).collect();
+    }
+
+    /// Where cones stand that the car hit, and where the others do [m].
+    #[must_use]
+    pub fn hit_and_standing_cones(&self) -> [Vec<[f64; 2]>; 2] {
+        let is_hit = |place: usize| self.hits.get(place).is_some_and(Option::is_some);
+        [true, false].map(|hit| {
+            let cones = self.cones.iter().enumerate();
+            cones.filter(|(place, _)| is_hit(*place) == hit).map(|(_, cone)| *cone).collect()
+        })
     }
 }
 
@@ -47,6 +69,7 @@ mod tests {
 
     use crate::common::{CommonParameters, Direction};
     use crate::kind::{LaneChange, StepSteer};
+    use crate::log::ManoeuvreLog;
     use crate::{Manoeuvre, PathFollower, SpeedController};
 
     fn manoeuvre(direction: Direction, kind: Arc<dyn crate::kind::ManoeuvreKind>) -> Manoeuvre {
@@ -84,6 +107,19 @@ mod tests {
             assert!((last[1] - 27.0).abs() > 100.0, "{last:?}");
         }
         let lane_change = manoeuvre(Direction::Left, Arc::new(LaneChange::default()));
+        // 1.8 m wide, straight ahead: it takes the cones on the right edge of the second lane, which begins 45 m behind the first.
+        let log = ManoeuvreLog {
+            t: (0..20).map(|k| 0.5 * f64::from(k)).collect(),
+            x: (0..20).map(|k| 10.0 * f64::from(k)).collect(),
+            y: vec![2.6; 20],
+            psi: vec![0.0; 20],
+            ..ManoeuvreLog::default()
+        };
+        let mut course = lane_change.test_course(&phase, &inputs).expect("a course");
+        course.set_hits(&lane_change, &log, 3.0);
+        let [hit, standing] = course.hit_and_standing_cones();
+        assert!(!hit.is_empty() && hit.len() + standing.len() == 30, "{hit:?}");
+        assert!(course.hits.iter().flatten().all(|time| *time >= 3.0), "{:?}", course.hits);
         assert_eq!(lane_change.test_course(&[0.0, 0.0], &inputs), None);
         let step = manoeuvre(Direction::Left, Arc::new(StepSteer::default()));
         assert_eq!(step.test_course(&phase, &inputs), None);

@@ -121,6 +121,14 @@ impl TestDiagram {
         }
     }
 
+    /// Adds a mark at a point, if there is one, with its value upwards for a name.
+    #[must_use]
+    pub fn with_mark_labelled_by_value(self, unit: &str, point: Option<[f64; 2]>) -> Self {
+        // What rounds to zero has no sign.
+        let value = point.map_or(f64::NAN, |[_, y]| (100.0 * y).round() / 100.0 + 0.0);
+        self.with_mark(format!("{value:.2} {unit}"), point)
+    }
+
     /// Moves what is over the time of the test to the time of the run, in which the test begins at `begin` [s].
     pub(crate) fn shift_time(&mut self, begin: f64) {
         for layer in &mut self.layers {

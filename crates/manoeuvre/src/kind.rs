@@ -88,6 +88,11 @@ pub trait ManoeuvreKind: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// When the outline of the car first touched each of these cones, over the time of the log [s]; none of those that stand.
+    fn cone_hit_times(&self, _log: &ManoeuvreLog) -> Vec<Option<f64>> {
+        Vec::new()
+    }
+
     /// The diagrams that its standard shows of a completed test with these values, over the time of the log.
     fn diagrams(
         &self,

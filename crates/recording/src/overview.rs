@@ -1,20 +1,23 @@
 //! Keeps an overview of a run in bounded memory while it goes on: the pose of its body, the envelopes of its plots, the time spans of its
-//! faults. A page can show a run of any length by it.
+//! faults, its laps. A page can show a run of any length by it.
 
 mod envelope;
+mod laps;
 
 use diagnostics::Error;
 
 pub use envelope::Envelopes;
+pub use laps::CompletedLap;
 
 use crate::road_samples::RoadSamples;
 use crate::row::{RecordedVariables, Row};
 use crate::sink::{CheckOrFaultStatus, RunHeader, Sink, StatusChange, StatusSource};
 use crate::thinned_samples::ThinnedSamples;
-use crate::view::{PoseColumns, ReplayView};
+use crate::view::{PoseColumns, ReplayView, XyPlot, XyPlotFunction};
+use laps::LapRecorder;
 
 /// Curves of plots at most: more than anybody looks through on one page. Plots that would exceed it are left out.
-const MOST_CURVES: usize = 64;
+pub const MOST_CURVES: usize = 64;
 /// Values of all envelopes at most: about a megabyte of text.
 const MOST_VALUES: usize = 160_000;
 /// Buckets of an envelope at most: several on each pixel of a screen are of no use.
@@ -22,8 +25,13 @@ const MOST_BUCKETS: usize = 2_400;
 /// Poses, points of the road and of diagrams at most.
 const MOST_POSES: usize = 6_000;
 const MOST_POINTS: usize = 3_000;
-/// Points of diagrams at most, each with a trace of its own.
-const MOST_XY_POINTS: usize = 12;
+/// Points of diagrams at most, each with a trace of its own. Diagrams that would exceed it are left out.
+pub const MOST_XY_POINTS: usize = 12;
+/// Curves of diagrams that move at most, in the same way.
+pub const MOST_MOVING_CURVES: usize = 6;
+/// Points of a curve that moves, and its shapes at most.
+pub const CURVE_POINTS: usize = 81;
+const MOST_SHAPES: usize = 256;
 /// Time spans at most, of all faults and checks.
 const MOST_SPANS: usize = 2_000;
 
@@ -54,8 +62,10 @@ pub struct StatusSpan {
 pub struct RunOverview {
     /// The layout of what is kept: of plots those whose curves have envelopes.
     pub view: ReplayView,
-    /// Plots that are left out, as there are so many.
-    pub omitted_plots: usize,
+    /// The titles of plots that are left out, as there are so many.
+    pub omitted_plots: Vec<String>,
+    /// The titles of diagrams that are left out, as they have so many points or moving curves.
+    pub omitted_xy_plots: Vec<String>,
     /// The envelopes of all curves of the plots, one after the other.
     pub envelopes: Envelopes,
     /// The poses, from the first row on.
@@ -64,11 +74,14 @@ pub struct RunOverview {
     pub last_pose: Option<PoseSample>,
     /// The coordinates of each moving point of the diagrams, from the first row on.
     pub xy_points: Vec<ThinnedSamples<[f64; 2]>>,
+    /// The shapes of each curve of the diagrams that moves, from the first row on: y over [`curve_abscissae`].
+    pub xy_curves: Vec<ThinnedSamples<[f64; CURVE_POINTS]>>,
     /// Spans that have ended.
     pub spans: Vec<StatusSpan>,
     /// Spans that go on, by what they are of and their beginning [s].
     open_spans: Vec<(StatusSource, f64)>,
     road: Option<RoadSamples>,
+    laps: Option<LapRecorder>,
     /// Time of the first and of the last row [s].
     ends: Option<[f64; 2]>,
     /// Communication step [s].
@@ -80,24 +93,30 @@ impl RunOverview {
     #[must_use]
     pub fn new(header: &RunHeader, pose: Option<PoseColumns>) -> Self {
         let mut view = ReplayView { pose, ..header.view.clone() };
-        let (all, mut wanted) = (view.plots.len(), 0);
+        let (mut wanted, mut omitted_plots) = (0, Vec::new());
         view.plots.retain(|plot| {
             wanted += plot.series.len();
+            if wanted > MOST_CURVES {
+                omitted_plots.push(plot.title.clone());
+            }
             wanted <= MOST_CURVES
         });
+        let omitted_xy_plots = omit_large_xy_plots(&mut view.xy_plots);
         let curves = view.plots.iter().map(|plot| plot.series.len()).sum();
         let buckets = (MOST_VALUES / 2 / usize::max(curves, 1)).min(MOST_BUCKETS);
         let most_poses = if view.pose.is_some() { MOST_POSES } else { 2 };
-        if view.xy_plots.iter().map(|plot| plot.points.len()).sum::<usize>() > MOST_XY_POINTS {
-            view.xy_plots.clear();
-        }
         let points = view.xy_plots.iter().flat_map(|plot| &plot.points);
         RunOverview {
-            omitted_plots: all - view.plots.len(),
+            omitted_plots,
+            omitted_xy_plots,
             envelopes: Envelopes::new(curves, buckets),
             poses: ThinnedSamples::with_limit(most_poses),
             last_pose: None,
             xy_points: points.map(|_| ThinnedSamples::with_limit(MOST_POINTS)).collect(),
+            xy_curves: moving_curves(&view.xy_plots)
+                .map(|_| ThinnedSamples::with_limit(MOST_SHAPES))
+                .collect(),
+            laps: LapRecorder::from_columns(&header.columns),
             spans: Vec::new(),
             open_spans: Vec::new(),
             road: view.track.clone().map(|track| RoadSamples::with_limit(track, MOST_POINTS)),
@@ -125,6 +144,12 @@ impl RunOverview {
         self.road.as_ref().map(RoadSamples::edges).unwrap_or_default()
     }
 
+    /// The completed laps, in their order.
+    #[must_use]
+    pub fn completed_laps(&self) -> &[CompletedLap] {
+        self.laps.as_ref().map_or(&[], |laps| &laps.laps)
+    }
+
     /// All spans, also those that go on at the end, in the order of their beginning.
     #[must_use]
     pub fn status_spans(&self) -> Vec<StatusSpan> {
@@ -135,6 +160,35 @@ impl RunOverview {
         all.sort_by(|a, b| a.span[0].total_cmp(&b.span[0]));
         all
     }
+}
+
+/// The abscissae of a moving curve, evenly spaced over the axis of its diagram.
+#[must_use]
+pub fn curve_abscissae(plot: &XyPlot) -> [f64; CURVE_POINTS] {
+    let [from, to] = plot.ranges[0];
+    std::array::from_fn(|place| from + (to - from) * place as f64 / (CURVE_POINTS - 1) as f64)
+}
+
+/// The curves of diagrams that move, each with its diagram.
+fn moving_curves(plots: &[XyPlot]) -> impl Iterator<Item = (&XyPlot, &XyPlotFunction)> {
+    plots.iter().flat_map(|plot| plot.curves.iter().filter(|it| it.moves).map(move |it| (plot, it)))
+}
+
+/// Takes out the diagrams that exceed what a page has of points and moving curves. Returns their titles.
+fn omit_large_xy_plots(plots: &mut Vec<XyPlot>) -> Vec<String> {
+    let (mut points, mut curves, mut omitted) = (0, 0, Vec::new());
+    plots.retain(|plot| {
+        let more_points = points + plot.points.len();
+        let more_curves = curves + plot.curves.iter().filter(|it| it.moves).count();
+        let is_kept = more_points <= MOST_XY_POINTS && more_curves <= MOST_MOVING_CURVES;
+        if is_kept {
+            (points, curves) = (more_points, more_curves);
+        } else {
+            omitted.push(plot.title.clone());
+        }
+        is_kept
+    });
+    omitted
 }
 
 impl Sink for RunOverview {
@@ -156,8 +210,14 @@ impl Sink for RunOverview {
         for (samples, point) in self.xy_points.iter_mut().zip(points) {
             samples.push_with(|| point.coordinates.each_ref().map(|it| it.evaluate(time, row)));
         }
+        for (shapes, (plot, curve)) in self.xy_curves.iter_mut().zip(moving_curves(&self.view.xy_plots)) {
+            shapes.push_with(|| curve_abscissae(plot).map(|x| curve.evaluate_at(time, row, x)));
+        }
         if let Some(road) = &mut self.road {
             road.push_row(time, row);
+        }
+        if let Some(laps) = &mut self.laps {
+            laps.push_row(time, row);
         }
         Ok(())
     }
@@ -178,5 +238,40 @@ impl Sink for RunOverview {
             _ => {}
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expression::NumberIndex;
+
+    use super::*;
+    use crate::view::{CurveRole, RowQuantity, XyPlotPoint};
+
+    #[test]
+    fn diagrams_beyond_the_limit_are_named_and_smaller_ones_stay() {
+        let plot = |title: &str, points: usize| {
+            let column = || RowQuantity::Column(NumberIndex::new(0));
+            let coordinates = || [column(), column()];
+            let point = |_| XyPlotPoint {
+                label: String::new(),
+                role: CurveRole::Other,
+                coordinates: coordinates(),
+            };
+            XyPlot {
+                title: title.to_owned(),
+                labels: Default::default(),
+                ranges: [[0.0, 8.0], [0.0, 1.0]],
+                ellipse: None,
+                trail: 0.0,
+                points: (0..points).map(point).collect(),
+                curves: Vec::new(),
+            }
+        };
+        let mut plots = vec![plot("four wheels", 4), plot("many", MOST_XY_POINTS), plot("two axles", 2)];
+        assert_eq!(omit_large_xy_plots(&mut plots), ["many"]);
+        assert_eq!(plots.iter().map(|it| it.title.as_str()).collect::<Vec<_>>(), ["four wheels", "two axles"]);
+        let abscissae = curve_abscissae(&plots[0]);
+        assert_eq!([abscissae[0], abscissae[1], abscissae[CURVE_POINTS - 1]], [0.0, 0.1, 8.0]);
     }
 }

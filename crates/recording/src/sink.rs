@@ -176,8 +176,8 @@ pub trait Sink<S = RecordedVariables> {
         Ok(())
     }
 
-    /// Takes the course of a test, after the last row: where cones stand, and the line to follow, east and north [m].
-    fn push_course(&mut self, _cones: &[[f64; 2]], _path: &[[f64; 2]]) -> Result<(), Error> {
+    /// Takes the course of a test, after the last row.
+    fn push_course(&mut self, _course: &CourseLayout) -> Result<(), Error> {
         Ok(())
     }
 
@@ -191,6 +191,17 @@ pub trait Sink<S = RecordedVariables> {
     fn take_notices(&mut self) -> Vec<SinkNotice> {
         Vec::new()
     }
+}
+
+/// The course of a test on the ground, east and north [m].
+#[derive(Debug, Clone, Copy)]
+pub struct CourseLayout<'a> {
+    /// Where cones stand that the car does not touch.
+    pub cones: &'a [[f64; 2]],
+    /// Where cones stand that it hits.
+    pub hit_cones: &'a [[f64; 2]],
+    /// The line to follow.
+    pub path: &'a [[f64; 2]],
 }
 
 /// A message of a sink, for the other sinks or for the user.

@@ -3,6 +3,7 @@
 use expression::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use units::display::label_unit;
 
 use crate::row::{RecordedVariables, Row};
 use expression::{ColumnIndex, NumberIndex, ReadableRow, TextIndex};
@@ -205,7 +206,7 @@ pub struct BodyArrow {
 pub struct XyPlot {
     /// Its title.
     pub title: String,
-    /// The labels of the axes, x and y, with units.
+    /// The labels of the axes, x and y, with units as they are written.
     pub labels: [String; 2],
     /// The ends of the axes, x and y; the first one is at the left or at the bottom.
     pub ranges: [[f64; 2]; 2],
@@ -217,6 +218,22 @@ pub struct XyPlot {
     pub points: Vec<XyPlotPoint>,
     /// Curves y(x).
     pub curves: Vec<XyPlotFunction>,
+}
+
+/// One scale would leave little of a diagram whose axes differ more than so many times in length.
+const MOST_ELONGATION: f64 = 8.0;
+
+impl XyPlot {
+    /// Whether a unit is as long on both axes: around an ellipse, and where both axes state the same unit.
+    #[must_use]
+    pub fn has_equal_scales(&self) -> bool {
+        let [across, up] = self.ranges.map(|[from, to]| (to - from).abs());
+        let [x_unit, y_unit] =
+            self.labels.each_ref().map(|label| label_unit(label).map(units::display::unit_text));
+        let is_same_quantity = x_unit.is_some() && x_unit == y_unit;
+        let elongation = (across / up).max(up / across);
+        self.ellipse.is_some() || (is_same_quantity && elongation < MOST_ELONGATION)
+    }
 }
 
 /// A moving point of a diagram.
@@ -345,7 +362,7 @@ mod tests {
     use expression::{Expression, SignalOperand};
 
     use super::{
-        ColumnIndex, CurveRole, NumberIndex, RecordedVariablesAndX, Row, TextIndex, XyPlotFunction,
+        ColumnIndex, CurveRole, NumberIndex, RecordedVariablesAndX, Row, TextIndex, XyPlot, XyPlotFunction,
         road_edges,
     };
 
@@ -367,6 +384,26 @@ mod tests {
         let row = Row::from_values(vec![5.0, 7.0], vec!["on".to_owned()]);
         assert_eq!([1.0, 2.0].map(|x| curve.evaluate_at(0.0, &row, x)), [71.0, 72.0]);
         assert!(curve.evaluate_at(0.0, &Row::default(), 1.0).is_nan());
+    }
+
+    #[test]
+    fn axes_of_one_unit_have_one_scale() {
+        let plot = |labels: [&str; 2], ranges, ellipse| XyPlot {
+            title: String::new(),
+            labels: labels.map(str::to_owned),
+            ranges,
+            ellipse,
+            trail: 0.0,
+            points: Vec::new(),
+            curves: Vec::new(),
+        };
+        let square = [[2.0, -2.0], [-2.0, 2.0]];
+        assert!(plot(["F_y", "F_x"], square, Some([1.6; 2])).has_equal_scales());
+        assert!(plot(["a_y [m/s2]", "a_x [m/s^2]"], square, None).has_equal_scales());
+        assert!(plot(["F_y / F_z [1]", "F_x / F_z [1]"], square, None).has_equal_scales());
+        assert!(!plot(["a", "b"], square, None).has_equal_scales());
+        assert!(!plot(["alpha [deg]", "F_y / F_z [1]"], square, None).has_equal_scales());
+        assert!(!plot(["X [m]", "Y [m]"], [[0.0, 900.0], [0.0, 5.0]], None).has_equal_scales());
     }
 
     #[test]

@@ -7,7 +7,8 @@ use plugin::Diagram;
 use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::archetypes::TextDocument;
 use recording::{
-    AnalysisColumns, RecordedVariables, Row, RunEvent, RunHeader, Sink, SinkNotice, StatusChange,
+    AnalysisColumns, CourseLayout, RecordedVariables, Row, RunEvent, RunHeader, Sink, SinkNotice,
+    StatusChange,
 };
 
 use card::RunCard;
@@ -288,12 +289,12 @@ impl Sink for RerunSink {
         })
     }
 
-    fn push_course(&mut self, cones: &[[f64; 2]], path: &[[f64; 2]]) -> Result<(), Error> {
+    fn push_course(&mut self, course: &CourseLayout) -> Result<(), Error> {
         // Where no body is shown, there is no ground to stand on.
         if self.drawing.scene.is_none() {
             return Ok(());
         }
-        self.send_after_rows(|_, stream| course::send_course(stream, cones, path))
+        self.send_after_rows(|_, stream| course::send_course(stream, course))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

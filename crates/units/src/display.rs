@@ -60,6 +60,33 @@ pub fn name_with_unit(name: &str, unit: Option<&str>) -> String {
     }
 }
 
+/// The unit in brackets at the end of a label, as it is written; an index such as that of `y[1]` is none.
+///
+/// ```
+/// assert_eq!(units::display::label_unit("F_y / F_z [1]"), Some("1"));
+/// assert_eq!(units::display::label_unit("y[1]"), None);
+/// ```
+#[must_use]
+pub fn label_unit(label: &str) -> Option<&str> {
+    let (_, unit) = label.trim_end().strip_suffix(']')?.rsplit_once(" [")?;
+    Some(unit.trim())
+}
+
+/// A label that ends with a unit in brackets, with the unit as people write it: `a_y [m/s²]`; without the brackets for plain numbers.
+///
+/// ```
+/// assert_eq!(units::display::label_text("a_y [m/s2]"), "a_y [m/s²]");
+/// assert_eq!(units::display::label_text("F_y / F_z [1]"), "F_y / F_z");
+/// assert_eq!(units::display::label_text("y[1]"), "y[1]");
+/// ```
+#[must_use]
+pub fn label_text(label: &str) -> String {
+    match (label_unit(label), label.rfind(" [")) {
+        (Some(unit), Some(end)) => name_with_unit(label[..end].trim_end(), Some(unit)),
+        _ => label.to_owned(),
+    }
+}
+
 /// The shortest product of powers of one derived unit and base units, if it is shorter than the base units alone.
 fn derived_text(unit: &Unit) -> Option<String> {
     // Without a mass there is none of them: m²/s² is no force per mass.

@@ -6,7 +6,7 @@ use manoeuvre::{
     TestDiagramLayer,
 };
 use plugin::{Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape};
-use recording::{AllVariables, Sink};
+use recording::{AllVariables, CourseLayout, Sink};
 use serde_json::{Map, Value, json};
 use units::display::{customary_quantity, name_with_unit, number_text, unit_text};
 
@@ -31,11 +31,14 @@ pub(super) fn evaluate_manoeuvre(
     let commands = commands.each_ref().map(Vec::as_slice);
     pictures.push(TestPicture::new(name, manoeuvre, time, commands[2], inputs));
     let log = manoeuvre.test_log(time, commands, inputs).map_err(failed)?;
+    let picture = pictures.last_mut();
+    let begin = picture.as_ref().and_then(|picture| picture.stages.first()).map_or(0.0, |(begin, _)| *begin);
+    if let Some(course) = picture.and_then(|picture| picture.course.as_mut()) {
+        course.set_hits(manoeuvre, &log, begin);
+    }
     let values = manoeuvre.kind.characteristic_values(&manoeuvre.common, &log).map_err(failed)?;
-    if let Some(picture) = pictures.last_mut()
-        && let Some((begin, _)) = picture.stages.first()
-    {
-        picture.diagrams = manoeuvre.test_diagrams(&log, &values, *begin);
+    if let Some(picture) = pictures.last_mut() {
+        picture.diagrams = manoeuvre.test_diagrams(&log, &values, begin);
     }
     Ok(manoeuvre_result_json(manoeuvre, &values))
 }
@@ -49,7 +52,8 @@ pub(super) fn record_test_picture(
     sink: &mut dyn Sink<AllVariables>,
 ) -> Result<(), Error> {
     if let Some(course) = &picture.course {
-        sink.push_course(&course.cones, &course.path)?;
+        let [hit_cones, cones] = course.hit_and_standing_cones();
+        sink.push_course(&CourseLayout { cones: &cones, hit_cones: &hit_cones, path: &course.path })?;
     }
     for diagram in &picture.diagrams {
         let [bottom, top] = diagram.y_range.unwrap_or([f64::NAN; 2]);

@@ -11,7 +11,8 @@ use recording::overview::RunOverview;
 use serde_json::Value;
 
 use super::analysis_summary::AnalysisSummary;
-use super::text::format_seconds;
+use super::laps::lap_time_lines;
+use super::text::{format_seconds, shorten_list};
 use super::{FileHash, NodeReport, RunReport, RunVerdict, TestPicture};
 use crate::messages::{MessageSeverity, NodeMessage};
 use crate::tube_lines;
@@ -22,8 +23,12 @@ use player::RunPlayer;
 #[derive(Template)]
 #[template(path = "report.html")]
 struct RunReportPage<'a> {
-    title: &'a str,
+    title: String,
     headline: String,
+    /// The values from outside the scenario.
+    set: String,
+    /// The laps.
+    laps: Vec<String>,
     report: &'a RunReport,
     source: &'a SourceFiles,
     failed: Vec<CheckPlot<'a>>,
@@ -49,7 +54,7 @@ impl RunReport {
             checks.filter_map(|(place, check)| check_plot(place, check, size)).collect()
         };
         let (failed, passed) = (plots(false, WIDE), plots(true, SMALL));
-        let player = pictures.and_then(|pictures| RunPlayer::new(&pictures, &self.checks));
+        let player = pictures.and_then(|pictures| RunPlayer::new(&pictures, &self.checks, &self.laps));
         let headline = match self.verdict {
             // The error follows.
             RunVerdict::Error | RunVerdict::Interrupted => {
@@ -58,10 +63,18 @@ impl RunReport {
             RunVerdict::NoChecks => "the run is done, nothing was checked".to_owned(),
             RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
         };
-        let title = &self.title;
+        let set = self.set_values();
+        let title = match set.as_slice() {
+            [] => self.title.clone(),
+            // The title of the scenario may say another value.
+            [_] | [_, _] => format!("{}, run with {}", self.title, set.join(" and ")),
+            _ => format!("{}, run with {} other values", self.title, set.len()),
+        };
         html_page::render_page(&RunReportPage {
             title,
             headline,
+            set: shorten_list(&set),
+            laps: lap_time_lines(&self.laps),
             report: self,
             source,
             failed,

@@ -9,6 +9,8 @@ pub struct TestPicture {
     pub name: String,
     /// What it is called, with its standard.
     pub title: &'static str,
+    /// The speed at which the test begins [m/s].
+    pub entry_speed: f64,
     /// Its course on the ground.
     pub course: Option<TestCourse>,
     /// The stages that it came to, each with its beginning [s].
@@ -36,6 +38,7 @@ impl TestPicture {
         TestPicture {
             name: name.to_owned(),
             title: manoeuvre.kind.kind_title(),
+            entry_speed: manoeuvre.kind.test_entry_speed(&manoeuvre.common),
             course: manoeuvre.test_course(phase, inputs),
             stages,
             end: over.and_then(|place| time.get(place).copied()),

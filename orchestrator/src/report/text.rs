@@ -7,6 +7,7 @@ use diagnostics::{escape_markdown, rounded_time};
 use units::display::{number_text, quantity_text, unit_text};
 
 use super::analysis_summary::{AnalysisSummary, WIDEST};
+use super::laps::lap_time_lines;
 use super::{RunReport, RunVerdict, ValidationReport};
 use crate::messages::{self, MessageSeverity};
 
@@ -85,7 +86,13 @@ impl RunReport {
         let checks = check_lines(&self.checks, "  ");
         let summaries = self.messages.iter().filter(|it| it.level == MessageSeverity::Summary);
         let summaries: String = summaries.map(|it| format!("  {}\n", it.describe())).collect();
-        let mut text = format!("{}: {}\n{summaries}{analyses}{checks}", self.scenario, self.title);
+        let set = match self.set_values() {
+            values if values.is_empty() => String::new(),
+            values => format!("  run with {}\n", shorten_list(&values)),
+        };
+        let laps = lap_time_lines(&self.laps).into_iter().map(|line| format!("  {line}\n"));
+        let laps: String = laps.collect();
+        let mut text = format!("{}: {}\n{set}{summaries}{laps}{analyses}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let ValidationReport { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.
@@ -113,6 +120,15 @@ impl RunReport {
         }
         let _ = writeln!(text, "{}", self.verdict_headline());
         text
+    }
+}
+
+/// The first few of values, and how many more there are.
+pub(super) fn shorten_list(values: &[String]) -> String {
+    const MOST: usize = 6;
+    match values.len().checked_sub(MOST) {
+        Some(more) if more > 0 => format!("{} and {more} more", values[..MOST].join(", ")),
+        _ => values.join(", "),
     }
 }
 

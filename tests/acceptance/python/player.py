@@ -80,11 +80,26 @@ def drive(browser):
     page.keyboard.press("ArrowRight")
     assert watched.time() > at, "an arrow moves the time"
 
-    cones = page.locator("svg.close path.cones").get_attribute("d")
-    assert cones.count("M") == 30, cones
+    cones, hit = [page.locator(f"svg.close path.cones{it}").get_attribute("d").count("M") for it in (":not(.hit)", ".hit")]
+    assert hit > 0 and cones + hit == 30, (cones, hit)
+    assert f"hits {hit} of 30 cones" in page.locator("p.hits").inner_text()
+    assert "run with test.entry_speed = 78 km/h" in page.locator("h1").inner_text()
+    assert page.locator("p.laps").inner_text() == "lap 1: 1:23.456"
+
+    diagram = page.locator("figure", has_text="Accelerations")
+    diagram.scroll_into_view_if_needed()
+    bound = diagram.locator("svg.area path.dash[d]")
+    bound.wait_for(state="attached")
+    before = bound.get_attribute("d")
+    watched.drag("input.time", 0.45)
+    assert before and bound.get_attribute("d") != before, "a curve of signals moves"
+    size = [float(diagram.locator("svg.area").get_attribute(it)) for it in ("width", "height")]
+    assert abs(size[0] - 2 * size[1]) < 1, f"one scale for one unit: {size}"
+    assert diagram.get_by_text("a_y [m/s²]").count() == 1, "units as people write them"
     assert page.locator("#player rect.fault").count() > 0, "faults are shaded"
     assert page.get_by_text(FOREIGN).count() > 0, "text of others is text"
-    assert page.locator("#player figure.failed").count() == 1, "the failed check comes first"
+    failed = page.locator("#player figure.failed").all_inner_texts()
+    assert len(failed) == 2 and "no cone is hit" in failed[0], "failed checks of results and of signals come first"
     light = page.evaluate("getComputedStyle(document.body).backgroundColor")
     page.emulate_media(color_scheme="dark")
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") != light

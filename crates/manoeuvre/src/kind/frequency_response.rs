@@ -442,12 +442,12 @@ impl ManoeuvreKind for FrequencyResponse {
             phase("Phase of the yaw rate (ISO 7401)", "yaw_rate_phase"),
             gain(
                 "Lateral acceleration over road-wheel angle (ISO 7401)",
-                "gain [m/s2/deg]",
+                "gain [m/s²/deg]",
                 "lateral_acceleration",
                 degrees.recip(),
             ),
             phase("Phase of the lateral acceleration (ISO 7401)", "lateral_acceleration_phase"),
-            diagram("Coherence (ISO 7401)", "coherence [1]")
+            diagram("Coherence (ISO 7401)", "coherence")
                 .with_y_range([0.0, 1.05])
                 .with_layer("yaw rate", DiagramLayerKind::Curve, curve("yaw_rate_coherence", 1.0))
                 .with_layer(

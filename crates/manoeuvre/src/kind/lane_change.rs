@@ -173,6 +173,12 @@ impl ManoeuvreKind for LaneChange {
         self.cone_positions()
     }
 
+    fn cone_hit_times(&self, log: &ManoeuvreLog) -> Vec<Option<f64>> {
+        let first_touch =
+            |cone| (0..log.t.len()).find(|k| self.distance_inside_car(log, *k, cone) > 0.0).map(|k| log.t[k]);
+        self.cone_positions().into_iter().map(first_touch).collect()
+    }
+
     fn check_parameters(&self, _: &CommonParameters) -> Result<(), ParameterError> {
         ParameterError::check_positive([
             ("width", self.width, "m"),

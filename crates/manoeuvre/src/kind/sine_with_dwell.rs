@@ -285,14 +285,14 @@ impl ManoeuvreKind for SineWithDwell {
             let name = format!("at most {:.0} % of it {after:.2} s after completion", 100.0 * share);
             yaw_rate = yaw_rate
                 .with_layer(name, DiagramLayerKind::Limit, limit(completed + after, share * peak))
-                .with_mark("", at(&log.r, degrees, completed + after));
+                .with_mark_labelled_by_value("deg/s", at(&log.r, degrees, completed + after));
         }
         let name = format!("at least {LEAST_DISPLACEMENT} m {DISPLACED} s after the beginning");
         let displacement = TestDiagram::over_time("Lateral displacement (FMVSS 126)", "displacement [m]")
             .with_timed_layer("displacement", DiagramLayerKind::Curve, curve(&sides, 1.0))
             .with_layer(name, DiagramLayerKind::Limit, limit(begin + DISPLACED, LEAST_DISPLACEMENT))
-            .with_mark("", at(&sides, 1.0, begin + DISPLACED));
-        let acceleration = TestDiagram::over_time("Lateral acceleration (FMVSS 126)", "a_y [m/s2]")
+            .with_mark_labelled_by_value("m", at(&sides, 1.0, begin + DISPLACED));
+        let acceleration = TestDiagram::over_time("Lateral acceleration (FMVSS 126)", "a_y [m/s²]")
             .with_layer("completion of steer", DiagramLayerKind::Reference, completion(&log.a_y, 1.0))
             .with_timed_layer("a_y", DiagramLayerKind::Curve, curve(&log.a_y, 1.0));
         let steer = TestDiagram::over_time("Steering (FMVSS 126)", "road-wheel angle [deg]")

@@ -68,7 +68,7 @@ impl SlowlyIncreasingSteer {
         let curve = places.map(|k| [log.t[k], log.a_y[k], log.steer[k - 1].to_degrees()]);
         let line = |a_y: f64| [a_y, (A + gradient * (a_y - AT)).to_degrees()];
         let slope = format!("fitted: {:.2} deg/g", gradient.to_degrees() * STANDARD_GRAVITY);
-        let axes = ["lateral acceleration a_y [m/s2]", "road-wheel angle [deg]"];
+        let axes = ["lateral acceleration a_y [m/s²]", "road-wheel angle [deg]"];
         let title = "Slowly increasing steer (FMVSS 126)";
         Some(
             TestDiagram::new(title, DiagramScale::Linear, axes)

@@ -255,9 +255,9 @@ impl ManoeuvreKind for SteadyCircle {
         let [low, high] = self.linear;
         let slope = |name: &str, value: &str| {
             let per_g = values.get_number(value).unwrap_or(f64::NAN).to_degrees() * STANDARD_GRAVITY;
-            format!("{name} {per_g:.2} deg/g, fitted from {low} to {high} m/s2")
+            format!("{name} {per_g:.2} deg/g, fitted from {low} to {high} m/s²")
         };
-        let axes = |y| ["lateral acceleration a_y [m/s2]", y];
+        let axes = |y| ["lateral acceleration a_y [m/s²]", y];
         let diagram = |title, y| TestDiagram::new(title, DiagramScale::Linear, axes(y));
         vec![
             diagram("Steering over lateral acceleration (ISO 4138)", "road-wheel angle [deg]")

@@ -204,7 +204,7 @@ impl ManoeuvreKind for StepSteer {
         let degrees = 1_f64.to_degrees();
         vec![
             response("Yaw rate (ISO 7401)", "yaw rate [deg/s]", &log.r, degrees, "yaw_rate"),
-            response("Lateral acceleration (ISO 7401)", "a_y [m/s2]", &log.a_y, 1.0, "lateral_acceleration"),
+            response("Lateral acceleration (ISO 7401)", "a_y [m/s²]", &log.a_y, 1.0, "lateral_acceleration"),
         ]
     }
 }

@@ -5,6 +5,7 @@ use re_sdk::{RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::{Color, Radius};
 use recording::view::CurveRole;
+use units::display::label_text;
 
 use super::frame::{DiagramFrame, LineStrip};
 use super::palette::{CurvePalette, dimmed_color, with_opacity};
@@ -14,6 +15,13 @@ use super::xy_plots::DiagramView;
 /// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
 const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
 const OTHERS: (f64, f32, f64) = (1.3, 0.12, 3.5);
+/// So few points are marks, each with its name; more are a cloud.
+const MOST_MARKS: usize = 8;
+/// Radii of a mark and of a point of a cloud, and half the width of a line and of a limit [ui points].
+const MARK_RADIUS: f32 = 5.0;
+const CLOUD_RADIUS: f32 = 1.5;
+const LINE_RADIUS: f32 = 1.0;
+const LIMIT_RADIUS: f32 = 2.0;
 /// The viewer fills no areas: vertical lines side by side stand in.
 const COLUMNS: usize = 240;
 
@@ -73,7 +81,7 @@ impl DiagramGroup {
         let root = escaped_entity_path(["diagrams", &self.analysis, &self.name, &number.to_string()]);
         let frame = DiagramFrame {
             root: root.to_string().trim_start_matches('/').to_owned(),
-            labels: diagram.axes.map(str::to_owned),
+            labels: diagram.axes.map(label_text),
             ranges: [0, 1].map(|axis| diagram_axis_range(diagram, axis)),
             width,
             line,
@@ -140,19 +148,32 @@ fn diagram_axis_range(diagram: &Diagram, axis: usize) -> [f64; 2] {
 }
 
 fn layer_line(frame: &DiagramFrame, layer: &DiagramLayer, color: Color, rank: usize) -> LineStrips2D {
+    let radius = match layer.role {
+        plugin::DiagramLayerRole::Limit => LIMIT_RADIUS,
+        _ => LINE_RADIUS,
+    };
     LineStrips2D::new(clipped_line_strips(frame, layer.x, layer.y))
         .with_colors([color])
-        .with_radii([Radius::new_ui_points(1.0)])
+        .with_radii([Radius::new_ui_points(radius)])
         .with_draw_order(10.0 + rank as f32)
 }
 
 fn layer_points(frame: &DiagramFrame, layer: &DiagramLayer, color: Color, rank: usize) -> Points2D {
     let shares = layer.x.iter().zip(layer.y).map(|(&x, &y)| frame.relative_position([x, y]));
     let inside = shares.filter(|it| it.iter().all(|share| (0.0..=1.0).contains(share)));
-    Points2D::new(inside.map(|it| frame.view_position_of_relative(it)))
-        .with_colors([with_opacity(color, 170)])
-        .with_radii([Radius::new_ui_points(1.5)])
-        .with_draw_order(10.0 + rank as f32)
+    let points: Vec<_> = inside.map(|it| frame.view_position_of_relative(it)).collect();
+    let order = 10.0 + rank as f32;
+    if points.len() > MOST_MARKS {
+        return Points2D::new(points)
+            .with_colors([with_opacity(color, 170)])
+            .with_radii([Radius::new_ui_points(CLOUD_RADIUS)])
+            .with_draw_order(order);
+    }
+    let marks = Points2D::new(points)
+        .with_colors([color])
+        .with_radii([Radius::new_ui_points(MARK_RADIUS)])
+        .with_draw_order(order);
+    if layer.name.is_empty() { marks } else { marks.with_labels([layer.name]).with_show_labels(true) }
 }
 
 /// Behind the grid.

@@ -9,6 +9,8 @@ use recording::{
     VariableDirection,
 };
 
+use units::display::{name_with_unit, unit_text};
+
 use super::decimation::{self, Interpolation, ValueRange};
 use super::run_slot::RunNamespace;
 use super::timeline::{TimePoints, TimelineClock};
@@ -106,7 +108,7 @@ impl ScalarSignals {
                 ScalarCurve::new(path, RowQuantity::Column(column), 1.0, 0.0, interpolation_of_kind(it.kind))
             })
             .collect();
-        let names = own().map(|(_, it)| slot.run_label(&name_with_unit(it))).collect();
+        let names = own().map(|(_, it)| slot.run_label(&column_title(it))).collect();
         let mut limits = Vec::new();
         let plots = header.view.plots.iter().enumerate();
         let charts = plots.map(|(number, plot)| {
@@ -179,7 +181,7 @@ pub(super) fn send_derived_columns(
     let times = time_points.times_in_seconds();
     for (column, signal) in derived.columns().zip(derived.columns) {
         let path = escaped_entity_path(["signals", derived.analysis, derived.group, signal.name]);
-        let name = name_with_unit(&column);
+        let name = column_title(&column);
         stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
         let span = ValueRange::default().extended_by(signal.values.iter().copied());
         let indices = decimation::swinging_door_indices(&times, signal.values, Interpolation::Linear, span);
@@ -194,7 +196,10 @@ pub(super) fn send_derived_columns(
 pub(super) fn derived_charts(derived: &AnalysisColumns) -> Vec<TimeChart> {
     let mut charts: Vec<TimeChart> = Vec::new();
     for signal in derived.columns {
-        let title = if signal.unit.is_empty() { "-" } else { signal.unit };
+        let title = match unit_text(signal.unit) {
+            unit if unit.is_empty() => "-".to_owned(),
+            unit => unit,
+        };
         let line = ChartCurve {
             path: escaped_entity_path(["signals", derived.analysis, derived.group, signal.name]),
             slot: RunNamespace::default(),
@@ -208,7 +213,7 @@ pub(super) fn derived_charts(derived: &AnalysisColumns) -> Vec<TimeChart> {
         let index = known.unwrap_or_else(|| {
             let number = (charts.len() + 1).to_string();
             let legend = escaped_entity_path(["legends", derived.analysis, derived.group, &number]);
-            let (title, lines) = (title.to_owned(), Vec::new());
+            let (title, lines) = (title.clone(), Vec::new());
             charts.push(TimeChart { title, group: None, range: None, span: None, legend, lines });
             charts.len() - 1
         });
@@ -253,11 +258,8 @@ pub(super) fn column_entity_path(column: &Column) -> EntityPath {
     escaped_entity_path(["signals", &column.node, side, &column.variable])
 }
 
-fn name_with_unit(column: &Column) -> String {
-    match &column.unit {
-        Some(unit) => format!("{} [{unit}]", column.qualified_name()),
-        None => column.qualified_name(),
-    }
+fn column_title(column: &Column) -> String {
+    name_with_unit(&column.qualified_name(), column.unit.as_deref())
 }
 
 /// The viewer paints the curves of a plot, and lists them in the legend, in the order of their paths.

@@ -6,6 +6,7 @@ use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::Radius;
 use recording::view::{XyPlot, XyPlotFunction};
 use recording::{RecordedVariables, Row};
+use units::display::label_text;
 
 use super::LIMIT;
 use super::frame::{DiagramFrame, LineStrip};
@@ -244,7 +245,7 @@ impl PlotDrawing {
     }
 }
 
-/// The frame of one of `count` diagrams. It fills its place; with an ellipse both axes have the same scale.
+/// The frame of one of `count` diagrams. It fills its place, unless both axes have one scale.
 fn plot_frame(number: usize, plot: &XyPlot, count: usize) -> DiagramFrame {
     let line = LINE * count as f64;
     // Around the axes there are six lines of text in width and eight in height.
@@ -252,9 +253,9 @@ fn plot_frame(number: usize, plot: &XyPlot, count: usize) -> DiagramFrame {
     let [x, y] = plot.ranges.map(|[from, to]| (to - from).abs());
     DiagramFrame {
         root: format!("xy_plots/{number}"),
-        labels: plot.labels.clone(),
+        labels: plot.labels.each_ref().map(|label| label_text(label)),
         ranges: plot.ranges,
-        width: if plot.ellipse.is_some() { x / y } else { width },
+        width: if plot.has_equal_scales() { x / y } else { width },
         line: line as f32,
         ticks: TICKS,
     }

@@ -6,6 +6,7 @@ use diagnostics::{Error, ErrorCollector};
 use recording::view::{CurveRole, PlotSeries, RowQuantity, TimePlot};
 use recording::{Column, NumberIndex, RecordedVariables, VariableDirection};
 use units::Unit;
+use units::display::name_with_unit;
 
 use super::quantity::SignalScope;
 use super::unit;
@@ -36,7 +37,7 @@ pub(super) fn resolve_plot(
     let curves = written.signals.iter().map(|it| resolve_curve(scenario, scope, it, shown.as_ref()));
     let (_, curves) = ErrorCollector::collect_both(wanted, ErrorCollector::collect_all(curves))?;
     let title = match shown {
-        Some((_, unit)) => format!("{} [{unit}]", written.title),
+        Some((_, unit)) => name_with_unit(&written.title, Some(&unit)),
         None => written.title.clone(),
     };
     let series = curves.into_iter().flatten().collect();
@@ -126,7 +127,7 @@ pub fn plots_by_unit<'a>(
     }
     let outputs = columns.clone().filter(|(_, column)| column.direction == VariableDirection::Output);
     for (index, column) in outputs {
-        let title = format!("{} [{}]", column.node, column.unit.as_deref().unwrap_or("1"));
+        let title = name_with_unit(&column.node, column.unit.as_deref());
         let series = PlotSeries {
             quantity: RowQuantity::Column(index),
             factor: 1.0,

@@ -23,8 +23,9 @@ pub struct DrivenMap<'a> {
     pub poses: &'a [PoseSample],
     /// The edges of the road.
     pub road: &'a [Vec<[f64; 2]>; 2],
-    /// Cones.
+    /// Cones that the car did not touch, and those that it hit.
     pub cones: &'a [[f64; 2]],
+    pub hit_cones: &'a [[f64; 2]],
     /// The line to follow.
     pub course: &'a [[f64; 2]],
 }
@@ -39,7 +40,7 @@ pub fn thinned_points<T: Copy>(points: &[T], limit: usize) -> Vec<T> {
 /// The map, a metre as long to the right as upwards.
 pub fn driven_map(shown: &DrivenMap) -> Markup {
     let way: Vec<[f64; 2]> = shown.poses.iter().map(|pose| pose.position).collect();
-    let all = way.iter().chain(shown.cones).chain(shown.course);
+    let all = way.iter().chain(shown.cones).chain(shown.hit_cones).chain(shown.course);
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for point in all.filter(|point| point.iter().all(|it| it.is_finite())) {
@@ -103,8 +104,10 @@ pub fn driven_map(shown: &DrivenMap) -> Markup {
     shown.road.iter().for_each(|edge| line(edge, "line data"));
     line(shown.course, "dash data");
     line(&way, "line c0");
-    for [x, y] in shown.cones.iter().map(|cone| place(*cone)) {
-        let _ = writeln!(svg, r#"<circle class="dot c1" cx="{x:.1}" cy="{y:.1}" r="2.5"/>"#);
+    for (cones, class, radius) in [(shown.cones, "c1", 2.5), (shown.hit_cones, "poor", 4.0)] {
+        for [x, y] in cones.iter().map(|cone| place(*cone)) {
+            let _ = writeln!(svg, r#"<circle class="dot {class}" cx="{x:.1}" cy="{y:.1}" r="{radius}"/>"#);
+        }
     }
     if let Some([x, y]) =
         way.first().map(|point| place(*point)).filter(|it| it.iter().all(|it| it.is_finite()))

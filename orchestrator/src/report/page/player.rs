@@ -6,15 +6,22 @@ use std::collections::BTreeMap;
 
 use assessment::check::CheckVerdict;
 use html_page::{Markup, Safe, script_json};
-use manoeuvre::{DiagramLayerKind, DiagramScale, TestDiagram};
+use manoeuvre::{DiagramLayerKind, DiagramScale, TestCourse, TestDiagram};
 use recording::StatusSource;
-use recording::overview::{RunOverview, StatusSpan};
-use recording::view::CurveRole;
+use recording::overview::{
+    CURVE_POINTS, CompletedLap, MOST_CURVES, MOST_MOVING_CURVES, MOST_XY_POINTS, RunOverview, StatusSpan,
+    curve_abscissae,
+};
+use recording::view::{CurveRole, XyPlot};
 use serde::Serialize;
+use units::display::{label_text, number_text, quantity_text, unit_text};
 
 use super::RunPictures;
 use super::driven_map::{DrivenMap, driven_map, thinned_points};
 use super::pictures::{trace_names, worst_trace_value};
+use crate::report::TestPicture;
+use crate::report::laps::lap_time_text;
+use crate::report::text::shorten_list;
 use quantized::QuantizedValues;
 
 /// The script and the style of the player.
@@ -51,15 +58,20 @@ struct PlayerData<'a> {
     car: Option<CarData>,
     road: Vec<[QuantizedValues; 2]>,
     cones: Vec<[f64; 2]>,
+    /// Cones that the car hit, each with the moment of its first touch [s].
+    hits: Vec<([f64; 2], f64)>,
     course: Vec<[QuantizedValues; 2]>,
-    /// What the tests are called.
-    tests: Vec<&'a str>,
+    /// What the tests are called, with the speed at which they began.
+    tests: Vec<String>,
     /// Their stages, each with its beginning [s].
     stages: Vec<(f64, &'a str)>,
     /// Duration of a bucket of a curve [s], and its communication points.
     bucket: (f64, usize),
     plots: Vec<PlotData<'a>>,
     checks: Vec<CheckData<'a>>,
+    /// Failed checks that have nothing to draw over time, such as those of results.
+    failures: Vec<FailureData<'a>>,
+    laps: Vec<LapData>,
     faults: BTreeMap<&'a str, Vec<[f64; 2]>>,
     diagrams: Vec<DiagramData<'a>>,
     xy: Vec<XyData<'a>>,
@@ -83,7 +95,7 @@ struct CarData {
 
 #[derive(Serialize)]
 struct PlotData<'a> {
-    title: &'a str,
+    title: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
     curves: Vec<CurveData<'a>>,
@@ -111,7 +123,7 @@ struct CheckData<'a> {
     name: &'a str,
     that: &'a str,
     passed: bool,
-    unit: &'a str,
+    unit: String,
     names: [&'a str; 2],
     during: [f64; 2],
     first: Option<f64>,
@@ -125,10 +137,25 @@ struct CheckData<'a> {
     violated: Vec<[f64; 2]>,
 }
 
+/// A failed check without a plot.
+#[derive(Serialize)]
+struct FailureData<'a> {
+    name: &'a str,
+    that: &'a str,
+    /// What was found, or why there is nothing.
+    found: String,
+}
+
+#[derive(Serialize)]
+struct LapData {
+    name: String,
+    span: [f64; 2],
+}
+
 #[derive(Serialize)]
 struct DiagramData<'a> {
     title: &'a str,
-    labels: [&'a str; 2],
+    labels: [String; 2],
     scale: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
@@ -148,14 +175,29 @@ struct LayerData<'a> {
 #[derive(Serialize)]
 struct XyData<'a> {
     title: &'a str,
-    labels: &'a [String; 2],
+    labels: [String; 2],
     ranges: [[f64; 2]; 2],
+    /// Whether a unit is as long on both axes.
+    equal: bool,
     ellipse: Option<[f64; 2]>,
     trail: f64,
     /// Time between two coordinates of a point [s].
     step: f64,
     points: Vec<XyLineData<'a>>,
     curves: Vec<XyLineData<'a>>,
+    /// Curves that change with the run.
+    moving: Vec<MovingCurveData<'a>>,
+}
+
+#[derive(Serialize)]
+struct MovingCurveData<'a> {
+    label: &'a str,
+    role: CurveRole,
+    /// Time between two shapes [s].
+    step: f64,
+    x: QuantizedValues,
+    /// The ordinates of all shapes, one shape after the other.
+    y: QuantizedValues,
 }
 
 #[derive(Serialize)]
@@ -168,7 +210,7 @@ struct XyLineData<'a> {
 
 impl RunPlayer {
     /// The player of a run; none of one that did not go from one time to another.
-    pub fn new(pictures: &RunPictures, checks: &[CheckVerdict]) -> Option<Self> {
+    pub fn new(pictures: &RunPictures, checks: &[CheckVerdict], laps: &[CompletedLap]) -> Option<Self> {
         let overview = pictures.overview;
         let [first, last] = overview.time_range()?;
         if first >= last {
@@ -176,7 +218,11 @@ impl RunPlayer {
         }
         let courses = pictures.tests.iter().filter_map(|test| test.course.as_ref());
         let (road, car, spans) = (overview.road_edges(), car_data(overview), overview.status_spans());
-        let cones: Vec<_> = courses.clone().flat_map(|course| course.cones.iter().copied()).collect();
+        let [hit_cones, cones] = [true, false].map(|hit| {
+            let of = courses.clone().map(TestCourse::hit_and_standing_cones);
+            of.flat_map(|[hit_cones, cones]| if hit { hit_cones } else { cones }).collect::<Vec<_>>()
+        });
+        let touched = courses.clone().flat_map(|course| course.hits.iter().flatten().copied());
         let data = PlayerData {
             time: [first, last, overview.step],
             road: road.iter().filter(|edge| edge.len() > 1).map(|edge| line_data(edge)).collect(),
@@ -185,8 +231,14 @@ impl RunPlayer {
             } else {
                 Vec::new()
             },
+            hits: if car.is_some() {
+                let cones = hit_cones.iter().map(|it| it.map(round_to_centimetres));
+                cones.zip(touched).collect()
+            } else {
+                Vec::new()
+            },
             course: courses.clone().filter(|it| !it.path.is_empty()).map(|it| line_data(&it.path)).collect(),
-            tests: pictures.tests.iter().map(|test| test.title).collect(),
+            tests: pictures.tests.iter().map(test_title).collect(),
             stages: pictures
                 .tests
                 .iter()
@@ -198,6 +250,12 @@ impl RunPlayer {
             bucket: (overview.envelopes.stride() as f64 * overview.step, overview.envelopes.stride()),
             plots: plots_data(overview),
             checks: checks_data(&spans, checks),
+            failures: checks
+                .iter()
+                .filter(|check| !check.passed && !has_trace(check))
+                .map(failure_data)
+                .collect(),
+            laps: laps.iter().map(lap_data).collect(),
             faults: fault_spans(&spans),
             diagrams: pictures.tests.iter().flat_map(|test| &test.diagrams).map(diagram_data).collect(),
             xy: xy_data(overview),
@@ -209,6 +267,7 @@ impl RunPlayer {
                 poses: overview.poses.samples(),
                 road: &road,
                 cones: &cones,
+                hit_cones: &hit_cones,
                 course: &path,
             })
         });
@@ -245,11 +304,82 @@ fn resolution_text(overview: &RunOverview) -> String {
     if overview.has_body() && overview.poses.stride() > 1 {
         sentences.push(format!("Poses are {} apart.", every(overview.poses.stride())));
     }
-    if overview.omitted_plots > 0 {
-        sentences.push(format!("{} more plots are left out.", overview.omitted_plots));
-    }
+    sentences.extend(omission_text("Plots", &overview.omitted_plots, &format!("{MOST_CURVES} curves")));
+    let most = format!("{MOST_XY_POINTS} points and {MOST_MOVING_CURVES} moving curves");
+    sentences.extend(omission_text("Diagrams", &overview.omitted_xy_plots, &most));
+    let plots = overview.view.xy_plots.iter();
+    sentences.extend(
+        plots.zip(curves_without_values(overview)).filter(|(_, curves)| !curves.is_empty()).map(
+            |(plot, curves)| {
+                format!(
+                    "In the diagram {} no value of {} lies within its axes.",
+                    plot.title,
+                    curves.join(", ")
+                )
+            },
+        ),
+    );
     sentences.push("run.mcap has all values.".to_owned());
     sentences.join(" ")
+}
+
+/// Which things are left out, as a page has `most` of them.
+fn omission_text(what: &str, titles: &[String], most: &str) -> Option<String> {
+    let titles = (!titles.is_empty()).then(|| shorten_list(titles))?;
+    Some(format!("{what} that are left out, as a page has {most} at most: {titles}."))
+}
+
+/// The curves and points of each diagram that nothing can be drawn of: they are never a number within the axes.
+fn curves_without_values(overview: &RunOverview) -> Vec<Vec<&str>> {
+    let (mut samples, mut shapes) = (overview.xy_points.iter(), overview.xy_curves.iter());
+    let plots = overview.view.xy_plots.iter();
+    plots
+        .map(|plot| {
+            let inside = |axis: usize, value: f64| {
+                let [from, to] = plot.ranges[axis];
+                (from.min(to)..=from.max(to)).contains(&value)
+            };
+            let points = plot.points.iter().zip(samples.by_ref()).filter_map(|(point, trace)| {
+                let is_seen = trace.samples().iter().any(|[x, y]| inside(0, *x) && inside(1, *y));
+                (!is_seen).then_some(point.label.as_str())
+            });
+            let points: Vec<_> = points.collect();
+            let moving = plot.curves.iter().filter(|curve| curve.moves).zip(shapes.by_ref());
+            let curves = moving.filter_map(|(curve, shapes)| {
+                let is_seen = shapes.samples().iter().flatten().any(|y| inside(1, *y));
+                (!is_seen).then_some(curve.label.as_str())
+            });
+            points.into_iter().chain(curves.collect::<Vec<_>>()).collect()
+        })
+        .collect()
+}
+
+/// What a test is called, with its entry speed.
+fn test_title(test: &TestPicture) -> String {
+    let speed = test.entry_speed;
+    format!("{}, entry at {} m/s = {:.1} km/h", test.title, number_text(speed), 3.6 * speed)
+}
+
+fn lap_data(lap: &CompletedLap) -> LapData {
+    let name = format!("lap {}: {}", lap.number, lap_time_text(lap.duration));
+    LapData { name, span: [lap.end - lap.duration, lap.end] }
+}
+
+/// Whether a check has something to draw over time.
+fn has_trace(check: &CheckVerdict) -> bool {
+    let finite = |value: &[f64; 2]| value.iter().all(|it| it.is_finite());
+    check.trace.points().iter().filter(|point| finite(&point.value)).count() > 1
+}
+
+fn failure_data(check: &CheckVerdict) -> FailureData<'_> {
+    let quantity = |value| quantity_text(value, check.unit.as_deref());
+    let found = match (&check.reason, check.value, check.limit) {
+        (Some(reason), ..) => reason.clone(),
+        (None, Some(value), Some(limit)) => format!("found {}, limit {}", quantity(value), quantity(limit)),
+        (None, Some(value), None) => format!("found {}", quantity(value)),
+        (None, None, _) => String::new(),
+    };
+    FailureData { name: &check.name, that: &check.that, found }
 }
 
 fn round_to_centimetres(value: f64) -> f64 {
@@ -303,7 +433,7 @@ fn plots_data(overview: &RunOverview) -> Vec<PlotData<'_>> {
                 })
             });
             let limits = limits.filter(|limit| limit.value.is_finite()).collect();
-            PlotData { title: &plot.title, range: plot.range, curves: curves.collect(), limits }
+            PlotData { title: label_text(&plot.title), range: plot.range, curves: curves.collect(), limits }
         })
         .collect()
 }
@@ -324,14 +454,7 @@ fn checks_data<'a>(spans: &[StatusSpan], checks: &'a [CheckVerdict]) -> Vec<Chec
         let of = spans.iter().filter(|it| matches!(&it.source, StatusSource::Check(check) if check == name));
         of.map(|it| it.span).collect()
     };
-    let mut shown: Vec<_> = checks
-        .iter()
-        .enumerate()
-        .filter(|(_, check)| {
-            let finite = |value: &[f64; 2]| value.iter().all(|it| it.is_finite());
-            check.trace.points().iter().filter(|point| finite(&point.value)).count() > 1
-        })
-        .collect();
+    let mut shown: Vec<_> = checks.iter().enumerate().filter(|(_, check)| has_trace(check)).collect();
     shown.sort_by_key(|(_, check)| check.passed);
     shown.truncate(MOST_CHECKS);
     let data = |(place, check): (usize, &'a CheckVerdict)| {
@@ -348,7 +471,7 @@ fn checks_data<'a>(spans: &[StatusSpan], checks: &'a [CheckVerdict]) -> Vec<Chec
             name: &check.name,
             that: &check.that,
             passed: check.passed,
-            unit: check.unit.as_deref().unwrap_or_default(),
+            unit: unit_text(check.unit.as_deref().unwrap_or_default()),
             names: trace_names(check),
             during: check.during,
             first: check.first,
@@ -385,7 +508,7 @@ fn diagram_data(diagram: &TestDiagram) -> DiagramData<'_> {
     });
     DiagramData {
         title: &diagram.title,
-        labels: [diagram.x_label, diagram.y_label],
+        labels: [diagram.x_label, diagram.y_label].map(label_text),
         scale: match diagram.x_scale {
             DiagramScale::Linear => "linear",
             DiagramScale::Logarithmic => "logarithmic",
@@ -396,23 +519,40 @@ fn diagram_data(diagram: &TestDiagram) -> DiagramData<'_> {
     }
 }
 
+/// The ordinates of shapes, as far as an axis and its length beyond it: a pole would take all digits.
+fn moving_ordinates(plot: &XyPlot, shapes: &[[f64; CURVE_POINTS]]) -> QuantizedValues {
+    let [from, to] = plot.ranges[1];
+    let (low, high, length) = (from.min(to), from.max(to), (to - from).abs());
+    QuantizedValues::new(shapes.iter().flatten().map(|y| y.clamp(low - length, high + length)))
+}
+
 fn xy_data(overview: &RunOverview) -> Vec<XyData<'_>> {
-    let mut samples = overview.xy_points.iter();
+    let (mut samples, mut shapes) = (overview.xy_points.iter(), overview.xy_curves.iter());
     let plots = overview.view.xy_plots.iter();
     plots
         .map(|plot| {
+            let moving = plot.curves.iter().filter(|curve| curve.moves).zip(shapes.by_ref());
+            let moving = moving.map(|(curve, shapes)| MovingCurveData {
+                label: &curve.label,
+                role: curve.role,
+                step: shapes.stride() as f64 * overview.step,
+                x: QuantizedValues::new(curve_abscissae(plot).into_iter()),
+                y: moving_ordinates(plot, shapes.samples()),
+            });
+            let moving = moving.collect();
             let traces: Vec<_> = samples.by_ref().take(plot.points.len()).collect();
             let [from, to] = plot.ranges[0];
             let abscissae = (0..FUNCTION_POINTS)
                 .map(|k| from + (to - from) * k as f64 / (FUNCTION_POINTS - 1) as f64)
                 .collect::<Vec<_>>();
             let row = recording::Row::default();
-            // A function of the row moves with it, which nothing here follows.
             let fixed = plot.curves.iter().filter(|curve| !curve.moves);
             XyData {
                 title: &plot.title,
-                labels: &plot.labels,
+                labels: plot.labels.each_ref().map(|label| label_text(label)),
                 ranges: plot.ranges,
+                equal: plot.has_equal_scales(),
+                moving,
                 ellipse: plot.ellipse,
                 trail: plot.trail,
                 step: traces.first().map_or(1, |it| it.stride()) as f64 * overview.step,
