@@ -220,7 +220,7 @@ impl CheckComparison {
         let check = format!("the {part} moved, {change}");
         match cause {
             FlipCause::Value if !self.changes.is_empty() => {
-                format!("{value}; {check}, too, which alone changes no verdict")
+                format!("{value}; the {part} moved, too, {change}, which alone changes no verdict")
             }
             FlipCause::Value => match moved(self.limits()) {
                 Some(limit) => format!("{value}; the limit, which is of signals, moved, too, {limit}"),
@@ -229,7 +229,9 @@ impl CheckComparison {
             FlipCause::Check => match (value_moved, values_are_same) {
                 (None, _) => check + &stayed("value", self.values()[0]),
                 (Some(change), true) => format!("{check}; no signal differs, the value there is {change}"),
-                (Some(_), false) => format!("{check}; {value}, too, which alone changes no verdict"),
+                (Some(change), false) => {
+                    format!("{check}; the value moved, too, {change}, which alone changes no verdict")
+                }
             },
             FlipCause::Both => format!("{value}, and {check}: neither changes the verdict alone"),
             FlipCause::Either => format!("{value}, and {check}: each changes the verdict alone"),

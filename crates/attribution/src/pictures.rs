@@ -20,10 +20,10 @@ const MOST_SIGNALS: usize = 4;
 const MOST_CHECKS: usize = 12;
 /// Points of a line at most, two for each bucket.
 const MOST_BUCKETS: usize = 400;
-/// The plots go on until each signal has reached this share of its largest difference.
+/// The plots go on until a signal has reached this share of its largest difference.
 const SHARE_OF_LARGEST: f64 = 0.5;
 /// Time before the first difference and behind the last one that is to be seen, relative to what is between [-].
-const LEAD: f64 = 0.15;
+const LEAD: f64 = 0.2;
 /// The plots show so many communication steps at least.
 const LEAST_STEPS: f64 = 40.0;
 
@@ -46,7 +46,7 @@ pub(crate) struct SignalPlots {
 }
 
 /// The first signals that differ: each in both runs, and B without A. All have one time axis, from shortly before the first
-/// difference until the differences have grown.
+/// difference until one of the differences has grown.
 pub(crate) fn plot_first_deviations(runs: [&Trajectory; 2], spread: &[SignalDeviation]) -> Vec<SignalPlots> {
     let numbers = spread.iter().filter(|it| !it.a.is_nan() || !it.b.is_nan());
     let pairs: Vec<_> = numbers.filter_map(|it| SignalPair::new(it, runs)).take(MOST_SIGNALS).collect();
@@ -100,10 +100,10 @@ impl<'d> SignalPair<'d> {
     }
 }
 
-/// A span of time [s] that begins before the first difference and ends when all have grown; none without signals.
+/// A span of time [s] that begins before the first difference and ends when one of them has grown; none without signals.
 fn time_span_of(pairs: &[SignalPair], run: &Trajectory) -> Option<[f64; 2]> {
     let first = pairs.iter().map(|it| it.deviation.time).min_by(f64::total_cmp)?;
-    let grown = pairs.iter().map(SignalPair::grown_at).fold(first, f64::max);
+    let grown = pairs.iter().map(SignalPair::grown_at).min_by(f64::total_cmp)?;
     let [begin, end] = [*run.times.first()?, *run.times.last()?];
     let step = (end - begin) / (run.times.len() - 1).max(1) as f64;
     let shown = (grown - first).max(LEAST_STEPS * step);
