@@ -9,6 +9,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from ._program import call
 from ._run import Run, _judged
@@ -40,10 +41,11 @@ class Comparison:
     #: All of `why.json`.
     result: dict[str, Any]
 
-    def __init__(self, result: dict[str, Any], page: str) -> None:
-        """Keep the answer of the program."""
+    def __init__(self, result: dict[str, Any], page: str, links: dict[str, Path]) -> None:
+        """Keep the answer of the program, its page, and the files that the links of the page lead to."""
         self.result = result
         self._page = page
+        self._links = links
 
     @property
     def same(self) -> bool:
@@ -79,13 +81,29 @@ class Comparison:
         ]
 
     @property
+    def checks(self) -> list[dict[str, Any]]:
+        """The checks by name: of each run (`a`, `b`) value, limit, margin and verdict, `changes` of the check, `flipped_by`, `text`.
+
+        Those whose verdicts differ come first.
+        """
+        return list(self.result["checks"])
+
+    @property
+    def key_figures(self) -> list[dict[str, Any]]:
+        """Lap times and collected values: name, unit, a, b."""
+        return list(self.result["key_figures"])
+
+    @property
     def first_deviation(self) -> dict[str, Any] | None:
         """The first value that differs: node, variable, time [s], a, b; None when none does."""
         return self.result["first_deviation"]
 
     def save_page(self, path: str | os.PathLike[str]) -> Path:
         """Write the page of the comparison to a file."""
-        Path(path).write_text(self._page, encoding="utf-8")
+        page = self._page
+        for link, file in self._links.items():
+            page = page.replace(link, _link(file, Path(path).resolve().parent))
+        Path(path).write_text(page, encoding="utf-8")
         return Path(path)
 
     def __repr__(self) -> str:
@@ -98,8 +116,9 @@ class Comparison:
             f"<td>{html.escape(it.unit or '')}</td><td>{html.escape('; '.join(it.details))}</td></tr>"
             for it in self.differences
         )
+        flips = "".join(f"<p>{html.escape(check['text'])}</p>" for check in self.checks if check["text"])
         head = "<tr><th>input</th><th>A</th><th>B</th><th>unit</th><th>inside</th></tr>"
-        return f"<p>{html.escape(self.summary)}</p><table>{head}{rows}</table>"
+        return f"<p>{html.escape(self.summary)}</p>{flips}<table>{head}{rows}</table>"
 
 
 def compare(a: Run | str | os.PathLike[str], b: Run | str | os.PathLike[str], *, runs: int | None = None) -> Comparison:
@@ -118,4 +137,12 @@ def compare(a: Run | str | os.PathLike[str], b: Run | str | os.PathLike[str], *,
             words += ["--runs", str(runs)]
         ended = call(words)
         _judged(ended)
-        return Comparison(json.loads(ended.stdout), Path(folder, "why.html").read_text(encoding="utf-8"))
+        page = Path(folder, "why.html").read_text(encoding="utf-8")
+        reports = [(run if run.is_dir() else run.parent).resolve() / "report.html" for run in paths]
+        links = {_link(report, Path(folder).resolve()): report for report in reports}
+        return Comparison(json.loads(ended.stdout), page, links)
+
+
+def _link(file: Path, folder: Path) -> str:
+    """Return how a page in `folder` links a file."""
+    return f'href="./{quote(os.path.relpath(file, folder))}"'

@@ -110,7 +110,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("assessment", &["diagnostics", "expression", "recording", "units"]),
     ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording", "units"]),
     ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "text-encoding", "units"]),
-    ("attribution", &["archive", "cosim", "diagnostics", "fmu-import", "html-page", "recording", "scenario", "units"]),
+    ("attribution", &["archive", "cosim", "diagnostics", "expression", "fmu-import", "html-page", "recording", "scenario", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation", "units"]),

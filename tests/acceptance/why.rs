@@ -11,6 +11,7 @@ tests! {
     causes_that_cancel_are_named,
     another_version_of_an_fmu_differs_by_itself: Compiler,
     a_failed_baseline_is_explained,
+    a_flipped_check_names_its_cause,
     a_run_that_cannot_be_repeated_is_compared_as_far_as_it_goes,
     damaged_and_missing_runs_are_mistakes,
 }
@@ -169,6 +170,21 @@ fn a_failed_baseline_is_explained() {
     std::fs::remove_file(lab.path("golden.csv.inputs.zip")).expect("a file");
     let answer = why(&lab, "golden.csv", "out", 1);
     assert_eq!(answer["local"][0]["node"], "plant", "{answer:#}");
+}
+
+fn a_flipped_check_names_its_cause() {
+    let lab = lab();
+    run(&lab, "a", &scenario(), &[]);
+    run(&lab, "b", &scenario().replace("plant.v_x > 10", "plant.v_x > 30"), &[]);
+    let answer = why(&lab, "a", "b", 0);
+    let summary = "The runs differ only in the limit of the check `drives on` (10 -> 30 m/s)";
+    assert!(answer["summary"].as_str().is_some_and(|it| it.starts_with(summary)), "{answer:#}");
+    assert_eq!(answer["checks"][0]["flipped_by"], "check", "{answer:#}");
+    let page = lab.read("b/why.html");
+    assert!(page.contains("./../a/report.html") && page.contains("passed → failed"), "{page}");
+    run(&lab, "c", &scenario(), &["--set", "plant.start.v_x=8"]);
+    let text = lab.trackside(&["why", "a", "c"]).expect(1).stdout;
+    assert!(text.contains("drives on: passed -> failed because the value moved"), "{text}");
 }
 
 fn a_run_that_cannot_be_repeated_is_compared_as_far_as_it_goes() {

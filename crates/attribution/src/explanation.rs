@@ -1,6 +1,6 @@
 //! Explains why two runs differ: what differs between their inputs, what that did first, and by experiments which difference is the cause.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,12 +9,15 @@ use scenario::plan::RunPlan;
 use scenario::resolve::IsolationPolicy;
 use serde::Serialize;
 
+use crate::check_comparison::{self, CheckComparison};
 use crate::difference::{
     Difference, DifferenceKind, DifferenceScope, InputSwap, PlannedInputs, list_differences,
     list_value_differences,
 };
 use crate::experiment::{ExperimentOptions, ExperimentRunner, LocalDeviation, SimulatedRun, node_order};
-use crate::run_inputs::{RecordedReport, RecordedRun, RunInputs};
+use crate::key_figure::{self, KeyFigure};
+use crate::pictures::{self, SignalPlots, TitledPlot};
+use crate::run_inputs::{RecordedRun, RunInputs};
 use crate::trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};
 
 /// Signals whose shares of an effect are told.
@@ -63,6 +66,11 @@ pub struct RunSummary {
     pub path: String,
     /// Its verdict.
     pub verdict: String,
+    /// Its checks that passed, and all of them.
+    pub passed_checks: [usize; 2],
+    /// The page of its report.
+    #[serde(skip)]
+    pub report_page: Option<PathBuf>,
     /// Time that it took by the clock [s].
     pub wall_seconds: Option<f64>,
 }
@@ -102,8 +110,16 @@ pub struct Explanation {
     /// The notes of the comparison that counts: that of the recordings, or that of the repeated runs.
     #[serde(skip)]
     comparison_notes: Vec<String>,
-    /// The checks whose verdicts differ: name, A, B.
-    pub checks: Vec<[String; 3]>,
+    /// The checks of both runs: first those whose verdicts differ, then those that differ in anything else.
+    pub checks: Vec<CheckComparison>,
+    /// Lap times and collected values of both runs.
+    pub key_figures: Vec<KeyFigure>,
+    /// The first signals that differ, over time.
+    #[serde(skip)]
+    pub(crate) signal_plots: Vec<SignalPlots>,
+    /// What the checks compare whose verdicts differ, over time.
+    #[serde(skip)]
+    pub(crate) check_plots: Vec<TitledPlot>,
     /// Runs that this took.
     pub runs: usize,
     /// Time that this took [s].
@@ -148,6 +164,7 @@ pub fn explain_difference(a: &Path, b: &Path, options: &ExperimentOptions) -> Re
             }
         }
     }
+    explanation.compare_results(&runs, &recorded);
     explanation.finish(begin.elapsed().as_secs_f64());
     Ok(explanation)
 }
@@ -157,6 +174,11 @@ impl Explanation {
         let summary = |run: &RecordedRun| RunSummary {
             path: run.name(),
             verdict: run.report.as_ref().map_or("baseline".to_owned(), |report| report.verdict.clone()),
+            passed_checks: run.report.as_ref().map_or([0, 0], |report| {
+                let passed = report.checks.iter().filter(|check| check.passed == Some(true)).count();
+                [passed, report.checks.len()]
+            }),
+            report_page: run.report_page(),
             wall_seconds: run.report.as_ref().map(|report| report.wall_seconds),
         };
         let mut explanation = Explanation {
@@ -176,13 +198,13 @@ impl Explanation {
             notes: Vec::new(),
             comparison_notes: Vec::new(),
             checks: Vec::new(),
+            key_figures: Vec::new(),
+            signal_plots: Vec::new(),
+            check_plots: Vec::new(),
             runs: 0,
             seconds: 0.0,
             summary: String::new(),
         };
-        if let [Some(a), Some(b)] = [&runs[0].report, &runs[1].report] {
-            explanation.compare_checks(a, b);
-        }
         for (name, run) in ["A", "B"].into_iter().zip(runs) {
             let error = run.report.as_ref().and_then(|report| report.error.as_ref());
             explanation.notes.extend(error.map(|error| format!("{name} did not come to its end: {error}")));
@@ -196,17 +218,18 @@ impl Explanation {
         self.inputs_known
     }
 
-    fn compare_checks(&mut self, a: &RecordedReport, b: &RecordedReport) {
-        let word = |passed: Option<bool>| match passed {
-            Some(true) => "passed",
-            Some(false) => "failed",
-            None => "not judged",
-        };
-        for check in &a.checks {
-            let Some(other) = b.checks.iter().find(|it| it.name == check.name) else { continue };
-            if other.passed != check.passed {
-                self.checks.push([check.name.clone(), word(check.passed).into(), word(other.passed).into()]);
-            }
+    /// The checks and key figures of both runs side by side, and the signals that differ over time.
+    fn compare_results(&mut self, runs: &[RecordedRun; 2], recorded: &[Result<Arc<Trajectory>, Error>; 2]) {
+        let trajectories = recorded.each_ref().map(|read| read.as_ref().ok().map(Arc::as_ref));
+        let reports = runs.each_ref().map(|run| run.report.as_ref());
+        if let [Some(a), Some(b)] = reports {
+            self.checks = check_comparison::compare_checks([&a.checks, &b.checks], trajectories, self.same);
+        }
+        self.key_figures = key_figure::collect_key_figures(reports, trajectories);
+        if let [Some(a), Some(b)] = trajectories {
+            self.signal_plots = pictures::plot_first_deviations([a, b], &self.spread);
+            let first = self.first_deviation.as_ref().map(|it| it.time);
+            self.check_plots = pictures::plot_flipped_checks([a, b], &self.checks, first);
         }
     }
 
@@ -333,8 +356,16 @@ impl Explanation {
         let acting = |it: &&Difference| it.swap.is_some();
         let count = self.differences.iter().filter(acting).count();
         if self.same {
+            let checks = check_comparison::definition_sentence(&self.checks);
             return match count {
-                0 => "The runs differ in nothing that is simulated: every value is the same.".to_owned(),
+                0 => match checks {
+                    Some(checks) => {
+                        format!("The runs differ only in {checks}: every simulated value is the same.")
+                    }
+                    None => {
+                        "The runs differ in nothing that is simulated: every value is the same.".to_owned()
+                    }
+                },
                 1 => format!(
                     "Every value is the same: {} has no effect.",
                     self.differences.iter().find(acting).map_or("", |it| &it.place)

@@ -3,20 +3,28 @@
 #![forbid(unsafe_code)]
 
 mod archive_comparison;
+mod check_comparison;
+mod check_judgement;
 mod difference;
 mod experiment;
 mod explanation;
 mod file_comparison;
+mod key_figure;
+mod number_pair;
 mod page;
+mod pictures;
 mod reference_outputs;
 mod run_inputs;
+mod spread_graph;
 mod text;
 mod toml_difference;
 mod trajectory;
 
+pub use check_comparison::{CheckComparison, CheckPart, FlipCause};
 pub use difference::{Difference, DifferenceKind};
 pub use experiment::{ExperimentOptions, LocalDeviation};
 pub use explanation::{Cause, CauseEffect, Explanation, RunSummary, SpreadArrow, explain_difference};
+pub use key_figure::KeyFigure;
 pub use page::{DATA, PAGE};
-pub use run_inputs::{ARCHIVE, RecordedRun, RunInputs, save_baseline_inputs, save_run_inputs};
+pub use run_inputs::{ARCHIVE, RecordedCheck, RecordedRun, RunInputs, save_baseline_inputs, save_run_inputs};
 pub use trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};

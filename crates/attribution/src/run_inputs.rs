@@ -29,6 +29,8 @@ const ARCHIVE_HASHES: &str = "fmus.json";
 pub(crate) const FMUS: &str = "fmus/";
 /// The folder of all other files.
 pub(crate) const FILES: &str = "files/";
+/// The page of the report, in the folder of a run.
+const REPORT_PAGE: &str = "report.html";
 /// A larger file is not kept, but named with its hash [bytes].
 const LARGEST: u64 = 64 << 20;
 
@@ -177,6 +179,10 @@ pub struct RecordedReport {
     pub resumed: Option<serde_json::Value>,
     /// Its checks.
     pub checks: Vec<RecordedCheck>,
+    /// The values that a sweep collects, by name; none of what is not a number.
+    pub collected: BTreeMap<String, Option<f64>>,
+    /// The results of analyses by name.
+    pub analyses: serde_json::Map<String, serde_json::Value>,
     /// Versions of all that has one.
     pub versions: serde_json::Map<String, serde_json::Value>,
     /// The libraries of plugins that took part.
@@ -186,13 +192,31 @@ pub struct RecordedReport {
 }
 
 /// A check of a run.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecordedCheck {
     /// Its name.
     pub name: String,
+    /// What had to hold.
+    pub that: String,
     /// Whether it passed; none if it could not be judged.
     pub passed: Option<bool>,
+    /// First and last moment of its window [s].
+    pub during: [f64; 2],
+    /// By how much a comparison was allowed to be off.
+    pub tolerance: f64,
+    /// How far the worst sample was from failing, tolerance included; negative when it failed.
+    pub margin: Option<f64>,
+    /// The time of the worst sample [s].
+    pub at: Option<f64>,
+    /// The left side of the comparison there.
+    pub value: Option<f64>,
+    /// The right side of the comparison there.
+    pub limit: Option<f64>,
+    /// The unit of both sides, if they have one.
+    pub unit: Option<String>,
+    /// Why it failed, in words.
+    pub reason: Option<String>,
 }
 
 /// A file that took part in a run.
@@ -318,6 +342,15 @@ impl RecordedRun {
             true => IsolationPolicy::Everything,
             false => IsolationPolicy::default(),
         }
+    }
+
+    /// The page of its report, if there is one.
+    #[must_use]
+    pub fn report_page(&self) -> Option<PathBuf> {
+        self.report.as_ref()?;
+        let folder = if self.path.is_dir() { &self.path } else { self.path.parent()? };
+        let page = folder.join(REPORT_PAGE);
+        page.is_file().then_some(page)
     }
 
     /// The name of the run in messages.

@@ -116,7 +116,8 @@ impl Trajectory {
         Some((0..self.times.len()).map(|row| self.row(row)[place]).collect())
     }
 
-    fn text_row(&self, index: usize) -> &[String] {
+    /// The texts at a communication point.
+    pub(crate) fn text_row(&self, index: usize) -> &[String] {
         let width = self.text_columns.len();
         &self.texts[index * width..(index + 1) * width]
     }
@@ -289,7 +290,7 @@ fn positions_by_name(columns: &[SignalName]) -> HashMap<SignalKey<'_>, usize> {
 }
 
 /// Factor and offset from the unit of one signal to that of another; a missing unit is that of the other.
-fn unit_conversion(from: &SignalName, to: &SignalName) -> Option<(f64, f64)> {
+pub(crate) fn unit_conversion(from: &SignalName, to: &SignalName) -> Option<(f64, f64)> {
     match (&from.unit, &to.unit) {
         (Some(from), Some(to)) if from != to => {
             Unit::conversion(&Unit::parse(from).ok()?, &Unit::parse(to).ok()?)
@@ -321,6 +322,14 @@ fn signal_deviation<I: Iterator<Item = (f64, f64, f64)>>(
     }
     let rms = (squares / count.max(1) as f64).sqrt();
     Some(SignalDeviation { signal: signal.clone(), time, a, b, largest, rms })
+}
+
+#[cfg(test)]
+impl Trajectory {
+    /// Numbers row by row, without texts.
+    pub(crate) fn from_columns(columns: Vec<SignalName>, times: Vec<f64>, values: Vec<f64>) -> Self {
+        Trajectory { columns, times, values, ..Trajectory::default() }
+    }
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ fn write_explanation(explanation: &Explanation, folder: &Path) -> Result<(), Err
     std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
     let json =
         serde_json::to_string_pretty(explanation).map_err(|error| Error::invalid_input(error.to_string()))?;
-    for (name, text) in [(attribution::PAGE, explanation.to_page()), (attribution::DATA, json)] {
+    for (name, text) in [(attribution::PAGE, explanation.to_page(folder)), (attribution::DATA, json)] {
         let path = folder.join(name);
         nofollow::write_without_following_links(&path, text)
             .map_err(|error| Error::output_failure(&path, error))?;
