@@ -334,7 +334,14 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
     });
     let run = match outcome {
         Ok(run) => run,
-        Err(error) => return print_error(error),
+        Err(error) => {
+            // For the program that runs this test, which tells it by its identity from what FMUs write.
+            let records =
+                options.identity.as_ref().map(|identity| suite::error_record_line(identity, &error));
+            let code = print_error(error);
+            records.iter().for_each(|line| eprintln!("{line}"));
+            return code;
+        }
     };
     print_run_warnings(&run.report);
     print_text(&run.report.terminal_lines());
