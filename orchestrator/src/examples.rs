@@ -6,6 +6,8 @@ use std::path::{Component, Path, PathBuf};
 use diagnostics::{Error, suggest};
 use scenario::{Scenario, bundle};
 
+use crate::nearest_path::nearest_path;
+
 /// The folder of the scenarios, in the folder of a repository and beside an installed program.
 const FOLDER: &str = "scenarios";
 
@@ -146,26 +148,16 @@ impl ExampleFolder {
 /// What a scenario file that is not there may have been meant to be: a file of almost this name beside it, or an example.
 #[must_use]
 pub fn missing_scenario_help(path: &Path) -> Option<String> {
-    let name = path.file_name()?.to_str()?;
-    let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|it| it.path());
-    let runs = |path: &PathBuf| {
+    let runs = |path: &Path| {
         path.extension().is_some_and(|it| ["toml", "fmu", "ssp", "ssd"].iter().any(|ending| it == *ending))
     };
-    let mut beside: Vec<_> =
-        files.filter(runs).filter_map(|it| Some(it.file_name()?.to_str()?.to_owned())).collect();
-    beside.sort();
-    let without_ending = |file: &&String| Path::new(file).file_stem().is_some_and(|stem| stem == name);
-    let close = beside.iter().find(without_ending).map(String::as_str);
-    if let Some(close) = close.or_else(|| suggest::closest_name(name, beside.iter().map(String::as_str))) {
-        let close = folder.join(close);
-        return Some(format!("did you mean `{}`?", close.strip_prefix(".").unwrap_or(&close).display()));
+    if let Some(nearest) = nearest_path(path, &[], runs) {
+        return Some(format!("did you mean `{}`?", nearest.display()));
     }
+    let wanted = path.file_name()?.to_str()?.trim_end_matches(".toml");
     let examples = ExampleFolder::of_current_program().ok()?.list_examples().ok()?;
-    let wanted = name.trim_end_matches(".toml");
-    let last_part = |name: &'_ str| name.rsplit('/').next().unwrap_or_default().to_owned();
-    let last_parts: Vec<_> = examples.keys().map(|name| last_part(name)).collect();
-    Some(match suggest::closest_name(wanted, last_parts.iter().map(String::as_str)) {
+    let last_parts = examples.keys().filter_map(|name| name.rsplit('/').next());
+    Some(match suggest::closest_name(wanted, last_parts) {
         Some(close) => format!("`trackside examples {close}` copies an example into the current folder"),
         None => "`trackside examples` lists the scenarios that came with the program".to_owned(),
     })

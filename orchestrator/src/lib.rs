@@ -10,6 +10,7 @@ mod checkpoint_plan;
 pub mod examples;
 pub mod inspect;
 pub mod messages;
+mod nearest_path;
 pub mod nofollow;
 mod options;
 pub mod package;

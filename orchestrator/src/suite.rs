@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use assessment::baseline::BaselineOutcome;
 use assessment::check::CheckVerdict;
-use diagnostics::{Error, signal_name};
+use diagnostics::{Error, ErrorCollector, ErrorRecord, signal_name};
 use rayon::prelude::*;
 use scenario::plan::REPORT;
 use scenario::{Scenario, document, resolve};
@@ -21,15 +21,21 @@ use serde::Deserialize;
 
 use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
+use crate::nearest_path::nearest_path;
 use crate::package;
 use crate::report::RunVerdict;
 pub use history::{OutcomeChange, OutcomeKind, SuiteHistory};
 pub use junit::{check_junit, write_junit};
 pub use page::{PAGE, SuitePageHeader, write_suite_page};
+pub use process::error_record_line;
 use process::{KillReason, ProcessOutcome};
 
 /// The limit of a scenario that has none.
 const LIMIT: Duration = Duration::from_secs(3600);
+/// How lines of warnings begin.
+const WARNING: &str = "warning: ";
+/// A scenario that is larger has no title [bytes].
+const LARGEST: u64 = 16 << 20;
 
 /// The program `trackside`, which runs each scenario.
 #[derive(Debug, Clone, Copy)]
@@ -47,8 +53,13 @@ pub struct TracksideProgram<'a> {
 pub struct TestResult {
     /// The scenario file.
     pub path: PathBuf,
+    /// What the scenario says that it is.
+    pub title: Option<String>,
     /// What became of it.
     pub outcome: ScenarioOutcome,
+    /// Why its run did not come to its end: the mistakes of the scenario, or the failure of an FMU; nothing where its process ended without
+    /// a word.
+    pub errors: Vec<ErrorRecord>,
     /// What became of its checks, and of those of its validations, as far as it came.
     pub checks: Vec<CheckResult>,
     /// A line for each warning of its run.
@@ -96,6 +107,9 @@ pub enum ScenarioOutcome {
 /// # Errors
 /// When a path does not exist, no file is found, or two have the same name.
 pub fn find_scenario_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+    let missing = paths.iter().filter(|path| !path.exists());
+    let errors = missing.map(|path| Err::<(), _>(missing_scenario_error(path, paths)));
+    ErrorCollector::collect_all(errors)?;
     let mut found = Vec::new();
     for path in paths {
         let read = |error| Error::invalid_input(format!("cannot read {}: {error}", path.display()));
@@ -119,6 +133,22 @@ pub fn find_scenario_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         true => Err(Error::invalid_input("there is no scenario to test")),
         false => check_names(&found).map(|()| found),
     }
+}
+
+/// About a path that is not there, with the nearest one that is: beside it, or in a folder that was named as well. Nothing runs then, as with
+/// pytest and cargo: a suite that leaves out a misspelt scenario would pass without it.
+fn missing_scenario_error(path: &Path, paths: &[PathBuf]) -> Error {
+    let message = format!(
+        "cannot read {}: there is no such scenario or folder, so no scenario was run",
+        path.display()
+    );
+    let folders: Vec<_> = paths.iter().filter(|it| it.is_dir()).map(PathBuf::as_path).collect();
+    let may_be_meant = |it: &Path| it.is_dir() || it.extension().is_some_and(|ending| ending == "toml");
+    let help = match nearest_path(path, &folders, may_be_meant) {
+        Some(nearest) => format!("did you mean `{}`?", nearest.display()),
+        None => "name scenario files, or folders of them: trackside test FOLDER".to_owned(),
+    };
+    Error::invalid_input(message).with_help(help)
 }
 
 /// Makes sure that no two scenarios have the same name, which names the folder of their files.
@@ -183,14 +213,21 @@ pub fn run_scenario_tests(
 #[must_use]
 pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let (outcome, report) = match (fmu_import::termination_signal(), skip_reason(path)) {
-        (Some(signal), _) => {
-            let what = format!("not started: {}", signal_name(signal));
-            (ScenarioOutcome::Interrupted(what), None)
+    let read = Scenario::read(path).ok();
+    let title = read.as_ref().map_or_else(|| title_in_text(path), |scenario| scenario.document.title.clone());
+    let run = match (fmu_import::termination_signal(), read.as_ref().and_then(skip_reason)) {
+        (Some(signal), _) => ScenarioRun::without_process(ScenarioOutcome::Interrupted(format!(
+            "not started: {}",
+            signal_name(signal)
+        ))),
+        (None, Some(reason)) => ScenarioRun::without_process(ScenarioOutcome::Skipped(reason)),
+        (None, None) => {
+            let own = read.as_ref().and_then(|scenario| resolve::wall_clock_limit(scenario).ok().flatten());
+            let limit = program.limit.or(own).unwrap_or(LIMIT);
+            run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default()), limit)
         }
-        (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), None),
-        (None, None) => run_and_read_outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
+    let ScenarioRun { outcome, errors, report } = run;
     let has_report = report.is_some();
     let report = report.unwrap_or_default();
     // A run that did not pass writes no baseline.
@@ -198,7 +235,9 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
     let baseline_changes = changes.flat_map(BaselineChange::lines).collect();
     TestResult {
         path: path.to_owned(),
+        title: title.filter(|title| !title.is_empty()),
         outcome,
+        errors,
         checks: report.check_results(),
         messages: report.message_lines(),
         baselines: report.baselines,
@@ -209,27 +248,56 @@ pub fn run_scenario_test(program: TracksideProgram, path: &Path, out: &Path) -> 
     }
 }
 
+/// The title in a file that is no scenario because of a mistake elsewhere in it.
+fn title_in_text(path: &Path) -> Option<String> {
+    let text = diagnostics::read_text_bounded(path, LARGEST).ok()?;
+    Some(toml::from_str::<toml::Table>(&text).ok()?.get("title")?.as_str()?.to_owned())
+}
+
 /// Why a scenario is not run.
-fn skip_reason(path: &Path) -> Option<String> {
-    let absent = missing_data_file(&Scenario::read(path).ok()?)?;
+fn skip_reason(scenario: &Scenario) -> Option<String> {
+    let absent = missing_data_file(scenario)?;
     Some(format!("the data file {} is not there", absent.display()))
+}
+
+/// What a process left.
+struct ScenarioRun {
+    outcome: ScenarioOutcome,
+    errors: Vec<ErrorRecord>,
+    report: Option<RunSummary>,
+}
+
+impl ScenarioRun {
+    fn without_process(outcome: ScenarioOutcome) -> Self {
+        ScenarioRun { outcome, errors: Vec::new(), report: None }
+    }
+}
+
+/// What a run wrote for people, its warnings behind its errors.
+fn warnings_last(text: &str) -> String {
+    let (warnings, others): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with(WARNING));
+    let others = others.join("\n");
+    match (others.trim().is_empty(), warnings.is_empty()) {
+        (false, false) => format!("{}\n{}", others.trim_end(), warnings.join("\n")),
+        _ => text.to_owned(),
+    }
 }
 
 fn run_and_read_outcome(
     program: TracksideProgram,
     path: &Path,
     folder: &Path,
-) -> (ScenarioOutcome, Option<RunSummary>) {
-    let own = || resolve::wall_clock_limit(&Scenario::read(path).ok()?).ok().flatten();
-    let limit = program.limit.or_else(own).unwrap_or(LIMIT);
-    let ProcessOutcome { status, kill_reason, stderr, identity } =
+    limit: Duration,
+) -> ScenarioRun {
+    let ProcessOutcome { status, kill_reason, stderr, errors, identity } =
         match process::run_scenario_process(program, path, folder, limit) {
             Ok(ended) => ended,
             Err(error) => {
                 let what = format!("cannot run {}: {error}", program.path.display());
-                return (ScenarioOutcome::Broken(what), None);
+                return ScenarioRun::without_process(ScenarioOutcome::Broken(what));
             }
         };
+    let stderr = warnings_last(&stderr);
     let report = RunSummary::read_from_folder(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
     let outcome = match (kill_reason, status.code(), verdict) {
@@ -261,7 +329,7 @@ fn run_and_read_outcome(
         (None, Some(_), _) => ScenarioOutcome::Broken(stderr),
         (None, None, _) => ScenarioOutcome::Broken(format!("the process ended by a {status}\n{stderr}")),
     };
-    (outcome, report)
+    ScenarioRun { outcome, errors, report }
 }
 
 /// What the report of a run says. Another run may have left one in the folder.

@@ -13,6 +13,7 @@ mod page;
 mod plan;
 mod plan_metadata;
 mod result_rows;
+mod scenario_values;
 mod search;
 mod submit;
 mod variant;

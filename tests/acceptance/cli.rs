@@ -78,6 +78,11 @@ fn a_failing_command_prints_the_reason() {
         (&["inspect", "--dot", "text.fmu"], "expected a scenario for `--dot`"),
         (&["test", "nowhere"], "cannot read nowhere"),
         (&["test", "nowhere.toml"], "cannot read nowhere.toml"),
+        (
+            &["test", ".", "god.toml"],
+            "cannot read god.toml: there is no such scenario or folder, so no scenario was run",
+        ),
+        (&["test", ".", "god.toml"], "did you mean `good.toml`?"),
         (&["pack", "plant-fmu"], "no cargo workspace"),
         (&["run", "--csv"], "required"),
         (&["rnu", "good.toml"], "rnu"),
@@ -217,6 +222,22 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
     ] {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);
     }
+    // Page, file and JUnit have the place of a mistake and what was meant.
+    let page = lab.read("target/runs/suite.html");
+    for expected in [
+        "./broken.toml:13:",
+        "did you mean `plant.X`?",
+        "<span class=\"title\">Coasting</span>",
+        "trackside test .",
+    ] {
+        assert!(page.contains(expected), "{expected} is not in\n{page}");
+    }
+    let kept: serde_json::Value = serde_json::from_str(&lab.read("target/runs/suite.json")).expect("JSON");
+    let error = &kept["scenarios"]["./broken.toml"]["errors"][0];
+    assert_eq!(
+        (&error["help"], &error["place"]["file"]),
+        (&"did you mean `plant.X`?".into(), &"./broken.toml".into())
+    );
     let ended = lab.trackside(&["run", "unchecked.toml", "--out", "unchecked"]).expect(0);
     assert!(ended.stdout.ends_with("no checks: the run is done, nothing was checked\n"), "{}", ended.stdout);
     assert_eq!(lab.report("unchecked")["verdict"], "no checks");

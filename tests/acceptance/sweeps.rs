@@ -263,8 +263,10 @@ fn a_list_and_joint_draws_are_taken_line_by_line() {
     assert!((largest[0] - 3.6).abs() < 1e-9 && (largest[1] - 5.0).abs() < 1e-9, "{largest:?}");
     assert!((largest[2] - 7.2).abs() < 1e-9, "{largest:?}");
     let set = numbers(&table, "ramp.x");
-    assert!(set[0].is_nan() && set[1] == 5.0 && (set[2] - 7.2).abs() < 1e-12, "{set:?}");
+    assert!(set[0] == 3.6 && set[1] == 5.0 && (set[2] - 7.2).abs() < 1e-12, "{set:?}");
     assert!(lab.read("hand/sweep.csv").contains("ramp.x [km/h]"));
+    let page = lab.read("hand/sweep.html");
+    assert!(page.contains("<span class=\" own\">3.6</span>") && !page.contains("95 %"), "{page}");
     let draws = "[[sweep.vary]]\nname = 'posterior'\ndraws = 'runs/report.json'";
     lab.write("case.toml", ramp(draws));
     lab.write("runs/report.json", "{\"files\": [\"posterior_draws.csv\"]}");

@@ -53,6 +53,16 @@ impl SourceExcerpt {
         &self.name
     }
 
+    /// Line and column of a byte of the file that is in the excerpt, from 1 on.
+    pub fn line_and_column(&self, at: usize) -> [usize; 2] {
+        let end = char_boundary_before(&self.text, at.saturating_sub(self.begin).min(self.text.len()));
+        let before = &self.text[..end];
+        let line = before.matches('\n').count();
+        let letters = before.rsplit('\n').next().unwrap_or(before).chars().count();
+        let left_out = if line == 0 { self.column } else { 0 };
+        [self.line + line + 1, left_out + letters + 1]
+    }
+
     /// The same without anything that a terminal would obey.
     pub fn with_escaped_text(&self) -> Self {
         let (name, text) =

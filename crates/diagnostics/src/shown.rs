@@ -32,6 +32,16 @@ pub fn escape_for_terminal(text: &str) -> Cow<'_, str> {
     Cow::Owned(harmless)
 }
 
+/// The text as one word of a shell: in quotes, where a letter of it means something there.
+#[must_use]
+pub fn shell_word(text: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@%,".contains(c);
+    match !text.is_empty() && text.chars().all(is_plain) {
+        true => Cow::Borrowed(text),
+        false => Cow::Owned(format!("'{}'", text.replace('\'', "'\\''"))),
+    }
+}
+
 /// The text with as many bytes, for places that are counted in bytes: a stand-in for each character that would be obeyed.
 pub(crate) fn mask_control_characters(text: &str) -> String {
     let stand_in = |character: char| match (is_terminal_control(character), character.len_utf8()) {

@@ -111,6 +111,7 @@ fn main() {
             design: format!("{} variants, {}, seed 4.", table.row_count(), method.display_name()),
             reports: std::collections::BTreeMap::new(),
             csv: Some("sweep.csv".to_owned()),
+            scenario_values: std::collections::BTreeMap::new(),
         };
         let html = sweep_page(&about, &table, &summary);
         std::fs::write(folder.join(format!("{name}.html")), html).expect("it is written");

@@ -9,6 +9,7 @@ mod worst_cases;
 use std::collections::BTreeMap;
 
 use askama::Template;
+use diagnostics::shell_word;
 use html_page::filters;
 use units::display::{name_with_unit, number_text, quantity_text};
 
@@ -47,6 +48,8 @@ pub struct SweepPageHeader {
     pub reports: BTreeMap<i64, String>,
     /// The table of all results as text, relative to the page, if there is one.
     pub csv: Option<String>,
+    /// What the scenario itself has where variants leave something as it is: values by names, in the units of the columns.
+    pub scenario_values: BTreeMap<String, String>,
 }
 
 impl VariantEnding {
@@ -99,7 +102,7 @@ struct SweepPage<'a> {
 #[must_use]
 pub fn sweep_page(about: &SweepPageHeader, table: &SweepTable, summary: &SweepSummary) -> String {
     let SweepPageHeader { title, plan, design, .. } = about;
-    let variants = VariantTable::new(table, MOST_VARIANTS, true);
+    let variants = VariantTable::new(table, MOST_VARIANTS, true).with_scenario_values(&about.scenario_values);
     let lines = ParallelCoordinatesPlot::new(table, summary);
     let outputs = summary.outputs.iter().filter(|output| !output.effects.is_empty());
     html_page::render_page(&SweepPage {
@@ -145,6 +148,22 @@ impl SweepPage<'_> {
         }
     }
 
+    /// Whether the worst cases have a table of their own: what stands side by side has them already, unless something went wrong.
+    fn shows_worst_cases(&self) -> bool {
+        self.side_by_side.is_none() || self.summary.share.passed < self.summary.share.of
+    }
+
+    /// The variant with the largest margin of a check, with that margin.
+    fn best_variant(&self, check: &CheckSummary) -> Option<(String, String)> {
+        let margins = self.table.column(&format!("margin.{}", check.name))?.as_numbers()?;
+        let finite = margins.iter().enumerate().filter(|(_, margin)| margin.is_finite());
+        // Of equal ones the first.
+        let (row, margin) = finite.rev().max_by(|a, b| a.1.total_cmp(b.1))?;
+        let variants = self.table.column("variant").and_then(SweepColumn::as_integers);
+        let variant = variants.and_then(|all| all.get(row)).copied().unwrap_or(row as i64);
+        Some((quantity_text(*margin, check.unit.as_deref()), self.variant_label(&row, &variant)))
+    }
+
     /// The varied values that drive a check most, or the first ones.
     fn driving_columns(&self, check: &CheckSummary) -> Vec<&SweepColumn> {
         let names = [format!("margin.{}", check.name), format!("check.{}", check.name)];
@@ -161,12 +180,7 @@ impl SweepPage<'_> {
 
     /// The command that runs a variant again, for a shell.
     fn replay_command(&self, variant: &i64) -> String {
-        let path = format!("{}/{variant}", self.plan);
-        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@%".contains(c);
-        match path.chars().all(plain) && !path.starts_with('-') {
-            true => format!("trackside replay {path}"),
-            false => format!("trackside replay '{}'", path.replace('\'', "'\\''")),
-        }
+        format!("trackside replay {}", shell_word(&format!("{}/{variant}", self.plan)))
     }
 }
 
@@ -239,15 +253,20 @@ impl VariantColumn<'_> {
         self.texts.get(*place).map_or("", String::as_str)
     }
 
-    /// The class of an extreme: of a margin the best and the worst one, of another value the highest and the lowest one.
-    fn extreme_class(&self, row: &usize) -> &'static str {
-        match (self.is_extreme(*row), self.column.role == SweepColumnRole::Margin) {
-            ([true, _], true) => " low worst-value",
-            ([_, true], true) => " high best-value",
-            ([true, _], false) => " low",
-            ([_, true], false) => " high",
+    /// The classes of a value: the lowest and the highest one of a result, the best margin, one that is below 0, and what is as in the
+    /// scenario.
+    fn value_class(&self, place: &usize, row: &usize) -> String {
+        let is_margin = self.column.role == SweepColumnRole::Margin;
+        let margin = self.column.as_numbers().and_then(|all| all.get(*row)).copied().filter(|_| is_margin);
+        let fails = margin.is_some_and(|margin| margin < 0.0);
+        let end = match self.is_extreme(*row) {
+            [true, _] => " low",
+            [_, true] if is_margin && !fails => " high best-value",
+            [_, true] => " high",
             _ => "",
-        }
+        };
+        let own = if self.is_as_in_scenario(*place) { " own" } else { "" };
+        format!("{end}{}{own}", if fails { " fail" } else { "" })
     }
 }
 

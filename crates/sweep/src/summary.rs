@@ -17,10 +17,27 @@ const CHECK: &str = "check.";
 const MARGIN: &str = "margin.";
 /// Worst variants that are told of a check.
 const WORST: usize = 10;
+/// The fewest variants by hand whose ranks say something.
+const LEAST_RANKED: usize = 20;
+
+/// What kind of choice the variants of a sweep are.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DesignKind {
+    /// Draws from distributions, which stand for all that could have been drawn.
+    #[default]
+    Sample,
+    /// All combinations of chosen values, or what a search tried.
+    Combinations,
+    /// Set-ups that somebody wrote down one by one.
+    ByHand,
+}
 
 /// The summary of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepSummary {
+    /// How its variants were chosen: only those of a sample are statistics of what was not run.
+    pub design: DesignKind,
     /// Of all variants, how many pass all checks, or come to their end without any. One that did not end does not pass.
     pub share: PassRate,
     /// Variants that did not end.
@@ -69,6 +86,7 @@ impl SweepSummary {
         let verdicts = table.verdicts();
         let SweepEffects { outputs, not_ordered } = effects::effects_on_results(table, axes, seed);
         Self {
+            design: DesignKind::default(),
             share: PassRate::from_verdicts(
                 verdicts.iter().map(|it| matches!(it.as_deref(), Some(PASSED | NO_CHECKS))),
             ),
@@ -81,6 +99,24 @@ impl SweepSummary {
             not_ordered,
             failures: failures::group_failed_variants(table),
         }
+    }
+
+    /// The same of variants that were chosen in another way than by draws. A few set-ups by hand have no effects: which of the values that
+    /// differ between them did it, ranks cannot say.
+    #[must_use]
+    pub fn with_design(mut self, design: DesignKind) -> Self {
+        self.design = design;
+        if design == DesignKind::ByHand && self.share.of < LEAST_RANKED as u64 {
+            self.outputs.iter_mut().for_each(|output| output.effects.clear());
+            self.not_ordered.clear();
+        }
+        self
+    }
+
+    /// Whether the variants are draws, so that intervals say something about all that could have been drawn.
+    #[must_use]
+    pub fn is_sample(&self) -> bool {
+        self.design == DesignKind::Sample
     }
 }
 

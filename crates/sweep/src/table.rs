@@ -5,6 +5,8 @@ mod csv;
 mod reader;
 mod writer;
 
+use std::collections::{HashMap, HashSet};
+
 pub use csv::table_to_csv;
 pub use reader::{SweepTableReader, read_table};
 pub use writer::{RowGroups, SweepTableWriter, write_table};
@@ -249,18 +251,20 @@ impl SweepColumn {
                 values.iter().map(number).collect()
             }
             SweepColumnValues::Texts(texts) => {
-                let known = self.distinct_texts();
-                let place = |text: &str| known.binary_search(&text).map_or(f64::NAN, |it| it as f64);
+                let known = self.distinct_texts().into_iter().enumerate();
+                let places: HashMap<&str, f64> = known.map(|(place, text)| (text, place as f64)).collect();
+                let place = |text: &str| places.get(text).copied().unwrap_or(f64::NAN);
                 texts.iter().map(|text| text.as_deref().map_or(f64::NAN, place)).collect()
             }
         }
     }
 
-    /// The different texts in it, in alphabetical order.
+    /// The different texts in it, in the order in which they come first: that of the list that names them.
     #[must_use]
     pub fn distinct_texts(&self) -> Vec<&str> {
-        let texts = self.as_texts().unwrap_or_default().iter().flatten();
-        texts.map(String::as_str).collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+        let mut seen = HashSet::new();
+        let texts = self.as_texts().unwrap_or_default().iter().flatten().map(String::as_str);
+        texts.filter(|text| seen.insert(*text)).collect()
     }
 
     /// Whether all but the values is the same.
@@ -337,7 +341,7 @@ impl SweepTable {
 
     /// Whether all columns have the same length, and names of their own.
     fn check_columns(&self) -> Result<(), String> {
-        let mut names = std::collections::HashSet::new();
+        let mut names = HashSet::new();
         for column in &self.columns {
             let (rows, found) = (self.columns[0].values.len(), column.values.len());
             if found != rows {

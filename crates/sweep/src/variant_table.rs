@@ -4,12 +4,17 @@ mod selection;
 mod text;
 
 pub use selection::RowSelection;
-use units::display::{column_texts, unit_text};
+use std::collections::BTreeMap;
+
+use units::display::{column_texts, name_with_unit, unit_text};
 
 use crate::table::{FAILED, NO_CHECKS, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 /// Columns of each kind at most.
 const MOST_COLUMNS: usize = 24;
+/// The ends of a result are marked when they differ by more than this share of the larger one. Less is a matter of steps and tolerances, and
+/// nothing that a driver or a test on a track could tell apart.
+pub const MARKED_SHARE: f64 = 0.01;
 
 /// Chosen variants, with what varies and what came of it.
 #[derive(Clone, Debug)]
@@ -35,11 +40,13 @@ pub struct VariantColumn<'a> {
     pub name: String,
     /// The unit as people write it; empty without one.
     pub unit: String,
-    /// The variants with the lowest and the highest value of all, by their rows in the sweep; none of a value that varies, and of one that
-    /// never changes.
+    /// The variants with the lowest and the highest value of all, by their rows in the sweep; none of a value that varies, and of one whose
+    /// ends differ by less than [`MARKED_SHARE`].
     pub extremes: Option<[usize; 2]>,
     /// The values of the chosen variants as texts; `–` for what is missing.
     pub texts: Vec<String>,
+    /// Whether each of them is that of the scenario itself.
+    pub as_in_scenario: Vec<bool>,
 }
 
 /// A variant of the table.
@@ -119,6 +126,10 @@ impl<'a> VariantTable<'a> {
         let all: usize = kinds.iter().map(|kind| of(*kind).count()).sum();
         let shown: Vec<&SweepColumn> = kinds.iter().flat_map(|kind| of(*kind).take(MOST_COLUMNS)).collect();
         let extremes: Vec<_> = shown.iter().map(|column| column_extremes(column)).collect();
+        let marked = |column: &SweepColumn, ends: Option<[usize; 2]>| {
+            let values = column.to_numbers();
+            ends.filter(|[low, high]| is_notable_difference(values[*low], values[*high]))
+        };
         let endings = variant_endings(table);
         let (rows, selection) = selection::select_rows(&shown, &extremes, &endings, most, sampled);
         let names = table.columns_with_role(SweepColumnRole::Name).next().and_then(SweepColumn::as_texts);
@@ -134,8 +145,9 @@ impl<'a> VariantTable<'a> {
             column,
             name: display_name(column),
             unit: column.unit.as_deref().map(unit_text).unwrap_or_default(),
-            extremes: *extremes,
+            extremes: marked(column, *extremes),
             texts: value_texts(column, &rows),
+            as_in_scenario: vec![false; rows.len()],
         });
         VariantTable {
             columns: columns.collect(),
@@ -147,14 +159,45 @@ impl<'a> VariantTable<'a> {
     }
 }
 
+impl VariantTable<'_> {
+    /// Marks what is as in the scenario; `values` are those of the scenario by the names of what varies, in the units of the columns. A value
+    /// that is missing is as in the scenario, too, whatever that is.
+    #[must_use]
+    pub fn with_scenario_values(mut self, values: &BTreeMap<String, String>) -> Self {
+        for column in self.columns.iter_mut().filter(|it| it.column.role == SweepColumnRole::Parameter) {
+            let own = values.get(&column.column.name);
+            let number = own.and_then(|text| text.parse::<f64>().ok());
+            let numbers = number.map(|number| (number, column.column.to_numbers()));
+            let is_own = |row: usize| match (&numbers, column.column.as_texts()) {
+                (_, Some(texts)) => {
+                    texts.get(row).cloned().flatten().as_ref().is_none_or(|it| Some(it) == own)
+                }
+                (Some((number, all)), None) => all.get(row).is_none_or(|it| it.is_nan() || it == number),
+                (None, None) => column.column.to_numbers().get(row).is_none_or(|it| it.is_nan()),
+            };
+            column.as_in_scenario = self.rows.iter().map(|it| is_own(it.row)).collect();
+        }
+        self
+    }
+
+    /// Whether something is as in the scenario.
+    #[must_use]
+    pub fn has_scenario_values(&self) -> bool {
+        self.columns.iter().any(|column| column.as_in_scenario.contains(&true))
+    }
+}
+
 impl VariantColumn<'_> {
     /// Its name with its unit.
     #[must_use]
     pub fn name_with_unit(&self) -> String {
-        match self.unit.as_str() {
-            "" => self.name.clone(),
-            unit => format!("{} [{unit}]", self.name),
-        }
+        name_with_unit(&self.name, self.column.unit.as_deref())
+    }
+
+    /// Whether the value at a place in the table is that of the scenario.
+    #[must_use]
+    pub fn is_as_in_scenario(&self, place: usize) -> bool {
+        self.as_in_scenario.get(place).copied().unwrap_or(false)
     }
 
     /// Whether a variant has the lowest value of all, or the highest.
@@ -222,6 +265,11 @@ fn column_extremes(column: &SweepColumn) -> Option<[usize; 2]> {
     // `max_by` has the last of equal ones.
     let highest = finite().rev().max_by(|a, b| a.1.total_cmp(b.1))?;
     (lowest.1 < highest.1).then_some([lowest.0, highest.0])
+}
+
+/// Whether two values of a result differ by more than [`MARKED_SHARE`] of the larger one.
+pub(crate) fn is_notable_difference(one: f64, other: f64) -> bool {
+    (one - other).abs() > MARKED_SHARE * one.abs().max(other.abs())
 }
 
 /// At most so many rows out of all, evenly.

@@ -1,7 +1,7 @@
 //! Tests what a page says of tables that are small, large, empty, or hostile.
 
 use sweep::page::{SweepPageHeader, sweep_page};
-use sweep::summary::{SensitivityMethod, SweepSummary};
+use sweep::summary::{DesignKind, SensitivityMethod, SweepSummary};
 use sweep::table::{SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable};
 
 fn about() -> SweepPageHeader {
@@ -12,6 +12,7 @@ fn about() -> SweepPageHeader {
         design: "five variants".to_owned(),
         reports: [(11, "variants/11/report.html".to_owned())].into(),
         csv: Some("sweep.csv".to_owned()),
+        scenario_values: [("car.k_bar".to_owned(), "20.0".to_owned())].into(),
     }
 }
 
@@ -118,12 +119,17 @@ fn two_setups_stand_side_by_side_with_their_differences() {
         SweepColumn::new("collect.roll", SweepColumnRole::Collected, numbers([4.0, 3.5]))
             .with_unit(Some("deg")),
         SweepColumn::new("collect.mass", SweepColumnRole::Collected, numbers([1500.0, 1500.0])),
+        SweepColumn::new("collect.time", SweepColumnRole::Collected, numbers([2.0, 2.01])),
     ];
     let table = SweepTable { columns };
-    let html = sweep_page(&about(), &table, &SweepSummary::from_table(&table, None, 1));
+    let summary = SweepSummary::from_table(&table, None, 1).with_design(DesignKind::ByHand);
+    let html = sweep_page(&about(), &table, &summary);
     for expected in [
         "<h2>Side by side</h2>",
         "<th>stock</th><th>sport</th>",
+        // What the scenario has, and a result that hardly differs.
+        "<span class=\" own\">20</span>",
+        "<span class=\"\">2.01</span><i class=\"size\" style=\"width:100px\"></i><span class=\"difference\">≈</span>",
         "+5.0 (+25.0 %)",
         "−0.5 (−12.5 %)",
         "<tr class=\"faint\"><td>mass</td>",
@@ -133,6 +139,7 @@ fn two_setups_stand_side_by_side_with_their_differences() {
         assert!(html.contains(expected), "{expected} is not in\n{html}");
     }
     assert!(!html.contains("All variants side by side"), "two lines across axes show nothing");
+    assert!(!html.contains("95 %"), "what somebody chose is no sample");
 }
 
 #[test]

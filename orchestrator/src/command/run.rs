@@ -337,7 +337,13 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
         Ok(run) => run,
         Err(error) => {
             let help = if path.exists() { None } else { missing_scenario_help(path) };
-            return print_error(error.with_optional_help(help));
+            let error = error.with_optional_help(help);
+            // For the program that runs this test, which tells it by its identity from what FMUs write.
+            let records =
+                options.identity.as_ref().map(|identity| suite::error_record_line(identity, &error));
+            let code = print_error(error);
+            records.iter().for_each(|line| eprintln!("{line}"));
+            return code;
         }
     };
     print_run_warnings(&run.report);

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use diagnostics::Error;
+use diagnostics::{Error, shell_word};
 use orchestrator::package::BuildProgress;
 use orchestrator::suite::{
     self, ScenarioOutcome, SuiteHistory, SuitePageHeader, TestResult, TracksideProgram,
@@ -148,13 +148,27 @@ pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> 
 
 /// The command that runs the suite again: this one, or that for the folder of scenarios which another command made.
 fn repeat_command(paths: &[PathBuf]) -> String {
-    let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-    match words.get(1).is_some_and(|word| word == "test") {
-        true => words.join(" "),
+    let words: Vec<_> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let here = std::env::current_dir().unwrap_or_default();
+    match words.first().is_some_and(|word| word == "test") {
+        true => {
+            let words = words.iter().map(|word| shell_word(relative_to(word, &here)).into_owned());
+            std::iter::once("trackside".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+        }
         false => {
             let folder = paths.first().and_then(|path| path.parent()).unwrap_or(Path::new("scenarios"));
             format!("trackside test {}", folder.display())
         }
+    }
+}
+
+/// A path as it is seen from a folder that it is in, so that the command serves in any copy of it; any other word as it is.
+fn relative_to<'a>(word: &'a str, folder: &Path) -> &'a str {
+    let inside = Path::new(word).strip_prefix(folder).ok().filter(|_| Path::new(word).is_absolute());
+    match inside.and_then(Path::to_str) {
+        Some("") => ".",
+        Some(inside) => inside,
+        None => word,
     }
 }
 
@@ -193,7 +207,24 @@ fn test_line(result: &TestResult) -> String {
         ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => ("FAILED", format!("\n{text}")),
         ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),
     };
-    let messages: String = result.messages.iter().map(|it| format!("  warning: {it}\n")).collect();
+    // What the run wrote has its warnings already.
+    let told = |it: &&String| text.lines().any(|line| line.strip_prefix("warning: ") == Some(it.as_str()));
+    let messages = result.messages.iter().filter(|it| !told(it));
+    let messages: String = messages.map(|it| format!("  warning: {it}\n")).collect();
     let changes: String = result.baseline_changes.iter().map(|it| format!("  {it}\n")).collect();
     format!("{word:<8} {path}  {seconds:.1} s{text}\n{messages}{changes}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_that_of_any_copy_of_the_folder() {
+        let from = |word| relative_to(word, Path::new("/home/me/car"));
+        assert_eq!(from("/home/me/car/suite"), "suite");
+        assert_eq!(from("/home/me/car"), ".");
+        assert_eq!(from("/home/me/carts"), "/home/me/carts");
+        assert_eq!(from("--jobs"), "--jobs");
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use diagnostics::Error;
+use diagnostics::{Error, ErrorRecord};
 use serde::{Deserialize, Serialize};
 
 use super::{ScenarioOutcome, TestResult};
@@ -85,8 +85,17 @@ impl ScenarioOutcome {
 /// How a scenario ended last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LastOutcome {
+    /// What the scenario says that it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
     /// In a word.
     pub outcome: OutcomeKind,
+    /// Why it did not pass, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<String>,
+    /// The mistakes of the scenario, or the failure of an FMU.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<ErrorRecord>,
     /// Its checks that failed.
     pub failed_checks: Vec<String>,
     /// Time by the clock [s].
@@ -171,9 +180,17 @@ impl SuiteHistory {
                 OutcomeKind::Passed => Some(at),
                 _ => self.scenarios.get(&key).and_then(|it| it.passed_at),
             };
-            let failed_checks = failed_check_names(result);
-            let seconds = result.time.as_secs_f64();
-            self.scenarios.insert(key, LastOutcome { outcome, failed_checks, seconds, at, passed_at });
+            let last = LastOutcome {
+                title: result.title.clone(),
+                outcome,
+                cause: result.failure_cause().map(|cause| cause.in_a_sentence()),
+                errors: result.errors.clone(),
+                failed_checks: failed_check_names(result),
+                seconds: result.time.as_secs_f64(),
+                at,
+                passed_at,
+            };
+            self.scenarios.insert(key, last);
         }
         // Scenarios that are no more are forgotten.
         self.scenarios.retain(|path, _| Path::new(path).exists());

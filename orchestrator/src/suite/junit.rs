@@ -61,7 +61,11 @@ fn junit_suite(result: &TestResult) -> TestSuite {
         suite.set_system_out(escape_for_terminal(&warnings).as_ref());
     }
     let run_case = run_status(result).map(|status| {
-        let mut case = junit_test_case(RUN, status, &result.path, 1);
+        let place = result.errors.first().and_then(|error| error.place.as_ref());
+        let mut case = match place {
+            Some(place) => junit_test_case(RUN, status, Path::new(&place.file), place.line),
+            None => junit_test_case(RUN, status, &result.path, 1),
+        };
         case.set_time(result.time);
         case
     });
@@ -79,7 +83,8 @@ fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
         ScenarioOutcome::Skipped(reason) => Some(skipped_test_status(reason)),
         ScenarioOutcome::NoChecks => Some(skipped_test_status(NO_CHECKS)),
         ScenarioOutcome::Broken(text) | ScenarioOutcome::Interrupted(text) => {
-            Some(failed_test_status(NonSuccessKind::Error, error_headline(text), text))
+            let cause = result.failure_cause().map(|cause| cause.sentence);
+            Some(failed_test_status(NonSuccessKind::Error, &cause.unwrap_or_else(|| text.clone()), text))
         }
         ScenarioOutcome::Failed(text) if result.checks.iter().all(|it| it.verdict.passed) => {
             Some(failed_test_status(NonSuccessKind::Failure, error_headline(text), text))

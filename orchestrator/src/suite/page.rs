@@ -16,6 +16,8 @@ use crate::nofollow;
 pub const PAGE: &str = "suite.html";
 /// Scenarios on a page; of more, those that failed and the first others.
 const MOST: usize = 2000;
+/// Warnings below the cause of a failure.
+const MOST_WARNINGS: usize = 5;
 
 /// What the page says besides its results.
 #[derive(Debug, Clone)]
@@ -53,11 +55,14 @@ struct OutcomeCount {
 /// A scenario that failed.
 struct SuiteFailure<'a> {
     path: String,
+    title: Option<&'a str>,
     link: Option<String>,
     outcome: OutcomeKind,
     cause: FailureCause<'a>,
     /// Since when it fails.
     since: String,
+    /// Warnings of its run, which are not the cause.
+    warnings: Vec<&'a String>,
     details: &'a str,
 }
 
@@ -110,10 +115,12 @@ fn suite_page(
         let before = history.scenarios.get(&history_key(result));
         Some(SuiteFailure {
             path: history_key(result),
+            title: result.title.as_deref(),
             link: report_link(result),
             outcome: result.outcome.kind(),
             cause: result.failure_cause()?,
             since: failing_since(before, is_new(result)),
+            warnings: result.warnings.iter().chain(&result.messages).take(MOST_WARNINGS).collect(),
             details: match &result.outcome {
                 ScenarioOutcome::Failed(text) | ScenarioOutcome::Broken(text) => text,
                 _ => "",
@@ -212,13 +219,6 @@ impl OutcomeKind {
     }
 }
 
-impl SuiteFailure<'_> {
-    /// Where the check stands.
-    fn place(&self) -> String {
-        self.cause.place.map(|(file, line)| format!("{}:{line}", file.display())).unwrap_or_default()
-    }
-}
-
 impl SuiteRow<'_> {
     fn outcome(&self) -> OutcomeKind {
         self.result.outcome.kind()
@@ -258,7 +258,9 @@ impl SuiteRow<'_> {
             _ => None,
         };
         let warnings = self.result.warnings.iter().chain(&self.result.messages);
-        skipped.into_iter().chain(warnings.map(|it| format!("warning: {it}"))).collect()
+        // Those of a failure stand beside its cause.
+        let shown = warnings.filter(|_| self.result.failure_cause().is_none());
+        skipped.into_iter().chain(shown.map(|it| format!("warning: {it}"))).collect()
     }
 }
 
@@ -294,6 +296,7 @@ mod tests {
     use std::path::PathBuf;
 
     use assessment::check::CheckVerdict;
+    use diagnostics::{ErrorPlace, ErrorRecord};
 
     use super::super::CheckResult;
     use super::*;
@@ -311,7 +314,9 @@ mod tests {
     fn result(path: &str, outcome: ScenarioOutcome, checks: Vec<CheckResult>) -> TestResult {
         TestResult {
             path: PathBuf::from(path),
+            title: Some("Keeps its lane".to_owned()),
             outcome,
+            errors: Vec::new(),
             checks,
             warnings: Vec::new(),
             messages: Vec::new(),
@@ -356,6 +361,7 @@ mod tests {
             "and 1 more check",
             "suite/lane.toml:31",
             "passed before, now failed",
+            "<span class=\"title\">Keeps its lane</span>",
             "class=\"verdict neutral\" data-v=\"no checks\">no checks",
         ] {
             assert!(html.contains(expected), "{expected} is not in\n{html}");
@@ -377,5 +383,42 @@ mod tests {
         let crashed =
             banner(ScenarioOutcome::Broken("  × node `tank`: fmi2DoStep: SIGSEGV\nmore".to_owned()));
         assert!(crashed.contains("<td>node `tank`: fmi2DoStep: SIGSEGV"), "{crashed}");
+        let warned =
+            banner(ScenarioOutcome::Broken("warning: `u` = 0\n  × node `tank`: fmi2Error".to_owned()));
+        assert!(warned.contains("<td>node `tank`: fmi2Error"), "a warning is no cause: {warned}");
+    }
+
+    #[test]
+    fn mistakes_stand_with_place_and_remedy() {
+        let record = |message: &str, line, help: &str| ErrorRecord {
+            message: message.to_owned(),
+            place: Some(ErrorPlace { file: "suite/lane.toml".to_owned(), line, column: 3 }),
+            help: Some(help.to_owned()),
+        };
+        let broken = ScenarioOutcome::Broken("  × unknown key `chekc`".to_owned());
+        let errors = vec![
+            record("unknown key `chekc`", 9, "did you mean `check`?"),
+            record("unknown node `plnt`", 12, "did you mean `plant`?"),
+        ];
+        let results = [TestResult { errors, ..result("lane.toml", broken, Vec::new()) }];
+        let html = suite_page(&about(), &results, &SuiteHistory::default(), UNIX_EPOCH);
+        for expected in [
+            "<td>unknown key `chekc`",
+            "suite/lane.toml:9:3",
+            "did you mean `check`?",
+            "unknown node `plnt`",
+            "suite/lane.toml:12:3",
+            "did you mean `plant`?",
+        ] {
+            assert!(html.contains(expected), "{expected} is not in\n{html}");
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("lane.toml");
+        std::fs::write(&path, "").expect("a scenario");
+        let [found] = results;
+        SuiteHistory::default().store(&[TestResult { path, ..found }], folder.path()).expect("it is written");
+        let text = std::fs::read_to_string(folder.path().join("suite.json")).expect("the file");
+        assert!(text.contains("\"line\": 9") && text.contains("did you mean `check`?"), "{text}");
+        assert!(text.contains("\"title\": \"Keeps its lane\""), "{text}");
     }
 }

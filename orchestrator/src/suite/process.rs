@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use diagnostics::{Error, ErrorRecord};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid};
 
 use super::{TracksideProgram, orphans};
@@ -18,6 +19,8 @@ use crate::stop::GRACE;
 const PERIOD: Duration = Duration::from_millis(10);
 /// The most that a run may write to standard error [bytes].
 pub(super) const STDERR_LIMIT: u64 = 64 << 20;
+/// Errors that are told one by one.
+const MOST_RECORDS: usize = 20;
 /// The part at its end that is reported [bytes].
 const STDERR_TAIL: u64 = 64 << 10;
 
@@ -36,8 +39,10 @@ pub(super) enum KillReason {
 pub(super) struct ProcessOutcome {
     pub status: ExitStatus,
     pub kill_reason: Option<KillReason>,
-    /// The end of its standard error.
+    /// The end of its standard error, without what it says of its errors for programs.
     pub stderr: String,
+    /// Its errors.
+    pub errors: Vec<ErrorRecord>,
     /// The identity that its report has to repeat.
     pub identity: String,
 }
@@ -70,7 +75,24 @@ pub(super) fn run_scenario_process(
     kill_process_group(Pid::from_child(&child), Signal::KILL)?;
     let status = orphans::wait_for_run(Pid::from_child(&child), || child.wait())?;
     orphans::kill_orphan_processes();
-    Ok(ProcessOutcome { status, kill_reason, stderr: stderr_tail(&mut output)?, identity })
+    let (stderr, errors) = split_error_records(stderr_tail(&mut output)?, &identity);
+    Ok(ProcessOutcome { status, kill_reason, stderr, errors, identity })
+}
+
+/// A line that tells the program that runs a test what each error of its run says; its identity marks it.
+#[must_use]
+pub fn error_record_line(identity: &str, error: &Error) -> String {
+    let records: Vec<_> = error.to_records().into_iter().take(MOST_RECORDS).collect();
+    // Texts are always written.
+    format!("{identity} {}", serde_json::to_string(&records).unwrap_or_default())
+}
+
+/// What a run wrote for people, and the errors that it told of in a line of its own.
+fn split_error_records(text: String, identity: &str) -> (String, Vec<ErrorRecord>) {
+    let Some((before, rest)) = text.split_once(&format!("{identity} ")) else { return (text, Vec::new()) };
+    let (line, after) = rest.split_once('\n').unwrap_or((rest, ""));
+    let errors = serde_json::from_str(line).unwrap_or_default();
+    (format!("{before}{after}").trim_end().to_owned(), errors)
 }
 
 /// Waits until the process ends, or must not go on.
@@ -114,4 +136,20 @@ fn stderr_tail(output: &mut File) -> std::io::Result<String> {
     let mut bytes = Vec::new();
     output.read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).trim_end().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_told_apart_from_what_people_read() {
+        let error = Error::invalid_input("unknown key `chekc`").with_help("did you mean `check`?");
+        let line = error_record_line("12ab", &error);
+        let (text, errors) = split_error_records(format!("warning: a\n  x b{line}\n"), "12ab");
+        assert_eq!(text, "warning: a\n  x b");
+        assert_eq!(errors, error.to_records());
+        // What is not of this run stays text.
+        assert_eq!(split_error_records(line.clone(), "34cd"), (line, Vec::new()));
+    }
 }

@@ -75,6 +75,16 @@ impl VariantAssignment {
         self.fixed.iter().map(String::as_str)
     }
 
+    /// Whether the variants are independent draws: those of a sample, and combinations of seeds and of draws that a file has.
+    pub fn is_sample(&self) -> bool {
+        let is_drawn = |axis: &SweepAxis| axis.is_joint || axis.names.iter().all(|name| name == SEED);
+        match self.design {
+            "latin_hypercube" | "sobol" | "monte_carlo" | SALTELLI => true,
+            "grid" => self.axes.iter().all(is_drawn),
+            _ => false,
+        }
+    }
+
     /// The names that vary.
     pub fn varied_names(&self) -> impl Iterator<Item = &str> {
         let names = self.axes.iter().flat_map(|axis| &axis.names);

@@ -18,6 +18,7 @@ use super::digest::{plan_digest, program_sha256};
 use super::file_names::{GATHERED, PARTS, PLAN, SEARCHED, VARIANTS};
 use super::plan::SweepPlanFolder;
 use super::plan_metadata::{PlanMetadata, VERSION};
+use super::scenario_values::{ScenarioValue, scenario_values};
 use crate::{nofollow, package};
 
 /// The files of results, which another plan replaces.
@@ -163,6 +164,8 @@ fn write_plan_folder(
         blocks: assignment.saltelli_axis_names(),
         also: assignment.names_coupled_to_others().map(str::to_owned).collect(),
         units: units_of_names(scenario, &plan.system, assignment.varied_names()),
+        scenario_values: values_of_scenario(&words.axes, scenario, built, options),
+        is_sample: assignment.is_sample(),
         is_search,
         checks: plan.checks.iter().map(|check| check.name.clone()).collect(),
         margin_units: plan
@@ -186,6 +189,22 @@ fn write_plan_folder(
     nofollow::write_without_following_links(&path, text)
         .map_err(|error| Error::output_failure(&path, error))?;
     Ok(metadata)
+}
+
+/// What the scenario itself has of what its set-ups vary; nothing of one that does not run without them.
+fn values_of_scenario(
+    axes: &[SweepAxis],
+    scenario: &Scenario,
+    built: &BuildArtifacts,
+    options: &PlanOptions,
+) -> BTreeMap<String, ScenarioValue> {
+    let is_list = axes.iter().any(|axis| axis.variant_names.is_some()) || {
+        let sweep = scenario.document.sweep.as_ref();
+        sweep.is_some_and(|sweep| sweep.list.is_some())
+    };
+    let plan = is_list.then(|| RunPlan::resolve(scenario, built, &options.overrides, PathBuf::new()));
+    let Some(Ok(plan)) = plan else { return BTreeMap::new() };
+    scenario_values(axes, scenario, &plan.system, |name| unit_of_name(scenario, &plan.system, name))
 }
 
 /// Warnings about what variants do without, and about names that do not vary.

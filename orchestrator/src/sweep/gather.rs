@@ -145,7 +145,7 @@ pub fn gather_sweep_results(
         recorded,
         shown,
         warnings: plan.metadata.warnings.clone(),
-        variant_lines: variant_lines(&table),
+        variant_lines: variant_lines(plan, &table),
         folder: plan.folder.clone(),
     };
     page::write_sweep_page(plan, &table, result.search.as_ref(), &result.recorded)?;
@@ -158,12 +158,12 @@ pub fn gather_sweep_results(
 }
 
 /// The variants for the terminal: all of a few, of many those at the ends of the results and the first that failed.
-fn variant_lines(table: &SweepTable) -> String {
+fn variant_lines(plan: &SweepPlanFolder, table: &SweepTable) -> String {
     const ALL: usize = 20;
     const NOTABLE: usize = 12;
     const WIDTH: usize = 118;
     let most = if table.row_count() <= ALL { ALL } else { NOTABLE };
-    let shown = VariantTable::new(table, most, false);
+    let shown = VariantTable::new(table, most, false).with_scenario_values(&page::scenario_value_texts(plan));
     if shown.rows.is_empty() || shown.columns.is_empty() {
         return String::new();
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ::sweep::page::{self, SweepPageHeader};
-use ::sweep::summary::SweepSummary;
+use ::sweep::summary::{DesignKind, SweepSummary};
 use ::sweep::table::{self, SweepTable};
 use diagnostics::Error;
 use scenario::plan::REPORT;
@@ -55,7 +55,12 @@ fn write_page(
     design: String,
     recorded: &[u64],
 ) -> Result<(), Error> {
-    let summary = SweepSummary::from_table(table, plan.metadata.blocks.as_deref(), SEED);
+    let kind = match (plan.metadata.design.as_str(), plan.metadata.is_sample) {
+        ("list", _) => DesignKind::ByHand,
+        (_, true) => DesignKind::Sample,
+        (_, false) => DesignKind::Combinations,
+    };
+    let summary = SweepSummary::from_table(table, plan.metadata.blocks.as_deref(), SEED).with_design(kind);
     let csv = plan.folder.join(CSV).exists().then(|| CSV.to_owned());
     let about = SweepPageHeader {
         title: plan.metadata.title.clone(),
@@ -63,10 +68,17 @@ fn write_page(
         design,
         reports: report_links(plan, recorded)?,
         csv,
+        scenario_values: scenario_value_texts(plan),
     };
     let page = plan.folder.join(PAGE);
     nofollow::write_without_following_links(&page, page::sweep_page(&about, table, &summary))
         .map_err(|error| Error::output_failure(&page, error))
+}
+
+/// What the scenario has of what set-ups vary, by names.
+pub(super) fn scenario_value_texts(plan: &SweepPlanFolder) -> BTreeMap<String, String> {
+    let values = plan.metadata.scenario_values.iter();
+    values.map(|(name, value)| (name.clone(), value.text.clone())).collect()
 }
 
 /// The reports of variants that were recorded, and of those that will be.
@@ -91,7 +103,7 @@ fn report_links(plan: &SweepPlanFolder, recorded: &[u64]) -> Result<BTreeMap<i64
 fn describe_design(design: &str) -> &'static str {
     match design {
         "grid" => "All combinations of the values.",
-        "list" => "The variants of a list.",
+        "list" => "Set-ups that were chosen by hand.",
         "corners" => "All combinations of the lowest and the highest values.",
         "latin_hypercube" => "A Latin hypercube: each part of each distribution once.",
         "sobol" => "Points of a scrambled Sobol sequence.",

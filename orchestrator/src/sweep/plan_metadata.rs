@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use scenario::resolve::Override;
 use serde::{Deserialize, Serialize};
 
+use super::scenario_values::ScenarioValue;
+
 /// The form of the file.
 pub(super) const VERSION: u32 = 1;
 
@@ -39,6 +41,12 @@ pub struct PlanMetadata {
     pub also: BTreeSet<String>,
     /// The units of what varies, where the scenario gives none.
     pub units: BTreeMap<String, String>,
+    /// What the scenario has of what set-ups vary.
+    #[serde(default)]
+    pub(super) scenario_values: BTreeMap<String, ScenarioValue>,
+    /// Whether the variants are independent draws.
+    #[serde(default)]
+    pub(super) is_sample: bool,
     /// Whether each variant is chosen by the results of others.
     pub is_search: bool,
     /// The checks, in the order of the file.

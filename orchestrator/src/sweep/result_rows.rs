@@ -57,7 +57,11 @@ pub(super) fn outcomes_to_table(
         values.columns_with_role(SweepColumnRole::Parameter).filter(|it| !metadata.also.contains(&it.name));
     columns.extend(varied.map(|column| {
         let own = column.unit.clone().or_else(|| metadata.units.get(&column.name).cloned());
-        SweepColumn { unit: own, ..picked(column) }
+        let column = SweepColumn { unit: own, ..picked(column) };
+        match metadata.scenario_values.get(&column.name) {
+            Some(value) => value.fill_missing(column),
+            None => column,
+        }
     }));
     let verdicts = outcomes().map(|it| Some(outcome_verdict(it).to_owned())).collect();
     columns.push(SweepColumn::new("verdict", SweepColumnRole::Verdict, SweepColumnValues::Texts(verdicts)));

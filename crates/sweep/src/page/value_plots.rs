@@ -19,11 +19,15 @@ const MOST_LABELS: usize = 8;
 const MOST_NAMES: usize = 40;
 /// Of a plot [px].
 const SIZE: [f64; 2] = [350.0, 230.0];
+/// Of a plot over the names of set-ups, which are longer than numbers [px].
+const SIZE_OVER_NAMES: [f64; 2] = [520.0, 230.0];
 
 /// Results over what varies.
 pub struct ResultPlots {
     pub plots: Vec<Markup>,
     pub legend: Markup,
+    /// Whether some are over names, and wider.
+    pub are_wide: bool,
     /// Plots that have no room.
     pub left_out: usize,
 }
@@ -43,13 +47,17 @@ impl ResultPlots {
         let (chosen, others): (Vec<_>, Vec<_>) = pairs.partition(|(chosen, ..)| *chosen);
         let left_out = others.len() + chosen.len().saturating_sub(MOST_PLOTS);
         let mut legend = html_page::Safe(String::new());
+        let are_wide = chosen.iter().any(|(_, _, value)| value.role == SweepColumnRole::Name);
         let plots = chosen.into_iter().take(MOST_PLOTS).map(|(_, result, value)| {
             let plot = value_plot(value, result, &endings);
             legend = plot.legend_markup();
-            plot.figure_without_legend(&format!("{} over {}", display_name(result), value.name))
+            match value.role {
+                SweepColumnRole::Name => plot.figure_without_legend(&display_name(result)),
+                _ => plot.figure_without_legend(&format!("{} over {}", display_name(result), value.name)),
+            }
         });
         let plots = plots.collect();
-        Self { plots, legend, left_out }
+        Self { plots, legend, are_wide, left_out }
     }
 }
 
@@ -72,6 +80,9 @@ fn varied_by_effect<'t>(table: &'t SweepTable, summary: &SweepSummary, result: &
     // Set-ups by hand differ in several values at once: their names say more than any of these.
     let names = table.columns_with_role(SweepColumnRole::Name);
     let names: Vec<_> = names.filter(|it| (2..=MOST_NAMES).contains(&it.distinct_texts().len())).collect();
+    if !names.is_empty() && varied.len() > 1 {
+        return names;
+    }
     names.into_iter().chain(varied).collect()
 }
 
@@ -108,7 +119,11 @@ fn value_plot(value: &SweepColumn, result: &SweepColumn, endings: &[VariantEndin
     ];
     let groups = groups.map(|(kinds, class, name)| (of(kinds), class, name));
     let shown = || groups.iter().flat_map(|(points, ..)| points);
-    let label = units::display::name_with_unit(&value.name, value.unit.as_deref());
+    let is_name = value.role == SweepColumnRole::Name;
+    let label = match is_name {
+        true => String::new(),
+        false => units::display::name_with_unit(&value.name, value.unit.as_deref()),
+    };
     let across = match value.distinct_texts() {
         names if !names.is_empty() => PlotAxis::of_names(&label, &names),
         _ if value.as_booleans().is_some() => PlotAxis::of_names(&label, &["no", "yes"]),
@@ -121,7 +136,7 @@ fn value_plot(value: &SweepColumn, result: &SweepColumn, endings: &[VariantEndin
     let label = units::display::name_with_unit(&shortened(&name), result.unit.as_deref());
     let few = with_both.len() <= MOST_LABELS;
     let up = axis_around(&label, shown().map(|point| point.1).chain(zero));
-    let mut plot = Plot::new(SIZE, across, up);
+    let mut plot = Plot::new(if is_name { SIZE_OVER_NAMES } else { SIZE }, across, up);
     if let Some(zero) = zero {
         plot.add_horizontal_line(zero, "truth", "");
     }

@@ -1,4 +1,5 @@
-//! Writes a table as CSV: a line for each variant, all columns of the Parquet file, the unit of each in brackets behind its name.
+//! Writes a table as CSV: a line for each variant, all columns of the Parquet file, the unit of each in brackets behind its name, none
+//! behind that of plain numbers.
 
 use super::{SweepColumn, SweepColumnValues, SweepTable};
 
@@ -9,8 +10,8 @@ use super::{SweepColumn, SweepColumnValues, SweepTable};
 pub fn table_to_csv(table: &SweepTable) -> Result<Vec<u8>, String> {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     let head = table.columns.iter().map(|SweepColumn { name, unit, .. }| match unit {
-        Some(unit) => format!("{name} [{unit}]"),
-        None => name.clone(),
+        Some(unit) if unit != "1" => format!("{name} [{unit}]"),
+        _ => name.clone(),
     });
     writer.write_record(head).map_err(|error| error.to_string())?;
     for row in 0..table.row_count() {

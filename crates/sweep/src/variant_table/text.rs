@@ -2,12 +2,15 @@
 
 use units::display::shorten_end;
 
-use super::VariantTable;
+use super::{VariantColumn, VariantTable};
 
 /// Letters of a name or a text in a cell.
 const MOST_LETTERS: usize = 24;
 /// Space between columns.
 const APART: usize = 2;
+/// Set-ups that have room beside each other, and letters of the names of their values.
+const MOST_BESIDE: usize = 6;
+const MOST_NAME_LETTERS: usize = 40;
 
 /// A column of texts, with two lines of head.
 struct TextColumn {
@@ -52,19 +55,9 @@ impl VariantTable<'_> {
         let mut left_out = self.left_out_columns;
         for column in &self.columns {
             let unit = if column.unit.is_empty() { String::new() } else { format!("[{}]", column.unit) };
-            let marked = |(text, row): (&String, usize)| {
-                let text = shorten_end(text, MOST_LETTERS);
-                match (column.extremes, column.is_extreme(row)) {
-                    (None, _) => text,
-                    (_, [true, _]) => format!("{text} ↓"),
-                    (_, [_, true]) => format!("{text} ↑"),
-                    _ => format!("{text}  "),
-                }
-            };
-            let texts = column.texts.iter().zip(self.rows.iter().map(|it| it.row));
             let column = TextColumn {
                 head: [shorten_end(&column.name, MOST_LETTERS), unit],
-                cells: texts.map(marked).collect(),
+                cells: (0..self.rows.len()).map(|place| self.marked_text(column, place)).collect(),
                 is_number: column.column.as_texts().is_none(),
             };
             // Columns stay in their order; what is too wide is left out, and narrower ones behind it are not.
@@ -75,21 +68,80 @@ impl VariantTable<'_> {
             used += APART + column.width();
             columns.push(column);
         }
-        let line = |cells: Vec<String>| {
-            format!("{}{}\n", " ".repeat(APART), cells.join("  ")).trim_end().to_owned() + "\n"
-        };
-        let head = |place: usize| line(columns.iter().map(|it| it.padded(&it.head[place])).collect());
-        let mut text = head(0);
-        if columns.iter().any(|it| !it.head[1].is_empty()) {
-            text += &head(1);
+        if let Some(beside) = self.text_beside_each_other(width).filter(|_| left_out > self.left_out_columns)
+        {
+            return beside + self.legend();
         }
-        for place in 0..self.rows.len() {
-            text += &line(columns.iter().map(|it| it.padded(&it.cells[place])).collect());
-        }
+        let mut text = lines_of_columns(&columns) + self.legend();
         if left_out > 0 {
             let columns = if left_out == 1 { "column" } else { "columns" };
             text += &format!("  and {left_out} more {columns}, on the page\n");
         }
         text
     }
+
+    /// A few variants beside each other, a line for each value; nothing of more, and of those that have no room.
+    fn text_beside_each_other(&self, width: usize) -> Option<String> {
+        if self.rows.len() > MOST_BESIDE || !self.selection.is_complete() {
+            return None;
+        }
+        let name = |column: &VariantColumn| shorten_end(&column.name_with_unit(), MOST_NAME_LETTERS);
+        let names = std::iter::once("verdict".to_owned()).chain(self.columns.iter().map(name));
+        let names = TextColumn { head: Default::default(), cells: names.collect(), is_number: false };
+        let variants = self.rows.iter().enumerate().map(|(place, row)| {
+            // Marks stand in line.
+            let verdict = format!("{}  ", row.ending.word());
+            let values = self.columns.iter().map(|column| match column.extremes {
+                Some(_) => self.marked_text(column, place),
+                None => self.marked_text(column, place) + "  ",
+            });
+            let head = row.name.as_deref().map_or_else(|| format!("#{}", row.variant), str::to_owned);
+            TextColumn {
+                head: [format!("{}  ", shorten_end(&head, MOST_LETTERS)), String::new()],
+                cells: std::iter::once(verdict).chain(values).collect(),
+                is_number: true,
+            }
+        });
+        let columns: Vec<TextColumn> = std::iter::once(names).chain(variants).collect();
+        let used: usize = columns.iter().map(|column| column.width() + APART).sum();
+        (used <= width).then(|| lines_of_columns(&columns))
+    }
+
+    /// The value of a column at a place in the table: with the mark of the lowest or the highest one, in brackets if it is that of the
+    /// scenario.
+    fn marked_text(&self, column: &VariantColumn, place: usize) -> String {
+        let text = column.texts.get(place).map_or("", String::as_str);
+        let text = shorten_end(text, MOST_LETTERS);
+        let text = if column.is_as_in_scenario(place) { format!("({text})") } else { text };
+        let Some(row) = self.rows.get(place).filter(|_| column.extremes.is_some()) else { return text };
+        match column.is_extreme(row.row) {
+            [true, _] => format!("{text} ↓"),
+            [_, true] => format!("{text} ↑"),
+            _ => format!("{text}  "),
+        }
+    }
+
+    /// What the brackets say, where there are any.
+    fn legend(&self) -> &'static str {
+        match self.has_scenario_values() {
+            true => "  (in brackets): as in the scenario\n",
+            false => "",
+        }
+    }
+}
+
+/// The lines of columns, below their heads.
+fn lines_of_columns(columns: &[TextColumn]) -> String {
+    let line = |cells: Vec<String>| {
+        format!("{}{}", " ".repeat(APART), cells.join("  ")).trim_end().to_owned() + "\n"
+    };
+    let head = |place: usize| line(columns.iter().map(|it| it.padded(&it.head[place])).collect());
+    let mut text = head(0);
+    if columns.iter().any(|it| !it.head[1].is_empty()) {
+        text += &head(1);
+    }
+    for place in 0..columns.first().map_or(0, |column| column.cells.len()) {
+        text += &line(columns.iter().map(|it| it.padded(&it.cells[place])).collect());
+    }
+    text
 }
