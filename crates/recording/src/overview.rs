@@ -253,11 +253,8 @@ mod tests {
         let plot = |title: &str, points: usize| {
             let column = || RowQuantity::Column(NumberIndex::new(0));
             let coordinates = || [column(), column()];
-            let point = |_| XyPlotPoint {
-                label: String::new(),
-                role: CurveRole::Other,
-                coordinates: coordinates(),
-            };
+            let point =
+                |_| XyPlotPoint { label: String::new(), role: CurveRole::Other, coordinates: coordinates() };
             XyPlot {
                 title: title.to_owned(),
                 labels: Default::default(),
@@ -270,7 +267,10 @@ mod tests {
         };
         let mut plots = vec![plot("four wheels", 4), plot("many", MOST_XY_POINTS), plot("two axles", 2)];
         assert_eq!(omit_large_xy_plots(&mut plots), ["many"]);
-        assert_eq!(plots.iter().map(|it| it.title.as_str()).collect::<Vec<_>>(), ["four wheels", "two axles"]);
+        assert_eq!(
+            plots.iter().map(|it| it.title.as_str()).collect::<Vec<_>>(),
+            ["four wheels", "two axles"]
+        );
         let abscissae = curve_abscissae(&plots[0]);
         assert_eq!([abscissae[0], abscissae[1], abscissae[CURVE_POINTS - 1]], [0.0, 0.1, 8.0]);
     }
