@@ -225,7 +225,7 @@ fn test_distinguishes_passed_failed_broken_and_skipped() {
     // Page, file and JUnit have the place of a mistake and what was meant.
     let page = lab.read("target/runs/suite.html");
     for expected in [
-        "./broken.toml:13:",
+        "./broken.toml:14:",
         "did you mean `plant.X`?",
         "<span class=\"title\">Coasting</span>",
         "trackside test .",
