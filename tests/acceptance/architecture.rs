@@ -104,7 +104,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("rating", &[]),
     ("expression", &["diagnostics", "rating", "units"]),
     ("fmu-export", &["elementary", "text-encoding", "units"]),
-    ("fmu-import", &["archive", "text-encoding", "units"]),
+    ("fmu-import", &["archive", "python", "text-encoding", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "ros-bag", "text-encoding", "units"]),
     ("assessment", &["diagnostics", "expression", "recording", "units"]),

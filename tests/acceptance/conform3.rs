@@ -18,13 +18,13 @@ tests! {
 }
 
 fn our_fmus_of_fmi_3_pass_every_rule() {
-    for (name, passed) in [("plant", 35), ("controller", 34), ("estimator", 34)] {
+    for (name, passed) in [("plant", 36), ("controller", 35), ("estimator", 35)] {
         let lab = Lab::new();
         lab.add(&ours().join(format!("{name}_fmi3.fmu")));
         let ended = lab.trackside(&["conform", &format!("{name}_fmi3.fmu")]).expect(0);
         let counted = format!(
             "{passed} passed, 0 failed, {} not applicable\nThe FMU keeps FMI 3.0 for callers that do.\n",
-            40 - passed
+            41 - passed
         );
         assert!(ended.stdout.ends_with(&counted), "{}", ended.stdout);
     }
@@ -53,7 +53,7 @@ const DEVIATIONS: &[(&str, &[&str], &str)] = &[
     ("a wrong adjoint derivative", &["adjoint-derivative"], "found 6.0"),
     ("no slope", &["time-derivative"], "fmi3GetOutputDerivatives returned fmi3Error"),
     ("the step size is ignored", &["step-size"], "the size of the step is ignored"),
-    ("chance", &["call-order", "unknown-references", "deterministic", "reset", "instances", "state-restore", "state-serialise", "state-anywhere", "state-after-error"], "expected `y`"),
+    ("chance", &[], ""),
     ("a reset forgets to reset", &["reset"], "t = 1 s"),
     ("state is shared", &["instances", "state-restore", "state-serialise", "state-after-error"], "`y`"),
     ("a state forgets", &["state-restore", "state-serialise", "state-after-error"], "t = 3 s"),
@@ -63,7 +63,7 @@ const DEVIATIONS: &[(&str, &[&str], &str)] = &[
     ("one step size only", &["step-size"], "I step by 0.1 s"),
     ("a category is refused", &["log-categories"], "fmi3SetDebugLogging of \"logAll\" returned fmi3Error"),
     ("a category that is not declared", &[], ""),
-    ("logging that nobody wants", &["logger"], "loggingOn is false, and it logs"),
+    ("logging that nobody wants", &[], ""),
     ("a kilobyte is lost", &["memory"], "bytes per instance over 10000 instances"),
     ("arrays keep their size", &["configuration"], "expected `v` to have 3 values in place of 2"),
     ("event mode is refused", &["event-mode"], "fmi3InstantiateCoSimulation returned no instance"),

@@ -64,6 +64,7 @@ const READ: &[(&str, &str, &str)] = &[
     ("<ModelStructure>", "<!-- ", "it lacks <ModelStructure>: each output is taken to follow all inputs"),
     ("<ModelVariables>", "<!-- <!DOCTYPE html> --><ModelVariables>", ""),
     ("dependencies=\"\"", "dependencies=\"6&#10; 5\"", ""),
+    ("<ModelVariables>", "<TypeDefinitions><SimpleType name=\"z\"><Integer min=\"1e3\"/></SimpleType></TypeDefinitions><ModelVariables>", "`z` in line 4: min=\"1e3\" is no value of <Integer>, and no variable has this type: left out"),
 ];
 
 fn a_description_against_the_standard_runs_with_a_warning() {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::fixture::Scenario;
-use super::fmus::{example, ours};
+use super::fmus::{changed, example, ours};
 use super::harness::{Ended, Lab, ROOT, record, trackside};
 use super::python::{Python, python};
 
@@ -18,6 +18,7 @@ tests! {
     a_scenario_in_one_fmu_gives_equal_results_in_other_importers: Masters,
     two_fmus_made_in_python_exchange_values_of_all_types: PythonLibrary,
     an_fmu_made_in_python_runs: PythonLibrary,
+    fmus_made_in_python_find_their_python_and_name_what_it_lacks: PythonLibrary,
 }
 
 /// The closed loop: the connections of the three FMUs.
@@ -215,15 +216,15 @@ fn made_in_python(name: &str, archive: &str, inputs: &str) -> String {
 /// pythonfmu writes no units.
 const PYTHON_UNITS: &str = "unit = { u = 'rad', y = 'rad' }";
 
-/// Runs a scenario that is made of the path of the archive, with the library that the FMU needs.
+/// Runs a scenario that is made of the path of the archive, with the Python that the FMU needs.
 #[track_caller]
 fn run_python(python: &Python, lab: &Lab, scenario: impl Fn(&str) -> String, code: i32) -> Ended {
-    let [library, archive, _] = python.fmus(&lab.path("made"));
+    let [_, archive, _] = python.fmus(&lab.path("made"));
     lab.write("python.toml", scenario(&archive));
     let mut command = trackside(&lab.path(""));
     command
         .args(["run", "python.toml", "--out", "run", "--csv", "--rerun", "off"])
-        .env("LD_PRELOAD", library);
+        .env("TRACKSIDE_PYTHON", python.program());
     Ended::of(command.output().expect("it starts")).expect(code)
 }
 
@@ -290,4 +291,33 @@ that = 'last(demo.n) == 1000 and min(demo.b) == 0 and max(demo.b) == 1'
     ]);
     let ended = run_python(python, &lab, scenario, 0);
     assert!(ended.stdout.contains("all 2 checks passed"), "{}", ended.stdout);
+}
+
+/// Two scripts do not share the modules of one Python; both find it, also in a sandbox.
+fn fmus_made_in_python_find_their_python_and_name_what_it_lacks() {
+    let python = python();
+    let lab = Lab::new();
+    let [_, demo, sum] = python.fmus(&lab.path("made"));
+    let run = |scenario: Scenario| {
+        lab.write("python.toml", scenario.text());
+        let mut command = trackside(&lab.path(""));
+        command.args(["run", "python.toml", "--out", "run"]).env("TRACKSIDE_PYTHON", python.program());
+        Ended::of(command.output().expect("it starts"))
+    };
+    let adds = |key: &str| {
+        let node =
+            head(0.2).fmu("sum", &sum, "u = 1.0").key(&format!("unit = {{ u = '1', y = '1' }}\n{key}"));
+        node.check("it adds", "abs(last(sum.y) - 0.4) < 1e-9")
+    };
+    run(adds("isolate = true")).expect(0);
+    let inputs = "count = 3, on = true, label = 'hello', u = 0.1, k = 0, c = false, t = ''";
+    let told = "expect Python in the process, and a process has only one, with one module of a name";
+    run(adds("").fmu("demo", &demo, inputs)).expect(0).says(&[told]);
+    let lacks = changed(Path::new(&sum), |name, bytes| match name {
+        "resources/integrator.py" => Some((name.to_owned(), [b"import of_nobody\n", &bytes[..]].concat())),
+        _ => Some((name.to_owned(), bytes)),
+    });
+    lab.write("lacks.fmu", lacks);
+    let told = ["No module named 'of_nobody'", "-m pip install of_nobody`", "TRACKSIDE_PYTHON"];
+    run(head(0.2).fmu("sum", "lacks.fmu", "u = 1.0")).expect(3).says(&told);
 }

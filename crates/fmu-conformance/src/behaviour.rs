@@ -136,18 +136,18 @@ pub(super) fn require_finite_values(driver: &TestDriver, rows: &[OutputRow]) -> 
     Ok(())
 }
 
-/// A fresh instance's run.
-fn run_fresh_instance(driver: &TestDriver, variant: u32) -> Result<Vec<OutputRow>, RuleError> {
-    let mut instance = driver.initialised_instance()?;
-    let mut rows = vec![driver.read_outputs(&mut instance, driver.tick_time(0.0))?];
-    rows.extend(driver.run_ticks(&mut instance, 0..STEPS, variant)?);
-    Ok(rows)
-}
-
+/// FMI does not ask for it, so that an FMU that shows a processor time is warned about and passes.
 fn check_deterministic(driver: &TestDriver) -> RuleResult {
-    let first = run_fresh_instance(driver, 0)?;
-    driver.require_equal_runs(&first, &run_fresh_instance(driver, 0)?)?;
-    Ok(String::new())
+    let differing = driver.find_unrepeatable_outputs()?;
+    let outputs: Vec<_> = driver.variables_with_causality(Causality::Output).collect();
+    let names: Vec<_> = differing.iter().map(|place| format!("`{}`", outputs[*place].name)).collect();
+    match names.is_empty() {
+        true => Ok(String::new()),
+        false => Ok(format!(
+            "warning: {} differ between two fresh instances with the same inputs; the other rules leave them out",
+            names.join(", ")
+        )),
+    }
 }
 
 fn check_reset(driver: &TestDriver) -> RuleResult {
@@ -168,7 +168,7 @@ fn check_reset(driver: &TestDriver) -> RuleResult {
 }
 
 fn check_independent_instances(driver: &TestDriver) -> RuleResult {
-    let alone = [run_fresh_instance(driver, 0)?, run_fresh_instance(driver, 1)?];
+    let alone = [driver.run_fresh_instance(0)?, driver.run_fresh_instance(1)?];
     let mut instances = [driver.new_instance()?, driver.new_instance()?];
     let mut together = [Vec::new(), Vec::new()];
     for (instance, rows) in instances.iter_mut().zip(&mut together) {

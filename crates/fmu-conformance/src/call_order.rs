@@ -125,7 +125,7 @@ fn call_set_input_derivative(driver: &TestDriver, instance: &mut Instance) -> Re
 fn call_output_derivative(driver: &TestDriver, instance: &mut Instance) -> Result<(), CallError> {
     let output = driver.continuous_variables(Causality::Output).next();
     let output = output.filter(|_| driver.description().output_derivatives > 0);
-    output.map_or_else(no_call_possible, |output| output_time_derivatives(instance, output).map(drop))
+    output.map_or_else(no_call_possible, |output| output_time_derivatives(instance, output, 1).map(drop))
 }
 
 /// Nothing can be called, so nothing illegal can be accepted.

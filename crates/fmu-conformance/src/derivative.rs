@@ -1,7 +1,9 @@
 //! Checks that the claimed derivatives exist and agree with differences of the outputs.
 
-use fmu_import::description::Variable;
-use fmu_import::{ArrayVariable, CallError, Causality, FmiVersion, Instance, StorageType, Value};
+use fmu_import::description::{FmiType, Variable};
+use fmu_import::{
+    ArrayVariable, CallError, Causality, FmiVersion, Instance, StorageType, Value, Variability,
+};
 use roxmltree::Document;
 
 use super::RuleSeverity::BreaksStandard;
@@ -22,6 +24,13 @@ pub(super) const RULES: &[ConformanceRule] = &[
         sentence: "adjoint derivatives are those of the outputs",
         versions: THREE,
         check: RuleCheck::RunsOne(|driver| check_derivatives(driver, DerivativeKind::Adjoint)),
+    },
+    ConformanceRule {
+        name: "dependencies",
+        rank: BreaksStandard,
+        sentence: "outputs follow at once only the inputs that their dependencies list",
+        versions: BOTH,
+        check: RuleCheck::RunsOne(check_dependencies),
     },
     ConformanceRule {
         name: "time-derivative",
@@ -176,14 +185,61 @@ fn central_difference(
     Ok(((above - below) / (2.0 * moved), noise * above.abs().max(below.abs()) / moved))
 }
 
-/// The first time derivatives of all elements of an output.
+/// What an output does not depend on (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8) must not move it. Who steps by these lists gets
+/// a value of the last step otherwise. An output that changes when it is only read again says nothing.
+fn check_dependencies(driver: &TestDriver) -> RuleResult {
+    let mut instance = driver.initialised_instance()?;
+    driver.run_to_end(&mut instance)?;
+    let variables = &driver.description().variables;
+    let places = |causality| {
+        let all = driver.description().indices_with_causality(causality);
+        all.filter(|place| variables[*place].kind == FmiType::Real && variables[*place].element.1 == 1)
+            .collect::<Vec<_>>()
+    };
+    let (mut count, mut wrong) = (0, Vec::new());
+    for input in places(Causality::Input) {
+        for output in places(Causality::Output) {
+            let Some(dependencies) = &variables[output].dependencies else { continue };
+            if dependencies.contains(&input) || variables[input].variability != Variability::Continuous {
+                continue;
+            }
+            let (input, output) = (&variables[input], &variables[output]);
+            driver.note_progress(&format!("moving `{}`, to look at `{}`", input.name, output.name));
+            count += 1;
+            if is_moved_by(&mut instance, output, input)? {
+                wrong.push(format!("`{}` follows `{}`", output.name, input.name));
+            }
+        }
+    }
+    match wrong.is_empty() {
+        true => Ok(format!("{count} pairs that exclude each other")),
+        false => violated_rule(format!("{}, which its dependencies do not list", wrong.join(", "))),
+    }
+}
+
+/// Whether an output has another value as soon as an input has one.
+fn is_moved_by(instance: &mut Instance, output: &Variable, input: &Variable) -> Result<bool, CallError> {
+    let held = read_variable(instance, input)?;
+    let (before, again) = (read_variable(instance, output)?, read_variable(instance, output)?);
+    let Some(Value::Real(value)) = held.first() else { return Ok(false) };
+    let size = input.nominal.unwrap_or(1.0).abs().max(value.abs());
+    let inside = input.max.is_none_or(|max| value + SHARE * size <= max);
+    let moved = if inside { value + SHARE * size } else { value - SHARE * size };
+    instance.write_variable(input.storage, input.reference, &[Value::Real(moved)])?;
+    let after = read_variable(instance, output)?;
+    instance.write_variable(input.storage, input.reference, &held)?;
+    Ok(before == again && after != before)
+}
+
+/// The time derivatives of an order of all elements of an output.
 pub(super) fn output_time_derivatives(
     instance: &mut Instance,
     output: &Variable,
+    order: i32,
 ) -> Result<Vec<f64>, CallError> {
     match instance.description().version {
-        FmiVersion::Two => instance.output_derivative(output.reference, 1).map(|value| vec![value]),
-        FmiVersion::Three => instance.output_derivatives(to_array_variable(output), 1),
+        FmiVersion::Two => instance.output_derivative(output.reference, order).map(|value| vec![value]),
+        FmiVersion::Three => instance.output_derivatives(to_array_variable(output), order),
     }
 }
 
@@ -203,12 +259,19 @@ fn check_output_derivatives(driver: &TestDriver) -> RuleResult {
     if about.output_derivatives > 0
         && let Some(output) = driver.continuous_variables(Causality::Output).next()
     {
-        driver.note_progress(&format!("the time derivative of `{}`", output.name));
-        let values = output_time_derivatives(&mut instance, output)?;
-        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-            return violated_rule(format!("the time derivative of `{}` is {value}", output.name));
+        // Each order up to the largest can be asked for (FMI 2.0, table of section 4.3.1; FMI 3.0, section 4.2.2).
+        for order in 1..=i32::try_from(about.output_derivatives).unwrap_or(i32::MAX) {
+            let of = format!("the time derivative of order {order} of `{}`", output.name);
+            driver.note_progress(&of);
+            let values = output_time_derivatives(&mut instance, output, order).map_err(|mut error| {
+                error.what += &format!(" for {of}");
+                error
+            })?;
+            if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+                return violated_rule(format!("{of} is {value}"));
+            }
         }
-        done.push(format!("an output derivative of `{}`", output.name));
+        done.push(format!("output derivatives of `{}`", output.name));
     }
     match done.is_empty() {
         true if driver.fmi_version() == FmiVersion::Three => {

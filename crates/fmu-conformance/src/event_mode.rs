@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use fmu_import::{CallError, Instance};
+use fmu_import::{CallError, FmiType, FmuLibrary, Instance};
 use roxmltree::Document;
 
 use super::RuleSeverity::{BreaksStandard, NotRobust};
@@ -10,9 +10,12 @@ use super::behaviour::require_finite_values;
 use super::test_driver::{FAR, STEPS, TestDriver};
 use super::{ConformanceRule, RuleCheck, RuleError, RuleResult, THREE, not_applicable, violated_rule};
 
+/// The rule that runs an FMU with event mode.
+pub(super) const RULE: &str = "event-mode";
+
 pub(super) const RULES: &[ConformanceRule] = &[
     ConformanceRule {
-        name: "event-mode",
+        name: RULE,
         rank: BreaksStandard,
         sentence: "a simulation with event mode comes to its end",
         versions: THREE,
@@ -36,6 +39,15 @@ fn has_event_mode(xml: &str) -> bool {
     let interface = root.children().find(|node| node.has_tag_name("CoSimulation"));
     let flag = interface.and_then(|node| node.attribute("hasEventMode"));
     matches!(flag.map(str::trim), Some("true" | "1"))
+}
+
+/// Whether an FMU has clocks, and makes no instance without event mode: FMI 3.0 says how clocks tick in event mode only.
+pub(super) fn is_needed(library: &Arc<FmuLibrary>) -> bool {
+    let about = library.description();
+    about.variables.iter().any(|it| it.kind == FmiType::Clock)
+        && !about.only_once
+        && Instance::new(Arc::clone(library), "conform", false).is_err()
+        && Instance::with_event_mode(Arc::clone(library), "conform").is_ok()
 }
 
 fn event_mode(driver: &TestDriver) -> RuleResult {

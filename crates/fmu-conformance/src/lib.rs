@@ -277,9 +277,15 @@ pub fn check_one_rule(path: &Path, rule: &str, log: &Path, limit: Duration) -> R
     let log = process::ProgressLog::open(log)?;
     let fmu = Arc::new(Fmu::open(path)?);
     log.note_progress("loading the library");
-    let driver = || match fmu.load_library() {
-        Ok(library) => Ok(TestDriver::new(library, description_xml(&fmu), &log, limit)),
-        Err(error) => violated_rule(error.to_string()),
+    let driver = || {
+        let library = fmu.load_library().map_err(|error| RuleError::Violated(error.to_string()))?;
+        if rule.name != event_mode::RULE && event_mode::is_needed(&library) {
+            return not_applicable(format!(
+                "an FMU with clocks is instantiated with eventModeUsed, see the rule `{}`",
+                event_mode::RULE
+            ));
+        }
+        Ok(TestDriver::new(library, description_xml(&fmu), &log, limit))
     };
     let verdict = match rule.check {
         RuleCheck::Files(check) | RuleCheck::Loads(check) => check(&fmu),

@@ -59,6 +59,8 @@ struct ProcessOutcome {
     printed: Option<String>,
     /// Whether the temporary files were still there afterwards.
     intact: bool,
+    /// How long before its end it noted something for the last time.
+    silence: Duration,
 }
 
 /// Runs the rule, or says why it could not run.
@@ -84,9 +86,11 @@ fn run_rule_process(
     // What a process that crashes leaves unpacked goes away with this folder.
     let mut child = command.env("TMPDIR", folder.folder_path()).spawn().map_err(cannot)?;
     let status = wait_or_kill(&mut child, limit).map_err(cannot)?;
+    let noted = log.metadata().and_then(|it| it.modified()).ok();
+    let silence = noted.and_then(|noted| noted.elapsed().ok()).unwrap_or(limit);
     let [log, printed] = [&mut log, &mut output].map(read_file_text);
     let printed = printed.lines().rfind(|line| !line.trim().is_empty()).map(str::to_owned);
-    Ok(ProcessOutcome { status, log, printed, intact: path_of_log.exists() })
+    Ok(ProcessOutcome { status, log, printed, intact: path_of_log.exists(), silence })
 }
 
 fn read_file_text(file: &mut File) -> String {
@@ -101,7 +105,13 @@ impl ProcessOutcome {
     fn to_finding(&self, rule: &ConformanceRule, limit: Duration) -> RuleFinding {
         let last = self.log.lines().last();
         let found = last.and_then(|last| serde_json::from_str::<RuleFinding>(last).ok());
+        // One that still made calls was slow, and not wrong.
+        let slow = self.status.is_none() && self.silence < limit / 2;
         let finding = found.unwrap_or_else(|| match last {
+            Some(last) if slow => rule.not_judged(format!(
+                "it {}, while it still made calls: give it more time by --limit",
+                self.describe_ending(&format!(" during {last}"), limit)
+            )),
             Some(last) => rule
                 .finding_from_result(violated_rule(self.describe_ending(&format!(" during {last}"), limit))),
             None => {

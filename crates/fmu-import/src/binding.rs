@@ -21,6 +21,7 @@ mod numbers;
 mod phase;
 mod process_end;
 mod process_state;
+mod python_runtime;
 mod saved_states;
 mod state;
 mod status;

@@ -2,7 +2,7 @@
 //!
 //! Each correction is told. What has no such meaning is refused, with variable and line. Lines stay where they are.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 use roxmltree::{Document, Node};
@@ -44,9 +44,15 @@ pub(crate) fn correct_description(
     let variables: Vec<_> = list.flat_map(|list| list.children().filter(Node::is_element)).collect();
     variables.iter().try_for_each(|variable| corrector.correct_variable(*variable))?;
     if version == FmiVersion::Two {
+        let attributes = variables.iter().flat_map(|variable| variable.children());
+        let used: BTreeSet<_> = attributes.filter_map(|node| node.attribute("declaredType")).collect();
         for kind in list_elements(root, "TypeDefinitions", "SimpleType") {
+            let is_used = kind.attribute("name").is_some_and(|name| used.contains(name));
             let integers = kind.children().filter(|node| node.has_tag_name("Integer"));
             integers.for_each(|node| corrector.drop_unreachable_limits(node));
+            if !is_used {
+                kind.children().for_each(|node| corrector.drop_unreadable_limits(node));
+            }
         }
     }
     corrector.correct_model_structure(root, &variables);
@@ -184,6 +190,27 @@ impl DescriptionCorrector<'_> {
             if text.parse::<i32>().is_err() && side * limit >= f64::from(i32::MAX) {
                 let what =
                     format!("{attribute}=\"{text}\" is beyond all integers of FMI 2.0: read as no limit");
+                self.report_correction(node, what);
+                self.set_attribute(node, attribute, None);
+            }
+        }
+    }
+
+    /// Leaves out limits without a meaning, of a type that no variable has.
+    fn drop_unreadable_limits(&mut self, node: Node) {
+        let is_number = |text: &str| match node.tag_name().name() {
+            "Real" => text.trim().parse::<f64>().is_ok(),
+            "Integer" => {
+                text.parse::<f64>().is_ok_and(|limit| limit.fract() == 0.0) && !text.contains(['e', 'E', '.'])
+            }
+            _ => true,
+        };
+        for attribute in ["min", "max", "nominal"] {
+            if let Some(text) = node.attribute(attribute).filter(|text| !is_number(text)) {
+                let what = format!(
+                    "{attribute}=\"{text}\" is no value of <{}>, and no variable has this type: left out",
+                    node.tag_name().name()
+                );
                 self.report_correction(node, what);
                 self.set_attribute(node, attribute, None);
             }

@@ -84,6 +84,7 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use linkage::LibraryLinkage;
 use location::file_uri;
+use python::PythonLibrary;
 use sha2::{Digest as _, Sha256};
 use unpacked_archive::UnpackedArchive;
 
@@ -134,6 +135,8 @@ pub struct Fmu {
     loaded: Mutex<Weak<FmuLibrary>>,
     /// What the library is loaded with.
     linkage: OnceLock<Arc<LibraryLinkage>>,
+    /// The Python that the library expects in the process, or why there is none for it.
+    python: OnceLock<Result<PythonLibrary, String>>,
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -151,7 +154,7 @@ impl Fmu {
         let (folder, sha256, notes) = UnpackedArchive::unpack(path)?;
         let description = read_description(folder.description_folder(), &fmi3::StructuralSizes::new(), path)?;
         let (path, root) = (path.to_owned(), folder.description_folder().to_owned());
-        let there = FmuLocation { path, sha256, folder: root, sizes: BTreeMap::new() };
+        let there = FmuLocation { path, sha256, folder: root, sizes: BTreeMap::new(), python: None };
         Ok(Self::from_unpacked(there, description, folder, notes))
     }
 
@@ -171,10 +174,11 @@ impl Fmu {
         folder: UnpackedArchive,
         notes: Vec<String>,
     ) -> Self {
-        let FmuLocation { path, sha256, sizes, .. } = location;
+        let FmuLocation { path, sha256, sizes, python, .. } = location;
         description.problems.extend(notes.iter().cloned());
         let (lost, loaded, linkage) = (AtomicBool::new(false), Mutex::default(), OnceLock::new());
-        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage }
+        let python = python.map(Ok).map_or_else(OnceLock::new, OnceLock::from);
+        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage, python }
     }
 
     /// Where another process finds this FMU, as long as it is not dropped.
@@ -185,6 +189,7 @@ impl Fmu {
             sha256: self.sha256.clone(),
             folder: self.folder.description_folder().to_owned(),
             sizes: self.sizes.clone(),
+            python: self.python_library().and_then(|found| found.ok().cloned()),
         }
     }
 
@@ -245,10 +250,15 @@ impl Fmu {
         self.folder.description_folder().join(DESCRIPTION).is_file()
     }
 
+    /// The unpacked `resources` folder, which need not be there.
+    fn resources_folder(&self) -> PathBuf {
+        self.folder.description_folder().join("resources")
+    }
+
     /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
     /// without such a folder.
     fn resources_location(&self) -> String {
-        let folder = self.folder.description_folder().join("resources");
+        let folder = self.resources_folder();
         match self.description.version {
             FmiVersion::Two => file_uri(&folder),
             FmiVersion::Three if folder.is_dir() => format!("{}/", folder.display()),
@@ -337,7 +347,8 @@ fn parse_description(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<FmuDesc
         FmiVersion::Two => fmi2::parse(&corrected.text),
         FmiVersion::Three => fmi3::parse(&corrected.text, sizes),
     };
-    let found = found.map_err(ParseError::Broken)?;
+    let mut found = found.map_err(ParseError::Broken)?;
+    found.problems.extend(validation::value_problems(&document, &found.variables));
     Ok(FmuDescription { corrections: corrected.told, ..found })
 }
 

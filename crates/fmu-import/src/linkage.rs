@@ -7,12 +7,14 @@
 //! of them at most, and threads and signals of this program would not be known there. So one of two such FMUs needs a process of its own.
 
 mod elf;
+mod missing;
 mod system;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use elf::ElfLinkInfo;
+pub(crate) use missing::describe_missing_libraries;
 
 /// An FMU may be loaded with this many libraries; a damaged one could name more.
 const MOST: usize = 2_000;
@@ -26,10 +28,14 @@ pub(crate) struct LibraryLinkage {
     needed: BTreeSet<String>,
     /// Symbols of the libraries from the archive that a process has once, with the bytes of those that nobody can change.
     unique: BTreeMap<String, Option<Vec<u8>>>,
+    /// Whether one of the archive calls Python.
+    pub calls_python: bool,
     /// Libraries of the archive that are loaded before it, in this order: the loader does not find them by itself.
     pub first: Vec<PathBuf>,
     /// Those that the loader would not take from there either, since they have another name: what is needed, and where it lies.
     pub mismatched: Vec<(String, PathBuf)>,
+    /// Those that are nowhere.
+    pub missing: Vec<String>,
 }
 
 /// What two FMUs of one process would share.
@@ -39,6 +45,8 @@ pub(crate) enum LibraryClash {
     Library(String),
     /// A symbol of this name.
     Symbol(String),
+    /// The interpreter of Python with its modules.
+    Python,
 }
 
 /// Libraries that start threads which outlive those that need them: OpenMP of GCC, LLVM and Intel, and oneTBB.
@@ -59,6 +67,7 @@ impl LibraryLinkage {
         if is_own {
             self.bundled.extend(object.soname.clone());
             self.unique.extend(object.unique.clone());
+            self.calls_python |= object.calls_python;
         }
         let (before, after) = walk.search_folders(path, &object, searched);
         for name in &object.needed {
@@ -68,7 +77,10 @@ impl LibraryLinkage {
             {
                 continue;
             }
-            let Some(found) = walk.find_library(name, &before, &after) else { continue };
+            let Some(found) = walk.find_library(name, &before, &after) else {
+                self.missing.push(name.clone());
+                continue;
+            };
             if found.is_own {
                 self.bundled.insert(name.clone());
             }
@@ -88,11 +100,19 @@ impl LibraryLinkage {
         if let Some(name) = library {
             return Some(LibraryClash::Library(name.clone()));
         }
+        if self.calls_python && other.calls_python {
+            return Some(LibraryClash::Python);
+        }
         let differs = |(name, bytes): &(&String, &Option<Vec<u8>>)| {
             let there = other.unique.get(*name);
             there.is_some_and(|there| there.is_none() || there != *bytes)
         };
         self.unique.iter().find(differs).map(|(name, _)| LibraryClash::Symbol(name.clone()))
+    }
+
+    /// Whether it calls Python, and leaves it to others to load one.
+    pub fn expects_python(&self) -> bool {
+        self.calls_python && !self.needed.iter().any(|name| name.starts_with("libpython"))
     }
 
     /// Whether it starts threads that go on when it has been freed.

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use python::{PythonInterpreter, PythonLibrary};
+
 use crate::binding::is_loaded;
 use crate::linkage::{LibraryClash, LibraryLinkage};
 use crate::{Fmu, FmuLibrary, OpenError};
@@ -69,6 +71,17 @@ impl Fmu {
         Arc::clone(self.linkage.get_or_init(|| Arc::new(read())))
     }
 
+    /// The Python that its library expects in the process, as FMUs of PythonFMU do; none of an FMU that expects none.
+    ///
+    /// # Errors
+    /// In a sentence, when there is no such Python.
+    #[must_use]
+    pub fn python_library(&self) -> Option<Result<&PythonLibrary, &str>> {
+        let find = || PythonInterpreter::choose_interpreter(None).find_shared_library();
+        let expects = self.library_linkage().expects_python();
+        expects.then(|| self.python.get_or_init(find).as_ref().map_err(String::as_str))
+    }
+
     /// Why this FMU and another one cannot be in one process: they would share what each has for itself elsewhere. Nothing for two of
     /// one unpacked archive, which share all they have.
     #[must_use]
@@ -127,6 +140,9 @@ fn describe_clash(clash: &LibraryClash, [one, other]: [&PathBuf; 2]) -> String {
     match clash {
         LibraryClash::Library(name) => format!(
             "{one} and {other} need a library called `{name}` that at least one of them brings along, and a process has only one of a name"
+        ),
+        LibraryClash::Python => format!(
+            "{one} and {other} expect Python in the process, and a process has only one, with one module of a name"
         ),
         LibraryClash::Symbol(name) => format!(
             "{one} and {other} both define the symbol `{name}`, of which a process has only one (STB_GNU_UNIQUE: a static or inline variable of C++)"

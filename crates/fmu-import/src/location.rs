@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use python::PythonLibrary;
 use serde::{Deserialize, Serialize};
 
 /// Where an opened FMU is.
@@ -13,6 +14,8 @@ pub struct FmuLocation {
     /// The unpacked archive.
     pub folder: PathBuf,
     pub(crate) sizes: BTreeMap<u32, u64>,
+    /// The Python that its library expects in the process.
+    pub(crate) python: Option<PythonLibrary>,
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.

@@ -1,10 +1,11 @@
 //! Turns validation errors of fmi-rs into sentences with variables and lines.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use fmi_rs::model_description::ValidationError;
 use roxmltree::{Document, Node};
 
+use crate::description::Variable;
 use crate::problem_list::{ProblemList, describe_place, enclosing_name};
 
 /// A variable as the lists of a model structure name it.
@@ -54,6 +55,49 @@ pub(crate) fn validation_problems(
         let place = range.last().map_or(0, |range| range.start);
         let name = names.get(&place).copied();
         findings.push(name, place, message_without_name(&message, name));
+    }
+    findings.into_sentences()
+}
+
+/// Start values outside of the limits of their variable, and items of an enumeration with one value: one sentence for each kind.
+pub(crate) fn value_problems(document: &Document, variables: &[Variable]) -> Vec<String> {
+    let (text, root) = (document.input_text(), document.root_element());
+    let mut findings = ProblemList::new(text);
+    let mut enumerations: Vec<(Node, BTreeMap<&str, &str>)> = Vec::new();
+    let items = root.children().filter(|list| list.has_tag_name("TypeDefinitions"));
+    for item in items.flat_map(|list| list.descendants()).filter(|node| node.has_tag_name("Item")) {
+        let (Some(parent), Some(name), Some(value)) =
+            (item.parent(), item.attribute("name"), item.attribute("value"))
+        else {
+            continue;
+        };
+        if enumerations.last().is_none_or(|(last, _)| *last != parent) {
+            enumerations.push((parent, BTreeMap::new()));
+        }
+        let known = enumerations.last_mut().and_then(|(_, known)| known.insert(value.trim(), name));
+        if let Some(other) = known {
+            let what =
+                format!("its items \"{other}\" and \"{name}\" have one value, {value}: each needs its own");
+            findings.push(enclosing_name(parent), parent.range().start, what);
+        }
+    }
+    let elements = root.children().filter(|list| list.has_tag_name("ModelVariables"));
+    let elements = elements.flat_map(|list| list.children().filter(Node::is_element));
+    let places: HashMap<&str, usize> =
+        elements.filter_map(|node| Some((node.attribute("name")?, node.range().start))).collect();
+    for variable in variables {
+        let start = variable.start.as_deref().and_then(|start| start.trim().parse::<f64>().ok());
+        let (Some(start), Some(place)) = (start, places.get(variable.array_name())) else { continue };
+        let limits = [
+            ("min", variable.min, start < variable.min.unwrap_or(start)),
+            ("max", variable.max, start > variable.max.unwrap_or(start)),
+        ];
+        for (name, limit, _) in limits.iter().filter(|(.., outside)| *outside) {
+            let limit = limit.unwrap_or_default();
+            let side = if *name == "min" { "below" } else { "above" };
+            let what = format!("its start value {start} is {side} its {name} {limit}");
+            findings.push(Some(&variable.name), *place, what);
+        }
     }
     findings.into_sentences()
 }

@@ -8,11 +8,13 @@ pub mod analysis;
 mod error;
 mod installation;
 mod interpreter;
+mod library;
 mod printed_lines;
 mod process;
 
 pub use error::{PythonException, ScriptError};
 pub use interpreter::PythonInterpreter;
+pub use library::PythonLibrary;
 pub use process::PythonProcess;
 
 /// The file that makes a script a model, and answers questions about it.

@@ -12,6 +12,7 @@ use super::mailbox::MessageMailbox;
 use super::messages_while_freed;
 use super::phase::InstancePhase;
 use super::process_state::{StepCounter, describe_changes};
+use super::python_runtime::missing_module_advice;
 use super::saved_states::SavedStateRegistry;
 use super::{
     ComponentFn, DISCARD, ERROR, FATAL, FmiStatus, FmuLibrary, InstancePointer, OK, PENDING, WARNING, named,
@@ -145,11 +146,14 @@ impl Instance {
                 _ => ptr::null_mut(),
             })
         });
+        // Before the sentences of this program come.
+        let said = mailbox.last_message();
         if let Some(changes) = changes {
             mailbox.add_warnings(describe_changes(changes, call));
         }
         if component.is_null() {
-            let what = format!("returned no instance{}", mailbox.last_message());
+            let advice = missing_module_advice(&said, &library.fmu).unwrap_or_default();
+            let what = format!("returned no instance{said}{advice}");
             return Err((CallError::new(self::call_name(call), what), mailbox.take_messages()));
         }
         Ok(Instance {

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, c_int};
 use std::mem::ManuallyDrop;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
@@ -11,7 +11,9 @@ use super::functions::{
     ClockFunctions, CommonFunctions, EventFunctions, Fmi2Functions, Fmi3Functions, GetTextFn, OTHER_SYMBOLS,
     SymbolLoader, VersionFunctions,
 };
+use super::python_runtime::start_expected_python;
 use crate::description::{FmiVersion, FmuDescription};
+use crate::linkage::{LibraryLinkage, describe_missing_libraries};
 use crate::{CallError, Fmu, OpenError};
 
 unsafe extern "C" {
@@ -168,7 +170,9 @@ impl Drop for FmuLibrary {
             });
             call_monitor::forget_unloaded_libraries();
             // Symbols that a process has once keep their library there.
-            if !self.fmu.library_path().is_ok_and(|path| is_loaded(&path)) {
+            let stays = self.fmu.library_path().is_ok_and(|path| is_loaded(&path));
+            // The modules of a script stay with their Python.
+            if !stays && !self.fmu.library_linkage().calls_python {
                 self.fmu.unregister_loaded();
             }
         }
@@ -191,8 +195,9 @@ fn open_library(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError
     let linkage = fmu.library_linkage();
     let failed = |error| OpenError::Library {
         path: fmu.path.clone(),
-        what: load_failure_reason(&error, fmu, &linkage.mismatched),
+        what: load_failure_reason(&error, fmu, &linkage),
     };
+    start_expected_python(fmu).map_err(|what| OpenError::Library { path: fmu.path.clone(), what })?;
     // The library itself keeps those that it needs.
     let mut first = Vec::new();
     for path in &linkage.first {
@@ -252,25 +257,27 @@ fn missing_symbols(
 }
 
 /// The loader's own words, which `libloading` keeps as the source of its error, and what to do about them.
-fn load_failure_reason(error: &libloading::Error, fmu: &Fmu, mismatched: &[(String, PathBuf)]) -> String {
+fn load_failure_reason(error: &libloading::Error, fmu: &Fmu, linkage: &LibraryLinkage) -> String {
     let inner = std::error::Error::source(error);
     let what = inner.map_or_else(|| error.to_string(), ToString::to_string);
-    if what.contains("undefined symbol: Py") || what.contains("undefined symbol: _Py") {
-        return what + "; it expects Python in the process: set LD_PRELOAD to the path of libpython3";
-    }
     if what.contains("failed to map segment") {
         let folder = fmu.folder.description_folder().display();
         return format!(
             "{what}; the temporary folder {folder} may be on a disk that is mounted with `noexec`: name another folder in the environment variable TMPDIR"
         );
     }
-    if let Some((name, path)) = mismatched.iter().find(|(name, _)| what.contains(name.as_str())) {
+    if let Some((name, path)) = linkage.mismatched.iter().find(|(name, _)| what.contains(name.as_str())) {
         let inside = path.strip_prefix(fmu.folder.description_folder()).unwrap_or(path).display();
         return format!(
             "{what}; `{name}` lies in the archive as {inside}, but has no DT_SONAME of that name, so it is found only by the path: \
              `patchelf --set-rpath '$ORIGIN'` of the library that needs it, or `patchelf --set-soname {name}` of that one, \
              or LD_LIBRARY_PATH with a folder that it is unpacked to"
         );
+    }
+    if what.contains("cannot open shared object file")
+        && let Some(missing) = describe_missing_libraries(&linkage.missing, fmu.folder.description_folder())
+    {
+        return format!("{what}; {missing}");
     }
     what
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use object::elf::{
     DT_NEEDED, DT_RPATH, DT_RUNPATH, DT_SONAME, SHF_WRITE, SHT_DYNAMIC, SHT_DYNSYM, SHT_NOBITS,
-    STB_GNU_UNIQUE,
+    STB_GNU_UNIQUE, STB_WEAK,
 };
 use object::pod::slice_from_all_bytes;
 use object::read::StringTable;
@@ -24,6 +24,9 @@ type Symbol = <Header as FileHeader>::Sym;
 /// A longer table is none that a library has [bytes].
 const LONGEST: u64 = 1 << 28;
 
+/// Functions of Python that each library calls which has Python in its process.
+const PYTHON: [&[u8]; 2] = [b"Py_Initialize", b"PyGILState_Ensure"];
+
 /// What the loader reads of a library.
 #[derive(Debug, Default)]
 pub(super) struct ElfLinkInfo {
@@ -37,6 +40,8 @@ pub(super) struct ElfLinkInfo {
     pub runpath: Option<String>,
     /// The symbols that it defines for a whole process (`STB_GNU_UNIQUE`), with the bytes of those that nobody can change.
     pub unique: BTreeMap<String, Option<Vec<u8>>>,
+    /// Whether it calls Python.
+    pub calls_python: bool,
 }
 
 impl ElfLinkInfo {
@@ -46,7 +51,7 @@ impl ElfLinkInfo {
         let library = ElfReader::open(File::open(path).ok()?, about.len())?;
         let mut object = ElfLinkInfo::default();
         library.read_dynamic(&mut object)?;
-        library.read_unique(&mut object);
+        library.read_symbols(&mut object);
         Some(object)
     }
 }
@@ -114,7 +119,7 @@ impl ElfReader {
         Some(())
     }
 
-    fn read_unique(&self, object: &mut ElfLinkInfo) -> Option<()> {
+    fn read_symbols(&self, object: &mut ElfLinkInfo) -> Option<()> {
         let (table, texts) = self.section_and_strings(SHT_DYNSYM)?;
         let texts = StringTable::new(&*texts, 0, texts.len() as u64);
         for symbol in slice_from_all_bytes::<Symbol>(&table).ok()? {
@@ -122,6 +127,8 @@ impl ElfReader {
                 let name = symbol.name(self.endian, texts).ok()?;
                 let name = String::from_utf8_lossy(name).into_owned();
                 object.unique.insert(name, self.constant_symbol_bytes(symbol));
+            } else if symbol.is_undefined(self.endian) && symbol.st_bind() != STB_WEAK {
+                object.calls_python |= PYTHON.contains(&symbol.name(self.endian, texts).ok()?);
             }
         }
         Some(())

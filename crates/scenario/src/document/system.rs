@@ -208,9 +208,12 @@ impl<'a> ScenarioWriter<'a> {
         self.write_line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
         self.write_line(format_args!("\n[coupling]\nloops = \"delay\""));
         let annotation = self.system.stepping.as_ref().filter(|_| !is_ours);
-        let algorithm = annotation.filter(|it| it.master == ssp::SteppingTool::Osp).map(|it| {
+        let noted = annotation.filter(|it| it.master == ssp::SteppingTool::Osp);
+        let noted = noted.map(|it| format!("the FixedStepAlgorithm of {}", it.position));
+        let reason = noted.or_else(|| experiment::jacobi_reason(self.system).map(str::to_owned));
+        let algorithm = reason.map(|reason| {
             self.write_line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.keyword()));
-            (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.position))
+            (Algorithm::Jacobi, reason)
         });
         Ok(SystemStepping::Whole { name: self.system.name.clone(), times, algorithm })
     }

@@ -79,8 +79,14 @@ pub(super) fn fmu_isolation(
     })
 }
 
-/// Where the Python of an FMU that is a script reads its code from; none of any other FMU.
+/// Where the Python of an FMU that is a script, or expects one in its process, reads its code from; none of any other FMU.
 fn python_code_folders(fmu: &fmu_import::Fmu) -> Vec<PathBuf> {
+    if let Some(found) = fmu.python_library() {
+        let Ok(library) = found else { return Vec::new() };
+        let interpreter =
+            PythonInterpreter { path: library.interpreter.clone(), reason: "the one of the library" };
+        return interpreter.code_folders().into_iter().chain([library.path.clone()]).collect();
+    }
     let resource = |name: &str| fmu.read_archive_entry(&format!("resources/{name}"));
     if resource(python::MODEL_SERVER_PATH).is_none() {
         return Vec::new();
