@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::FmiInterface;
+
 /// Where an opened FMU is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FmuLocation {
@@ -13,6 +15,7 @@ pub struct FmuLocation {
     /// The unpacked archive.
     pub folder: PathBuf,
     pub(crate) sizes: BTreeMap<u32, u64>,
+    pub(crate) interface: FmiInterface,
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.
