@@ -5,7 +5,10 @@ pub mod scenario;
 use std::fmt::Write as _;
 
 use fmu_import::description::{FmiType, FmiVersion, Variable, describe_items};
-use fmu_import::{Causality, EquationStructure, FmiInterface, Fmu, FmuDescription, MemberKind, Terminal, TerminalStream, Variability};
+use fmu_import::{
+    Causality, EquationStructure, FmiInterface, Fmu, FmuDescription, MemberKind, Terminal, TerminalStream,
+    Variability,
+};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]

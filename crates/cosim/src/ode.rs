@@ -229,8 +229,15 @@ impl Integrator {
                 end_states,
             );
         }
-        let attempt =
-            explicit.attempt_step(system, tolerance, (time, step), states, derivatives, end_states, was_rejected)?;
+        let attempt = explicit.attempt_step(
+            system,
+            tolerance,
+            (time, step),
+            states,
+            derivatives,
+            end_states,
+            was_rejected,
+        )?;
         if let StepAttempt::Accepted(_) = attempt {
             derivatives.copy_from_slice(explicit.end_derivatives());
             if explicit.is_at_stability_limit(step, end_states) {

@@ -96,8 +96,8 @@ pub use binding::{
 };
 pub use call::{CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
 pub use description::{
-    ClockAttributes, ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion, FmuDescription, IntervalVariability, StorageType,
-    Variable,
+    ClockAttributes, ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion,
+    FmuDescription, IntervalVariability, StorageType, Variable,
 };
 pub use error::OpenError;
 pub use location::FmuLocation;
@@ -170,7 +170,8 @@ impl Fmu {
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(location: &FmuLocation) -> Result<Self, OpenError> {
-        let description = read_description(&location.folder, &location.sizes, Some(location.interface), &location.path)?;
+        let description =
+            read_description(&location.folder, &location.sizes, Some(location.interface), &location.path)?;
         let folder = UnpackedArchive::from_unpacked_folder(location.folder.clone());
         Ok(Self::from_unpacked(location.clone(), description, folder, Vec::new()))
     }
@@ -375,10 +376,7 @@ fn describe_xml_error(xml: &str, error: &roxmltree::Error) -> String {
 }
 
 /// Says what the FMU offers instead of an interface, and what to do.
-fn missing_interface(
-    wanted: Option<FmiInterface>,
-    others: impl Iterator<Item = &'static str>,
-) -> String {
+fn missing_interface(wanted: Option<FmiInterface>, others: impl Iterator<Item = &'static str>) -> String {
     let others: Vec<_> = others.collect();
     let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
     match wanted {

@@ -57,7 +57,8 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     let names = |description: &FmuDescription| -> Vec<String> {
         description.variables.iter().map(|variable| variable.name.clone()).collect()
     };
-    let found = fmi3::parse(XML_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation).expect("a description");
+    let found =
+        fmi3::parse(XML_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation).expect("a description");
     assert_eq!(found.problems, [""; 0]);
     assert!(found.state && !found.serialised_state);
     let scalars = ["mode", "s", "b", "u", "c", "speed"];
@@ -148,7 +149,8 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     }
     for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {
         let xml = XML_3.replace("unit=\"kph\" min", &format!("unit=\"degC\" {own} min"));
-        let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation).expect("a description");
+        let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation)
+            .expect("a description");
         assert_eq!(found.variables[found.find_variable("v").expect("a variable")].relative, relative);
     }
 }
@@ -164,13 +166,18 @@ fn an_annotation_calls_an_input_optional() {
     let found = fmi2::parse(&xml, FmiInterface::CoSimulation).expect("a description").variables;
     assert!(found[0].optional && !found[1].optional);
     let of_another_tool = xml.replace("Trackside", "Other");
-    assert!(!fmi2::parse(&of_another_tool, FmiInterface::CoSimulation).expect("a description").variables[0].optional);
+    assert!(
+        !fmi2::parse(&of_another_tool, FmiInterface::CoSimulation).expect("a description").variables[0]
+            .optional
+    );
 
     let of_3 =
         "start=\"2\"><Annotations><Annotation type=\"trackside.optional\"/></Annotations></Enumeration>";
     let xml_3 =
         XML_3.replacen("causality=\"input\" start=\"2\"/>", &format!("causality=\"input\" {of_3}"), 1);
-    let found = fmi3::parse(&xml_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation).expect("a description").variables;
+    let found = fmi3::parse(&xml_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation)
+        .expect("a description")
+        .variables;
     let optional: Vec<_> = found.iter().filter(|it| it.optional).map(|it| &it.name).collect();
     assert_eq!(optional, ["mode"]);
 }
@@ -280,12 +287,16 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
         )
     };
     let aliases: String = (0..20_000).map(alias).collect();
-    let found = fmi2::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")), FmiInterface::CoSimulation);
+    let found = fmi2::parse(
+        &XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")),
+        FmiInterface::CoSimulation,
+    );
     let found = found.expect("a legal description");
     assert_eq!((found.variables.len(), found.problems), (20_003, Vec::new()));
     assert_eq!(found.variables.last().map(|variable| variable.reference), Some(u32::MAX));
 
-    let twice = fmi2::parse(&XML.replace("name=\"y\"", "name=\"u\""), FmiInterface::CoSimulation).expect_err("a name twice");
+    let twice = fmi2::parse(&XML.replace("name=\"y\"", "name=\"u\""), FmiInterface::CoSimulation)
+        .expect_err("a name twice");
     assert!(twice.contains("found `u` in lines 6 and 7"), "{twice}");
 }
 

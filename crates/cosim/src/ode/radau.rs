@@ -92,7 +92,9 @@ pub(super) struct StepStart<'a> {
 
 /// How Newton's method ended.
 enum NewtonResult {
-    Converged { iterations: i32 },
+    Converged {
+        iterations: i32,
+    },
     /// The next attempt should have this length [s].
     Diverged(f64),
 }

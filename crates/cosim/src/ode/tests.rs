@@ -45,8 +45,7 @@ fn solve(
     stiff: bool,
 ) -> Solution {
     let mut system = FunctionSystem { function, evaluations: 0 };
-    let mut integrator =
-        Integrator::new(ErrorTolerance { relative, absolute: vec![absolute; states.len()] });
+    let mut integrator = Integrator::new(ErrorTolerance { relative, absolute: vec![absolute; states.len()] });
     integrator.memory.stiff = stiff;
     let (mut time, mut states, mut steps) = (0.0, states.to_vec(), 0);
     while time < stop {

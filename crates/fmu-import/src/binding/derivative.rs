@@ -64,8 +64,10 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
-        let (mut value, function) =
-            (f64::NAN, self.library.fmi2_co_simulation("fmi2GetRealOutputDerivatives")?.get_output_derivatives);
+        let (mut value, function) = (
+            f64::NAN,
+            self.library.fmi2_co_simulation("fmi2GetRealOutputDerivatives")?.get_output_derivatives,
+        );
         // SAFETY: the component is alive, and each array has one element.
         let found = std::slice::from_mut(&mut value);
         self.fill_array(c"fmi2GetRealOutputDerivatives", found, |c, value| unsafe {

@@ -77,7 +77,9 @@ impl FmuLibrary {
         let functions = InterfaceFunctions::new(&finder, version, interface)?;
         let events = match (version, fmu.description.event_mode) {
             (FmiVersion::Two, _) => None,
-            (FmiVersion::Three, true) if interface == FmiInterface::CoSimulation => Some(EventFunctions::new(&finder)?),
+            (FmiVersion::Three, true) if interface == FmiInterface::CoSimulation => {
+                Some(EventFunctions::new(&finder)?)
+            }
             (FmiVersion::Three, _) => EventFunctions::new(&finder).ok(),
         };
         let clocks = if version == FmiVersion::Three { ClockFunctions::new(&finder).ok() } else { None };
@@ -122,8 +124,9 @@ impl FmuLibrary {
             FmiInterface::CoSimulation if fmu.description.event_mode => EventFunctions::SYMBOLS,
             _ => &[],
         };
-        let missing: Vec<_> =
-            missing_interface_symbols(&library, version, interface).chain(missing_symbols(&library, events)).collect();
+        let missing: Vec<_> = missing_interface_symbols(&library, version, interface)
+            .chain(missing_symbols(&library, events))
+            .collect();
         let others: &[&[_]] = match version {
             FmiVersion::Two => &[],
             FmiVersion::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],

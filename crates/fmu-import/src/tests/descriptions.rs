@@ -122,7 +122,9 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
         ]
     );
     let problems = |from: &str, to: &str| {
-        parse_description(&XML.replace(from, to), &fmi3::StructuralSizes::new(), None).expect("it is read").problems
+        parse_description(&XML.replace(from, to), &fmi3::StructuralSizes::new(), None)
+            .expect("it is read")
+            .problems
     };
     assert_eq!(problems(" start=\"1\"", ""), ["`u` in line 6: it needs a start value"]);
     assert_eq!(
@@ -259,7 +261,9 @@ fn an_empty_unit_and_a_dash_are_no_unit() {
     for none in ["", " ", "-"] {
         let own = parse_description(
             &XML.replace("unit=\"m/s\"", &format!("unit=\"{none}\"")),
-            &fmi3::StructuralSizes::new(), None);
+            &fmi3::StructuralSizes::new(),
+            None,
+        );
         assert_eq!(own.expect("it is read").variables[0].unit, None, "{none:?}");
         let three = XML_3.replace("name=\"y\"", &format!("name=\"y\" unit=\"{none}\""));
         let three = parse_description(&three, &fmi3::StructuralSizes::new(), None).expect("it is read");

@@ -318,9 +318,13 @@ fn fmu_tolerance(
             mistakes.push(scenario.error_at(word, message));
         }
         if interface == FmiInterface::CoSimulation {
-            let message = "an FMU for co-simulation integrates by itself, with the relative tolerance that it is told";
+            let message =
+                "an FMU for co-simulation integrates by itself, with the relative tolerance that it is told";
             let error = scenario.error_at(word, message);
-            mistakes.push(error.with_help("leave it out, or write `interface = \"model-exchange\"` if the FMU has that"));
+            mistakes
+                .push(error.with_help(
+                    "leave it out, or write `interface = \"model-exchange\"` if the FMU has that",
+                ));
         }
     }
     FmuTolerance {

@@ -88,7 +88,8 @@ impl ModelExchange {
             let middle = bracket.left + 0.5 * length;
             // Every third time the middle, so that the bracket closes whatever the indicators are. Between, the secant, a little to each
             // side of it in turn, so that it becomes one end and then the other.
-            let apart = (2.0 * f64::EPSILON * bracket.right.abs()).max(1e-4 * length * length / (length + 1.0));
+            let apart =
+                (2.0 * f64::EPSILON * bracket.right.abs()).max(1e-4 * length * length / (length + 1.0));
             let time = match evaluation % 3 {
                 0 => bracket.secant() + apart,
                 1 => bracket.secant() - apart,
