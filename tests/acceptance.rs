@@ -73,6 +73,9 @@ mod player;
 // What FMUs log.
 #[path = "acceptance/messages.rs"]
 mod messages;
+// FMUs for model exchange, whose equations this program integrates.
+#[path = "acceptance/model_exchange.rs"]
+mod model_exchange;
 // Our FMUs and one that breaks rules, judged by the rules of FMI 2.0.
 #[path = "acceptance/conform.rs"]
 mod conform;
@@ -306,6 +309,7 @@ fn main() -> ExitCode {
     manoeuvres::register(&mut tests);
     memory::register(&mut tests);
     messages::register(&mut tests);
+    model_exchange::register(&mut tests);
     packed_system::register(&mut tests);
     pages::register(&mut tests);
     player::register(&mut tests);

@@ -5,7 +5,10 @@ pub mod scenario;
 use std::fmt::Write as _;
 
 use fmu_import::description::{FmiType, FmiVersion, Variable, describe_items};
-use fmu_import::{Causality, Fmu, MemberKind, Terminal, TerminalStream, Variability};
+use fmu_import::{
+    Causality, EquationStructure, FmiInterface, Fmu, FmuDescription, MemberKind, Terminal, TerminalStream,
+    Variability,
+};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
@@ -18,6 +21,7 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
     let rows = [
         ("model", description.name.clone()),
         ("FMI", description.version.to_string()),
+        ("interface", interface_words(description)),
         ("description", or_none(&description.summary)),
         ("made by", or_none(&description.tool)),
         ("guid", description.guid.clone()),
@@ -57,6 +61,23 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
         let _ = writeln!(text, "against the rules: {problem}");
     }
     text
+}
+
+/// The interfaces of an FMU, the one that it is used through first; with the size of its equations.
+fn interface_words(description: &FmuDescription) -> String {
+    let words = |interface: &FmiInterface| match interface {
+        FmiInterface::CoSimulation => "co-simulation",
+        FmiInterface::ModelExchange => "model exchange",
+    };
+    let names: Vec<_> = description.interfaces.iter().map(words).collect();
+    let EquationStructure { states, event_indicators, .. } = &description.equations;
+    match description.interface {
+        FmiInterface::CoSimulation => names.join(", "),
+        FmiInterface::ModelExchange => {
+            let count = states.len();
+            format!("{}: {count} continuous states, {event_indicators} event indicators", names.join(", "))
+        }
+    }
 }
 
 /// The terminals, and what is wrong with their file.
@@ -126,6 +147,9 @@ pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
     serde_json::json!({
         "model": description.name,
         "fmi": description.version.to_string(),
+        "interfaces": description.interfaces.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "continuous_states": description.equations.states.iter().map(|it| &it.name).collect::<Vec<_>>(),
+        "event_indicators": description.equations.event_indicators,
         "description": description.summary,
         "made_by": description.tool,
         "guid": description.guid,

@@ -138,6 +138,12 @@ pub fn clock() -> &'static [u8] {
     BUILT.get_or_init(|| build("clock", &[]))
 }
 
+/// The FMU of `fmu/equations.c`, compiled once: one for model exchange only.
+pub fn equations() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("equations", &[]))
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])

@@ -65,7 +65,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     };
     let starts = vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
     let stop = Some(CLOCK.announced_stop());
-    let experiment = ExperimentSetup { start: CLOCK.start, stop, tolerance: None };
+    let experiment = ExperimentSetup { start: CLOCK.start, stop, tolerance: None, absolute_tolerance: None };
     node.set_experiment_and_starts(experiment, starts).expect("start values");
     assert!(node.enter_initialization().expect("it starts").is_empty());
     node.exit_initialization().expect("it starts");

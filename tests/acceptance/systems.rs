@@ -288,7 +288,7 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
         (
             "<ssd:Component name=\"a\"",
             "<ssd:Component implementation=\"ModelExchange\" name=\"a\"",
-            &["SystemStructure.ssd:8:", "ModelExchange", "export"],
+            &["SystemStructure.ssd:8:", "expected the interface ModelExchange, found CoSimulation"],
         ),
         ("x_out", "missing", &["SystemStructure.ssd:9:", "`missing`", "does not have"]),
         // What only the resolved scenario knows is told at the element, too.

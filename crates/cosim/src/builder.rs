@@ -18,6 +18,7 @@ use crate::execution::Execution;
 use crate::extrapolation::ExtrapolationOrder;
 use crate::node::{self, Node};
 use crate::order::{ConnectionGraph, StepOrder};
+use crate::system::FmuTolerance;
 use crate::system::{
     AcceptedValues, Algorithm, CouplingPlan, InputChain, LoopIteration, NodeBody, NodePlan, StartValue,
     System, VariableGroups,
@@ -88,6 +89,7 @@ impl SystemBuilder {
             inputs: VariableGroups::default(),
             outputs: VariableGroups::default(),
             log: false,
+            tolerance: FmuTolerance::default(),
             isolation: None,
         };
         self.insert_node(name, body, sorted(inputs), sorted(outputs), None)

@@ -39,6 +39,7 @@ pub mod fault;
 pub mod fault_report;
 pub mod master;
 pub mod node;
+mod ode;
 pub mod order;
 pub mod quantity;
 pub mod signal;

@@ -24,7 +24,7 @@ use fmu_import::{CallError, Fmu, FmuMessage, Instance};
 use crate::clock::CommunicationClock;
 use crate::extrapolation::ExtrapolationPolynomial;
 use crate::fault::CallFault;
-use crate::system::{FmuIsolation, NodeBody, NodePlan, StartValue, System, VariableGroups};
+use crate::system::{FmuIsolation, FmuTolerance, NodeBody, NodePlan, StartValue, System, VariableGroups};
 use driver::DriverNode;
 pub use fault_injection::with_call_faults;
 pub use fmu::FmuNode;
@@ -341,7 +341,7 @@ pub fn instantiate_reusing(
         // The last step of its own may end a unit in the last place later.
         let own = plan.step_ratio.map(|step_ratio| step_ratio.node_clock(&clock).announced_stop());
         let stop = announced_stop.map(|stop| own.map_or(stop, |own| own.max(stop)));
-        let experiment = ExperimentSetup { start: clock.start, stop, tolerance };
+        let experiment = ExperimentSetup { start: clock.start, stop, tolerance, absolute_tolerance: None };
         let node = create_node(plan, experiment, host, reusable)?;
         Ok(wrap_sub_stepping(node, plan, clock))
     });
@@ -389,6 +389,17 @@ pub struct ExperimentSetup {
     pub stop: Option<f64>,
     /// The relative tolerance [-]; that of its description without it.
     pub tolerance: Option<f64>,
+    /// In model exchange, the absolute tolerance of a state as a share of its nominal value [-]; it follows from the relative one
+    /// without it.
+    pub absolute_tolerance: Option<f64>,
+}
+
+impl ExperimentSetup {
+    /// The experiment of an FMU with a tolerance of its own.
+    fn with_tolerance(self, own: FmuTolerance) -> Self {
+        let tolerance = own.relative.or(self.tolerance);
+        ExperimentSetup { tolerance, absolute_tolerance: own.absolute, ..self }
+    }
 }
 
 /// What the node of an FMU is made of.
@@ -409,7 +420,8 @@ fn create_node(
     reusable: &mut ReusableInstances,
 ) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
-        NodeBody::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
+        NodeBody::Fmu { fmu, starts, inputs, outputs, log, tolerance, isolation } => {
+            let experiment = experiment.with_tolerance(*tolerance);
             let settings = InstanceSettings {
                 fmu,
                 name: &plan.name,

@@ -116,6 +116,15 @@ impl StartValue {
     }
 }
 
+/// The error tolerance of one FMU.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FmuTolerance {
+    /// The relative tolerance [-].
+    pub relative: Option<f64>,
+    /// In model exchange, the absolute tolerance of a state as a share of its nominal value [-].
+    pub absolute: Option<f64>,
+}
+
 /// The kind of a node with its contents.
 #[derive(Debug)]
 pub enum NodeBody {
@@ -131,6 +140,8 @@ pub enum NodeBody {
         outputs: VariableGroups,
         /// Whether it logs all it has to say.
         log: bool,
+        /// Its error tolerance, where it is not that of all FMUs.
+        tolerance: FmuTolerance,
         /// How it is kept apart from the others; without it, it is not.
         isolation: Option<FmuIsolation>,
     },

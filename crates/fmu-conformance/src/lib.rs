@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use fmu_import::{CallError, FmiVersion, Fmu, OpenError};
+use fmu_import::{CallError, FmiInterface, FmiVersion, Fmu, OpenError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -212,6 +212,7 @@ pub fn check_conformance(
         }
         fmu => fmu?,
     };
+    check_interface(path, &fmu)?;
     let version = fmu.description.version;
     // A copy of the archive's files for each rule would take longer than most rules.
     let judge = |(rule, which): (&ConformanceRule, Option<usize>)| match rule.check {
@@ -242,6 +243,19 @@ pub fn check_conformance(
         findings.par_extend(behaviour.into_par_iter().map(judge));
     }
     Ok(ConformanceReport { version, findings })
+}
+
+/// Refuses an FMU for model exchange only: the rules are those of co-simulation.
+fn check_interface(path: &Path, fmu: &Fmu) -> Result<(), ConformanceError> {
+    match fmu.description.interface {
+        FmiInterface::CoSimulation => Ok(()),
+        interface @ FmiInterface::ModelExchange => {
+            let what = format!(
+                "expected the interface CoSimulation, found {interface}: `trackside run` runs it, and its rules are not known here"
+            );
+            Err(OpenError::Interface { path: path.to_owned(), what }.into())
+        }
+    }
 }
 
 fn description_xml(fmu: &Fmu) -> String {

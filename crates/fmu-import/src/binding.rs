@@ -17,6 +17,7 @@ mod instantiation;
 mod library;
 mod mailbox;
 mod messages_while_freed;
+mod model_exchange;
 mod numbers;
 mod phase;
 mod process_end;

@@ -91,8 +91,19 @@ pub enum IntervalQualifier {
 pub struct DiscreteStatesUpdate {
     /// Whether the event has to be iterated on.
     pub discrete_states_need_update: bool,
+    /// Whether nominal values of continuous states are others now.
+    pub nominals_changed: bool,
+    /// Whether values of continuous states are others now.
+    pub states_changed: bool,
     /// When the next event is due, if the FMU knows it [s].
     pub next_event_time: Option<f64>,
+}
+
+/// What an FMU says about a completed step of the integrator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CompletedStep {
+    /// Whether there is an event to handle: a step event.
+    pub event: bool,
 }
 
 impl StepStatus {

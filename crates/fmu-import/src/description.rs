@@ -27,11 +27,65 @@ impl std::fmt::Display for FmiVersion {
     }
 }
 
+/// An interface of FMI through which an FMU can be run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum FmiInterface {
+    /// The FMU steps by itself.
+    CoSimulation,
+    /// The FMU has equations, and an integrator of the importer steps.
+    ModelExchange,
+}
+
+impl FmiInterface {
+    /// All of them, those that are preferred first.
+    pub const ALL: [FmiInterface; 2] = [FmiInterface::CoSimulation, FmiInterface::ModelExchange];
+}
+
+impl std::fmt::Display for FmiInterface {
+    /// The name of its element in a description.
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(match self {
+            FmiInterface::CoSimulation => "CoSimulation",
+            FmiInterface::ModelExchange => "ModelExchange",
+        })
+    }
+}
+
+/// A continuous state of an FMU for model exchange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContinuousState {
+    /// Its name, or what it is to be called where the description does not name it.
+    pub name: String,
+    /// Its value reference; none of an element of an array, or where the description does not tell.
+    pub reference: Option<u32>,
+    /// The name of its derivative.
+    pub derivative: String,
+    /// The value reference of its derivative; none of an element of an array.
+    pub derivative_reference: Option<u32>,
+}
+
+/// The differential equations of an FMU for model exchange.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EquationStructure {
+    /// The continuous states, in the order in which they travel.
+    pub states: Vec<ContinuousState>,
+    /// The number of event indicators.
+    pub event_indicators: usize,
+    /// Whether it wants to hear of each completed step of the integrator.
+    pub needs_completed_step: bool,
+}
+
 /// What an FMU says about itself.
 #[derive(Debug)]
 pub struct FmuDescription {
     /// The version of FMI that it is made for.
     pub version: FmiVersion,
+    /// The interface that it is used through.
+    pub interface: FmiInterface,
+    /// All interfaces that it can be run through.
+    pub interfaces: Vec<FmiInterface>,
+    /// Its differential equations; empty for co-simulation.
+    pub equations: EquationStructure,
     /// Name of the model.
     pub name: String,
     /// Identity that the library is asked to confirm: the `guid`, or the `instantiationToken` of FMI 3.0.
@@ -50,7 +104,7 @@ pub struct FmuDescription {
     pub serialised_state: bool,
     /// Whether derivatives of outputs are given.
     pub directional_derivative: bool,
-    /// Whether inputs may come with derivatives.
+    /// Whether inputs may change within a step: in co-simulation those that come with derivatives.
     pub interpolated_inputs: bool,
     /// Up to which order outputs have time derivatives.
     pub output_derivatives: u32,

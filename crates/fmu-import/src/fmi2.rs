@@ -11,7 +11,8 @@ use units::Unit;
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions::{self, TypeLimits, UnparsedAttributes};
 use crate::description::{
-    EnumerationItem, FmiType, FmiVersion, FmuDescription, StorageType, Variable, VariableNameIndex,
+    ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion, FmuDescription,
+    StorageType, Variable, VariableNameIndex,
 };
 use crate::problem_list::describe_place;
 use crate::validation::{self, StructureVariable, locate_validation_error};
@@ -19,8 +20,8 @@ use crate::validation::{self, StructureVariable, locate_validation_error};
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
-/// When the text is no description of an FMI 2.0 co-simulation FMU.
-pub(crate) fn parse(xml: &str) -> Result<FmuDescription, String> {
+/// When the text is no description of an FMU of FMI 2.0 with this interface.
+pub(crate) fn parse(xml: &str, interface: FmiInterface) -> Result<FmuDescription, String> {
     let refused = |xml: &str| ModelDescription::from_string(xml).err().map(|it| it.to_string());
     let mut found = ModelDescription::from_string(xml).map_err(|error| {
         let document = Document::parse(xml).map_err(|error| error.to_string());
@@ -28,9 +29,10 @@ pub(crate) fn parse(xml: &str) -> Result<FmuDescription, String> {
     })?;
     let rest = definitions::add_units_and_types(&mut found, xml)?;
     let problems = description_problems(&found, xml);
-    let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
-    if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
-        return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
+    let capabilities = Capabilities::of_interface(&found, interface)?;
+    let identifier = capabilities.identifier.clone();
+    if identifier.contains(['/', '\\']) || identifier.is_empty() {
+        return Err(format!("modelIdentifier {identifier:?} is not a name"));
     }
     let experiment = found.defaultExperiment.as_ref();
     let default = |of: fn(&DefaultExperiment) -> Option<&String>| -> Option<f64> {
@@ -41,20 +43,26 @@ pub(crate) fn parse(xml: &str) -> Result<FmuDescription, String> {
     let known = SymbolTable::new(&found, &rest, xml)?;
     Ok(FmuDescription {
         version: FmiVersion::Two,
+        interface,
+        interfaces: Vec::new(),
+        equations: match interface {
+            FmiInterface::CoSimulation => EquationStructure::default(),
+            FmiInterface::ModelExchange => equation_structure(&found),
+        },
         name: found.modelName.clone(),
         guid: found.guid.clone(),
-        identifier: cs.modelIdentifier.clone(),
+        identifier,
         summary: found.description.clone(),
         tool: found.generationTool.clone(),
-        variable_step: cs.canHandleVariableCommunicationStepSize,
-        state: cs.canGetAndSetFMUstate,
-        serialised_state: cs.canSerializeFMUstate,
-        directional_derivative: cs.providesDirectionalDerivative,
-        interpolated_inputs: cs.canInterpolateInputs,
-        output_derivatives: cs.maxOutputDerivativeOrder,
-        event_mode: false,
+        variable_step: capabilities.variable_step,
+        state: capabilities.state,
+        serialised_state: capabilities.serialised_state,
+        directional_derivative: capabilities.directional_derivative,
+        interpolated_inputs: capabilities.interpolated_inputs,
+        output_derivatives: capabilities.output_derivatives,
+        event_mode: interface == FmiInterface::ModelExchange,
         early_return: false,
-        only_once: cs.canBeInstantiatedOnlyOncePerProcess,
+        only_once: capabilities.only_once,
         default_step: default(|it| it.stepSize.as_ref()),
         internal_step: None,
         default_start: default(|it| it.startTime.as_ref()).unwrap_or(0.0),
@@ -66,6 +74,79 @@ pub(crate) fn parse(xml: &str) -> Result<FmuDescription, String> {
         problems,
         names: VariableNameIndex::default(),
     })
+}
+
+/// What the element of an interface says.
+struct Capabilities<'a> {
+    identifier: &'a String,
+    variable_step: bool,
+    state: bool,
+    serialised_state: bool,
+    directional_derivative: bool,
+    interpolated_inputs: bool,
+    output_derivatives: u32,
+    only_once: bool,
+}
+
+impl<'a> Capabilities<'a> {
+    fn of_interface(found: &'a ModelDescription, interface: FmiInterface) -> Result<Self, String> {
+        let none = || format!("expected <{interface}>, found none");
+        Ok(match interface {
+            FmiInterface::CoSimulation => {
+                let it = found.coSimulation.as_ref().ok_or_else(none)?;
+                Capabilities {
+                    identifier: &it.modelIdentifier,
+                    variable_step: it.canHandleVariableCommunicationStepSize,
+                    state: it.canGetAndSetFMUstate,
+                    serialised_state: it.canSerializeFMUstate,
+                    directional_derivative: it.providesDirectionalDerivative,
+                    interpolated_inputs: it.canInterpolateInputs,
+                    output_derivatives: it.maxOutputDerivativeOrder,
+                    only_once: it.canBeInstantiatedOnlyOncePerProcess,
+                }
+            }
+            FmiInterface::ModelExchange => {
+                let it = found.modelExchange.as_ref().ok_or_else(none)?;
+                Capabilities {
+                    identifier: &it.modelIdentifier,
+                    variable_step: true,
+                    state: it.canGetAndSetFMUstate,
+                    serialised_state: it.canSerializeFMUstate,
+                    directional_derivative: it.providesDirectionalDerivative,
+                    interpolated_inputs: true,
+                    output_derivatives: 0,
+                    only_once: it.canBeInstantiatedOnlyOncePerProcess,
+                }
+            }
+        })
+    }
+}
+
+/// The states and indicators of an FMU for model exchange. Indices count from 1.
+fn equation_structure(found: &ModelDescription) -> EquationStructure {
+    let variable = |index: u32| found.modelVariables.get((index as usize).checked_sub(1)?);
+    let state = |unknown: &Unknown| {
+        let derivative = variable(unknown.index);
+        let state = match derivative.map(|it| &it.variableType) {
+            Some(VariableType::Real { derivative: Some(state), .. }) => variable(*state),
+            _ => None,
+        };
+        let name = derivative.map_or_else(|| format!("variable {}", unknown.index), |it| it.name.clone());
+        ContinuousState {
+            name: state.map_or_else(|| format!("the state of `{name}`"), |it| it.name.clone()),
+            reference: state.map(|it| it.valueReference),
+            derivative: name,
+            derivative_reference: derivative.map(|it| it.valueReference),
+        }
+    };
+    EquationStructure {
+        states: found.derivatives.iter().map(state).collect(),
+        event_indicators: found.numberOfEventIndicators as usize,
+        needs_completed_step: found
+            .modelExchange
+            .as_ref()
+            .is_some_and(|it| !it.completedIntegratorStepNotNeeded),
+    }
 }
 
 /// What breaks the rules, by variable and line.

@@ -14,7 +14,8 @@ use units::Unit;
 use crate::attributes::Causality;
 use crate::definitions::{self, list_elements, parse_attribute, parse_required_attribute};
 use crate::description::{
-    EnumerationItem, FmiType, FmiVersion, FmuDescription, StorageType, Variable, VariableNameIndex,
+    EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion, FmuDescription, StorageType,
+    Variable, VariableNameIndex,
 };
 use crate::validation::{self, StructureVariable, locate_validation_error};
 
@@ -48,41 +49,56 @@ pub(crate) type StructuralSizes = BTreeMap<u32, u64>;
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
-/// When the text is no description of an FMI 3.0 co-simulation FMU.
-pub(crate) fn parse(xml: &str, sizes: &StructuralSizes) -> Result<FmuDescription, String> {
+/// When the text is no description of an FMU of FMI 3.0 with this interface.
+pub(crate) fn parse(
+    xml: &str,
+    sizes: &StructuralSizes,
+    interface: FmiInterface,
+) -> Result<FmuDescription, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
-    let interface = |name: &str| root.children().find(|node| node.has_tag_name(name));
-    let cs = interface("CoSimulation").ok_or("expected <CoSimulation>, found none")?;
-    let identifier: String = parse_required_attribute(cs, "modelIdentifier")?;
+    let element = |name: &str| root.children().find(|node| node.has_tag_name(name));
+    let is_co_simulation = interface == FmiInterface::CoSimulation;
+    let own = element(&interface.to_string()).ok_or_else(|| format!("expected <{interface}>, found none"))?;
+    let identifier: String = parse_required_attribute(own, "modelIdentifier")?;
     if identifier.contains(['/', '\\']) || identifier.is_empty() {
         return Err(format!("modelIdentifier {identifier:?} is not a name"));
     }
     let problems = description_problems(&document);
-    let flag = |name: &str| Ok::<_, String>(parse_bool_attribute(cs, name)?.unwrap_or(false));
-    let experiment = interface("DefaultExperiment");
+    let flag = |name: &str| Ok::<_, String>(parse_bool_attribute(own, name)?.unwrap_or(false));
+    let experiment = element("DefaultExperiment");
     let default = |name: &str| -> Option<f64> {
         experiment?.attribute(name)?.trim().parse().ok().filter(|it: &f64| it.is_finite())
     };
     Ok(FmuDescription {
         version: FmiVersion::Three,
+        interface,
+        interfaces: Vec::new(),
+        equations: match interface {
+            FmiInterface::CoSimulation => EquationStructure::default(),
+            FmiInterface::ModelExchange => structure::equation_structure(
+                root,
+                &parse_declared_variables(root, sizes)?,
+                flag("needsCompletedIntegratorStep")?,
+            )?,
+        },
         name: parse_required_attribute(root, "modelName")?,
         guid: parse_required_attribute(root, "instantiationToken")?,
         identifier,
         summary: parse_attribute(root, "description")?,
         tool: parse_attribute(root, "generationTool")?,
-        variable_step: flag("canHandleVariableCommunicationStepSize")?,
+        variable_step: !is_co_simulation || flag("canHandleVariableCommunicationStepSize")?,
         state: flag("canGetAndSetFMUState")?,
         serialised_state: flag("canSerializeFMUState")?,
         directional_derivative: flag("providesDirectionalDerivatives")?,
         // FMI 3.0 has no derivatives of inputs without intermediate update.
-        interpolated_inputs: false,
-        output_derivatives: parse_attribute(cs, "maxOutputDerivativeOrder")?.unwrap_or(0),
-        event_mode: flag("hasEventMode")?,
+        interpolated_inputs: !is_co_simulation,
+        output_derivatives: parse_attribute(own, "maxOutputDerivativeOrder")?.unwrap_or(0),
+        event_mode: !is_co_simulation || flag("hasEventMode")?,
         early_return: flag("mightReturnEarlyFromDoStep")? || flag("canReturnEarlyAfterIntermediateUpdate")?,
         only_once: flag("canBeInstantiatedOnlyOncePerProcess")?,
         default_step: default("stepSize"),
-        internal_step: parse_attribute(cs, "fixedInternalStepSize")?,
+        internal_step: parse_attribute(own, "fixedInternalStepSize")?,
         default_start: default("startTime").unwrap_or(0.0),
         default_stop: default("stopTime"),
         default_tolerance: default("tolerance"),

@@ -1,4 +1,4 @@
-//! An .fmu archive of FMI 2.0 or 3.0 co-simulation goes in: it is unpacked, and its description is read and checked. Instances that
+//! An .fmu archive of FMI 2.0 or 3.0, for co-simulation or model exchange, goes in: it is unpacked, and its description is read and checked. Instances that
 //! can be called come out.
 //!
 //! The archive and its description may be hostile: nothing is written outside of a temporary folder, and sizes are bounded.
@@ -95,10 +95,10 @@ pub use binding::{
     final_exit_code, guard_exit, ignore_termination_signals, messages_while_freed, set_final_exit_code,
     share_call_notes, start_watchdog, take_process_change_reports, termination_signal,
 };
-pub use call::{CallError, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
+pub use call::{CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
 pub use description::{
-    ClockAttributes, EnumerationItem, FmiType, FmiVersion, FmuDescription, IntervalVariability, StorageType,
-    Variable,
+    ClockAttributes, ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion,
+    FmuDescription, IntervalVariability, StorageType, Variable,
 };
 pub use error::OpenError;
 pub use location::FmuLocation;
@@ -146,15 +146,25 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 }
 
 impl Fmu {
-    /// Opens the archive at `path` and reads its description.
+    /// Opens the archive at `path` and reads its description. It is used for co-simulation if it can be, else for model exchange.
     ///
     /// # Errors
-    /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
+    /// When the file is no archive of FMI 2.0 or 3.0 for one of these; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
+        Self::open_interface(path, None)
+    }
+
+    /// The same to be used through this interface.
+    ///
+    /// # Errors
+    /// As of [`open`](Self::open); also when the FMU does not have the interface.
+    pub fn open_interface(path: &Path, interface: Option<FmiInterface>) -> Result<Self, OpenError> {
         let (folder, sha256, notes) = UnpackedArchive::unpack(path)?;
-        let description = read_description(folder.description_folder(), &fmi3::StructuralSizes::new(), path)?;
+        let sizes = fmi3::StructuralSizes::new();
+        let description = read_description(folder.description_folder(), &sizes, interface, path)?;
         let (path, root) = (path.to_owned(), folder.description_folder().to_owned());
-        let there = FmuLocation { path, sha256, folder: root, sizes: BTreeMap::new(), python: None };
+        let interface = description.interface;
+        let there = FmuLocation { path, sha256, folder: root, sizes, interface, python: None };
         Ok(Self::from_unpacked(there, description, folder, notes))
     }
 
@@ -163,7 +173,8 @@ impl Fmu {
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(location: &FmuLocation) -> Result<Self, OpenError> {
-        let description = read_description(&location.folder, &location.sizes, &location.path)?;
+        let description =
+            read_description(&location.folder, &location.sizes, Some(location.interface), &location.path)?;
         let folder = UnpackedArchive::from_unpacked_folder(location.folder.clone());
         Ok(Self::from_unpacked(location.clone(), description, folder, Vec::new()))
     }
@@ -190,6 +201,7 @@ impl Fmu {
             folder: self.folder.description_folder().to_owned(),
             sizes: self.sizes.clone(),
             python: self.python_library().and_then(|found| found.ok().cloned()),
+            interface: self.description.interface,
         }
     }
 
@@ -198,7 +210,8 @@ impl Fmu {
     /// # Errors
     /// When there are too many elements, or the archive has been removed.
     pub fn resize_arrays(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
-        self.description = read_description(self.folder.description_folder(), sizes, &self.path)?;
+        let interface = Some(self.description.interface);
+        self.description = read_description(self.folder.description_folder(), sizes, interface, &self.path)?;
         self.description.problems.extend(self.notes.iter().cloned());
         self.sizes.clone_from(sizes);
         Ok(())
@@ -271,12 +284,13 @@ impl Fmu {
 fn read_description(
     folder: &Path,
     sizes: &fmi3::StructuralSizes,
+    interface: Option<FmiInterface>,
     path: &Path,
 ) -> Result<FmuDescription, OpenError> {
     let found = description_text::load_description_text(folder)
         .map_err(|what| ParseError::Broken(what).into_open_error(path))?;
     let mut description =
-        parse_description(&found.text, sizes).map_err(|refusal| refusal.into_open_error(path))?;
+        parse_description(&found.text, sizes, interface).map_err(|refusal| refusal.into_open_error(path))?;
     description.corrections.splice(0..0, found.correction);
     description.problems.splice(0..0, found.problem);
     description.corrections.extend(platform::misnamed_library_note(folder, &description));
@@ -312,11 +326,15 @@ impl ParseError {
     }
 }
 
-/// Reads a description of any version.
+/// Reads a description of any version, for this interface or for the one that is preferred.
 ///
 /// # Errors
-/// When it is none of FMI 2.0 or 3.0 co-simulation.
-fn parse_description(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<FmuDescription, ParseError> {
+/// When it is none of FMI 2.0 or 3.0, or the FMU does not have the interface.
+fn parse_description(
+    xml: &str,
+    sizes: &fmi3::StructuralSizes,
+    wanted: Option<FmiInterface>,
+) -> Result<FmuDescription, ParseError> {
     // The XML library compares all attributes of an element with each other.
     if let Some(place) = archive::find_element_over_limit(xml) {
         let line = 1 + xml[..place].matches('\n').count();
@@ -335,21 +353,23 @@ fn parse_description(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<FmuDesc
             "expected FMI 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
         )));
     }
-    let has = |name: &&str| root.children().any(|node| node.has_tag_name(*name));
-    if !has(&"CoSimulation") {
-        return Err(ParseError::Other(no_co_simulation(
-            ["ModelExchange", "ScheduledExecution"].into_iter().filter(has),
-        )));
-    }
+    let has = |name: &str| root.children().any(|node| node.has_tag_name(name));
+    let interfaces = FmiInterface::ALL.into_iter().filter(|it| has(&it.to_string()));
+    let interfaces: Vec<_> = interfaces.collect();
+    let found = wanted.map_or(interfaces.first(), |wanted| interfaces.iter().find(|it| **it == wanted));
+    let Some(&interface) = found else {
+        let others = ["CoSimulation", "ModelExchange", "ScheduledExecution"].into_iter();
+        return Err(ParseError::Other(missing_interface(wanted, others.filter(|name| has(name)))));
+    };
     let version = if three { FmiVersion::Three } else { FmiVersion::Two };
     let corrected = corrections::correct_description(&document, version).map_err(ParseError::Broken)?;
     let found = match version {
-        FmiVersion::Two => fmi2::parse(&corrected.text),
-        FmiVersion::Three => fmi3::parse(&corrected.text, sizes),
+        FmiVersion::Two => fmi2::parse(&corrected.text, interface),
+        FmiVersion::Three => fmi3::parse(&corrected.text, sizes, interface),
     };
     let mut found = found.map_err(ParseError::Broken)?;
     found.problems.extend(validation::value_problems(&document, &found.variables));
-    Ok(FmuDescription { corrections: corrected.told, ..found })
+    Ok(FmuDescription { corrections: corrected.told, interfaces, ..found })
 }
 
 /// Says why a text is not read as XML. No description needs a document type, and its entities can make a short text very long.
@@ -366,11 +386,16 @@ fn describe_xml_error(xml: &str, error: &roxmltree::Error) -> String {
     }
 }
 
-/// Says what the FMU offers instead of co-simulation, and what to do.
-fn no_co_simulation(others: impl Iterator<Item = &'static str>) -> String {
+/// Says what the FMU offers instead of an interface, and what to do.
+fn missing_interface(wanted: Option<FmiInterface>, others: impl Iterator<Item = &'static str>) -> String {
     let others: Vec<_> = others.collect();
     let found = if others.is_empty() { "none".to_owned() } else { others.join(" and ") };
-    format!("expected the interface CoSimulation, found {found}: export the model for co-simulation")
+    match wanted {
+        Some(wanted) => format!("expected the interface {wanted}, found {found}"),
+        None => format!(
+            "expected the interface CoSimulation or ModelExchange, found {found}: export the model for co-simulation"
+        ),
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use python::PythonLibrary;
 use serde::{Deserialize, Serialize};
 
+use crate::FmiInterface;
+
 /// Where an opened FMU is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FmuLocation {
@@ -16,6 +18,7 @@ pub struct FmuLocation {
     pub(crate) sizes: BTreeMap<u32, u64>,
     /// The Python that its library expects in the process.
     pub(crate) python: Option<PythonLibrary>,
+    pub(crate) interface: FmiInterface,
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.

@@ -57,7 +57,8 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     let names = |description: &FmuDescription| -> Vec<String> {
         description.variables.iter().map(|variable| variable.name.clone()).collect()
     };
-    let found = fmi3::parse(XML_3, &fmi3::StructuralSizes::new()).expect("a description");
+    let found =
+        fmi3::parse(XML_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation).expect("a description");
     assert_eq!(found.problems, [""; 0]);
     assert!(found.state && !found.serialised_state);
     let scalars = ["mode", "s", "b", "u", "c", "speed"];
@@ -78,12 +79,12 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     assert_eq!(of("u").start_value(), Some(Value::Integer(u64::MAX.into())));
     assert_eq!((of("u").variability, of("c").kind), (Variability::Fixed, FmiType::Clock));
 
-    let small = fmi3::parse(XML_3, &[(1, 1)].into()).expect("a description");
+    let small = fmi3::parse(XML_3, &[(1, 1)].into(), FmiInterface::CoSimulation).expect("a description");
     // The list of six start values belongs to another size.
     let first = ["time", "n", "A[1,1]", "A[1,2]", "A[1,3]", "v", "y[1]"];
     assert_eq!(names(&small), [first.as_slice(), &scalars].concat());
     assert!(small.variables[2..5].iter().all(|variable| variable.start.is_none()));
-    let none = fmi3::parse(XML_3, &[(1, 0)].into()).expect("a description");
+    let none = fmi3::parse(XML_3, &[(1, 0)].into(), FmiInterface::CoSimulation).expect("a description");
     assert_eq!(names(&none), [["time", "n", "v"].as_slice(), &scalars].concat());
 }
 
@@ -106,13 +107,13 @@ fn declared_types_and_units_are_read_all_of_them() {
         .replace("<ModelVariables>", types)
         .replace("<Real unit=\"m/s\" start=\"1\"/>", "<Real declaredType=\"Speed\"/>")
         .replace("<Integer start=\"3\"/>", "<Enumeration declaredType=\"Mode\" start=\"2\"/>");
-    let variables = fmi2::parse(&xml).expect("a description").variables;
+    let variables = fmi2::parse(&xml, FmiInterface::CoSimulation).expect("a description").variables;
     let speed = variables[0].dimension.expect("a unit of the file");
     let second = Unit::parse("m/s").expect("a unit");
     assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
     assert_eq!((variables[0].unit.as_deref(), variables[0].min), (Some("kph"), Some(-2.0)));
     assert_eq!(description::describe_items(&variables[2].items), "a = -1, b = 2");
-    let broken = fmi2::parse(&xml.replace("value='2'", "value='two'"));
+    let broken = fmi2::parse(&xml.replace("value='2'", "value='two'"), FmiInterface::CoSimulation);
     assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
 }
 
@@ -125,7 +126,7 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     let read = |real: &str| {
         let real = format!("<Real {real} start=\"0\"/>");
         let xml = XML.replace("<ModelVariables>", types).replace("<Real unit=\"m/s\" start=\"1\"/>", &real);
-        fmi2::parse(&xml).expect("a description").variables.swap_remove(0)
+        fmi2::parse(&xml, FmiInterface::CoSimulation).expect("a description").variables.swap_remove(0)
     };
     let share = read("declaredType='Share'");
     assert_eq!((share.min, share.max, share.nominal), (Some(0.0), Some(0.7), Some(1e-300)));
@@ -148,7 +149,8 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     }
     for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {
         let xml = XML_3.replace("unit=\"kph\" min", &format!("unit=\"degC\" {own} min"));
-        let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new()).expect("a description");
+        let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation)
+            .expect("a description");
         assert_eq!(found.variables[found.find_variable("v").expect("a variable")].relative, relative);
     }
 }
@@ -161,16 +163,21 @@ fn an_annotation_calls_an_input_optional() {
         &format!("<Real unit=\"m/s\" start=\"1\"/>{annotations}"),
         1,
     );
-    let found = fmi2::parse(&xml).expect("a description").variables;
+    let found = fmi2::parse(&xml, FmiInterface::CoSimulation).expect("a description").variables;
     assert!(found[0].optional && !found[1].optional);
     let of_another_tool = xml.replace("Trackside", "Other");
-    assert!(!fmi2::parse(&of_another_tool).expect("a description").variables[0].optional);
+    assert!(
+        !fmi2::parse(&of_another_tool, FmiInterface::CoSimulation).expect("a description").variables[0]
+            .optional
+    );
 
     let of_3 =
         "start=\"2\"><Annotations><Annotation type=\"trackside.optional\"/></Annotations></Enumeration>";
     let xml_3 =
         XML_3.replacen("causality=\"input\" start=\"2\"/>", &format!("causality=\"input\" {of_3}"), 1);
-    let found = fmi3::parse(&xml_3, &fmi3::StructuralSizes::new()).expect("a description").variables;
+    let found = fmi3::parse(&xml_3, &fmi3::StructuralSizes::new(), FmiInterface::CoSimulation)
+        .expect("a description")
+        .variables;
     let optional: Vec<_> = found.iter().filter(|it| it.optional).map(|it| &it.name).collect();
     assert_eq!(optional, ["mode"]);
 }
@@ -280,12 +287,16 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
         )
     };
     let aliases: String = (0..20_000).map(alias).collect();
-    let found = fmi2::parse(&XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")));
+    let found = fmi2::parse(
+        &XML.replace("</ModelVariables>", &(aliases + "</ModelVariables>")),
+        FmiInterface::CoSimulation,
+    );
     let found = found.expect("a legal description");
     assert_eq!((found.variables.len(), found.problems), (20_003, Vec::new()));
     assert_eq!(found.variables.last().map(|variable| variable.reference), Some(u32::MAX));
 
-    let twice = fmi2::parse(&XML.replace("name=\"y\"", "name=\"u\"")).expect_err("a name twice");
+    let twice = fmi2::parse(&XML.replace("name=\"y\"", "name=\"u\""), FmiInterface::CoSimulation)
+        .expect_err("a name twice");
     assert!(twice.contains("found `u` in lines 6 and 7"), "{twice}");
 }
 
@@ -315,7 +326,7 @@ fn damage(cases: usize) {
         if whole {
             let _ = open(&bytes);
         } else {
-            let _ = parse_description(&String::from_utf8_lossy(&bytes), &fmi3::StructuralSizes::new());
+            let _ = parse_description(&String::from_utf8_lossy(&bytes), &fmi3::StructuralSizes::new(), None);
         }
     }
 }

@@ -94,9 +94,11 @@ fn draft_ssp_system(
     let nodes = || system.nodes.iter().filter(|node| matches!(node.body, NodeBody::Fmu { .. }));
     let mut components: Vec<_> = nodes()
         .filter_map(|node| {
+            let NodeBody::Fmu { fmu, .. } = &node.body else { return None };
             Some(DraftComponent {
                 name: node.name.clone(),
                 source: fmus.get(&node.name)?.clone(),
+                implementation: fmu.description.interface.to_string(),
                 values: None,
                 connectors: variables.ssp_connectors(node, &element_connections, &mut definitions),
             })

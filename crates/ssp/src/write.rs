@@ -60,6 +60,8 @@ pub struct DraftComponent {
     pub name: String,
     /// Path of the FMU in the archive.
     pub source: String,
+    /// The interface that it is used through: `CoSimulation` or `ModelExchange`.
+    pub implementation: String,
     /// Path of its start values in the archive.
     pub values: Option<String>,
     /// Its connectors.

@@ -3,6 +3,7 @@
 mod clocks;
 mod derivatives;
 mod events;
+mod model_exchange;
 mod state;
 mod step_calls;
 mod values;
@@ -10,10 +11,11 @@ mod values;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Causality, Fmu, FmuMessage, Instance, Value, Variable};
+use fmu_import::{CallError, Causality, FmiInterface, Fmu, FmuMessage, Instance, Value, Variable};
 
 use self::derivatives::RealVariables;
 use self::events::FmuEventState;
+use self::model_exchange::{ModelExchange, StateTolerance};
 pub(in crate::node) use self::state::FmuNodeStateBytes;
 use self::step_calls::StepCalls;
 use self::values::GroupValues;
@@ -40,6 +42,8 @@ pub struct FmuNode {
     output_values: GroupValues,
     events: FmuEventState,
     real_variables: RealVariables,
+    /// The solution of the equations, of an FMU for model exchange.
+    model_exchange: Option<Box<ModelExchange>>,
     /// The calls of a step, if all values are handed over as they are.
     step_calls: Option<StepCalls>,
 }
@@ -83,6 +87,7 @@ impl FmuNode {
             inputs,
             outputs,
             starts: Vec::new(),
+            model_exchange: None,
         }
     }
 
@@ -97,9 +102,15 @@ impl FmuNode {
         experiment: ExperimentSetup,
         starts: Vec<StartValue>,
     ) -> Result<(), FmuRefusal> {
-        let ExperimentSetup { start, stop, tolerance } = experiment;
+        let ExperimentSetup { start, stop, tolerance, absolute_tolerance } = experiment;
         (self.starts, self.begin) = (starts, start);
-        let tolerance = tolerance.or(self.instance.description().default_tolerance);
+        let about = self.instance.description();
+        let mut tolerance = tolerance.or(about.default_tolerance);
+        if about.interface == FmiInterface::ModelExchange {
+            let own = StateTolerance::new(about, tolerance, absolute_tolerance);
+            tolerance = Some(own.relative);
+            self.model_exchange = Some(Box::new(ModelExchange::new(about, own, start)));
+        }
         self.instance.setup_experiment(start, stop, tolerance)?;
         let FmuNode { instance, starts, .. } = self;
         let structural = |start: &&StartValue| start.causality == Causality::StructuralParameter;
@@ -230,6 +241,9 @@ impl Node for FmuNode {
     }
 
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        if let Some(model) = &mut self.model_exchange {
+            model.inputs().clear();
+        }
         self.set_numbers(inputs)
     }
 
@@ -238,6 +252,11 @@ impl Node for FmuNode {
     }
 
     fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
+        if let Some(mut model) = self.model_exchange.take() {
+            let stepped = self.step_equations(&mut model, clock, tick);
+            self.model_exchange = Some(model);
+            return stepped;
+        }
         let stepped = match self.instance.may_return_early() {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.time_at(tick), clock.step),

@@ -24,10 +24,11 @@ pub fn isolated_copies(
         start: system.clock.start,
         stop: system.announced_stop,
         tolerance: system.tolerance,
+        absolute_tolerance: None,
     };
     let mut fmus = Vec::new();
     for plan in &system.nodes {
-        let NodeBody::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {
+        let NodeBody::Fmu { fmu, starts, inputs, outputs, isolation, tolerance, .. } = &plan.body else {
             continue;
         };
         let isolation = isolation.clone().unwrap_or_else(FmuIsolation::process_only);
@@ -39,7 +40,7 @@ pub fn isolated_copies(
             log: false,
             inputs: inputs.clone(),
             outputs: outputs.clone(),
-            experiment,
+            experiment: experiment.with_tolerance(*tolerance),
             starts: starts.clone(),
         };
         let node: Box<dyn Node> = Box::new(IsolatedNode::new(settings, &isolation, host)?);

@@ -44,6 +44,9 @@ impl ReusableInstances {
     /// An instance for a node, as good as new as far as its FMU says so.
     pub(super) fn take_instance(&mut self, node: &str, fmu: &Fmu, starts: &[StartValue]) -> Option<Instance> {
         let mut instance = self.instances.remove(&(node.to_owned(), fmu.sha256.clone()))?;
+        if instance.description().interface != fmu.description.interface {
+            return None;
+        }
         // The library would have to unlearn the sizes of arrays.
         if starts.iter().any(|start| start.causality == Causality::StructuralParameter) {
             return None;

@@ -51,6 +51,38 @@ impl CallBatch<'_> {
     }
 }
 
+/// Those of model exchange.
+impl CallBatch<'_> {
+    /// As [`Instance::set_point`].
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn set_point(
+        &mut self,
+        time: f64,
+        inputs: (&[u32], &[f64]),
+        states: &[f64],
+    ) -> Result<(), CallError> {
+        self.0.set_point(time, inputs, states)
+    }
+
+    /// As [`Instance::get_derivatives`].
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), CallError> {
+        self.0.get_derivatives(derivatives)
+    }
+
+    /// As [`Instance::get_event_indicators`].
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), CallError> {
+        self.0.get_event_indicators(indicators)
+    }
+}
+
 impl Instance {
     /// Makes the calls of one step. What one of them changes around itself is put back after the last one, so the numbers in between
     /// may only be copied.

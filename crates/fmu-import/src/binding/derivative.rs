@@ -52,7 +52,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Result<(), CallError> {
-        let function = self.library.fmi2_functions("fmi2SetRealInputDerivatives")?.set_input_derivatives;
+        let function = self.library.fmi2_co_simulation("fmi2SetRealInputDerivatives")?.set_input_derivatives;
         // SAFETY: the component is alive, and each array has one element.
         self.run_checked(c"fmi2SetRealInputDerivatives", |c| unsafe {
             function(c, &raw const reference, 1, &raw const order, &raw const value)
@@ -64,8 +64,10 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
-        let (mut value, function) =
-            (f64::NAN, self.library.fmi2_functions("fmi2GetRealOutputDerivatives")?.get_output_derivatives);
+        let (mut value, function) = (
+            f64::NAN,
+            self.library.fmi2_co_simulation("fmi2GetRealOutputDerivatives")?.get_output_derivatives,
+        );
         // SAFETY: the component is alive, and each array has one element.
         let found = std::slice::from_mut(&mut value);
         self.fill_array(c"fmi2GetRealOutputDerivatives", found, |c, value| unsafe {

@@ -3,12 +3,17 @@
 use std::slice;
 use std::sync::Arc;
 
-use super::functions::{ClockFunctions, EventFunctions};
+use super::functions::{ClockFunctions, EventFunctions, InterfaceFunctions};
 use super::guarded_buffer::GuardedValue;
 use super::instantiation::InstantiationModes;
 use super::phase::InstancePhase;
 use super::{FmuLibrary, Instance};
 use crate::{CallError, DiscreteStatesUpdate, FmiVersion, IntervalQualifier};
+
+/// The end of a simulation at a time [s] that the FMU wants.
+pub(super) fn end_request(call: &'static str, time: f64) -> CallError {
+    CallError { terminated: Some(time), ..CallError::new(call, "asks for the end") }
+}
 
 impl Instance {
     /// Makes an instance that uses event mode, whether the FMU has it or not, and ends no step early: for those who look whether
@@ -50,13 +55,17 @@ impl Instance {
         CallError::new(call, why)
     }
 
-    /// `fmi3EnterEventMode`, after a step.
+    /// `fmi3EnterEventMode` or `fmi2EnterEventMode`, after a step.
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of event mode.
+    /// See [`Instance`]; also for co-simulation of FMI 2.0, and when the library lacks functions of event mode.
     pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
-        let function = self.event_functions("fmi3EnterEventMode")?.enter_event_mode;
-        self.call_without_arguments(c"fmi3EnterEventMode", function)?;
+        let (call, function) = match &self.library.interface {
+            InterfaceFunctions::ModelExchange2(own) => (c"fmi2EnterEventMode", own.enter_event_mode),
+            InterfaceFunctions::ModelExchange3(own) => (c"fmi3EnterEventMode", own.enter_event_mode),
+            _ => (c"fmi3EnterEventMode", self.event_functions("fmi3EnterEventMode")?.enter_event_mode),
+        };
+        self.call_without_arguments(call, function)?;
         self.phase = InstancePhase::Event;
         Ok(())
     }
@@ -72,13 +81,17 @@ impl Instance {
         Ok(())
     }
 
-    /// `fmi3UpdateDiscreteStates` at a time [s].
+    /// `fmi3UpdateDiscreteStates` or `fmi2NewDiscreteStates` at a time [s].
     ///
     /// # Errors
-    /// See [`Instance`]; also for FMI 2.0, when the library lacks functions of event mode, and when the FMU ends the simulation.
+    /// See [`Instance`]; also for co-simulation of FMI 2.0, when the library lacks functions of event mode, and when the FMU ends the simulation.
     pub fn update_discrete_states(&mut self, time: f64) -> Result<DiscreteStatesUpdate, CallError> {
         let call = "fmi3UpdateDiscreteStates";
-        let function = self.event_functions(call)?.update_discrete_states;
+        let function = match &self.library.interface {
+            InterfaceFunctions::ModelExchange2(_) => return self.new_discrete_states(time),
+            InterfaceFunctions::ModelExchange3(own) => own.update_discrete_states,
+            _ => self.event_functions(call)?.update_discrete_states,
+        };
         let [mut again, mut terminate, mut nominals, mut values, mut known] =
             [0; 5].map(GuardedValue::<u8>::new);
         let mut next = GuardedValue::new(f64::NAN);
@@ -98,13 +111,16 @@ impl Instance {
         if !all.iter().all(|it| it.is_intact()) || !next.is_intact() {
             return Err(self.overrun_error(c"fmi3UpdateDiscreteStates", 1));
         }
-        let (again, terminate, known, next) = (again.get(), terminate.get(), known.get(), next.get());
-        if terminate != 0 {
-            let what = "asks for the end".to_owned();
-            return Err(CallError { terminated: Some(time), ..CallError::new(call, what) });
+        if terminate.get() != 0 {
+            return Err(end_request(call, time));
         }
-        let next = Some(next).filter(|next| known != 0 && next.is_finite());
-        Ok(DiscreteStatesUpdate { discrete_states_need_update: again != 0, next_event_time: next })
+        let next = Some(next.get()).filter(|next| known.get() != 0 && next.is_finite());
+        Ok(DiscreteStatesUpdate {
+            discrete_states_need_update: again.get() != 0,
+            nominals_changed: nominals.get() != 0,
+            states_changed: values.get() != 0,
+            next_event_time: next,
+        })
     }
 
     /// `fmi3SetClock`: these clocks tick now, in event mode.

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_int, c_void};
 
 use super::{ComponentFn, FmiStatus, InstancePointer};
-use crate::{FmiVersion, OpenError};
+use crate::{FmiInterface, FmiVersion, OpenError};
 
 pub(super) type GetTextFn = unsafe extern "C" fn() -> *const c_char;
 /// `fmi3Boolean`, in which any value but 0 is true.
@@ -12,6 +12,24 @@ pub(super) type GetTextFn = unsafe extern "C" fn() -> *const c_char;
 pub(super) struct Fmi3Boolean(pub(super) u8);
 /// `fmi2FMUstate` and `fmi3FMUState`.
 pub(super) type StatePointer = *mut c_void;
+
+type SetTimeFn = unsafe extern "C" fn(InstancePointer, f64) -> FmiStatus;
+type SetStatesFn = unsafe extern "C" fn(InstancePointer, *const f64, usize) -> FmiStatus;
+type GetStatesFn = unsafe extern "C" fn(InstancePointer, *mut f64, usize) -> FmiStatus;
+pub(super) type UpdateDiscreteStatesFn =
+    unsafe extern "C" fn(InstancePointer, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus;
+
+/// `fmi2EventInfo`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub(super) struct EventInfo {
+    pub(super) new_discrete_states_needed: c_int,
+    pub(super) terminate_simulation: c_int,
+    pub(super) nominals_of_continuous_states_changed: c_int,
+    pub(super) values_of_continuous_states_changed: c_int,
+    pub(super) next_event_time_defined: c_int,
+    pub(super) next_event_time: f64,
+}
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
@@ -141,6 +159,15 @@ functions! {
         set_boolean: "fmi2SetBoolean" as Fmi2SetFn<c_int>,
         set_string: "fmi2SetString" as Fmi2SetFn<*const c_char>,
         directional_derivative: "fmi2GetDirectionalDerivative" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const u32, usize, *const f64, *mut f64) -> FmiStatus,
+    }
+    "fmi2GetVersion", "fmi2FreeInstance", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
+    "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate", "fmi2SerializedFMUstateSize",
+    "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate",
+}
+
+functions! {
+    /// What FMI 2.0 has for co-simulation.
+    Fmi2CoSimulationFunctions {
         set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *const f64) -> FmiStatus,
         get_output_derivatives: "fmi2GetRealOutputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *mut f64) -> FmiStatus,
         do_step: "fmi2DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, c_int) -> FmiStatus,
@@ -149,9 +176,7 @@ functions! {
         get_real_status: "fmi2GetRealStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut f64) -> FmiStatus,
         get_boolean_status: "fmi2GetBooleanStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut c_int) -> FmiStatus,
     }
-    "fmi2GetVersion", "fmi2FreeInstance", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
-    "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate", "fmi2SerializedFMUstateSize",
-    "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate", "fmi2GetIntegerStatus", "fmi2GetStringStatus",
+    "fmi2GetIntegerStatus", "fmi2GetStringStatus",
 }
 
 pub(super) type Fmi3GetFn<T> =
@@ -166,7 +191,6 @@ type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.
     Fmi3Functions {
-        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> InstancePointer,
         enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(InstancePointer, bool, f64, f64, bool, f64) -> FmiStatus,
         set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(InstancePointer, bool, usize, *const *const c_char) -> FmiStatus,
         get_float32: "fmi3GetFloat32" as Fmi3GetFn<f32>,
@@ -195,11 +219,51 @@ functions! {
         set_boolean: "fmi3SetBoolean" as Fmi3SetFn<Fmi3Boolean>,
         set_string: "fmi3SetString" as Fmi3SetFn<*const c_char>,
         set_binary: "fmi3SetBinary" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const usize, *const *const u8, usize) -> FmiStatus,
-        do_step: "fmi3DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus,
     }
     "fmi3GetVersion", "fmi3FreeInstance", "fmi3ExitInitializationMode", "fmi3Terminate", "fmi3Reset",
     "fmi3GetFMUState", "fmi3SetFMUState", "fmi3FreeFMUState", "fmi3SerializedFMUStateSize",
     "fmi3SerializeFMUState", "fmi3DeserializeFMUState",
+}
+
+functions! {
+    /// What FMI 3.0 has for co-simulation.
+    Fmi3CoSimulationFunctions {
+        instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> InstancePointer,
+        do_step: "fmi3DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus,
+    }
+}
+
+functions! {
+    /// What FMI 2.0 has for model exchange.
+    Fmi2ModelExchangeFunctions {
+        set_time: "fmi2SetTime" as SetTimeFn,
+        set_states: "fmi2SetContinuousStates" as SetStatesFn,
+        get_states: "fmi2GetContinuousStates" as GetStatesFn,
+        get_derivatives: "fmi2GetDerivatives" as GetStatesFn,
+        get_event_indicators: "fmi2GetEventIndicators" as GetStatesFn,
+        get_nominals: "fmi2GetNominalsOfContinuousStates" as GetStatesFn,
+        enter_event_mode: "fmi2EnterEventMode" as ComponentFn,
+        enter_continuous_time_mode: "fmi2EnterContinuousTimeMode" as ComponentFn,
+        new_discrete_states: "fmi2NewDiscreteStates" as unsafe extern "C" fn(InstancePointer, *mut EventInfo) -> FmiStatus,
+        completed_integrator_step: "fmi2CompletedIntegratorStep" as unsafe extern "C" fn(InstancePointer, c_int, *mut c_int, *mut c_int) -> FmiStatus,
+    }
+}
+
+functions! {
+    /// What FMI 3.0 has for model exchange.
+    Fmi3ModelExchangeFunctions {
+        instantiate: "fmi3InstantiateModelExchange" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, *mut c_void, LogMessage) -> InstancePointer,
+        set_time: "fmi3SetTime" as SetTimeFn,
+        set_states: "fmi3SetContinuousStates" as SetStatesFn,
+        get_states: "fmi3GetContinuousStates" as GetStatesFn,
+        get_derivatives: "fmi3GetContinuousStateDerivatives" as GetStatesFn,
+        get_event_indicators: "fmi3GetEventIndicators" as GetStatesFn,
+        get_nominals: "fmi3GetNominalsOfContinuousStates" as GetStatesFn,
+        enter_event_mode: "fmi3EnterEventMode" as ComponentFn,
+        enter_continuous_time_mode: "fmi3EnterContinuousTimeMode" as ComponentFn,
+        update_discrete_states: "fmi3UpdateDiscreteStates" as UpdateDiscreteStatesFn,
+        completed_integrator_step: "fmi3CompletedIntegratorStep" as unsafe extern "C" fn(InstancePointer, bool, *mut u8, *mut u8) -> FmiStatus,
+    }
 }
 
 /// What the common functions and those of co-simulation of FMI 3.0 are besides, which a plain simulation does not call.
@@ -225,7 +289,7 @@ functions! {
     EventFunctions {
         enter_event_mode: "fmi3EnterEventMode" as ComponentFn,
         enter_step_mode: "fmi3EnterStepMode" as ComponentFn,
-        update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(InstancePointer, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> FmiStatus,
+        update_discrete_states: "fmi3UpdateDiscreteStates" as UpdateDiscreteStatesFn,
     }
 }
 
@@ -243,4 +307,39 @@ functions! {
 pub(super) enum VersionFunctions {
     Fmi2(Box<Fmi2Functions>),
     Fmi3(Box<Fmi3Functions>),
+}
+
+/// The functions of one interface and version.
+pub(super) enum InterfaceFunctions {
+    CoSimulation2(Fmi2CoSimulationFunctions),
+    CoSimulation3(Fmi3CoSimulationFunctions),
+    ModelExchange2(Fmi2ModelExchangeFunctions),
+    ModelExchange3(Fmi3ModelExchangeFunctions),
+}
+
+impl InterfaceFunctions {
+    /// Finds those of an interface.
+    ///
+    /// # Errors
+    /// At the first one that is not there.
+    pub(super) fn new(
+        finder: &SymbolLoader,
+        version: FmiVersion,
+        interface: FmiInterface,
+    ) -> Result<Self, OpenError> {
+        Ok(match (version, interface) {
+            (FmiVersion::Two, FmiInterface::CoSimulation) => {
+                InterfaceFunctions::CoSimulation2(Fmi2CoSimulationFunctions::new(finder)?)
+            }
+            (FmiVersion::Three, FmiInterface::CoSimulation) => {
+                InterfaceFunctions::CoSimulation3(Fmi3CoSimulationFunctions::new(finder)?)
+            }
+            (FmiVersion::Two, FmiInterface::ModelExchange) => {
+                InterfaceFunctions::ModelExchange2(Fmi2ModelExchangeFunctions::new(finder)?)
+            }
+            (FmiVersion::Three, FmiInterface::ModelExchange) => {
+                InterfaceFunctions::ModelExchange3(Fmi3ModelExchangeFunctions::new(finder)?)
+            }
+        })
+    }
 }

@@ -1,11 +1,10 @@
 //! Runs one instance of an FMU: the calls of a simulation.
 
 use std::ffi::{CStr, c_int};
-use std::ptr;
 use std::sync::Arc;
 
 use super::call_monitor::CallMonitor;
-use super::functions::VersionFunctions;
+use super::functions::{InterfaceFunctions, VersionFunctions};
 use super::guarded_buffer::GuardedBuffer;
 use super::instantiation::{self, Fmi2Callbacks, InstantiationModes};
 use super::mailbox::MessageMailbox;
@@ -18,7 +17,7 @@ use super::{
     ComponentFn, DISCARD, ERROR, FATAL, FmiStatus, FmuLibrary, InstancePointer, OK, PENDING, WARNING, named,
     to_c_string,
 };
-use crate::{CallError, FmiType, FmuDescription, FmuMessage};
+use crate::{CallError, FmiInterface, FmiType, FmiVersion, FmuDescription, FmuMessage};
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,11 +87,14 @@ impl Instance {
             about.guid.clone(),
             InstantiationModes { event_mode: about.event_mode, early_return: about.may_return_early() },
         );
-        // Clocks tick in event mode only.
+        // Clocks tick in event mode only, and model exchange is never without it.
         let clocked = about.variables.iter().any(|it| it.kind == FmiType::Clock);
+        let optional = modes != InstantiationModes::default()
+            && !clocked
+            && about.interface == FmiInterface::CoSimulation;
         let made = Self::instantiate(Arc::clone(&library), name, &guid, logging, modes);
         let refused = match made {
-            Err((error, _)) if modes != InstantiationModes::default() && !clocked => error,
+            Err((error, _)) if optional => error,
             made => return made.map_err(|(error, _)| error),
         };
         let plain = Self::instantiate(library, name, &guid, logging, InstantiationModes::default());
@@ -123,7 +125,11 @@ impl Instance {
         logging: bool,
         modes: InstantiationModes,
     ) -> Result<Self, (CallError, Vec<FmuMessage>)> {
-        let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
+        let call = match (&library.interface, library.description().version) {
+            (_, FmiVersion::Two) => c"fmi2Instantiate",
+            (InterfaceFunctions::ModelExchange3(_), _) => c"fmi3InstantiateModelExchange",
+            _ => c"fmi3InstantiateCoSimulation",
+        };
         let text = |text| to_c_string(self::call_name(call), text).map_err(|error| (error, Vec::new()));
         let texts = [text(name)?, text(guid)?, text(&library.fmu.resources_location())?];
         if library.has_failed_fatally() {
@@ -138,12 +144,10 @@ impl Instance {
         let (component, changes) = activity.monitor_load_or_instantiate(call, || {
             mailbox.receive_during_call(|| match (&library.own, &callbacks) {
                 (VersionFunctions::Fmi2(own), Some(callbacks)) => {
-                    instantiation::instantiate_fmi2(own, &texts, callbacks, logging)
+                    let interface = library.description().interface;
+                    instantiation::instantiate_fmi2(own, &texts, callbacks, logging, interface)
                 }
-                (VersionFunctions::Fmi3(own), _) => {
-                    instantiation::instantiate_fmi3(own, &texts, &mailbox, logging, modes)
-                }
-                _ => ptr::null_mut(),
+                _ => instantiation::instantiate_fmi3(&library.interface, &texts, &mailbox, logging, modes),
             })
         });
         // Before the sentences of this program come.

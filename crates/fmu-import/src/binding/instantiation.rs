@@ -4,10 +4,13 @@ use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
-use super::functions::{CallbackFunctions, Fmi2Functions, Fmi3Functions};
+use super::functions::{CallbackFunctions, Fmi2Functions, InterfaceFunctions};
 use super::mailbox::{self, MessageMailbox};
 use super::{FmuLibrary, InstancePointer};
+use crate::FmiInterface;
 
+/// `fmi2ModelExchange` and `fmi2CoSimulation` of `fmi2Type`.
+const MODEL_EXCHANGE: c_int = 0;
 const CO_SIMULATION: c_int = 1;
 
 /// The modes that an importer asks for when it makes an instance of FMI 3.0.
@@ -72,12 +75,17 @@ pub(super) fn instantiate_fmi2(
     [name, guid, resources]: &[CString; 3],
     callbacks: &Fmi2Callbacks,
     logging: bool,
+    interface: FmiInterface,
 ) -> InstancePointer {
+    let fmu_type = match interface {
+        FmiInterface::CoSimulation => CO_SIMULATION,
+        FmiInterface::ModelExchange => MODEL_EXCHANGE,
+    };
     // SAFETY: the arguments are what FMI 2.0 asks for; the callbacks outlive the instance.
     unsafe {
         (own.instantiate)(
             name.as_ptr(),
-            CO_SIMULATION,
+            fmu_type,
             guid.as_ptr(),
             resources.as_ptr(),
             callbacks.address.as_ptr(),
@@ -111,9 +119,9 @@ unsafe extern "C" fn intermediate_update(
     }
 }
 
-/// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode and early return a step is one of FMI 2.0.
+/// Calls `fmi3InstantiateCoSimulation` or `fmi3InstantiateModelExchange` with name, token and resources. Without event mode and early return a step is one of FMI 2.0.
 pub(super) fn instantiate_fmi3(
-    own: &Fmi3Functions,
+    functions: &InterfaceFunctions,
     [name, token, resources]: &[CString; 3],
     mailbox: &MessageMailbox,
     logging: bool,
@@ -121,11 +129,24 @@ pub(super) fn instantiate_fmi3(
 ) -> InstancePointer {
     let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
     let visible = false;
-    // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
+    let environment = mailbox.environment_pointer();
+    let (name, token) = (name.as_ptr(), token.as_ptr());
+    let own = match functions {
+        InterfaceFunctions::CoSimulation3(own) => own,
+        // SAFETY: the arguments are what FMI 3.0 asks for; the environment is never dereferenced.
+        InterfaceFunctions::ModelExchange3(own) => unsafe {
+            let log = mailbox::take_message;
+            return (own.instantiate)(name, token, resources, visible, logging, environment, log);
+        },
+        InterfaceFunctions::CoSimulation2(_) | InterfaceFunctions::ModelExchange2(_) => {
+            return ptr::null_mut();
+        }
+    };
+    // SAFETY: as above.
     unsafe {
         (own.instantiate)(
-            name.as_ptr(),
-            token.as_ptr(),
+            name,
+            token,
             resources,
             visible,
             logging,
@@ -133,7 +154,7 @@ pub(super) fn instantiate_fmi3(
             modes.early_return,
             ptr::null(),
             0,
-            mailbox.environment_pointer(),
+            environment,
             mailbox::take_message,
             intermediate_update,
         )

@@ -8,11 +8,12 @@ use std::sync::atomic::Ordering::SeqCst;
 
 use super::call_monitor::{self, CallMonitor};
 use super::functions::{
-    ClockFunctions, CommonFunctions, EventFunctions, Fmi2Functions, Fmi3Functions, GetTextFn, OTHER_SYMBOLS,
-    SymbolLoader, VersionFunctions,
+    ClockFunctions, CommonFunctions, EventFunctions, Fmi2CoSimulationFunctions, Fmi2Functions,
+    Fmi2ModelExchangeFunctions, Fmi3CoSimulationFunctions, Fmi3Functions, Fmi3ModelExchangeFunctions,
+    GetTextFn, InterfaceFunctions, OTHER_SYMBOLS, SymbolLoader, VersionFunctions,
 };
 use super::python_runtime::start_expected_python;
-use crate::description::{FmiVersion, FmuDescription};
+use crate::description::{FmiInterface, FmiVersion, FmuDescription};
 use crate::linkage::{LibraryLinkage, describe_missing_libraries};
 use crate::{CallError, Fmu, OpenError};
 
@@ -21,12 +22,16 @@ unsafe extern "C" {
     fn trackside_threads_of_fmus() -> c_int;
 }
 
+/// Why a function of co-simulation is not called.
+pub(super) const NO_CO_SIMULATION: &str = "is not called: the FMU is used for model exchange";
+
 const LOADING: &CStr = c"loading its library";
 
 /// A loaded library and the functions that this program calls.
 pub struct FmuLibrary {
     pub(super) common: CommonFunctions,
     pub(super) own: VersionFunctions,
+    pub(super) interface: InterfaceFunctions,
     /// Of FMI 3.0; an FMU without event mode may lack them.
     pub(super) events: Option<EventFunctions>,
     /// Of FMI 3.0; an FMU without clocks may lack them.
@@ -60,8 +65,9 @@ impl FmuLibrary {
         changes.into_iter().for_each(|changes| activity.report_process_changes(changes, LOADING));
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
-        if let (FmiVersion::Two, Some(symbol)) = (version, missing_version_symbols(&library, version).next())
-        {
+        let interface = fmu.description.interface;
+        let missing = missing_interface_symbols(&library, version, interface).next();
+        if let (FmiVersion::Two, Some(symbol)) = (version, missing) {
             return Err(lacks(symbol));
         }
         let finder = SymbolLoader { library: &library, lacks: &lacks };
@@ -70,14 +76,17 @@ impl FmuLibrary {
             FmiVersion::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
             FmiVersion::Three => VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
         };
+        let functions = InterfaceFunctions::new(&finder, version, interface)?;
         let events = match (version, fmu.description.event_mode) {
             (FmiVersion::Two, _) => None,
-            (FmiVersion::Three, true) => Some(EventFunctions::new(&finder)?),
-            (FmiVersion::Three, false) => EventFunctions::new(&finder).ok(),
+            (FmiVersion::Three, true) if interface == FmiInterface::CoSimulation => {
+                Some(EventFunctions::new(&finder)?)
+            }
+            (FmiVersion::Three, _) => EventFunctions::new(&finder).ok(),
         };
         let clocks = if version == FmiVersion::Three { ClockFunctions::new(&finder).ok() } else { None };
         let handle = ManuallyDrop::new(library);
-        Ok(FmuLibrary { common, own, events, clocks, handle, fmu, activity })
+        Ok(FmuLibrary { common, own, interface: functions, events, clocks, handle, fmu, activity })
     }
 
     /// The functions of FMI 2.0.
@@ -92,13 +101,34 @@ impl FmuLibrary {
         }
     }
 
+    /// The functions of co-simulation of FMI 2.0.
+    ///
+    /// # Errors
+    /// When the FMU is of another version, or used through another interface.
+    #[inline]
+    pub(super) fn fmi2_co_simulation(
+        &self,
+        call: &'static str,
+    ) -> Result<&Fmi2CoSimulationFunctions, CallError> {
+        match &self.interface {
+            InterfaceFunctions::CoSimulation2(functions) => Ok(functions),
+            InterfaceFunctions::ModelExchange2(_) => Err(CallError::new(call, NO_CO_SIMULATION)),
+            _ => Err(not_fmi2_error(call)),
+        }
+    }
+
     /// The functions that the library at `path` lacks: those without which it does not load here, and the others.
     pub(crate) fn missing_functions(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
         let library = open_library(fmu, path)?;
         let version = fmu.description.version;
-        let events = if fmu.description.event_mode { EventFunctions::SYMBOLS } else { &[] };
-        let missing: Vec<_> =
-            missing_version_symbols(&library, version).chain(missing_symbols(&library, events)).collect();
+        let interface = fmu.description.interface;
+        let events = match interface {
+            FmiInterface::CoSimulation if fmu.description.event_mode => EventFunctions::SYMBOLS,
+            _ => &[],
+        };
+        let missing: Vec<_> = missing_interface_symbols(&library, version, interface)
+            .chain(missing_symbols(&library, events))
+            .collect();
         let others: &[&[_]] = match version {
             FmiVersion::Two => &[],
             FmiVersion::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],
@@ -237,15 +267,23 @@ pub(crate) fn is_loaded(_: &Path) -> bool {
     false
 }
 
-fn missing_version_symbols(
+/// The functions that the library lacks of those of a version and an interface.
+fn missing_interface_symbols(
     library: &libloading::Library,
     version: FmiVersion,
+    interface: FmiInterface,
 ) -> impl Iterator<Item = &'static str> {
-    let symbols = match version {
+    let common = match version {
         FmiVersion::Two => Fmi2Functions::SYMBOLS,
         FmiVersion::Three => Fmi3Functions::SYMBOLS,
     };
-    missing_symbols(library, symbols)
+    let own = match (version, interface) {
+        (FmiVersion::Two, FmiInterface::CoSimulation) => Fmi2CoSimulationFunctions::SYMBOLS,
+        (FmiVersion::Three, FmiInterface::CoSimulation) => Fmi3CoSimulationFunctions::SYMBOLS,
+        (FmiVersion::Two, FmiInterface::ModelExchange) => Fmi2ModelExchangeFunctions::SYMBOLS,
+        (FmiVersion::Three, FmiInterface::ModelExchange) => Fmi3ModelExchangeFunctions::SYMBOLS,
+    };
+    missing_symbols(library, common).chain(missing_symbols(library, own))
 }
 
 fn missing_symbols(

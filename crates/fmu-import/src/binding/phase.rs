@@ -10,6 +10,7 @@ pub(super) enum InstancePhase {
     Initialization,
     Event,
     Step,
+    ContinuousTime,
     Terminated,
     /// This call returned an error.
     Failed(&'static str),
@@ -24,6 +25,7 @@ impl fmt::Display for InstancePhase {
             InstancePhase::Initialization => out.write_str("in initialization mode"),
             InstancePhase::Event => out.write_str("in event mode"),
             InstancePhase::Step => out.write_str("between two steps"),
+            InstancePhase::ContinuousTime => out.write_str("in continuous-time mode"),
             InstancePhase::Terminated => out.write_str("after the end of the simulation"),
             InstancePhase::Failed(call) => write!(out, "after an error of {call}"),
             InstancePhase::Restored => out.write_str("with a state that was bytes"),

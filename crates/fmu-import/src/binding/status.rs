@@ -34,7 +34,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn cancel_step(&mut self) -> Result<(), CallError> {
-        let function = self.library.fmi2_functions("fmi2CancelStep")?.cancel_step;
+        let function = self.library.fmi2_co_simulation("fmi2CancelStep")?.cancel_step;
         self.call_without_arguments(c"fmi2CancelStep", function)
     }
 
@@ -66,7 +66,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`].
     pub fn last_step_status(&mut self) -> Result<i32, CallError> {
-        let (mut value, function) = (0, self.library.fmi2_functions("fmi2GetStatus")?.get_status);
+        let (mut value, function) = (0, self.library.fmi2_co_simulation("fmi2GetStatus")?.get_status);
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
         self.fill_array(c"fmi2GetStatus", found, |c, it| unsafe { function(c, DO_STEP_STATUS, it) })?;
@@ -79,7 +79,7 @@ impl Instance {
     /// See [`Instance`].
     pub fn last_successful_time(&mut self) -> Result<f64, CallError> {
         let mut value = 0.0;
-        let function = self.library.fmi2_functions("fmi2GetRealStatus")?.get_real_status;
+        let function = self.library.fmi2_co_simulation("fmi2GetRealStatus")?.get_real_status;
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
         self.fill_array(c"fmi2GetRealStatus", found, |c, it| unsafe {
@@ -94,7 +94,7 @@ impl Instance {
     /// See [`Instance`].
     pub fn has_ended_simulation(&mut self) -> Result<bool, CallError> {
         let mut value = 0;
-        let function = self.library.fmi2_functions("fmi2GetBooleanStatus")?.get_boolean_status;
+        let function = self.library.fmi2_co_simulation("fmi2GetBooleanStatus")?.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.
         let found = slice::from_mut(&mut value);
         self.fill_array(c"fmi2GetBooleanStatus", found, |c, it| unsafe { function(c, TERMINATED, it) })?;

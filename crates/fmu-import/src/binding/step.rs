@@ -1,8 +1,9 @@
 //! Makes `doStep` calls, and interprets early returns and discarded steps.
 
-use super::functions::VersionFunctions;
+use super::functions::InterfaceFunctions;
 use super::guarded_buffer::GuardedValue;
 use super::instance::call_name;
+use super::library::NO_CO_SIMULATION;
 use super::{DISCARD, FmiStatus, Instance, InstancePointer, OK, WARNING};
 use crate::{CallError, StepResult, StepStatus};
 
@@ -35,8 +36,8 @@ impl Instance {
         self.free_dropped_states()?;
         self.activity.set_time(time);
         let no_way_back = !(self.keeps_history || self.saved && self.states.has_live_states());
-        match &self.library.own {
-            VersionFunctions::Fmi2(own) => {
+        match &self.library.interface {
+            InterfaceFunctions::CoSimulation2(own) => {
                 let function = own.do_step;
                 // SAFETY: the component is alive, and nobody else calls it.
                 let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
@@ -45,9 +46,12 @@ impl Instance {
                 let whole = StepResult { reached: time + step, event: false };
                 self.step_status_fmi2(status, time, step).map(|status| (status, whole))
             }
-            VersionFunctions::Fmi3(own) => {
+            InterfaceFunctions::CoSimulation3(own) => {
                 let function = own.do_step;
                 self.do_step_fmi3(function, time, step, no_way_back)
+            }
+            InterfaceFunctions::ModelExchange2(_) | InterfaceFunctions::ModelExchange3(_) => {
+                Err(CallError::new(super::named!(self.library, "fmi2DoStep", "fmi3DoStep"), NO_CO_SIMULATION))
             }
         }
     }
@@ -59,9 +63,9 @@ impl Instance {
     #[inline]
     pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
         let version = self.description().version;
-        match (&self.library.own, self.saved) {
+        match (&self.library.interface, self.saved) {
             // Nearly all steps are these, and here there is nothing to look up.
-            (VersionFunctions::Fmi2(own), false) => {
+            (InterfaceFunctions::CoSimulation2(own), false) => {
                 let (function, no_way_back) = (own.do_step, !self.keeps_history);
                 self.activity.set_time(time);
                 // SAFETY: the component is alive, and nobody else calls it.

@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::StructuralSizes;
+use super::{DeclaredVariable, StructuralSizes};
 use crate::definitions::{self, list_elements, parse_attribute, parse_required_attribute};
+use crate::description::{ContinuousState, EquationStructure};
 
 /// All outputs together may follow this many variables, of arrays each element.
 const MOST_DEPENDENCIES: usize = 1 << 24;
@@ -73,4 +74,43 @@ pub(super) fn parse_output_dependencies(
         Ok((parse_required_attribute(output, "valueReference")?, follows))
     };
     list_elements(root, "ModelStructure", "Output").map(one).collect()
+}
+
+/// The states and indicators of an FMU for model exchange.
+pub(super) fn equation_structure(
+    root: Node,
+    all: &[DeclaredVariable],
+    needs_completed_step: bool,
+) -> Result<EquationStructure, String> {
+    let variable = |reference: u32| all.iter().find(|it| it.reference == reference);
+    let listed = |element: Node| -> Result<(u32, usize), String> {
+        let reference = parse_required_attribute(element, "valueReference")?;
+        Ok((reference, variable(reference).map_or(0, DeclaredVariable::element_count)))
+    };
+    let name = |it: &DeclaredVariable, element: usize| -> Result<String, String> {
+        let name: String = parse_required_attribute(it.node, "name")?;
+        Ok(name + &it.element_subscript(element))
+    };
+    let mut states = Vec::new();
+    for element in list_elements(root, "ModelStructure", "ContinuousStateDerivative") {
+        let (reference, count) = listed(element)?;
+        let Some(derivative) = variable(reference) else { continue };
+        let state = parse_attribute(derivative.node, "derivative")?.and_then(variable);
+        let is_scalar = derivative.dimensions.is_empty();
+        for place in 0..count {
+            let derivative = name(derivative, place)?;
+            states.push(ContinuousState {
+                name: match state {
+                    Some(state) => name(state, place)?,
+                    None => format!("the state of `{derivative}`"),
+                },
+                reference: state.filter(|_| is_scalar).map(|it| it.reference),
+                derivative,
+                derivative_reference: is_scalar.then_some(reference),
+            });
+        }
+    }
+    let indicators = list_elements(root, "ModelStructure", "EventIndicator").map(listed);
+    let event_indicators = indicators.map(|it| it.map(|(_, count)| count)).sum::<Result<_, _>>()?;
+    Ok(EquationStructure { states, event_indicators, needs_completed_step })
 }

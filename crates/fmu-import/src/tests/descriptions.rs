@@ -5,7 +5,7 @@ use super::*;
 /// What the description of `XML` with a part replaced was corrected by.
 fn corrections(from: &str, to: &str) -> Vec<String> {
     assert!(XML.contains(from), "{from}");
-    let found = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
+    let found = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new(), None);
     found.expect("a description that is read").corrections
 }
 
@@ -45,7 +45,7 @@ fn what_has_one_meaning_is_corrected_and_told() {
 #[test]
 fn an_output_without_known_dependencies_follows_all_inputs() {
     let of = |xml: &str| {
-        let found = parse_description(xml, &fmi3::StructuralSizes::new()).expect("a description");
+        let found = parse_description(xml, &fmi3::StructuralSizes::new(), None).expect("a description");
         (found.variables[1].dependencies.clone(), found.corrections)
     };
     assert_eq!(of(XML), (Some(vec![0].into()), Vec::new()));
@@ -77,7 +77,7 @@ fn a_kind_of_mistake_is_told_once_with_its_count() {
 fn descriptions_of_fmi_3_are_corrected_alike() {
     let told = |from: &str, to: &str| {
         assert!(XML_3.contains(from), "{from}");
-        let found = parse_description(&XML_3.replacen(from, to, 1), &fmi3::StructuralSizes::new())
+        let found = parse_description(&XML_3.replacen(from, to, 1), &fmi3::StructuralSizes::new(), None)
             .expect("it is read");
         (found.corrections, found.problems)
     };
@@ -108,7 +108,7 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
         .map(|name| format!("<ScalarVariable name=\"{name}\" valueReference=\"9\" causality=\"output\"><Integer/></ScalarVariable>\n"))
         .concat();
     let xml = XML.replace("  </ModelVariables>", &format!("{outputs}</ModelVariables>"));
-    let found = parse_description(&xml, &fmi3::StructuralSizes::new()).expect("a description");
+    let found = parse_description(&xml, &fmi3::StructuralSizes::new(), None).expect("a description");
     let all = "`c` in line 9, `a` in line 10, `b` in line 11";
     assert_eq!(found.corrections, [""; 0]);
     assert_eq!(
@@ -122,7 +122,9 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
         ]
     );
     let problems = |from: &str, to: &str| {
-        parse_description(&XML.replace(from, to), &fmi3::StructuralSizes::new()).expect("it is read").problems
+        parse_description(&XML.replace(from, to), &fmi3::StructuralSizes::new(), None)
+            .expect("it is read")
+            .problems
     };
     assert_eq!(problems(" start=\"1\"", ""), ["`u` in line 6: it needs a start value"]);
     assert_eq!(
@@ -154,7 +156,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
 fn what_can_mean_anything_is_refused_with_its_line() {
     for (from, to, expected) in REFUSED {
         assert!(XML.contains(from), "{from}");
-        let refused = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new());
+        let refused = parse_description(&XML.replacen(from, to, 1), &fmi3::StructuralSizes::new(), None);
         let Err(ParseError::Broken(what)) = refused else { panic!("{to}: {refused:?}") };
         for part in *expected {
             assert!(what.contains(part), "{to}: {what}");
@@ -260,14 +262,15 @@ fn an_empty_unit_and_a_dash_are_no_unit() {
         let own = parse_description(
             &XML.replace("unit=\"m/s\"", &format!("unit=\"{none}\"")),
             &fmi3::StructuralSizes::new(),
+            None,
         );
         assert_eq!(own.expect("it is read").variables[0].unit, None, "{none:?}");
         let three = XML_3.replace("name=\"y\"", &format!("name=\"y\" unit=\"{none}\""));
-        let three = parse_description(&three, &fmi3::StructuralSizes::new()).expect("it is read");
+        let three = parse_description(&three, &fmi3::StructuralSizes::new(), None).expect("it is read");
         assert_eq!(three.variables[three.find_variable("y").expect("it is there")].unit, None);
     }
     // A file may define what a dash is.
     let defined = XML.replace("name=\"m/s\"", "name=\"-\"").replace("unit=\"m/s\"", "unit=\"-\"");
-    let defined = parse_description(&defined, &fmi3::StructuralSizes::new()).expect("it is read");
+    let defined = parse_description(&defined, &fmi3::StructuralSizes::new(), None).expect("it is read");
     assert!(defined.variables[0].dimension.is_some());
 }

@@ -68,6 +68,17 @@ pub struct Fmu {
         example = serde_json::json!({"v_x": "km/h", "tire*": "N"})
     )]
     pub unit: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Interface of an FMU that has both. Without a word it is co-simulation.
+    #[schemars(with = "Option<FmuInterface>", example = &"model-exchange")]
+    pub interface: Option<Spanned<FmuInterface>>,
+    /// Relative tolerance of this FMU [-], in place of `tolerance` of `[time]`. In model exchange the integrator keeps it, otherwise the FMU is
+    /// told.
+    #[schemars(with = "Option<f64>", example = 1e-8)]
+    pub relative_tolerance: Option<Spanned<f64>>,
+    /// Absolute tolerance of each state of an FMU for model exchange, as a share of its nominal value. Without a word it is a hundredth of
+    /// the relative tolerance.
+    #[schemars(with = "Option<f64>", example = 1e-10)]
+    pub absolute_tolerance: Option<Spanned<f64>>,
     /// Step of the FMU [s]: the communication step divided by a whole number, or a multiple of it. It is the communication step
     /// without a word. Outputs of an FMU with a longer step keep their values until it ends.
     #[schemars(with = "Option<f64>", example = 0.001)]
@@ -95,6 +106,25 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = ["maps"])]
     pub may_read: Vec<Spanned<String>>,
+}
+
+/// An interface of FMI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FmuInterface {
+    /// The FMU steps by itself.
+    CoSimulation,
+    /// The FMU has equations, and an integrator of this program steps.
+    ModelExchange,
+}
+
+impl From<FmuInterface> for fmu_import::FmiInterface {
+    fn from(interface: FmuInterface) -> Self {
+        match interface {
+            FmuInterface::CoSimulation => fmu_import::FmiInterface::CoSimulation,
+            FmuInterface::ModelExchange => fmu_import::FmiInterface::ModelExchange,
+        }
+    }
 }
 
 /// What becomes of inputs without a connection and a start value.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use diagnostics::{Error, SourceMap, TextFile, group_similar, suggest};
 use fmu_import::description::{FmiType, Variable};
-use fmu_import::{Causality, Fmu, Value};
+use fmu_import::{Causality, FmiInterface, Fmu, Value};
 use ssp::{Connection, FmuPort, SourcePosition, StartValue};
 use units::Unit;
 
@@ -145,13 +145,29 @@ struct ScenarioWriter<'a> {
     notes: Vec<String>,
 }
 
+/// The interface that a component asks for; none leaves it to the FMU.
+fn component_interface(component: &ssp::SystemComponent) -> Result<Option<FmiInterface>, Error> {
+    match component.implementation.as_str() {
+        "any" => Ok(None),
+        "CoSimulation" => Ok(Some(FmiInterface::CoSimulation)),
+        "ModelExchange" => Ok(Some(FmiInterface::ModelExchange)),
+        other => {
+            let message = format!(
+                "expected the implementation any, CoSimulation or ModelExchange, found {other}: export the component for co-simulation"
+            );
+            Err(error_at(&component.position, message))
+        }
+    }
+}
+
 impl<'a> ScenarioWriter<'a> {
     fn new(system: &'a ssp::SspSystem, role: Option<&SubsystemSettings>) -> Result<Self, Error> {
         let prefix = role.map_or_else(String::new, |role| format!("{}_", role.name));
         let mut names: Vec<String> = Vec::new();
         let mut fmus = Vec::new();
         for component in &system.components {
-            let fmu = Fmu::open(&component.source).map_err(|error| {
+            let interface = component_interface(component)?;
+            let fmu = Fmu::open_interface(&component.source, interface).map_err(|error| {
                 let [path, shown] = [&component.source, &component.display_path].map(|it| it.display());
                 let message = error.to_string().replace(&path.to_string(), &shown.to_string());
                 error_at(&component.position, message)
@@ -240,20 +256,17 @@ impl<'a> ScenarioWriter<'a> {
 
     fn write_component(&mut self, index: usize, fed: &[&FmuPort]) -> Result<(), Error> {
         let component = &self.system.components[index];
-        if !matches!(component.implementation.as_str(), "any" | "CoSimulation") {
-            let message = format!(
-                "expected the implementation any or CoSimulation, found {}: export the component for co-simulation",
-                component.implementation
-            );
-            return Err(error_at(&component.position, message));
-        }
+        let interface = match component_interface(component)? {
+            Some(FmiInterface::ModelExchange) => "interface = \"model-exchange\"\n",
+            Some(FmiInterface::CoSimulation) | None => "",
+        };
         self.mark_text_origin(&component.position);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
         let source = source.map_err(|error| error_at(&component.position, error))?;
         let source = source.to_string_lossy();
         self.write_line(format_args!(
-            "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
+            "\n[[fmu]]\nname = {}\npath = {}\n{interface}unconnected = \"start\"\n\n[fmu.start]",
             toml_string(&self.names[index]),
             toml_string(&source)
         ));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use cosim::system::NodeBody;
 use diagnostics::{Error, Spanned};
-use fmu_import::{Fmu, OpenError};
+use fmu_import::{FmiInterface, Fmu, OpenError};
 
 use super::node_draft::NodeDraft;
 use super::starts::{StartSources, structural_parameters};
@@ -36,8 +36,9 @@ pub(super) fn find_fmu_archive<'w>(
     }
 }
 
-/// The FMUs that nodes share, by their paths: a thousand nodes of one FMU, or as many runs, unpack it once.
-pub type FmuCache = HashMap<PathBuf, Arc<Fmu>>;
+/// The FMUs that nodes share, by their paths and the interface that is asked for: a thousand nodes of one FMU, or as many runs, unpack it
+/// once.
+pub type FmuCache = HashMap<(PathBuf, Option<FmiInterface>), Arc<Fmu>>;
 
 /// The FMU of a node. Its arrays may have sizes of their own; then it has it for itself.
 pub(super) fn open_fmu(
@@ -47,17 +48,19 @@ pub(super) fn open_fmu(
     cache: &mut FmuCache,
     starts: StartSources,
 ) -> Result<Arc<Fmu>, OpenError> {
-    let fmu = match cache.get(path) {
+    let interface = node.interface.as_ref().map(|word| (*word.get_ref()).into());
+    let key = (path.to_owned(), interface);
+    let fmu = match cache.get(&key) {
         Some(fmu) => Arc::clone(fmu),
-        None => Arc::new(Fmu::open(path)?),
+        None => Arc::new(Fmu::open_interface(path, interface)?),
     };
     let sizes = structural_parameters(scenario, node, &fmu.description.variables, starts);
     if sizes.is_empty() {
-        cache.insert(path.to_owned(), Arc::clone(&fmu));
+        cache.insert(key, Arc::clone(&fmu));
         return Ok(fmu);
     }
     // Nobody else has it when it has just been opened.
-    let mut own = Arc::try_unwrap(fmu).or_else(|_| Fmu::open(path))?;
+    let mut own = Arc::try_unwrap(fmu).or_else(|_| Fmu::open_interface(path, interface))?;
     own.resize_arrays(&sizes)?;
     Ok(Arc::new(own))
 }

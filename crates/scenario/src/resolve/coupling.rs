@@ -126,7 +126,7 @@ fn parse_iteration(scenario: &Scenario, mistakes: &mut ErrorCollector) -> LoopIt
 }
 
 /// Refuses what is no relative tolerance.
-fn check_relative_tolerance(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
+pub(super) fn check_relative_tolerance(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
     let tolerance = *word.get_ref();
     if tolerance > 0.0 && tolerance < 1.0 {
         return Ok(());

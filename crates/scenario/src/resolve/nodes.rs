@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use cosim::assembly::is_tunable;
 use cosim::signal::Signal;
-use cosim::system::{NodeBody, VariableGroups};
+use cosim::system::{FmuTolerance, NodeBody, VariableGroups};
 use diagnostics::{Error, ErrorCollector, Spanned, suggest};
 use fmu_import::description::{FmiType, IntervalVariability, StorageType, Variable};
-use fmu_import::{Causality, OpenError};
+use fmu_import::{Causality, FmiInterface, OpenError};
 use recording::table::{ColumnType, Interpolation};
 use units::Unit;
 
@@ -19,7 +19,7 @@ use super::logs::{self, LogColumn, RecordedLog};
 use super::node_draft::{NodeDraft, PortNames};
 use super::ports::{Port, fmu_port};
 use super::starts::{StartSources, start_values};
-use super::{ResolveDiagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
+use super::{ResolveDiagnostics, RunSettings, column_readings, coupling, isolation, manoeuvres, overrides};
 use crate::build_request::BuildRequest;
 use crate::document::Part;
 use crate::document::{self, Scenario};
@@ -252,7 +252,10 @@ fn build_fmu_node(
     mistakes: &mut ErrorCollector,
 ) -> Result<NodeDraft, Error> {
     let (word, path) = find_fmu_archive(scenario, node, archives)?;
-    let archive_error = |error: OpenError| scenario.error_at(word, error.to_string());
+    let archive_error = |error: OpenError| match (&error, &node.interface) {
+        (OpenError::Interface { .. }, Some(interface)) => scenario.error_at(interface, error.to_string()),
+        _ => scenario.error_at(word, error.to_string()),
+    };
     let fmu = open_fmu(scenario, node, &path, cache, sources).map_err(archive_error)?;
     mistakes.ok_or_record(fmu.library_path().map_err(archive_error));
     let (variables, wrong_units) = apply_declared_units(scenario, node, &fmu.description.variables, mistakes);
@@ -277,6 +280,7 @@ fn build_fmu_node(
     check_observe_patterns(scenario, node, &variables, mistakes);
     let outputs = ports(output_indices(node, &variables, events, &tunable));
     let (starts, started_inputs) = start_values(scenario, node, &variables, sources, mistakes);
+    let tolerance = fmu_tolerance(scenario, node, fmu.description.interface, mistakes);
     let isolation = isolation::fmu_isolation(scenario, node, &fmu, sources.overrides.isolate, mistakes);
     Ok(NodeDraft {
         name: node.name.get_ref().clone(),
@@ -286,6 +290,7 @@ fn build_fmu_node(
             inputs: VariableGroups::default(),
             outputs: VariableGroups::default(),
             log: node.log,
+            tolerance,
             isolation,
         },
         outputs,
@@ -294,6 +299,38 @@ fn build_fmu_node(
         span: node.name.span(),
         port_names: PortNames::default(),
     })
+}
+
+/// The error tolerance of an FMU that is used through this interface.
+fn fmu_tolerance(
+    scenario: &Scenario,
+    node: &document::Fmu,
+    interface: FmiInterface,
+    mistakes: &mut ErrorCollector,
+) -> FmuTolerance {
+    if let Some(word) = &node.relative_tolerance {
+        mistakes.ok_or_record(coupling::check_relative_tolerance(scenario, word));
+    }
+    if let Some(word) = &node.absolute_tolerance {
+        let tolerance = *word.get_ref();
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            let message = format!("expected an absolute tolerance above 0, found {tolerance}");
+            mistakes.push(scenario.error_at(word, message));
+        }
+        if interface == FmiInterface::CoSimulation {
+            let message =
+                "an FMU for co-simulation integrates by itself, with the relative tolerance that it is told";
+            let error = scenario.error_at(word, message);
+            mistakes
+                .push(error.with_help(
+                    "leave it out, or write `interface = \"model-exchange\"` if the FMU has that",
+                ));
+        }
+    }
+    FmuTolerance {
+        relative: node.relative_tolerance.as_ref().map(|word| *word.get_ref()),
+        absolute: node.absolute_tolerance.as_ref().map(|word| *word.get_ref()),
+    }
 }
 
 /// The tunable parameters that a connection or a fault names, by their indices: they take values during the run, as inputs do.

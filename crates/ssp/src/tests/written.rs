@@ -36,6 +36,7 @@ fn draft() -> SystemDraft {
     other.push(connector("w", ConnectorKind::Input, SspType::Float64));
     let component = |name: &str, values: Option<&str>, connectors| DraftComponent {
         name: name.to_owned(),
+        implementation: "CoSimulation".to_owned(),
         source: "resources/a.fmu".to_owned(),
         values: values.map(str::to_owned),
         connectors,

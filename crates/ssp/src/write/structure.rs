@@ -56,7 +56,7 @@ fn write_component(xml: &mut XmlWriter, component: &DraftComponent) {
         ("name", component.name.as_str()),
         ("type", mime),
         ("source", &component.source),
-        ("implementation", "CoSimulation"),
+        ("implementation", &component.implementation),
     ];
     // Version 1.0 and its readers know `implementation`, whose default is any interface.
     xml.open_element("ssd:Component", &attributes);

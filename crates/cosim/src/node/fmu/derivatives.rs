@@ -57,14 +57,15 @@ fn continuous_real_references(
 }
 
 impl FmuNode {
-    /// Whether the FMU takes derivatives of its inputs: those of FMI 2.0 only.
+    /// Whether inputs may change within a step: those of co-simulation of FMI 2.0 by their derivatives, those of model exchange as they are.
     pub(in crate::node) fn can_set_input_derivatives(&self) -> bool {
         self.instance.description().interpolated_inputs
     }
 }
 
 impl ExtrapolatedInputs for FmuNode {
-    /// Gives the FMU its inputs at the start of the step, and the derivatives that they have there.
+    /// Gives the FMU its inputs at the start of the step, and the derivatives that they have there; in model exchange it gets the inputs of
+    /// each time.
     fn set_extrapolated_inputs(
         &mut self,
         inputs: &mut [f64],
@@ -75,9 +76,16 @@ impl ExtrapolatedInputs for FmuNode {
             inputs[*place] = polynomial.value_at(span.start);
         }
         self.set_numbers(inputs)?;
+        if let Some(model) = &mut self.model_exchange {
+            model.inputs().clear();
+        }
         for InputPolynomial { place, polynomial } in polynomials {
             let reference = self.real_variables.inputs.get(*place).copied().flatten();
             let Some(reference) = reference else { continue };
+            if let Some(model) = &mut self.model_exchange {
+                model.inputs().push(reference, *polynomial);
+                continue;
+            }
             let derivatives = polynomial.derivatives(span.start);
             let count = polynomial.degree().max(1);
             for (order, derivative) in (1..).zip(derivatives).take(count) {

@@ -1,7 +1,7 @@
 //! Steps an FMU with event mode: discrete inputs, clocks, early ends of steps, and updates until nothing changes any more (FMI 3.0,
 //! section 4.2).
 
-use fmu_import::{CallError, Instance, StorageType};
+use fmu_import::{CallError, DiscreteStatesUpdate, FmiVersion, Instance, StorageType};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
@@ -21,7 +21,7 @@ pub(super) struct FmuEventState {
     /// Whether a discrete input has another value than the FMU knows.
     pub changed: bool,
     /// When the FMU wants its next event [s].
-    next: Option<f64>,
+    pub next: Option<f64>,
     pub clocks: FmuClocks,
 }
 
@@ -50,11 +50,24 @@ impl FmuNode {
         }
         self.events.running = true;
         self.events.clocks.start_counting(&mut self.instance, self.begin)?;
-        self.update_discrete_states(self.begin, Vec::new())
+        let update = self.update_discrete_states(self.begin, Vec::new())?;
+        self.leave_event_mode(update)
     }
 
-    /// Handles an event at a time [s]; `active` are the input clocks that tick there.
-    fn handle_event(&mut self, time: f64, active: Vec<u32>) -> Result<(), CallError> {
+    /// Goes on after an event.
+    pub(super) fn leave_event_mode(&mut self, update: DiscreteStatesUpdate) -> Result<(), CallError> {
+        match &mut self.model_exchange {
+            Some(model) => model.leave_event(&mut self.instance, update.nominals_changed),
+            None => self.instance.enter_step_mode(),
+        }
+    }
+
+    /// Handles an event at a time [s] and stays in event mode; `active` are the input clocks that tick there.
+    pub(super) fn handle_event(
+        &mut self,
+        time: f64,
+        active: Vec<u32>,
+    ) -> Result<DiscreteStatesUpdate, CallError> {
         self.instance.enter_event_mode()?;
         if std::mem::take(&mut self.events.changed) {
             self.set_stored(&|group| group.discrete && group.clocks.is_empty())?;
@@ -67,12 +80,13 @@ impl FmuNode {
         self.update_discrete_states(time, active)
     }
 
-    /// Updates the discrete states until nothing changes, and goes back to step mode.
+    /// Updates the discrete states until nothing changes; what changed meanwhile.
     pub(super) fn update_discrete_states(
         &mut self,
         time: f64,
         mut active: Vec<u32>,
-    ) -> Result<(), CallError> {
+    ) -> Result<DiscreteStatesUpdate, CallError> {
+        let (mut nominals_changed, mut states_changed) = (false, false);
         for _ in 0..MOST {
             active.extend(self.instance.active_clocks(self.events.clocks.output_clocks())?);
             if !active.is_empty() {
@@ -82,13 +96,19 @@ impl FmuNode {
             }
             let updated = self.instance.update_discrete_states(time)?;
             self.events.next = updated.next_event_time;
+            nominals_changed |= updated.nominals_changed;
+            states_changed |= updated.states_changed;
             if !updated.discrete_states_need_update {
                 self.events.clocks.update_changing_intervals(&mut self.instance, time)?;
-                return self.instance.enter_step_mode();
+                return Ok(DiscreteStatesUpdate { nominals_changed, states_changed, ..updated });
             }
         }
         let what = format!("asks for another update after {MOST} of them in the event at {time} s");
-        Err(CallError::new("fmi3UpdateDiscreteStates", what))
+        let call = match self.instance.description().version {
+            FmiVersion::Two => "fmi2NewDiscreteStates",
+            FmiVersion::Three => "fmi3UpdateDiscreteStates",
+        };
+        Err(CallError::new(call, what))
     }
 
     /// Goes to the next communication point, with all events on the way.
@@ -105,6 +125,7 @@ impl FmuNode {
             if self.events.changed || self.events.clocks.tick_by(time + slack) {
                 let active = self.events.clocks.take_due_clocks(time + slack);
                 self.handle_event(time, active)?;
+                self.instance.enter_step_mode()?;
             }
             let stop = self.next_event_between(time + slack, end - slack)?;
             let to = stop.unwrap_or(end);
@@ -113,6 +134,7 @@ impl FmuNode {
             let wanted = self.events.next.is_some_and(|next| next <= advance.reached + slack);
             if advance.event || wanted {
                 self.handle_event(advance.reached, Vec::new())?;
+                self.instance.enter_step_mode()?;
             }
             let early = advance.reached < to - slack;
             if !early && stop.is_none() {

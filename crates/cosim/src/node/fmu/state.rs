@@ -4,6 +4,7 @@ use fmu_import::{CallError, Causality, FmuState};
 use serde::{Deserialize, Serialize};
 
 use super::events::FmuEventState;
+use super::model_exchange::ModelExchangeMemory;
 use super::values::GroupValues;
 use super::{FmuNode, set_start_values, starts_by_variable};
 use crate::node::refusal::FmuRefusal;
@@ -22,6 +23,8 @@ struct FmuNodeValues {
     input_values: GroupValues,
     output_values: GroupValues,
     events: FmuEventState,
+    /// Of an FMU for model exchange.
+    model_exchange: Option<ModelExchangeMemory>,
 }
 
 /// The state of an FMU as bytes, whether or not it is in a process of its own.
@@ -54,6 +57,7 @@ impl Stateful for FmuNode {
             input_values: self.input_values.clone(),
             output_values: self.output_values.clone(),
             events: self.events.clone(),
+            model_exchange: self.model_exchange.as_ref().map(|model| model.memory()),
         };
         Ok(NodeState::new(FmuNodeState { fmu, node }))
     }
@@ -63,13 +67,17 @@ impl Stateful for FmuNode {
         saved.node.input_values.clone_from(&self.input_values);
         saved.node.output_values.clone_from(&self.output_values);
         saved.node.events.clone_from(&self.events);
+        saved.node.model_exchange = self.model_exchange.as_ref().map(|model| model.memory());
         self.instance.save_into(&mut saved.fmu)
     }
 
     fn restore_state(&mut self, state: &NodeState) -> Result<(), CallError> {
         let saved: &FmuNodeState = state.downcast_ref()?;
         self.instance.restore_state(&saved.fmu)?;
-        let FmuNodeValues { input_values, output_values, events } = saved.node.clone();
+        let FmuNodeValues { input_values, output_values, events, model_exchange } = saved.node.clone();
+        if let (Some(model), Some(memory)) = (&mut self.model_exchange, model_exchange) {
+            model.restore(&memory);
+        }
         (self.input_values, self.output_values, self.events) = (input_values, output_values, events);
         Ok(())
     }
@@ -108,6 +116,10 @@ impl FmuNode {
         lengths(&memory.input_values) == lengths(&self.input_values)
             && counts(&memory.output_values) == counts(&self.output_values)
             && self.events.clocks.is_same_clock_set(&memory.events.clocks)
+            && match (&self.model_exchange, &memory.model_exchange) {
+                (Some(model), Some(memory)) => model.is_compatible_with(memory),
+                (model, memory) => model.is_none() && memory.is_none(),
+            }
     }
 }
 
@@ -131,7 +143,10 @@ impl TunableParameters for FmuNode {
             self.store_start_values()?;
         }
         match with_event {
-            true => self.update_discrete_states(time, Vec::new()),
+            true => {
+                let update = self.update_discrete_states(time, Vec::new())?;
+                self.leave_event_mode(update)
+            }
             false => Ok(()),
         }
     }
