@@ -40,7 +40,10 @@ impl CallError {
     /// Whether the call reads values, and so belongs to the end of a step; all others belong to its start.
     #[must_use]
     pub fn is_at_step_end(&self) -> bool {
+        // Those of model exchange are within a step.
+        let within = ["GetDerivatives", "StateDerivatives", "EventIndicators", "ContinuousStates"];
         ["fmi2Get", "fmi3Get"].iter().any(|get| self.call.starts_with(get))
+            && !within.iter().any(|values| self.call.ends_with(values))
     }
 }
 
