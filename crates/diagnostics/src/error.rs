@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 
 use crate::excerpt::SourceExcerpt;
-use crate::record::{ErrorPlace, ErrorRecord};
 use crate::text_file::TextFile;
 
 /// Why a run could not be done, or not to its end.
@@ -175,15 +174,6 @@ impl Error {
         self
     }
 
-    /// What each of the single mistakes says.
-    #[must_use]
-    pub fn to_records(&self) -> Vec<ErrorRecord> {
-        match self {
-            Error::Several(errors) => errors.iter().flat_map(Error::to_records).collect(),
-            error => vec![ErrorRecord::from_error(error)],
-        }
-    }
-
     /// The single mistakes, each as an error of its own.
     #[must_use]
     pub fn into_single_errors(self) -> Vec<Self> {
@@ -239,11 +229,10 @@ impl InputError {
         Some((self.file.as_ref()?.file_name(), self.labels.first()?.offset()))
     }
 
-    /// Where it stands, if that is in a file.
-    pub(crate) fn place(&self) -> Option<ErrorPlace> {
+    /// Where it stands, if that is in a file: its name, line and column.
+    pub(crate) fn file_line_and_column(&self) -> Option<(&str, [usize; 2])> {
         let file = self.file.as_ref()?;
-        let [line, column] = file.line_and_column(self.labels.first()?.offset());
-        Some(ErrorPlace { file: file.file_name().to_owned(), line, column })
+        Some((file.file_name(), file.line_and_column(self.labels.first()?.offset())))
     }
 
     pub(crate) fn unknown_name(&self) -> Option<&str> {

@@ -32,14 +32,21 @@ pub struct ErrorPlace {
 }
 
 impl ErrorRecord {
+    /// What each of the single mistakes of an error says.
+    #[must_use]
+    pub fn list_mistakes(error: &Error) -> Vec<Self> {
+        match error {
+            Error::Several(errors) => errors.iter().flat_map(Self::list_mistakes).collect(),
+            error => vec![Self::from_error(error)],
+        }
+    }
+
     /// What a single error says.
     #[must_use]
     pub fn from_error(error: &Error) -> Self {
-        ErrorRecord {
-            message: error.to_string(),
-            place: error.as_input().and_then(|input| input.place()),
-            help: error.help().map(|help| help.to_string()),
-        }
+        let place = error.as_input().and_then(|input| input.file_line_and_column());
+        let place = place.map(|(file, [line, column])| ErrorPlace { file: file.to_owned(), line, column });
+        ErrorRecord { message: error.to_string(), place, help: error.help().map(|help| help.to_string()) }
     }
 }
 

@@ -82,7 +82,7 @@ pub(super) fn run_scenario_process(
 /// A line that tells the program that runs a test what each error of its run says; its identity marks it.
 #[must_use]
 pub fn error_record_line(identity: &str, error: &Error) -> String {
-    let records: Vec<_> = error.to_records().into_iter().take(MOST_RECORDS).collect();
+    let records: Vec<_> = ErrorRecord::list_mistakes(error).into_iter().take(MOST_RECORDS).collect();
     // Texts are always written.
     format!("{identity} {}", serde_json::to_string(&records).unwrap_or_default())
 }
@@ -148,7 +148,7 @@ mod tests {
         let line = error_record_line("12ab", &error);
         let (text, errors) = split_error_records(format!("warning: a\n  x b{line}\n"), "12ab");
         assert_eq!(text, "warning: a\n  x b");
-        assert_eq!(errors, error.to_records());
+        assert_eq!(errors, ErrorRecord::list_mistakes(&error));
         // What is not of this run stays text.
         assert_eq!(split_error_records(line.clone(), "34cd"), (line, Vec::new()));
     }
