@@ -236,7 +236,7 @@ impl ScenarioJob<'_> {
         }
 
         let failure = outcome.err();
-        let mut verdicts = evaluate_checks(&recorder, &mut report);
+        let mut verdicts = evaluate_checks(&recorder, &mut report, failure.is_some());
         if self.options.bless {
             // What a run replaces does not judge it.
             let compared = recorder.baselines.outcomes().into_iter().map(BaselineChange::from_comparison);
@@ -360,10 +360,10 @@ impl ScenarioJob<'_> {
 }
 
 /// The verdicts of all checks; the report gets the values that they are about.
-fn evaluate_checks(recorder: &RunRecorder, report: &mut RunReport) -> Vec<CheckVerdict> {
+fn evaluate_checks(recorder: &RunRecorder, report: &mut RunReport, has_failed: bool) -> Vec<CheckVerdict> {
     report.messages = recorder.messages.node_messages();
     let results = report.results_for_checks();
-    let verdicts = recorder.checks.verdicts(&results);
+    let verdicts = recorder.checks.verdicts(&results, has_failed);
     report.collected = recorder.values.by_name(&results);
     verdicts
 }

@@ -137,6 +137,12 @@ fn an_fmu_may_end_the_run_early() {
     let (lab, ended) = run(&later);
     assert!(ended.expect(1).stdout.contains("FAILED  clock"));
     assert_eq!(lab.report("out")["checks"][0]["samples"], 0);
+    // One that fails leaves nothing passed.
+    let (lab, ended) = run(&text.replace("status = 2, terminated = true", "status = 3"));
+    ended.expect(3);
+    let check = &lab.report("out")["checks"][0];
+    assert_eq!(check["passed"], false, "{check}");
+    assert!(check["reason"].as_str().is_some_and(|it| it.contains("before the window did")), "{check}");
 }
 
 fn a_failed_instantiation_is_reported_with_its_reason() {

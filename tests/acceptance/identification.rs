@@ -199,7 +199,7 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
 }
 
 fn the_reference_of_the_plugin_is_that_of_its_schema() {
-    let reference = in_root(&["explain", "--plugin", "identify"]);
+    let reference = in_root(&["explain", "--plugin", "identify", "--all"]);
     let path = Path::new(ROOT).join("docs/reference/identify.md");
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(&path, &reference).expect("a file that can be written");
@@ -207,7 +207,7 @@ fn the_reference_of_the_plugin_is_that_of_its_schema() {
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == reference,
-        "docs/reference/identify.md is not what the code makes: run `cargo run -- explain --plugin identify > docs/reference/identify.md`"
+        "docs/reference/identify.md is not what the code makes: run `cargo run -- explain --plugin identify --all > docs/reference/identify.md`"
     );
     let schema = in_root(&["schema", "--plugin", "identify"]);
     let path = path.with_file_name("identify.schema.json");

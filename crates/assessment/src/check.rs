@@ -135,9 +135,10 @@ impl RunChecks {
         self.notices.extend(judged.flat_map(both));
     }
 
-    /// The verdicts, in the order of the file, given the results of analyses and validations.
+    /// The verdicts, in the order of the file, given the results of analyses and validations. Of a run that failed no check passes whose
+    /// window was not over; of one that an FMU ended before its time, none with a window of its own.
     #[must_use]
-    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<CheckVerdict> {
+    pub fn verdicts(&self, results: &BTreeMap<String, Value>, has_failed: bool) -> Vec<CheckVerdict> {
         let verdict = |((plan, judge), unjudged): (&(CheckPlan, CheckMonitor), &Option<String>)| {
             let monitor = match judge {
                 CheckMonitor::Run(monitor) => monitor,
@@ -151,7 +152,7 @@ impl RunChecks {
                 (verdict.passed, verdict.margin) = (false, None);
                 verdict.reason = Some(reason.clone());
             }
-            if plan.windowed && self.reached < plan.during[1] - self.slack {
+            if (plan.windowed || has_failed) && self.reached < plan.during[1] - self.slack {
                 verdict.passed = false;
                 let reached = self.reached;
                 verdict.reason = Some(format!("the run ended at {reached:.3} s, before the window did"));

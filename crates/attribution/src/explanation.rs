@@ -377,7 +377,11 @@ impl Explanation {
         }
         let texts: Vec<_> = self.causes.iter().map(|cause| cause.text.clone()).collect();
         match (texts.is_empty(), &self.unexplained) {
-            (false, _) => texts.join(" "),
+            (false, _) => {
+                let checks = check_comparison::definition_sentence(&self.checks);
+                let checks = checks.map(|checks| format!(" Also different: {checks}.")).unwrap_or_default();
+                texts.join(" ") + &checks
+            }
             (true, Some(why)) => why.clone(),
             (true, None) => "The values differ, and no cause was found.".to_owned(),
         }

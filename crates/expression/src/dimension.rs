@@ -150,6 +150,16 @@ impl InferredUnit {
     }
 }
 
+/// The unit for people of two values that were converted to that of the first one that has one. A ratio that is compared with an angle is
+/// an angle in radians.
+pub(crate) fn common_unit_label(first: &InferredUnit, second: &InferredUnit) -> Option<String> {
+    match (first.known_unit(), second.known_unit()) {
+        (Some(ratio), Some(angle)) if ratio.is_one() && angle.unit.exponents[RAD] == 1 => Some("rad".to_owned()),
+        (Some(_), _) => first.unit_label(),
+        (None, _) => second.unit_label(),
+    }
+}
+
 /// The unit in radians of an angle or of the rate of one; a frequency is none.
 pub(crate) fn unit_in_radians(known: &NamedUnit) -> Option<Unit> {
     let mut exponents = known.unit.exponents;

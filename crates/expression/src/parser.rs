@@ -12,7 +12,7 @@ use super::{
     Expression, ExpressionNode, ParseError, ReductionCall, ResolvedSignal, SignalOperand, TextOperand,
     WindowReducer,
 };
-use crate::dimension::InferredUnit;
+use crate::dimension::{InferredUnit, common_unit_label};
 use crate::inference::{SubExpression, UnitInference};
 use crate::operator::{COMPARISON, POWER, build_binary_operation, operator_precedence};
 use crate::{function, reducer};
@@ -180,7 +180,7 @@ impl<'a, S> ExpressionParser<'a, S> {
             left = match compared {
                 true => {
                     let right = self.parse_expression(least)?;
-                    self.compared = left.dimension.unit_label().or_else(|| right.dimension.unit_label());
+                    self.compared = common_unit_label(&left.dimension, &right.dimension);
                     self.build_comparison(symbol, left, right)?
                 }
                 false => {

@@ -369,3 +369,18 @@ fn a_result_is_a_text_where_it_is_compared_with_one() {
         assert!(parse(text).is_err(), "{text}");
     }
 }
+
+#[test]
+fn the_unit_of_a_comparison_is_that_of_its_values() {
+    let units = [("a.x", "m/s"), ("a.y", "m/s"), ("b.x", "deg")];
+    for (text, unit) in [
+        ("abs(a.y / a.x) < 0.5 deg", Some("rad")),
+        ("0.5 deg > abs(a.y / a.x)", Some("deg")),
+        ("abs(a.y / a.x + b.x) < 0.5 deg", Some("rad")),
+        ("b.x < 0.5 rad", Some("deg")),
+        ("a.x < 100 km/h", Some("m/s")),
+        ("a.y / a.x < 2", None),
+    ] {
+        assert_eq!(parse_in(text, &units).expect(text).compared_unit(), unit, "{text}");
+    }
+}

@@ -262,7 +262,11 @@ fn describe_sweep_result(gathered: &SweepResult) -> String {
     let SweepResult { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
     text += &match gathered.has_checks {
-        true => format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share),
+        true => {
+            let all = gathered.pass_share >= 1.0;
+            let wanted = if all { String::new() } else { format!(", {} % wanted", 100.0 * gathered.pass_share) };
+            format!("  {passed} of {variants} variants passed: {:.1} %{wanted}\n", 100.0 * gathered.share)
+        }
         false => format!("  {passed} of {variants} variants came to their end, no checks\n"),
     };
     if let Some(found) = &gathered.search {

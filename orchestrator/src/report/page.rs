@@ -6,7 +6,7 @@ mod player;
 
 use askama::Template;
 use cosim::coupling::LoopSummary;
-use diagnostics::SourceFiles;
+use diagnostics::{SourceFiles, shell_word};
 use recording::overview::RunOverview;
 use serde_json::Value;
 
@@ -113,7 +113,7 @@ impl RunReportPage<'_> {
             ("Scenario", report.scenario.clone()),
             ("Simulated", format!("{} in {} steps", format_seconds(report.sim_seconds), report.steps)),
             ("Took", format!("{wall}, {:.0} times real time", report.realtime_factor)),
-            ("Command", made.command.join(" ")),
+            ("Command", made.command.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ")),
             ("Set from outside", made.set.join(", ")),
             ("Seed", format!("{} ({})", made.seed, made.generator)),
             (

@@ -171,7 +171,7 @@ impl VariantRunner {
         let names = nodes.map(|it| it.name.as_str());
         let (name, counts) = messages::message_counts_for_checks(&recorder.messages.node_messages(), names);
         results.entry(name).or_insert(counts);
-        let verdicts = recorder.checks.verdicts(&results);
+        let verdicts = recorder.checks.verdicts(&results, false);
         outcome.checks = verdicts.iter().map(|it| (it.passed, it.margin)).collect();
         outcome.collected = recorder.values.collected_values(&results);
         Ok(())
