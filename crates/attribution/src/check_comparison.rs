@@ -339,7 +339,10 @@ fn judge_on_other(
         (Some(own) == check.passed).then_some(())?;
         Some(judge_check(check, other_run?)?.passed)
     };
-    by_recordings().or_else(|| judge_by_numbers(check, other.value?))
+    let is_same_quantity = check.during == other.during
+        && quantity_and_relation(&check.that).map(|it| it.0)
+            == quantity_and_relation(&other.that).map(|it| it.0);
+    by_recordings().or_else(|| is_same_quantity.then(|| judge_by_numbers(check, other.value?))?)
 }
 
 /// Whether a check with a constant limit holds for a value that the other run measured for the same quantity and window.
@@ -453,7 +456,7 @@ mod tests {
     fn limits_that_differ_in_their_digits_are_the_same_and_windows_are_told() {
         let (a, b) = (check("car.a_y < 11", true, 10.0, 11.0), check("car.a_y < 11.0", true, 10.0, 11.0));
         assert!(changed_parts(&a, &b).is_empty());
-        let short = RecordedCheck { during: [0.0, 0.4], ..a.clone() };
+        let short = RecordedCheck { during: [0.0, 0.2], ..a.clone() };
         let late = RecordedCheck { passed: Some(false), margin: Some(-1.0), value: Some(12.0), ..a };
         let found = compare([short, late], [[0.0, 12.0, 5.0]; 2]);
         assert_eq!(

@@ -18,6 +18,9 @@ use crate::toml_difference::{
     KeyPath, KeyStep, ValueDifference, display_value, set_value, table_differences,
 };
 
+/// Letters of a number that is shown as it is written.
+const LONGEST_NUMBER: usize = 9;
+
 /// What kind of input differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -114,7 +117,7 @@ impl Difference {
         let unit = unit_suffix(self.unit.as_ref());
         match self.a.is_empty() && self.b.is_empty() {
             true => [String::new(), self.details.join("; ")],
-            false => [format!("{}{unit}", self.a), format!("{}{unit}", self.b)],
+            false => self.value_texts().map(|value| value + &unit),
         }
     }
 
@@ -123,10 +126,24 @@ impl Difference {
     pub fn sentence(&self) -> String {
         let unit = unit_suffix(self.unit.as_ref());
         let Difference { place, a, b, .. } = self;
+        let [value_a, value_b] = self.value_texts();
         match (self.details.as_slice(), a.is_empty() && b.is_empty()) {
-            ([], _) => format!("{place}: {a}{unit} -> {b}{unit}"),
+            ([], _) => format!("{place}: {value_a}{unit} -> {value_b}{unit}"),
             (details, true) => format!("{place}: {}", details.join("; ")),
-            (details, false) => format!("{place}: {a}{unit} -> {b}{unit} ({})", details.join("; ")),
+            (details, false) => {
+                format!("{place}: {value_a}{unit} -> {value_b}{unit} ({})", details.join("; "))
+            }
+        }
+    }
+
+    /// The values as people read them: numbers of many digits in as many as tell them apart.
+    fn value_texts(&self) -> [String; 2] {
+        let is_long = |text: &String| text.len() > LONGEST_NUMBER;
+        match (self.a.parse::<f64>(), self.b.parse::<f64>()) {
+            (Ok(a), Ok(b)) if is_long(&self.a) || is_long(&self.b) => {
+                units::display::distinct_number_texts(a, b)
+            }
+            _ => [self.a.clone(), self.b.clone()],
         }
     }
 }

@@ -154,7 +154,9 @@ impl InferredUnit {
 /// an angle in radians.
 pub(crate) fn common_unit_label(first: &InferredUnit, second: &InferredUnit) -> Option<String> {
     match (first.known_unit(), second.known_unit()) {
-        (Some(ratio), Some(angle)) if ratio.is_one() && angle.unit.exponents[RAD] == 1 => Some("rad".to_owned()),
+        (Some(ratio), Some(angle)) if ratio.is_one() && angle.unit.exponents[RAD] == 1 => {
+            Some("rad".to_owned())
+        }
         (Some(_), _) => first.unit_label(),
         (None, _) => second.unit_label(),
     }

@@ -264,7 +264,8 @@ fn describe_sweep_result(gathered: &SweepResult) -> String {
     text += &match gathered.has_checks {
         true => {
             let all = gathered.pass_share >= 1.0;
-            let wanted = if all { String::new() } else { format!(", {} % wanted", 100.0 * gathered.pass_share) };
+            let wanted =
+                if all { String::new() } else { format!(", {} % wanted", 100.0 * gathered.pass_share) };
             format!("  {passed} of {variants} variants passed: {:.1} %{wanted}\n", 100.0 * gathered.share)
         }
         false => format!("  {passed} of {variants} variants came to their end, no checks\n"),
