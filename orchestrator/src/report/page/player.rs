@@ -296,7 +296,8 @@ fn resolution_text(overview: &RunOverview) -> String {
         sentences.push(match stride {
             1 => "Signals have all communication points.".to_owned(),
             _ => format!(
-                "Signals have the lowest and the highest value of each {} ({stride} communication points), so no peak is lost.",
+                "Signals have the lowest and the highest value of each {} ({stride} communication points), so no peak is lost; the numbers beside \
+                 their names are the nearest of these.",
                 every(stride)
             ),
         });
