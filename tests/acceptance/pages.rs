@@ -49,7 +49,10 @@ fn the_page_of_a_failed_run_shows_its_checks_and_no_markup_of_theirs() {
     let check = &lab.report("out")["checks"][0];
     let [first, at] = ["first", "at"].map(|key| check[key].as_f64().expect("a time"));
     assert!((1.0..1.1).contains(&first) && at == 2.0, "{check}");
-    assert!(html.contains(&format!("<td class=\"number\" data-label=\"first deviation [s]\">{first:.3}</td>")), "{html}");
+    assert!(
+        html.contains(&format!("<td class=\"number\" data-label=\"first deviation [s]\">{first:.3}</td>")),
+        "{html}"
+    );
 }
 
 fn the_page_of_a_run_that_an_error_ended_shows_the_error() {
