@@ -123,17 +123,20 @@ const PRINTED: usize = 20;
 /// Prints an error, or each of several, and returns the exit code.
 fn print_error(error: Error) -> u8 {
     let code = error.exit_code();
-    let errors = error.into_single_errors();
+    print_single_errors(&error.into_single_errors());
+    code
+}
+
+fn print_single_errors(errors: &[Error]) {
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
-    for error in errors.into_iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(PrintableError::from_error(&error)));
+    for error in errors.iter().take(PRINTED) {
+        eprintln!("{:?}", miette::Report::new(PrintableError::from_error(error)));
     }
     match (count, more) {
         (..=1, _) => {}
         (_, 0) => eprintln!("{count} mistakes"),
         _ => eprintln!("and {more} more, {count} mistakes"),
     }
-    code
 }
 
 /// Whether standard output did not take something.

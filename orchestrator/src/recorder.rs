@@ -9,8 +9,8 @@ use cosim::fault_report::FaultReporter;
 use diagnostics::{Error, rounded_time};
 use recording::overview::{CompletedLap, RunOverview};
 use recording::{
-    AllVariables, AnalysisColumns, BoxedSink, CourseLayout, EventLevel, RecordedSelection, RecordedVariables,
-    Row, RunEvent, Sink, SinkNotice, StatusChange,
+    AllVariables, AnalysisColumns, BoxedSink, EventLevel, RecordedSelection, RecordedVariables, Row,
+    RunEvent, Sink, SinkNotice, StatusChange, TestTrackLayout,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 use scenario::resolve;
@@ -318,8 +318,8 @@ impl Sink<AllVariables> for OpenRecordings {
         self.for_each_sink(|sink| sink.push_diagram(analysis, group, diagram))
     }
 
-    fn push_course(&mut self, course: &CourseLayout) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.push_course(course))
+    fn push_test_track(&mut self, track: &TestTrackLayout) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.push_test_track(track))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

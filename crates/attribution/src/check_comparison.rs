@@ -5,7 +5,7 @@ use serde::Serialize;
 use units::Unit;
 use units::display::{number_text, unit_suffix};
 
-use crate::check_judgement::judge_check;
+use crate::check_evaluation::evaluate_check;
 use crate::number_pair::{NumberPair, quantity_change};
 use crate::run_inputs::RecordedCheck;
 use crate::trajectory::Trajectory;
@@ -335,9 +335,9 @@ fn judge_on_other(
     [own_run, other_run]: [Option<&Trajectory>; 2],
 ) -> Option<bool> {
     let by_recordings = || {
-        let own = judge_check(check, own_run?)?.passed;
+        let own = evaluate_check(check, own_run?)?.passed;
         (Some(own) == check.passed).then_some(())?;
-        Some(judge_check(check, other_run?)?.passed)
+        Some(evaluate_check(check, other_run?)?.passed)
     };
     let is_same_quantity = check.during == other.during
         && quantity_and_relation(&check.that).map(|it| it.0)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use diagnostics::Error;
+use diagnostics::suggest::join_first;
 use scenario::plan::RunPlan;
 use scenario::resolve::IsolationPolicy;
 use serde::Serialize;
@@ -19,6 +20,9 @@ use crate::key_figure::{self, KeyFigure};
 use crate::pictures::{self, SignalPlots, TitledPlot};
 use crate::run_inputs::{RecordedRun, RunInputs};
 use crate::trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};
+
+/// Signals or differences that a sentence names.
+const MOST_NAMED: usize = 6;
 
 /// Signals whose shares of an effect are told.
 const SHARES: usize = 3;
@@ -225,7 +229,7 @@ impl Explanation {
         if let [Some(a), Some(b)] = reports {
             self.checks = check_comparison::compare_checks([&a.checks, &b.checks], trajectories, self.same);
         }
-        self.key_figures = key_figure::collect_key_figures(reports, trajectories);
+        self.key_figures = key_figure::collect_key_figures(reports);
         if let [Some(a), Some(b)] = trajectories {
             self.signal_plots = pictures::plot_first_deviations([a, b], &self.spread);
             let first = self.first_deviation.as_ref().map(|it| it.time);
@@ -403,9 +407,7 @@ fn recorded_scenario(run: &Path) -> Result<toml::Table, Error> {
 }
 
 fn listed(signals: &[SignalName]) -> String {
-    let names: Vec<_> = signals.iter().take(6).map(SignalName::qualified_name).collect();
-    let more = signals.len().saturating_sub(6);
-    if more > 0 { format!("{} and {more} more", names.join(", ")) } else { names.join(", ") }
+    join_first(&signals.iter().map(SignalName::qualified_name).collect::<Vec<_>>(), MOST_NAMED)
 }
 
 /// The connections between nodes that differ.
@@ -660,21 +662,15 @@ impl CauseSearch<'_, '_> {
     }
 
     fn among_text(&self, ids: &[usize]) -> String {
-        let names: Vec<_> =
-            ids.iter().take(6).map(|id| self.explanation.differences[*id].place.clone()).collect();
-        let more = if ids.len() > names.len() {
-            format!(" and {} more", ids.len() - names.len())
-        } else {
-            String::new()
-        };
+        let names: Vec<_> = ids.iter().map(|id| self.explanation.differences[*id].place.as_str()).collect();
         format!(
-            "{} of {}{more}: they were not parted.",
+            "{} of {}: they were not parted.",
             if self.explanation.causes.is_empty() {
                 "The cause is one or more"
             } else {
                 "The rest is one or more"
             },
-            names.join(", ")
+            join_first(&names, MOST_NAMED)
         )
     }
 

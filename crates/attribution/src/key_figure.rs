@@ -6,9 +6,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::run_inputs::RecordedReport;
-use crate::trajectory::Trajectory;
 
-/// The variable or result with the time of a completed lap.
+/// The result of an analysis with the time of a lap.
 const LAP_TIME: &str = "lap_time";
 /// Laps that are listed one by one.
 const MOST_LAPS: usize = 12;
@@ -16,7 +15,7 @@ const MOST_LAPS: usize = 12;
 /// A figure of two runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KeyFigure {
-    /// What it is: `driver.lap_time, lap 1`.
+    /// What it is: `lap 1`.
     pub name: String,
     /// Its unit; none if the runs did not keep it.
     pub unit: Option<String>,
@@ -27,11 +26,8 @@ pub struct KeyFigure {
 }
 
 /// The figures that at least one of two runs has: lap times, then collected values.
-pub(crate) fn collect_key_figures(
-    reports: [Option<&RecordedReport>; 2],
-    trajectories: [Option<&Trajectory>; 2],
-) -> Vec<KeyFigure> {
-    let of_laps = trajectories.map(|run| run.map(driven_lap_times).unwrap_or_default());
+pub(crate) fn collect_key_figures(reports: [Option<&RecordedReport>; 2]) -> Vec<KeyFigure> {
+    let of_laps = reports.map(|report| report.map(lap_times).unwrap_or_default());
     let of_analyses = reports.map(|report| report.map(analysed_lap_times).unwrap_or_default());
     let of_collected = reports.map(|report| {
         let values = report.into_iter().flat_map(|it| &it.collected);
@@ -58,22 +54,15 @@ fn join_figures([of_a, of_b]: [Vec<(String, f64)>; 2], unit: &Option<String>) ->
     figures
 }
 
-/// The completed laps of each output called `lap_time`, which shows the last one [s], and the best of several.
-fn driven_lap_times(run: &Trajectory) -> Vec<(String, f64)> {
-    let mut figures = Vec::new();
-    let is_lap_time = |name: &str| name.rsplit('.').next() == Some(LAP_TIME);
-    let outputs = run.columns.iter().filter(|it| !it.input && is_lap_time(&it.variable));
-    for signal in outputs {
-        let name = signal.qualified_name();
-        let mut laps = run.column_values(signal).unwrap_or_default();
-        laps.dedup();
-        laps.retain(|it| it.is_finite() && *it > 0.0);
-        let listed = laps.iter().take(MOST_LAPS).enumerate();
-        figures.extend(listed.map(|(place, lap)| (format!("{name}, lap {}", place + 1), *lap)));
-        if laps.len() > 1 {
-            let best = laps.iter().copied().fold(f64::INFINITY, f64::min);
-            figures.push((format!("{name}, best lap"), best));
-        }
+/// The completed laps [s], and the best of several.
+fn lap_times(report: &RecordedReport) -> Vec<(String, f64)> {
+    let laps: Vec<(usize, f64)> =
+        report.laps.iter().filter_map(|lap| Some((lap.number, lap.duration?))).collect();
+    let listed = laps.iter().take(MOST_LAPS);
+    let mut figures: Vec<_> = listed.map(|(number, duration)| (format!("lap {number}"), *duration)).collect();
+    if laps.len() > 1 {
+        let best = laps.iter().map(|(_, duration)| *duration).fold(f64::INFINITY, f64::min);
+        figures.push(("best lap".to_owned(), best));
     }
     figures
 }
@@ -99,35 +88,32 @@ fn analysed_lap_times(report: &RecordedReport) -> Vec<(String, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trajectory::SignalName;
+    use crate::run_inputs::RecordedLap;
 
     #[test]
     fn laps_stand_side_by_side() {
-        let run = |laps: [f64; 5]| {
-            let name = SignalName {
-                node: "driver".to_owned(),
-                variable: "lap_time".to_owned(),
-                input: false,
-                unit: Some("s".to_owned()),
+        let report = |durations: &[f64], analyses: serde_json::Value| {
+            let laps = durations.iter().enumerate();
+            let lap = |(place, duration): (usize, &f64)| RecordedLap {
+                number: place + 1,
+                duration: Some(*duration),
             };
-            Trajectory::from_columns(vec![name], vec![0.0, 1.0, 2.0, 3.0, 4.0], laps.to_vec())
+            RecordedReport {
+                laps: laps.map(lap).collect(),
+                analyses: analyses.as_object().cloned().unwrap_or_default(),
+                ..RecordedReport::default()
+            }
         };
-        let (a, b) = (run([0.0, 40.0, 40.0, 39.5, 39.5]), run([0.0, 0.0, 41.0, 41.0, 41.0]));
-        let analysed = RecordedReport {
-            analyses: serde_json::json!({"lap": {"fastest": {"lap_time": 38.0}}})
-                .as_object()
-                .cloned()
-                .unwrap_or_default(),
-            ..RecordedReport::default()
-        };
-        let found = collect_key_figures([Some(&analysed), None], [Some(&a), Some(&b)]);
+        let a = report(&[40.0, 39.5], serde_json::json!({"lap": {"fastest": {"lap_time": 38.0}}}));
+        let b = report(&[41.0], serde_json::json!({}));
+        let found = collect_key_figures([Some(&a), Some(&b)]);
         let shown: Vec<_> = found.iter().map(|it| (it.name.as_str(), it.a, it.b)).collect();
         assert_eq!(
             shown,
             [
-                ("driver.lap_time, lap 1", Some(40.0), Some(41.0)),
-                ("driver.lap_time, lap 2", Some(39.5), None),
-                ("driver.lap_time, best lap", Some(39.5), None),
+                ("lap 1", Some(40.0), Some(41.0)),
+                ("lap 2", Some(39.5), None),
+                ("best lap", Some(39.5), None),
                 ("lap.fastest.lap_time", Some(38.0), None),
             ]
         );

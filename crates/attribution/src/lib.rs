@@ -4,7 +4,7 @@
 
 mod archive_comparison;
 mod check_comparison;
-mod check_judgement;
+mod check_evaluation;
 mod difference;
 mod experiment;
 mod explanation;

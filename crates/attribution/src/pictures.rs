@@ -6,7 +6,7 @@ use recording::overview::Envelopes;
 use units::display::{name_with_unit, shorten_end};
 
 use crate::check_comparison::CheckComparison;
-use crate::check_judgement::judge_check;
+use crate::check_evaluation::evaluate_check;
 use crate::trajectory::{SignalDeviation, Trajectory, unit_conversion};
 
 /// Sizes of plots [px]: of a check or a signal, and of a difference.
@@ -144,7 +144,8 @@ pub(crate) fn plot_flipped_checks(
 ) -> Vec<TitledPlot> {
     let flipped = checks.iter().filter(|it| it.flipped_by.is_some());
     let plot = |check: &CheckComparison| {
-        let traces = [judge_check(check.a.as_ref()?, a)?.trace, judge_check(check.b.as_ref()?, b)?.trace];
+        let traces =
+            [evaluate_check(check.a.as_ref()?, a)?.trace, evaluate_check(check.b.as_ref()?, b)?.trace];
         let plot = plot_check(check, &traces, first_difference)?;
         Some((check.name.clone(), plot))
     };

@@ -179,6 +179,8 @@ pub struct RecordedReport {
     pub resumed: Option<serde_json::Value>,
     /// Its checks.
     pub checks: Vec<RecordedCheck>,
+    /// The laps that were completed.
+    pub laps: Vec<RecordedLap>,
     /// The values that a sweep collects, by name; none of what is not a number.
     pub collected: BTreeMap<String, Option<f64>>,
     /// The results of analyses by name.
@@ -189,6 +191,16 @@ pub struct RecordedReport {
     pub plugins: Vec<RecordedFile>,
     /// Time that the run took by the clock [s].
     pub wall_seconds: f64,
+}
+
+/// A completed lap of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct RecordedLap {
+    /// Its number, from 1 on.
+    pub number: usize,
+    /// Its duration [s]; none if that was no number.
+    pub duration: Option<f64>,
 }
 
 /// A check of a run.

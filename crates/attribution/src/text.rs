@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use diagnostics::rounded_time;
-use units::display::{number_text, shorten_end, unit_text};
+use units::display::{align_columns, number_text, shorten_end, unit_text};
 
 use crate::check_comparison::{CheckComparison, pair_text};
 use crate::difference::{Difference, DifferenceKind, DifferenceScope, unit_suffix};
@@ -91,7 +91,7 @@ pub(crate) fn local_sentence(local: &LocalDeviation) -> String {
     )
 }
 
-/// `driver.lap_time, lap 1: 38.42 -> 37.95 s (-0.47)`.
+/// `lap 1: 38.42 -> 37.95 s (-0.47)`.
 fn figure_line(figure: &KeyFigure) -> String {
     let pair = NumberPair::new(figure.a, figure.b);
     let unit = unit_suffix(figure.unit.as_ref());
@@ -105,10 +105,9 @@ fn figure_line(figure: &KeyFigure) -> String {
 
 /// The checks that differ in anything, as a table.
 fn check_lines(checks: &[CheckComparison]) -> Vec<String> {
-    let head = ["", "verdict", "value", "limit", "margin", "unit", "what moved"].map(str::to_owned);
     let row = |check: &CheckComparison| {
         let [a, b] = check.verdicts();
-        [
+        vec![
             shorten_end(&check.name, WIDEST),
             if a == b { a.to_owned() } else { format!("{a} -> {b}") },
             pair_text(check.values(), "->"),
@@ -118,18 +117,13 @@ fn check_lines(checks: &[CheckComparison]) -> Vec<String> {
             check.cause_words(),
         ]
     };
-    let differing = checks.iter().filter(|it| !it.is_unchanged());
-    let rows: Vec<_> = std::iter::once(head).chain(differing.map(row)).collect();
-    if rows.len() == 1 {
+    let differing: Vec<_> = checks.iter().filter(|it| !it.is_unchanged()).map(row).collect();
+    if differing.is_empty() {
         return Vec::new();
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 7] = std::array::from_fn(width);
-    let line = |row: &[String; 7]| {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
-        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
-    };
-    rows.iter().map(line).collect()
+    let head = ["", "verdict", "value", "limit", "margin", "unit", "what moved"].map(str::to_owned).to_vec();
+    let rows: Vec<_> = std::iter::once(head).chain(differing).collect();
+    align_columns(&rows)
 }
 
 fn write_list(text: &mut String, head: &str, lines: &[String]) {

@@ -89,6 +89,18 @@ pub(crate) struct IntegratorMemory {
     nonstiff_steps: u32,
 }
 
+/// Where a step begins, and how far it goes.
+struct StepStart<'a> {
+    time: f64,
+    states: &'a [f64],
+    /// f there, which becomes that at the end of a step that is accepted.
+    derivatives: &'a mut [f64],
+    /// The length of the step [s].
+    step: f64,
+    /// Whether a longer one was rejected.
+    was_rejected: bool,
+}
+
 /// How an attempt at a step ended.
 enum StepAttempt {
     /// With a solution that keeps the tolerance; the next step should have this length [s].
@@ -219,27 +231,13 @@ impl Integrator {
     ) -> Result<StepAttempt, IntegrationFailure<S::Error>> {
         let Integrator { tolerance, memory, explicit, implicit, derivatives, end_states, .. } = self;
         self.last_was_implicit = memory.stiff;
+        let start = StepStart { time, states, derivatives, step, was_rejected };
         if memory.stiff {
-            let count = states.len();
-            let implicit = implicit.get_or_insert_with(|| Box::new(Radau::new(count)));
-            return implicit.attempt_step(
-                system,
-                tolerance,
-                radau::StepStart { time, states, derivatives, step, was_rejected },
-                end_states,
-            );
+            let implicit = implicit.get_or_insert_with(|| Box::new(Radau::new(states.len())));
+            return implicit.attempt_step(system, tolerance, start, end_states);
         }
-        let attempt = explicit.attempt_step(
-            system,
-            tolerance,
-            (time, step),
-            states,
-            derivatives,
-            end_states,
-            was_rejected,
-        )?;
+        let attempt = explicit.attempt_step(system, tolerance, start, end_states)?;
         if let StepAttempt::Accepted(_) = attempt {
-            derivatives.copy_from_slice(explicit.end_derivatives());
             if explicit.is_at_stability_limit(step, end_states) {
                 memory.nonstiff_steps = 0;
                 memory.stiff_steps += 1;

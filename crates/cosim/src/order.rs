@@ -205,9 +205,17 @@ fn is_algebraic_loop(
         let behind = behind.filter(|(_, behind)| follows(before, behind));
         links.extend(behind.map(|(behind, _)| (place, behind)));
     }
+    has_loop(&links)
+}
+
+/// Whether links, each from a node to another one, lead from a node back to itself.
+#[must_use]
+pub fn has_loop(links: &[(usize, usize)]) -> bool {
     let own = links.iter().filter(|(from, to)| from == to).map(|(it, _)| *it).collect();
-    let all: Vec<_> = (0..edges.len()).collect();
-    strongly_connected_components(&all, &links).iter().any(|component| is_loop(component, &own))
+    let mut nodes: Vec<_> = links.iter().flat_map(|(from, to)| [*from, *to]).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    strongly_connected_components(&nodes, links).iter().any(|component| is_loop(component, &own))
 }
 
 /// A loop among nodes that all wait for another one of them.

@@ -32,16 +32,7 @@ pub struct ErrorPlace {
 }
 
 impl ErrorRecord {
-    /// What each of the single mistakes of an error says.
-    #[must_use]
-    pub fn list_mistakes(error: &Error) -> Vec<Self> {
-        match error {
-            Error::Several(errors) => errors.iter().flat_map(Self::list_mistakes).collect(),
-            error => vec![Self::from_error(error)],
-        }
-    }
-
-    /// What a single error says.
+    /// What one of [`Error::into_single_errors`] says.
     #[must_use]
     pub fn from_error(error: &Error) -> Self {
         let place = error.as_input().and_then(|input| input.file_line_and_column());

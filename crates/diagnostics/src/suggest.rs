@@ -48,10 +48,16 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
 /// The names with commas in between; of many only the first ones and the number of the others.
 #[must_use]
 pub fn join_shortened<S: AsRef<str>>(names: &[S]) -> String {
-    let listed: Vec<_> = names.iter().take(LISTED).map(AsRef::as_ref).collect();
+    join_first(names, LISTED)
+}
+
+/// The same with at most so many names.
+#[must_use]
+pub fn join_first<S: AsRef<str>>(names: &[S], most: usize) -> String {
+    let listed: Vec<_> = names.iter().take(most).map(AsRef::as_ref).collect();
     match names.len() {
         0 => "none".to_owned(),
-        count if count > LISTED => format!("{} and {} more", listed.join(", "), count - LISTED),
+        count if count > most => format!("{} and {} more", listed.join(", "), count - most),
         _ => listed.join(", "),
     }
 }

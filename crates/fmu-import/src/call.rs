@@ -30,10 +30,7 @@ impl CallError {
     /// The error of an output that is NaN.
     #[must_use]
     pub fn nan_output(version: FmiVersion, output: &str) -> Self {
-        let call = match version {
-            FmiVersion::Two => "fmi2GetReal",
-            FmiVersion::Three => "fmi3GetFloat64",
-        };
+        let call = version.function("fmi2GetReal", "fmi3GetFloat64");
         CallError::new(call, format!("the output `{output}` is NaN"))
     }
 
@@ -102,6 +99,15 @@ pub struct DiscreteStatesUpdate {
     pub next_event_time: Option<f64>,
 }
 
+/// Real inputs, by their value references.
+#[derive(Debug, Clone, Copy)]
+pub struct RealInputs<'a> {
+    /// The value references.
+    pub references: &'a [u32],
+    /// A value for each of them.
+    pub values: &'a [f64],
+}
+
 /// What an FMU says about a completed step of the integrator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CompletedStep {
@@ -112,10 +118,7 @@ pub struct CompletedStep {
 impl StepStatus {
     /// Makes an early end an error.
     pub(crate) fn into_result(self, version: FmiVersion) -> Result<(), CallError> {
-        let call = match version {
-            FmiVersion::Two => "fmi2DoStep",
-            FmiVersion::Three => "fmi3DoStep",
-        };
+        let call = version.function("fmi2DoStep", "fmi3DoStep");
         let error = |what| CallError::new(call, what);
         match self {
             StepStatus::Done => Ok(()),

@@ -18,6 +18,17 @@ pub enum FmiVersion {
     Three,
 }
 
+impl FmiVersion {
+    /// The name of a function that both versions have, for messages.
+    #[must_use]
+    pub fn function(self, two: &'static str, three: &'static str) -> &'static str {
+        match self {
+            FmiVersion::Two => two,
+            FmiVersion::Three => three,
+        }
+    }
+}
+
 impl std::fmt::Display for FmiVersion {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(match self {

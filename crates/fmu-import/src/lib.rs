@@ -95,7 +95,9 @@ pub use binding::{
     final_exit_code, guard_exit, ignore_termination_signals, messages_while_freed, set_final_exit_code,
     share_call_notes, start_watchdog, take_process_change_reports, termination_signal,
 };
-pub use call::{CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
+pub use call::{
+    CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, RealInputs, StepResult, StepStatus,
+};
 pub use description::{
     ClockAttributes, ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion,
     FmuDescription, IntervalVariability, StorageType, Variable,

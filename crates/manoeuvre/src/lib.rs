@@ -13,7 +13,6 @@ mod channel;
 mod characteristic_value;
 mod common;
 mod controllers;
-mod course;
 mod diagram;
 mod driver;
 mod frame;
@@ -22,6 +21,7 @@ mod line_fit;
 mod log;
 mod manoeuvre;
 mod path;
+mod test_track;
 
 pub use action::{CarState, DriveCommand, DriverAction, SteerCommand, TestStage};
 pub use channel::Channel;
@@ -30,10 +30,10 @@ pub use characteristic_value::{
 };
 pub use common::{CommonParameters, Direction};
 pub use controllers::{PathFollower, SpeedController};
-pub use course::TestCourse;
 pub use diagram::{DiagramLayerKind, DiagramScale, TestDiagram, TestDiagramLayer};
 pub use driver::{DriverOutputInfo, DriverState, ManoeuvreDriver, OUTPUTS};
 pub use line_fit::LineFit;
 pub use log::ManoeuvreLog;
 pub use manoeuvre::Manoeuvre;
 pub use path::GroundPath;
+pub use test_track::TestTrack;

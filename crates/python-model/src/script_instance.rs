@@ -11,7 +11,9 @@ use fmu_export::{
     CoSimulation, FmiError, FmiResult, FmiValue, Lifecycle, LifecycleState, LogCategories, VariableKind,
     VariableValue, log, reject, warn,
 };
-use python::{MODEL_SERVER_PATH, PythonInterpreter, PythonProcess, ScriptError};
+use python::{
+    MODEL_SERVER_PATH, PythonInterpreter, PythonProcess, ScriptError, missing_module, module_install_advice,
+};
 
 use crate::INTERFACE;
 use crate::interface::{CATEGORIES, PRINTED, ScriptFmuInterface, ScriptVariable, ScriptVariableRole};
@@ -120,10 +122,13 @@ impl ScriptInstance {
         let refused = |failure: &ScriptError| {
             let python = interpreter.path.display();
             let reason = interpreter.reason;
-            let cure = missing_module(failure).map(|module| {
-                format!("; type `{python} -m pip install {module}`, or name another Python by the environment variable TRACKSIDE_PYTHON")
-            });
-            let cure = cure.unwrap_or_default();
+            let cure = match failure {
+                ScriptError::Exception(exception) => missing_module(&exception.message),
+                _ => None,
+            };
+            let cure = cure
+                .map(|module| format!("; type {}", module_install_advice(&interpreter.path, module)))
+                .unwrap_or_default();
             let message = format!("the script does not load in {python} ({reason}): {failure}{cure}");
             FmiError { status: Status::Error, message }
         };
@@ -366,13 +371,6 @@ impl CoSimulation for ScriptInstance {
     fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<ScriptState> {
         self.state_from_bytes(bytes)
     }
-}
-
-/// The module that a script imports and that its Python does not have.
-fn missing_module(failure: &ScriptError) -> Option<&str> {
-    let ScriptError::Exception(exception) = failure else { return None };
-    let rest = exception.message.strip_prefix("ModuleNotFoundError: No module named '")?;
-    rest.split(['\'', '.']).next()
 }
 
 #[cfg(test)]

@@ -9,6 +9,22 @@ const NAMED_BY: &str = "TRACKSIDE_PYTHON";
 /// What is looked for in the search path when nothing else is known.
 const USUAL: &str = "python3";
 
+/// The remedy against a Python that does not serve.
+pub(crate) const OTHER_PYTHON: &str = "or name another Python by the environment variable TRACKSIDE_PYTHON";
+
+/// The module that an exception says is missing; of `numpy.linalg` that is `numpy`, which can be installed.
+#[must_use]
+pub fn missing_module(message: &str) -> Option<&str> {
+    let (_, rest) = message.split_once("No module named '")?;
+    rest.split(['\'', '.']).next()
+}
+
+/// How a module gets into a Python: the command, and the other remedy.
+#[must_use]
+pub fn module_install_advice(python: &Path, module: &str) -> String {
+    format!("`{} -m pip install {module}`, {OTHER_PYTHON}", python.display())
+}
+
 /// A Python, and why it is this one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PythonInterpreter {
@@ -40,6 +56,17 @@ impl PythonInterpreter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_missing_module_is_named_as_it_is_installed() {
+        for (message, module) in [
+            ("ModuleNotFoundError: No module named 'numpy.linalg'", Some("numpy")),
+            ("it said: ModuleNotFoundError: No module named 'tuned'", Some("tuned")),
+            ("NameError: name 'tuned' is not defined", None),
+        ] {
+            assert_eq!(missing_module(message), module, "{message}");
+        }
+    }
 
     #[test]
     fn the_environment_decides_before_what_is_known_and_a_lost_one_is_replaced() {

@@ -13,7 +13,7 @@ mod printed_lines;
 mod process;
 
 pub use error::{PythonException, ScriptError};
-pub use interpreter::PythonInterpreter;
+pub use interpreter::{PythonInterpreter, missing_module, module_install_advice};
 pub use library::PythonLibrary;
 pub use process::PythonProcess;
 

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
 
-use crate::interpreter::PythonInterpreter;
+use crate::interpreter::{OTHER_PYTHON, PythonInterpreter};
 
 /// Four lines: the interpreter itself, which may be behind a script of pyenv, its version, and folder and name of its library.
 const QUESTION: &str = "import sys, sysconfig
@@ -29,11 +29,10 @@ impl PythonInterpreter {
     pub fn find_shared_library(&self) -> Result<PythonLibrary, String> {
         let PythonInterpreter { path, reason } = self;
         let shown = path.display();
-        let other = "or name another Python by the environment variable TRACKSIDE_PYTHON";
         let mut command = Command::new(path);
         let output = command.args(["-I", "-S", "-c", QUESTION]).stdin(Stdio::null()).output();
         let output = output.map_err(|error| {
-            format!("{shown} ({reason}) does not start: {error}; install Python 3, {other}")
+            format!("{shown} ({reason}) does not start: {error}; install Python 3, {OTHER_PYTHON}")
         })?;
         let text = String::from_utf8_lossy(&output.stdout);
         let mut lines = text.lines();
@@ -42,7 +41,7 @@ impl PythonInterpreter {
             let said = String::from_utf8_lossy(&output.stderr);
             let said = said.trim().lines().next_back().unwrap_or("it says nothing").to_owned();
             return Err(format!(
-                "{shown} ({reason}) is no Python that starts: {said}; install Python 3, {other}"
+                "{shown} ({reason}) is no Python that starts: {said}; install Python 3, {OTHER_PYTHON}"
             ));
         };
         let library = next().zip(next()).map(|(folder, name)| PathBuf::from(folder).join(name));
@@ -50,7 +49,7 @@ impl PythonInterpreter {
             Some(path) => Ok(PythonLibrary { interpreter: interpreter.into(), path }),
             None => Err(format!(
                 "the Python {version} of {interpreter} ({reason}) has no shared library: \
-                 Debian has it in the package libpython{version}, pyenv builds it with PYTHON_CONFIGURE_OPTS=--enable-shared; install it, {other}"
+                 Debian has it in the package libpython{version}, pyenv builds it with PYTHON_CONFIGURE_OPTS=--enable-shared; install it, {OTHER_PYTHON}"
             )),
         }
     }

@@ -35,7 +35,7 @@ pub use sink::mdf::MdfSink;
 pub use sink::parquet::ParquetSink;
 pub use sink::threaded_sink::ThreadedSink;
 pub use sink::{
-    AnalysisColumns, BoxedSink, CheckOrFaultStatus, CourseLayout, EventLevel, RunEvent, RunHeader, Sink,
-    SinkFactory, SinkNotice, StatusChange, StatusSource,
+    AnalysisColumns, BoxedSink, CheckOrFaultStatus, EventLevel, RunEvent, RunHeader, Sink, SinkFactory,
+    SinkNotice, StatusChange, StatusSource, TestTrackLayout,
 };
 pub use thinned_samples::ThinnedSamples;

@@ -176,8 +176,8 @@ pub trait Sink<S = RecordedVariables> {
         Ok(())
     }
 
-    /// Takes the course of a test, after the last row.
-    fn push_course(&mut self, _course: &CourseLayout) -> Result<(), Error> {
+    /// Takes the test track of a manoeuvre, after the last row.
+    fn push_test_track(&mut self, _course: &TestTrackLayout) -> Result<(), Error> {
         Ok(())
     }
 
@@ -193,9 +193,9 @@ pub trait Sink<S = RecordedVariables> {
     }
 }
 
-/// The course of a test on the ground, east and north [m].
+/// The test track of a manoeuvre (ISO 3888) on the ground, east and north [m].
 #[derive(Debug, Clone, Copy)]
-pub struct CourseLayout<'a> {
+pub struct TestTrackLayout<'a> {
     /// Where cones stand that the car does not touch.
     pub cones: &'a [[f64; 2]],
     /// Where cones stand that it hits.

@@ -7,8 +7,8 @@ use plugin::Diagram;
 use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::archetypes::TextDocument;
 use recording::{
-    AnalysisColumns, CourseLayout, RecordedVariables, Row, RunEvent, RunHeader, Sink, SinkNotice,
-    StatusChange,
+    AnalysisColumns, RecordedVariables, Row, RunEvent, RunHeader, Sink, SinkNotice, StatusChange,
+    TestTrackLayout,
 };
 
 use card::RunCard;
@@ -27,7 +27,6 @@ mod cameras;
 mod card;
 mod chart_sizes;
 mod comparison_drawing;
-mod course;
 mod decimation;
 mod diagrams;
 mod drawing;
@@ -46,6 +45,7 @@ mod scene;
 mod signals;
 mod status_tracks;
 mod target;
+mod test_track;
 mod texts;
 mod time_gap;
 mod timeline;
@@ -289,12 +289,12 @@ impl Sink for RerunSink {
         })
     }
 
-    fn push_course(&mut self, course: &CourseLayout) -> Result<(), Error> {
+    fn push_test_track(&mut self, track: &TestTrackLayout) -> Result<(), Error> {
         // Where no body is shown, there is no ground to stand on.
         if self.drawing.scene.is_none() {
             return Ok(());
         }
-        self.send_after_rows(|_, stream| course::send_course(stream, course))
+        self.send_after_rows(|_, stream| test_track::send_test_track(stream, track))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

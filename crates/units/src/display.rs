@@ -60,6 +60,29 @@ pub fn name_with_unit(name: &str, unit: Option<&str>) -> String {
     }
 }
 
+/// The lines of a table, its cells in columns as wide as their widest cell, with two blanks between them. Very long cells stand out of
+/// their columns: the width of a formatted text must be below 65,536.
+///
+/// ```
+/// let rows = [["", "value"], ["speed", "3"]].map(|row| row.map(str::to_owned).to_vec());
+/// assert_eq!(units::display::align_columns(&rows), ["       value", "speed  3"]);
+/// ```
+#[must_use]
+pub fn align_columns(rows: &[Vec<String>]) -> Vec<String> {
+    const WIDEST: usize = 1000;
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |place: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(place));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0).min(WIDEST)
+    };
+    let widths: Vec<_> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    rows.iter().map(line).collect()
+}
+
 /// The unit in brackets at the end of a label, as it is written; an index such as that of `y[1]` is none.
 ///
 /// ```

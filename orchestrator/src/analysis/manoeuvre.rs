@@ -1,4 +1,4 @@
-//! The analysis of a manoeuvre: its characteristic values as numbers for checks and as a table for the report, its course and its diagrams.
+//! The analysis of a manoeuvre: its characteristic values as numbers for checks and as a table for the report, its track and its diagrams.
 
 use diagnostics::Error;
 use manoeuvre::{
@@ -6,7 +6,7 @@ use manoeuvre::{
     TestDiagramLayer,
 };
 use plugin::{Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape};
-use recording::{AllVariables, CourseLayout, Sink};
+use recording::{AllVariables, Sink, TestTrackLayout};
 use serde_json::{Map, Value, json};
 use units::display::{customary_quantity, name_with_unit, number_text, unit_text};
 
@@ -33,8 +33,8 @@ pub(super) fn evaluate_manoeuvre(
     let log = manoeuvre.test_log(time, commands, inputs).map_err(failed)?;
     let picture = pictures.last_mut();
     let begin = picture.as_ref().and_then(|picture| picture.stages.first()).map_or(0.0, |(begin, _)| *begin);
-    if let Some(course) = picture.and_then(|picture| picture.course.as_mut()) {
-        course.set_hits(manoeuvre, &log, begin);
+    if let Some(track) = picture.and_then(|picture| picture.track.as_mut()) {
+        track.set_hits(manoeuvre, &log, begin);
     }
     let values = manoeuvre.kind.characteristic_values(&manoeuvre.common, &log).map_err(failed)?;
     if let Some(picture) = pictures.last_mut() {
@@ -43,7 +43,7 @@ pub(super) fn evaluate_manoeuvre(
     Ok(manoeuvre_result_json(manoeuvre, &values))
 }
 
-/// Gives the course and the diagrams of a test to those who draw them.
+/// Gives the track and the diagrams of a test to those who draw them.
 ///
 /// # Errors
 /// Those of the sink.
@@ -51,9 +51,9 @@ pub(super) fn record_test_picture(
     picture: &TestPicture,
     sink: &mut dyn Sink<AllVariables>,
 ) -> Result<(), Error> {
-    if let Some(course) = &picture.course {
-        let [hit_cones, cones] = course.hit_and_standing_cones();
-        sink.push_course(&CourseLayout { cones: &cones, hit_cones: &hit_cones, path: &course.path })?;
+    if let Some(track) = &picture.track {
+        let [hit_cones, cones] = track.hit_and_standing_cones();
+        sink.push_test_track(&TestTrackLayout { cones: &cones, hit_cones: &hit_cones, path: &track.path })?;
     }
     for diagram in &picture.diagrams {
         let [bottom, top] = diagram.y_range.unwrap_or([f64::NAN; 2]);

@@ -15,7 +15,8 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    guest_program_path, print_error, print_text, print_to_stderr, progress, standalone, supervised, why,
+    guest_program_path, print_single_errors, print_text, print_to_stderr, progress, standalone, supervised,
+    why,
 };
 
 /// Arguments of `trackside run`.
@@ -337,12 +338,13 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
         Ok(run) => run,
         Err(error) => {
             let help = if path.exists() { None } else { missing_scenario_help(path) };
-            let error = error.with_optional_help(help);
+            let code = error.exit_code();
+            let errors = error.with_optional_help(help).into_single_errors();
+            print_single_errors(&errors);
             // For the program that runs this test, which tells it by its identity from what FMUs write.
-            let records =
-                options.identity.as_ref().map(|identity| suite::error_record_line(identity, &error));
-            let code = print_error(error);
-            records.iter().for_each(|line| eprintln!("{line}"));
+            if let Some(identity) = &options.identity {
+                eprintln!("{}", suite::error_record_line(identity, &errors));
+            }
             return code;
         }
     };

@@ -7,9 +7,7 @@ use std::fmt::Write as _;
 use plugin::{ResultSummary, ResultTable};
 use serde::Deserialize;
 use serde_json::Value;
-
-/// Longer names and cells stand out of their columns: the width of a formatted text must be below 65,536.
-pub(super) const WIDEST: usize = 1000;
+use units::display::align_columns;
 
 /// What a result says to people.
 #[derive(Debug, Default)]
@@ -42,22 +40,10 @@ impl AnalysisSummary {
     }
 }
 
-fn head_and_rows(table: &ResultTable) -> impl Iterator<Item = &Vec<String>> {
-    std::iter::once(&table.head).chain(table.rows.iter().map(|row| &row.0))
-}
-
 fn table_lines(table: &ResultTable) -> String {
-    let columns = head_and_rows(table).map(Vec::len).max().unwrap_or(0);
-    let width = |place: usize| {
-        let cells = head_and_rows(table).filter_map(|row| row.get(place));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0).min(WIDEST)
-    };
-    let widths: Vec<_> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
-        format!("    {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
-    };
-    head_and_rows(table).map(line).collect()
+    let rows: Vec<_> =
+        std::iter::once(&table.head).chain(table.rows.iter().map(|row| &row.0)).cloned().collect();
+    align_columns(&rows).into_iter().map(|line| format!("    {line}\n")).collect()
 }
 
 #[cfg(test)]

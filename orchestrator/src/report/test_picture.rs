@@ -1,6 +1,6 @@
-//! What a page shows of the test that a manoeuvre is: its course, stages and diagrams.
+//! What a page shows of the test that a manoeuvre is: its track, stages and diagrams.
 
-use manoeuvre::{Manoeuvre, TestCourse, TestDiagram, TestStage};
+use manoeuvre::{Manoeuvre, TestDiagram, TestStage, TestTrack};
 
 /// What there is to draw of a test.
 #[derive(Debug, Clone)]
@@ -11,8 +11,8 @@ pub struct TestPicture {
     pub title: &'static str,
     /// The speed at which the test begins [m/s].
     pub entry_speed: f64,
-    /// Its course on the ground.
-    pub course: Option<TestCourse>,
+    /// Its track on the ground.
+    pub track: Option<TestTrack>,
     /// The stages that it came to, each with its beginning [s].
     pub stages: Vec<(f64, &'static str)>,
     /// When it was over [s].
@@ -39,7 +39,7 @@ impl TestPicture {
             name: name.to_owned(),
             title: manoeuvre.kind.kind_title(),
             entry_speed: manoeuvre.kind.test_entry_speed(&manoeuvre.common),
-            course: manoeuvre.test_course(phase, inputs),
+            track: manoeuvre.test_track(phase, inputs),
             stages,
             end: over.and_then(|place| time.get(place).copied()),
             diagrams: Vec::new(),

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use assessment::check::CheckVerdict;
+use diagnostics::suggest::join_first;
 use diagnostics::{escape_markdown, rounded_time};
 use units::display::{number_text, quantity_text, unit_text};
 
-use super::analysis_summary::{AnalysisSummary, WIDEST};
+use super::analysis_summary::AnalysisSummary;
 use super::laps::lap_time_lines;
 use super::{RunReport, RunVerdict, ValidationReport};
 use crate::messages::{self, MessageSeverity};
@@ -126,11 +127,11 @@ impl RunReport {
 /// The first few of values, and how many more there are.
 pub(super) fn shorten_list(values: &[String]) -> String {
     const MOST: usize = 6;
-    match values.len().checked_sub(MOST) {
-        Some(more) if more > 0 => format!("{} and {more} more", values[..MOST].join(", ")),
-        _ => values.join(", "),
-    }
+    if values.is_empty() { String::new() } else { join_first(values, MOST) }
 }
+
+/// Longer names stand out of their column: the width of a formatted text must be below 65,536.
+const WIDEST: usize = 1000;
 
 /// A line for each check.
 fn check_lines(checks: &[CheckVerdict], indent: &str) -> String {

@@ -81,8 +81,8 @@ pub(super) fn run_scenario_process(
 
 /// A line that tells the program that runs a test what each error of its run says; its identity marks it.
 #[must_use]
-pub fn error_record_line(identity: &str, error: &Error) -> String {
-    let records: Vec<_> = ErrorRecord::list_mistakes(error).into_iter().take(MOST_RECORDS).collect();
+pub fn error_record_line(identity: &str, errors: &[Error]) -> String {
+    let records: Vec<_> = errors.iter().take(MOST_RECORDS).map(ErrorRecord::from_error).collect();
     // Texts are always written.
     format!("{identity} {}", serde_json::to_string(&records).unwrap_or_default())
 }
@@ -145,10 +145,11 @@ mod tests {
     #[test]
     fn errors_are_told_apart_from_what_people_read() {
         let error = Error::invalid_input("unknown key `chekc`").with_help("did you mean `check`?");
-        let line = error_record_line("12ab", &error);
+        let records = [ErrorRecord::from_error(&error)];
+        let line = error_record_line("12ab", &[error]);
         let (text, errors) = split_error_records(format!("warning: a\n  x b{line}\n"), "12ab");
         assert_eq!(text, "warning: a\n  x b");
-        assert_eq!(errors, ErrorRecord::list_mistakes(&error));
+        assert_eq!(errors, records);
         // What is not of this run stays text.
         assert_eq!(split_error_records(line.clone(), "34cd"), (line, Vec::new()));
     }

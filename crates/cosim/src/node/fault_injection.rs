@@ -50,18 +50,12 @@ impl FaultyNode {
     }
 
     fn injected_fault_error(&self, what: &str) -> CallError {
-        let call = match self.version {
-            FmiVersion::Two => "fmi2DoStep",
-            FmiVersion::Three => "fmi3DoStep",
-        };
+        let call = self.version.function("fmi2DoStep", "fmi3DoStep");
         CallError::new(call, format!("{what}: a fault of the scenario"))
     }
 
     fn discard_error(&self) -> CallError {
-        let status = match self.version {
-            FmiVersion::Two => "fmi2Discard",
-            FmiVersion::Three => "fmi3Discard",
-        };
+        let status = self.version.function("fmi2Discard", "fmi3Discard");
         CallError { discarded: true, ..self.injected_fault_error(&format!("returned {status}")) }
     }
 }

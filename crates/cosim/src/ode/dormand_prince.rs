@@ -1,6 +1,6 @@
 //! The explicit method of Dormand and Prince of order 5(4), with its polynomial of degree 4 over a step (section II.5).
 
-use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt};
+use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt, StepStart};
 
 const STAGES: usize = 7;
 const C: [f64; STAGES] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
@@ -69,23 +69,15 @@ impl DormandPrince {
         self.last_error = 1e-4;
     }
 
-    /// f at the end of the last step.
-    pub fn end_derivatives(&self) -> &[f64] {
-        &self.k[STAGES - 1]
-    }
-
-    /// Attempts a step at a time and of a length [s]; `end` becomes the solution at its end.
-    #[expect(clippy::too_many_arguments, reason = "a step has a start, a length and an end")]
+    /// Attempts a step; `end` becomes the solution at its end, and the derivatives those there.
     pub fn attempt_step<S: OdeSystem>(
         &mut self,
         system: &mut S,
         tolerance: &ErrorTolerance,
-        (time, h): (f64, f64),
-        states: &[f64],
-        derivatives: &[f64],
+        start: StepStart,
         end: &mut [f64],
-        was_rejected: bool,
     ) -> Result<StepAttempt, IntegrationFailure<S::Error>> {
+        let StepStart { time, states, derivatives, step: h, was_rejected } = start;
         let DormandPrince { k, argument, difference, last_error, span, polynomial } = self;
         k[0].copy_from_slice(derivatives);
         for stage in 1..STAGES {
@@ -123,6 +115,7 @@ impl DormandPrince {
                 [states[index], change, bend, change - h * k[STAGES - 1][index] - bend, h * slope];
             polynomial.iter_mut().zip(coefficients).for_each(|(all, it)| all[index] = it);
         }
+        derivatives.copy_from_slice(&k[STAGES - 1]);
         Ok(StepAttempt::Accepted(if was_rejected { next.min(h) } else { next }))
     }
 

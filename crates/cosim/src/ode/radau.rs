@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, LU};
 
-use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt};
+use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt, StepStart};
 
 const SQRT_6: f64 = 2.449_489_742_783_178;
 const C: [f64; 3] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
@@ -78,18 +78,6 @@ pub(super) struct Radau {
     convergence: f64,
 }
 
-/// Where a step begins.
-pub(super) struct StepStart<'a> {
-    pub time: f64,
-    pub states: &'a [f64],
-    /// f there, which becomes that at the end.
-    pub derivatives: &'a mut [f64],
-    /// The length of the step [s].
-    pub step: f64,
-    /// Whether a longer one was rejected.
-    pub was_rejected: bool,
-}
-
 /// How Newton's method ended.
 enum NewtonResult {
     Converged {
@@ -127,7 +115,7 @@ impl Radau {
         self.convergence = 1.0;
     }
 
-    /// Attempts a step; `end` becomes the solution at its end.
+    /// Attempts a step; `end` becomes the solution at its end, and the derivatives those there.
     pub fn attempt_step<S: OdeSystem>(
         &mut self,
         system: &mut S,
@@ -148,7 +136,7 @@ impl Radau {
             return Ok(StepAttempt::Rejected(0.5 * h));
         }
         self.predict(h);
-        let iterations = match self.solve_stages(system, &tolerance, (time, h), states)? {
+        let iterations = match self.solve_stages(system, &tolerance, time, h, states)? {
             NewtonResult::Converged { iterations } => iterations,
             NewtonResult::Diverged(shorter) => {
                 // The Jacobian of an earlier step may be the reason.
@@ -278,7 +266,8 @@ impl Radau {
         &mut self,
         system: &mut S,
         tolerance: &ErrorTolerance,
-        (time, h): (f64, f64),
+        time: f64,
+        h: f64,
         states: &[f64],
     ) -> Result<NewtonResult, IntegrationFailure<S::Error>> {
         let Radau { matrices, z, w, slopes, argument, convergence, .. } = self;

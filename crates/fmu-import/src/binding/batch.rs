@@ -6,7 +6,7 @@
 use super::Instance;
 use super::process_end::call_notes_are_shared;
 use super::process_state::{ProcessStateChanges, describe_changes, restore_process_state_after_step};
-use crate::{CallError, StorageType};
+use crate::{CallError, RealInputs, StorageType};
 
 /// An instance in the middle of a step.
 #[derive(Debug)]
@@ -57,12 +57,7 @@ impl CallBatch<'_> {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn set_point(
-        &mut self,
-        time: f64,
-        inputs: (&[u32], &[f64]),
-        states: &[f64],
-    ) -> Result<(), CallError> {
+    pub fn set_point(&mut self, time: f64, inputs: RealInputs, states: &[f64]) -> Result<(), CallError> {
         self.0.set_point(time, inputs, states)
     }
 

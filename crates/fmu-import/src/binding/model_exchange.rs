@@ -8,7 +8,7 @@ use super::guarded_buffer::{AnyBitPattern, GuardedValue};
 use super::instance::call_name;
 use super::phase::InstancePhase;
 use super::{DISCARD, FmiStatus, Instance, InstancePointer, OK, WARNING};
-use crate::{CallError, CompletedStep, DiscreteStatesUpdate, StorageType};
+use crate::{CallError, CompletedStep, DiscreteStatesUpdate, RealInputs, StorageType};
 
 impl AnyBitPattern for EventInfo {}
 
@@ -118,16 +118,10 @@ impl Instance {
     }
 
     /// Gives the FMU a time [s], real inputs and the continuous states: it is evaluated there from now on.
-    pub fn set_point(
-        &mut self,
-        time: f64,
-        inputs: (&[u32], &[f64]),
-        states: &[f64],
-    ) -> Result<(), CallError> {
+    pub fn set_point(&mut self, time: f64, inputs: RealInputs, states: &[f64]) -> Result<(), CallError> {
         self.set_time(time)?;
         self.set_continuous_states(states)?;
-        let (references, values) = inputs;
-        self.set_numbers(StorageType::Float64, references, values)
+        self.set_numbers(StorageType::Float64, inputs.references, inputs.values)
     }
 
     /// `fmi2EnterContinuousTimeMode`, `fmi3EnterContinuousTimeMode`, after the event.

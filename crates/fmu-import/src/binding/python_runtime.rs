@@ -137,11 +137,7 @@ fn import_script(folder: &Path, name: &str) -> Result<Option<String>, libloading
 
 /// What to do when a script of an FMU misses a module, to be appended to what is said of it; nothing when it misses none.
 pub(super) fn missing_module_advice(said: &str, fmu: &Fmu) -> Option<String> {
-    let (_, rest) = said.split_once("No module named '")?;
-    let (module, _) = rest.split_once('\'')?;
-    let python = fmu.python_library()?.ok()?.interpreter.display();
-    let package = module.split('.').next().unwrap_or(module);
-    Some(format!(
-        "; type `{python} -m pip install {package}`, or name another Python by the environment variable TRACKSIDE_PYTHON"
-    ))
+    let module = python::missing_module(said)?;
+    let python = &fmu.python_library()?.ok()?.interpreter;
+    Some(format!("; type {}", python::module_install_advice(python, module)))
 }

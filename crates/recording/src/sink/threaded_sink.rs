@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use diagnostics::Error;
 
-use super::{AnalysisColumns, BoxedSink, CourseLayout, RunEvent, Sink, SinkNotice, StatusChange};
+use super::{AnalysisColumns, BoxedSink, RunEvent, Sink, SinkNotice, StatusChange, TestTrackLayout};
 use crate::row::{RecordedVariables, Row};
 
 /// As many waiting rows [B] wake the thread up. Waking it costs some microseconds, as much as writing so many rows takes or less.
@@ -256,8 +256,8 @@ impl Sink for ThreadedSink {
         self.caught_up()?.push_diagram(analysis, group, diagram)
     }
 
-    fn push_course(&mut self, course: &CourseLayout) -> Result<(), Error> {
-        self.caught_up()?.push_course(course)
+    fn push_test_track(&mut self, track: &TestTrackLayout) -> Result<(), Error> {
+        self.caught_up()?.push_test_track(track)
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::python::{MODEL_SERVER, MODEL_SERVER_PATH, PythonException, PythonInterpreter, ScriptError};
+use ::python::{
+    MODEL_SERVER, MODEL_SERVER_PATH, PythonException, PythonInterpreter, ScriptError, missing_module,
+    module_install_advice,
+};
 use diagnostics::{Error, SourceFiles, TextFile};
 use fmu_export::pack::{FmiVersion, is_identifier};
 use orchestrator::package::BuildProgress;
@@ -164,19 +167,14 @@ fn script_load_error(
         Some((source, range)) => source.error_at(range, &message, ""),
         None => Error::invalid_input(format!("{}: {message}", order.script.display())),
     };
-    let missing = message.strip_prefix("ModuleNotFoundError: No module named '");
-    let Some(module) = missing.and_then(|rest| rest.split(['\'', '.']).next()) else {
-        return error;
-    };
+    let Some(module) = missing_module(&message) else { return error };
     let own = [format!("{module}.py"), module.to_owned()];
     match own.into_iter().find(|name| path(name).exists()) {
         Some(own) => error.with_help(format!("to take it along: --with {}", path(&own).display())),
         None => {
             let python = interpreter.path.display();
-            error.with_help(format!(
-                "install it for {python} ({}) by `{python} -m pip install {module}`, or name another Python by the environment variable TRACKSIDE_PYTHON",
-                interpreter.reason
-            ))
+            let advice = module_install_advice(&interpreter.path, module);
+            error.with_help(format!("install it for {python} ({}) by {advice}", interpreter.reason))
         }
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use assessment::check::CheckVerdict;
 use html_page::{Markup, Safe, script_json};
-use manoeuvre::{DiagramLayerKind, DiagramScale, TestCourse, TestDiagram};
+use manoeuvre::{DiagramLayerKind, DiagramScale, TestDiagram, TestTrack};
 use recording::StatusSource;
 use recording::overview::{
     CURVE_POINTS, CompletedLap, MOST_CURVES, MOST_MOVING_CURVES, MOST_XY_POINTS, RunOverview, StatusSpan,
@@ -216,13 +216,13 @@ impl RunPlayer {
         if first >= last {
             return None;
         }
-        let courses = pictures.tests.iter().filter_map(|test| test.course.as_ref());
+        let tracks = pictures.tests.iter().filter_map(|test| test.track.as_ref());
         let (road, car, spans) = (overview.road_edges(), car_data(overview), overview.status_spans());
         let [hit_cones, cones] = [true, false].map(|hit| {
-            let of = courses.clone().map(TestCourse::hit_and_standing_cones);
+            let of = tracks.clone().map(TestTrack::hit_and_standing_cones);
             of.flat_map(|[hit_cones, cones]| if hit { hit_cones } else { cones }).collect::<Vec<_>>()
         });
-        let touched = courses.clone().flat_map(|course| course.hits.iter().flatten().copied());
+        let touched = tracks.clone().flat_map(|track| track.hits.iter().flatten().copied());
         let data = PlayerData {
             time: [first, last, overview.step],
             road: road.iter().filter(|edge| edge.len() > 1).map(|edge| line_data(edge)).collect(),
@@ -237,7 +237,7 @@ impl RunPlayer {
             } else {
                 Vec::new()
             },
-            course: courses.clone().filter(|it| !it.path.is_empty()).map(|it| line_data(&it.path)).collect(),
+            course: tracks.clone().filter(|it| !it.path.is_empty()).map(|it| line_data(&it.path)).collect(),
             tests: pictures.tests.iter().map(test_title).collect(),
             stages: pictures
                 .tests
@@ -261,7 +261,7 @@ impl RunPlayer {
             xy: xy_data(overview),
             car,
         };
-        let path: Vec<_> = courses.flat_map(|course| course.path.iter().copied()).collect();
+        let path: Vec<_> = tracks.flat_map(|track| track.path.iter().copied()).collect();
         let map = overview.has_body().then(|| {
             driven_map(&DrivenMap {
                 poses: overview.poses.samples(),

@@ -1,7 +1,7 @@
 //! Steps an FMU with event mode: discrete inputs, clocks, early ends of steps, and updates until nothing changes any more (FMI 3.0,
 //! section 4.2).
 
-use fmu_import::{CallError, DiscreteStatesUpdate, FmiVersion, Instance, StorageType};
+use fmu_import::{CallError, DiscreteStatesUpdate, Instance, StorageType};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
@@ -104,10 +104,8 @@ impl FmuNode {
             }
         }
         let what = format!("asks for another update after {MOST} of them in the event at {time} s");
-        let call = match self.instance.description().version {
-            FmiVersion::Two => "fmi2NewDiscreteStates",
-            FmiVersion::Three => "fmi3UpdateDiscreteStates",
-        };
+        let version = self.instance.description().version;
+        let call = version.function("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates");
         Err(CallError::new(call, what))
     }
 

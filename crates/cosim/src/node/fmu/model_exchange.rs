@@ -264,10 +264,7 @@ impl FmuNode {
 
 /// The error of an FMU that has more events than a step can have.
 fn too_many_events(instance: &Instance, begin: f64, time: f64) -> CallError {
-    let call = match instance.description().version {
-        fmu_import::FmiVersion::Two => "fmi2EnterEventMode",
-        fmu_import::FmiVersion::Three => "fmi3EnterEventMode",
-    };
+    let call = instance.description().version.function("fmi2EnterEventMode", "fmi3EnterEventMode");
     let what = format!(
         "was called {MOST_EVENTS} times between {begin} s and {time} s, in one communication step: the events do not end, as of a switch \
          without hysteresis"

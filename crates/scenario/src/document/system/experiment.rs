@@ -1,7 +1,6 @@
 //! Derives start, step and stop time from the DefaultExperiment of FMUs, where a system or a single FMU gives none.
 
-use std::collections::BTreeSet;
-
+use cosim::order;
 use diagnostics::Error;
 use fmu_import::Fmu;
 
@@ -138,18 +137,8 @@ impl SystemStepping {
 
 /// Why a system is coupled by Jacobi without saying so: connections lead from a component back to itself.
 pub(super) fn jacobi_reason(system: &ssp::SspSystem) -> Option<&'static str> {
-    let mut edges: Vec<_> =
-        system.connections.iter().map(|it| (it.from.component, it.to.component)).collect();
-    // What nothing leads to is in no loop, and neither is what only that leads to.
-    loop {
-        let before = edges.len();
-        let targets: BTreeSet<_> = edges.iter().map(|(_, to)| *to).collect();
-        edges.retain(|(from, _)| targets.contains(from));
-        if edges.len() == before {
-            break;
-        }
-    }
-    (!edges.is_empty()).then_some(
+    let links: Vec<_> = system.connections.iter().map(|it| (it.from.component, it.to.component)).collect();
+    order::has_loop(&links).then_some(
         "its connections form a loop, and libcosim and Ecos give each input the value of the start of the step",
     )
 }

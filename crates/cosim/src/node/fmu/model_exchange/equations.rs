@@ -1,6 +1,6 @@
 //! Evaluates the differential equations of an FMU for the integrator.
 
-use fmu_import::{CallError, FmiVersion, Instance};
+use fmu_import::{CallError, Instance, RealInputs};
 
 use crate::extrapolation::ExtrapolationPolynomial;
 use crate::ode::OdeSystem;
@@ -24,11 +24,11 @@ impl ChangingInputs {
         self.polynomials.push(polynomial);
     }
 
-    /// The references and the values at a time [s].
-    pub fn values_at(&mut self, time: f64) -> (&[u32], &[f64]) {
+    /// The inputs at a time [s].
+    pub fn values_at(&mut self, time: f64) -> RealInputs<'_> {
         self.values.clear();
         self.values.extend(self.polynomials.iter().map(|polynomial| polynomial.value_at(time)));
-        (&self.references, &self.values)
+        RealInputs { references: &self.references, values: &self.values }
     }
 }
 
@@ -79,10 +79,7 @@ impl OdeSystem for FmuEquations<'_> {
                 let wrong = derivatives.iter().position(|it| !it.is_finite());
                 let Some(wrong) = wrong else { return Ok(true) };
                 let about = self.instance.description();
-                let call = match about.version {
-                    FmiVersion::Two => "fmi2GetDerivatives",
-                    FmiVersion::Three => "fmi3GetContinuousStateDerivatives",
-                };
+                let call = about.version.function("fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives");
                 let state = &about.equations.states[wrong];
                 let what = format!(
                     "gave {} for `{}`, the derivative of `{}` = {}, at {time} s",

@@ -1,6 +1,6 @@
 //! Finds state events within a step of the integrator: where an indicator changes between above 0 and not above 0.
 
-use fmu_import::{CallError, FmiVersion, Instance};
+use fmu_import::{CallError, Instance};
 
 use super::ModelExchange;
 
@@ -15,10 +15,8 @@ pub(super) fn has_event(before: &[f64], after: &[f64]) -> bool {
 /// Refuses indicators at a time [s] that are no numbers.
 pub(super) fn check_indicators(instance: &Instance, time: f64, indicators: &[f64]) -> Result<(), CallError> {
     let Some(wrong) = indicators.iter().position(|it| it.is_nan()) else { return Ok(()) };
-    let call = match instance.description().version {
-        FmiVersion::Two => "fmi2GetEventIndicators",
-        FmiVersion::Three => "fmi3GetEventIndicators",
-    };
+    let version = instance.description().version;
+    let call = version.function("fmi2GetEventIndicators", "fmi3GetEventIndicators");
     Err(CallError::new(call, format!("gave NaN for event indicator {} at {time} s", wrong + 1)))
 }
 

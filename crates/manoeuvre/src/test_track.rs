@@ -1,4 +1,4 @@
-//! The course of a test on the ground of a run: cones, those that the car hit, and the line to follow.
+//! The track of a test on the ground of a run: cones, those that the car hit, and the line to follow.
 
 use crate::channel::Channel;
 use crate::frame::rotate_into_frame;
@@ -7,7 +7,7 @@ use crate::manoeuvre::Manoeuvre;
 
 /// Cones and the line to follow, east and north [m].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct TestCourse {
+pub struct TestTrack {
     /// Where cones stand.
     pub cones: Vec<[f64; 2]>,
     /// When the outline of the car first touched each of them [s]; empty while nothing is known of it.
@@ -17,10 +17,10 @@ pub struct TestCourse {
 }
 
 impl Manoeuvre {
-    /// The course where the test began; `phase` and `inputs` are those of [`Manoeuvre::test_log`]. None for a test without a course, and
+    /// The track where the test began; `phase` and `inputs` are those of [`Manoeuvre::test_log`]. None for a test without a track, and
     /// for one that did not begin.
     #[must_use]
-    pub fn test_course(&self, phase: &[f64], inputs: &[Vec<f64>]) -> Option<TestCourse> {
+    pub fn test_track(&self, phase: &[f64], inputs: &[Vec<f64>]) -> Option<TestTrack> {
         let channels = self.kind.required_channels();
         let begin = phase.iter().position(|phase| *phase != 0.0)?;
         let value = |channel| {
@@ -35,16 +35,16 @@ impl Manoeuvre {
             [east + along, north + across]
         };
         let path = self.kind.reference_path().map(|path| path.sampled_points()).unwrap_or_default();
-        let course = TestCourse {
+        let track = TestTrack {
             cones: self.kind.cones().into_iter().map(on_ground).collect(),
             hits: Vec::new(),
             path: path.into_iter().map(on_ground).collect(),
         };
-        (course != TestCourse::default()).then_some(course)
+        (track != TestTrack::default()).then_some(track)
     }
 }
 
-impl TestCourse {
+impl TestTrack {
     /// Takes from the log of the test which cones the car hit; the test began at `begin` [s].
     pub fn set_hits(&mut self, manoeuvre: &Manoeuvre, log: &ManoeuvreLog, begin: f64) {
         let times = manoeuvre.kind.cone_hit_times(log).into_iter();
@@ -94,16 +94,16 @@ mod tests {
             [20.0, 0.0, 0.0, 0.0, 5.0, 7.0, FRAC_PI_2].map(|it| vec![0.0, it]).to_vec();
         let phase = [0.0, 1.0];
         for (direction, left) in [(Direction::Left, 1.0), (Direction::Right, -1.0)] {
-            let course = manoeuvre(direction, Arc::new(LaneChange::default()));
-            let course = course.test_course(&phase, &inputs).expect("a course");
-            assert_eq!(course.cones.len(), 30);
+            let track = manoeuvre(direction, Arc::new(LaneChange::default()));
+            let track = track.test_track(&phase, &inputs).expect("a track");
+            assert_eq!(track.cones.len(), 30);
             // The lead is 20 m; the first lane is 1.1 * 1.8 m + 0.25 m wide.
-            let [east, north] = course.cones[0];
+            let [east, north] = track.cones[0];
             assert!(
                 (north - 27.0).abs() < 1e-9 && (east - 5.0 - left * 1.115).abs() < 1e-9,
                 "{east} {north}"
             );
-            let last = course.path.last().expect("a path");
+            let last = track.path.last().expect("a path");
             assert!((last[1] - 27.0).abs() > 100.0, "{last:?}");
         }
         let lane_change = manoeuvre(Direction::Left, Arc::new(LaneChange::default()));
@@ -115,13 +115,13 @@ mod tests {
             psi: vec![0.0; 20],
             ..ManoeuvreLog::default()
         };
-        let mut course = lane_change.test_course(&phase, &inputs).expect("a course");
-        course.set_hits(&lane_change, &log, 3.0);
-        let [hit, standing] = course.hit_and_standing_cones();
+        let mut track = lane_change.test_track(&phase, &inputs).expect("a track");
+        track.set_hits(&lane_change, &log, 3.0);
+        let [hit, standing] = track.hit_and_standing_cones();
         assert!(!hit.is_empty() && hit.len() + standing.len() == 30, "{hit:?}");
-        assert!(course.hits.iter().flatten().all(|time| *time >= 3.0), "{:?}", course.hits);
-        assert_eq!(lane_change.test_course(&[0.0, 0.0], &inputs), None);
+        assert!(track.hits.iter().flatten().all(|time| *time >= 3.0), "{:?}", track.hits);
+        assert_eq!(lane_change.test_track(&[0.0, 0.0], &inputs), None);
         let step = manoeuvre(Direction::Left, Arc::new(StepSteer::default()));
-        assert_eq!(step.test_course(&phase, &inputs), None);
+        assert_eq!(step.test_track(&phase, &inputs), None);
     }
 }

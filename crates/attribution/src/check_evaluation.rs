@@ -29,7 +29,7 @@ impl ReadableRow<TrajectoryColumns> for TrajectoryRow<'_> {
 }
 
 /// What a check says of a run.
-pub(crate) struct CheckJudgement {
+pub(crate) struct CheckEvaluation {
     /// Whether it holds.
     pub passed: bool,
     /// What it compares over time.
@@ -37,7 +37,7 @@ pub(crate) struct CheckJudgement {
 }
 
 /// Judges a check on the values of a run; none if they lack what it is about: a signal, or the result of an analysis.
-pub(crate) fn judge_check(check: &RecordedCheck, run: &Trajectory) -> Option<CheckJudgement> {
+pub(crate) fn evaluate_check(check: &RecordedCheck, run: &Trajectory) -> Option<CheckEvaluation> {
     let condition = Expression::parse(&check.that, &mut |name| resolve_signal(name, run)).ok()?;
     let mut monitor = ConditionMonitor::new(condition, check.tolerance);
     let step = run.times.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0]);
@@ -46,7 +46,7 @@ pub(crate) fn judge_check(check: &RecordedCheck, run: &Trajectory) -> Option<Che
     for (index, &time) in run.times.iter().enumerate().filter(|(_, time)| (from..=to).contains(*time)) {
         monitor.push_sample(time, &TrajectoryRow { numbers: run.row(index), texts: run.text_row(index) });
     }
-    Some(CheckJudgement { passed: monitor.outcome().passed, trace: monitor.comparison_trace().clone() })
+    Some(CheckEvaluation { passed: monitor.outcome().passed, trace: monitor.comparison_trace().clone() })
 }
 
 /// A column by its name. The run has judged its unit already: what is not known takes any.
