@@ -194,12 +194,14 @@ def scenario(arguments, steps):
     return "\n".join(lines) + "\n"
 
 
+def used():
+    """Processor time of all processes that this one started and that ended [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def trackside(arguments, folder):
     """Processor times of a step of the loop, and of the whole process by steps [ns]."""
-
-    def used():
-        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return usage.ru_utime + usage.ru_stime
 
     def run(steps):
         path = folder / f"chain_{steps}.toml"

@@ -1,18 +1,20 @@
 //! Integrates ordinary differential equations from event to event: a one-step method with error control, whose step begins anywhere.
 //!
-//! Both methods are of order 5 and have a polynomial over each step, on which events are searched. They need no history, so a restart
-//! after an event or with other inputs costs one evaluation. The explicit method runs until the equations turn out to be stiff.
+//! Both methods are of order 5 and have a polynomial over each step, on which events are searched and communication points lie. They need no
+//! history, so a restart after an event or with other inputs costs one evaluation. The explicit method runs until the equations turn out to be stiff.
 //!
 //! E. Hairer, S. P. Norsett, G. Wanner: Solving Ordinary Differential Equations I, sections II.4 to II.6; E. Hairer, G. Wanner: II, sections
 //! IV.2 and IV.8. Symbols are theirs.
 
 mod dormand_prince;
 mod radau;
+mod sparsity;
 
 use serde::{Deserialize, Serialize};
 
 use self::dormand_prince::DormandPrince;
 use self::radau::Radau;
+pub(crate) use self::sparsity::SparsityPattern;
 
 /// A Jacobian of more states than this is too large to be kept and factorised as a whole: the explicit method goes on.
 const MOST_STATES_OF_IMPLICIT_METHOD: usize = 2000;
@@ -34,9 +36,9 @@ pub(crate) trait OdeSystem {
         derivatives: &mut [f64],
     ) -> Result<bool, Self::Error>;
 
-    /// Puts the derivatives of f with respect to the state of this index into `column`, at the point that f was evaluated at last.
+    /// Puts the sum of the derivatives of f with respect to these states into `slopes`, at the point that f was evaluated at last.
     /// False where differences have to do.
-    fn jacobian_column(&mut self, state: usize, column: &mut [f64]) -> Result<bool, Self::Error>;
+    fn directional_derivative(&mut self, states: &[usize], slopes: &mut [f64]) -> Result<bool, Self::Error>;
 }
 
 /// Why there is no step.
@@ -57,15 +59,15 @@ impl<E> From<E> for IntegrationFailure<E> {
 }
 
 /// The error that a step may make in each state.
-#[derive(Debug, Clone)]
-pub(crate) struct ErrorTolerance {
+#[derive(Debug, Clone, Copy)]
+struct ErrorTolerance<'a> {
     /// As a share of the state [-].
-    pub relative: f64,
+    relative: f64,
     /// In units of each state.
-    pub absolute: Vec<f64>,
+    absolute: &'a [f64],
 }
 
-impl ErrorTolerance {
+impl ErrorTolerance<'_> {
     fn weight(&self, index: usize, magnitude: f64) -> f64 {
         self.absolute[index] + self.relative * magnitude.abs()
     }
@@ -78,15 +80,32 @@ impl ErrorTolerance {
     }
 }
 
-/// What an integrator knows from one communication step to the next.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// All that an integrator goes on with, also in another process.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct IntegratorMemory {
+    absolute_tolerance: Vec<f64>,
     /// The length that the next step should have [s].
     step: Option<f64>,
     /// Whether the equations turned out to be stiff.
     stiff: bool,
     stiff_steps: u32,
     nonstiff_steps: u32,
+    /// The end of the last step, while the system is the same.
+    last: Option<StepEnd>,
+    /// f at the start of a step, and then at its end.
+    derivatives: Vec<f64>,
+    /// The solution at the end of the last step.
+    end_states: Vec<f64>,
+    explicit: DormandPrince,
+    implicit: Option<Box<Radau>>,
+}
+
+/// The end of a step.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct StepEnd {
+    /// [s]
+    time: f64,
+    was_implicit: bool,
 }
 
 /// Where a step begins, and how far it goes.
@@ -112,32 +131,28 @@ enum StepAttempt {
 /// Integrates a system step by step.
 #[derive(Debug)]
 pub(crate) struct Integrator {
-    tolerance: ErrorTolerance,
+    relative_tolerance: f64,
+    pattern: SparsityPattern,
     memory: IntegratorMemory,
-    explicit: DormandPrince,
-    implicit: Option<Box<Radau>>,
-    /// f at the start of the next step, if it is known.
-    derivatives: Vec<f64>,
-    derivatives_are_known: bool,
-    /// The solution at the end of the last step.
-    end_states: Vec<f64>,
-    /// Whether the last step was one of the implicit method.
-    last_was_implicit: bool,
 }
 
 impl Integrator {
-    pub fn new(tolerance: ErrorTolerance) -> Self {
-        let count = tolerance.absolute.len();
-        Integrator {
-            tolerance,
-            memory: IntegratorMemory::default(),
+    /// An integrator of a system whose Jacobian has this pattern. Absolute tolerances are in units of each state.
+    pub fn new(relative_tolerance: f64, absolute_tolerance: Vec<f64>, pattern: SparsityPattern) -> Self {
+        let count = absolute_tolerance.len();
+        let memory = IntegratorMemory {
+            absolute_tolerance,
+            step: None,
+            stiff: false,
+            stiff_steps: 0,
+            nonstiff_steps: 0,
+            last: None,
+            derivatives: vec![0.0; count],
+            end_states: vec![0.0; count],
             explicit: DormandPrince::new(count),
             implicit: None,
-            derivatives: vec![0.0; count],
-            derivatives_are_known: false,
-            end_states: vec![0.0; count],
-            last_was_implicit: false,
-        }
+        };
+        Integrator { relative_tolerance, pattern, memory }
     }
 
     pub fn memory(&self) -> &IntegratorMemory {
@@ -146,25 +161,42 @@ impl Integrator {
 
     /// Goes on where an integrator with this memory was.
     pub fn restore_memory(&mut self, memory: &IntegratorMemory) {
-        self.memory = memory.clone();
-        self.restart();
+        self.memory.clone_from(memory);
     }
 
-    pub fn absolute_tolerance(&self) -> &[f64] {
-        &self.tolerance.absolute
+    /// Whether a memory is that of as many states.
+    pub fn is_compatible_with(&self, memory: &IntegratorMemory) -> bool {
+        let count = self.memory.end_states.len();
+        let IntegratorMemory { absolute_tolerance, derivatives, end_states, explicit, implicit, .. } = memory;
+        [absolute_tolerance, derivatives, end_states].iter().all(|it| it.len() == count)
+            && explicit.is_of_size(count)
+            && implicit.as_ref().is_none_or(|it| it.is_of_size(count))
     }
 
     pub fn set_absolute_tolerance(&mut self, absolute: Vec<f64>) {
-        self.tolerance.absolute = absolute;
+        self.memory.absolute_tolerance = absolute;
     }
 
-    /// Forgets the derivatives of the last step: the system is another one now.
+    /// Forgets the last step, since the system has other inputs now. The Jacobian is tried once more.
     pub fn restart(&mut self) {
-        self.derivatives_are_known = false;
-        self.explicit.restart();
-        if let Some(implicit) = &mut self.implicit {
+        self.memory.last = None;
+        self.memory.explicit.restart();
+        if let Some(implicit) = &mut self.memory.implicit {
             implicit.restart();
         }
+    }
+
+    /// Forgets the last step and the Jacobian, since the system is another one now.
+    pub fn restart_after_event(&mut self) {
+        self.restart();
+        if let Some(implicit) = &mut self.memory.implicit {
+            implicit.forget_jacobian();
+        }
+    }
+
+    /// Where the last step ends [s], while the system is the same.
+    pub fn last_end(&self) -> Option<f64> {
+        self.memory.last.map(|last| last.time)
     }
 
     /// Makes one step from `time` on, at most up to `stop` [s]; where it ends [s].
@@ -175,11 +207,11 @@ impl Integrator {
         states: &[f64],
         stop: f64,
     ) -> Result<f64, IntegrationFailure<S::Error>> {
-        if !self.derivatives_are_known {
-            if !system.evaluate_derivatives(time, states, &mut self.derivatives)? {
-                return Err(IntegrationFailure::Undefined);
-            }
-            self.derivatives_are_known = true;
+        let memory = &mut self.memory;
+        if memory.last.take().is_none()
+            && !system.evaluate_derivatives(time, states, &mut memory.derivatives)?
+        {
+            return Err(IntegrationFailure::Undefined);
         }
         let mut proposal = match self.memory.step {
             Some(step) => step,
@@ -194,6 +226,7 @@ impl Integrator {
             if was_rejected && step <= shortest {
                 return Err(IntegrationFailure::StepTooShort(step));
             }
+            let was_implicit = self.memory.stiff;
             match self.attempt_step(system, time, states, step, was_rejected)? {
                 StepAttempt::Rejected(shorter) => {
                     was_rejected = true;
@@ -202,22 +235,21 @@ impl Integrator {
                 StepAttempt::Accepted(next) => {
                     // A step that had to be short says nothing against a long one.
                     self.memory.step = Some(if reaches_stop { next.max(proposal) } else { next });
-                    return Ok(if reaches_stop { stop } else { time + step });
+                    let end = if reaches_stop { stop } else { time + step };
+                    self.memory.last = Some(StepEnd { time: end, was_implicit });
+                    return Ok(end);
                 }
             }
         }
     }
 
-    /// The solution at the end of the last step.
-    pub fn end_states(&self) -> &[f64] {
-        &self.end_states
-    }
-
     /// The solution at a time within the last step [s].
     pub fn interpolate(&self, time: f64, states: &mut [f64]) {
-        match (&self.implicit, self.last_was_implicit) {
-            (Some(implicit), true) => implicit.interpolate(time, states),
-            _ => self.explicit.interpolate(time, states),
+        let IntegratorMemory { last, end_states, explicit, implicit, .. } = &self.memory;
+        match (last, implicit) {
+            (Some(last), _) if last.time == time => states.copy_from_slice(end_states),
+            (Some(StepEnd { was_implicit: true, .. }), Some(implicit)) => implicit.interpolate(time, states),
+            _ => explicit.interpolate(time, states),
         }
     }
 
@@ -229,12 +261,13 @@ impl Integrator {
         step: f64,
         was_rejected: bool,
     ) -> Result<StepAttempt, IntegrationFailure<S::Error>> {
-        let Integrator { tolerance, memory, explicit, implicit, derivatives, end_states, .. } = self;
-        self.last_was_implicit = memory.stiff;
+        let Integrator { relative_tolerance, pattern, memory } = self;
+        let IntegratorMemory { absolute_tolerance, derivatives, end_states, explicit, implicit, .. } = memory;
+        let tolerance = ErrorTolerance { relative: *relative_tolerance, absolute: absolute_tolerance };
         let start = StepStart { time, states, derivatives, step, was_rejected };
         if memory.stiff {
             let implicit = implicit.get_or_insert_with(|| Box::new(Radau::new(states.len())));
-            return implicit.attempt_step(system, tolerance, start, end_states);
+            return implicit.attempt_step(system, tolerance, pattern, start, end_states);
         }
         let attempt = explicit.attempt_step(system, tolerance, start, end_states)?;
         if let StepAttempt::Accepted(_) = attempt {
@@ -261,17 +294,18 @@ impl Integrator {
         states: &[f64],
         stop: f64,
     ) -> Result<f64, IntegrationFailure<S::Error>> {
-        let Integrator { tolerance, derivatives, .. } = self;
+        let IntegratorMemory { absolute_tolerance, derivatives, .. } = &self.memory;
+        let tolerance = ErrorTolerance { relative: self.relative_tolerance, absolute: absolute_tolerance };
         let (d0, d1) = (tolerance.norm(states, states), tolerance.norm(derivatives, states));
         let longest = stop - time;
         let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
         let h0 = h0.min(longest);
-        let euler: Vec<_> = states.iter().zip(&*derivatives).map(|(x, dx)| x + h0 * dx).collect();
+        let euler: Vec<_> = states.iter().zip(derivatives).map(|(x, dx)| x + h0 * dx).collect();
         let mut slopes = vec![0.0; states.len()];
         if !system.evaluate_derivatives(time + h0, &euler, &mut slopes)? {
             return Ok(0.01 * h0);
         }
-        slopes.iter_mut().zip(&*derivatives).for_each(|(slope, dx)| *slope -= dx);
+        slopes.iter_mut().zip(derivatives).for_each(|(slope, dx)| *slope -= dx);
         let d2 = tolerance.norm(&slopes, states) / h0;
         let largest = d1.max(d2);
         let h1 = if largest <= 1e-15 { (1e-3 * h0).max(1e-6) } else { (0.01 / largest).powf(0.2) };

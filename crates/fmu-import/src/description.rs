@@ -73,6 +73,8 @@ pub struct ContinuousState {
     pub derivative: String,
     /// The value reference of its derivative; none of an element of an array.
     pub derivative_reference: Option<u32>,
+    /// The value references of all that its derivative depends on; none where the description does not tell.
+    pub dependencies: Option<Vec<u32>>,
 }
 
 /// The differential equations of an FMU for model exchange.

@@ -137,6 +137,9 @@ fn equation_structure(found: &ModelDescription) -> EquationStructure {
             reference: state.map(|it| it.valueReference),
             derivative: name,
             derivative_reference: derivative.map(|it| it.valueReference),
+            dependencies: unknown.dependencies.as_ref().map(|indices| {
+                indices.iter().filter_map(|index| variable(*index)).map(|it| it.valueReference).collect()
+            }),
         }
     };
     EquationStructure {

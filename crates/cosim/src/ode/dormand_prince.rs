@@ -1,5 +1,7 @@
 //! The explicit method of Dormand and Prince of order 5(4), with its polynomial of degree 4 over a step (section II.5).
 
+use serde::{Deserialize, Serialize};
+
 use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt, StepStart};
 
 const STAGES: usize = 7;
@@ -39,7 +41,7 @@ const LONGEST: f64 = 10.0;
 /// that, so a lower one notices Robertson's reaction with 1e-8 after 3,400 evaluations in place of 25,000.
 const STABILITY_LIMIT: f64 = 2.5;
 
-#[derive(Debug)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct DormandPrince {
     k: [Vec<f64>; STAGES],
     /// Argument of the stage that is evaluated; after a step that of the last but one.
@@ -65,6 +67,11 @@ impl DormandPrince {
         }
     }
 
+    pub fn is_of_size(&self, count: usize) -> bool {
+        let DormandPrince { k, argument, difference, polynomial, .. } = self;
+        [argument, difference].into_iter().chain(k).chain(polynomial).all(|it| it.len() == count)
+    }
+
     pub fn restart(&mut self) {
         self.last_error = 1e-4;
     }
@@ -73,7 +80,7 @@ impl DormandPrince {
     pub fn attempt_step<S: OdeSystem>(
         &mut self,
         system: &mut S,
-        tolerance: &ErrorTolerance,
+        tolerance: ErrorTolerance,
         start: StepStart,
         end: &mut [f64],
     ) -> Result<StepAttempt, IntegrationFailure<S::Error>> {

@@ -1,8 +1,9 @@
 //! The implicit method Radau IIA of order 5, which is stiffly accurate, with its collocation polynomial over a step (II, section IV.8).
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, LU};
+use serde::{Deserialize, Serialize};
 
-use super::{ErrorTolerance, IntegrationFailure, OdeSystem, StepAttempt, StepStart};
+use super::{ErrorTolerance, IntegrationFailure, OdeSystem, SparsityPattern, StepAttempt, StepStart};
 
 const SQRT_6: f64 = 2.449_489_742_783_178;
 const C: [f64; 3] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
@@ -32,11 +33,13 @@ const SHORTEST: f64 = 0.2;
 const LONGEST: f64 = 8.0;
 /// With a slower convergence than this the Jacobian is evaluated again.
 const FAST_CONVERGENCE: f64 = 1e-3;
+/// After so many divergences in a row with a new Jacobian its pattern is trusted no more.
+const MOST_DIVERGENCES: u32 = 4;
 /// A next step that is at most so many times longer keeps the factorised matrices.
 const SAME_STEP: f64 = 1.2;
 
 /// The matrices of Newton's method, factorised.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct FactorisedMatrices {
     /// The step that they are for [s].
     h: f64,
@@ -45,12 +48,12 @@ struct FactorisedMatrices {
 }
 
 /// The polynomial over a step through its start and its three stages.
-#[derive(Debug)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct CollocationPolynomial {
     /// The end of the step [s].
     end: f64,
     h: f64,
-    coefficients: [DVector<f64>; 4],
+    coefficients: [Vec<f64>; 4],
 }
 
 impl CollocationPolynomial {
@@ -61,21 +64,45 @@ impl CollocationPolynomial {
     }
 }
 
-#[derive(Debug)]
-pub(super) struct Radau {
-    jacobian: DMatrix<f64>,
-    /// Whether it is that of the start of the step.
-    jacobian_is_current: bool,
-    jacobian_is_usable: bool,
-    matrices: Option<FactorisedMatrices>,
-    polynomial: Option<CollocationPolynomial>,
-    /// Length and error of the last step.
-    last: Option<(f64, f64)>,
+/// What Newton's method calculates with.
+#[derive(Debug, Clone, Default)]
+struct NewtonBuffers {
     z: [DVector<f64>; 3],
     w: [DVector<f64>; 3],
     slopes: [Vec<f64>; 3],
     argument: Vec<f64>,
+}
+
+impl NewtonBuffers {
+    fn new(count: usize) -> Self {
+        NewtonBuffers {
+            z: std::array::from_fn(|_| DVector::zeros(count)),
+            w: std::array::from_fn(|_| DVector::zeros(count)),
+            slopes: std::array::from_fn(|_| vec![0.0; count]),
+            argument: vec![0.0; count],
+        }
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Radau {
+    /// Column by column.
+    jacobian: Vec<f64>,
+    /// Whether it is that of the start of the step.
+    jacobian_is_current: bool,
+    jacobian_is_usable: bool,
+    pattern_is_trusted: bool,
+    /// How often Newton's method diverged with a new Jacobian since it converged last.
+    divergences: u32,
+    polynomial: Option<CollocationPolynomial>,
+    /// Length and error of the last step.
+    last: Option<(f64, f64)>,
     convergence: f64,
+    /// Calculated again where they are not there: they follow from Jacobian and step.
+    #[serde(skip)]
+    matrices: Option<FactorisedMatrices>,
+    #[serde(skip)]
+    buffers: NewtonBuffers,
 }
 
 /// How Newton's method ended.
@@ -93,33 +120,42 @@ fn combine(row: &[f64; 3], vectors: &[DVector<f64>; 3], index: usize) -> f64 {
 
 impl Radau {
     pub fn new(count: usize) -> Self {
-        let zeros = || DVector::zeros(count);
         Radau {
-            jacobian: DMatrix::zeros(count, count),
+            jacobian: vec![0.0; count * count],
             jacobian_is_current: false,
             jacobian_is_usable: false,
-            matrices: None,
+            pattern_is_trusted: true,
+            divergences: 0,
             polynomial: None,
             last: None,
-            z: [zeros(), zeros(), zeros()],
-            w: [zeros(), zeros(), zeros()],
-            slopes: std::array::from_fn(|_| vec![0.0; count]),
-            argument: vec![0.0; count],
             convergence: 1.0,
+            matrices: None,
+            buffers: NewtonBuffers::new(count),
         }
     }
 
+    pub fn is_of_size(&self, count: usize) -> bool {
+        let coefficients = self.polynomial.iter().flat_map(|it| &it.coefficients);
+        self.jacobian.len() == count * count && coefficients.into_iter().all(|it| it.len() == count)
+    }
+
+    /// Forgets the last step.
     pub fn restart(&mut self) {
-        (self.jacobian_is_current, self.jacobian_is_usable) = (false, false);
-        (self.matrices, self.polynomial, self.last) = (None, None, None);
+        self.jacobian_is_current = false;
+        (self.polynomial, self.last) = (None, None);
         self.convergence = 1.0;
+    }
+
+    pub fn forget_jacobian(&mut self) {
+        self.jacobian_is_usable = false;
     }
 
     /// Attempts a step; `end` becomes the solution at its end, and the derivatives those there.
     pub fn attempt_step<S: OdeSystem>(
         &mut self,
         system: &mut S,
-        tolerance: &ErrorTolerance,
+        tolerance: ErrorTolerance,
+        pattern: &SparsityPattern,
         start: StepStart,
         end: &mut [f64],
     ) -> Result<StepAttempt, IntegrationFailure<S::Error>> {
@@ -127,34 +163,44 @@ impl Radau {
         // The estimate is of order 3: with this one the solution of order 5 keeps the tolerance.
         let relative = 0.1 * tolerance.relative.powf(2.0 / 3.0);
         let scale = relative / tolerance.relative;
-        let tolerance =
-            ErrorTolerance { relative, absolute: tolerance.absolute.iter().map(|it| it * scale).collect() };
+        let absolute: Vec<_> = tolerance.absolute.iter().map(|it| it * scale).collect();
+        let tolerance = ErrorTolerance { relative, absolute: &absolute };
+        if self.buffers.argument.len() != states.len() {
+            self.buffers = NewtonBuffers::new(states.len());
+        }
         if !self.jacobian_is_usable {
-            self.evaluate_jacobian(system, &tolerance, time, states, derivatives)?;
+            self.evaluate_jacobian(system, tolerance, pattern, time, states, derivatives)?;
         }
         if !self.factorise(h) {
             return Ok(StepAttempt::Rejected(0.5 * h));
         }
         self.predict(h);
-        let iterations = match self.solve_stages(system, &tolerance, time, h, states)? {
-            NewtonResult::Converged { iterations } => iterations,
+        let iterations = match self.solve_stages(system, tolerance, time, h, states)? {
+            NewtonResult::Converged { iterations } => {
+                self.divergences = 0;
+                iterations
+            }
             NewtonResult::Diverged(shorter) => {
-                // The Jacobian of an earlier step may be the reason.
-                self.jacobian_is_usable = self.jacobian_is_current;
+                // The Jacobian of an earlier step may be the reason, or in the end a pattern that leaves something out.
+                self.divergences += u32::from(self.jacobian_is_current);
+                let is_suspect = self.divergences >= MOST_DIVERGENCES && self.pattern_is_trusted;
+                self.pattern_is_trusted &= !is_suspect;
+                self.jacobian_is_usable = self.jacobian_is_current && !is_suspect;
                 self.polynomial = None;
                 return Ok(StepAttempt::Rejected(shorter));
             }
         };
-        let mut error = self.estimate_error(&tolerance, states, derivatives, h);
+        let mut error = self.estimate_error(tolerance, states, derivatives, h);
         let first = self.last.is_none();
         if error >= 1.0 && (first || was_rejected) {
             // A second look, which the stiff components do not spoil.
-            let moved: Vec<_> = states.iter().zip(&self.argument).map(|(x, error)| x + error).collect();
+            let moved: Vec<_> =
+                states.iter().zip(&self.buffers.argument).map(|(x, error)| x + error).collect();
             let mut slopes = vec![0.0; states.len()];
             if !system.evaluate_derivatives(time, &moved, &mut slopes)? {
                 return Ok(StepAttempt::Rejected(0.25 * h));
             }
-            error = self.estimate_error(&tolerance, states, &slopes, h);
+            error = self.estimate_error(tolerance, states, &slopes, h);
         }
         let most = f64::from(2 * MOST_ITERATIONS);
         let safety = SAFETY.min(SAFETY * (1.0 + most) / (f64::from(iterations) + most));
@@ -173,9 +219,9 @@ impl Radau {
             next = next.min(h);
         }
         for (index, x) in end.iter_mut().enumerate() {
-            *x = states[index] + self.z[2][index];
+            *x = states[index] + self.buffers.z[2][index];
         }
-        let slopes = &mut self.slopes[0];
+        let slopes = &mut self.buffers.slopes[0];
         if !system.evaluate_derivatives(time + h, end, slopes)? {
             return Ok(StepAttempt::Rejected(0.25 * h));
         }
@@ -202,28 +248,46 @@ impl Radau {
     fn evaluate_jacobian<S: OdeSystem>(
         &mut self,
         system: &mut S,
-        tolerance: &ErrorTolerance,
+        tolerance: ErrorTolerance,
+        pattern: &SparsityPattern,
         time: f64,
         states: &[f64],
         derivatives: &[f64],
     ) -> Result<(), IntegrationFailure<S::Error>> {
+        let count = states.len();
+        let dense;
+        let pattern = if self.pattern_is_trusted {
+            pattern
+        } else {
+            dense = SparsityPattern::dense(count);
+            &dense
+        };
         let mut moved = states.to_vec();
-        let mut column = vec![0.0; states.len()];
+        let mut slopes = vec![0.0; count];
         // Where the system is not, unless it was evaluated there last.
-        system.evaluate_derivatives(time, states, &mut column)?;
-        for state in 0..states.len() {
-            if !system.jacobian_column(state, &mut column)? {
-                let size = states[state].abs().max(tolerance.absolute[state] / tolerance.relative);
-                let change = size.max(f64::MIN_POSITIVE.sqrt()) * f64::EPSILON.sqrt();
-                moved[state] = states[state] + change.copysign(derivatives[state]);
+        system.evaluate_derivatives(time, states, &mut slopes)?;
+        self.jacobian.fill(0.0);
+        for group in pattern.groups() {
+            let by_system = system.directional_derivative(group, &mut slopes)?;
+            if !by_system {
+                for state in group.iter().copied() {
+                    let size = states[state].abs().max(tolerance.absolute[state] / tolerance.relative);
+                    let change = size.max(f64::MIN_POSITIVE.sqrt()) * f64::EPSILON.sqrt();
+                    moved[state] = states[state] + change.copysign(derivatives[state]);
+                }
+                if !system.evaluate_derivatives(time, &moved, &mut slopes)? {
+                    slopes.copy_from_slice(derivatives);
+                }
+            }
+            for state in group.iter().copied() {
+                let column = &mut self.jacobian[state * count..(state + 1) * count];
                 let change = moved[state] - states[state];
-                if !system.evaluate_derivatives(time, &moved, &mut column)? {
-                    column.copy_from_slice(derivatives);
+                for row in pattern.rows(state) {
+                    column[row] =
+                        if by_system { slopes[row] } else { (slopes[row] - derivatives[row]) / change };
                 }
                 moved[state] = states[state];
-                column.iter_mut().zip(derivatives).for_each(|(it, f)| *it = (*it - f) / change);
             }
-            self.jacobian.column_mut(state).copy_from_slice(&column);
         }
         (self.jacobian_is_current, self.jacobian_is_usable) = (true, true);
         self.matrices = None;
@@ -235,9 +299,9 @@ impl Radau {
         if self.matrices.as_ref().is_some_and(|matrices| matrices.h == h) {
             return true;
         }
-        let count = self.jacobian.nrows();
-        let mut real = -&self.jacobian;
-        let mut pair = self.jacobian.map(|it| Complex::new(-it, 0.0));
+        let count = self.buffers.argument.len();
+        let mut real = -DMatrix::from_column_slice(count, count, &self.jacobian);
+        let mut pair = real.map(|it| Complex::new(it, 0.0));
         for index in 0..count {
             real[(index, index)] += GAMMA / h;
             pair[(index, index)] += Complex::new(ALPHA / h, BETA / h);
@@ -250,7 +314,7 @@ impl Radau {
 
     /// Starts Newton's method on the polynomial of the last step.
     fn predict(&mut self, h: f64) {
-        let Radau { polynomial, z, w, .. } = self;
+        let Radau { polynomial, buffers: NewtonBuffers { z, w, .. }, .. } = self;
         for index in 0..z[0].len() {
             for (z, c) in z.iter_mut().zip(C) {
                 z[index] = polynomial.as_ref().map_or(0.0, |it| it.change(c * h / it.h, index));
@@ -265,12 +329,12 @@ impl Radau {
     fn solve_stages<S: OdeSystem>(
         &mut self,
         system: &mut S,
-        tolerance: &ErrorTolerance,
+        tolerance: ErrorTolerance,
         time: f64,
         h: f64,
         states: &[f64],
     ) -> Result<NewtonResult, IntegrationFailure<S::Error>> {
-        let Radau { matrices, z, w, slopes, argument, convergence, .. } = self;
+        let Radau { matrices, convergence, buffers: NewtonBuffers { z, w, slopes, argument }, .. } = self;
         let Some(matrices) = matrices else { return Ok(NewtonResult::Diverged(0.5 * h)) };
         let count = states.len();
         let limit = (10.0 * f64::EPSILON / tolerance.relative).max(0.03_f64.min(tolerance.relative.sqrt()));
@@ -346,8 +410,8 @@ impl Radau {
     }
 
     /// The norm of the error, which `argument` becomes.
-    fn estimate_error(&mut self, tolerance: &ErrorTolerance, states: &[f64], slopes: &[f64], h: f64) -> f64 {
-        let Radau { matrices, z, argument, .. } = self;
+    fn estimate_error(&mut self, tolerance: ErrorTolerance, states: &[f64], slopes: &[f64], h: f64) -> f64 {
+        let Radau { matrices, buffers: NewtonBuffers { z, argument, .. }, .. } = self;
         let Some(matrices) = matrices else { return f64::NAN };
         let residual = |index: usize, _| combine(&E, z, index) / h + slopes[index];
         let mut error = DVector::from_fn(states.len(), residual);
@@ -359,13 +423,14 @@ impl Radau {
     }
 
     fn keep_polynomial(&mut self, end_time: f64, h: f64, end: &[f64]) {
-        let [z1, z2, z3] = &self.z;
+        let [z1, z2, z3] = &self.buffers.z;
         let c1 = (z2 - z3) / (C[1] - 1.0);
         let slope = (z1 - z2) / (C[0] - C[1]);
         let bend = (&slope - z1 / C[0]) / C[1];
         let c2 = (slope - &c1) / (C[0] - 1.0);
         let c3 = &c2 - bend;
-        let coefficients = [DVector::from_column_slice(end), c1, c2, c3];
+        let [c1, c2, c3] = [c1, c2, c3].map(|it| it.as_slice().to_vec());
+        let coefficients = [end.to_vec(), c1, c2, c3];
         self.polynomial = Some(CollocationPolynomial { end: end_time, h, coefficients });
     }
 }

@@ -97,6 +97,10 @@ pub(super) fn equation_structure(
         let Some(derivative) = variable(reference) else { continue };
         let state = parse_attribute(derivative.node, "derivative")?.and_then(variable);
         let is_scalar = derivative.dimensions.is_empty();
+        let references = |text: String| -> Option<Vec<u32>> {
+            text.split_whitespace().map(|it| it.parse().ok()).collect()
+        };
+        let dependencies = parse_attribute(element, "dependencies")?.and_then(references);
         for place in 0..count {
             let derivative = name(derivative, place)?;
             states.push(ContinuousState {
@@ -107,6 +111,7 @@ pub(super) fn equation_structure(
                 reference: state.filter(|_| is_scalar).map(|it| it.reference),
                 derivative,
                 derivative_reference: is_scalar.then_some(reference),
+                dependencies: dependencies.clone(),
             });
         }
     }

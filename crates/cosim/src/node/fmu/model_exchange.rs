@@ -7,10 +7,10 @@ mod event_search;
 use fmu_import::{CallError, FmuDescription, Instance};
 use serde::{Deserialize, Serialize};
 
-use self::equations::{ChangingInputs, FmuEquations};
+use self::equations::{ChangingInputs, FmuEquations, sparsity_pattern};
 use super::FmuNode;
 use crate::clock::CommunicationClock;
-use crate::ode::{ErrorTolerance, IntegrationFailure, Integrator, IntegratorMemory};
+use crate::ode::{IntegrationFailure, Integrator, IntegratorMemory};
 
 /// An FMU may have this many events in one communication step.
 const MOST_EVENTS: usize = 10_000;
@@ -18,6 +18,10 @@ const MOST_EVENTS: usize = 10_000;
 /// Share of a communication step by which times may differ and still be the same: communication points are computed, and the times of
 /// events are often sums.
 const SAME_TIME: f64 = 1e-9;
+
+/// A step of the integrator may pass so many communication points while the inputs stay the same: then what it costs does not count, and
+/// nothing that equations do without an event is far from a look at them.
+const MOST_STEPS_AHEAD: u64 = 20;
 
 /// The relative tolerance where nobody tells another one [-].
 const RELATIVE_TOLERANCE: f64 = 1e-6;
@@ -54,6 +58,10 @@ pub(super) struct ModelExchange {
     /// Those of `time`.
     indicators: Vec<f64>,
     inputs: ChangingInputs,
+    /// The numbers that the inputs were given last.
+    input_values: Vec<f64>,
+    /// Whether the inputs are others than in the step before, so that the solution goes another way.
+    inputs_changed: bool,
     /// Whether the Jacobian has to come from differences.
     by_differences: bool,
     /// Whether the first event is over.
@@ -66,7 +74,8 @@ pub(super) struct ModelExchangeMemory {
     time: f64,
     states: Vec<f64>,
     indicators: Vec<f64>,
-    nominals: Vec<f64>,
+    input_values: Vec<f64>,
+    inputs_changed: bool,
     integrator: IntegratorMemory,
     by_differences: bool,
     running: bool,
@@ -81,11 +90,13 @@ impl ModelExchange {
         let mut references = scalars.map(|it| it.reference.and(it.derivative_reference));
         ModelExchange {
             tolerance,
-            integrator: Integrator::new(ErrorTolerance { relative: tolerance.relative, absolute }),
+            integrator: Integrator::new(tolerance.relative, absolute, sparsity_pattern(&about.equations)),
             time: begin,
             states: vec![0.0; count],
             indicators: vec![0.0; about.equations.event_indicators],
             inputs: ChangingInputs::default(),
+            input_values: Vec::new(),
+            inputs_changed: false,
             by_differences: !about.directional_derivative || references.any(|it| it.is_none()),
             running: false,
         }
@@ -96,12 +107,27 @@ impl ModelExchange {
         &mut self.inputs
     }
 
+    /// Notes what the inputs are in the next step.
+    pub fn note_inputs(&mut self, values: &[f64]) {
+        if self.input_values != values {
+            self.input_values.clear();
+            self.input_values.extend(values);
+            self.inputs_changed = true;
+        }
+    }
+
+    /// Notes that something that is no number may change in the next step.
+    pub fn note_other_inputs(&mut self) {
+        self.inputs_changed = true;
+    }
+
     pub fn memory(&self) -> ModelExchangeMemory {
         ModelExchangeMemory {
             time: self.time,
             states: self.states.clone(),
             indicators: self.indicators.clone(),
-            nominals: self.integrator.absolute_tolerance().to_vec(),
+            input_values: self.input_values.clone(),
+            inputs_changed: self.inputs_changed,
             integrator: self.integrator.memory().clone(),
             by_differences: self.by_differences,
             running: self.running,
@@ -110,16 +136,19 @@ impl ModelExchange {
 
     /// Whether a memory is that of the same FMU.
     pub fn is_compatible_with(&self, memory: &ModelExchangeMemory) -> bool {
-        [&memory.states, &memory.nominals].iter().all(|it| it.len() == self.states.len())
+        memory.states.len() == self.states.len()
             && memory.indicators.len() == self.indicators.len()
+            && self.integrator.is_compatible_with(&memory.integrator)
     }
 
     /// Goes back to where the FMU is again.
     pub fn restore(&mut self, memory: &ModelExchangeMemory) {
-        let ModelExchangeMemory { time, states, indicators, nominals, .. } = memory.clone();
-        (self.time, self.states, self.indicators) = (time, states, indicators);
+        self.time = memory.time;
+        self.states.clone_from(&memory.states);
+        self.indicators.clone_from(&memory.indicators);
+        self.input_values.clone_from(&memory.input_values);
+        self.inputs_changed = memory.inputs_changed;
         (self.by_differences, self.running) = (memory.by_differences, memory.running);
-        self.integrator.set_absolute_tolerance(nominals);
         self.integrator.restore_memory(&memory.integrator);
         self.inputs.clear();
     }
@@ -139,7 +168,7 @@ impl ModelExchange {
             self.integrator.set_absolute_tolerance(nominals.iter().map(absolute).collect());
         }
         self.running = true;
-        self.integrator.restart();
+        self.integrator.restart_after_event();
         let mut indicators = std::mem::take(&mut self.indicators);
         let read = instance.get_event_indicators(&mut indicators);
         self.indicators = indicators;
@@ -147,8 +176,11 @@ impl ModelExchange {
         event_search::check_indicators(instance, self.time, &self.indicators)
     }
 
-    /// Begins a step with other inputs; whether they make an event.
+    /// Begins a step with the inputs that were given; whether they make an event.
     fn take_inputs(&mut self, instance: &mut Instance) -> Result<bool, CallError> {
+        if !self.has_other_inputs() {
+            return Ok(false);
+        }
         self.integrator.restart();
         if self.indicators.is_empty() {
             return Ok(false);
@@ -161,6 +193,11 @@ impl ModelExchange {
         Ok(event)
     }
 
+    /// Whether the solution goes another way than in the step before.
+    fn has_other_inputs(&self) -> bool {
+        self.inputs_changed || !self.inputs.is_empty()
+    }
+
     /// Sets the FMU to a time [s] at which nothing else changes.
     fn move_time(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
         if time != self.time {
@@ -170,16 +207,23 @@ impl ModelExchange {
         Ok(())
     }
 
-    /// Makes one step of the integrator, at most up to `stop` [s], or up to a state event; whether there is an event.
-    fn advance(&mut self, instance: &mut Instance, stop: f64) -> Result<bool, CallError> {
+    /// Goes on to `stop` [s], or to the end of a step of the integrator or a state event before it; whether there is an event. A step of
+    /// the integrator ends at `limit` [s] at the latest.
+    fn advance(&mut self, instance: &mut Instance, stop: f64, limit: f64) -> Result<bool, CallError> {
         let begin = self.time;
         let mut reached = stop;
         if !self.states.is_empty() {
             let ModelExchange { integrator, inputs, states, by_differences, tolerance, .. } = self;
-            let mut equations = FmuEquations::new(instance, inputs, by_differences);
-            let stepped = integrator.step(&mut equations, begin, states, stop);
-            let refusal = equations.take_refusal();
-            reached = stepped.map_err(|failure| describe_failure(failure, refusal, begin, tolerance))?;
+            let end = match integrator.last_end().filter(|end| *end > begin) {
+                Some(end) => end,
+                None => {
+                    let mut equations = FmuEquations::new(instance, inputs, by_differences);
+                    let stepped = integrator.step(&mut equations, begin, states, limit);
+                    let refusal = equations.take_refusal();
+                    stepped.map_err(|failure| describe_failure(failure, refusal, begin, tolerance))?
+                }
+            };
+            reached = end.min(stop);
         }
         let event = self.find_event(instance, begin, reached)?;
         let completed = instance.completed_integrator_step(self.time)?;
@@ -227,7 +271,11 @@ impl FmuNode {
     ) -> Result<(), CallError> {
         let (end, same) = (clock.time_at(tick + 1), SAME_TIME * clock.step);
         self.events.clocks.begin_step();
+        // Inputs that change now may change at the next communication point, too.
+        let ahead = if model.has_other_inputs() { 1 } else { MOST_STEPS_AHEAD };
+        let limit = clock.time_at(tick + ahead).min(clock.stop_time()).max(end);
         let mut event = model.take_inputs(&mut self.instance)?;
+        model.inputs_changed = false;
         let mut events = 0;
         loop {
             let wanted = self.next_wanted_event();
@@ -248,8 +296,8 @@ impl FmuNode {
             } else if model.time >= end - same {
                 return model.move_time(&mut self.instance, end.max(model.time));
             } else {
-                let stop = wanted.map_or(end, |wanted| wanted.min(end));
-                event = model.advance(&mut self.instance, stop)?;
+                let before_event = |time: f64| wanted.map_or(time, |wanted| wanted.min(time));
+                event = model.advance(&mut self.instance, before_event(end), before_event(limit))?;
             }
         }
     }

@@ -174,7 +174,17 @@ impl FmuNode {
         Ok(())
     }
 
+    /// Notes that so many inputs, which are no numbers, are written.
+    fn note_other_inputs(&mut self, count: usize) {
+        if let Some(model) = self.model_exchange.as_mut().filter(|_| count > 0) {
+            model.note_other_inputs();
+        }
+    }
+
     pub(super) fn set_numbers(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        if let Some(model) = &mut self.model_exchange {
+            model.note_inputs(inputs);
+        }
         let FmuNode { instance, inputs: ports, input_values, events, .. } = self;
         let mut left = inputs;
         for (group, stored) in ports.numbers.iter().zip(&mut input_values.numbers) {
@@ -252,6 +262,7 @@ impl FmuNode {
 
 impl TypedValues for FmuNode {
     fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.note_other_inputs(inputs.len());
         let FmuNode { instance, inputs: ports, input_values, events, .. } = self;
         let mut left = inputs;
         let groups = ports.numbers.iter().zip(&mut input_values.integers);
@@ -277,6 +288,7 @@ impl TypedValues for FmuNode {
     }
 
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.note_other_inputs(inputs.len());
         let FmuNode { instance, inputs: ports, input_values, events, .. } = self;
         let mut left = inputs;
         for (group, stored) in ports.texts.iter().zip(&mut input_values.texts) {

@@ -1,9 +1,11 @@
 //! Evaluates the differential equations of an FMU for the integrator.
 
-use fmu_import::{CallError, Instance, RealInputs};
+use std::collections::HashMap;
+
+use fmu_import::{CallError, EquationStructure, Instance, RealInputs};
 
 use crate::extrapolation::ExtrapolationPolynomial;
-use crate::ode::OdeSystem;
+use crate::ode::{OdeSystem, SparsityPattern};
 
 /// Inputs that change within a step, by their polynomials.
 #[derive(Debug, Default)]
@@ -19,6 +21,10 @@ impl ChangingInputs {
         self.polynomials.clear();
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.references.is_empty()
+    }
+
     pub fn push(&mut self, reference: u32, polynomial: ExtrapolationPolynomial) {
         self.references.push(reference);
         self.polynomials.push(polynomial);
@@ -30,6 +36,20 @@ impl ChangingInputs {
         self.values.extend(self.polynomials.iter().map(|polynomial| polynomial.value_at(time)));
         RealInputs { references: &self.references, values: &self.values }
     }
+}
+
+/// The entries of the Jacobian that the description allows to differ from 0.
+pub(super) fn sparsity_pattern(equations: &EquationStructure) -> SparsityPattern {
+    let states = &equations.states;
+    let places = states.iter().zip(0..).map(|(state, place)| Some((state.reference?, place)));
+    let Some(places) = places.collect::<Option<HashMap<u32, usize>>>() else {
+        return SparsityPattern::dense(states.len());
+    };
+    let dependencies = states.iter().map(|state| match &state.dependencies {
+        Some(references) => references.iter().filter_map(|it| places.get(it).copied()).collect(),
+        None => (0..states.len()).collect(),
+    });
+    SparsityPattern::from_dependencies(&dependencies.collect::<Vec<_>>())
 }
 
 /// The equations `dx/dt = f(t, x)` of an FMU in continuous-time mode.
@@ -91,7 +111,7 @@ impl OdeSystem for FmuEquations<'_> {
         Ok(false)
     }
 
-    fn jacobian_column(&mut self, state: usize, column: &mut [f64]) -> Result<bool, CallError> {
+    fn directional_derivative(&mut self, group: &[usize], slopes: &mut [f64]) -> Result<bool, CallError> {
         if *self.by_differences {
             return Ok(false);
         }
@@ -99,11 +119,13 @@ impl OdeSystem for FmuEquations<'_> {
         if self.unknowns.is_empty() {
             self.unknowns.extend(states.iter().filter_map(|it| it.derivative_reference));
         }
-        let Some(known) = states[state].reference else { return Ok(false) };
-        let asked = self.instance.directional_derivatives(&[known], &[1.0], &self.unknowns, column);
+        let knowns = group.iter().map(|state| states[*state].reference).collect::<Option<Vec<_>>>();
+        let Some(knowns) = knowns else { return Ok(false) };
+        let seed = vec![1.0; knowns.len()];
+        let asked = self.instance.directional_derivatives(&knowns, &seed, &self.unknowns, slopes);
         match asked {
             Err(error) if self.instance.has_failed_fatally() => Err(error),
-            Ok(()) if column.iter().all(|it| it.is_finite()) => Ok(true),
+            Ok(()) if slopes.iter().all(|it| it.is_finite()) => Ok(true),
             // What an FMU refuses one time it refuses each time.
             _ => {
                 *self.by_differences = true;

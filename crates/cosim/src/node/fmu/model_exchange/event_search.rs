@@ -47,14 +47,15 @@ impl Bracket {
 }
 
 impl ModelExchange {
-    /// Sets the FMU to the end of a step of the integrator between two times [s], or to the first event in it; whether there is one.
+    /// Sets the FMU to the end of a part of a step of the integrator between two times [s], or to the first event in it; whether there is one.
     pub(super) fn find_event(
         &mut self,
         instance: &mut Instance,
         begin: f64,
         reached: f64,
     ) -> Result<bool, CallError> {
-        let mut states = self.integrator.end_states().to_vec();
+        let mut states = self.states.clone();
+        self.integrator.interpolate(reached, &mut states);
         let mut after = vec![0.0; self.indicators.len()];
         self.evaluate_indicators(instance, reached, &states, &mut after)?;
         let event = has_event(&self.indicators, &after);
@@ -64,9 +65,7 @@ impl ModelExchange {
             let bracket = Bracket { left: begin, right: reached, before, after };
             let bracket = self.narrow(instance, bracket)?;
             (end, after) = (bracket.right, bracket.after);
-            if end < reached {
-                self.integrator.interpolate(end, &mut states);
-            }
+            self.integrator.interpolate(end, &mut states);
             // The last evaluation may have been at another time.
             instance.set_point(end, self.inputs.values_at(end), &states)?;
         }
