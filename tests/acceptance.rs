@@ -142,6 +142,9 @@ mod isolated;
 // An FMU of FMI 3.0 with event mode and clocks.
 #[path = "acceptance/clocks.rs"]
 mod clocks;
+// FMUs of FMI 1.0.
+#[path = "acceptance/fmi1.rs"]
+mod fmi1;
 // An FMU of FMI 3.0, with arrays.
 #[path = "acceptance/fmi3.rs"]
 mod fmi3;
@@ -293,6 +296,7 @@ fn main() -> ExitCode {
     features::register(&mut tests);
     first_day::register(&mut tests);
     first_suite::register(&mut tests);
+    fmi1::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
     full_disks::register(&mut tests);

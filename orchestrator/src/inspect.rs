@@ -136,11 +136,7 @@ fn terminal_json(terminal: &Terminal) -> serde_json::Value {
 #[must_use]
 pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
     let description = &fmu.description;
-    let variables: Vec<_> = description
-        .variables
-        .iter()
-        .map(|it| variable_json(description.version, it, &description.variables))
-        .collect();
+    let variables: Vec<_> = description.variables.iter().map(|it| variable_json(description, it)).collect();
     let (terminals, problems) = terminals_and_problems(fmu);
     let terminals: Vec<_> = terminals.iter().map(terminal_json).collect();
     let problems: Vec<_> = description.problems.iter().chain(&problems).collect();
@@ -172,7 +168,8 @@ pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
     })
 }
 
-fn variable_json(version: FmiVersion, variable: &Variable, all: &[Variable]) -> serde_json::Value {
+fn variable_json(description: &FmuDescription, variable: &Variable) -> serde_json::Value {
+    let all = &description.variables;
     let word = |name: String| name[..1].to_lowercase() + &name[1..];
     let follows = variable.dependencies.as_ref().map(|places| {
         let names = places.iter().filter_map(|&index| all.get(index));
@@ -182,8 +179,8 @@ fn variable_json(version: FmiVersion, variable: &Variable, all: &[Variable]) -> 
     let items: serde_json::Map<_, _> = items.collect();
     serde_json::json!({
         "name": variable.name,
-        "reference": variable.reference,
-        "type": variable_type_name(version, variable),
+        "reference": description.reference_in_file(variable),
+        "type": variable_type_name(description.version, variable),
         "causality": word(format!("{:?}", variable.causality)),
         "variability": word(format!("{:?}", variable.variability)),
         "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),

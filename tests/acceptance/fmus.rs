@@ -144,6 +144,16 @@ pub fn equations() -> &'static [u8] {
     BUILT.get_or_init(|| build("equations", &[]))
 }
 
+/// The FMU of `fmu/slave1.c`, one of FMI 1.0 for co-simulation, compiled with these arguments.
+pub fn slave1(arguments: &[&str]) -> Vec<u8> {
+    build("slave1", arguments)
+}
+
+/// The FMU of `fmu/ball1.c`, one of FMI 1.0 for model exchange.
+pub fn ball1() -> Vec<u8> {
+    build("ball1", &[])
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])
@@ -158,7 +168,7 @@ fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
     cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
     let xml = std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
     let folder = if xml.contains("fmiVersion=\"3.0\"") { "x86_64-linux" } else { "linux64" };
-    if folder == "linux64" {
+    if xml.contains("fmiVersion=\"2.0\"") {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
     }
     cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).arg("-lm");

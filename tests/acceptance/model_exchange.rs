@@ -19,7 +19,7 @@ tests! {
 const ME: &str = "interface = \"model-exchange\"";
 
 /// The rows of a run as numbers, of these columns.
-fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[f64; N]> {
+pub fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[f64; N]> {
     let table = lab.table("out/run.csv");
     let mut lines = table.lines();
     let titles: Vec<_> = lines.next().expect("titles").split(',').collect();
@@ -31,7 +31,7 @@ fn columns<const N: usize>(lab: &Lab, names: [&str; N]) -> Vec<[f64; N]> {
     lines.map(row).collect()
 }
 
-fn run(lab: &Lab, scenario: Scenario, arguments: &[&str]) {
+pub fn run(lab: &Lab, scenario: Scenario, arguments: &[&str]) {
     lab.write("case.toml", scenario.text());
     lab.trackside(&[&["run", "case.toml", "--out", "out", "--csv", "--rerun", "off"], arguments].concat())
         .expect(0);
@@ -79,29 +79,34 @@ fn the_ball_bounces_at_the_times_of_the_closed_form() {
     for version in ["2.0", "3.0"] {
         let lab = reference_lab(version, "BouncingBall");
         run(&lab, Scenario::new().time(0.01, 3.0).fmu("it", "BouncingBall.fmu", "").key(ME), &[]);
-        let (g, e) = (9.81_f64, 0.7);
-        let mut bounce = (2.0 / g).sqrt();
-        let mut speed = g * bounce;
-        let mut last = 0.0;
-        for [time, h, v] in columns(&lab, ["time", "it.h", "it.v"]) {
-            if time > bounce {
-                speed *= e;
-                (last, bounce) = (bounce, bounce + 2.0 * speed / g);
-            }
-            // Below 0.1 m/s it lies still.
-            if last > 0.0 && speed < 0.1 {
-                break;
-            }
-            let (t, start) = if last == 0.0 { (time, [1.0, 0.0]) } else { (time - last, [0.0, speed]) };
-            let expected = [start[0] + start[1] * t - 0.5 * g * t * t, start[1] - g * t];
-            // A bounce that is 1e-9 s late is a speed that is 1e-8 m/s off.
-            assert!(
-                (h - expected[0]).abs() < 1e-9 && (v - expected[1]).abs() < 1e-8,
-                "{version} {time}: {h} {v}"
-            );
-        }
-        assert!(last > 2.0, "{last}");
+        check_bounces(&columns(&lab, ["time", "it.h", "it.v"]), version);
     }
+}
+
+/// Compares a ball with the closed form: its rows are time, height and speed.
+pub fn check_bounces(rows: &[[f64; 3]], version: &str) {
+    let (g, e) = (9.81_f64, 0.7);
+    let mut bounce = (2.0 / g).sqrt();
+    let mut speed = g * bounce;
+    let mut last = 0.0;
+    for &[time, h, v] in rows {
+        if time > bounce {
+            speed *= e;
+            (last, bounce) = (bounce, bounce + 2.0 * speed / g);
+        }
+        // Below 0.1 m/s it lies still.
+        if last > 0.0 && speed < 0.1 {
+            break;
+        }
+        let (t, start) = if last == 0.0 { (time, [1.0, 0.0]) } else { (time - last, [0.0, speed]) };
+        let expected = [start[0] + start[1] * t - 0.5 * g * t * t, start[1] - g * t];
+        // A bounce that is 1e-9 s late is a speed that is 1e-8 m/s off.
+        assert!(
+            (h - expected[0]).abs() < 1e-9 && (v - expected[1]).abs() < 1e-8,
+            "{version} {time}: {h} {v}"
+        );
+    }
+    assert!(last > 2.0, "{last}");
 }
 
 fn lab() -> Lab {

@@ -134,7 +134,7 @@ fn try_sets_in_each_state(
 /// The forms of values that a version has functions for, with the ends of the names of these functions.
 pub(super) fn storage_function_names(version: FmiVersion) -> &'static [(StorageType, &'static str)] {
     match version {
-        FmiVersion::Two => &[
+        FmiVersion::One | FmiVersion::Two => &[
             (StorageType::Float64, "Real"),
             (StorageType::Int32, "Integer"),
             (StorageType::Boolean, "Boolean"),

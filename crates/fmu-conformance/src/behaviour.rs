@@ -5,7 +5,7 @@ use fmu_import::{CallError, Causality, FmiVersion, Initial, Instance, StorageTyp
 
 use super::RuleSeverity::{BreaksRuns, BreaksStandard};
 use super::test_driver::{OutputRow, STEPS, TestDriver, read_variable};
-use super::{BOTH, ConformanceRule, RuleCheck, RuleError, RuleResult, violated_rule};
+use super::{ALL, BOTH, ConformanceRule, RuleCheck, RuleError, RuleResult, violated_rule};
 
 pub(super) const RULES: &[ConformanceRule] = &[
     ConformanceRule {
@@ -19,28 +19,28 @@ pub(super) const RULES: &[ConformanceRule] = &[
         name: "finite",
         rank: BreaksRuns,
         sentence: "outputs are finite",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::RunsOne(check_finite_outputs),
     },
     ConformanceRule {
         name: "deterministic",
         rank: BreaksStandard,
         sentence: "two runs give the same bits",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::Runs(check_deterministic),
     },
     ConformanceRule {
         name: "reset",
         rank: BreaksStandard,
         sentence: "a reset instance runs like a fresh one",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::RunsOne(check_reset),
     },
     ConformanceRule {
         name: "instances",
         rank: BreaksRuns,
         sentence: "instances do not disturb each other",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::Runs(check_independent_instances),
     },
 ];

@@ -91,7 +91,7 @@ fn check_capability_flags(fmu: &Fmu) -> RuleResult {
     judge_description(fmu, |look, root| {
         let Some(node) = child_element(root, "CoSimulation") else { return };
         let needs: &[(&str, &str)] = match look.version {
-            FmiVersion::Two => &[("canSerializeFMUstate", "canGetAndSetFMUstate")],
+            FmiVersion::One | FmiVersion::Two => &[("canSerializeFMUstate", "canGetAndSetFMUstate")],
             FmiVersion::Three => &[
                 ("canSerializeFMUState", "canGetAndSetFMUState"),
                 ("canReturnEarlyAfterIntermediateUpdate", "providesIntermediateUpdate"),
@@ -134,7 +134,9 @@ fn cross_references(fmu: &Fmu) -> RuleResult {
         // In FMI 2.0 the attributes of types are those of a child.
         let types_of = list_elements(root, "TypeDefinitions");
         let (of_types, of_variables) = match look.version {
-            FmiVersion::Two => (first_child_elements(&types_of), first_child_elements(&variables)),
+            FmiVersion::One | FmiVersion::Two => {
+                (first_child_elements(&types_of), first_child_elements(&variables))
+            }
             FmiVersion::Three => (types_of.clone(), variables.clone()),
         };
         for node in of_types.iter().chain(&of_variables) {
@@ -146,7 +148,7 @@ fn cross_references(fmu: &Fmu) -> RuleResult {
             let Some(name) = node.attribute("declaredType") else { continue };
             let kind = node.tag_name().name();
             let fits = types.get(name).map(|found| match look.version {
-                FmiVersion::Two => child_element(*found, kind).is_some(),
+                FmiVersion::One | FmiVersion::Two => child_element(*found, kind).is_some(),
                 FmiVersion::Three => found.tag_name().name() == format!("{kind}Type"),
             });
             match fits {

@@ -107,7 +107,7 @@ fn check_derivatives(driver: &TestDriver, kind: DerivativeKind) -> RuleResult {
     let (call, of): (_, DerivativeFn) = match kind {
         DerivativeKind::Directional if !driver.description().directional_derivative => {
             return not_applicable(match driver.fmi_version() {
-                FmiVersion::Two => "providesDirectionalDerivative is not set",
+                FmiVersion::One | FmiVersion::Two => "providesDirectionalDerivative is not set",
                 FmiVersion::Three => "providesDirectionalDerivatives is not set",
             });
         }
@@ -238,7 +238,9 @@ pub(super) fn output_time_derivatives(
     order: i32,
 ) -> Result<Vec<f64>, CallError> {
     match instance.description().version {
-        FmiVersion::Two => instance.output_derivative(output.reference, order).map(|value| vec![value]),
+        FmiVersion::One | FmiVersion::Two => {
+            instance.output_derivative(output.reference, order).map(|value| vec![value])
+        }
         FmiVersion::Three => instance.output_derivatives(to_array_variable(output), order),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::RuleSeverity::{BreaksRuns, BreaksStandard, NotRobust};
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, ConformanceRule, RuleCheck, RuleResult, TWO, violated_rule};
+use super::{ALL, BOTH, ConformanceRule, RuleCheck, RuleResult, TWO, violated_rule};
 
 pub(super) const RULES: &[ConformanceRule] = &[
     ConformanceRule {
@@ -16,7 +16,7 @@ pub(super) const RULES: &[ConformanceRule] = &[
         name: "whole-experiment",
         rank: BreaksRuns,
         sentence: "steps reach the announced stop time, and the simulation ends there",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::RunsOne(check_run_to_stop_time),
     },
     ConformanceRule {

@@ -1,5 +1,5 @@
 //! An .fmu archive of FMI 2.0 or 3.0 co-simulation goes in; a finding for each rule of its version that its description, its
-//! library and its behaviour must keep comes out.
+//! library and its behaviour must keep comes out. One of FMI 1.0 is judged by the rules about loading and running alone.
 //!
 //! Each rule that loads the library runs in a process of its own: an FMU that crashes or hangs fails that rule, and the others
 //! go on. When the judging itself fails, because a process does not start or temporary files vanish, that is said as such and
@@ -141,6 +141,7 @@ pub struct ConformanceRule {
     check: RuleCheck,
 }
 
+const ALL: &[FmiVersion] = &[FmiVersion::One, FmiVersion::Two, FmiVersion::Three];
 const BOTH: &[FmiVersion] = &[FmiVersion::Two, FmiVersion::Three];
 const TWO: &[FmiVersion] = &[FmiVersion::Two];
 const THREE: &[FmiVersion] = &[FmiVersion::Three];
@@ -200,7 +201,7 @@ pub struct ConformanceReport {
 /// Judges the archive at `path` by all rules of its version; `program` is this program, which runs the rules.
 ///
 /// # Errors
-/// When the archive is no co-simulation FMU of FMI 2.0 or 3.0 at all.
+/// When the archive is no co-simulation FMU of FMI 1.0, 2.0 or 3.0 at all.
 pub fn check_conformance(
     program: &Path,
     path: &Path,
@@ -265,7 +266,7 @@ fn description_xml(fmu: &Fmu) -> String {
 /// The findings about a description that cannot be read: what is wrong with its text, and nothing about the rest.
 fn report_unreadable_description(path: &Path, what: &str) -> Result<ConformanceReport, ConformanceError> {
     let xml = fmu_import::description_text(path)?;
-    let version = if schema::is_fmi3_description(&xml) { FmiVersion::Three } else { FmiVersion::Two };
+    let version = schema::described_version(&xml);
     let judge = |rule: &ConformanceRule| match rule.check {
         RuleCheck::Text(check) => rule.finding_from_result(check(&xml)),
         _ if rule.name == "description" => rule.finding_from_result(violated_rule(what)),

@@ -63,12 +63,23 @@ fn describe_conclusion(findings: &[RuleFinding], version: FmiVersion) -> String 
     };
     let cause = common_cause(findings);
     let told = match (runs.as_str(), standard.as_str()) {
+        ("", "") if version == FmiVersion::One => format!("The FMU loads and runs{weak}."),
         ("", "") => format!("The FMU keeps FMI {version} for callers that do{weak}."),
         ("", rules) => format!("The FMU runs, but breaks FMI {version} ({rules}){weak}."),
         (rules, "") => format!("The FMU breaks runs ({rules}){weak}."),
         (runs, rules) => format!("The FMU breaks runs ({runs}) and FMI {version} ({rules}){weak}."),
     };
     told + &cause
+}
+
+/// What is not judged about an FMU of a version, as the end of its report.
+fn describe_unknown_rules(version: FmiVersion) -> &'static str {
+    match version {
+        FmiVersion::One => {
+            " The rules are those of FMI 2.0 and 3.0: of FMI 1.0 loading and running are judged, and nothing else.\n"
+        }
+        FmiVersion::Two | FmiVersion::Three => "\n",
+    }
 }
 
 /// The findings as lines for a terminal, with a summary at the end.
@@ -98,7 +109,7 @@ pub fn report_lines(findings: &[RuleFinding], version: FmiVersion) -> String {
         count(RuleOutcome::NotApplicable),
     );
     match count(RuleOutcome::NotJudged) {
-        0 => text + "\n" + &describe_conclusion(findings, version) + "\n",
+        0 => text + "\n" + &describe_conclusion(findings, version) + describe_unknown_rules(version),
         unknown => text + &format!(", {unknown} could not be judged, which says nothing about the FMU\n"),
     }
 }

@@ -8,6 +8,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use fmu_import::FmiVersion;
 use roxmltree::{Document, Node};
 
 use super::RuleSeverity::BreaksStandard;
@@ -27,12 +28,15 @@ const INSTANCE: &str = "http://www.w3.org/2001/XMLSchema-instance";
 /// How many mistakes are told; a wrong table of a tool makes one for each variable.
 const MOST: usize = 20;
 
-/// Whether a text says that it is a description of FMI 3.0.
-pub(super) fn is_fmi3_description(xml: &str) -> bool {
-    Document::parse(xml).is_ok_and(|document| {
-        let root = document.root_element();
-        root.attribute("fmiVersion").is_some_and(|version| version.starts_with('3'))
-    })
+/// The version of FMI that a text says it is a description of; FMI 2.0 where it says nothing that is known.
+pub(super) fn described_version(xml: &str) -> FmiVersion {
+    let document = Document::parse(xml).ok();
+    let version = document.as_ref().and_then(|it| it.root_element().attribute("fmiVersion"));
+    match version.and_then(|version| version.chars().next()) {
+        Some('1') => FmiVersion::One,
+        Some('3') => FmiVersion::Three,
+        _ => FmiVersion::Two,
+    }
 }
 
 fn check_schema(xml: &str) -> RuleResult {
@@ -54,7 +58,8 @@ fn schema_problems(xml: &str) -> Vec<String> {
         Ok(document) => document,
         Err(error) => return vec![format!("line {}: {error}", error.pos().row)],
     };
-    let rows = if is_fmi3_description(xml) { fmi3::ROWS } else { fmi2::ROWS };
+    let is_fmi3 = described_version(xml) == FmiVersion::Three;
+    let rows = if is_fmi3 { fmi3::ROWS } else { fmi2::ROWS };
     let mut walker = SchemaWalker { rows, known: BTreeMap::new(), wrong: Vec::new() };
     let root = document.root_element();
     match root.tag_name().name() {

@@ -41,7 +41,7 @@ pub(super) const RULES: &[ConformanceRule] = &[
 /// What follows `canGetAnd` in the name of the flag.
 fn state_flag(driver: &TestDriver) -> &'static str {
     match driver.fmi_version() {
-        FmiVersion::Two => "SetFMUstate",
+        FmiVersion::One | FmiVersion::Two => "SetFMUstate",
         FmiVersion::Three => "SetFMUState",
     }
 }
@@ -72,7 +72,7 @@ fn check_restore(driver: &TestDriver) -> RuleResult {
 fn check_serialised_state(driver: &TestDriver) -> RuleResult {
     if !driver.description().serialised_state {
         return not_applicable(match driver.fmi_version() {
-            FmiVersion::Two => "canSerializeFMUstate is not set",
+            FmiVersion::One | FmiVersion::Two => "canSerializeFMUstate is not set",
             FmiVersion::Three => "canSerializeFMUState is not set",
         });
     }

@@ -6,28 +6,28 @@ use fmu_import::{FmiVersion, Fmu, Instance};
 
 use super::RuleSeverity::{BreaksRuns, BreaksStandard, NotRobust};
 use super::test_driver::TestDriver;
-use super::{BOTH, ConformanceRule, RuleCheck, RuleResult, THREE, not_applicable, violated_rule};
+use super::{ALL, BOTH, ConformanceRule, RuleCheck, RuleResult, THREE, not_applicable, violated_rule};
 
 pub(super) const RULES: &[ConformanceRule] = &[
     ConformanceRule {
         name: "description",
         rank: BreaksStandard,
         sentence: "modelDescription.xml keeps the rules",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::Files(check_description),
     },
     ConformanceRule {
         name: "platform",
         rank: BreaksRuns,
         sentence: "there is a library for this platform",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::Files(check_platform),
     },
     ConformanceRule {
         name: "symbols",
         rank: BreaksRuns,
         sentence: "the library has the functions that every simulation calls",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::Loads(check_required_symbols),
     },
     ConformanceRule {
@@ -41,7 +41,7 @@ pub(super) const RULES: &[ConformanceRule] = &[
         name: "version",
         rank: BreaksStandard,
         sentence: "the library says that it is of the version of its description",
-        versions: BOTH,
+        versions: ALL,
         check: RuleCheck::RunsOne(check_version),
     },
     ConformanceRule {
@@ -95,8 +95,11 @@ fn check_version(driver: &TestDriver) -> RuleResult {
         };
     }
     let found = [driver.library.reported_fmi_version(), driver.library.types_platform()];
-    let names = ["fmi2GetVersion", "fmi2GetTypesPlatform"];
-    for ((name, expected), found) in names.into_iter().zip(["2.0", "default"]).zip(found) {
+    let expected = match driver.fmi_version() {
+        FmiVersion::One => [("fmiGetVersion", "1.0"), ("fmiGetTypesPlatform", "standard32")],
+        _ => [("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")],
+    };
+    for ((name, expected), found) in expected.into_iter().zip(found) {
         if found != expected {
             return violated_rule(format!("{name}: expected {expected:?}, found {found:?}"));
         }

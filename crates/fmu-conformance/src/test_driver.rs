@@ -67,6 +67,7 @@ impl<'a> TestDriver<'a> {
     pub(super) fn fmi_name(&self, name: &str) -> String {
         let two = || IN_TWO.iter().find(|(three, _)| *three == name).map_or(name, |it| it.1);
         match self.fmi_version() {
+            FmiVersion::One => format!("fmi{}", two()),
             FmiVersion::Two => format!("fmi2{}", two()),
             FmiVersion::Three => format!("fmi3{name}"),
         }

@@ -1,4 +1,4 @@
-//! Defines causality, variability and initial of a variable, common to FMI 2.0 and 3.0.
+//! Defines causality, variability and initial of a variable, common to all versions of FMI, in the words of FMI 2.0 and 3.0.
 
 use serde::{Deserialize, Serialize};
 

@@ -9,6 +9,7 @@ mod batch;
 mod call_monitor;
 mod derivative;
 mod events;
+mod fmi1;
 mod fmi3_calls;
 mod functions;
 mod guarded_buffer;
@@ -52,9 +53,12 @@ pub use saved_states::FmuState;
 /// The name of a function in the version of an instance's library.
 macro_rules! named {
     ($library:expr, $two:literal, $three:literal) => {
-        match $library.description().version {
-            $crate::FmiVersion::Two => $two,
-            $crate::FmiVersion::Three => $three,
+        match $library.description() {
+            about => match about.version {
+                $crate::FmiVersion::One => about.fmi1_name($two),
+                $crate::FmiVersion::Two => $two,
+                $crate::FmiVersion::Three => $three,
+            },
         }
     };
 }

@@ -39,7 +39,7 @@ impl CallError {
     pub fn is_at_step_end(&self) -> bool {
         // Those of model exchange are within a step.
         let within = ["GetDerivatives", "StateDerivatives", "EventIndicators", "ContinuousStates"];
-        ["fmi2Get", "fmi3Get"].iter().any(|get| self.call.starts_with(get))
+        ["fmiGet", "fmi2Get", "fmi3Get"].iter().any(|get| self.call.starts_with(get))
             && !within.iter().any(|values| self.call.ends_with(values))
     }
 }

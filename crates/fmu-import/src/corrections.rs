@@ -23,13 +23,13 @@ const OLDER: [(&str, &str, &str); 3] = [
 ];
 
 /// A description after its corrections, and what to tell of them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct CorrectedDescription {
     pub text: String,
     pub told: Vec<String>,
 }
 
-/// Corrects a description of either version.
+/// Corrects a description of FMI 2.0 or 3.0.
 ///
 /// # Errors
 /// When a word of it can mean anything.
@@ -229,7 +229,7 @@ impl DescriptionCorrector<'_> {
             return;
         };
         let (id, by_reference) = match self.version {
-            FmiVersion::Two => ("index", false),
+            FmiVersion::One | FmiVersion::Two => ("index", false),
             FmiVersion::Three => ("valueReference", true),
         };
         let id_of = |(place, node): (usize, &Node)| match by_reference {
@@ -309,7 +309,7 @@ fn causality_words(version: FmiVersion) -> &'static [&'static str] {
         "dependent",
     ];
     match version {
-        FmiVersion::Two => &ALL[..6],
+        FmiVersion::One | FmiVersion::Two => &ALL[..6],
         FmiVersion::Three => ALL,
     }
 }

@@ -1,4 +1,4 @@
-//! Defines the model description, common to FMI 2.0 and 3.0.
+//! Defines the model description, common to all versions of FMI.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -7,11 +7,15 @@ use serde::{Deserialize, Serialize};
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
+use crate::fmi1_attributes::Fmi1Attributes;
+use crate::fmi1_names::Fmi2Name;
 use crate::value::{Value, from_hex};
 
 /// The version of FMI that an FMU is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FmiVersion {
+    /// 1.0.
+    One,
     /// 2.0.
     Two,
     /// 3.0.
@@ -19,10 +23,12 @@ pub enum FmiVersion {
 }
 
 impl FmiVersion {
-    /// The name of a function that both versions have, for messages.
+    /// The name of a function that all versions have, for messages.
     #[must_use]
     pub fn function(self, two: &'static str, three: &'static str) -> &'static str {
         match self {
+            // Names that differ in co-simulation are none of steps and events.
+            FmiVersion::One => two.fmi1_name(true),
             FmiVersion::Two => two,
             FmiVersion::Three => three,
         }
@@ -32,6 +38,7 @@ impl FmiVersion {
 impl std::fmt::Display for FmiVersion {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(match self {
+            FmiVersion::One => "1.0",
             FmiVersion::Two => "2.0",
             FmiVersion::Three => "3.0",
         })
@@ -146,6 +153,8 @@ pub struct FmuDescription {
     /// What else breaks the rules of FMI, and makes no difference to a run.
     pub problems: Vec<String>,
     pub(crate) names: VariableNameIndex,
+    /// What FMI 1.0 says besides.
+    pub(crate) fmi1: Fmi1Attributes,
 }
 
 /// The variables by their names, once somebody has asked for one.
@@ -365,6 +374,25 @@ impl Variable {
 }
 
 impl FmuDescription {
+    /// What its interface of FMI 1.0 calls a function or a status of FMI 2.0.
+    pub(crate) fn fmi1_name<T: Fmi2Name>(&self, two: T) -> T {
+        two.fmi1_name(self.interface == FmiInterface::ModelExchange)
+    }
+
+    /// What stands before the names of the library's functions.
+    pub(crate) fn symbol_prefix(&self) -> String {
+        match self.version {
+            FmiVersion::One => format!("{}_", self.identifier),
+            FmiVersion::Two | FmiVersion::Three => String::new(),
+        }
+    }
+
+    /// The value reference of a variable as it stands in the file: a negated alias of FMI 1.0 has its own one here.
+    #[must_use]
+    pub fn reference_in_file(&self, variable: &Variable) -> u32 {
+        self.fmi1.negated.shared_reference(variable.reference).unwrap_or(variable.reference)
+    }
+
     /// Whether steps may end early: at events, or for other reasons.
     #[must_use]
     pub fn may_return_early(&self) -> bool {

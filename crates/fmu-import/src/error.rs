@@ -58,6 +58,6 @@ pub enum OpenError {
         /// The archive.
         path: PathBuf,
         /// The function.
-        symbol: &'static str,
+        symbol: String,
     },
 }

@@ -14,6 +14,7 @@ use crate::description::{
     ContinuousState, EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion, FmuDescription,
     StorageType, Variable, VariableNameIndex,
 };
+use crate::fmi1_attributes::Fmi1Attributes;
 use crate::problem_list::describe_place;
 use crate::validation::{self, StructureVariable, locate_validation_error};
 
@@ -73,6 +74,7 @@ pub(crate) fn parse(xml: &str, interface: FmiInterface) -> Result<FmuDescription
         corrections: Vec::new(),
         problems,
         names: VariableNameIndex::default(),
+        fmi1: Fmi1Attributes::default(),
     })
 }
 

@@ -17,6 +17,7 @@ use crate::description::{
     EnumerationItem, EquationStructure, FmiInterface, FmiType, FmiVersion, FmuDescription, StorageType,
     Variable, VariableNameIndex,
 };
+use crate::fmi1_attributes::Fmi1Attributes;
 use crate::validation::{self, StructureVariable, locate_validation_error};
 
 /// A description may have this many elements of arrays in all, which take 0.5 GB.
@@ -109,6 +110,7 @@ pub(crate) fn parse(
         corrections: Vec::new(),
         problems,
         names: VariableNameIndex::default(),
+        fmi1: Fmi1Attributes::default(),
     })
 }
 

@@ -1,4 +1,4 @@
-//! An .fmu archive of FMI 2.0 or 3.0, for co-simulation or model exchange, goes in: it is unpacked, and its description is read and checked. Instances that
+//! An .fmu archive of FMI 1.0, 2.0 or 3.0, for co-simulation or model exchange, goes in: it is unpacked, and its description is read and checked. Instances that
 //! can be called come out.
 //!
 //! The archive and its description may be hostile: nothing is written outside of a temporary folder, and sizes are bounded.
@@ -64,6 +64,9 @@ mod definitions;
 pub mod description;
 mod description_text;
 mod error;
+mod fmi1;
+mod fmi1_attributes;
+mod fmi1_names;
 mod fmi2;
 mod fmi3;
 mod linkage;
@@ -82,6 +85,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
+use corrections::CorrectedDescription;
 use linkage::LibraryLinkage;
 use location::file_uri;
 use python::PythonLibrary;
@@ -151,7 +155,7 @@ impl Fmu {
     /// Opens the archive at `path` and reads its description. It is used for co-simulation if it can be, else for model exchange.
     ///
     /// # Errors
-    /// When the file is no archive of FMI 2.0 or 3.0 for one of these; its library is not looked at yet.
+    /// When the file is no archive of FMI 1.0, 2.0 or 3.0 for one of these; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         Self::open_interface(path, None)
     }
@@ -271,10 +275,11 @@ impl Fmu {
     }
 
     /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
-    /// without such a folder.
+    /// without such a folder. FMI 1.0 wants the URI of the whole archive.
     fn resources_location(&self) -> String {
         let folder = self.resources_folder();
         match self.description.version {
+            FmiVersion::One => file_uri(self.folder.description_folder()),
             FmiVersion::Two => file_uri(&folder),
             FmiVersion::Three if folder.is_dir() => format!("{}/", folder.display()),
             FmiVersion::Three => String::new(),
@@ -331,7 +336,7 @@ impl ParseError {
 /// Reads a description of any version, for this interface or for the one that is preferred.
 ///
 /// # Errors
-/// When it is none of FMI 2.0 or 3.0, or the FMU does not have the interface.
+/// When it is none of FMI 1.0, 2.0 or 3.0, or the FMU does not have the interface.
 fn parse_description(
     xml: &str,
     sizes: &fmi3::StructuralSizes,
@@ -348,14 +353,20 @@ fn parse_description(
     let document = roxmltree::Document::parse(xml)
         .map_err(|error| ParseError::Broken(describe_xml_error(xml, &error)))?;
     let root = document.root_element();
-    let version = root.attribute("fmiVersion").unwrap_or("none");
-    let three = version == "3.0" || version.starts_with("3.0.");
-    if version != "2.0" && !three {
-        return Err(ParseError::Other(format!(
-            "expected FMI 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
-        )));
-    }
-    let has = |name: &str| root.children().any(|node| node.has_tag_name(name));
+    let version = match root.attribute("fmiVersion").unwrap_or("none") {
+        "1.0" => FmiVersion::One,
+        "2.0" => FmiVersion::Two,
+        version if version == "3.0" || version.starts_with("3.0.") => FmiVersion::Three,
+        version => {
+            return Err(ParseError::Other(format!(
+                "expected FMI 1.0, 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
+            )));
+        }
+    };
+    let has = |name: &str| match version {
+        FmiVersion::One => fmi1::interface(root).to_string() == name,
+        FmiVersion::Two | FmiVersion::Three => root.children().any(|node| node.has_tag_name(name)),
+    };
     let interfaces = FmiInterface::ALL.into_iter().filter(|it| has(&it.to_string()));
     let interfaces: Vec<_> = interfaces.collect();
     let found = wanted.map_or(interfaces.first(), |wanted| interfaces.iter().find(|it| **it == wanted));
@@ -363,15 +374,21 @@ fn parse_description(
         let others = ["CoSimulation", "ModelExchange", "ScheduledExecution"].into_iter();
         return Err(ParseError::Other(missing_interface(wanted, others.filter(|name| has(name)))));
     };
-    let version = if three { FmiVersion::Three } else { FmiVersion::Two };
-    let corrected = corrections::correct_description(&document, version).map_err(ParseError::Broken)?;
+    let corrected = match version {
+        FmiVersion::One => CorrectedDescription::default(),
+        FmiVersion::Two | FmiVersion::Three => {
+            corrections::correct_description(&document, version).map_err(ParseError::Broken)?
+        }
+    };
     let found = match version {
+        FmiVersion::One => fmi1::parse(&document),
         FmiVersion::Two => fmi2::parse(&corrected.text, interface),
         FmiVersion::Three => fmi3::parse(&corrected.text, sizes, interface),
     };
     let mut found = found.map_err(ParseError::Broken)?;
     found.problems.extend(validation::value_problems(&document, &found.variables));
-    Ok(FmuDescription { corrections: corrected.told, interfaces, ..found })
+    found.corrections.splice(0..0, corrected.told);
+    Ok(FmuDescription { interfaces, ..found })
 }
 
 /// Says why a text is not read as XML. No description needs a document type, and its entities can make a short text very long.

@@ -14,11 +14,11 @@ pub(crate) const fn platform_folder(version: FmiVersion) -> &'static str {
     let arm = cfg!(target_arch = "aarch64");
     let wide = cfg!(target_pointer_width = "64");
     match (version, linux, windows) {
-        (FmiVersion::Two, true, _) if wide => "linux64",
-        (FmiVersion::Two, true, _) => "linux32",
-        (FmiVersion::Two, _, true) if wide => "win64",
-        (FmiVersion::Two, _, true) => "win32",
-        (FmiVersion::Two, ..) => "darwin64",
+        (FmiVersion::One | FmiVersion::Two, true, _) if wide => "linux64",
+        (FmiVersion::One | FmiVersion::Two, true, _) => "linux32",
+        (FmiVersion::One | FmiVersion::Two, _, true) if wide => "win64",
+        (FmiVersion::One | FmiVersion::Two, _, true) => "win32",
+        (FmiVersion::One | FmiVersion::Two, ..) => "darwin64",
         (FmiVersion::Three, true, _) if arm => "aarch64-linux",
         (FmiVersion::Three, true, _) if wide => "x86_64-linux",
         (FmiVersion::Three, true, _) => "x86-linux",

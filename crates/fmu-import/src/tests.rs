@@ -235,7 +235,7 @@ fn harm_is_refused_with_a_reason() {
         ("value reference", described(&XML.replace("\"1\" causality", "\"99999999999\" causality")), ""),
         ("index", described(&XML.replace("index=\"2\"", "index=\"-2\"")), ""),
         ("a path as name", described(&XML.replace("Identifier=\"m", "Identifier=\"../../m")), "not a name"),
-        ("FMI 1.0", described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"1")), "2.0 or 3.0"),
+        ("FMI 1.1", described(&XML.replace("fmiVersion=\"2.0", "fmiVersion=\"1.1")), "2.0 or 3.0"),
         (
             "another version than it says",
             described(&XML.replace("fmiVersion=\"2", "fmiVersion=\"3")),

@@ -11,7 +11,9 @@ mod values;
 use std::sync::Arc;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Causality, FmiInterface, Fmu, FmuMessage, Instance, Value, Variable};
+use fmu_import::{
+    CallError, Causality, FmiInterface, FmiVersion, Fmu, FmuMessage, Instance, Value, Variable,
+};
 
 use self::derivatives::RealVariables;
 use self::events::FmuEventState;
@@ -93,7 +95,7 @@ impl FmuNode {
 
     /// Tells the instance the experiment, and then its start values: some FMUs forget what they were
     /// told before it. Inputs get theirs in [`enter_initialization`](Node::enter_initialization), since before that only what is exact or approximate may be set
-    /// (FMI 2.0.4, section 4.2.4).
+    /// (FMI 2.0.4, section 4.2.4). FMI 1.0 wants all of them before it, and has no such mode.
     ///
     /// # Errors
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
@@ -124,8 +126,10 @@ impl FmuNode {
             refused?;
             configured?;
         }
-        let early = |start: &StartValue| {
-            !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
+        let with_inputs = instance.description().version == FmiVersion::One;
+        let early = |start: &StartValue| match start.causality {
+            Causality::Input => with_inputs,
+            causality => causality != Causality::StructuralParameter,
         };
         starts_by_variable(starts)
             .filter(|variable| early(&variable[0]))
@@ -140,7 +144,9 @@ impl FmuNode {
         let FmuNode { name, instance, starts, .. } = self;
         instance.enter_initialization()?;
         let mut notices = Vec::new();
-        for variable in starts_by_variable(&std::mem::take(starts)) {
+        let starts = std::mem::take(starts);
+        let settable = instance.description().version != FmiVersion::One;
+        for variable in starts_by_variable(&starts).filter(|_| settable) {
             match variable[0].causality {
                 Causality::Input => set_start_values(instance, variable)?,
                 Causality::Parameter => notices.extend(reapply_start_values(instance, name, variable)?),

@@ -53,6 +53,7 @@ impl Instance {
 
     #[cold]
     pub(super) fn overrun_error(&mut self, call: &'static CStr, count: usize) -> CallError {
+        let call = self.library.own_call_name(call);
         self.phase = InstancePhase::Failed(call_name(call));
         let values = if count == 1 { "1 value".to_owned() } else { format!("{count} values") };
         let what =

@@ -49,7 +49,9 @@ impl Instance {
 
     fn missing_functions_error(&self, call: &'static str, what: &str) -> CallError {
         let why = match self.description().version {
-            FmiVersion::Two => "is not called: the FMU is one of FMI 2.0".to_owned(),
+            version @ (FmiVersion::One | FmiVersion::Two) => {
+                format!("is not called: the FMU is one of FMI {version}")
+            }
             FmiVersion::Three => format!("is not called: the library lacks functions of {what}"),
         };
         CallError::new(call, why)

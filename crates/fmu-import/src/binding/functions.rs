@@ -1,4 +1,4 @@
-//! Declares the functions of an FMU's library, as both versions of FMI have them.
+//! Declares the functions of an FMU's library, as FMI 2.0 and 3.0 have them.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -33,6 +33,8 @@ pub(super) struct EventInfo {
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
+    /// What stands before each name; a library without it is accepted.
+    pub prefix: &'a str,
     pub library: &'a libloading::Library,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
@@ -42,9 +44,10 @@ impl SymbolLoader<'_> {
     ///
     /// # Safety
     /// The function of this name must be of type `T`.
-    unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
+    pub(super) unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
         // SAFETY: the caller vouches for the type.
-        let found = unsafe { self.library.get::<T>(symbol) };
+        let find = |prefix| unsafe { self.library.get::<T>(format!("{prefix}{symbol}")) };
+        let found = find(self.prefix).or_else(|_| find(""));
         found.map(|found| *found).map_err(|_| (self.lacks)(symbol))
     }
 }
@@ -78,7 +81,9 @@ macro_rules! functions {
     };
 }
 
-/// Functions that both versions have with the same arguments.
+pub(super) use functions;
+
+/// Functions that FMI 2.0 and 3.0 have with the same arguments.
 #[derive(Clone, Copy)]
 pub(super) struct CommonFunctions {
     pub(super) free_instance: unsafe extern "C" fn(InstancePointer),
@@ -102,7 +107,7 @@ impl CommonFunctions {
     /// At the first one that is not there.
     pub(super) fn new(finder: &SymbolLoader, version: FmiVersion) -> Result<Self, OpenError> {
         let name = |two, three| match version {
-            FmiVersion::Two => two,
+            FmiVersion::One | FmiVersion::Two => two,
             FmiVersion::Three => three,
         };
         // SAFETY: both versions give the functions of these names the types of the members.
@@ -328,13 +333,13 @@ impl InterfaceFunctions {
         interface: FmiInterface,
     ) -> Result<Self, OpenError> {
         Ok(match (version, interface) {
-            (FmiVersion::Two, FmiInterface::CoSimulation) => {
+            (FmiVersion::One | FmiVersion::Two, FmiInterface::CoSimulation) => {
                 InterfaceFunctions::CoSimulation2(Fmi2CoSimulationFunctions::new(finder)?)
             }
             (FmiVersion::Three, FmiInterface::CoSimulation) => {
                 InterfaceFunctions::CoSimulation3(Fmi3CoSimulationFunctions::new(finder)?)
             }
-            (FmiVersion::Two, FmiInterface::ModelExchange) => {
+            (FmiVersion::One | FmiVersion::Two, FmiInterface::ModelExchange) => {
                 InterfaceFunctions::ModelExchange2(Fmi2ModelExchangeFunctions::new(finder)?)
             }
             (FmiVersion::Three, FmiInterface::ModelExchange) => {

@@ -126,7 +126,7 @@ impl Instance {
         modes: InstantiationModes,
     ) -> Result<Self, (CallError, Vec<FmuMessage>)> {
         let call = match (&library.interface, library.description().version) {
-            (_, FmiVersion::Two) => c"fmi2Instantiate",
+            (_, FmiVersion::One | FmiVersion::Two) => library.own_call_name(c"fmi2Instantiate"),
             (InterfaceFunctions::ModelExchange3(_), _) => c"fmi3InstantiateModelExchange",
             _ => c"fmi3InstantiateCoSimulation",
         };
@@ -138,12 +138,17 @@ impl Instance {
         let activity = CallMonitor::new(&format!("node `{name}`"));
         let mailbox = MessageMailbox::new(Arc::clone(&activity), logging);
         let callbacks = match library.own {
-            VersionFunctions::Fmi2(_) => Some(Fmi2Callbacks::new(Arc::clone(&library), &mailbox)),
-            VersionFunctions::Fmi3(_) => None,
+            VersionFunctions::Fmi2(_) if library.fmi1.is_none() => {
+                Some(Fmi2Callbacks::new(Arc::clone(&library), &mailbox))
+            }
+            _ => None,
         };
         let (component, changes) = activity.monitor_load_or_instantiate(call, || {
-            mailbox.receive_during_call(|| match (&library.own, &callbacks) {
-                (VersionFunctions::Fmi2(own), Some(callbacks)) => {
+            mailbox.receive_during_call(|| match (&library.fmi1, &library.own, &callbacks) {
+                (Some(fmi1), ..) => {
+                    fmi1.instantiate(library.description(), &texts, &mailbox, &activity, logging)
+                }
+                (None, VersionFunctions::Fmi2(own), Some(callbacks)) => {
                     let interface = library.description().interface;
                     instantiation::instantiate_fmi2(own, &texts, callbacks, logging, interface)
                 }
@@ -157,6 +162,7 @@ impl Instance {
         }
         if component.is_null() {
             let advice = missing_module_advice(&said, &library.fmu).unwrap_or_default();
+            let advice = advice + &library.description().fmi1.tool_advice();
             let what = format!("returned no instance{said}{advice}");
             return Err((CallError::new(self::call_name(call), what), mailbox.take_messages()));
         }
@@ -255,6 +261,7 @@ impl Instance {
         if self.has_failed_fatally() {
             return Err(fatal_status_error(&self.library, call));
         }
+        let call = self.library.own_call_name(call);
         let (status, changes) =
             self.activity.monitor_call(call, || self.mailbox.receive_during_call(|| body(self.component)));
         if let Some(changes) = changes {
@@ -268,6 +275,7 @@ impl Instance {
 
     #[cold]
     fn record_status(&mut self, call: &'static CStr, status: FmiStatus) {
+        let call = self.library.own_call_name(call);
         if status == WARNING {
             let warning = named!(self.library, "fmi2Warning", "fmi3Warning");
             self.mailbox.record_warning_status(&format!("{} returned {warning}", call_name(call)));
@@ -284,22 +292,23 @@ impl Instance {
     }
 
     fn describe_status(&self, status: FmiStatus) -> String {
-        let version = named!(self.library, 2, 3);
-        match status {
-            DISCARD => format!("fmi{version}Discard"),
-            ERROR => format!("fmi{version}Error"),
-            FATAL => format!("fmi{version}Fatal"),
-            PENDING if version == 2 => {
-                "fmi2Pending, which is only for FMUs that run asynchronously".to_owned()
+        let word = match status {
+            DISCARD => named!(self.library, "fmi2Discard", "fmi3Discard"),
+            ERROR => named!(self.library, "fmi2Error", "fmi3Error"),
+            FATAL => named!(self.library, "fmi2Fatal", "fmi3Fatal"),
+            PENDING if self.description().version != FmiVersion::Three => {
+                let pending = named!(self.library, "fmi2Pending", "");
+                return format!("{pending}, which is only for FMUs that run asynchronously");
             }
-            other => format!("{other}, which is no status"),
-        }
+            other => return format!("{other}, which is no status"),
+        };
+        word.to_owned()
     }
 
     #[cold]
     pub(super) fn status_error(&self, call: &'static CStr, status: FmiStatus) -> CallError {
         CallError::new(
-            call_name(call),
+            call_name(self.library.own_call_name(call)),
             format!("returned {}{}", self.describe_status(status), self.mailbox.last_message()),
         )
     }
@@ -391,7 +400,7 @@ pub(super) fn call_name(call: &'static CStr) -> &'static str {
 fn fatal_status_error(library: &FmuLibrary, call: &'static CStr) -> CallError {
     let fatal = named!(library, "fmi2Fatal", "fmi3Fatal");
     let what = format!("is not called: after {fatal} no function of the FMU may be called");
-    CallError::new(call_name(call), what)
+    CallError::new(call_name(library.own_call_name(call)), what)
 }
 
 impl Drop for Instance {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::call_monitor::{self, CallMonitor};
+use super::fmi1::Fmi1Library;
 use super::functions::{
     ClockFunctions, CommonFunctions, EventFunctions, Fmi2CoSimulationFunctions, Fmi2Functions,
     Fmi2ModelExchangeFunctions, Fmi3CoSimulationFunctions, Fmi3Functions, Fmi3ModelExchangeFunctions,
@@ -32,6 +33,8 @@ pub struct FmuLibrary {
     pub(super) common: CommonFunctions,
     pub(super) own: VersionFunctions,
     pub(super) interface: InterfaceFunctions,
+    /// The functions of FMI 1.0 that those above call, of a library of that version.
+    pub(super) fmi1: Option<Fmi1Library>,
     /// Of FMI 3.0; an FMU without event mode may lack them.
     pub(super) events: Option<EventFunctions>,
     /// Of FMI 3.0; an FMU without clocks may lack them.
@@ -50,7 +53,9 @@ impl std::fmt::Debug for FmuLibrary {
 
 impl FmuLibrary {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
-        let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
+        let prefix = fmu.description.symbol_prefix();
+        let lacks =
+            |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol: format!("{prefix}{symbol}") };
         if let Some(why) = fmu.clash_reason_with_archives().or_else(|| fmu.shadowed_library()) {
             let what = format!("{why}; it needs a process of its own");
             return Err(OpenError::Library { path: fmu.path.clone(), what });
@@ -66,19 +71,30 @@ impl FmuLibrary {
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         let interface = fmu.description.interface;
-        let missing = missing_interface_symbols(&library, version, interface).next();
+        let missing = missing_interface_symbols(&library, &fmu.description).first().copied();
         if let (FmiVersion::Two, Some(symbol)) = (version, missing) {
             return Err(lacks(symbol));
         }
-        let finder = SymbolLoader { library: &library, lacks: &lacks };
-        let common = CommonFunctions::new(&finder, version)?;
-        let own = match version {
-            FmiVersion::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
-            FmiVersion::Three => VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
+        let finder = SymbolLoader { prefix: &prefix, library: &library, lacks: &lacks };
+        let fmi1 = match version {
+            FmiVersion::One => Some(Fmi1Library::new(&finder, interface)?),
+            FmiVersion::Two | FmiVersion::Three => None,
         };
-        let functions = InterfaceFunctions::new(&finder, version, interface)?;
+        let (common, own, functions) = match (&fmi1, version) {
+            (Some(fmi1), _) => fmi1.adapted(),
+            (None, FmiVersion::Three) => (
+                CommonFunctions::new(&finder, version)?,
+                VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
+                InterfaceFunctions::new(&finder, version, interface)?,
+            ),
+            (None, _) => (
+                CommonFunctions::new(&finder, version)?,
+                VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
+                InterfaceFunctions::new(&finder, version, interface)?,
+            ),
+        };
         let events = match (version, fmu.description.event_mode) {
-            (FmiVersion::Two, _) => None,
+            (FmiVersion::One | FmiVersion::Two, _) => None,
             (FmiVersion::Three, true) if interface == FmiInterface::CoSimulation => {
                 Some(EventFunctions::new(&finder)?)
             }
@@ -86,7 +102,7 @@ impl FmuLibrary {
         };
         let clocks = if version == FmiVersion::Three { ClockFunctions::new(&finder).ok() } else { None };
         let handle = ManuallyDrop::new(library);
-        Ok(FmuLibrary { common, own, interface: functions, events, clocks, handle, fmu, activity })
+        Ok(FmuLibrary { common, own, interface: functions, fmi1, events, clocks, handle, fmu, activity })
     }
 
     /// The functions of FMI 2.0.
@@ -126,14 +142,13 @@ impl FmuLibrary {
             FmiInterface::CoSimulation if fmu.description.event_mode => EventFunctions::SYMBOLS,
             _ => &[],
         };
-        let missing: Vec<_> = missing_interface_symbols(&library, version, interface)
-            .chain(missing_symbols(&library, events))
-            .collect();
+        let mut missing = missing_interface_symbols(&library, &fmu.description);
+        missing.extend(missing_symbols(&library, "", events));
         let others: &[&[_]] = match version {
-            FmiVersion::Two => &[],
+            FmiVersion::One | FmiVersion::Two => &[],
             FmiVersion::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],
         };
-        let others = others.iter().flat_map(|symbols| missing_symbols(&library, symbols));
+        let others = others.iter().flat_map(|symbols| missing_symbols(&library, "", symbols));
         let others = others.filter(|symbol| !missing.contains(symbol)).collect();
         Ok([missing, others])
     }
@@ -169,13 +184,21 @@ impl FmuLibrary {
         self.fmu.lost.store(true, SeqCst);
     }
 
-    /// What `fmi2GetVersion` or `fmi3GetVersion` says.
+    /// The name of a function in the version and the interface of the FMU.
+    pub(super) fn own_call_name(&self, call: &'static CStr) -> &'static CStr {
+        match self.fmi1 {
+            Some(_) => self.description().fmi1_name(call),
+            None => call,
+        }
+    }
+
+    /// What `fmiGetVersion`, `fmi2GetVersion` or `fmi3GetVersion` says.
     #[must_use]
     pub fn reported_fmi_version(&self) -> String {
         call_text_function(self.common.get_version)
     }
 
-    /// What `fmi2GetTypesPlatform` says; nothing for FMI 3.0, which has no such function.
+    /// What `fmiGetTypesPlatform`, `fmiGetModelTypesPlatform` or `fmi2GetTypesPlatform` says; nothing for FMI 3.0, which has no such function.
     #[must_use]
     pub fn types_platform(&self) -> String {
         match &self.own {
@@ -268,30 +291,33 @@ pub(crate) fn is_loaded(_: &Path) -> bool {
 }
 
 /// The functions that the library lacks of those of a version and an interface.
-fn missing_interface_symbols(
-    library: &libloading::Library,
-    version: FmiVersion,
-    interface: FmiInterface,
-) -> impl Iterator<Item = &'static str> {
+fn missing_interface_symbols(library: &libloading::Library, about: &FmuDescription) -> Vec<&'static str> {
+    let (version, interface) = (about.version, about.interface);
+    let prefix = about.symbol_prefix();
     let common = match version {
+        FmiVersion::One => Fmi1Library::COMMON_SYMBOLS,
         FmiVersion::Two => Fmi2Functions::SYMBOLS,
         FmiVersion::Three => Fmi3Functions::SYMBOLS,
     };
     let own = match (version, interface) {
+        (FmiVersion::One, interface) => Fmi1Library::interface_symbols(interface),
         (FmiVersion::Two, FmiInterface::CoSimulation) => Fmi2CoSimulationFunctions::SYMBOLS,
         (FmiVersion::Three, FmiInterface::CoSimulation) => Fmi3CoSimulationFunctions::SYMBOLS,
         (FmiVersion::Two, FmiInterface::ModelExchange) => Fmi2ModelExchangeFunctions::SYMBOLS,
         (FmiVersion::Three, FmiInterface::ModelExchange) => Fmi3ModelExchangeFunctions::SYMBOLS,
     };
-    missing_symbols(library, common).chain(missing_symbols(library, own))
+    [common, own].into_iter().flat_map(|symbols| missing_symbols(library, &prefix, symbols)).collect()
 }
 
 fn missing_symbols(
     library: &libloading::Library,
+    prefix: &str,
     symbols: &'static [&'static str],
-) -> impl Iterator<Item = &'static str> {
+) -> Vec<&'static str> {
     // SAFETY: the address is looked at, not called.
-    symbols.iter().copied().filter(|symbol| unsafe { library.get::<*const ()>(*symbol) }.is_err())
+    let is_there = |name: &str| unsafe { library.get::<*const ()>(name) }.is_ok();
+    let lacks = |symbol: &&&str| !is_there(&format!("{prefix}{symbol}")) && !is_there(symbol);
+    symbols.iter().filter(lacks).copied().collect()
 }
 
 /// The loader's own words, which `libloading` keeps as the source of its error, and what to do about them.

@@ -124,6 +124,11 @@ impl Drop for MessageMailbox {
     }
 }
 
+/// The address that stands for the mailbox of the instance that this thread calls; none between calls.
+pub(super) fn current_environment() -> Option<*mut c_void> {
+    Some(CALLER.get()).filter(|number| *number != 0).map(ptr::without_provenance_mut)
+}
+
 /// Puts a message where its environment says, or else into the mailbox of the instance that this thread calls, with a warning
 /// the first time.
 fn deliver_message(environment: *mut c_void, level: MessageLevel, category: &str, text: &str) {
@@ -157,7 +162,7 @@ pub(super) unsafe extern "C" fn take_message(
 /// # Safety
 /// Called by `logger.c` with C strings or null; the environment may be anything.
 #[unsafe(no_mangle)]
-unsafe extern "C" fn trackside_take_log(
+pub(super) unsafe extern "C" fn trackside_take_log(
     environment: *mut c_void,
     status: c_int,
     category: *const c_char,

@@ -176,7 +176,7 @@ impl Instance {
             _ => return Err(no_model_exchange(c"fmi2CompletedIntegratorStep")),
         };
         match end {
-            true => Err(end_request(call_name(call), time)),
+            true => Err(end_request(call_name(self.library.own_call_name(call)), time)),
             false => Ok(CompletedStep { event }),
         }
     }
@@ -203,7 +203,7 @@ impl Instance {
         }
         let info = info.get();
         if info.terminate_simulation != 0 {
-            return Err(end_request(call_name(call), time));
+            return Err(end_request(call_name(self.library.own_call_name(call)), time));
         }
         let next = Some(info.next_event_time);
         Ok(DiscreteStatesUpdate {

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_int};
 use std::slice;
 
-use super::functions::VersionFunctions;
+use super::functions::{InterfaceFunctions, VersionFunctions};
 use super::phase::InstancePhase;
 use super::{Instance, named, to_c_string};
 use crate::CallError;
@@ -20,6 +20,12 @@ impl Instance {
     /// See [`Instance`]; the error names the state in which the instance was.
     pub fn reset(&mut self) -> Result<(), CallError> {
         let call = named!(self.library, c"fmi2Reset", c"fmi3Reset");
+        if let (Some(_), InterfaceFunctions::ModelExchange2(_)) =
+            (&self.library.fmi1, &self.library.interface)
+        {
+            let what = "is not called: FMI 1.0 has no such function for model exchange";
+            return Err(CallError::new("fmiReset", what));
+        }
         let before = self.phase;
         self.call_without_arguments(call, self.library.common.reset).map_err(|mut error| {
             error.what = format!("{before} {}", error.what);

@@ -43,7 +43,7 @@ impl Instance {
         let call = match &self.library.own {
             VersionFunctions::Fmi2(_) => {
                 self.get_text_pointers(reference, found)?;
-                c"reading the text of fmi2GetString"
+                self.library.own_call_name(c"reading the text of fmi2GetString")
             }
             VersionFunctions::Fmi3(own) => {
                 let (function, elements) = (own.get_string, found.len());

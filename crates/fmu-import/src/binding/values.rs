@@ -83,7 +83,8 @@ impl Instance {
     pub fn get_string(&mut self, reference: u32) -> Result<String, CallError> {
         let mut text: [*const c_char; 1] = [ptr::null()];
         self.get_text_pointers(reference, &mut text)?;
-        Ok(self.copy_text(c"reading the text of fmi2GetString", text[0]))
+        let call = self.library.own_call_name(c"reading the text of fmi2GetString");
+        Ok(self.copy_text(call, text[0]))
     }
 
     /// `fmi2GetString` for one variable: where the text is until the next call.

@@ -345,7 +345,7 @@ fn declared_start_values(instance: &Instance, group: &VariableGroup) -> Vec<Valu
         let reference = *reference;
         variables
             .iter()
-            .filter(move |it| it.reference == reference)
+            .filter(move |it| it.reference == reference && it.storage == group.storage)
             .filter(|it| matches!(it.causality, Causality::Input | Causality::Parameter))
     };
     let starts = group.references.iter().flat_map(of);
