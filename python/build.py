@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Build the wheel: the program, its FMUs, plugins and scenarios, and the package `trackside`.
 
-    python3 python/build.py [--out DIR]
+    python3 python/build.py [--out DIR] [--target TARGET]...
 
 needs Rust, gcc and network for maturin and auditwheel, which go into an environment of their own below `target/wheel`.
 It prints the path of the wheel and what auditwheel says about it.
@@ -41,13 +41,16 @@ def main() -> None:
     """Build everything, and print where it is."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=WORK / "dist", help="folder for the wheel (default: %(default)s)")
-    out = parser.parse_args().out.resolve()
+    words = "also put libraries for this target of Rust into the FMUs, e.g. x86_64-pc-windows-gnu"
+    parser.add_argument("--target", action="append", default=[], help=words)
+    arguments = parser.parse_args()
+    out = arguments.out.resolve()
     build = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "wheel-build"
     environment = environment_of_builds(build)
     packages = ["orchestrator", *FMUS, *PLUGINS]
     names = [word for package in packages for word in ("--package", package)]
     run(["cargo", "build", "--release", "--locked", "--features", "orchestrator/portable", *names], environment)
-    gather(build / "release", environment)
+    gather(build / "release", environment, arguments.target)
     tools = tools_folder()
     out.mkdir(parents=True, exist_ok=True)
     before = set(out.glob("*.whl"))
@@ -76,12 +79,13 @@ def environment_of_builds(build: Path) -> dict[str, str]:
     }
 
 
-def gather(release: Path, environment: dict[str, str]) -> None:
+def gather(release: Path, environment: dict[str, str], targets: list[str]) -> None:
     """Put FMUs, plugins and scenarios where an installed program looks for them."""
     shutil.rmtree(WORK / "trackside.data", ignore_errors=True)
     packed = WORK / "fmu"
     shutil.rmtree(packed, ignore_errors=True)
-    run([release / "trackside", "pack", "--out", packed, *FMUS], environment)
+    others = [word for target in targets for word in ("--target", target)]
+    run([release / "trackside", "pack", "--out", packed, *others, *FMUS], environment)
     for folder in ("fmu", "plugin"):
         (SHARE / folder).mkdir(parents=True)
     for package, archive in FMUS.items():

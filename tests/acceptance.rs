@@ -241,6 +241,9 @@ mod ssp_export;
 // Systems of SSP.
 #[path = "acceptance/systems.rs"]
 mod systems;
+// Archives with libraries for several platforms.
+#[path = "acceptance/targets.rs"]
+mod targets;
 // Groups of variables that are connected at once.
 #[path = "acceptance/terminals.rs"]
 mod terminals;
@@ -339,6 +342,7 @@ fn main() -> ExitCode {
     sweep_mistakes::register(&mut tests);
     sweeps::register(&mut tests);
     systems::register(&mut tests);
+    targets::register(&mut tests);
     terminals::register(&mut tests);
     tires::register(&mut tests);
     tunable::register(&mut tests);

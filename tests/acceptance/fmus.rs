@@ -203,7 +203,8 @@ pub fn with(fmu: &Path, file: &str, text: &str) -> Vec<u8> {
     archived(&entries)
 }
 
-fn entries(fmu: &Path) -> Vec<(String, Vec<u8>)> {
+/// The files of an archive, by their paths.
+pub fn entries(fmu: &Path) -> Vec<(String, Vec<u8>)> {
     let mut zip = ZipArchive::new(File::open(fmu).expect("an FMU")).expect("an archive");
     let places = 0..zip.len();
     let entry = |index| {

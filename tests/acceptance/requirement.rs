@@ -37,10 +37,12 @@ pub enum Requirement {
     Cases,
     /// Bags of ROS that others have made.
     Bags,
+    /// What cargo needs to build for Windows.
+    WindowsTarget,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 12] = [const { OnceLock::new() }; 12];
+static ANSWERS: [OnceLock<Option<String>>; 13] = [const { OnceLock::new() }; 12];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -66,18 +68,20 @@ impl Requirement {
             Requirement::ReferenceFmus => "Reference FMUs",
             Requirement::Cases => "cases",
             Requirement::Bags => "bags",
+            Requirement::WindowsTarget => "Rust for Windows",
         }
     }
 
     /// Whether its tests are for `--include-ignored` alone: few machines have it, or it takes minutes.
     pub fn is_rare(self) -> bool {
-        use Requirement::{Bags, Cases, Masters, ReferenceFmus, Slurm, Valgrind};
-        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Bags)
+        use Requirement::{Bags, Cases, Masters, ReferenceFmus, Slurm, Valgrind, WindowsTarget};
+        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Bags | WindowsTarget)
     }
 
-    /// Whether its tests are left out even then: containers without privileges cannot start its daemons.
+    /// Whether its tests are left out even then: containers without privileges cannot start the daemons of Slurm, and few machines
+    /// have Rust's library for Windows.
     pub fn may_be_absent(self) -> bool {
-        matches!(self, Requirement::Slurm)
+        matches!(self, Requirement::Slurm | Requirement::WindowsTarget)
     }
 
     /// Why it is missing, if it is. The answer is found once.
@@ -113,6 +117,7 @@ impl Requirement {
             Requirement::ReferenceFmus => absent(&reference_fmus()),
             Requirement::Cases => absent(&cases()),
             Requirement::Bags => absent(&super::ros_bags::others()),
+            Requirement::WindowsTarget => super::targets::missing_windows_target(),
         }
     }
 }

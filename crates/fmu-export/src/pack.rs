@@ -1,5 +1,7 @@
 //! Makes an .fmu archive of a built library, with the description that the library itself gives.
 
+mod platform;
+
 use std::ffi::c_void;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
@@ -8,6 +10,7 @@ use zip::write::SimpleFileOptions;
 
 use crate::memory;
 pub use crate::table::is_identifier;
+pub use platform::{Platform, PlatformLibrary};
 
 /// Name of the function by which a library describes itself; [`crate::export!`] makes it.
 pub const DESCRIBE: &str = "fmu_export_describe";
@@ -31,28 +34,6 @@ pub enum FmiVersion {
 }
 
 impl FmiVersion {
-    /// The folder of this platform's library inside an archive.
-    const fn platform_folder(self) -> &'static str {
-        let linux = cfg!(target_os = "linux");
-        let windows = cfg!(target_os = "windows");
-        let wide = cfg!(target_pointer_width = "64");
-        let arm = cfg!(target_arch = "aarch64");
-        match self {
-            FmiVersion::Two if linux && wide => "linux64",
-            FmiVersion::Two if linux => "linux32",
-            FmiVersion::Two if windows && wide => "win64",
-            FmiVersion::Two if windows => "win32",
-            FmiVersion::Two => "darwin64",
-            FmiVersion::Three if linux && arm => "aarch64-linux",
-            FmiVersion::Three if linux && wide => "x86_64-linux",
-            FmiVersion::Three if linux => "x86-linux",
-            FmiVersion::Three if windows && wide => "x86_64-windows",
-            FmiVersion::Three if windows => "x86-windows",
-            FmiVersion::Three if arm => "aarch64-darwin",
-            FmiVersion::Three => "x86_64-darwin",
-        }
-    }
-
     /// The end of the name of an archive.
     #[must_use]
     pub const fn archive_suffix(self) -> &'static str {
@@ -150,15 +131,20 @@ fn read_library_texts(library: &Path) -> Result<LibraryTexts, PackError> {
     Ok(description)
 }
 
-/// Packs the built `library` into the folder `into`, as `<model name>.fmu` for FMI 2.0 and as `<model name>_fmi3.fmu` for FMI 3.0, and
-/// returns the archive's path.
+/// Packs the built `library` and those of the same model for `others` into the folder `into`, as `<model name>.fmu` for FMI 2.0 and as
+/// `<model name>_fmi3.fmu` for FMI 3.0, and returns the archive's path. `library`, which is one for this machine, describes the model.
 ///
-/// The same library gives the same bytes. The archive appears under its name when it is complete; one
+/// The same libraries give the same bytes. The archive appears under its name when it is complete; one
 /// with the same content is left alone.
 ///
 /// # Errors
 /// When the library is not made with this crate, or a file cannot be read or written.
-pub fn pack_fmu(library: &Path, into: &Path, version: FmiVersion) -> Result<PathBuf, PackError> {
+pub fn pack_fmu(
+    library: &Path,
+    others: &[PlatformLibrary],
+    into: &Path,
+    version: FmiVersion,
+) -> Result<PathBuf, PackError> {
     let LibraryTexts { name, xml, xml3, terminals, .. } = read_library_texts(library)?;
     let (xml, files) = match version {
         FmiVersion::Two => (xml, Vec::new()),
@@ -166,11 +152,13 @@ pub fn pack_fmu(library: &Path, into: &Path, version: FmiVersion) -> Result<Path
         FmiVersion::Three => (xml3, vec![(TERMINALS.to_owned(), terminals.into_bytes())]),
     };
     let path = into.join(format!("{name}{}", version.archive_suffix()));
-    write_fmu_archive(&path, &name, version, &xml, library, &files)?;
+    let own = PlatformLibrary { platform: Platform::of_this_program(), path: library.to_owned() };
+    let libraries = [&[own], others].concat();
+    write_fmu_archive(&path, &name, version, &xml, &libraries, &files)?;
     Ok(path)
 }
 
-/// Writes the archive at `path`: a description of this version, the library under the model's name, and other files by their paths.
+/// Writes the archive at `path`: a description of this version, each library under the model's name, and other files by their paths.
 ///
 /// The same content gives the same bytes. The archive appears under its name when it is complete; one with the same content is left
 /// alone.
@@ -182,22 +170,23 @@ pub fn write_fmu_archive(
     name: &str,
     version: FmiVersion,
     xml: &str,
-    library: &Path,
+    libraries: &[PlatformLibrary],
     files: &[(String, Vec<u8>)],
 ) -> Result<(), PackError> {
     let file = |path: &Path| {
         let path = path.to_owned();
         move |source| PackError::File { path, source }
     };
-    let binary = std::fs::read(library).map_err(file(library))?;
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
     archive.start_file("modelDescription.xml", options)?;
     archive.write_all(xml.as_bytes()).map_err(file(path))?;
-    let extension = std::env::consts::DLL_EXTENSION;
-    let entry = format!("binaries/{}/{name}.{extension}", version.platform_folder());
-    archive.start_file(entry, options.unix_permissions(0o755))?;
-    archive.write_all(&binary).map_err(file(path))?;
+    for PlatformLibrary { platform, path: library } in libraries {
+        let binary = std::fs::read(library).map_err(file(library))?;
+        let (folder, extension) = (platform.archive_folder(version), platform.library_extension());
+        archive.start_file(format!("{folder}/{name}.{extension}"), options.unix_permissions(0o755))?;
+        archive.write_all(&binary).map_err(file(path))?;
+    }
     for (name, bytes) in files {
         archive.start_file(name.as_str(), options)?;
         archive.write_all(bytes).map_err(file(path))?;

@@ -13,7 +13,7 @@ use ::system::expose::VariableChoice;
 use clap::{Args, ValueEnum};
 use diagnostics::Error;
 use fmu_export::pack::FmiVersion;
-use orchestrator::package::{BuildError, BuildProgress, CargoWorkspace};
+use orchestrator::package::{BuildError, BuildProgress, BuildTarget, CargoWorkspace, PackOptions};
 use scenario::BuildRequest;
 
 use super::print_text;
@@ -64,6 +64,9 @@ pub struct PackArguments {
     /// The version of FMI; archives of 3.0 end in `_fmi3.fmu`.
     #[arg(long, value_name = "VERSION", default_value = "2")]
     fmi: FmiVersionArg,
+    /// Put a library for another platform into each archive, too: a target of Rust, such as x86_64-pc-windows-gnu. May be repeated.
+    #[arg(long, value_name = "TARGET", conflicts_with = "ssp")]
+    target: Vec<String>,
     /// The folder for the archives [default: target/fmu, with `--ssp` target/ssp]; with `--ssp` also the `.ssp` file itself.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -98,6 +101,7 @@ pub fn run_pack_command(arguments: &PackArguments) -> Result<u8, Error> {
         return ssp::pack_scenarios_as_ssp(&arguments.packages, arguments.out.as_deref());
     }
     if let Some(name) = &arguments.fmu {
+        refuse_targets(&arguments.target)?;
         let (inputs, outputs) = (arguments.inputs.clone(), arguments.outputs.clone());
         return system::pack_scenario_as_fmu(&system::PackOptions {
             scenarios: &arguments.packages,
@@ -106,13 +110,17 @@ pub fn run_pack_command(arguments: &PackArguments) -> Result<u8, Error> {
             out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
         });
     }
+    let version = arguments.fmi.into();
+    let targets = BuildTarget::from_triples(&arguments.target, version)
+        .map_err(|error| Error::invalid_input(error.to_string()))?;
     if let Some(script) = &arguments.python {
         return python::pack_python_script(&python::PackOptions {
             script,
             name: arguments.name.as_deref(),
             class: arguments.class.as_deref(),
             with: &arguments.with,
-            version: arguments.fmi.into(),
+            version,
+            targets: &targets,
             out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
         });
     }
@@ -122,13 +130,23 @@ pub fn run_pack_command(arguments: &PackArguments) -> Result<u8, Error> {
     let archives = CargoWorkspace::containing(Path::new(".")).and_then(|workspace| {
         let products = package_build_requests(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
-        workspace.build_and_pack(&products, Some(out), arguments.fmi.into(), &mut progress)
+        let options = PackOptions { into: Some(out), version, targets: &targets };
+        workspace.build_and_pack(&products, &options, &mut progress)
     });
     let archives = archives.map_err(|error| Error::invalid_input(error.to_string()))?;
     for archive in archives.values() {
         print_text(&format!("{}\n", archive.display()));
     }
     Ok(0)
+}
+
+/// A scenario is an FMU for this machine only.
+fn refuse_targets(targets: &[String]) -> Result<(), Error> {
+    let Some(target) = targets.first() else { return Ok(()) };
+    let error = Error::invalid_input(format!(
+        "--target {target}: an FMU of a scenario is for this machine only, since it steps the FMUs inside by calls of Linux and has their libraries for this machine"
+    ));
+    Err(error.with_help("pack the packages of its FMUs: trackside pack PACKAGES --target TARGET"))
 }
 
 /// Packages have names without endings.

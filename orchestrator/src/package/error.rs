@@ -41,6 +41,34 @@ pub enum BuildError {
         /// What cargo says.
         what: String,
     },
+    /// Something is missing to build the packages for a target.
+    #[error("cannot build {packages}: {what}")]
+    Unbuildable {
+        /// The packages, and the target.
+        packages: String,
+        /// What is missing.
+        what: String,
+    },
+    /// A target that no FMU runs on.
+    #[error(
+        "--target: expected a target for Linux, Windows or macOS, such as x86_64-pc-windows-gnu, found `{target}`, which FMI has no folder for"
+    )]
+    UnknownPlatform {
+        /// The target.
+        target: String,
+    },
+    /// Two targets whose libraries would overwrite each other.
+    #[error(
+        "--target: expected targets with a folder each, found `{other}` and `{target}`, which both have {folder} in an archive"
+    )]
+    SameFolder {
+        /// The target.
+        target: String,
+        /// That before it.
+        other: String,
+        /// Their folder.
+        folder: String,
+    },
     /// No workspace makes the package, and it was not installed.
     #[error("{why},\n{installed}")]
     Missing {

@@ -5,10 +5,14 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use diagnostics::{Error, ErrorCollector, Spanned};
+use fmu_export::pack::PlatformLibrary;
 use scenario::{BuildArtifacts, BuildRequest, Scenario};
 
 use super::installed::InstalledPackages;
-use super::{BuildError, CargoWorkspace, OnProgress};
+use super::{BuildError, BuildTarget, CargoWorkspace, OnProgress};
+
+/// Why there is no library when nothing went wrong.
+const NO_WORKSPACE: &str = "no workspace makes it";
 
 /// A `crate` key of a scenario.
 struct CrateRequest<'a> {
@@ -79,22 +83,56 @@ pub fn build_or_find_library(
     progress: OnProgress,
 ) -> Result<PathBuf, BuildError> {
     let request = BuildRequest { package: package.to_owned(), example: None };
+    let built = first_built(folders, &request, |workspace| {
+        let built = workspace.build_fmus_and_plugins(&[], std::slice::from_ref(&request), progress);
+        Ok(built?.plugins.remove(&request))
+    });
+    let why = match built {
+        Ok(library) => return Ok(library),
+        Err(error) => error.map_or_else(|| NO_WORKSPACE.to_owned(), |error| error.to_string()),
+    };
+    let installed = InstalledPackages::beside_current_program();
+    let missing = || BuildError::Missing { why, installed: installed.missing_message(package, true) };
+    installed.find_file(&request, true).ok_or_else(missing)
+}
+
+/// The library of a package for another target, from the first of these folders whose workspace makes it.
+///
+/// # Errors
+/// When there is none, with what was wrong with the first folder.
+pub fn build_library_for_target(
+    package: &str,
+    target: &BuildTarget,
+    folders: &[&Path],
+    progress: OnProgress,
+) -> Result<PlatformLibrary, BuildError> {
+    let request = BuildRequest { package: package.to_owned(), example: None };
+    let built = first_built(folders, &request, |workspace| {
+        Ok(workspace.build_for_target(std::slice::from_ref(&request), target, progress)?.remove(&request))
+    });
+    let nowhere = || BuildError::Unbuildable { packages: package.to_owned(), what: NO_WORKSPACE.to_owned() };
+    built.map_err(|error| error.unwrap_or_else(nowhere))
+}
+
+/// What `build` makes of the first of these folders whose workspace has the package; otherwise what was wrong with the first folder.
+fn first_built<T>(
+    folders: &[&Path],
+    request: &BuildRequest,
+    mut build: impl FnMut(&CargoWorkspace) -> Result<Option<T>, BuildError>,
+) -> Result<T, Option<BuildError>> {
     let mut first = None;
     for folder in folders {
         let built = CargoWorkspace::containing(folder).and_then(|workspace| {
-            workspace.check_makes_library(&request)?;
-            workspace.build_fmus_and_plugins(&[], std::slice::from_ref(&request), progress)
+            workspace.check_makes_library(request)?;
+            build(&workspace)
         });
-        match built.map(|mut built| built.plugins.remove(&request)) {
+        match built {
             Ok(Some(library)) => return Ok(library),
             Ok(None) => {}
             Err(error) => drop(first.get_or_insert(error)),
         }
     }
-    let installed = InstalledPackages::beside_current_program();
-    let why = first.map_or_else(|| "no workspace makes it".to_owned(), |error| error.to_string());
-    let missing = || BuildError::Missing { why, installed: installed.missing_message(package, true) };
-    installed.find_file(&request, true).ok_or_else(missing)
+    Err(first)
 }
 
 /// Builds the packages that the scenario and its validations name by `crate`, and packs the FMUs among them.

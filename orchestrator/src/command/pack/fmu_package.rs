@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 use fmu_export::description::DescriptionTable;
-use fmu_export::pack::{FmiVersion, write_fmu_archive};
+use fmu_export::pack::{FmiVersion, PlatformLibrary, write_fmu_archive};
 use serde::Serialize;
 
 /// An FMU to be packed, without its resources.
@@ -15,7 +15,7 @@ pub struct FmuPackage<'a> {
     /// The folder of the archive.
     pub out: &'a Path,
     pub table: &'a DescriptionTable,
-    pub library: &'a Path,
+    pub libraries: &'a [PlatformLibrary],
 }
 
 impl FmuPackage<'_> {
@@ -49,7 +49,7 @@ impl FmuPackage<'_> {
         let path = self.out.join(format!("{}{}", self.name, self.version.archive_suffix()));
         let in_archive = |(name, bytes)| (format!("resources/{name}"), bytes);
         let files: Vec<_> = resources.into_iter().map(in_archive).collect();
-        let packed = write_fmu_archive(&path, self.name, self.version, &xml, self.library, &files);
+        let packed = write_fmu_archive(&path, self.name, self.version, &xml, self.libraries, &files);
         packed.map_err(|error| Error::invalid_input(error.to_string()))?;
         Ok(path)
     }

@@ -9,7 +9,7 @@ use ::python::{
 };
 use diagnostics::{Error, SourceFiles, TextFile};
 use fmu_export::pack::{FmiVersion, is_identifier};
-use orchestrator::package::BuildProgress;
+use orchestrator::package::{BuildProgress, BuildTarget};
 use python_model::PackedScript;
 
 use super::fmu_package::FmuPackage;
@@ -34,6 +34,8 @@ pub struct PackOptions<'a> {
     pub with: &'a [PathBuf],
     /// Its version of FMI.
     pub version: FmiVersion,
+    /// The targets whose libraries are in the archive, too.
+    pub targets: &'a [BuildTarget],
     /// The folder of the archive.
     pub out: &'a Path,
 }
@@ -52,6 +54,7 @@ pub fn pack_python_script(order: &PackOptions) -> Result<u8, Error> {
         ));
         return Err(error.with_help("name the FMU: --name NAME"));
     }
+    refuse_windows(order.targets)?;
     let mut resources = BTreeMap::new();
     let file = resource_name(script)?;
     read_resource_files(script, file.clone(), &mut resources)?;
@@ -68,12 +71,11 @@ pub fn pack_python_script(order: &PackOptions) -> Result<u8, Error> {
     let PackedScript { mut interface, table, unsaved, python, printed } = described;
     printed.iter().for_each(|line| print_to_stderr(line));
     let mut building = BuildLine::default();
-    let library = super::library::find_package_library(LIBRARY, &mut |progress: BuildProgress| {
-        building.show(&progress)
-    })?;
+    let progress = &mut |progress: BuildProgress| building.show(&progress);
+    let libraries = super::library::find_package_libraries(LIBRARY, order.targets, progress)?;
     // The identity is that of all that is in the archive, but not of the place of Python on this machine.
-    let package =
-        FmuPackage { name, version: order.version, out: order.out, table: &table, library: &library };
+    let (version, out) = (order.version, order.out);
+    let package = FmuPackage { name, version, out, table: &table, libraries: &libraries };
     interface.guid = package.content_guid(&resources);
     let path = package.write_archive(&interface.guid, resources, python_model::INTERFACE, &interface)?;
     if let Some(reason) = unsaved {
@@ -83,6 +85,15 @@ pub fn pack_python_script(order: &PackOptions) -> Result<u8, Error> {
     }
     print_text(&format!("{} (Python {python})\n", path.display()));
     Ok(0)
+}
+
+/// Refuses a target that the library of a script does not know how to start a process on.
+fn refuse_windows(targets: &[BuildTarget]) -> Result<(), Error> {
+    let Some(target) = targets.iter().find(|target| target.platform.is_windows()) else { return Ok(()) };
+    Err(Error::invalid_input(format!(
+        "--target {}: expected another system than Windows, since the FMU of a Python script talks to its process by a Unix socket as standard input, which Windows has not",
+        target.triple
+    )))
 }
 
 /// The name of a file in the folder of resources.

@@ -58,13 +58,13 @@ pub fn pack_scenario_as_fmu(options: &PackOptions) -> Result<u8, Error> {
     let built = package::build_scenario_packages(&scenario, progress)?;
     let original = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
     refuse_multi_process_fmus(&original.system)?;
-    let library = super::library::find_package_library(LIBRARY, progress)?;
+    let libraries = super::library::find_package_libraries(LIBRARY, &[], progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output_failure(Path::new("."), error))?;
     let exposed = prepare_system_export(&scenario, &original.system, &built, &options.choice, folder.path())?;
     let ExportedSystem { mut interface, table, left_out, resources } = exposed;
     let (version, out) = (options.version, options.out);
-    let package = FmuPackage { name, version, out, table: &table, library: &library };
+    let package = FmuPackage { name, version, out, table: &table, libraries: &libraries };
     interface.guid = package.content_guid(&resources);
     let path = package.write_archive(&interface.guid, resources, ::system::INTERFACE, &interface)?;
     if !left_out.is_empty() {
