@@ -199,6 +199,9 @@ mod python_fmus;
 // Scenarios that Python steps.
 #[path = "acceptance/python_sessions.rs"]
 mod python_sessions;
+// Folders of FMUs against a plain loop of the same calls.
+#[path = "acceptance/plain_loop.rs"]
+mod plain_loop;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -321,6 +324,7 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     player::register(&mut tests);
     parameters::register(&mut tests);
+    plain_loop::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
     python_analyses::register(&mut tests);
