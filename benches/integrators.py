@@ -8,6 +8,7 @@ and the difference of OUTPUT at the end from that of CVODE at a thousandth of th
 """
 
 import argparse
+import csv
 import json
 import os
 import statistics
@@ -25,7 +26,7 @@ def compiled(folder):
     """The program of cvode.c."""
     program = folder / "cvode"
     source = Path(__file__).with_name("cvode.c")
-    libraries = ["cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "dl", "m"]
+    libraries = ["sundials_cvode", "sundials_nvecserial", "sundials_sunlinsoldense", "sundials_sunmatrixdense", "dl", "m"]
     subprocess.run(["cc", "-O2", source, "-o", program, *(f"-l{it}" for it in libraries)], check=True)
     return program
 
@@ -44,13 +45,13 @@ def words_of_fmu(fmu, output, folder):
     return [*words, str(states), about.get("numberOfEventIndicators", "0")], reference
 
 
-def scenario(arguments, steps):
+def scenario(arguments, steps, recorded):
     """The text of a run."""
+    left_out = "" if recorded else '[record]\nexcept = ["*"]'
     return f"""[time]
 step = {arguments.step!r}
 stop = {arguments.step * steps!r}
-[record]
-only = [{json.dumps("model." + arguments.output)}]
+{left_out}
 [[fmu]]
 name = "model"
 path = {json.dumps(arguments.fmu)}
@@ -61,25 +62,25 @@ absolute_tolerance = {arguments.tolerance / 100!r}
 """
 
 
-def trackside(arguments, folder):
-    """Processor time of a step [ns], and the output at the end."""
+def run(arguments, folder, steps, recorded=False):
+    """Processor time of a run of this many steps [s]."""
+    path = folder / "case.toml"
+    path.write_text(scenario(arguments, steps, recorded))
+    command = [arguments.program, "run", path, "--out", folder / "out", "--rerun", "off", "--csv"]
+    begin = used()
+    ended = subprocess.run(command, capture_output=True, text=True)
+    if ended.returncode:
+        sys.exit(f"trackside: {ended.stderr}")
+    return used() - begin
 
-    def run(steps):
-        path = folder / f"steps_{steps}.toml"
-        path.write_text(scenario(arguments, steps))
-        out = folder / f"out_{steps}"
-        command = [arguments.program, "run", path, "--out", out, "--rerun", "off", "--csv"]
-        begin = used()
-        ended = subprocess.run(command, capture_output=True, text=True)
-        if ended.returncode:
-            sys.exit(f"trackside: {ended.stderr}")
-        return used() - begin, out
 
-    start, _ = run(1)
-    whole, out = run(arguments.steps)
-    (table,) = out.rglob("*.csv")
-    end = table.read_text().strip().splitlines()[-1].split(",")[-1]
-    return (whole - start) / arguments.steps * 1e9, float(end)
+def end_of_run(arguments, folder):
+    """The output at the end of a run of all steps."""
+    run(arguments, folder, arguments.steps, recorded=True)
+    with (folder / "out" / "run.csv").open(newline="") as table:
+        rows = list(csv.reader(table))
+    column = next(i for i, name in enumerate(rows[0]) if name.split(" ")[0] == "model." + arguments.output)
+    return float(rows[-1][column])
 
 
 def main():
@@ -113,9 +114,9 @@ def main():
             time, evaluations, value = cvode(arguments.tolerance)
             times["CVODE"].append(time)
             errors["CVODE"] = abs(value - exact)
-            time, value = trackside(arguments, folder)
-            times["trackside"].append(time)
-            errors["trackside"] = abs(value - exact)
+            whole = run(arguments, folder, arguments.steps)
+            times["trackside"].append((whole - run(arguments, folder, 1)) / arguments.steps * 1e9)
+        errors["trackside"] = abs(end_of_run(arguments, folder) - exact)
         base = statistics.median(times["CVODE"])
         print(f"CVODE evaluates the derivatives {evaluations / arguments.steps:.2f} times in a step")
         print(f"{'program':12} {'us per step':>12} {'times CVODE':>12} {'error at the end':>18}")

@@ -109,6 +109,7 @@ fn equation_structure(root: Node) -> Result<EquationStructure, String> {
         reference: None,
         derivative: format!("the derivative of state {number}"),
         derivative_reference: None,
+        dependencies: None,
     };
     Ok(EquationStructure {
         states: (1..=count("numberOfContinuousStates")?).map(state).collect(),
