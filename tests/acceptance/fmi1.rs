@@ -59,7 +59,7 @@ fn messages_and_errors_name_functions_of_the_version() {
     }
     lab.write("case.toml", slave("broken = true").text());
     let ended = lab.trackside(&["run", "case.toml", "--rerun", "off"]).expect(3);
-    ended.says(&["`it`", "fmiDoStep returned fmiError; it says: it broke at 0 s"]);
+    ended.says(&["`it`", "fmiDoStep at t = 0 s returned fmiError; it says: it broke at 0 s"]);
 }
 
 /// An event of time at 0.25 s, and bounces; a start value gives another height.
