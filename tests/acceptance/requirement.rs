@@ -42,7 +42,7 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 13] = [const { OnceLock::new() }; 12];
+static ANSWERS: [OnceLock<Option<String>>; 13] = [const { OnceLock::new() }; 13];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
