@@ -111,8 +111,12 @@ enum RuleError {
 }
 
 impl From<CallError> for RuleError {
+    /// An FMU may discard a step (FMI 2.0, section 4.2.2; FMI 3.0, section 4.2.1), and then other rules say nothing of it.
     fn from(error: CallError) -> Self {
-        RuleError::Violated(format!("{} {}", error.call, error.what))
+        match error.discarded {
+            true => RuleError::NotApplicable(error.to_string()),
+            false => RuleError::Violated(error.to_string()),
+        }
     }
 }
 

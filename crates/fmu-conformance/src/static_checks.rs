@@ -5,6 +5,7 @@ use std::sync::Arc;
 use fmu_import::{FmiVersion, Fmu, Instance};
 
 use super::RuleSeverity::{BreaksRuns, BreaksStandard, NotRobust};
+use super::logging::{PERCENT, is_formatted};
 use super::test_driver::TestDriver;
 use super::{ALL, BOTH, ConformanceRule, RuleCheck, RuleResult, THREE, not_applicable, violated_rule};
 
@@ -107,6 +108,7 @@ fn check_version(driver: &TestDriver) -> RuleResult {
     Ok(String::new())
 }
 
+/// Only a caller that breaks the standard hands over a GUID of others, also when the library takes it for a format of `printf`.
 fn check_guid(driver: &TestDriver) -> RuleResult {
     let wrong = "{00000000-0000-0000-0000-000000000000}";
     let call = driver.fmi_name("InstantiateCoSimulation");
@@ -116,6 +118,18 @@ fn check_guid(driver: &TestDriver) -> RuleResult {
             "expected no instance of {call} for {wrong}, found one; the library's is {}",
             driver.description().guid
         )),
-        Err(_) => Ok(String::new()),
+        Err(_) => check_guid_in_messages(driver),
+    }
+}
+
+fn check_guid_in_messages(driver: &TestDriver) -> RuleResult {
+    driver.note_progress("an instance with percent signs in the GUID or token, to be logged");
+    let messages = match Instance::with_guid(Arc::clone(&driver.library), "conform", PERCENT, true) {
+        Ok(instance) => instance.take_messages(),
+        Err((_, messages)) => messages,
+    };
+    match messages.iter().find(|message| is_formatted(&message.text)) {
+        Some(message) => violated_rule(format!("the GUID or token was taken for a format: {}", message.text)),
+        None => Ok(String::new()),
     }
 }

@@ -441,11 +441,16 @@ static bool advance(double from, double length, double *reached, bool *event) {
         status = ((Fn)find("DoStep"))(instance, from, length, true, event, &terminate, &early, &last);
         if (early)
             *reached = last;
-        if (status <= WARNING && terminate)
+        if (status <= DISCARD && terminate)
             return false;
     }
-    if (status == DISCARD)
-        return false;
+    if (status == DISCARD && plan.version == 2) {
+        enum { TERMINATED = 3 };
+        typedef int (*Fn)(void *, int, int *);
+        int terminated = 0;
+        if (((Fn)find("GetBooleanStatus"))(instance, TERMINATED, &terminated) <= WARNING && terminated)
+            return false;
+    }
     must("DoStep", status);
     return true;
 }

@@ -28,10 +28,11 @@ def archives(folders: list[Path]) -> list[Path]:
     return sorted(once.values())
 
 
-def in_general(what: str) -> str:
+def in_general(what: str, path: Path) -> str:
     """A reason without what belongs to one FMU only."""
-    what = re.sub(r"`[^`]*`", "`…`", what)
-    what = re.sub(r"(/[\w.+{}\-]+)+", "…", what)
+    what = what.replace(str(path), "it")
+    for pattern, general in ((r"`[^`]*`", "`…`"), (r"\([^)]*\)", "(…)"), (r"(/[\w.+{}\-]+)+", "…")):
+        what = re.sub(pattern, general, what)
     return re.sub(r"\b[\d.]+(e[+-]?\d+)?\b", "N", what)[:160]
 
 
@@ -72,7 +73,7 @@ def main() -> int:
                 if it.kind in COLUMNS:
                     counts[it.interface, version, it.way, it.kind] += 1
                 if it.kind != "equal":
-                    reasons[it.kind, in_general(detail)] += 1
+                    reasons[it.kind, in_general(detail, path)] += 1
                 if it.kind in ("differs", "refused"):
                     print(f"{path}: {it.kind} ({it.interface}, {it.way}): {detail}", file=sys.stderr)
     print_table(counts, reasons)

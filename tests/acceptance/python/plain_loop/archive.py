@@ -48,6 +48,7 @@ class Model:
     start: float = 0.0
     step: float = 0.0
     tolerance: float = 0.0
+    has_clocks: bool = False
     variables: list[Variable] = field(default_factory=list)
 
 
@@ -66,10 +67,13 @@ def read_model(archive: zipfile.ZipFile) -> Model:
     version = root.get("fmiVersion", "")[:1]
     if version not in ("1", "2", "3"):
         raise Refused(f"this is no version of FMI: {root.get('fmiVersion')}")
+    if root.find("ModelVariables") is None:
+        raise Refused("its description has no <ModelVariables>")
     guid = root.get("instantiationToken") or root.get("guid") or ""
     model = Model(int(version), root.get("generationTool") or "unknown", guid)
     read_interfaces(model, root)
     read_experiment(model, root)
+    model.has_clocks = root.find("ModelVariables/Clock") is not None
     model.variables = variables_to_compare(root, model.version)
     return model
 

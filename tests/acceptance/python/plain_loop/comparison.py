@@ -1,29 +1,49 @@
 """Compares the table of a run with the rows of a plain loop."""
 
 import math
+from dataclasses import dataclass
 
 from archive import TEXTS, Variable
 
 # For model exchange, of the range of a variable.
 ACCURACY = 1e-6
+# The least range: differences of a hundredth of a nanounit and less are those of absolute tolerances.
+LEAST_RANGE = 1e-5
 # Two neighbours that are farther apart have a jump between them, as a share of the range.
 JUMP = 0.05
 
 
-def first_difference(variables: list[Variable], ours, plain, exact: bool) -> str | None:
-    """A row of ours has cells by their titles, one of a plain loop lists of values. A plain loop that ended earlier says nothing of the rest."""
+@dataclass
+class Difference:
+    """A difference of a variable, with its size as a share of the range."""
+
+    name: str
+    what: str
+    size: float
+
+
+def differences(variables: list[Variable], ours, plain, exact: bool) -> dict[str, Difference]:
+    """The variables that differ. A row of ours has cells by their titles, one of a plain loop lists of values. A plain loop that ended earlier says
+    nothing of the rest."""
     if len(ours) < len(plain):
-        return f"{len(ours)} rows in place of {len(plain)}"
+        return {"": Difference("", f"{len(ours)} rows in place of {len(plain)}", math.inf)}
+    found = {}
     for place, variable in enumerate(variables):
         if not exact and variable.kind in TEXTS:
             continue
         own = [values_of(row, place, variable) for row in ours[: len(plain)]]
         other = [row[place] for row in plain]
-        found = differ_in_bits(own, other) if exact else differ_by_range(own, other)
-        if found:
-            row, one, two = found
-            return f"{variable.name} at point {row}: {one} and {two}"
-    return None
+        differs = differ_in_bits(own, other) if exact else differ_by_range(own, other)
+        if differs:
+            row, one, two, size = differs
+            found[variable.name] = Difference(variable.name, f"{variable.name} at point {row}: {one} and {two}", size)
+    return found
+
+
+def explains(between_plain: dict[str, Difference], found: dict[str, Difference]) -> bool:
+    """Whether plain loops differ from each other in the same variables, by about as much or more."""
+    alike = [between_plain.get(name) for name in found]
+    return all(other and it.size <= 10.0 * other.size for it, other in zip(found.values(), alike))
 
 
 def values_of(row, place: int, variable: Variable):
@@ -50,10 +70,10 @@ def same(one, other) -> bool:
 def differ_in_bits(ours, plain):
     for row, (own, other) in enumerate(zip(ours, plain)):
         if len(own) != len(other):
-            return row, f"{len(own)} values", f"{len(other)} values"
+            return row, f"{len(own)} values", f"{len(other)} values", math.inf
         for one, two in zip(own, other):
             if not same(one, two):
-                return row, one, two
+                return row, one, two, 0.0
     return None
 
 
@@ -62,7 +82,7 @@ def differ_by_range(ours, plain):
     flat = [value for row in plain for value in row if math.isfinite(value)]
     reach = max(flat) - min(flat) if flat else 0.0
     # What hardly moves is compared with its size.
-    scale = max(reach, 1e-3 * max(map(abs, flat), default=0.0), 1e-12)
+    scale = max(reach, 1e-3 * max(map(abs, flat), default=0.0), LEAST_RANGE)
     worst = (ACCURACY, None)
     for row, (own, other) in enumerate(zip(ours, plain)):
         for place, (one, two) in enumerate(zip(own, other)):
@@ -73,5 +93,5 @@ def differ_by_range(ours, plain):
             low, high = min(near), max(near)
             beside = high - low > JUMP * scale and low - ACCURACY * scale <= one <= high + ACCURACY * scale
             if not error <= worst[0] and not beside:
-                worst = (error, (row, one, f"{two} ({error:.1e} of its range)"))
+                worst = (error, (row, one, f"{two} ({error:.1e} of its range)", error))
     return worst[1]

@@ -51,7 +51,8 @@ class Machines:
         source = HERE.parent.parent / "fmu/plain_loop.c"
         flags = ["-O1", "-ffp-contract=off", str(source), "-o"]
         own, windows = folder / "plain_loop", folder / "plain_loop.exe"
-        subprocess.run(["cc", *flags, str(own), "-ldl"], check=True)
+        # Some libraries use the mathematical functions of C without saying that they need them.
+        subprocess.run(["cc", *flags, str(own), "-Wl,--no-as-needed", "-ldl", "-lm", "-lpthread"], check=True)
         self.loops = {"linux": own, "sources": own}
         found = [shutil.which("wine64"), shutil.which("wine"), "/usr/lib/wine/wine64"]
         self.wine = next((it for it in found if it and os.path.exists(it)), None)
@@ -74,6 +75,8 @@ class PlainLoop:
 
     def rows(self, archive: Path, coarse: bool):
         """For each communication point the values in the order of the variables; `coarse` integrates less exactly."""
+        if self.model.has_clocks:
+            raise Refused("it has clocks, which the importer lets tick")
         try:
             with zipfile.ZipFile(archive) as file:
                 for entry in file.infolist():

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from archive import Model, Refused, copy_for_way, read_model, ways_to_run
-from comparison import first_difference
+from comparison import differences, explains
 from loops import TOLERANCE, PlainLoop, finished
 
 
@@ -68,17 +68,18 @@ class Trial:
             return "alone", f"the plain loop does not run: {reason}"
         if ours is None:
             return "refused", refusal
-        worst = self.difference(ours, plain)
-        if worst is None:
+        found = self.differences(ours, plain)
+        if not found:
             return "equal", f"{len(plain)} points, {len(self.model.variables)} variables"
+        worst = max(found.values(), key=lambda it: it.size).what
         try:
-            other = self.difference(self.loop.rows(self.path, coarse=True), plain)
+            between = self.differences(self.loop.rows(self.path, coarse=True), plain)
         except Refused as reason:
-            return "explained", f"the second plain loop does not run: {reason}"
-        return ("differs", worst) if other is None else ("explained", f"two plain loops differ: {other}")
+            return "differs", f"{worst}; a second plain loop does not run: {reason}"
+        return ("explained" if explains(between, found) else "differs"), worst
 
-    def difference(self, ours, plain) -> str | None:
-        return first_difference(self.model.variables, ours, plain, self.interface == "co-simulation")
+    def differences(self, ours, plain):
+        return differences(self.model.variables, ours, plain, self.interface == "co-simulation")
 
     def trackside(self):
         """Why it is refused, or the rows by title."""
@@ -113,7 +114,8 @@ class Trial:
 
 
 def message(err: str) -> str:
-    """The error of trackside in one line, without its frame."""
-    words = " ".join(part.strip(" │╭╰─┬▲×·├▶") for part in err.splitlines())
-    told = re.sub(r"\s+", " ", words).strip()
-    return told.partition("error:")[2].strip()[:600] or told[-600:]
+    """The error of trackside in one line, without warnings, frames and the lines of the scenario."""
+    error = err.partition("×")[2] or err
+    words = " ".join(part.strip(" │╭╰─┬▲·├▶") for part in error.splitlines())
+    told = re.sub(r"\s+", " ", words).strip().partition(" [case.toml")[0]
+    return told[:600]
