@@ -6,13 +6,16 @@ mod compiler_options;
 use roxmltree::Document;
 
 use super::source_folder::{SOURCES, SourceFolder, is_source, normalise};
-use crate::FmuDescription;
+use crate::{FmiInterface, FmuDescription};
 
 /// The file of FMI 3.0 that says how.
 pub(super) const BUILD_DESCRIPTION: &str = "sources/buildDescription.xml";
 
 /// The file that includes all others, by the custom of Dymola and the Reference FMUs.
 const ALL_IN_ONE: &str = "all.c";
+
+/// What the template of FMUSDK, which many FMUs of FMI 2.0 are made of, wants for this interface.
+const CO_SIMULATION: &str = "-DFMI_COSIMULATION";
 
 /// Sources that are compiled alike.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
@@ -71,8 +74,11 @@ impl BuildConfiguration {
             ));
         }
         let files = files.into_iter().filter(|name| !included.contains(name)).collect();
-        let set =
-            SourceFileSet { files, include_folders: folder.include_folders(), ..SourceFileSet::default() };
+        let options = match about.interface {
+            FmiInterface::CoSimulation => vec![CO_SIMULATION.to_owned()],
+            FmiInterface::ModelExchange => Vec::new(),
+        };
+        let set = SourceFileSet { files, language: None, options, include_folders: folder.include_folders() };
         Ok(BuildConfiguration { sets: vec![set], notes, ..BuildConfiguration::default() })
     }
 }
