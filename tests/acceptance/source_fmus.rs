@@ -146,7 +146,7 @@ fn a_build_description_is_obeyed() {
     sources_of_three(&lab, sets);
     lab.write("plain.fmu", resizable());
     let case = |path: &str| {
-        let text = Scenario::new().time(0.1, 0.3).fmu("one", path, "start.n = 3, start.u = [1, 10, 100]");
+        let text = Scenario::new().time(0.1, 0.3).fmu("one", path, "n = 3, u = [1, 10, 100]");
         lab.write("case.toml", text.key("unconnected = \"start\"").text());
         let ended = run(&lab, &[&RUN[..], &["--out", "out"]].concat()).expect(0);
         (ended, lab.read("out/run.csv"))
@@ -192,7 +192,7 @@ fn whoever_looks_or_forbids_it_compiles_nothing() {
     run(&lab, &["inspect", "case.ssp"]).expect(0);
     lab.write("case.toml", scenario().text().replace("[[check]]", "compile = false\n\n[[check]]"));
     let told = [
-        "case.toml:8",
+        "case.toml:9",
         "counter.fmu has no library for this machine, only sources, which are not to be compiled",
     ];
     run(&lab, &RUN).expect(2).says(&told);

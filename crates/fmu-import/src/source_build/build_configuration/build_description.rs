@@ -3,7 +3,7 @@
 use roxmltree::{Document, Node};
 
 use super::compiler_options::{filter_options, is_known_compiler};
-use super::{BuildConfiguration, SourceFileSet, source_path};
+use super::{BUILD_DESCRIPTION, BuildConfiguration, SourceFileSet, source_path};
 use crate::FmuDescription;
 use crate::source_build::source_folder::{SOURCES, SourceFolder};
 
@@ -21,8 +21,8 @@ pub(super) fn parse(
         return Err(format!("expected at most {} attributes of an element, found more", archive::ATTRIBUTES));
     }
     let document = Document::parse(text).map_err(|error| format!("line {}: {error}", error.pos().row))?;
-    let element = choose_element(&document, about, platform)?;
     let mut found = BuildConfiguration::default();
+    let element = choose_element(&document, about, platform, &mut found.notes)?;
     for set in children(element, "SourceFileSet") {
         let set = parse_set(set, &mut found.notes)?;
         if let Some(absent) = set.files.iter().find(|name| !folder.files.contains(*name)) {
@@ -41,15 +41,24 @@ pub(super) fn parse(
     Ok(found)
 }
 
-/// The `BuildConfiguration` of this FMU: that for this machine, or else one for all machines.
+/// The `BuildConfiguration` of this FMU: that for this machine, or else one for all machines. An only one is taken whatever its identifier, which
+/// some tools copy from another FMU; that is told.
 fn choose_element<'a>(
     document: &'a Document,
     about: &FmuDescription,
     platform: &str,
+    notes: &mut Vec<String>,
 ) -> Result<Node<'a, 'a>, String> {
     let all: Vec<_> = children(document.root_element(), "BuildConfiguration").collect();
     let fits = |node: &&Node| node.attribute("modelIdentifier") == Some(&about.identifier);
-    let own: Vec<_> = all.iter().filter(fits).copied().collect();
+    let mut own: Vec<_> = all.iter().filter(fits).copied().collect();
+    if let ([], [only]) = (own.as_slice(), all.as_slice()) {
+        let found = only.attribute("modelIdentifier").unwrap_or("none");
+        notes.push(format!(
+            "{BUILD_DESCRIPTION} is for the modelIdentifier {found}: taken, the only one there"
+        ));
+        own.push(*only);
+    }
     let of_platform = |wanted: Option<&str>| own.iter().find(|node| node.attribute("platform") == wanted);
     of_platform(Some(platform)).or_else(|| of_platform(None)).copied().ok_or_else(|| {
         let names =

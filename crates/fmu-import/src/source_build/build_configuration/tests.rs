@@ -75,6 +75,9 @@ fn a_build_description_gives_sets_definitions_folders_and_libraries() {
     assert!(left.contains("its compiler option `-o` is left out"), "{left:?}");
     let other = choose("3.0", "", Some(&of("platform=\"riscv-none\"", "")), &["m.c"]);
     assert!(other.is_err_and(|what| what.ends_with("for all platforms, found riscv-none")));
+    let strange = choose("3.0", "", Some(&of("", "").replace("\"m\"", "\"n\"")), &["m.c"]);
+    let told = "sources/buildDescription.xml is for the modelIdentifier n: taken, the only one there";
+    assert!(strange.expect("it is tried").notes.contains(&told.to_owned()));
     let windows = choose("3.0", "", Some(&of("", "compiler=\"VisualC\" compilerOptions=\"/Od\"")), &["m.c"]);
     assert_eq!(
         windows.expect("it is tried").notes,
