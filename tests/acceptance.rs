@@ -241,6 +241,9 @@ mod state;
 // Scenarios that are packed as systems of SSP, and read back.
 #[path = "acceptance/ssp_export.rs"]
 mod ssp_export;
+// FMUs of C sources, which are compiled.
+#[path = "acceptance/source_fmus.rs"]
+mod source_fmus;
 // Systems of SSP.
 #[path = "acceptance/systems.rs"]
 mod systems;
@@ -337,6 +340,7 @@ fn main() -> ExitCode {
     ros_bags::register(&mut tests);
     signals::register(&mut tests);
     sizes::register(&mut tests);
+    source_fmus::register(&mut tests);
     ssp_export::register(&mut tests);
     state::register(&mut tests);
     submitting::register(&mut tests);

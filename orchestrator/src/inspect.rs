@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 
 use fmu_import::description::{FmiType, FmiVersion, Variable, describe_items};
 use fmu_import::{
-    Causality, EquationStructure, FmiInterface, Fmu, FmuDescription, MemberKind, Terminal, TerminalStream,
-    Variability,
+    Causality, EquationStructure, FmiInterface, Fmu, FmuDescription, LibraryOrigin, MemberKind, Terminal,
+    TerminalStream, Variability,
 };
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
@@ -27,6 +27,7 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
         ("guid", description.guid.clone()),
         ("sha256", fmu.sha256.clone()),
         ("platforms", fmu.supported_platforms().join(", ")),
+        ("runs", execution_words(fmu)),
         ("default start", format!("{} s", description.default_start)),
         ("default stop", seconds(description.default_stop)),
         ("default step", seconds(description.default_step)),
@@ -61,6 +62,17 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
         let _ = writeln!(text, "against the rules: {problem}");
     }
     text
+}
+
+/// How the library of an FMU runs here, or why it does not.
+fn execution_words(fmu: &Fmu) -> String {
+    match fmu.library_origin() {
+        Err(error) => format!("no: {error}"),
+        Ok(LibraryOrigin::Archive(_)) => "in this program".to_owned(),
+        Ok(LibraryOrigin::Sources(build)) => {
+            format!("in a process of its own, once a run has compiled its sources: {build}")
+        }
+    }
 }
 
 /// The interfaces of an FMU, the one that it is used through first; with the size of its equations.
@@ -151,6 +163,7 @@ pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
         "guid": description.guid,
         "sha256": fmu.sha256,
         "platforms": fmu.supported_platforms(),
+        "runs": execution_words(fmu),
         "default_start": description.default_start,
         "default_stop": description.default_stop,
         "default_step": description.default_step,

@@ -127,6 +127,7 @@ impl Lab {
 pub fn trackside(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trackside"));
     command.current_dir(folder).stdin(Stdio::null()).env("TMPDIR", temporary());
+    command.env("XDG_CACHE_HOME", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
     command
 }
 

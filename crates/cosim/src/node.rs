@@ -330,6 +330,7 @@ pub fn instantiate_reusing(
 ) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let mut notices = Vec::new();
+    prepare_libraries(&system.nodes, &mut notices)?;
     let nodes = system.nodes.iter_mut().map(|plan| {
         if let NodeBody::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
             && let Some(why) = host.and_then(|_| fmu.clash_in_process())
@@ -349,6 +350,18 @@ pub fn instantiate_reusing(
     system.warnings.append(&mut notices);
     with_call_faults(system, &mut nodes, false);
     Ok(nodes)
+}
+
+/// Compiles the FMUs that come with sources in place of a library, and tells where the libraries are.
+fn prepare_libraries(plans: &[NodePlan], notices: &mut Vec<String>) -> Result<(), Error> {
+    for NodePlan { name, body, .. } in plans {
+        let NodeBody::Fmu { fmu, .. } = body else { continue };
+        fmu.prepare_library()
+            .map_err(|error| Error::node_failure(name, "loading", None, error.to_string()))?;
+        let notice = fmu.compiled_library().map(|compiled| format!("{}: {compiled}", fmu.path.display()));
+        notices.extend(notice.filter(|notice| !notices.contains(notice)));
+    }
+    Ok(())
 }
 
 /// The node with the step of its own, if it has one.

@@ -64,8 +64,8 @@ fn check_description(fmu: &Fmu) -> RuleResult {
 }
 
 fn check_platform(fmu: &Fmu) -> RuleResult {
-    match fmu.library_path() {
-        Ok(_) => Ok(String::new()),
+    match fmu.prepare_library() {
+        Ok(_) => Ok(fmu.compiled_library().map_or_else(String::new, |compiled| compiled.to_string())),
         Err(error) => violated_rule(error.to_string()),
     }
 }

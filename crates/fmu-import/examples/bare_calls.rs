@@ -93,7 +93,7 @@ fn bare(fmu: &Arc<Fmu>, [input, output]: [u32; 2], steps: u32) -> Result<f64, Fa
     let guid = CString::new(fmu.description.guid.as_str())?;
     // SAFETY: the functions have the types of FMI 2.0, and arguments live until the calls return.
     unsafe {
-        let library = libloading::Library::new(fmu.library_path()?)?;
+        let library = libloading::Library::new(fmu.prepare_library()?)?;
         let instantiate = *library.get::<Instantiate>(b"fmi2Instantiate")?;
         let setup = *library.get::<Setup>(b"fmi2SetupExperiment")?;
         let enter = *library.get::<Call>(b"fmi2EnterInitializationMode")?;

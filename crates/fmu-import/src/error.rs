@@ -44,6 +44,14 @@ pub enum OpenError {
         /// The libraries and sources that there are, and what to do.
         found: String,
     },
+    /// There are sources in place of a library, and no library has come of them.
+    #[error("{path}: its sources: {what}")]
+    Sources {
+        /// The archive.
+        path: PathBuf,
+        /// What the compiler says, with file and line.
+        what: String,
+    },
     /// The library does not load.
     #[error("{path}: the library does not load: {what}")]
     Library {

@@ -75,6 +75,7 @@ mod location;
 mod message;
 mod platform;
 mod problem_list;
+mod source_build;
 mod terminals;
 mod unpacked_archive;
 mod validation;
@@ -111,6 +112,8 @@ pub use location::FmuLocation;
 pub use message::{
     FmuMessage, MOST_KINDS, MessageKind, MessageKinds, MessageLevel, SUMMARY, further_kinds_message,
 };
+pub use platform::LibraryOrigin;
+pub use source_build::{CompiledLibrary, SourceBuild};
 pub use terminals::{MatchingRule, MemberKind, Terminal, TerminalMember, TerminalStream};
 pub use value::{Value, from_hex, to_hex};
 
@@ -139,6 +142,8 @@ pub struct Fmu {
     lost: AtomicBool,
     /// The library, as long as somebody has it.
     loaded: Mutex<Weak<FmuLibrary>>,
+    /// What to tell of the library, if it was compiled from sources; held while that goes on.
+    compiled: Mutex<Option<CompiledLibrary>>,
     /// What the library is loaded with.
     linkage: OnceLock<Arc<LibraryLinkage>>,
     /// The Python that the library expects in the process, or why there is none for it.
@@ -195,7 +200,8 @@ impl Fmu {
         description.problems.extend(notes.iter().cloned());
         let (lost, loaded, linkage) = (AtomicBool::new(false), Mutex::default(), OnceLock::new());
         let python = python.map(Ok).map_or_else(OnceLock::new, OnceLock::from);
-        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage, python }
+        let compiled = Mutex::default();
+        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, compiled, linkage, python }
     }
 
     /// Where another process finds this FMU, as long as it is not dropped.

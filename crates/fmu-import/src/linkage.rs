@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use elf::ElfLinkInfo;
+pub(crate) use elf::defined_functions;
 pub(crate) use missing::describe_missing_libraries;
 
 /// An FMU may be loaded with this many libraries; a damaged one could name more.

@@ -39,7 +39,7 @@ impl Fmu {
         loaded_fmus().retain(|resident| resident.root != self.folder.description_folder());
     }
 
-    /// Loads the library, unless it is loaded: all instances have the same.
+    /// Loads the library, unless it is loaded: all instances have the same. It is compiled if there are only sources.
     ///
     /// # Errors
     /// When there is no library for this machine, or it does not load, or lacks a function.
@@ -48,7 +48,7 @@ impl Fmu {
         if let Some(library) = loaded.upgrade() {
             return Ok(library);
         }
-        let library = FmuLibrary::load(Arc::clone(self), &self.library_path()?).map(Arc::new)?;
+        let library = FmuLibrary::load(Arc::clone(self), &self.prepare_library()?).map(Arc::new)?;
         *loaded = Arc::downgrade(&library);
         Ok(library)
     }
@@ -59,15 +59,13 @@ impl Fmu {
     /// # Errors
     /// When there is no library for this machine, or it does not load.
     pub fn missing_symbols(&self) -> Result<[Vec<&'static str>; 2], OpenError> {
-        FmuLibrary::missing_functions(self, &self.library_path()?)
+        FmuLibrary::missing_functions(self, &self.prepare_library()?)
     }
 
-    /// What its library is loaded with; nothing without a library for this machine.
+    /// What its library is loaded with; nothing without a library for this machine, or before it is compiled.
     pub(crate) fn library_linkage(&self) -> Arc<LibraryLinkage> {
-        let read = || match self.library_path() {
-            Ok(library) => LibraryLinkage::read(self.folder.description_folder(), &library),
-            Err(_) => LibraryLinkage::default(),
-        };
+        let Ok(library) = self.library_path() else { return Arc::default() };
+        let read = || LibraryLinkage::read(self.folder.description_folder(), &library);
         Arc::clone(self.linkage.get_or_init(|| Arc::new(read())))
     }
 

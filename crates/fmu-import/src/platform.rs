@@ -1,7 +1,9 @@
 //! Finds the binary of an FMU for this platform.
 
 use std::path::{Path, PathBuf};
+use std::sync::PoisonError;
 
+use crate::source_build::{CompiledLibrary, SourceBuild};
 use crate::{FmiVersion, Fmu, FmuDescription, OpenError};
 
 /// So many files of a kind are listed.
@@ -54,6 +56,15 @@ pub(crate) fn misnamed_library_note(folder: &Path, about: &FmuDescription) -> Op
     ))
 }
 
+/// Where the library for this machine comes from.
+#[derive(Debug)]
+pub enum LibraryOrigin {
+    /// It is in the unpacked archive.
+    Archive(PathBuf),
+    /// It is compiled from the sources of the archive.
+    Sources(SourceBuild),
+}
+
 impl Fmu {
     /// The platforms that the archive has libraries for.
     #[must_use]
@@ -69,26 +80,72 @@ impl Fmu {
         names
     }
 
-    /// The unpacked library for this machine.
+    /// Where the library for this machine comes from. Nothing is compiled for that.
     ///
     /// # Errors
-    /// When there is none.
-    pub fn library_path(&self) -> Result<PathBuf, OpenError> {
+    /// When there is none, and no way to one.
+    pub fn library_origin(&self) -> Result<LibraryOrigin, OpenError> {
+        let root = self.folder.description_folder();
         let expected = library_archive_path(&self.description);
-        let path = self.folder.description_folder().join(&expected);
-        if path.is_file() {
-            return Ok(path);
+        if root.join(&expected).is_file() {
+            return Ok(LibraryOrigin::Archive(root.join(expected)));
         }
-        if let Some(only) = only_library(self.folder.description_folder(), &self.description) {
-            return Ok(self.folder.description_folder().join(only));
+        if let Some(only) = only_library(root, &self.description) {
+            return Ok(LibraryOrigin::Archive(root.join(only)));
         }
-        let (path, found) = (self.path.clone(), self.describe_available_libraries());
         let platform = platform_folder(self.description.version);
+        let no_build = match self.source_build(platform) {
+            Some(Ok(build)) => return Ok(LibraryOrigin::Sources(build)),
+            Some(Err(why)) => Some(why),
+            None => None,
+        };
+        let (path, found) = (self.path.clone(), self.describe_available_libraries(no_build));
         Err(OpenError::Platform { path, platform, expected, found })
     }
 
-    /// The libraries and sources that the archive has, and what to do with them.
-    fn describe_available_libraries(&self) -> String {
+    /// The unpacked library for this machine.
+    ///
+    /// # Errors
+    /// When there is none, or it is not compiled yet.
+    pub fn library_path(&self) -> Result<PathBuf, OpenError> {
+        match self.library_origin()? {
+            LibraryOrigin::Archive(path) => Ok(path),
+            LibraryOrigin::Sources(_) => {
+                let what = "they are not compiled yet".to_owned();
+                Err(OpenError::Sources { path: self.path.clone(), what })
+            }
+        }
+    }
+
+    /// The library for this machine, which is compiled if there are only sources.
+    ///
+    /// # Errors
+    /// When there is none, and none comes of the sources.
+    pub fn prepare_library(&self) -> Result<PathBuf, OpenError> {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let build = match self.library_origin()? {
+            LibraryOrigin::Archive(path) => return Ok(path),
+            LibraryOrigin::Sources(build) => build,
+        };
+        let path = self.folder.description_folder().join(library_archive_path(&self.description));
+        *compiled = Some(self.compile_sources(&build, &path)?);
+        Ok(path)
+    }
+
+    /// Whether its library is compiled from sources, or will be.
+    #[must_use]
+    pub fn is_compiled(&self) -> bool {
+        self.compiled_library().is_some() || matches!(self.library_origin(), Ok(LibraryOrigin::Sources(_)))
+    }
+
+    /// What to tell of the library, if it was compiled from sources.
+    #[must_use]
+    pub fn compiled_library(&self) -> Option<CompiledLibrary> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The libraries that the archive has, and what to do; `no_build` says why its sources are of no use, if it has some.
+    fn describe_available_libraries(&self, no_build: Option<String>) -> String {
         let root = self.folder.description_folder();
         let libraries = list_files(root, "binaries", &["so", "dll", "dylib"]);
         // Beside a library may lie others that it needs.
@@ -101,15 +158,10 @@ impl Fmu {
             (others, []) => format_names(others),
             (_, own) => format_names(own),
         };
-        let sources = list_files(root, "sources", &["c", "cc", "cpp", "cxx"]);
-        if sources.is_empty() {
-            return format!("{found}; export the FMU for this platform");
+        match no_build {
+            None => format!("{found}; export the FMU for this platform"),
+            Some(why) => format!("{found}, and sources, which cannot be compiled: {why}"),
         }
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        format!(
-            "{found}, and sources ({}): `fmpy compile {name}` builds a library of them with CMake",
-            format_names(&sources)
-        )
     }
 }
 

@@ -9,6 +9,7 @@ mod call_faults;
 mod checks;
 mod collect;
 mod column_readings;
+mod compiled_sources;
 mod connection_units;
 mod connections;
 mod connectors;

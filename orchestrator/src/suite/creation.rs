@@ -230,7 +230,7 @@ impl SuiteWriter {
             text.trim_start_matches([':', ' ']).to_owned()
         };
         let fmu = Fmu::open(path).map_err(of_file)?;
-        fmu.library_path().map_err(of_file)?;
+        fmu.library_origin().map_err(of_file)?;
         let archive = self.path_from_suite(path)?;
         Ok((fmu.description, archive))
     }

@@ -56,6 +56,20 @@ impl ElfLinkInfo {
     }
 }
 
+/// The names of the functions that a library has for others.
+pub(crate) fn defined_functions(path: &Path) -> Vec<String> {
+    let read = || {
+        let library = ElfReader::open(File::open(path).ok()?, std::fs::metadata(path).ok()?.len())?;
+        let (table, texts) = library.section_and_strings(SHT_DYNSYM)?;
+        let texts = StringTable::new(&*texts, 0, texts.len() as u64);
+        let symbols = slice_from_all_bytes::<Symbol>(&table).ok()?;
+        let defined = symbols.iter().filter(|symbol| !symbol.is_undefined(library.endian));
+        let names = defined.filter_map(|symbol| symbol.name(library.endian, texts).ok());
+        Some(names.map(|name| String::from_utf8_lossy(name).into_owned()).collect())
+    };
+    read().unwrap_or_default()
+}
+
 /// A file of which only some tables are read: it may be as long as the memory.
 struct ElfReader {
     file: File,

@@ -219,7 +219,7 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
         let others: Vec<_> = others.iter().map(|name| (*name, &b"1"[..])).collect();
         let entries = [&[("modelDescription.xml", xml)], others.as_slice()].concat();
         let opened = open(&archive(&entries)).expect("it is read");
-        opened.library_path().expect_err("no library").to_string()
+        opened.library_origin().expect_err("no library").to_string()
     };
     for (others, expected) in [
         (&[][..], "found none; export the FMU for this platform"),
@@ -228,14 +228,16 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
             "found binaries/win64/m.dll; export",
         ),
         (&["binaries/win64/other.dll"], "found binaries/win64/other.dll; export"),
-        (
-            &["sources/m.c", "sources/m.h", "sources/more/a.cpp"],
-            "found none, and sources (sources/m.c, sources/more/a.cpp): `fmpy compile x.fmu` builds",
-        ),
     ] {
         let told = missing(others);
         assert!(told.contains("expected binaries/") && told.contains(expected), "{told}");
     }
+    let sources =
+        [("modelDescription.xml", xml), ("sources/m.c", b""), ("sources/m.h", b""), ("sources/a/b.c", b"")];
+    let opened = open(&archive(&sources)).expect("it is read");
+    let origin = opened.library_origin().expect("a compiler, which this test was built with");
+    let LibraryOrigin::Sources(build) = origin else { panic!("{origin:?}") };
+    assert!(build.to_string().starts_with("2 files in sources, by "), "{build}");
 }
 
 #[test]

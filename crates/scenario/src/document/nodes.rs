@@ -88,6 +88,10 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = true)]
     pub log: bool,
+    /// Whether an FMU with sources and without a library for this machine is compiled, once, by the compiler of the system. It then has a process
+    /// of its own, unless `isolate` says otherwise. Without a word it is compiled.
+    #[schemars(with = "Option<bool>", example = false)]
+    pub compile: Option<Spanned<bool>>,
     /// Whether the FMU runs in a process of its own: a crash or a hang there leaves the run alone. Without a word that is up to
     /// `--isolate`, and `trackside test` isolates all FMUs of `path`.
     #[schemars(with = "Option<bool>", example = true)]

@@ -19,7 +19,10 @@ use super::logs::{self, LogColumn, RecordedLog};
 use super::node_draft::{NodeDraft, PortNames};
 use super::ports::{Port, fmu_port};
 use super::starts::{StartSources, start_values};
-use super::{ResolveDiagnostics, RunSettings, column_readings, coupling, isolation, manoeuvres, overrides};
+use super::{
+    ResolveDiagnostics, RunSettings, column_readings, compiled_sources, coupling, isolation, manoeuvres,
+    overrides,
+};
 use crate::build_request::BuildRequest;
 use crate::document::Part;
 use crate::document::{self, Scenario};
@@ -54,6 +57,7 @@ pub(super) fn resolve_nodes(
         mistakes.ok_or_record(check_single_instance(scenario, &node, &nodes));
         nodes.push(node);
     }
+    compiled_sources::isolate_compiled_fmus(scenario, &mut nodes, warnings);
     isolation::isolate_clashing_fmus(&mut nodes, warnings);
     mistakes.ok_or_record(overrides::check_node_names(scenario, starts.overrides));
     let is_empty = document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
@@ -257,7 +261,8 @@ fn build_fmu_node(
         _ => scenario.error_at(word, error.to_string()),
     };
     let fmu = open_fmu(scenario, node, &path, cache, sources).map_err(archive_error)?;
-    mistakes.ok_or_record(fmu.library_path().map_err(archive_error));
+    mistakes.ok_or_record(fmu.library_origin().map_err(archive_error));
+    mistakes.ok_or_record(compiled_sources::check_compile_permission(scenario, node, &fmu));
     let (variables, wrong_units) = apply_declared_units(scenario, node, &fmu.description.variables, mistakes);
     let events = fmu.description.event_mode;
     let ports = |variable_indices: Vec<usize>| -> Vec<Port> {
