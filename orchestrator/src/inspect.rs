@@ -27,6 +27,7 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
         ("guid", description.guid.clone()),
         ("sha256", fmu.sha256.clone()),
         ("platforms", fmu.supported_platforms().join(", ")),
+        ("runs", execution_words(fmu)),
         ("default start", format!("{} s", description.default_start)),
         ("default stop", seconds(description.default_stop)),
         ("default step", seconds(description.default_step)),
@@ -61,6 +62,15 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
         let _ = writeln!(text, "against the rules: {problem}");
     }
     text
+}
+
+/// How the library of an FMU runs here, or why it does not.
+fn execution_words(fmu: &Fmu) -> String {
+    match (fmu.library_path(), fmu.wine_platform()) {
+        (Err(error), _) => format!("no: {error}"),
+        (Ok(_), Some(platform)) => format!("through Wine ({platform} library)"),
+        (Ok(_), None) => "in this program".to_owned(),
+    }
 }
 
 /// The interfaces of an FMU, the one that it is used through first; with the size of its equations.
@@ -155,6 +165,7 @@ pub fn fmu_json(fmu: &Fmu) -> serde_json::Value {
         "guid": description.guid,
         "sha256": fmu.sha256,
         "platforms": fmu.supported_platforms(),
+        "runs": execution_words(fmu),
         "default_start": description.default_start,
         "default_stop": description.default_stop,
         "default_step": description.default_step,

@@ -37,10 +37,12 @@ pub enum Requirement {
     Cases,
     /// Bags of ROS that others have made.
     Bags,
+    /// Wine, and the compiler for what runs under it.
+    Wine,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 12] = [const { OnceLock::new() }; 12];
+static ANSWERS: [OnceLock<Option<String>>; 13] = [const { OnceLock::new() }; 13];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -66,6 +68,7 @@ impl Requirement {
             Requirement::ReferenceFmus => "Reference FMUs",
             Requirement::Cases => "cases",
             Requirement::Bags => "bags",
+            Requirement::Wine => "Wine",
         }
     }
 
@@ -113,6 +116,7 @@ impl Requirement {
             Requirement::ReferenceFmus => absent(&reference_fmus()),
             Requirement::Cases => absent(&cases()),
             Requirement::Bags => absent(&super::ros_bags::others()),
+            Requirement::Wine => missing_wine(),
         }
     }
 }
@@ -130,6 +134,14 @@ pub fn cases() -> PathBuf {
 pub fn reference_fmus() -> PathBuf {
     let beside = || Path::new(ROOT).join("../shared/fmus");
     std::env::var_os("TRACKSIDE_FMUS").map_or_else(beside, PathBuf::from).join("reference")
+}
+
+/// Debian keeps the program outside of the search path unless the package `wine` is there.
+fn missing_wine() -> Option<String> {
+    let own = Path::new("/usr/lib/wine/wine64").exists();
+    let found = own || ["wine64", "wine"].iter().any(|name| starts(name, "").is_none());
+    let missing = (!found).then(|| "wine64 is not installed, which runs FMUs for Windows".to_owned());
+    missing.or_else(|| starts("x86_64-w64-mingw32-gcc", "compiles FMUs for Windows"))
 }
 
 fn starts(program: &str, purpose: &str) -> Option<String> {

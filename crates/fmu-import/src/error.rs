@@ -44,6 +44,14 @@ pub enum OpenError {
         /// The libraries and sources that there are, and what to do.
         found: String,
     },
+    /// There is only one for Windows, and nothing that runs it.
+    #[error("{path} has no library for Linux: {what}")]
+    Wine {
+        /// The archive.
+        path: PathBuf,
+        /// What is missing.
+        what: String,
+    },
     /// The library does not load.
     #[error("{path}: the library does not load: {what}")]
     Library {

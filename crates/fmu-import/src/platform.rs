@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{FmiVersion, Fmu, FmuDescription, OpenError};
+use crate::{FmiVersion, Fmu, FmuDescription, OpenError, wine};
 
 /// So many files of a kind are listed.
 const LISTED: usize = 5;
@@ -82,9 +82,20 @@ impl Fmu {
         if let Some(only) = only_library(self.folder.description_folder(), &self.description) {
             return Ok(self.folder.description_folder().join(only));
         }
+        if let Some(library) = wine::windows_library(self.folder.description_folder(), &self.description) {
+            let lacking = |what| OpenError::Wine { path: self.path.clone(), what };
+            return wine::check_wine(&library).map(|()| library).map_err(lacking);
+        }
         let (path, found) = (self.path.clone(), self.describe_available_libraries());
         let platform = platform_folder(self.description.version);
         Err(OpenError::Platform { path, platform, expected, found })
+    }
+
+    /// The folder of the library for Windows that runs through Wine here; nothing for another library.
+    #[must_use]
+    pub fn wine_platform(&self) -> Option<String> {
+        let library = self.library_path().ok().filter(|path| wine::is_windows_library(path))?;
+        Some(library.parent()?.file_name()?.to_string_lossy().into_owned())
     }
 
     /// The libraries and sources that the archive has, and what to do with them.
@@ -114,7 +125,7 @@ impl Fmu {
 }
 
 /// The paths of the files of a folder of an archive with these extensions, sorted.
-fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
+pub(crate) fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
     let (mut found, mut left) = (Vec::new(), vec![root.join(folder)]);
     while let Some(folder) = left.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

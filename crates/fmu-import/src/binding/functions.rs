@@ -2,6 +2,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
+use super::handle::LibraryHandle;
 use super::{ComponentFn, FmiStatus, InstancePointer};
 use crate::{FmiInterface, FmiVersion, OpenError};
 
@@ -33,7 +34,7 @@ pub(super) struct EventInfo {
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
-    pub library: &'a libloading::Library,
+    pub library: &'a LibraryHandle,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
 
@@ -44,8 +45,8 @@ impl SymbolLoader<'_> {
     /// The function of this name must be of type `T`.
     unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
         // SAFETY: the caller vouches for the type.
-        let found = unsafe { self.library.get::<T>(symbol) };
-        found.map(|found| *found).map_err(|_| (self.lacks)(symbol))
+        let found = unsafe { self.library.find_function::<T>(symbol) };
+        found.ok_or_else(|| (self.lacks)(symbol))
     }
 }
 
@@ -186,7 +187,7 @@ pub(super) type Fmi3SetFn<T> =
 /// `fmi3IntermediateUpdateCallback`.
 pub(super) type IntermediateUpdate =
     unsafe extern "C" fn(*mut c_void, f64, u8, u8, u8, u8, *mut u8, *mut f64);
-type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+pub(super) type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.

@@ -131,7 +131,7 @@ impl Instance {
             _ => c"fmi3InstantiateCoSimulation",
         };
         let text = |text| to_c_string(self::call_name(call), text).map_err(|error| (error, Vec::new()));
-        let texts = [text(name)?, text(guid)?, text(&library.fmu.resources_location())?];
+        let texts = [text(name)?, text(guid)?, text(&library.resources_location())?];
         if library.has_failed_fatally() {
             return Err((fatal_status_error(&library, call), Vec::new()));
         }
@@ -142,13 +142,14 @@ impl Instance {
             VersionFunctions::Fmi3(_) => None,
         };
         let (component, changes) = activity.monitor_load_or_instantiate(call, || {
-            mailbox.receive_during_call(|| match (&library.own, &callbacks) {
+            let make = || match (&library.own, &callbacks) {
                 (VersionFunctions::Fmi2(own), Some(callbacks)) => {
                     let interface = library.description().interface;
                     instantiation::instantiate_fmi2(own, &texts, callbacks, logging, interface)
                 }
                 _ => instantiation::instantiate_fmi3(&library.interface, &texts, &mailbox, logging, modes),
-            })
+            };
+            mailbox.receive_during_call(|| library.handle.run_without_instance(make))
         });
         // Before the sentences of this program come.
         let said = mailbox.last_message();
@@ -156,6 +157,10 @@ impl Instance {
             mailbox.add_warnings(describe_changes(changes, call));
         }
         if component.is_null() {
+            if let Some(end) = library.handle.process_end() {
+                let error = CallError::new(self::call_name(call), format!("{end}{said}"));
+                return Err((error, mailbox.take_messages()));
+            }
             let advice = missing_module_advice(&said, &library.fmu).unwrap_or_default();
             let what = format!("returned no instance{said}{advice}");
             return Err((CallError::new(self::call_name(call), what), mailbox.take_messages()));
@@ -276,7 +281,7 @@ impl Instance {
             return;
         }
         self.phase = InstancePhase::Failed(call_name(call));
-        if status == FATAL {
+        if status == FATAL || self.library.handle.process_end().is_some() {
             self.library.mark_as_failed_fatally();
             // The next call is asked whether it may be made.
             self.in_batch = false;
@@ -298,6 +303,9 @@ impl Instance {
 
     #[cold]
     pub(super) fn status_error(&self, call: &'static CStr, status: FmiStatus) -> CallError {
+        if let Some(end) = self.library.handle.process_end() {
+            return CallError::new(call_name(call), format!("{end}{}", self.mailbox.last_message()));
+        }
         CallError::new(
             call_name(call),
             format!("returned {}{}", self.describe_status(status), self.mailbox.last_message()),
@@ -389,6 +397,9 @@ pub(super) fn call_name(call: &'static CStr) -> &'static str {
 }
 
 fn fatal_status_error(library: &FmuLibrary, call: &'static CStr) -> CallError {
+    if let Some(end) = library.handle.process_end() {
+        return CallError::new(call_name(call), format!("is not called: an earlier call of the FMU {end}"));
+    }
     let fatal = named!(library, "fmi2Fatal", "fmi3Fatal");
     let what = format!("is not called: after {fatal} no function of the FMU may be called");
     CallError::new(call_name(call), what)

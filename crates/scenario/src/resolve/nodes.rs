@@ -55,6 +55,7 @@ pub(super) fn resolve_nodes(
         nodes.push(node);
     }
     isolation::isolate_clashing_fmus(&mut nodes, warnings);
+    isolation::warn_about_wine(&nodes, warnings);
     mistakes.ok_or_record(overrides::check_node_names(scenario, starts.overrides));
     let is_empty = document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
