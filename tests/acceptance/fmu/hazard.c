@@ -15,6 +15,7 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
                       int visible, int logging) {
     Model *m = callbacks->allocate(1, sizeof(Model));
     m->callbacks = callbacks;
+    m->u = 1;
     snprintf(m->name, sizeof m->name, "%s", name);
     callbacks->logger(callbacks->environment, m->name, WARNING, "start", "resources at %s, %d%% of %.2f", resources, 50, 1.5);
     return m;
@@ -43,7 +44,7 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     if (is(m, "memory")) *(volatile int *)8 = 1;
     if (is(m, "division")) {
         volatile int zero = 0;
-        zero = 1 / zero;
+        zero = 7 / zero;
     }
     if (is(m, "stack")) {
         volatile int none = 0;
