@@ -173,7 +173,8 @@ fn build_for(mut cc: Command, name: &str, folders: [&str; 2], extension: &str) -
     let sources = Path::new(ROOT).join("tests/acceptance/fmu");
     let shared = Path::new(ROOT).join("crates/fmu-import/tests/support");
     let lab = Lab::new();
-    let library = lab.path("library");
+    // MinGW-w64 adds an extension to a name without one.
+    let library = lab.path(&format!("library.{extension}"));
     cc.args(["-shared", "-O0", "-Wall", "-Werror"]).arg(sources.join(format!("{name}.c")));
     let xml = std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
     let is_newer = xml.contains("fmiVersion=\"3.0\"");
