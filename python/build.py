@@ -98,7 +98,22 @@ def gather(release: Path, environment: dict[str, str], targets: list[str]) -> No
             copy = SHARE / "scenarios" / file.relative_to(ROOT / "scenarios")
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(file, copy)
+    compile_windows_host()
     shutil.copy2(ROOT / "LICENSE", SHARE / "LICENSE")
+
+
+def compile_windows_host() -> None:
+    """Compile what loads libraries for Windows under Wine, so that nobody else needs MinGW-w64 for it; nothing without that here."""
+    compiler = shutil.which("x86_64-w64-mingw32-gcc")
+    if compiler is None:
+        print("MinGW-w64 is not there: the wheel has no program for Wine", file=sys.stderr)
+        return
+    sources = ROOT / "crates/fmu-import/src/wine"
+    folder = SHARE / "windows-host" / "x86_64"
+    folder.mkdir(parents=True)
+    library, program = folder / "bcryptprimitives.dll", folder / "trackside-windows-host.exe"
+    run([compiler, "-O2", "-s", "-shared", sources / "bcryptprimitives.c", "-o", library, "-ladvapi32"])
+    run([compiler, "-O2", "-s", "-mwindows", sources / "windows_host.c", "-o", program])
 
 
 def reads_own_files(scenario: Path) -> bool:

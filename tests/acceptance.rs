@@ -51,6 +51,8 @@ mod hostile_inputs;
 // Causes of the difference between two runs.
 #[path = "acceptance/why.rs"]
 mod why;
+#[path = "acceptance/wine.rs"]
+mod wine;
 // Two runs in one recording.
 #[cfg(feature = "rerun")]
 #[path = "acceptance/comparing.rs"]
@@ -279,6 +281,7 @@ fn main() -> ExitCode {
     bad_input::register(&mut tests);
     baselines::register(&mut tests);
     why::register(&mut tests);
+    wine::register(&mut tests);
     call_faults::register(&mut tests);
     checkpoint_mistakes::register(&mut tests);
     checkpoints::register(&mut tests);

@@ -72,6 +72,9 @@ fn execution_words(fmu: &Fmu) -> String {
         Ok(LibraryOrigin::Sources(build)) => {
             format!("in a process of its own, once a run has compiled its sources: {build}")
         }
+        Ok(LibraryOrigin::Wine(_)) => {
+            format!("through Wine ({} library)", fmu.wine_platform().unwrap_or_default())
+        }
     }
 }
 

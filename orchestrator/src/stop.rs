@@ -24,20 +24,32 @@ impl StopCondition {
     pub fn new(limit: Option<Duration>) -> Self {
         fmu_import::catch_termination_signals();
         StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch_for_hanging_calls) }
+            .cancelling_wine_calls()
     }
 
     /// The time limit alone: signals are for the process that started this one.
     pub fn with_time_limit_only(limit: Duration) -> Self {
         StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch_for_hanging_calls(limit) }
+            .cancelling_wine_calls()
+    }
+
+    /// Calls of FMUs under Wine are given up before the program would be ended for them.
+    fn cancelling_wine_calls(self) -> Self {
+        fmu_import::cancel_wine_calls_when(self.call_overdue_after(GRACE / 2));
+        self
     }
 
     /// True when a call of foreign code is to be given up: some time after the run has to end.
     pub fn overdue_call_condition(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
+        self.call_overdue_after(GRACE)
+    }
+
+    fn call_overdue_after(&self, grace: Duration) -> Arc<dyn Fn() -> bool + Send + Sync> {
         let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());
         Arc::new(move || {
-            let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(GRACE));
+            let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(grace));
             let asked = fmu_import::termination_signal().map(|_| asked.get_or_init(Instant::now));
-            overdue || asked.is_some_and(|since| since.elapsed() > GRACE)
+            overdue || asked.is_some_and(|since| since.elapsed() > grace)
         })
     }
 

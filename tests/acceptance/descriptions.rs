@@ -193,8 +193,8 @@ fn an_fmu_without_a_library_says_what_it_has() {
     let conform = lab.trackside(&["conform", "tank.fmu"]).expect(1).stdout;
     assert!(told.iter().all(|part| conform.contains(part)), "{conform}");
     assert!(conform.contains("Nothing of the FMU ran"), "{conform}");
-    let (_, ended) = run(moved("binaries/win64/misbehave.dll"), &scenario().text());
-    ended.expect(2).says(&["found binaries/win64/misbehave.dll; export the FMU for this platform"]);
+    let (_, ended) = run(moved("binaries/darwin64/misbehave.dylib"), &scenario().text());
+    ended.expect(2).says(&["found binaries/darwin64/misbehave.dylib; export the FMU for this platform"]);
 }
 
 fn conform_tells_that_nothing_ran() {

@@ -119,7 +119,7 @@ fn what_cannot_run_is_told_and_no_code_runs_unasked() {
         archive(&[("modelDescription.xml", description(interface).as_bytes()), (library, b"no library")])
     };
     lab.write("fmus/me/m.fmu", fmu("ScheduledExecution", "binaries/linux64/m.so"));
-    lab.write("fmus/win/m.fmu", fmu("CoSimulation", "binaries/win64/m.dll"));
+    lab.write("fmus/mac/m.fmu", fmu("CoSimulation", "binaries/darwin64/m.dylib"));
     lab.write("fmus/other/m.fmu", fmu("CoSimulation", "binaries/linux64/m.so"));
     lab.write("fmus/other/m_ref.csv", "time,z\n0,1\n1,1\n");
     lab.write("fmus/broken.fmu", "no archive");
@@ -129,7 +129,7 @@ fn what_cannot_run_is_told_and_no_code_runs_unasked() {
         .says(&["no scenario could be made of fmus and its 4 FMUs"]);
     for part in [
         "no     me/m.fmu: modelDescription.xml: expected the interface CoSimulation or ModelExchange, found ScheduledExecution",
-        "no     win/m.fmu: has no library for linux64",
+        "no     mac/m.fmu: has no library for linux64",
         "no     other/m.fmu: its reference other/m_ref.csv: nothing in it can be compared; not compared: z: the FMU has no such variable",
         "no     broken.fmu: ",
     ] {

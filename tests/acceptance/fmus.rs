@@ -154,28 +154,48 @@ pub fn ball1() -> Vec<u8> {
     build("ball1", &[])
 }
 
+/// The FMU of `fmu/hazard.c` for Windows, compiled once: it does what ends a process.
+pub fn hazard_for_windows() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| for_windows("hazard"))
+}
+
 /// Another version of the relay: each step adds this to the number that it shows.
 pub fn drifting_relay(drift: f64) -> Vec<u8> {
     build("relay", &[&format!("-DDRIFT={drift:?}")])
 }
 
 fn build(name: &str, arguments: &[&str]) -> Vec<u8> {
+    let mut cc = Command::new("cc");
+    cc.arg("-fPIC").args(arguments);
+    build_for(cc, name, ["linux64", "x86_64-linux"], "so")
+}
+
+/// The FMU of a source that is plain C, for Windows alone.
+pub fn for_windows(name: &str) -> Vec<u8> {
+    let mut cc = Command::new("x86_64-w64-mingw32-gcc");
+    cc.arg("-Wl,--allow-multiple-definition");
+    build_for(cc, name, ["win64", "x86_64-windows"], "dll")
+}
+
+/// `folders` are those of libraries of FMI 2.0 and 3.0.
+fn build_for(mut cc: Command, name: &str, folders: [&str; 2], extension: &str) -> Vec<u8> {
     let sources = Path::new(ROOT).join("tests/acceptance/fmu");
     let shared = Path::new(ROOT).join("crates/fmu-import/tests/support");
     let lab = Lab::new();
-    let library = lab.path("library.so");
-    let mut cc = Command::new("cc");
-    cc.args(["-shared", "-fPIC", "-O0", "-Wall", "-Werror"]).args(arguments);
+    // MinGW-w64 adds an extension to a name without one.
+    let library = lab.path(&format!("library.{extension}"));
+    cc.args(["-shared", "-O0", "-Wall", "-Werror"]).arg(sources.join(format!("{name}.c")));
     let xml = std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
-    let folder = if xml.contains("fmiVersion=\"3.0\"") { "x86_64-linux" } else { "linux64" };
+    let is_newer = xml.contains("fmiVersion=\"3.0\"");
     if xml.contains("fmiVersion=\"2.0\"") {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));
     }
-    cc.arg(sources.join(format!("{name}.c"))).arg("-o").arg(&library).arg("-lm");
+    cc.arg("-o").arg(&library).arg("-lm");
     let output = cc.output();
     Ended::of(output.expect("a C compiler")).expect(0);
     let library = std::fs::read(library).expect("the library");
-    let path = format!("binaries/{folder}/{name}.so");
+    let path = format!("binaries/{}/{name}.{extension}", folders[usize::from(is_newer)]);
     archive(&[("modelDescription.xml", xml.as_bytes()), (&path, &library)])
 }
 

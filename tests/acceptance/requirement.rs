@@ -39,6 +39,8 @@ pub enum Requirement {
     Bags,
     /// What cargo needs to build for Windows.
     WindowsTarget,
+    /// Wine, and the compiler for what runs under it.
+    Wine,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
@@ -69,6 +71,7 @@ impl Requirement {
             Requirement::Cases => "cases",
             Requirement::Bags => "bags",
             Requirement::WindowsTarget => "Rust for Windows",
+            Requirement::Wine => "Wine",
         }
     }
 
@@ -118,6 +121,7 @@ impl Requirement {
             Requirement::Cases => absent(&cases()),
             Requirement::Bags => absent(&super::ros_bags::others()),
             Requirement::WindowsTarget => super::targets::missing_windows_target(),
+            Requirement::Wine => missing_wine(),
         }
     }
 }
@@ -135,6 +139,14 @@ pub fn cases() -> PathBuf {
 pub fn reference_fmus() -> PathBuf {
     let beside = || Path::new(ROOT).join("../shared/fmus");
     std::env::var_os("TRACKSIDE_FMUS").map_or_else(beside, PathBuf::from).join("reference")
+}
+
+/// Debian keeps the program outside of the search path unless the package `wine` is there.
+fn missing_wine() -> Option<String> {
+    let own = Path::new("/usr/lib/wine/wine64").exists();
+    let found = own || ["wine64", "wine"].iter().any(|name| starts(name, "").is_none());
+    let missing = (!found).then(|| "wine64 is not installed, which runs FMUs for Windows".to_owned());
+    missing.or_else(|| starts("x86_64-w64-mingw32-gcc", "compiles FMUs for Windows"))
 }
 
 fn starts(program: &str, purpose: &str) -> Option<String> {

@@ -13,6 +13,7 @@ mod fmi1;
 mod fmi3_calls;
 mod functions;
 mod guarded_buffer;
+mod handle;
 mod instance;
 mod instantiation;
 mod library;
@@ -31,6 +32,8 @@ mod step;
 mod texts;
 mod values;
 mod variables;
+#[cfg_attr(not(target_os = "linux"), path = "binding/windows/elsewhere.rs")]
+mod windows;
 
 use std::ffi::{CString, c_int, c_void};
 
@@ -49,6 +52,7 @@ pub use process_end::{
 };
 pub use process_state::take_process_change_reports;
 pub use saved_states::FmuState;
+pub use windows::cancel_wine_calls_when;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

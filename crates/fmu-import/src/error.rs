@@ -52,6 +52,14 @@ pub enum OpenError {
         /// What the compiler says, with file and line.
         what: String,
     },
+    /// There is only one for Windows, and nothing that runs it.
+    #[error("{path} has no library for Linux: {what}")]
+    Wine {
+        /// The archive.
+        path: PathBuf,
+        /// What is missing.
+        what: String,
+    },
     /// The library does not load.
     #[error("{path}: the library does not load: {what}")]
     Library {

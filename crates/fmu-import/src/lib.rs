@@ -80,6 +80,8 @@ mod terminals;
 mod unpacked_archive;
 mod validation;
 mod value;
+#[cfg_attr(not(target_os = "linux"), path = "wine/elsewhere.rs")]
+mod wine;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -88,7 +90,6 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use corrections::CorrectedDescription;
 use linkage::LibraryLinkage;
-use location::file_uri;
 use python::PythonLibrary;
 use sha2::{Digest as _, Sha256};
 use unpacked_archive::UnpackedArchive;
@@ -96,9 +97,9 @@ use unpacked_archive::UnpackedArchive;
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
     ArrayVariable, CallBatch, CrashNote, FOREIGN_ENVIRONMENT, FmuLibrary, FmuState, Instance, active_calls,
-    call_plugin, catch_termination_signals, disable_crash_handlers, exit_without_destructors,
-    final_exit_code, guard_exit, ignore_termination_signals, messages_while_freed, set_final_exit_code,
-    share_call_notes, start_watchdog, take_process_change_reports, termination_signal,
+    call_plugin, cancel_wine_calls_when, catch_termination_signals, disable_crash_handlers,
+    exit_without_destructors, final_exit_code, guard_exit, ignore_termination_signals, messages_while_freed,
+    set_final_exit_code, share_call_notes, start_watchdog, take_process_change_reports, termination_signal,
 };
 pub use call::{
     CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, RealInputs, StepResult, StepStatus,
@@ -278,18 +279,6 @@ impl Fmu {
     /// The unpacked `resources` folder, which need not be there.
     fn resources_folder(&self) -> PathBuf {
         self.folder.description_folder().join("resources")
-    }
-
-    /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
-    /// without such a folder. FMI 1.0 wants the URI of the whole archive.
-    fn resources_location(&self) -> String {
-        let folder = self.resources_folder();
-        match self.description.version {
-            FmiVersion::One => file_uri(self.folder.description_folder()),
-            FmiVersion::Two => file_uri(&folder),
-            FmiVersion::Three if folder.is_dir() => format!("{}/", folder.display()),
-            FmiVersion::Three => String::new(),
-        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
 use crate::source_build::{CompiledLibrary, SourceBuild};
-use crate::{FmiVersion, Fmu, FmuDescription, OpenError};
+use crate::{FmiVersion, Fmu, FmuDescription, OpenError, wine};
 
 /// So many files of a kind are listed.
 const LISTED: usize = 5;
@@ -63,6 +63,8 @@ pub enum LibraryOrigin {
     Archive(PathBuf),
     /// It is compiled from the sources of the archive.
     Sources(SourceBuild),
+    /// It is one for Windows in the unpacked archive, and runs through Wine.
+    Wine(PathBuf),
 }
 
 impl Fmu {
@@ -99,6 +101,10 @@ impl Fmu {
             Some(Err(why)) => Some(why),
             None => None,
         };
+        if let Some(library) = wine::windows_library(root, &self.description) {
+            let lacking = |what| OpenError::Wine { path: self.path.clone(), what };
+            return wine::check_wine(&library).map(|()| LibraryOrigin::Wine(library)).map_err(lacking);
+        }
         let (path, found) = (self.path.clone(), self.describe_available_libraries(no_build));
         Err(OpenError::Platform { path, platform, expected, found })
     }
@@ -109,7 +115,7 @@ impl Fmu {
     /// When there is none, or it is not compiled yet.
     pub fn library_path(&self) -> Result<PathBuf, OpenError> {
         match self.library_origin()? {
-            LibraryOrigin::Archive(path) => Ok(path),
+            LibraryOrigin::Archive(path) | LibraryOrigin::Wine(path) => Ok(path),
             LibraryOrigin::Sources(_) => {
                 let what = "they are not compiled yet".to_owned();
                 Err(OpenError::Sources { path: self.path.clone(), what })
@@ -124,7 +130,7 @@ impl Fmu {
     pub fn prepare_library(&self) -> Result<PathBuf, OpenError> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
         let build = match self.library_origin()? {
-            LibraryOrigin::Archive(path) => return Ok(path),
+            LibraryOrigin::Archive(path) | LibraryOrigin::Wine(path) => return Ok(path),
             LibraryOrigin::Sources(build) => build,
         };
         let path = self.folder.description_folder().join(library_archive_path(&self.description));
@@ -142,6 +148,15 @@ impl Fmu {
     #[must_use]
     pub fn compiled_library(&self) -> Option<CompiledLibrary> {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The folder of the library for Windows that runs through Wine here; nothing for another library.
+    #[must_use]
+    pub fn wine_platform(&self) -> Option<String> {
+        match self.library_origin() {
+            Ok(LibraryOrigin::Wine(library)) => Some(folder_name(&library)),
+            _ => None,
+        }
     }
 
     /// The libraries that the archive has, and what to do; `no_build` says why its sources are of no use, if it has some.
@@ -166,7 +181,7 @@ impl Fmu {
 }
 
 /// The paths of the files of a folder of an archive with these extensions, sorted.
-fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
+pub(crate) fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
     let (mut found, mut left) = (Vec::new(), vec![root.join(folder)]);
     while let Some(folder) = left.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -181,6 +196,12 @@ fn list_files(root: &Path, folder: &str, extensions: &[&str]) -> Vec<String> {
     }
     found.sort();
     found
+}
+
+/// The name of the folder that a file is in.
+fn folder_name(file: &Path) -> String {
+    let name = file.parent().and_then(Path::file_name).unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 fn format_names(names: &[String]) -> String {

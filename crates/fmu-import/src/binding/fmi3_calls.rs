@@ -41,8 +41,8 @@ impl FmuLibrary {
             return Err(CallError::new(name, "is not called: the FMU is one of FMI 2.0"));
         }
         // SAFETY: the caller vouches for the type.
-        let found = unsafe { self.handle.get::<T>(name) };
-        found.map(|found| *found).map_err(|_| CallError::new(name, "is not there"))
+        let found = unsafe { self.handle.find_function::<T>(name) };
+        found.ok_or_else(|| CallError::new(name, "is not there"))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
+use super::handle::LibraryHandle;
 use super::{ComponentFn, FmiStatus, InstancePointer};
 use crate::{FmiInterface, FmiVersion, OpenError};
 
@@ -35,7 +36,7 @@ pub(super) struct EventInfo {
 pub(super) struct SymbolLoader<'a> {
     /// What stands before each name; a library without it is accepted.
     pub prefix: &'a str,
-    pub library: &'a libloading::Library,
+    pub library: &'a LibraryHandle,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
 
@@ -46,9 +47,8 @@ impl SymbolLoader<'_> {
     /// The function of this name must be of type `T`.
     pub(super) unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
         // SAFETY: the caller vouches for the type.
-        let find = |prefix| unsafe { self.library.get::<T>(format!("{prefix}{symbol}")) };
-        let found = find(self.prefix).or_else(|_| find(""));
-        found.map(|found| *found).map_err(|_| (self.lacks)(symbol))
+        let find = |prefix| unsafe { self.library.find_function::<T>(&format!("{prefix}{symbol}")) };
+        find(self.prefix).or_else(|| find("")).ok_or_else(|| (self.lacks)(symbol))
     }
 }
 
@@ -191,7 +191,7 @@ pub(super) type Fmi3SetFn<T> =
 /// `fmi3IntermediateUpdateCallback`.
 pub(super) type IntermediateUpdate =
     unsafe extern "C" fn(*mut c_void, f64, u8, u8, u8, u8, *mut u8, *mut f64);
-type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+pub(super) type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.

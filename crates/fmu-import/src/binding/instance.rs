@@ -131,7 +131,7 @@ impl Instance {
             _ => c"fmi3InstantiateCoSimulation",
         };
         let text = |text| to_c_string(self::call_name(call), text).map_err(|error| (error, Vec::new()));
-        let texts = [text(name)?, text(guid)?, text(&library.fmu.resources_location())?];
+        let texts = [text(name)?, text(guid)?, text(&library.resources_location())?];
         if library.has_failed_fatally() {
             return Err((fatal_status_error(&library, call), Vec::new()));
         }
@@ -144,7 +144,7 @@ impl Instance {
             _ => None,
         };
         let (component, changes) = activity.monitor_load_or_instantiate(call, || {
-            mailbox.receive_during_call(|| match (&library.fmi1, &library.own, &callbacks) {
+            let make = || match (&library.fmi1, &library.own, &callbacks) {
                 (Some(fmi1), ..) => {
                     fmi1.instantiate(library.description(), &texts, &mailbox, &activity, logging)
                 }
@@ -153,7 +153,8 @@ impl Instance {
                     instantiation::instantiate_fmi2(own, &texts, callbacks, logging, interface)
                 }
                 _ => instantiation::instantiate_fmi3(&library.interface, &texts, &mailbox, logging, modes),
-            })
+            };
+            mailbox.receive_during_call(|| library.handle.run_without_instance(make))
         });
         // Before the sentences of this program come.
         let said = mailbox.last_message();
@@ -161,6 +162,10 @@ impl Instance {
             mailbox.add_warnings(describe_changes(changes, call));
         }
         if component.is_null() {
+            if let Some(end) = library.handle.process_end() {
+                let error = CallError::new(self::call_name(call), format!("{end}{said}"));
+                return Err((error, mailbox.take_messages()));
+            }
             let advice = missing_module_advice(&said, &library.fmu).unwrap_or_default();
             let advice = advice + &library.description().fmi1.tool_advice();
             let what = format!("returned no instance{said}{advice}");
@@ -284,7 +289,7 @@ impl Instance {
             return;
         }
         self.phase = InstancePhase::Failed(call_name(call));
-        if status == FATAL {
+        if status == FATAL || self.library.handle.process_end().is_some() {
             self.library.mark_as_failed_fatally();
             // The next call is asked whether it may be made.
             self.in_batch = false;
@@ -307,6 +312,9 @@ impl Instance {
 
     #[cold]
     pub(super) fn status_error(&self, call: &'static CStr, status: FmiStatus) -> CallError {
+        if let Some(end) = self.library.handle.process_end() {
+            return CallError::new(call_name(call), format!("{end}{}", self.mailbox.last_message()));
+        }
         CallError::new(
             call_name(self.library.own_call_name(call)),
             format!("returned {}{}", self.describe_status(status), self.mailbox.last_message()),
@@ -398,6 +406,9 @@ pub(super) fn call_name(call: &'static CStr) -> &'static str {
 }
 
 fn fatal_status_error(library: &FmuLibrary, call: &'static CStr) -> CallError {
+    if let Some(end) = library.handle.process_end() {
+        return CallError::new(call_name(call), format!("is not called: an earlier call of the FMU {end}"));
+    }
     let fatal = named!(library, "fmi2Fatal", "fmi3Fatal");
     let what = format!("is not called: after {fatal} no function of the FMU may be called");
     CallError::new(call_name(library.own_call_name(call)), what)

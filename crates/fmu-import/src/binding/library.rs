@@ -13,10 +13,13 @@ use super::functions::{
     Fmi2ModelExchangeFunctions, Fmi3CoSimulationFunctions, Fmi3Functions, Fmi3ModelExchangeFunctions,
     GetTextFn, InterfaceFunctions, OTHER_SYMBOLS, SymbolLoader, VersionFunctions,
 };
+use super::handle::LibraryHandle;
 use super::python_runtime::start_expected_python;
+use super::windows::WindowsLibrary;
 use crate::description::{FmiInterface, FmiVersion, FmuDescription};
 use crate::linkage::{LibraryLinkage, describe_missing_libraries};
-use crate::{CallError, Fmu, OpenError};
+use crate::location::file_uri;
+use crate::{CallError, Fmu, OpenError, wine};
 
 unsafe extern "C" {
     /// Defined in `threads.c`: how many threads there are that FMUs started.
@@ -40,7 +43,7 @@ pub struct FmuLibrary {
     /// Of FMI 3.0; an FMU without clocks may lack them.
     pub(super) clocks: Option<ClockFunctions>,
     /// Unloaded after the last instance, and before its folder is removed.
-    pub(super) handle: ManuallyDrop<libloading::Library>,
+    pub(super) handle: ManuallyDrop<LibraryHandle>,
     pub(super) fmu: Arc<Fmu>,
     activity: Arc<CallMonitor>,
 }
@@ -179,6 +182,21 @@ impl FmuLibrary {
         self.fmu.library_linkage().leaves_threads() || unsafe { trackside_threads_of_fmus() } > 0
     }
 
+    /// The unpacked `resources` folder, as its version wants it: a URI, or a path that ends with a separator, which is empty
+    /// without such a folder. FMI 1.0 wants the URI of the whole archive.
+    pub(super) fn resources_location(&self) -> String {
+        let folder = self.fmu.resources_folder();
+        let is_windows = matches!(*self.handle, LibraryHandle::Windows(_));
+        match self.fmu.description.version {
+            FmiVersion::One => file_uri(self.fmu.folder.description_folder()),
+            FmiVersion::Two if is_windows => file_uri(&folder).replacen("file:///", "file:///Z:/", 1),
+            FmiVersion::Two => file_uri(&folder),
+            FmiVersion::Three if !folder.is_dir() => String::new(),
+            FmiVersion::Three if is_windows => format!("{}\\", wine::windows_path(&folder)),
+            FmiVersion::Three => format!("{}/", folder.display()),
+        }
+    }
+
     /// Notes that an instance returned the status fatal: all instances of the FMU are lost with it.
     pub(super) fn mark_as_failed_fatally(&self) {
         self.fmu.lost.store(true, SeqCst);
@@ -195,14 +213,16 @@ impl FmuLibrary {
     /// What `fmiGetVersion`, `fmi2GetVersion` or `fmi3GetVersion` says.
     #[must_use]
     pub fn reported_fmi_version(&self) -> String {
-        call_text_function(self.common.get_version)
+        self.handle.run_without_instance(|| call_text_function(self.common.get_version))
     }
 
     /// What `fmiGetTypesPlatform`, `fmiGetModelTypesPlatform` or `fmi2GetTypesPlatform` says; nothing for FMI 3.0, which has no such function.
     #[must_use]
     pub fn types_platform(&self) -> String {
         match &self.own {
-            VersionFunctions::Fmi2(functions) => call_text_function(functions.get_types_platform),
+            VersionFunctions::Fmi2(functions) => {
+                self.handle.run_without_instance(|| call_text_function(functions.get_types_platform))
+            }
             VersionFunctions::Fmi3(_) => String::new(),
         }
     }
@@ -242,7 +262,12 @@ fn call_text_function(function: GetTextFn) -> String {
     }
 }
 
-fn open_library(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
+fn open_library(fmu: &Fmu, path: &Path) -> Result<LibraryHandle, OpenError> {
+    if wine::is_windows_library(path) {
+        let loaded = WindowsLibrary::load(path);
+        let failed = |what| OpenError::Library { path: fmu.path.clone(), what };
+        return loaded.map(LibraryHandle::Windows).map_err(failed);
+    }
     // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
     call_monitor::install_crash_handler();
     let linkage = fmu.library_linkage();
@@ -258,7 +283,7 @@ fn open_library(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError
         first.push(unsafe { load_with_dependencies(path) }.map_err(failed)?);
     }
     // SAFETY: as above.
-    unsafe { load_with_dependencies(path) }.map_err(failed)
+    unsafe { load_with_dependencies(path) }.map(LibraryHandle::Native).map_err(failed)
 }
 
 /// Loads a library with all that it needs from others: what is missing would end the process at its first use.
@@ -291,7 +316,7 @@ pub(crate) fn is_loaded(_: &Path) -> bool {
 }
 
 /// The functions that the library lacks of those of a version and an interface.
-fn missing_interface_symbols(library: &libloading::Library, about: &FmuDescription) -> Vec<&'static str> {
+fn missing_interface_symbols(library: &LibraryHandle, about: &FmuDescription) -> Vec<&'static str> {
     let (version, interface) = (about.version, about.interface);
     let prefix = about.symbol_prefix();
     let common = match version {
@@ -310,13 +335,13 @@ fn missing_interface_symbols(library: &libloading::Library, about: &FmuDescripti
 }
 
 fn missing_symbols(
-    library: &libloading::Library,
+    library: &LibraryHandle,
     prefix: &str,
     symbols: &'static [&'static str],
 ) -> Vec<&'static str> {
-    // SAFETY: the address is looked at, not called.
-    let is_there = |name: &str| unsafe { library.get::<*const ()>(name) }.is_ok();
-    let lacks = |symbol: &&&str| !is_there(&format!("{prefix}{symbol}")) && !is_there(symbol);
+    let lacks = |symbol: &&&str| {
+        !library.has_function(&format!("{prefix}{symbol}")) && !library.has_function(symbol)
+    };
     symbols.iter().filter(lacks).copied().collect()
 }
 

@@ -174,17 +174,31 @@ pub(super) unsafe extern "C" fn trackside_take_log(
         // SAFETY: the FMU and `logger.c` hand over C strings, which last until this function returns.
         false => unsafe { CStr::from_ptr(pointer) }.to_bytes(),
     };
+    take_log_bytes(environment, status, bytes(category), bytes(text), length);
+}
+
+/// Takes a message; of a text that was cut before, `length` is that of the whole [B].
+pub(super) fn take_log_bytes(
+    environment: *mut c_void,
+    status: c_int,
+    category: &[u8],
+    text: &[u8],
+    length: usize,
+) {
     let level = match status {
         ..WARNING => MessageLevel::Info,
         WARNING => MessageLevel::Warning,
         _ => MessageLevel::Error,
     };
-    deliver_message(
-        environment,
-        level,
-        &decode_log_text(bytes(category), 0),
-        &decode_log_text(bytes(text), length),
-    );
+    deliver_message(environment, level, &decode_log_text(category, 0), &decode_log_text(text, length));
+}
+
+/// Takes a sentence of this program about the call that this thread makes.
+pub(super) fn report_refused_call(why: &str) {
+    let living = MAILBOXES.read().unwrap_or_else(PoisonError::into_inner);
+    if let Some(called) = living.1.get(&CALLER.get()) {
+        called.push_message(MessageLevel::Error, "", why);
+    }
 }
 
 /// Longer texts are cut [B]; `logger.c` cuts there, too.

@@ -224,10 +224,10 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
     for (others, expected) in [
         (&[][..], "found none; export the FMU for this platform"),
         (
-            &["binaries/win64/m.dll", "binaries/win64/m.lib", "binaries/win64/a.dll"],
-            "found binaries/win64/m.dll; export",
+            &["binaries/darwin64/m.dylib", "binaries/darwin64/m.a", "binaries/darwin64/a.dylib"],
+            "found binaries/darwin64/m.dylib; export",
         ),
-        (&["binaries/win64/other.dll"], "found binaries/win64/other.dll; export"),
+        (&["binaries/darwin64/other.dylib"], "found binaries/darwin64/other.dylib; export"),
     ] {
         let told = missing(others);
         assert!(told.contains("expected binaries/") && told.contains(expected), "{told}");

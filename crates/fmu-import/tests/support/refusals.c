@@ -1,7 +1,12 @@
 /* The functions of FMI 2.0 that an FMU without the optional capabilities exports. An FMU that has one of them defines it itself. */
 #include "fmi2.h"
 
+/* A library for Windows does not export weak functions: there the linker takes the first definition. */
+#ifdef _WIN32
+#define WEAK
+#else
 #define WEAK __attribute__((weak))
+#endif
 
 WEAK const char *fmi2GetTypesPlatform(void) { return "default"; }
 WEAK const char *fmi2GetVersion(void) { return "2.0"; }

@@ -68,6 +68,15 @@ pub(super) fn fmu_isolation(
     let mut may_read: Vec<_> =
         node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
     let sandbox = node.sandbox.as_ref().is_none_or(|word| *word.get_ref());
+    let through_wine = is_isolated.then(|| fmu.wine_platform()).flatten();
+    if let Some((platform, word)) = through_wine.as_ref().zip(node.isolate.as_ref()).filter(|_| sandbox) {
+        let message =
+            format!("no sandbox confines Wine, through which the {platform} library of this FMU runs");
+        let help = "`sandbox = false` beside it lets it run in a process of its own all the same";
+        mistakes.push(scenario.error_at(word, message).with_help(help));
+    }
+    // Nobody asked for the sandbox of this FMU.
+    let sandbox = sandbox && through_wine.is_none();
     if is_isolated && sandbox {
         may_read.extend(python_code_folders(fmu));
     }
@@ -95,6 +104,19 @@ fn python_code_folders(fmu: &fmu_import::Fmu) -> Vec<PathBuf> {
     let interface = interface.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     let known = interface.as_ref().and_then(|it| it["python"].as_str()).map(Path::new);
     PythonInterpreter::choose_interpreter(known).code_folders()
+}
+
+/// Tells which FMUs in processes of their own no sandbox confines, since they run through Wine.
+pub(super) fn warn_about_wine(nodes: &[NodeDraft], warnings: &mut Vec<String>) {
+    for NodeDraft { name, body, .. } in nodes {
+        if let NodeBody::Fmu { fmu, isolation: Some(_), .. } = body
+            && let Some(platform) = fmu.wine_platform()
+        {
+            warnings.push(format!(
+                "`{name}`: its {platform} library runs through Wine, which no sandbox confines: it may read and write what you may"
+            ));
+        }
+    }
 }
 
 /// Gives FMUs processes of their own that would share with another one what each has for itself elsewhere, and tells that.

@@ -59,6 +59,7 @@ pub(super) fn resolve_nodes(
     }
     compiled_sources::isolate_compiled_fmus(scenario, &mut nodes, warnings);
     isolation::isolate_clashing_fmus(&mut nodes, warnings);
+    isolation::warn_about_wine(&nodes, warnings);
     mistakes.ok_or_record(overrides::check_node_names(scenario, starts.overrides));
     let is_empty = document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
