@@ -1,7 +1,5 @@
 //! Reads descriptions of FMI 1.0: causalities, aliases, types, dependencies, and what is refused.
 
-use roxmltree::Document;
-
 use crate::{
     Causality, FmiInterface, FmiVersion, FmuDescription, Initial, Variability, description,
     fmi3::StructuralSizes, parse_description,
@@ -94,12 +92,12 @@ fn what_breaks_the_rules_is_told_with_its_line() {
         (
             "causality=\"output\"><Real/>\n",
             "causality=\"out\"><Real/>\n",
-            "`y` in line 18: causality=\\\"out\\\"",
+            "`y` in line 17: causality=\\\"out\\\"",
         ),
-        ("name=\"x\"", "name=\"u\"", "lines 12 and 16"),
+        ("name=\"x\"", "name=\"u\"", "lines 11 and 15"),
         ("numberOfEventIndicators=\"1\"", "numberOfEventIndicators=\"9999999\"", "at most 1000000"),
         (" modelIdentifier=\"m\"", "", "no attribute modelIdentifier"),
-        ("<Integer/>", "", "`i` in line 21: expected one of Real"),
+        ("<Integer/>", "", "`i` in line 20: expected one of Real"),
     ] {
         assert!(XML.contains(from), "{from}");
         let what = read(&XML.replacen(from, to, 1)).expect_err(to);
@@ -109,5 +107,4 @@ fn what_breaks_the_rules_is_told_with_its_line() {
         XML.replace("<Name>u<", "<Name>none<").replace("variability=\"constant\"", "variability=\"never\"");
     let found = read(&odd).expect("a description");
     assert_eq!(found.corrections.len(), 2, "{:?}", found.corrections);
-    assert!(Document::parse(XML).is_ok());
 }
