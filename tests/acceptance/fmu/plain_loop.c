@@ -57,6 +57,9 @@ static void end(const char *how) {
 
 static void *library;
 
+/* FMI 3.0 has none where the archive has no such folder. */
+static const char *resource_path(void) { return plan.resources[0] ? plan.resources : NULL; }
+
 static void *find(const char *name) {
     char full[600];
     if (plan.version == 1)
@@ -235,11 +238,11 @@ static void instantiate(void) {
         typedef void *(*Fn)(const char *, const char *, const char *, bool, bool, bool, bool, const uint32_t *, size_t, void *,
                             void (*)(void *, int, const char *, const char *),
                             void (*)(void *, double, bool, bool, bool, bool, bool *, double *));
-        instance = ((Fn)find("InstantiateCoSimulation"))("it", plan.guid, plan.resources, false, false, plan.event_mode,
+        instance = ((Fn)find("InstantiateCoSimulation"))("it", plan.guid, resource_path(), false, false, plan.event_mode,
                                                           plan.early_return, NULL, 0, NULL, log_3, intermediate);
         if (!instance && (plan.event_mode || plan.early_return)) {
             plan.event_mode = plan.early_return = false;
-            instance = ((Fn)find("InstantiateCoSimulation"))("it", plan.guid, plan.resources, false, false, false, false, NULL, 0,
+            instance = ((Fn)find("InstantiateCoSimulation"))("it", plan.guid, resource_path(), false, false, false, false, NULL, 0,
                                                               NULL, log_3, intermediate);
         }
     }
@@ -258,7 +261,7 @@ static void instantiate_equations(void) {
         instance = ((Fn)find("Instantiate"))("it", 0, plan.guid, plan.resources, &own, 0, 0);
     } else {
         typedef void *(*Fn)(const char *, const char *, const char *, bool, bool, void *, void (*)(void *, int, const char *, const char *));
-        instance = ((Fn)find("InstantiateModelExchange"))("it", plan.guid, plan.resources, false, false, NULL, log_3);
+        instance = ((Fn)find("InstantiateModelExchange"))("it", plan.guid, resource_path(), false, false, NULL, log_3);
     }
     if (!instance)
         end("no instance");

@@ -89,9 +89,14 @@ def differ_by_range(ours, plain):
             if same(one, two):
                 continue
             error = abs(one - two) / scale
-            near = [values[place] for values in plain[max(0, row - 1) : row + 2]]
-            low, high = min(near), max(near)
-            beside = high - low > JUMP * scale and low - ACCURACY * scale <= one <= high + ACCURACY * scale
+            beside = is_beside_jump(plain, row, place, one, scale) or is_beside_jump(ours, row, place, two, scale)
             if not error <= worst[0] and not beside:
                 worst = (error, (row, one, f"{two} ({error:.1e} of its range)", error))
     return worst[1]
+
+
+def is_beside_jump(rows, row: int, place: int, value, scale: float) -> bool:
+    """Whether the rows jump around this one, and the value of the other side lies within the jump."""
+    near = [values[place] for values in rows[max(0, row - 1) : row + 2]]
+    low, high = min(near), max(near)
+    return high - low > JUMP * scale and low - ACCURACY * scale <= value <= high + ACCURACY * scale

@@ -116,7 +116,7 @@ class PlainLoop:
         drive = "/Z:" if self.way.startswith("wine") else ""
         resources = self.unpacked / "resources"
         if self.model.version == 3:
-            location = self.place(resources) + ("\\" if drive else "/")
+            location = self.place(resources) + ("\\" if drive else "/") if resources.is_dir() else ""
         else:
             location = f"file://{drive}" + quote(str(self.unpacked if self.model.version == 1 else resources))
 
