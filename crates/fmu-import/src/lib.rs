@@ -64,6 +64,7 @@ mod definitions;
 pub mod description;
 mod description_text;
 mod error;
+mod file_list;
 mod fmi2;
 mod fmi3;
 mod linkage;

@@ -2,7 +2,6 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use super::handle::LibraryHandle;
 use super::{ComponentFn, FmiStatus, InstancePointer};
 use crate::{FmiInterface, FmiVersion, OpenError};
 
@@ -34,7 +33,8 @@ pub(super) struct EventInfo {
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
-    pub library: &'a LibraryHandle,
+    /// The address of a function by its name.
+    pub find: &'a dyn Fn(&'static str) -> Option<*const ()>,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
 
@@ -44,9 +44,10 @@ impl SymbolLoader<'_> {
     /// # Safety
     /// The function of this name must be of type `T`.
     unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
+        const { assert!(size_of::<T>() == size_of::<*const ()>()) };
+        let found = (self.find)(symbol).ok_or_else(|| (self.lacks)(symbol))?;
         // SAFETY: the caller vouches for the type.
-        let found = unsafe { self.library.find_function::<T>(symbol) };
-        found.ok_or_else(|| (self.lacks)(symbol))
+        Ok(unsafe { std::mem::transmute_copy(&found) })
     }
 }
 

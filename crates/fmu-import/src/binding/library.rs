@@ -73,7 +73,7 @@ impl FmuLibrary {
         if let (FmiVersion::Two, Some(symbol)) = (version, missing) {
             return Err(lacks(symbol));
         }
-        let finder = SymbolLoader { library: &library, lacks: &lacks };
+        let finder = SymbolLoader { find: &|symbol| library.find_address(symbol), lacks: &lacks };
         let common = CommonFunctions::new(&finder, version)?;
         let own = match version {
             FmiVersion::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
