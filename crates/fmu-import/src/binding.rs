@@ -4,6 +4,7 @@
 //! are copied at once, and the environment of a log message is looked up, never dereferenced.
 #![expect(unsafe_code, reason = "calling a C library")]
 
+mod absent_function;
 mod array_calls;
 mod batch;
 mod call_monitor;

@@ -64,6 +64,7 @@ mod definitions;
 pub mod description;
 mod description_text;
 mod error;
+mod file_list;
 mod fmi1;
 mod fmi1_attributes;
 mod fmi1_names;

@@ -11,7 +11,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use self::prefix::SessionPrefix;
-use crate::platform::list_files;
+use crate::file_list::list_files;
 use crate::{FmiVersion, FmuDescription};
 
 /// How wide the addresses of a library are.

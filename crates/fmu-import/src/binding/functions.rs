@@ -2,7 +2,6 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use super::handle::LibraryHandle;
 use super::{ComponentFn, FmiStatus, InstancePointer};
 use crate::{FmiInterface, FmiVersion, OpenError};
 
@@ -34,9 +33,8 @@ pub(super) struct EventInfo {
 
 /// Finds functions in a library by name.
 pub(super) struct SymbolLoader<'a> {
-    /// What stands before each name; a library without it is accepted.
-    pub prefix: &'a str,
-    pub library: &'a LibraryHandle,
+    /// The address of a function by its name.
+    pub find: &'a dyn Fn(&'static str) -> Option<*const ()>,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
 
@@ -46,9 +44,10 @@ impl SymbolLoader<'_> {
     /// # Safety
     /// The function of this name must be of type `T`.
     pub(super) unsafe fn load_symbol<T: Copy>(&self, symbol: &'static str) -> Result<T, OpenError> {
+        const { assert!(size_of::<T>() == size_of::<*const ()>()) };
+        let found = (self.find)(symbol).ok_or_else(|| (self.lacks)(symbol))?;
         // SAFETY: the caller vouches for the type.
-        let find = |prefix| unsafe { self.library.find_function::<T>(&format!("{prefix}{symbol}")) };
-        find(self.prefix).or_else(|| find("")).ok_or_else(|| (self.lacks)(symbol))
+        Ok(unsafe { std::mem::transmute_copy(&found) })
     }
 }
 

@@ -11,27 +11,30 @@ pub(super) enum LibraryHandle {
 }
 
 impl LibraryHandle {
+    /// The address of a function, by its name.
+    pub(super) fn find_address(&self, symbol: &str) -> Option<*const ()> {
+        match self {
+            // SAFETY: the address is looked at, not called.
+            LibraryHandle::Native(library) => unsafe { library.get::<*const ()>(symbol) }.ok().map(|it| *it),
+            LibraryHandle::Windows(library) => library.find_function(symbol),
+        }
+    }
+
     /// A function by its name.
     ///
     /// # Safety
     /// The function of this name must be of type `T`, which is one of pointers to functions.
     pub(super) unsafe fn find_function<T: Copy>(&self, symbol: &str) -> Option<T> {
-        match self {
-            // SAFETY: the caller vouches for the type.
-            LibraryHandle::Native(library) => unsafe { library.get::<T>(symbol) }.ok().map(|found| *found),
-            LibraryHandle::Windows(library) => {
-                const { assert!(size_of::<T>() == size_of::<*const ()>()) };
-                let function = library.find_function(symbol)?;
-                // SAFETY: as above; the forwarding function has the type that FMI gives the one of this name.
-                Some(unsafe { std::mem::transmute_copy(&function) })
-            }
-        }
+        const { assert!(size_of::<T>() == size_of::<*const ()>()) };
+        let address = self.find_address(symbol)?;
+        // SAFETY: as for this function; one that forwards calls has the type that FMI gives the one of this name.
+        Some(unsafe { std::mem::transmute_copy(&address) })
     }
 
+    /// Whether the library has a function, also one that nobody calls.
     pub(super) fn has_function(&self, symbol: &str) -> bool {
         match self {
-            // SAFETY: the address is looked at, not called.
-            LibraryHandle::Native(library) => unsafe { library.get::<*const ()>(symbol) }.is_ok(),
+            LibraryHandle::Native(_) => self.find_address(symbol).is_some(),
             LibraryHandle::Windows(library) => library.has_function(symbol),
         }
     }

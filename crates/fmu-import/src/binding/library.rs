@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
+use super::absent_function::absent_function;
 use super::call_monitor::{self, CallMonitor};
 use super::fmi1::Fmi1Library;
 use super::functions::{
@@ -72,13 +73,13 @@ impl FmuLibrary {
         activity.register_libraries();
         changes.into_iter().for_each(|changes| activity.report_process_changes(changes, LOADING));
         let version = fmu.description.version;
-        // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         let interface = fmu.description.interface;
-        let missing = missing_interface_symbols(&library, &fmu.description).first().copied();
-        if let (FmiVersion::Two, Some(symbol)) = (version, missing) {
-            return Err(lacks(symbol));
-        }
-        let finder = SymbolLoader { prefix: &prefix, library: &library, lacks: &lacks };
+        // Functions that are not called need not be there: libraries of today leave those of other interfaces and capabilities out.
+        let find = |symbol: &'static str| {
+            let own = library.find_address(&format!("{prefix}{symbol}")).or_else(|| library.find_address(symbol));
+            own.or_else(|| absent_function(symbol, &fmu.description))
+        };
+        let finder = SymbolLoader { find: &find, lacks: &lacks };
         let fmi1 = match version {
             FmiVersion::One => Some(Fmi1Library::new(&finder, interface)?),
             FmiVersion::Two | FmiVersion::Three => None,

@@ -12,13 +12,16 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use self::call::{GUARD, RemoteCall};
 use self::process::WindowsProcess;
-use super::FmiStatus;
 use super::functions::{Fmi2CoSimulationFunctions, OTHER_SYMBOLS};
+use super::{FmiStatus, OK};
 use crate::wine::{WindowsBits, WineSetup, describe_load_error, windows_path};
 
 pub use self::process::cancel_wine_calls_when;
 
+/// The row that loads the library.
+const LOAD: usize = 0x10000;
 /// The status of a call whose process is gone, which no FMU returns.
 pub(super) const LOST: FmiStatus = FmiStatus::MIN + 1;
 /// The program under Wine says that what a call gave has no room.
@@ -45,7 +48,7 @@ impl WindowsLibrary {
         let folder = path.parent().unwrap_or(Path::new("/"));
         // Those that nobody calls are looked for, too.
         let symbols = [forwarding::SYMBOLS, Fmi2CoSimulationFunctions::SYMBOLS, OTHER_SYMBOLS].concat();
-        let loaded = process.load(&windows_path(path), &windows_path(folder), &symbols);
+        let loaded = load_library(&process, &windows_path(path), &windows_path(folder), &symbols);
         let there = loaded.map_err(|error| match error {
             Some(error) => describe_load_error(error, path, &setup),
             None => format!("it {}", process.end().unwrap_or("has a path that is too long for Windows")),
@@ -71,5 +74,28 @@ impl WindowsLibrary {
     /// How its process ended, once it has.
     pub fn process_end(&self) -> Option<&str> {
         self.process.end()
+    }
+}
+
+/// Loads the library at `path`, as Windows names it, with functions by their rows; whether it has each of them.
+///
+/// # Errors
+/// With the error of Windows; nothing when the process is gone.
+fn load_library(
+    process: &WindowsProcess,
+    path: &str,
+    folder: &str,
+    symbols: &[&str],
+) -> Result<Vec<bool>, Option<u64>> {
+    let text = |text: &str| [text.as_bytes(), &[0]].concat();
+    let names: Vec<u8> = symbols.iter().flat_map(|symbol| text(symbol)).chain([0]).collect();
+    let mut there = vec![0_u8; symbols.len() + GUARD];
+    let call = RemoteCall::new(process).bytes(&text(path)).bytes(&text(folder)).bytes(&names);
+    // SAFETY: there is room for the guard behind the flags.
+    let mut call = unsafe { call.output(there.as_mut_ptr(), symbols.len()) };
+    match (call.run(LOAD), call.result()) {
+        (OK, 0) => Ok(there.iter().take(symbols.len()).map(|flag| *flag != 0).collect()),
+        (OK, error) => Err(Some(error)),
+        _ => Err(None),
     }
 }

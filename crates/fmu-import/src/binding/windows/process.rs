@@ -9,9 +9,8 @@ use std::sync::atomic::Ordering::{Acquire, Relaxed, Release, SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
-use super::call::{GUARD, RemoteCall};
 use super::memory::{LOG, SharedMemory};
-use crate::binding::{OK, mailbox};
+use crate::binding::mailbox;
 use crate::wine::{WindowsBits, WineSetup};
 
 /// So often does this side look before it lets others have the processor.
@@ -26,8 +25,7 @@ const START: Duration = Duration::from_secs(60);
 /// A library that is unloaded gets this time.
 const FAREWELL: Duration = Duration::from_secs(5);
 
-/// Rows that are no function of the FMU.
-const LOAD: usize = 0x10000;
+/// The row that unloads the library and ends the program.
 const QUIT: usize = 0x10001;
 
 /// How much memory the two share: it takes no room until it is written, but addresses, of which 32 bits have few.
@@ -246,24 +244,6 @@ impl WindowsProcess {
         let mut texts = self.texts.lock().unwrap_or_else(PoisonError::into_inner);
         texts.push(text);
         texts.last().map_or(ptr::null(), |text| text.as_ptr())
-    }
-
-    /// Loads the library at `path`, as Windows names it, with functions by their rows; whether it has each of them.
-    ///
-    /// # Errors
-    /// With the error of Windows; nothing when the process is gone.
-    pub fn load(&self, path: &str, folder: &str, symbols: &[&str]) -> Result<Vec<bool>, Option<u64>> {
-        let text = |text: &str| [text.as_bytes(), &[0]].concat();
-        let names: Vec<u8> = symbols.iter().flat_map(|symbol| text(symbol)).chain([0]).collect();
-        let mut there = vec![0_u8; symbols.len() + GUARD];
-        let call = RemoteCall::new(self).bytes(&text(path)).bytes(&text(folder)).bytes(&names);
-        // SAFETY: there is room for the guard behind the flags.
-        let mut call = unsafe { call.output(there.as_mut_ptr(), symbols.len()) };
-        match (call.run(LOAD), call.result()) {
-            (OK, 0) => Ok(there.iter().take(symbols.len()).map(|flag| *flag != 0).collect()),
-            (OK, error) => Err(Some(error)),
-            _ => Err(None),
-        }
     }
 }
 
