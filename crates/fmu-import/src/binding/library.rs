@@ -76,7 +76,8 @@ impl FmuLibrary {
         let interface = fmu.description.interface;
         // Functions that are not called need not be there: libraries of today leave those of other interfaces and capabilities out.
         let find = |symbol: &'static str| {
-            let own = library.find_address(&format!("{prefix}{symbol}")).or_else(|| library.find_address(symbol));
+            let own =
+                library.find_address(&format!("{prefix}{symbol}")).or_else(|| library.find_address(symbol));
             own.or_else(|| absent_function(symbol, &fmu.description))
         };
         let finder = SymbolLoader { find: &find, lacks: &lacks };
@@ -340,9 +341,8 @@ fn missing_symbols(
     prefix: &str,
     symbols: &'static [&'static str],
 ) -> Vec<&'static str> {
-    let lacks = |symbol: &&&str| {
-        !library.has_function(&format!("{prefix}{symbol}")) && !library.has_function(symbol)
-    };
+    let lacks =
+        |symbol: &&&str| !library.has_function(&format!("{prefix}{symbol}")) && !library.has_function(symbol);
     symbols.iter().filter(lacks).copied().collect()
 }
 
