@@ -58,6 +58,7 @@
 
 mod attributes;
 mod binding;
+mod cache_folder;
 mod call;
 mod corrections;
 mod definitions;

@@ -302,7 +302,10 @@ fn references_at_the_limit_and_thousands_of_aliases_are_read() {
 
 #[test]
 fn a_path_is_a_uri_whatever_is_in_it() {
-    assert_eq!(file_uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")), "file:///tmp/a%20b%25%C3%A9/x-1_y.z~");
+    assert_eq!(
+        location::file_uri(Path::new("/tmp/a b%\u{e9}/x-1_y.z~")),
+        "file:///tmp/a%20b%25%C3%A9/x-1_y.z~"
+    );
 }
 
 /// Opens so many descriptions and archives with random damage; none may panic or hang.

@@ -186,16 +186,6 @@ fn find_program(name: &str) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
 }
-
-/// Where this program keeps what it can make again.
-fn cache_folder() -> Result<PathBuf, String> {
-    let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let folder = named("XDG_CACHE_HOME").or_else(|| named("HOME").map(|home| home.join(".cache")));
-    let folder = folder.ok_or("there is no cache folder: HOME is not set")?.join("trackside");
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
-}
-
 /// Why Windows does not load a library, by the numbers of `winerror.h`.
 pub(crate) fn describe_load_error(error: u64, path: &Path, setup: &WineSetup) -> String {
     match error {

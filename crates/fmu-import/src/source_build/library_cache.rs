@@ -6,16 +6,7 @@ use std::os::unix::fs::{DirBuilderExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// The folder of this user for what can be made again (XDG Base Directory Specification).
-///
-/// # Errors
-/// When the environment names none.
-fn cache_folder() -> Result<PathBuf, String> {
-    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let cache = folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")));
-    let cache = cache.ok_or("neither XDG_CACHE_HOME nor HOME names a folder")?;
-    Ok(cache.join("trackside"))
-}
+use crate::cache_folder::cache_folder;
 
 /// A folder of libraries.
 pub(super) struct LibraryCache(PathBuf);

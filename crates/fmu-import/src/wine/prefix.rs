@@ -13,7 +13,8 @@ use std::time::UNIX_EPOCH;
 
 use archive::TemporaryFolder;
 
-use super::{cache_folder, has_libraries_of_32_bits, wine_command};
+use super::{has_libraries_of_32_bits, wine_command};
+use crate::cache_folder::cache_folder;
 
 /// The file that says that a prefix is whole.
 const COMPLETE: &str = "trackside-complete";

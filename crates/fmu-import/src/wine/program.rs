@@ -5,7 +5,8 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{WindowsBits, cache_folder, find_program};
+use super::{WindowsBits, find_program};
+use crate::cache_folder::cache_folder;
 use crate::sha256_hex;
 
 const SOURCE: &str = include_str!("windows_host.c");
