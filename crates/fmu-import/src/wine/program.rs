@@ -10,7 +10,7 @@ use crate::cache_folder::cache_folder;
 use crate::sha256_hex;
 
 const SOURCE: &str = include_str!("windows_host.c");
-/// A library that Wine may lack: Windows looks for it beside the program first.
+/// A library that Wine may lack, which the program loads before others want it.
 const PRIMITIVES: &str = include_str!("bcryptprimitives.c");
 
 const PROGRAM: &str = "trackside-windows-host.exe";

@@ -382,6 +382,8 @@ static int load(void) {
     if (!MultiByteToWideChar(CP_UTF8, 0, array(0), -1, path, 4096)) return UNKNOWN;
     if (!MultiByteToWideChar(CP_UTF8, 0, array(1), -1, folder, 4096)) return UNKNOWN;
     SetDllDirectoryW(folder);
+    /* The one beside this program: for a library, Windows looks beside that library only. */
+    LoadLibraryW(L"bcryptprimitives.dll");
     library = LoadLibraryExW(path, NULL, LOAD_WITH_ALTERED_SEARCH_PATH);
     shared->result = library ? 0 : GetLastError();
     if (library) bind(array(2), array(3));
