@@ -44,7 +44,8 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 13] = [const { OnceLock::new() }; 13];
+static ANSWERS: [OnceLock<Option<String>>; Requirement::Wine as usize + 1] =
+    [const { OnceLock::new() }; Requirement::Wine as usize + 1];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     let conclusion = libtest_mimic::run(arguments, trials);
     let mut times = std::mem::take(&mut *locked(&TIMES));
     times.sort_by(|a, b| b.cmp(a));
-    for (time, name) in times.iter().take(10).filter(|it| it.0 > Duration::from_secs(5)) {
+    for (time, name) in times.iter().take(40).filter(|it| it.0 > Duration::from_secs(5)) {
         eprintln!("{:5.0} s {name}", time.as_secs_f64());
     }
     conclusion.exit_code()

@@ -176,8 +176,8 @@ fn children(process: u32) -> Vec<u32> {
 /// How long a process has computed in its own code [1/100 s].
 fn processor_time(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    let fields = status.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).next().and_then(|ticks| ticks.parse().ok()).unwrap_or_default()
+    let mut fields = status.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.nth(11).and_then(|ticks| ticks.parse().ok()).unwrap_or_default()
 }
 
 fn lives(process: u32) -> bool {

@@ -344,7 +344,6 @@ unsafe extern "C" fn instantiate_fmi2<const ROW: usize>(
     new_instance(process, made)
 }
 
-#[expect(clippy::too_many_arguments, reason = "as of FMI")]
 unsafe extern "C" fn instantiate_co_simulation_fmi3<const ROW: usize>(
     name: *const c_char,
     token: *const c_char,
@@ -597,7 +596,6 @@ unsafe extern "C" fn directional_derivative_fmi2<const ROW: usize>(
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "as of FMI")]
 unsafe extern "C" fn derivative_fmi3<const ROW: usize>(
     component: InstancePointer,
     unknowns: *const u32,
@@ -671,7 +669,6 @@ unsafe extern "C" fn do_step_fmi2<const ROW: usize>(
     unsafe { begin(component) }.integer(u64::from(no_way_back != 0)).real(time).real(step).run(ROW)
 }
 
-#[expect(clippy::too_many_arguments, reason = "as of FMI")]
 unsafe extern "C" fn do_step_fmi3<const ROW: usize>(
     component: InstancePointer,
     time: f64,
