@@ -184,9 +184,9 @@ fn an_fmu_without_a_library_says_what_it_has() {
             Some((name.to_owned(), bytes))
         })
     };
-    let (lab, ended) = run(moved("binaries/win32/misbehave.dll"), &scenario().text());
+    let (lab, ended) = run(moved("binaries/linux32/misbehave.so"), &scenario().text());
     let told = [
-        "expected binaries/linux64/misbehave.so, found binaries/win32/misbehave.dll",
+        "expected binaries/linux64/misbehave.so, found binaries/linux32/misbehave.so",
         "export the FMU for this platform",
     ];
     ended.expect(2).says(&told);
