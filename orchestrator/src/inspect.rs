@@ -66,15 +66,16 @@ pub fn describe_fmu(fmu: &Fmu) -> String {
 
 /// How the library of an FMU runs here, or why it does not.
 fn execution_words(fmu: &Fmu) -> String {
-    match fmu.library_origin() {
-        Err(error) => format!("no: {error}"),
-        Ok(LibraryOrigin::Archive(_)) => "in this program".to_owned(),
-        Ok(LibraryOrigin::Sources(build)) => {
-            format!("in a process of its own, once a run has compiled its sources: {build}")
+    let origin = match fmu.library_origin() {
+        Ok(origin) => origin,
+        Err(error) => return format!("no: {error}"),
+    };
+    match (&origin, origin.wine_platform()) {
+        (_, Some(platform)) => format!("through Wine ({platform} library)"),
+        (LibraryOrigin::Sources(plan), None) => {
+            format!("in a process of its own, once a run has compiled its sources: {plan}")
         }
-        Ok(LibraryOrigin::Wine(_)) => {
-            format!("through Wine ({} library)", fmu.wine_platform().unwrap_or_default())
-        }
+        _ => "in this program".to_owned(),
     }
 }
 

@@ -79,6 +79,11 @@ const ERROR: FmiStatus = 3;
 const FATAL: FmiStatus = 4;
 const PENDING: FmiStatus = 5;
 
+/// Whether what a call gives may be used.
+const fn is_success(status: FmiStatus) -> bool {
+    matches!(status, OK | WARNING)
+}
+
 /// The text for C, which ends at the first NUL: a text with one in it would arrive cut.
 fn to_c_string(call: &'static str, text: &str) -> Result<CString, CallError> {
     CString::new(text).map_err(|_| {

@@ -77,6 +77,7 @@ mod location;
 mod message;
 mod platform;
 mod problem_list;
+mod program_search;
 mod source_build;
 mod terminals;
 mod unpacked_archive;
@@ -116,7 +117,8 @@ pub use message::{
     FmuMessage, MOST_KINDS, MessageKind, MessageKinds, MessageLevel, SUMMARY, further_kinds_message,
 };
 pub use platform::LibraryOrigin;
-pub use source_build::{CompiledLibrary, SourceBuild};
+pub use program_search::find_program;
+pub use source_build::{CompilationPlan, CompiledLibrary};
 pub use terminals::{MatchingRule, MemberKind, Terminal, TerminalMember, TerminalStream};
 pub use value::{Value, from_hex, to_hex};
 

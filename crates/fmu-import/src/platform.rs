@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
 use crate::file_list::list_files;
-use crate::source_build::{CompiledLibrary, SourceBuild};
+use crate::source_build::{CompilationPlan, CompiledLibrary};
 use crate::{FmiVersion, Fmu, FmuDescription, OpenError, wine};
 
 /// So many files of a kind are listed.
@@ -63,9 +63,18 @@ pub enum LibraryOrigin {
     /// It is in the unpacked archive.
     Archive(PathBuf),
     /// It is compiled from the sources of the archive.
-    Sources(SourceBuild),
+    Sources(CompilationPlan),
     /// It is one for Windows in the unpacked archive, and runs through Wine.
     Wine(PathBuf),
+}
+
+impl LibraryOrigin {
+    /// The folder of the library for Windows that runs through Wine; nothing for another library.
+    #[must_use]
+    pub fn wine_platform(&self) -> Option<String> {
+        let LibraryOrigin::Wine(library) = self else { return None };
+        Some(library.parent()?.file_name()?.to_string_lossy().into_owned())
+    }
 }
 
 impl Fmu {
@@ -97,7 +106,7 @@ impl Fmu {
             return Ok(LibraryOrigin::Archive(root.join(only)));
         }
         let platform = platform_folder(self.description.version);
-        let no_build = match self.source_build(platform) {
+        let no_build = match self.compilation_plan(platform) {
             Some(Ok(build)) => return Ok(LibraryOrigin::Sources(build)),
             Some(Err(why)) => Some(why),
             None => None,
@@ -151,13 +160,10 @@ impl Fmu {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The folder of the library for Windows that runs through Wine here; nothing for another library.
+    /// As [`LibraryOrigin::wine_platform`], of where the library comes from here.
     #[must_use]
     pub fn wine_platform(&self) -> Option<String> {
-        match self.library_origin() {
-            Ok(LibraryOrigin::Wine(library)) => Some(folder_name(&library)),
-            _ => None,
-        }
+        self.library_origin().ok()?.wine_platform()
     }
 
     /// The libraries that the archive has, and what to do; `no_build` says why its sources are of no use, if it has some.
@@ -179,12 +185,6 @@ impl Fmu {
             Some(why) => format!("{found}, and sources, which cannot be compiled: {why}"),
         }
     }
-}
-
-/// The name of the folder that a file is in.
-fn folder_name(file: &Path) -> String {
-    let name = file.parent().and_then(Path::file_name).unwrap_or_default();
-    name.to_string_lossy().into_owned()
 }
 
 fn format_names(names: &[String]) -> String {

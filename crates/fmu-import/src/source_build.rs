@@ -39,7 +39,7 @@ const SCHEME: u32 = 1;
 
 /// The sources of an FMU, and how they are compiled.
 #[derive(Debug)]
-pub struct SourceBuild {
+pub struct CompilationPlan {
     configuration: BuildConfiguration,
     compiler: Compiler,
     /// For sources in C++.
@@ -74,7 +74,7 @@ impl fmt::Display for CompiledLibrary {
     }
 }
 
-impl fmt::Display for SourceBuild {
+impl fmt::Display for CompilationPlan {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let count = self.files().count();
         let word = if count == 1 { "file" } else { "files" };
@@ -87,7 +87,7 @@ impl fmt::Display for SourceBuild {
     }
 }
 
-impl SourceBuild {
+impl CompilationPlan {
     fn files(&self) -> impl Iterator<Item = (&SourceFileSet, &String)> {
         self.configuration.sets.iter().flat_map(|set| set.files.iter().map(move |file| (set, file)))
     }
@@ -196,13 +196,13 @@ impl Fmu {
     ///
     /// # Errors
     /// In a sentence, when they cannot be compiled.
-    pub(crate) fn source_build(&self, platform: &str) -> Option<Result<SourceBuild, String>> {
+    pub(crate) fn compilation_plan(&self, platform: &str) -> Option<Result<CompilationPlan, String>> {
         let folder = SourceFolder::read(self.folder.description_folder());
         folder.sources().next()?;
-        Some(self.plan_source_build(platform, &folder))
+        Some(self.plan_compilation_of(platform, &folder))
     }
 
-    fn plan_source_build(&self, platform: &str, folder: &SourceFolder) -> Result<SourceBuild, String> {
+    fn plan_compilation_of(&self, platform: &str, folder: &SourceFolder) -> Result<CompilationPlan, String> {
         let xml = self.description_text().map_err(|error| error.to_string())?;
         let build_description = self.read_archive_entry(BUILD_DESCRIPTION);
         let text = build_description.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
@@ -215,13 +215,13 @@ impl Fmu {
         let compiler = Compiler::find(&compiler::C)?;
         let has_cpp = files().any(|file| is_cpp(file));
         let cpp_compiler = has_cpp.then(|| Compiler::find(&compiler::CPP)).transpose()?;
-        Ok(SourceBuild { configuration, compiler, cpp_compiler })
+        Ok(CompilationPlan { configuration, compiler, cpp_compiler })
     }
 
     /// Compiles the library, or takes the one that was compiled before, and puts it to `library` in the unpacked archive.
     pub(crate) fn compile_sources(
         &self,
-        build: &SourceBuild,
+        build: &CompilationPlan,
         library: &Path,
     ) -> Result<CompiledLibrary, OpenError> {
         let notes = &build.configuration.notes;

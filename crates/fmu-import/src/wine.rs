@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use self::prefix::SessionPrefix;
 use crate::file_list::list_files;
+use crate::program_search::find_program;
 use crate::{FmiVersion, FmuDescription};
 
 /// How wide the addresses of a library are.
@@ -181,11 +182,6 @@ fn has_libraries_of_32_bits() -> bool {
     folders.iter().any(|folder| Path::new(folder).join("i386-unix").is_dir())
 }
 
-/// A program of `PATH`.
-fn find_program(name: &str) -> Option<PathBuf> {
-    let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
-}
 /// Why Windows does not load a library, by the numbers of `winerror.h`.
 pub(crate) fn describe_load_error(error: u64, path: &Path, setup: &WineSetup) -> String {
     match error {

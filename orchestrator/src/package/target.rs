@@ -1,6 +1,7 @@
 //! The targets of Rust that libraries are built for beside this machine, and what a machine lacks to build for one.
 
 use fmu_export::pack::{FmiVersion, Platform};
+use fmu_import::find_program;
 
 use super::error::BuildError;
 
@@ -59,7 +60,7 @@ impl BuildTarget {
             let library = format!(
                 "Rust's standard library for this target is not installed (`rustup target add {triple}`)"
             );
-            let linker = refused.or_else(|| self.usual_linker().filter(|name| !is_on_path(name)));
+            let linker = refused.or_else(|| self.usual_linker().filter(|name| find_program(name).is_none()));
             let linker = linker.map(|name| format!(", nor is its linker {name}{}", debian_package(name)));
             return Some(library + &linker.unwrap_or_default());
         }
@@ -90,11 +91,6 @@ fn debian_package(linker: &str) -> String {
 fn quoted_word<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
     let (_, rest) = text.split_once(before)?;
     rest.split_once(after).map(|(word, _)| word).filter(|word| !word.contains(char::is_whitespace))
-}
-
-fn is_on_path(program: &str) -> bool {
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
 }
 
 #[cfg(test)]

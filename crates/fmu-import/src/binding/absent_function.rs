@@ -1,26 +1,36 @@
-//! Stands for functions of FMI 2.0 that a library may lack, since its description promises nothing of them: many tools leave them out.
+//! Stands for functions of FMI 2.0 that a library may lack, since its description promises nothing of them: many tools leave them out, and
+//! FMI 1.0 has none of them.
 
 use super::functions::StatePointer;
 use super::{ERROR, FmiStatus, InstancePointer};
 use crate::{FmiVersion, FmuDescription};
 
-unsafe extern "C" fn exchange_state(_: InstancePointer, _: *mut StatePointer) -> FmiStatus {
+pub(super) unsafe extern "C" fn exchange_state(_: InstancePointer, _: *mut StatePointer) -> FmiStatus {
     ERROR
 }
 
-unsafe extern "C" fn set_state(_: InstancePointer, _: StatePointer) -> FmiStatus {
+pub(super) unsafe extern "C" fn set_state(_: InstancePointer, _: StatePointer) -> FmiStatus {
     ERROR
 }
 
-unsafe extern "C" fn serialised_size(_: InstancePointer, _: StatePointer, _: *mut usize) -> FmiStatus {
+pub(super) unsafe extern "C" fn serialised_size(
+    _: InstancePointer,
+    _: StatePointer,
+    _: *mut usize,
+) -> FmiStatus {
     ERROR
 }
 
-unsafe extern "C" fn serialise(_: InstancePointer, _: StatePointer, _: *mut u8, _: usize) -> FmiStatus {
+pub(super) unsafe extern "C" fn serialise(
+    _: InstancePointer,
+    _: StatePointer,
+    _: *mut u8,
+    _: usize,
+) -> FmiStatus {
     ERROR
 }
 
-unsafe extern "C" fn deserialise(
+pub(super) unsafe extern "C" fn deserialise(
     _: InstancePointer,
     _: *const u8,
     _: usize,
@@ -29,7 +39,7 @@ unsafe extern "C" fn deserialise(
     ERROR
 }
 
-unsafe extern "C" fn directional_derivative(
+pub(super) unsafe extern "C" fn directional_derivative(
     _: InstancePointer,
     _: *const u32,
     _: usize,

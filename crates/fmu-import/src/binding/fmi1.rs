@@ -16,7 +16,9 @@ use self::functions::{
 };
 use super::InstancePointer;
 use super::call_monitor::CallMonitor;
-use super::functions::{CommonFunctions, Fmi2Functions, InterfaceFunctions, SymbolLoader, VersionFunctions};
+use super::functions::{
+    CommonFunctions, Fmi2Functions, InterfaceFunctions, SymbolLoader, VersionFunctions, calloc, free,
+};
 use super::mailbox::{self, MessageMailbox};
 use crate::fmi1_attributes::NegatedAliases;
 use crate::{FmiInterface, FmuDescription, OpenError};
@@ -124,7 +126,7 @@ impl Fmi1Library {
             library: *self,
             negated: if negated.is_empty() { None } else { Some(Arc::new(negated.clone())) },
             monitor: Arc::clone(monitor),
-            experiment: Experiment::default(),
+            experiment: ExperimentSetup::default(),
             first_event: None,
             last_step: None,
             references: Vec::new(),
@@ -135,7 +137,7 @@ impl Fmi1Library {
 
 /// What `fmi2SetupExperiment` says and FMI 1.0 hears later.
 #[derive(Clone, Copy, Default)]
-struct Experiment {
+struct ExperimentSetup {
     start: f64,
     stop: Option<f64>,
     tolerance: Option<f64>,
@@ -149,7 +151,7 @@ struct Fmi1Instance {
     negated: Option<Arc<NegatedAliases>>,
     /// Hears the name of each call.
     monitor: Arc<CallMonitor>,
-    experiment: Experiment,
+    experiment: ExperimentSetup,
     /// What `fmiInitialize` said about events, until a variable is set.
     first_event: Option<EventInfo1>,
     /// Where the last step began [s].
@@ -178,8 +180,6 @@ unsafe extern "C" {
         format: *const c_char,
         ...
     );
-    fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(pointer: *mut c_void);
 }
 
 /// The numbers of the mailboxes of living instances, by their components: FMI 1.0 has no environment for its logger.

@@ -13,6 +13,13 @@ pub(super) struct Fmi3Boolean(pub(super) u8);
 /// `fmi2FMUstate` and `fmi3FMUState`.
 pub(super) type StatePointer = *mut c_void;
 
+/// Value references as C hands them over.
+#[derive(Clone, Copy)]
+pub(super) struct References {
+    pub(super) first: *const u32,
+    pub(super) count: usize,
+}
+
 type SetTimeFn = unsafe extern "C" fn(InstancePointer, f64) -> FmiStatus;
 type SetStatesFn = unsafe extern "C" fn(InstancePointer, *const f64, usize) -> FmiStatus;
 type GetStatesFn = unsafe extern "C" fn(InstancePointer, *mut f64, usize) -> FmiStatus;
@@ -129,6 +136,12 @@ impl CommonFunctions {
             })
         }
     }
+}
+
+unsafe extern "C" {
+    /// What FMUs take memory by.
+    pub(super) fn calloc(count: usize, size: usize) -> *mut c_void;
+    pub(super) fn free(pointer: *mut c_void);
 }
 
 /// The callbacks of FMI 2.0.

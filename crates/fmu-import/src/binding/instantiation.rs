@@ -4,7 +4,7 @@ use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
-use super::functions::{CallbackFunctions, Fmi2Functions, InterfaceFunctions};
+use super::functions::{CallbackFunctions, Fmi2Functions, InterfaceFunctions, calloc, free};
 use super::mailbox::{self, MessageMailbox};
 use super::{FmuLibrary, InstancePointer};
 use crate::FmiInterface;
@@ -30,8 +30,6 @@ unsafe extern "C" {
         format: *const c_char,
         ...
     );
-    fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(pointer: *mut c_void);
 }
 
 /// The callbacks at an address that the FMU may keep as long as the instance lives.

@@ -7,6 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::program_search::find_program;
 use crate::termination_signal;
 
 /// One library may take this long, of which no process may take more time of a processor.
@@ -148,20 +149,6 @@ fn shown_errors(output: &str) -> Option<String> {
         text += &format!("\n  and {more} more");
     }
     (!text.is_empty()).then_some(text)
-}
-
-/// A program by its path, or by its name in the folders of `PATH`.
-fn find_program(name: &str) -> Option<PathBuf> {
-    use std::os::unix::fs::PermissionsExt as _;
-    let is_program = |path: &PathBuf| {
-        std::fs::metadata(path).is_ok_and(|about| about.is_file() && about.permissions().mode() & 0o111 != 0)
-    };
-    if name.contains('/') {
-        return std::path::absolute(name).ok().filter(is_program);
-    }
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let absolute = std::env::split_paths(&folders).filter(|folder| folder.is_absolute());
-    absolute.map(|folder| folder.join(name)).find(is_program)
 }
 
 /// Does jobs on all processors. The first one in their order that fails ends the others.

@@ -5,8 +5,9 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{WindowsBits, find_program};
+use super::WindowsBits;
 use crate::cache_folder::cache_folder;
+use crate::program_search::find_program;
 use crate::sha256_hex;
 
 const SOURCE: &str = include_str!("windows_host.c");

@@ -181,6 +181,7 @@ impl ModelExchange {
         if !self.has_other_inputs() {
             return Ok(false);
         }
+        self.inputs_changed = false;
         self.integrator.restart();
         if self.indicators.is_empty() {
             return Ok(false);
@@ -275,7 +276,6 @@ impl FmuNode {
         let ahead = if model.has_other_inputs() { 1 } else { MOST_STEPS_AHEAD };
         let limit = clock.time_at(tick + ahead).min(clock.stop_time()).max(end);
         let mut event = model.take_inputs(&mut self.instance)?;
-        model.inputs_changed = false;
         let mut events = 0;
         loop {
             let wanted = self.next_wanted_event();

@@ -4,15 +4,16 @@ use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 use std::time::Duration;
 
+use super::super::absent_function;
 use super::super::functions::{
     CallbackFunctions, CommonFunctions, EventInfo, Fmi2CoSimulationFunctions, Fmi2Functions,
-    Fmi2ModelExchangeFunctions, StatePointer,
+    Fmi2ModelExchangeFunctions, References,
 };
 use super::super::guarded_buffer::{AnyBitPattern, GuardedValue};
-use super::super::{DISCARD, ERROR, FmiStatus, InstancePointer, OK, PENDING, WARNING};
+use super::super::{DISCARD, ERROR, FmiStatus, InstancePointer, OK, PENDING, is_success};
 use super::functions::{EventInfo1, Fmi1ModelFunctions, Fmi1SlaveFunctions};
-use super::values::{self, References};
-use super::{Experiment, Fmi1Instance, Fmi1Interface, components};
+use super::values;
+use super::{ExperimentSetup, Fmi1Instance, Fmi1Interface, components};
 
 /// `fmiDoStepStatus` of `fmiStatusKind`.
 const DO_STEP_STATUS: c_int = 0;
@@ -25,12 +26,13 @@ pub(super) const COMMON: CommonFunctions = CommonFunctions {
     exit_initialization_mode: do_nothing,
     terminate,
     reset,
-    get_state,
-    set_state,
-    free_state: get_state,
-    serialised_size,
-    serialise,
-    deserialise,
+    // FMI 1.0 has nothing for these; the description does not claim it, so nobody calls them.
+    get_state: absent_function::exchange_state,
+    set_state: absent_function::set_state,
+    free_state: absent_function::exchange_state,
+    serialised_size: absent_function::serialised_size,
+    serialise: absent_function::serialise,
+    deserialise: absent_function::deserialise,
 };
 
 pub(super) const OWN: Fmi2Functions = Fmi2Functions {
@@ -47,7 +49,7 @@ pub(super) const OWN: Fmi2Functions = Fmi2Functions {
     set_integer: values::set_integer,
     set_boolean: values::set_boolean,
     set_string: values::set_string,
-    directional_derivative,
+    directional_derivative: absent_function::directional_derivative,
 };
 
 pub(super) const SLAVE: Fmi2CoSimulationFunctions = Fmi2CoSimulationFunctions {
@@ -162,7 +164,7 @@ adapt! {
     }
 
     fn setup_experiment(it, controlled: c_int, tolerance: f64, start: f64, stops: c_int, stop: f64) {
-        it.experiment = Experiment {
+        it.experiment = ExperimentSetup {
             start,
             stop: (stops != 0).then_some(stop),
             tolerance: (controlled != 0).then_some(tolerance),
@@ -174,7 +176,7 @@ adapt! {
     }
 
     fn enter_initialization_mode(it) {
-        let Experiment { start, stop, tolerance } = it.experiment;
+        let ExperimentSetup { start, stop, tolerance } = it.experiment;
         if let Fmi1Interface::Slave(_) = it.library.interface {
             let (stops, stop) = (u8::from(stop.is_some()), stop.unwrap_or(0.0));
             return it.call_slave(c"fmiInitializeSlave", |own, c| (own.initialize)(c, start, stops, stop));
@@ -210,7 +212,7 @@ adapt! {
             let Fmi1Interface::Slave(own) = &it.library.interface else { return ERROR };
             let mut found = GuardedValue::new(PENDING);
             let asked = (own.get_status)(it.component, DO_STEP_STATUS, found.value_pointer());
-            status = if matches!(asked, OK | WARNING) { found.get() } else { asked.max(DISCARD) };
+            status = if is_success(asked) { found.get() } else { asked.max(DISCARD) };
         }
         status
     }
@@ -279,16 +281,6 @@ adapt! {
         it.call_model(c"fmiCompletedIntegratorStep", |own, c| {
             (own.completed_integrator_step)(c, event.cast())
         })
-    }
-
-    // What FMI 1.0 has nothing for; the description does not claim it, so nobody calls it.
-    fn get_state(_it, _state: *mut StatePointer) { ERROR }
-    fn set_state(_it, _state: StatePointer) { ERROR }
-    fn serialised_size(_it, _state: StatePointer, _size: *mut usize) { ERROR }
-    fn serialise(_it, _state: StatePointer, _bytes: *mut u8, _size: usize) { ERROR }
-    fn deserialise(_it, _bytes: *const u8, _size: usize, _state: *mut StatePointer) { ERROR }
-    fn directional_derivative(_it, _unknown: *const u32, _unknowns: usize, _known: *const u32, _knowns: usize, _changes: *const f64, _found: *mut f64) {
-        ERROR
     }
 }
 

@@ -2,16 +2,9 @@
 
 use std::ffi::{CStr, c_char, c_int};
 
-use super::super::functions::{Fmi2GetFn, Fmi2SetFn};
-use super::super::{FmiStatus, InstancePointer, OK, WARNING};
+use super::super::functions::{Fmi2GetFn, Fmi2SetFn, References};
+use super::super::{FmiStatus, InstancePointer, is_success};
 use super::Fmi1Instance;
-
-/// Value references as C hands them over.
-#[derive(Clone, Copy)]
-pub(super) struct References {
-    pub(super) first: *const u32,
-    pub(super) count: usize,
-}
 
 /// A value with an opposite.
 trait Opposite: Copy {
@@ -93,7 +86,7 @@ impl Fmi1Instance {
                 return function(component, own, count, values);
             };
             let status = function(component, shared.as_ptr(), count, values);
-            if matches!(status, OK | WARNING) {
+            if is_success(status) {
                 self.negate(own, count, values);
             }
             status

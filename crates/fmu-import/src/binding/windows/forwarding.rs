@@ -8,9 +8,9 @@ use std::sync::Arc;
 use super::call::{GUARD, RemoteCall};
 use super::process::WindowsProcess;
 use crate::binding::functions::{
-    CallbackFunctions, EventInfo, Fmi3Boolean, IntermediateUpdate, LogMessage, StatePointer,
+    CallbackFunctions, EventInfo, Fmi3Boolean, IntermediateUpdate, LogMessage, References, StatePointer,
 };
-use crate::binding::{FmiStatus, InstancePointer, OK, WARNING};
+use crate::binding::{FmiStatus, InstancePointer, OK, is_success};
 
 /// What stands for an instance on this side.
 struct RemoteInstance {
@@ -253,7 +253,7 @@ unsafe extern "C" fn state_function<const ROW: usize>(
     unsafe {
         let mut call = begin(component).integer(address(state.read()));
         let status = call.run(ROW);
-        if matches!(status, OK | WARNING) {
+        if is_success(status) {
             state.write(state_pointer(call.result()));
         }
         status
@@ -274,7 +274,7 @@ unsafe extern "C" fn state_size<const ROW: usize>(
 ) -> FmiStatus {
     let mut call = unsafe { begin(component) }.integer(address(state));
     let status = call.run(ROW);
-    if matches!(status, OK | WARNING) {
+    if is_success(status) {
         unsafe { size.write(usize::try_from(call.result()).unwrap_or(usize::MAX)) };
     }
     status
@@ -298,7 +298,7 @@ unsafe extern "C" fn deserialize_state<const ROW: usize>(
     unsafe {
         let mut call = begin(component).integer(address(state.read())).input(bytes, size);
         let status = call.run(ROW);
-        if matches!(status, OK | WARNING) {
+        if is_success(status) {
             state.write(state_pointer(call.result()));
         }
         status
@@ -334,14 +334,8 @@ unsafe extern "C" fn instantiate_fmi2<const ROW: usize>(
     visible: c_int,
     logging: c_int,
 ) -> InstancePointer {
-    let Some(process) = current_process() else { return ptr::null_mut() };
-    let flags = [kind, visible, logging].map(|flag| i64::from(flag).cast_unsigned());
-    let call = RemoteCall::new(&process).integer(address(unsafe { (*callbacks).environment }));
-    let call = flags.into_iter().fold(call, RemoteCall::integer);
-    let mut call = unsafe { call.text(name).text(guid).text(resources) };
-    let made = if call.run(ROW) == OK { call.result() } else { 0 };
-    drop(call);
-    new_instance(process, made)
+    let flags = [kind, visible, logging].map(i64::from);
+    unsafe { instantiate(ROW, [name, guid, resources], &flags, (*callbacks).environment) }
 }
 
 unsafe extern "C" fn instantiate_co_simulation_fmi3<const ROW: usize>(
@@ -358,8 +352,8 @@ unsafe extern "C" fn instantiate_co_simulation_fmi3<const ROW: usize>(
     _log: LogMessage,
     _update: IntermediateUpdate,
 ) -> InstancePointer {
-    let flags = [visible, logging, event_mode, early_return];
-    unsafe { instantiate_fmi3(ROW, [name, token, resources], &flags, environment) }
+    let flags = [visible, logging, event_mode, early_return].map(i64::from);
+    unsafe { instantiate(ROW, [name, token, resources], &flags, environment) }
 }
 
 unsafe extern "C" fn instantiate_model_exchange_fmi3<const ROW: usize>(
@@ -371,18 +365,20 @@ unsafe extern "C" fn instantiate_model_exchange_fmi3<const ROW: usize>(
     environment: *mut c_void,
     _log: LogMessage,
 ) -> InstancePointer {
-    unsafe { instantiate_fmi3(ROW, [name, token, resources], &[visible, logging], environment) }
+    let flags = [visible, logging].map(i64::from);
+    unsafe { instantiate(ROW, [name, token, resources], &flags, environment) }
 }
 
-unsafe fn instantiate_fmi3(
+/// Makes an instance with name, GUID or token, and the location of the resources.
+unsafe fn instantiate(
     row: usize,
     texts: [*const c_char; 3],
-    flags: &[bool],
+    flags: &[i64],
     environment: *mut c_void,
 ) -> InstancePointer {
     let Some(process) = current_process() else { return ptr::null_mut() };
     let call = RemoteCall::new(&process).integer(address(environment));
-    let call = flags.iter().fold(call, |call, flag| call.integer((*flag).into()));
+    let call = flags.iter().fold(call, |call, flag| call.integer(flag.cast_unsigned()));
     let mut call = texts.into_iter().fold(call, |call, text| unsafe { call.text(text) });
     let made = if call.run(row) == OK { call.result() } else { 0 };
     drop(call);
@@ -458,7 +454,7 @@ unsafe extern "C" fn set_values_fmi3<T: Copy, const ROW: usize>(
 unsafe fn get_texts(
     row: usize,
     component: InstancePointer,
-    references: (*const u32, usize),
+    references: References,
     texts: *mut *const c_char,
     elements: usize,
 ) -> FmiStatus {
@@ -466,9 +462,9 @@ unsafe fn get_texts(
     let status;
     {
         let call = unsafe { begin(component) }.integer(elements as u64);
-        let mut call = unsafe { call.input(references.0, references.1).words(texts, elements) };
+        let mut call = unsafe { call.input(references.first, references.count).words(texts, elements) };
         status = call.run(row);
-        if !matches!(status, OK | WARNING) {
+        if !is_success(status) {
             return status;
         }
         found = call.packed(elements);
@@ -492,7 +488,7 @@ unsafe extern "C" fn get_texts_fmi2<const ROW: usize>(
     count: usize,
     texts: *mut *const c_char,
 ) -> FmiStatus {
-    unsafe { get_texts(ROW, component, (references, count), texts, count) }
+    unsafe { get_texts(ROW, component, References { first: references, count }, texts, count) }
 }
 
 unsafe extern "C" fn get_texts_fmi3<const ROW: usize>(
@@ -502,7 +498,7 @@ unsafe extern "C" fn get_texts_fmi3<const ROW: usize>(
     texts: *mut *const c_char,
     elements: usize,
 ) -> FmiStatus {
-    unsafe { get_texts(ROW, component, (references, count), texts, elements) }
+    unsafe { get_texts(ROW, component, References { first: references, count }, texts, elements) }
 }
 
 unsafe extern "C" fn set_texts_fmi2<const ROW: usize>(
@@ -545,7 +541,7 @@ unsafe extern "C" fn get_binaries<const ROW: usize>(
         let mut call =
             unsafe { call.input(references, count).words(values, elements).words(sizes, elements) };
         status = call.run(ROW);
-        if !matches!(status, OK | WARNING) {
+        if !is_success(status) {
             return status;
         }
         found = call.packed(elements);
