@@ -1,43 +1,16 @@
 /* Steps a chain of instances of one FMU of FMI 2.0 with nothing around the calls: the least that any program needs.
    bare LIBRARY GUID RESOURCES INPUT OUTPUT COUNT STEPS, with value references of Real variables. Prints the processor time of a step [ns]. */
-#include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
+#include "fmi2_calls.h"
 
-typedef void *Component;
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, int);
-    void *environment;
-} Callbacks;
-typedef Component (*Instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
-typedef int (*Setup)(Component, int, double, double, int, double);
-typedef int (*Call)(Component);
-typedef int (*Get)(Component, const unsigned *, size_t, double *);
 typedef int (*Set)(Component, const unsigned *, size_t, const double *);
 typedef int (*Step)(Component, double, double, int);
 
 static const double STEP = 0.1;
 
-static void silent(void *environment, const char *name, int status, const char *category, const char *text, ...) {
-    (void)environment, (void)name, (void)status, (void)category, (void)text;
-}
-
-static void *find(void *library, const char *name) {
-    void *found = dlsym(library, name);
-    if (found) return found;
-    fprintf(stderr, "the library has no %s\n", name);
-    exit(1);
-}
-
 int main(int count, char **words) {
     if (count != 8) return fprintf(stderr, "expected LIBRARY GUID RESOURCES INPUT OUTPUT COUNT STEPS\n"), 2;
     void *library = dlopen(words[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) return fprintf(stderr, "%s\n", dlerror()), 1;
-    const Callbacks callbacks = {silent, calloc, free, NULL, NULL};
     const unsigned input = (unsigned)atoi(words[4]), output = (unsigned)atoi(words[5]);
     const long nodes = atol(words[6]), steps = atol(words[7]);
     Component *chain = calloc((size_t)nodes, sizeof *chain);
@@ -45,14 +18,14 @@ int main(int count, char **words) {
     for (long i = 0; i < nodes; i++) {
         char name[32];
         snprintf(name, sizeof name, "n%ld", i);
-        chain[i] = ((Instantiate)find(library, "fmi2Instantiate"))(name, 1, words[2], words[3], &callbacks, 0, 0);
+        chain[i] = ((Instantiate)find(library, "fmi2Instantiate"))(name, 1, words[2], words[3], &CALLBACKS, 0, 0);
         if (!chain[i]) return fprintf(stderr, "no instance\n"), 1;
         status |= ((Setup)find(library, "fmi2SetupExperiment"))(chain[i], 0, 0, 0, 0, 0);
         status |= ((Call)find(library, "fmi2EnterInitializationMode"))(chain[i]);
         status |= ((Call)find(library, "fmi2ExitInitializationMode"))(chain[i]);
     }
     const Set set = (Set)find(library, "fmi2SetReal");
-    const Get get = (Get)find(library, "fmi2GetReal");
+    const GetReal get = (GetReal)find(library, "fmi2GetReal");
     const Step step = (Step)find(library, "fmi2DoStep");
     struct timespec begin, end;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
@@ -66,7 +39,6 @@ int main(int count, char **words) {
     }
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
     if (status) return fprintf(stderr, "the FMU returned %d\n", status), 1;
-    const double time = (double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec);
-    printf("%.3f\n", time / (double)steps);
+    printf("%.3f\n", nanoseconds(begin, end) / (double)steps);
     return 0;
 }

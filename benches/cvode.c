@@ -1,35 +1,21 @@
 /* Integrates one FMU of FMI 2.0 for model exchange by CVODE (BDF, dense Jacobian by differences): what the integrator of trackside is compared with.
    cvode LIBRARY GUID RESOURCES STATES INDICATORS STEP STEPS TOLERANCE OUTPUT. The absolute tolerance is TOLERANCE / 100 of each nominal value.
    Prints processor time of a step [ns], evaluations of the derivatives, and the Real variable OUTPUT at the end. */
+#include "fmi2_calls.h"
+
 #include <cvode/cvode.h>
-#include <dlfcn.h>
 #include <nvector/nvector_serial.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
-#include <time.h>
 
-typedef void *Component;
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, int);
-    void *environment;
-} Callbacks;
 typedef struct {
     int again, terminate, nominals, values, defined;
     double next;
 } EventInfo;
-typedef Component (*Instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
-typedef int (*Setup)(Component, int, double, double, int, double);
-typedef int (*Call)(Component);
 typedef int (*SetTime)(Component, double);
 typedef int (*SetStates)(Component, const double *, size_t);
 typedef int (*GetNumbers)(Component, double *, size_t);
 typedef int (*Update)(Component, EventInfo *);
-typedef int (*GetReal)(Component, const unsigned *, size_t, double *);
 
 static Component fmu;
 static size_t states, indicators;
@@ -39,10 +25,6 @@ static GetNumbers get_derivatives, get_indicators, get_states, get_nominals;
 static Call enter_events, leave_events;
 static Update update;
 static int status;
-
-static void silent(void *environment, const char *name, int state, const char *category, const char *text, ...) {
-    (void)environment, (void)name, (void)state, (void)category, (void)text;
-}
 
 static void put(double t, N_Vector x) {
     status |= set_time(fmu, t);
@@ -72,18 +54,10 @@ static double handle_event(N_Vector x) {
     return info.defined ? info.next : 1e300;
 }
 
-static void *find(void *library, const char *name) {
-    void *found = dlsym(library, name);
-    if (found) return found;
-    fprintf(stderr, "the library has no %s\n", name);
-    exit(1);
-}
-
 int main(int count, char **words) {
     if (count != 10) return fprintf(stderr, "expected LIBRARY GUID RESOURCES STATES INDICATORS STEP STEPS TOLERANCE OUTPUT\n"), 2;
     void *library = dlopen(words[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) return fprintf(stderr, "%s\n", dlerror()), 1;
-    const Callbacks callbacks = {silent, calloc, free, NULL, NULL};
     states = (size_t)atol(words[4]), indicators = (size_t)atol(words[5]);
     const double step = atof(words[6]), tolerance = atof(words[8]);
     const long steps = atol(words[7]);
@@ -97,7 +71,7 @@ int main(int count, char **words) {
     enter_events = (Call)find(library, "fmi2EnterEventMode");
     leave_events = (Call)find(library, "fmi2EnterContinuousTimeMode");
     update = (Update)find(library, "fmi2NewDiscreteStates");
-    fmu = ((Instantiate)find(library, "fmi2Instantiate"))("model", 0, words[2], words[3], &callbacks, 0, 0);
+    fmu = ((Instantiate)find(library, "fmi2Instantiate"))("model", 0, words[2], words[3], &CALLBACKS, 0, 0);
     if (!fmu) return fprintf(stderr, "no instance\n"), 1;
     status |= ((Setup)find(library, "fmi2SetupExperiment"))(fmu, 0, 0, 0, 0, 0);
     status |= ((Call)find(library, "fmi2EnterInitializationMode"))(fmu);
@@ -140,7 +114,6 @@ int main(int count, char **words) {
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
     if (status) return fprintf(stderr, "the FMU returned %d\n", status), 1;
     CVodeGetNumRhsEvals(solver, &some);
-    const double used = (double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec);
-    printf("%.1f %ld %.17g\n", used / (double)steps, evaluations + some, value);
+    printf("%.1f %ld %.17g\n", nanoseconds(begin, end) / (double)steps, evaluations + some, value);
     return 0;
 }
