@@ -235,9 +235,8 @@ impl Fmu {
         let make = |path: &Path| build.build(root, path);
         let made = LibraryCache::open().map(|cache| {
             let key = build.key(&SourceFolder::read(root), &self.sha256)?;
-            let ending = std::env::consts::DLL_EXTENSION;
-            let name = format!("{}-{key}.{ending}", self.description.identifier);
-            let (kept, is_new) = cache.find_or_build(&name, make)?;
+            let key = format!("{}-{key}", self.description.identifier);
+            let (kept, is_new) = cache.find_or_build(&key, make)?;
             library_cache::copy_library(&kept, library)?;
             Ok((kept, is_new))
         });

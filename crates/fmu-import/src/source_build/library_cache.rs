@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use crate::cache_folder::cache_folder;
+use crate::sha256_hex;
 
 /// A folder of libraries.
 pub(super) struct LibraryCache(PathBuf);
@@ -26,40 +27,55 @@ impl LibraryCache {
         Ok(LibraryCache(folder))
     }
 
-    /// The library called `name`, and whether `build` has just made it.
+    /// The library of this key, and whether `build` has just made it.
     ///
     /// # Errors
     /// Of `build`, or of the folder.
     pub fn find_or_build<E: From<io::Error>>(
         &self,
-        name: &str,
+        key: &str,
         build: impl FnOnce(&Path) -> Result<(), E>,
     ) -> Result<(PathBuf, bool), E> {
-        let library = self.0.join(name);
-        let is_there = || library.is_file();
-        if is_there() {
+        if let Some(library) = self.find(key) {
             return Ok((library, false));
         }
-        let lock_path = self.0.join(format!("{name}.lock"));
+        let lock_path = self.0.join(format!("{key}.lock"));
         let lock = File::create(&lock_path)?;
         // A folder on a network may have no locks: then two processes make the same library, and the later one stays.
         let _ = lock.lock();
-        if is_there() {
+        if let Some(library) = self.find(key) {
             return Ok((library, false));
         }
-        let fresh = unique_name(&library);
-        let built = build(&fresh).and_then(|()| Ok(move_into_place(&fresh, &library)?));
+        let fresh = unique_name(&self.0.join(key));
+        let built = build(&fresh).and_then(|()| Ok(self.move_into_place(&fresh, key)?));
         let _ = std::fs::remove_file(&fresh);
         let _ = std::fs::remove_file(&lock_path);
-        built.map(|()| (library, true))
+        built.map(|library| (library, true))
+    }
+
+    /// The library of a key whose contents are those that its name tells: a damaged one would end the process that loads it.
+    fn find(&self, key: &str) -> Option<PathBuf> {
+        let paths = std::fs::read_dir(&self.0).ok()?.flatten().map(|entry| entry.path());
+        let mut own = paths.filter(|path| {
+            path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(key.as_bytes()))
+        });
+        own.find(|path| library_name(key, path).is_ok_and(|name| path.ends_with(name)))
+    }
+
+    /// Gives a library that is complete its name: whoever finds it there finds all of it.
+    fn move_into_place(&self, fresh: &Path, key: &str) -> io::Result<PathBuf> {
+        std::fs::set_permissions(fresh, Permissions::from_mode(0o700))?;
+        File::open(fresh)?.sync_all()?;
+        let library = self.0.join(library_name(key, fresh)?);
+        std::fs::rename(fresh, &library)?;
+        Ok(library)
     }
 }
 
-/// Gives a file that is complete its name: whoever finds it there finds all of it.
-fn move_into_place(fresh: &Path, path: &Path) -> io::Result<()> {
-    std::fs::set_permissions(fresh, Permissions::from_mode(0o700))?;
-    File::open(fresh)?.sync_all()?;
-    std::fs::rename(fresh, path)
+/// The name of the library at `path`, by its key and its contents.
+fn library_name(key: &str, path: &Path) -> io::Result<String> {
+    let digest = sha256_hex(&std::fs::read(path)?);
+    Ok(format!("{key}-{}.{}", &digest[..16], std::env::consts::DLL_EXTENSION))
 }
 
 /// Makes a library that is not kept where the loader takes it from.
