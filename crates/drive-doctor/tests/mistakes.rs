@@ -128,7 +128,7 @@ fn no_log_makes_it_panic() {
 
 /// All columns, the time first.
 fn columns(log: &mut drive_inference::Drive) -> [&mut Vec<f64>; 7] {
-    let drive_inference::Drive { t, v_x, v_y, r, a_y, F_x, delta } = log;
+    let drive_inference::Drive { t, v_x, v_y, r, a_y, F_x, delta, .. } = log;
     [t, v_x, v_y, r, a_y, F_x, delta]
 }
 

@@ -232,6 +232,7 @@ fn read(path: &str) -> Result<Drive, Box<dyn std::error::Error>> {
         a_y: column(["estimator.a_y_meas", "a_y"])?,
         F_x: column(["plant.F_x", "F_x"])?,
         delta: column(["plant.delta", "delta"])?,
+        ..Drive::default()
     })
 }
 

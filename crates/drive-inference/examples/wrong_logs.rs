@@ -1,6 +1,6 @@
 //! Prints how often intervals miss the truth, and what is said, when something is wrong in the log or in the car.
 //!
-//! `wrong_logs [--seeds N] [--only MISTAKE] [--car CAR] [--tires TIRES] [--details] [--widths]`: rows of mistakes over cars, tires and seeds.
+//! `wrong_logs [--seeds N] [--only MISTAKE] [--car CAR] [--tires TIRES] [--lag SECONDS] [--details] [--widths]`: rows of mistakes over cars, tires and seeds.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 #[path = "../tests/support/drive.rs"]
@@ -108,6 +108,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
     let after = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
     let seeds: u64 = after("--seeds").map_or(Ok(1), |n| n.parse())?;
+    // Time constant of steering and force; without it they are held over a row.
+    let lag: f64 = after("--lag").map_or(Ok(0.0), |n| n.parse())?;
     let only = after("--only").cloned().unwrap_or_default();
     let car_only = after("--car").cloned().unwrap_or_default();
     let tires_only = after("--tires").cloned().unwrap_or_default();
@@ -127,7 +129,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
                 for seed in 1..=seeds {
                     let assumed = SingleTrackCar { body, ..SingleTrackCar::default() };
-                    let recording = mistake.drive(&assumed, &tires, &reference, seed);
+                    let recording = mistake.drive(&assumed, &tires, &reference, lag, seed);
                     let options = DriveOptions { car: assumed, ..DriveOptions::default() };
                     let begin = processor();
                     let found = identify_tires(&[recording], &options, &mut |_, _| true);

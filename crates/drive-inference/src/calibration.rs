@@ -6,7 +6,9 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 use kalman::augmented::ColouredNoise;
-use preparation::{Drive, Interpolation, SystematicError, SystematicErrors};
+use preparation::{
+    Drive, InputInterpolation, InputInterpolations, Interpolation, SystematicError, SystematicErrors,
+};
 use serde::Serialize;
 use tire_inference::prior::Prior;
 use vehicle::SingleTrackCar;
@@ -221,6 +223,10 @@ fn decimate(drive: &Drive) -> Drive {
         a_y: sensor(&drive.a_y),
         F_x: input(&drive.F_x),
         delta: input(&drive.delta),
+        interpolation: InputInterpolations {
+            delta: InputInterpolation::ZeroOrderHold,
+            F_x: InputInterpolation::ZeroOrderHold,
+        },
     }
 }
 
@@ -246,5 +252,6 @@ fn remove_delays(drive: &Drive, late: &SystematicErrors) -> Drive {
         a_y: sensor(&drive.a_y, SystematicError::AccelerationDelay),
         F_x: moved(&drive.t, &drive.F_x, SystematicError::ForceDelay),
         delta: moved(&drive.t, &drive.delta, SystematicError::SteeringDelay),
+        interpolation: drive.interpolation,
     }
 }

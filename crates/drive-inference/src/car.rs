@@ -7,7 +7,7 @@ use kalman::augmented::{Linearisation, ProcessModel};
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
-use vehicle::{G, SLIP_SPEED_FLOOR, SingleTrackCar, SingleTrackInput, VehicleBody};
+use vehicle::{G, SLIP_SPEED_FLOOR, SingleTrackCar, VehicleBody};
 
 use crate::tires::Tires;
 use preparation::{SystematicError, SystematicErrors};
@@ -61,9 +61,9 @@ impl<T: Scalar> FilterCarParameters<T> {
     }
 }
 
-/// An input that is held, with what depends on nothing else.
+/// An input at an instant, with what depends on nothing else.
 #[derive(Clone, Copy, Debug)]
-pub struct ZeroOrderHoldInput<T> {
+pub struct CarInput<T> {
     /// Steering angle [rad], its sine and cosine.
     pub delta: T,
     pub sin: T,
@@ -71,90 +71,6 @@ pub struct ZeroOrderHoldInput<T> {
     /// Longitudinal forces of the axles [N].
     pub F_xf: T,
     pub F_xr: T,
-}
-
-/// An input as it was recorded.
-#[derive(Clone, Copy, Debug)]
-pub struct RecordedInput {
-    delta: f64,
-    /// Rate of the steering angle [rad/s].
-    rate: f64,
-    sin: f64,
-    cos: f64,
-    F_xf: f64,
-    F_xr: f64,
-    /// Rates of the longitudinal forces [N/s].
-    pushing: [f64; 2],
-}
-
-impl RecordedInput {
-    /// An input to a car, with the rates of its steering angle [rad/s] and its longitudinal force [N/s].
-    pub fn new(car: &SingleTrackCar, input: &SingleTrackInput, [rate, pushing]: [f64; 2]) -> Self {
-        let [F_xf, F_xr] = car.split_force(input.F_x);
-        let (sin, cos) = input.delta.sin_cos();
-        // The split follows the sign of the force, not that of its rate.
-        let front = if input.F_x < 0.0 { car.brake_front_share } else { 0.0 };
-        let pushing = [front * pushing, (1.0 - front) * pushing];
-        Self { delta: input.delta, rate, sin, cos, F_xf, F_xr, pushing }
-    }
-
-    /// The input with longitudinal forces that are a factor of the recorded ones, and no other errors.
-    #[inline(always)]
-    pub fn with_force_factor<T: Scalar>(&self, factor: T) -> ZeroOrderHoldInput<T> {
-        ZeroOrderHoldInput {
-            delta: factor.constant(self.delta),
-            sin: factor.constant(self.sin),
-            cos: factor.constant(self.cos),
-            F_xf: factor * self.F_xf,
-            F_xr: factor * self.F_xr,
-        }
-    }
-}
-
-/// The errors of the inputs.
-#[derive(Clone, Copy, Debug)]
-pub struct InputErrors<T> {
-    offset: T,
-    /// 1 / (1 + gain) of the steering angle.
-    shrink: T,
-    /// Delay beyond that of the prepared samples [s].
-    delay: T,
-    /// True longitudinal force over the recorded one.
-    force: T,
-    /// Its delay beyond that of the prepared samples [s].
-    force_delay: T,
-}
-
-impl<T: Scalar> InputErrors<T> {
-    /// Those of some causes, with samples that are prepared for delays of the steering angle and the force [s].
-    pub fn new(causes: &SystematicErrors<T>, [steering, force]: [f64; 2]) -> Self {
-        Self {
-            offset: causes[SystematicError::SteeringOffset],
-            shrink: (causes[SystematicError::SteeringGain] + 1.0).recip(),
-            delay: causes[SystematicError::SteeringDelay] + -steering,
-            force: causes[SystematicError::ForceGain] + 1.0,
-            force_delay: causes[SystematicError::ForceDelay] + -force,
-        }
-    }
-
-    /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
-    #[inline(always)]
-    pub fn correct_input(&self, recorded: &RecordedInput) -> ZeroOrderHoldInput<T> {
-        let [push_f, push_r] = recorded.pushing;
-        let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
-        let delta = read * self.shrink;
-        let error = delta + -recorded.delta;
-        let square = error * error;
-        let sin = error * ((square * (square * (1.0 / 120.0) + -1.0 / 6.0)) + 1.0);
-        let cos = square * (square * (1.0 / 24.0) + -0.5) + 1.0;
-        ZeroOrderHoldInput {
-            delta,
-            sin: (cos * recorded.sin).add_scaled(sin, recorded.cos),
-            cos: (cos * recorded.cos).add_scaled(sin, -recorded.sin),
-            F_xf: self.force * (self.force_delay * push_f + recorded.F_xf),
-            F_xr: self.force * (self.force_delay * push_r + recorded.F_xr),
-        }
-    }
 }
 
 /// Rates of the first `M` of `S` states and the lateral acceleration, with their first derivatives.
@@ -191,12 +107,12 @@ pub struct SteadySlip<T> {
 }
 
 impl<T: Scalar> ProcessModel<T, 3, 4> for SteadySlip<T> {
-    type Input = ZeroOrderHoldInput<T>;
+    type Input = CarInput<T>;
     type Linearisation = CarLinearisation<T>;
     const NOISY: &'static [usize] = &[0, 1, 2, 3];
 
     #[inline(always)]
-    fn linearise(&self, x: &[T; 4], u: &ZeroOrderHoldInput<T>) -> CarLinearisation<T> {
+    fn linearise(&self, x: &[T; 4], u: &CarInput<T>) -> CarLinearisation<T> {
         linearise_steady_slip(&self.car, &self.tires, x, u)
     }
 }
@@ -243,12 +159,7 @@ pub struct AxleLoads<T> {
 impl<T: Scalar> AxleLoads<T> {
     /// At a speed and an unknown force ξ_x, with the friction coefficient of the steered axle.
     #[inline(always)]
-    pub fn new(
-        car: &FilterCarParameters<T>,
-        u: &ZeroOrderHoldInput<T>,
-        [v_x, xi_x]: [T; 2],
-        mu_f: T,
-    ) -> Self {
+    pub fn new(car: &FilterCarParameters<T>, u: &CarInput<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
         let FilterCarParameters { aero, wheelbase: L, .. } = car;
         let zero = v_x.constant(0.0);
         let drag = 0.5 * aero.rho * aero.area * aero.C_d;
@@ -283,7 +194,7 @@ impl<T: Scalar> AxleLoads<T> {
 #[inline(always)]
 pub fn linearise_motion<T: Scalar, const M: usize, const S: usize>(
     car: &FilterCarParameters<T>,
-    u: &ZeroOrderHoldInput<T>,
+    u: &CarInput<T>,
     [v_x, v_y, r]: [T; 3],
     loads: &AxleLoads<T>,
     [F_yf, F_yr]: [T; 2],
@@ -328,7 +239,7 @@ pub fn linearise_steady_slip<T: Scalar>(
     car: &FilterCarParameters<T>,
     tires: &Tires<T>,
     x: &[T; 4],
-    u: &ZeroOrderHoldInput<T>,
+    u: &CarInput<T>,
 ) -> CarLinearisation<T> {
     let [v_x, v_y, r, xi_x] = *x;
     let slowness = slip_speed(v_x).recip();

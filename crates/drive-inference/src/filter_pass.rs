@@ -6,8 +6,9 @@ use kalman::augmented::{AugmentedFilter, ColouredNoise, Innovations, ProcessMode
 use numerics::scalar::Scalar;
 use preparation::SystematicError;
 
-use crate::car::{CarLinearisation, FilterCarParameters, InputErrors, SteadySlip, ZeroOrderHoldInput};
+use crate::car::{CarInput, CarLinearisation, FilterCarParameters, SteadySlip};
 use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives};
+use crate::recorded_input::{InputErrors, TrueInputs};
 use crate::sensors::SensorModel;
 use crate::transient_slip::{MOVING, STATES, TransientSlip};
 use crate::unknowns::{FilterParameters, FilterStructure, NoiseVariances};
@@ -34,7 +35,7 @@ impl<T, F: FnMut(usize, usize, &RowInnovations<T>, &[T; 4])> InnovationVisitor<T
 
 /// A process model that the parameters of a filter make.
 pub trait CarModel<T, const M: usize, const S: usize>:
-    ProcessModel<T, M, S, Input = ZeroOrderHoldInput<T>, Linearisation = CarLinearisation<T, M, S>>
+    ProcessModel<T, M, S, Input = CarInput<T>, Linearisation = CarLinearisation<T, M, S>>
 {
     /// That of a car with these parameters.
     fn new(car: FilterCarParameters<T>, parameters: &FilterParameters<T>) -> Self;
@@ -102,7 +103,7 @@ where
     fn with_simd<I: pulp::Simd>(mut self, _: I) -> V {
         let PreparedDrives { car, delays, drives } = self.drives;
         let FilterParameters { causes, noise, coloured_noise, .. } = &self.parameters;
-        let inputs = InputErrors::new(causes, delays.inputs);
+        let errors = InputErrors::new(causes, delays.inputs);
         let force_factor = causes[SystematicError::ForceGain] + 1.0;
         let filter = AugmentedFilter {
             process: P::new(FilterCarParameters::new(car, causes), &self.parameters),
@@ -115,14 +116,11 @@ where
             let motion = filter.measurement.state_from_sensors(first);
             let mut estimate = initial_estimate::<T, S, N>(&motion, noise, coloured_noise);
             for (k, sample) in samples.iter().enumerate() {
-                let u = if BIASED {
-                    inputs.correct_input(&sample.u)
-                } else {
-                    sample.u.with_force_factor(force_factor)
-                };
+                let errors = BIASED.then_some(&errors);
+                let inputs = TrueInputs { recorded: &sample.inputs, errors, force_factor };
                 let substeps =
                     sample.substeps.max(P::required_substeps(delays, sample.h, sample.measured[0]));
-                let innovations = filter.step(&mut estimate, &u, sample.h, substeps, &sample.measured);
+                let innovations = filter.step(&mut estimate, &inputs, sample.h, substeps, &sample.measured);
                 let x = &estimate.x;
                 let motion = [x[0], x[1], x[2], x[S - 1]];
                 self.visitor.visit(drive, first_row + k + 1, &innovations, &motion);

@@ -1,6 +1,7 @@
 //! Identification of both tires from drives: smoothed states, fits, posterior, verdicts, in this order.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
+use std::cell::OnceCell;
 use std::time::Instant;
 
 use nalgebra::DMatrix;
@@ -35,7 +36,7 @@ use crate::result::{DriveIdentification, FormulationFit, InnovationStatistics};
 use crate::series::IdentificationSeries;
 use crate::smoothing::{self, SmoothedDrive};
 use crate::tires::{SIZE, Tires, box_corners, from_array, from_vector};
-use crate::{error, pem, search, series, summary, verdict};
+use crate::{error, input_selection, pem, search, series, summary, verdict};
 
 /// What prediction errors start from.
 const START: FitFormulation = FitFormulation::Points(RegressionTarget::AccelerationAndYaw);
@@ -63,10 +64,14 @@ pub fn identify_tires(
         let both = recordings.iter().zip(&smoothed);
         let points = both.map(|(drive, it)| points::regression_points(&options.car, drive, &it.states));
         let points = points.collect();
+        let interpolated = OnceCell::new();
         let mut run = IdentificationRun { recordings, options, noise, points, fitted: Vec::new(), progress };
         let mut decisive = None;
         for formulation in run.formulations_to_fit() {
             progress.report_stage(0.2, formulation.title())?;
+            if formulation == FitFormulation::PredictionError {
+                run.recordings = interpolated.get_or_init(|| run.recordings_with_likeliest_inputs());
+            }
             let best = run.fit_formulation(formulation)?;
             if formulation == options.method {
                 decisive = Some(best);
@@ -210,6 +215,15 @@ impl IdentificationRun<'_> {
         }
     }
 
+    /// The recordings with inputs that move between rows as the likelihood has it.
+    fn recordings_with_likeliest_inputs(&self) -> Vec<Drive> {
+        let start = self.start_tires();
+        let likeliest =
+            |start| input_selection::select_interpolations(&self.prediction_error_problem(), start);
+        let interpolation = start.first().map(likeliest).unwrap_or_default();
+        input_selection::with_interpolations(self.recordings, interpolation)
+    }
+
     /// What fits to points ended with.
     fn start_tires(&self) -> Vec<Tires> {
         let is_start = |fitted: &&FormulationFit| fitted.formulation == START;
@@ -256,6 +270,7 @@ impl IdentificationRun<'_> {
         let covariance = evidence.tire_covariance();
         let estimates = self.axle_estimates(&evidence, &model, &draws, &covariance, begin);
         Ok(DriveIdentification {
+            interpolation: self.recordings.first().map(|drive| drive.interpolation).unwrap_or_default(),
             tires: published_tires(&estimates, unknowns.tires),
             estimates,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),

@@ -1,9 +1,9 @@
 //! A drive as the filter takes it: inputs with their rates, lengths of steps, and channels without their delays.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use vehicle::{SingleTrackCar, SingleTrackInput};
+use vehicle::SingleTrackCar;
 
-use crate::car::RecordedInput;
+use crate::recorded_input::{InterpolatedSegment, RecordedSegment};
 use crate::unknowns::SHORTEST;
 use preparation::{Drive, START_RELAXATION_LENGTH, SystematicError, SystematicErrors};
 
@@ -13,6 +13,8 @@ const STIFFEST: f64 = 90.0;
 const POLE_REACH: f64 = 1.7;
 /// Shortest relaxation length that steps are made for [m]: one below is over before the next row.
 const BRIEFEST: f64 = 0.1;
+/// Longest sub-step [s]: over it an input that moves as fast as a driver turns is nearly a straight line.
+const LONGEST_SUBSTEP: f64 = 0.0125;
 /// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
 const MARGIN: f64 = 0.25;
 
@@ -71,8 +73,8 @@ impl PreparedDelays {
 /// One row that is predicted.
 #[derive(Clone, Copy)]
 pub struct PreparedSample {
-    /// The input that was held until then.
-    pub u: RecordedInput,
+    /// The inputs since the row before.
+    pub inputs: RecordedSegment,
     /// Time since the row before [s].
     pub h: f64,
     /// Sub-steps of the filter from there.
@@ -120,16 +122,13 @@ pub fn prepare_drive(car: &SingleTrackCar, recording: &Drive, delays: &PreparedD
         let h = recording.t[k] - recording.t[k - 1];
         let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
         let substeps = (h * pole / (POLE_REACH * speed)).ceil().max(1.0) as usize;
-        // The value at a row, and its rate.
-        let read = |column: &[f64], at: usize| {
-            let (before, after) = (at.saturating_sub(1), (at + 1).min(len - 1));
-            let passed = recording.t[after] - recording.t[before];
-            (column[at], (column[after] - column[before]) / passed)
+        let substeps = substeps.max((h / LONGEST_SUBSTEP).ceil() as usize);
+        let segment = |column: &[f64], by, interpolation| {
+            InterpolatedSegment::of_column(recording, column, row(k, by), interpolation)
         };
-        let (delta, turning) = read(&recording.delta, row(k, steering));
-        let (F_x, pushing) = read(&recording.F_x, row(k, force));
-        let u = RecordedInput::new(car, &SingleTrackInput { F_x, delta }, [turning, pushing]);
-        PreparedSample { u, h, substeps, measured: measured(k) }
+        let delta = segment(&recording.delta, steering, recording.interpolation.delta);
+        let F_x = segment(&recording.F_x, force, recording.interpolation.F_x);
+        PreparedSample { inputs: RecordedSegment::new(car, delta, F_x), h, substeps, measured: measured(k) }
     };
     PreparedDrive {
         first: measured(first_row),

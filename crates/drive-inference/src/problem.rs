@@ -21,6 +21,7 @@ const ROUNDS: usize = 3;
 const SETTLED: f64 = 0.5;
 
 /// What is maximised.
+#[derive(Clone)]
 pub struct PredictionErrorProblem<'a> {
     /// The car; its own tires are not used.
     pub car: &'a SingleTrackCar,
@@ -125,6 +126,11 @@ impl PredictionErrorProblem<'_> {
         start: DriveUnknowns,
     ) -> PredictionErrorFit {
         self.fit_rows(active, start, true, 0, COARSE)
+    }
+
+    /// Fits the tires alone under the noises of the start, on all rows.
+    pub fn fit_tires_at_fixed_noise(&self, start: DriveUnknowns) -> PredictionErrorFit {
+        self.fit_rows(Vec::new(), start, false, 0, COARSE)
     }
 
     /// The causes and rows of a rough fit with all digits, from a start.

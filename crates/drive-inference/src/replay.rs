@@ -4,6 +4,7 @@ use serde::Serialize;
 use vehicle::{PlanarState, SingleTrackCar, SingleTrackInput};
 
 use crate::likelihood::DriveNoise;
+use crate::recorded_input::InterpolatedSegment;
 use crate::smoothing::rmse;
 use preparation::Drive;
 
@@ -61,7 +62,20 @@ pub fn replay_open_loop(
             let input = SingleTrackInput { F_x: recording.F_x[k], delta: recording.delta[k] };
             if k > 0 {
                 let h = recording.t[k] - recording.t[k - 1];
-                state = car.advance(&state, &input, h, SUBSTEP);
+                let delta = InterpolatedSegment::of_column(
+                    recording,
+                    &recording.delta,
+                    k,
+                    recording.interpolation.delta,
+                );
+                let F_x =
+                    InterpolatedSegment::of_column(recording, &recording.F_x, k, recording.interpolation.F_x);
+                let parts = (h / SUBSTEP).ceil().max(1.0);
+                for part in 0..parts as usize {
+                    let shares = [part as f64, part as f64 + 1.0].map(|parts_done| parts_done / parts);
+                    let between = SingleTrackInput { F_x: F_x.mean(shares), delta: delta.mean(shares) };
+                    state = car.advance(&state, &between, h / parts, SUBSTEP);
+                }
             }
             let a_y = car.evaluate(&state, &input).a_y;
             for (column, value) in columns.iter_mut().zip([state.v_x, state.v_y, state.r, a_y]) {

@@ -13,7 +13,7 @@ use crate::options::FitFormulation;
 use crate::series::IdentificationSeries;
 use crate::smoothing::SmoothedDrive;
 use crate::tires::Tires;
-use preparation::SystematicErrors;
+use preparation::{InputInterpolations, SystematicErrors};
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
@@ -77,6 +77,8 @@ impl InnovationStatistics {
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct DriveIdentification {
+    /// How the inputs move between rows, as the likelihood has it.
+    pub interpolation: InputInterpolations,
     /// What is reported of each axle.
     pub estimates: Axles<TireEstimate>,
     /// The tires.

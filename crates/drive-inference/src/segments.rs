@@ -84,7 +84,7 @@ mod tests {
         let t: Vec<f64> = times.collect();
         let column = vec![1.0; t.len()];
         let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|_| column.clone());
-        Drive { t, v_x, v_y, r, a_y, F_x, delta }
+        Drive { t, v_x, v_y, r, a_y, F_x, delta, ..Drive::default() }
     }
 
     fn stretches(drive: &Drive, gap: Option<f64>) -> (Vec<[f64; 2]>, SamplingReport) {

@@ -1,7 +1,7 @@
 //! Compares the filter's car with the plant's, its derivatives with differences, and its innovations with a filter of matrices.
 
 use kalman::Gaussian;
-use kalman::augmented::{AugmentedFilter, ColouredNoise, StateEstimate};
+use kalman::augmented::{AugmentedFilter, ColouredNoise, StateEstimate, ZeroOrderHold};
 use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -9,8 +9,9 @@ use tire_inference::parameters::TireParameters;
 use vehicle::{Aerodynamics, PlanarState, SingleTrackCar, SingleTrackInput, VehicleBody};
 
 use super::*;
-use crate::car::{FilterCarParameters, RecordedInput, SteadySlip, ZeroOrderHoldInput, linearise_steady_slip};
+use crate::car::{CarInput, FilterCarParameters, SteadySlip, linearise_steady_slip};
 use crate::likelihood::{DerivativeDirection, DriveLikelihood, DriveNoise, DriveUnknowns};
+use crate::recorded_input::RecordedInput;
 use crate::residual_rows::ResidualRows;
 use crate::sensors::SensorModel;
 use crate::tires::from_array;
@@ -29,8 +30,9 @@ fn winged() -> SingleTrackCar {
 }
 
 /// What holding an input does.
-fn held(car: &SingleTrackCar, F_x: f64, delta: f64) -> ZeroOrderHoldInput<f64> {
-    RecordedInput::new(car, &SingleTrackInput { F_x, delta }, [0.0; 2]).with_force_factor(1.0)
+fn held(car: &SingleTrackCar, F_x: f64, delta: f64) -> CarInput<f64> {
+    RecordedInput::new(car.brake_front_share, &SingleTrackInput { F_x, delta }, [0.0; 2])
+        .with_force_factor(1.0)
 }
 
 fn exact(car: &SingleTrackCar) -> FilterCarParameters<f64> {
@@ -299,7 +301,8 @@ fn innovations_are_those_of_a_textbook_filter() {
         let residual = SVector::from(recording.measurements_at(k)) - expected;
         let (after, corrected) = kalman::measurement_update(&prior, &residual, &H, &R).expect("a covariance");
         textbook = after;
-        let innovation = filter.step(&mut estimate, &held, 0.01, 1, &recording.measurements_at(k));
+        let innovation =
+            filter.step(&mut estimate, &ZeroOrderHold(held), 0.01, 1, &recording.measurements_at(k));
         let squares = (0..4).map(|i| innovation.residual[i].powi(2) / innovation.variance[i]);
         let nis: f64 = squares.sum();
         assert!((nis - corrected.nis).abs() < 5e-3 * corrected.nis.max(1.0), "{k}: {nis} {}", corrected.nis);
@@ -318,7 +321,7 @@ fn predictions_are_those_of_short_steps() {
             let held = held(&car, -2000.0, 0.12);
             let x = [v_x, slide * v_x, 0.8, 150.0];
             let mut estimate = StateEstimate { x, P: [[0.0; 4]; 4] };
-            filter.step(&mut estimate, &held, 0.01, steps, &[0.0; 4]);
+            filter.step(&mut estimate, &ZeroOrderHold(held), 0.01, steps, &[0.0; 4]);
             let mut expected = SVector::from(x);
             for _ in 0..100 {
                 expected = vehicle::rk4_step(&expected, 1e-4, |x| rate(&its, x, &held));
@@ -344,11 +347,7 @@ fn all_vectors_give_the_same_bits() {
     assert_eq!(wide.information, scalar.information);
 }
 
-fn rate(
-    car: &FilterCarParameters<f64>,
-    x: &SVector<f64, 4>,
-    held: &ZeroOrderHoldInput<f64>,
-) -> SVector<f64, 4> {
+fn rate(car: &FilterCarParameters<f64>, x: &SVector<f64, 4>, held: &CarInput<f64>) -> SVector<f64, 4> {
     let [v_x, v_y, r] = linearise_steady_slip(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }

@@ -7,7 +7,7 @@ use kalman::augmented::ProcessModel;
 use numerics::scalar::Scalar;
 
 use crate::car::{
-    AxleLoads, CarLinearisation, FilterCarParameters, ZeroOrderHoldInput, absolute, friction_and_slope,
+    AxleLoads, CarInput, CarLinearisation, FilterCarParameters, absolute, friction_and_slope,
     linearise_motion, slip_angle_and_derivative, slip_speed,
 };
 use crate::tires::Tires;
@@ -28,12 +28,12 @@ pub struct TransientSlip<T> {
 }
 
 impl<T: Scalar> ProcessModel<T, MOVING, STATES> for TransientSlip<T> {
-    type Input = ZeroOrderHoldInput<T>;
+    type Input = CarInput<T>;
     type Linearisation = CarLinearisation<T, MOVING, STATES>;
     const NOISY: &'static [usize] = &[0, 1, 2, STATES - 1];
 
     #[inline(always)]
-    fn linearise(&self, x: &[T; STATES], u: &ZeroOrderHoldInput<T>) -> Self::Linearisation {
+    fn linearise(&self, x: &[T; STATES], u: &CarInput<T>) -> Self::Linearisation {
         linearise_transient_slip(&self.car, &self.tires, &self.lengths, x, u)
     }
 }
@@ -45,7 +45,7 @@ pub fn linearise_transient_slip<T: Scalar>(
     tires: &Tires<T>,
     lengths: &[T; 2],
     x: &[T; STATES],
-    u: &ZeroOrderHoldInput<T>,
+    u: &CarInput<T>,
 ) -> CarLinearisation<T, MOVING, STATES> {
     let [v_x, v_y, r, alpha_f, alpha_r, xi_x] = *x;
     let zero = v_x.constant(0.0);

@@ -102,7 +102,7 @@ pub trait Linearisation<T, const M: usize, const S: usize> {
 
 /// How the first `M` of `S` states move; the others stand still but for their noise.
 pub trait ProcessModel<T, const M: usize, const S: usize> {
-    /// What is held during a step.
+    /// What acts on the state at an instant.
     type Input;
     /// The model at a state.
     type Linearisation: Linearisation<T, M, S>;
@@ -111,6 +111,24 @@ pub trait ProcessModel<T, const M: usize, const S: usize> {
 
     /// The model at a state under an input.
     fn linearise(&self, x: &[T; S], input: &Self::Input) -> Self::Linearisation;
+}
+
+/// An input over one step.
+pub trait InputSegment<U> {
+    /// The input at the end of a part of the step, which is given by shares from 0 to 1, after that at its start with which the mean of both
+    /// is the mean over the part: so the trapezoidal rule is exact for inputs that act linearly, however they move.
+    fn equivalent_ends(&self, part: [f64; 2]) -> [U; 2];
+}
+
+/// An input that stays the same during a step.
+#[derive(Clone, Copy, Debug)]
+pub struct ZeroOrderHold<U>(pub U);
+
+impl<U: Copy> InputSegment<U> for ZeroOrderHold<U> {
+    #[inline(always)]
+    fn equivalent_ends(&self, _: [f64; 2]) -> [U; 2] {
+        [self.0; 2]
+    }
 }
 
 /// What sensors show at a state.
@@ -168,12 +186,12 @@ pub struct AugmentedFilter<P, Z, T, const K: usize, const C: usize> {
 }
 
 impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K, C> {
-    /// Predicts over `h` [s] under an input in some sub-steps, and takes in what is measured at the end.
+    /// Predicts over `h` [s] under inputs in some sub-steps, and takes in what is measured at the end.
     #[inline(always)]
     pub fn step<const M: usize, const S: usize, const N: usize>(
         &self,
         estimate: &mut StateEstimate<T, N>,
-        input: &P::Input,
+        inputs: &impl InputSegment<P::Input>,
         h: f64,
         substeps: usize,
         measured: &[f64; C],
@@ -183,12 +201,13 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         Z: MeasurementModel<T, P::Linearisation, S>,
     {
         let part = h / substeps as f64;
-        let mut left = substeps;
+        let mut done = 0;
         // One call: each is a copy of all that is called.
         let (near, end) = loop {
-            let there = self.predict(estimate, input, part);
-            left -= 1;
-            if left == 0 {
+            done += 1;
+            let shares = [done - 1, done].map(|parts| parts as f64 / substeps as f64);
+            let there = self.predict(estimate, &inputs.equivalent_ends(shares), part);
+            if done == substeps {
                 break there;
             }
         };
@@ -203,13 +222,14 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         self.update(estimate, &near, &end, measured)
     }
 
-    /// Moves state and covariance over `h` [s] under a held input. Measurements are linearised at the state that is returned, which is
+    /// Moves state and covariance over `h` [s] between two inputs. Its rate adds h²/12 (∂f₀/∂u − ∂f₁/∂u) u' to the rule, which is left out:
+    /// it is 0 where inputs act linearly. Measurements are linearised at the state that is returned, which is
     /// near the one that was moved to.
     #[inline(always)]
     fn predict<const M: usize, const S: usize, const N: usize>(
         &self,
         estimate: &mut StateEstimate<T, N>,
-        input: &P::Input,
+        [before, after]: &[P::Input; 2],
         h: f64,
     ) -> ([T; S], P::Linearisation)
     where
@@ -217,7 +237,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
     {
         let mut x = [estimate.x[0]; S];
         x.copy_from_slice(&estimate.x[..S]);
-        let start = self.process.linearise(&x, input);
+        let start = self.process.linearise(&x, before);
         let first = *start.rates();
         let second = multiply_leading_columns(start.jacobian(), &first);
         let third = multiply_leading_columns(start.jacobian(), &second);
@@ -226,7 +246,7 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
             let tail = (second[i] * (h * h / 2.0)).add_scaled(third[i], h * h * h / 6.0);
             near[i] = (x[i] + tail).add_scaled(first[i], h);
         }
-        let end = self.process.linearise(&near, input);
+        let end = self.process.linearise(&near, after);
         let rates = end.rates();
         let change = multiply_leading_columns(end.jacobian(), rates);
         // What the Taylor series is off by in the trapezoidal rule.
@@ -514,7 +534,7 @@ mod tests {
         }
         for k in 0..200 {
             let measured = [(0.3 * f64::from(k)).sin(), (0.11 * f64::from(k * k)).cos()];
-            let innovations = filter.step(&mut estimate, &(), h, 1, &measured);
+            let innovations = filter.step(&mut estimate, &ZeroOrderHold(()), h, 1, &measured);
             let prior = predict(&reference, F * reference.mean, &F, &Q);
             let residual = SVector::from(measured) - H * prior.mean;
             let (posterior, expected) = measurement_update(&prior, &residual, &H, &R).expect("a covariance");

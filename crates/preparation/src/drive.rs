@@ -1,6 +1,7 @@
 //! One drive at common time stamps: the measured motion of the car and the inputs that acted.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::robust::difference_noise;
@@ -51,10 +52,34 @@ pub enum DriveError {
     },
 }
 
+/// An input between two rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InputInterpolation {
+    /// It had the value of the later row all the time, as a controller holds it.
+    ZeroOrderHold,
+    /// A straight line.
+    #[default]
+    FirstOrderHold,
+    /// The cubic with the central differences of both rows as its slopes.
+    Hermite,
+    /// An actuator of first order with this time constant [s] under a command that is held.
+    FirstOrderLag(f64),
+}
+
+/// How each input moves between rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct InputInterpolations {
+    /// The steering angle.
+    pub delta: InputInterpolation,
+    /// The longitudinal force.
+    pub F_x: InputInterpolation,
+}
+
 /// Columns of one drive, all of the same length.
 ///
-/// A row holds what was measured at the end of a step, and the inputs that were held during that step. The inputs of the first
-/// row are not used.
+/// A row holds what was measured at its time, and the inputs at that time: how they came there from the row before is told by
+/// `interpolation`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drive {
     /// Time [s], rising.
@@ -71,6 +96,8 @@ pub struct Drive {
     pub F_x: Vec<f64>,
     /// Road-wheel angle of the front axle [rad].
     pub delta: Vec<f64>,
+    /// The inputs between rows.
+    pub interpolation: InputInterpolations,
 }
 
 /// Fewest rows from which tires can be identified.
@@ -119,6 +146,7 @@ impl Drive {
             a_y: f(&self.a_y),
             F_x: f(&self.F_x),
             delta: f(&self.delta),
+            interpolation: self.interpolation,
         }
     }
 

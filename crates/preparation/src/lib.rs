@@ -39,7 +39,7 @@ mod systematic_error;
 mod tests;
 
 pub use car::{AxleSample, BrakeShare, Car, ShareRule};
-pub use drive::{Drive, DriveError, SHORTEST};
+pub use drive::{Drive, DriveError, InputInterpolation, InputInterpolations, SHORTEST};
 pub use drive_log::{DriveLog, SIGNALS, Signal};
 pub use error::Error;
 pub use filter::ZeroPhaseFilter;

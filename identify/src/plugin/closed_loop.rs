@@ -71,7 +71,7 @@ pub(super) fn drive_from_log(log: &DriveLog, gap: Option<f64>) -> Result<Drive, 
     }
     let pick = |column: &[f64]| rows.iter().map(|&row| column[row]).collect::<Vec<f64>>();
     let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|i| pick(&columns[i]));
-    Ok(Drive { t: pick(time), v_x, v_y, r, a_y, F_x, delta })
+    Ok(Drive { t: pick(time), v_x, v_y, r, a_y, F_x, delta, ..Drive::default() })
 }
 
 /// Values of a signal at other times: on the line between neighbours, NaN outside of them or within a gap.

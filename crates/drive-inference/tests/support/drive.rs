@@ -122,18 +122,46 @@ struct Relaxed {
     car: SingleTrackCar,
     length: f64,
     slips: [f64; 2],
+    /// Time constant with which steering and force follow the command [s]; 0 where a command acts at once, until the next.
+    lag: f64,
+    /// What acts.
+    input: SingleTrackInput,
 }
 
 impl Relaxed {
     /// Steps so short that the slip may be held at its lag [s].
     const SUBSTEP: f64 = 1e-4;
 
-    fn advance(&mut self, state: &PlanarState, input: &SingleTrackInput) -> PlanarState {
-        if self.length == 0.0 {
-            return self.car.advance(state, input, STEP, 0.002);
+    /// Sub-step of actuators that lag [s].
+    const ACTUATOR_STEP: f64 = 5e-4;
+
+    /// One period of the loop under a command.
+    fn follow(&mut self, state: &PlanarState, command: &SingleTrackInput) -> PlanarState {
+        if self.lag == 0.0 {
+            self.input = *command;
+            return self.advance(state, STEP);
         }
         let mut state = *state;
-        for _ in 0..(STEP / Self::SUBSTEP).round() as usize {
+        let share = 1.0 - (-Self::ACTUATOR_STEP / self.lag).exp();
+        for _ in 0..(STEP / Self::ACTUATOR_STEP).round() as usize {
+            // Half of the change before and half after: the mean of the input acts.
+            let [delta, F_x] = [command.delta - self.input.delta, command.F_x - self.input.F_x];
+            self.input.delta += 0.5 * share * delta;
+            self.input.F_x += 0.5 * share * F_x;
+            state = self.advance(&state, Self::ACTUATOR_STEP);
+            self.input.delta += 0.5 * share * delta;
+            self.input.F_x += 0.5 * share * F_x;
+        }
+        state
+    }
+
+    fn advance(&mut self, state: &PlanarState, h: f64) -> PlanarState {
+        let input = &self.input.clone();
+        if self.length == 0.0 {
+            return self.car.advance(state, input, h, 0.002);
+        }
+        let mut state = *state;
+        for _ in 0..(h / Self::SUBSTEP).round() as usize {
             let PlanarState { v_x, v_y, r, .. } = state;
             let now = self.car.body.slip_angles(v_x, v_y, r, input.delta);
             let share = 1.0 - (-v_x * Self::SUBSTEP / self.length).exp();
@@ -151,16 +179,25 @@ impl Relaxed {
 
 /// What sensors record while a car follows a reference.
 pub fn drive(car: &SingleTrackCar, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
-    drive_relaxed(car, reference, noise, seed, 0.0)
+    drive_lagging(car, reference, noise, seed, Lags::default())
 }
 
-/// The same on tires with a relaxation length [m].
-pub fn drive_relaxed(
+/// What follows late.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lags {
+    /// Relaxation length of the tires [m].
+    pub relaxation: f64,
+    /// Time constant of steering and force [s].
+    pub actuator: f64,
+}
+
+/// The same where tires and actuators follow late.
+pub fn drive_lagging(
     car: &SingleTrackCar,
     reference: &Reference,
     noise: &[f64; 4],
     seed: u64,
-    relaxation: f64,
+    lags: Lags,
 ) -> Drive {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut state = PlanarState { v_x: reference[0][0], ..PlanarState::default() };
@@ -170,12 +207,14 @@ pub fn drive_relaxed(
     let mut observer = Observer::new(nominal, state.v_x, noise);
     let mut input = SingleTrackInput::default();
     let mut recording = Drive::default();
-    let mut relaxed = Relaxed { car: *car, length: relaxation, slips: [0.0; 2] };
+    let Lags { relaxation: length, actuator: lag } = lags;
+    let mut relaxed = Relaxed { car: *car, length, slips: [0.0; 2], lag, input };
     for k in 0..reference.len() {
         if k > 0 {
-            state = relaxed.advance(&state, &input);
+            state = relaxed.follow(&state, &input);
         }
-        let a_y = relaxed.car.evaluate(&state, &input).a_y;
+        let acting = relaxed.input;
+        let a_y = relaxed.car.evaluate(&state, &acting).a_y;
         let mut e = || -> f64 { StandardNormal.sample(&mut rng) };
         let y = SVector::from([
             state.v_x + noise[0] * e(),
@@ -188,8 +227,8 @@ pub fn drive_relaxed(
         recording.v_y.push(y[1]);
         recording.r.push(y[2]);
         recording.a_y.push(y[3]);
-        recording.F_x.push(input.F_x);
-        recording.delta.push(input.delta);
+        recording.F_x.push(acting.F_x);
+        recording.delta.push(acting.delta);
         if k > 0 {
             observer.step(&input, &y);
         }

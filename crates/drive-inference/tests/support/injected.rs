@@ -73,7 +73,7 @@ pub fn clean(tires: &Tires) -> Drive {
         // As a drive has it: what sensors show at the end of a step, and the inputs that were held during it.
         let a_y = car.evaluate(&state, &input).a_y;
         let row = [k as f64 * STEP, state.v_x, state.v_y, state.r, a_y, input.F_x, input.delta];
-        let Drive { t, v_x: of_v_x, v_y, r: of_r, a_y, F_x, delta: of_delta } = &mut drive;
+        let Drive { t, v_x: of_v_x, v_y, r: of_r, a_y, F_x, delta: of_delta, .. } = &mut drive;
         for (column, value) in [t, of_v_x, v_y, of_r, a_y, F_x, of_delta].into_iter().zip(row) {
             column.push(value);
         }

@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use tire_inference::parameters::TireParameters;
 use vehicle::{SingleTrackCar, VehicleBody};
 
-use crate::drive::{self, Reference, STEP, USUAL, on_tires};
+use crate::drive::{self, Lags, Reference, STEP, USUAL, on_tires};
 
 /// A cart, the demo car, and a heavy car.
 pub const CARS: [(&str, VehicleBody); 3] = [
@@ -167,11 +167,20 @@ fn coloured(drive: &mut Drive, seed: u64) {
 
 impl Mistake {
     /// A drive of a car that the configuration has as `assumed`.
-    pub fn drive(&self, assumed: &SingleTrackCar, tires: &Tires, reference: &Reference, seed: u64) -> Drive {
+    /// Steering and force follow its commands with a time constant [s].
+    pub fn drive(
+        &self,
+        assumed: &SingleTrackCar,
+        tires: &Tires,
+        reference: &Reference,
+        actuator: f64,
+        seed: u64,
+    ) -> Drive {
         let mut car = *assumed;
         (self.car)(&mut car.body);
         let on_tires = on_tires(&car, tires);
-        let mut recording = drive::drive_relaxed(&on_tires, reference, &USUAL, seed, self.relaxation);
+        let lags = Lags { relaxation: self.relaxation, actuator };
+        let mut recording = drive::drive_lagging(&on_tires, reference, &USUAL, seed, lags);
         (self.log)(&mut recording, seed);
         recording
     }
