@@ -32,6 +32,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{PerQuantity, Quantity};
 use tire_inference::verdict::Identifiability;
 
+use crate::conclusion::first_sentence;
 use crate::loads::AxleLoadEffects;
 use crate::names::{describe_bounds, describe_uncertainty_source, quantity_description};
 use crate::stretches::QuantityDrift;
