@@ -22,20 +22,20 @@ pub struct EngineeringValue {
 }
 
 impl EngineeringValue {
-    /// The cornering stiffness of an axle, from that over its load [1/rad]; without the load at rest [N] that ratio.
+    /// The cornering stiffness of an axle, `"front "`, from that over its load [1/rad]; without the load at rest [N] that ratio.
     pub fn cornering_stiffness(axle: &str, over_load: &Self, load: Option<f64>) -> Self {
         let over_load = over_load.clone();
         match load {
             Some(load) => {
                 let kilonewtons = load / 1e3;
                 Self {
-                    title: format!("{axle} cornering stiffness"),
+                    title: format!("{axle}cornering stiffness"),
                     unit: "kN/rad",
                     ..over_load.scaled(kilonewtons)
                 }
             }
             None => {
-                Self { title: format!("{axle} cornering stiffness over load"), unit: "1/rad", ..over_load }
+                Self { title: format!("{axle}cornering stiffness over load"), unit: "1/rad", ..over_load }
             }
         }
     }
@@ -91,12 +91,12 @@ pub fn axle_values(
     peaks: [EngineeringValue; 2],
     body: &VehicleBody,
 ) -> Vec<EngineeringValue> {
-    const AXLES: [&str; 2] = ["front", "rear"];
+    const AXLES: [&str; 2] = ["front ", "rear "];
     let balance = EngineeringValue::understeer_gradient([&stiffness[0], &stiffness[1]]);
     let loads = axle_loads_at_rest(body);
     let stiffness = [0, 1]
         .map(|axle| EngineeringValue::cornering_stiffness(AXLES[axle], &stiffness[axle], Some(loads[axle])));
-    let named = |(axle, peak)| EngineeringValue { title: format!("{axle} peak friction"), ..peak };
+    let named = |(axle, peak)| EngineeringValue { title: format!("{axle}peak friction"), ..peak };
     stiffness.into_iter().chain(AXLES.into_iter().zip(peaks).map(named)).chain([balance]).collect()
 }
 
@@ -295,7 +295,7 @@ mod tests {
         let [front, rear] = axle_loads_at_rest(&body);
         assert!((front - 5886.0).abs() < 1e-9 && (front + rear - 9810.0).abs() < 1e-9);
         let over_load = [20.0, 25.0].map(|it| stiffness(it, Identifiability::Identified));
-        let shown = EngineeringValue::cornering_stiffness("front", &over_load[0], Some(front));
+        let shown = EngineeringValue::cornering_stiffness("front ", &over_load[0], Some(front));
         assert_eq!(
             (shown.value_text().as_str(), shown.interval_text().as_str()),
             ("117.72 kN/rad", "116.54 … 118.90")
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn nothing_is_green_beside_what_contradicts_it() {
         let value = stiffness(20.0, Identifiability::Identified);
-        let value = EngineeringValue::cornering_stiffness("front", &value, None);
+        let value = EngineeringValue::cornering_stiffness("front ", &value, None);
         let sound = Conclusion { values: vec![value], ..Conclusion::default() };
         let [usable, unusable, _] = sound.lines().map(|it| it.text);
         assert_eq!(

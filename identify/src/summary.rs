@@ -41,6 +41,15 @@ impl CurveSummary<'_> {
         }
     }
 
+    /// What comes before the name of a value; of the only curve nothing.
+    fn axle(&self) -> String {
+        match (self.name, self.direction) {
+            ("curve", _) => String::new(),
+            (name, ForceDirection::Lateral) => format!("{name} "),
+            (name, ForceDirection::Longitudinal) => format!("{name} longitudinal "),
+        }
+    }
+
     fn value(&self, quantity: Quantity) -> Option<EngineeringValue> {
         Some(EngineeringValue {
             title: String::new(),
@@ -53,23 +62,23 @@ impl CurveSummary<'_> {
 
     /// Stiffness, peak friction and the slip at the peak.
     fn engineering_values(&self) -> Vec<EngineeringValue> {
-        let name = self.title();
+        let axle = self.axle();
         let stiffness = self.value(Quantity::K).map(|it| match (self.direction, self.load) {
-            (ForceDirection::Lateral, load) => EngineeringValue::cornering_stiffness(&name, &it, load),
+            (ForceDirection::Lateral, load) => EngineeringValue::cornering_stiffness(&axle, &it, load),
             (_, Some(load)) => EngineeringValue {
-                title: format!("{name} slip stiffness"),
+                title: format!("{axle}slip stiffness"),
                 unit: "kN",
                 ..it.scaled(load / 1e3)
             },
-            (_, None) => EngineeringValue { title: format!("{name} slip stiffness over load"), ..it },
+            (_, None) => EngineeringValue { title: format!("{axle}slip stiffness over load"), ..it },
         });
         let peak = self.value(Quantity::Peak);
-        let peak = peak.map(|it| EngineeringValue { title: format!("{name} peak friction"), ..it });
+        let peak = peak.map(|it| EngineeringValue { title: format!("{axle}peak friction"), ..it });
         let (factor, unit) = match self.direction {
             ForceDirection::Lateral => (1_f64.to_degrees(), "deg"),
             ForceDirection::Longitudinal => (100.0, "%"),
         };
-        let title = format!("{name} slip at the peak");
+        let title = format!("{axle}slip at the peak");
         let slip = self.value(Quantity::PeakSlip);
         let slip = slip.map(|it| EngineeringValue { title, unit, ..it.scaled(factor) });
         stiffness.into_iter().chain(peak).chain(slip).collect()
@@ -90,13 +99,13 @@ impl CurveSummary<'_> {
             |parameter: Parameter| self.estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0);
         let tire = magic_formula_from_theta(&Parameter::ALL.map(value));
         let slip = |slip: &f64| slip_text(self.direction, *slip);
-        let title = self.title();
+        let axle = self.axle();
         Some(match d_optimal(&tire, FARTHEST * self.largest_slip()) {
             Some(design) => {
                 let slips: Vec<_> = design.slips.iter().map(slip).collect();
-                format!("{title}: slips near {}", slips.join(", "))
+                format!("{axle}slips near {}", slips.join(", "))
             }
-            None => format!("{title}: slips beyond {}", slip(&self.largest_slip())),
+            None => format!("{axle}slips beyond {}", slip(&self.largest_slip())),
         })
     }
 }
@@ -153,7 +162,7 @@ impl IdentificationSummary<'_> {
             (true, None) => Reservation::None,
         };
         let beyond = |told: &CurveSummary| {
-            format!("the curve {} beyond {}", told.title(), slip_text(told.direction, told.largest_slip()))
+            format!("the {}curve beyond {}", told.axle(), slip_text(told.direction, told.largest_slip()))
         };
         let stiffness = |name| {
             let lateral = |it: &&CurveSummary| it.name == name && it.direction == ForceDirection::Lateral;
