@@ -262,8 +262,9 @@ impl Conclusion {
 
 /// The first sentence of a text, without its stop.
 pub fn first_sentence(text: &str) -> &str {
+    let begins = |it: char| it.is_uppercase() || it.is_ascii_digit() || it == '`';
     let line = text.lines().next().unwrap_or_default();
-    let end = line.match_indices(". ").find(|(at, _)| line[at + 2..].starts_with(char::is_uppercase));
+    let end = line.match_indices(". ").find(|(at, _)| line[at + 2..].starts_with(begins));
     end.map_or(line, |(at, _)| &line[..at]).trim_end_matches('.')
 }
 

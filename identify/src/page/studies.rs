@@ -20,57 +20,59 @@ pub fn excitation(study: &excitation::ExcitationStudy) -> Vec<(&'static str, Plo
 }
 
 /// Curves that were fitted up to some levels, over the data and the true one, by each method: Fig. 2 of Goblirsch et al. 2025.
-pub fn curves_of_levels(study: &excitation::ExcitationStudy) -> [(&'static str, Plot); 2] {
+pub fn curves_of_levels(study: &excitation::ExcitationStudy) -> Vec<(&'static str, Plot)> {
     let by_svi = |level: &excitation::ExcitationLevel| {
         let value = |parameter| level.svi.mean.get(&Quantity::Parameter(parameter)).copied().unwrap_or(0.0);
         Parameter::ALL.map(value)
     };
-    [
-        ("Nelder-Mead", level_curves(study, |level| level.nelder_mead)),
-        ("Variational inference", level_curves(study, by_svi)),
-    ]
-}
-
-/// The levels of the paper's figure, of which the nearest ones are drawn, with their classes.
-const DRAWN_LEVELS: [(f64, CssClass); 4] = [(0.02, "c1"), (0.08, "c2"), (0.3, "c3"), (0.75, "c0")];
-/// Samples that are drawn.
-const DRAWN_SAMPLES: usize = 600;
-
-fn level_curves(
-    study: &excitation::ExcitationStudy,
-    theta: impl Fn(&excitation::ExcitationLevel) -> Theta,
-) -> Plot {
     let farthest = study.levels.iter().map(|it| it.level).fold(0.0, f64::max);
-    let slips: Vec<f64> = (0..=200).map(|i| farthest * f64::from(i) / 200.0).collect();
     let curve = |theta: &Theta| -> Vec<(f64, f64)> {
         let tire = magic_formula_from_theta(theta);
-        slips.iter().map(|slip| (100.0 * slip, tire.friction_coefficient(*slip))).collect()
+        let slips = (0..=200).map(|i| farthest * f64::from(i) / 200.0);
+        slips.map(|slip| (100.0 * slip, tire.friction_coefficient(slip))).collect()
     };
+    let levels = drawn_levels(study);
+    let methods = [
+        ("Nelder-Mead", levels.iter().map(|(level, _)| curve(&level.nelder_mead)).collect::<Vec<_>>()),
+        ("Variational inference", levels.iter().map(|(level, _)| curve(&by_svi(level))).collect()),
+    ];
+    let data = drawn_samples(study, farthest);
+    let heights = data.iter().chain(methods.iter().flat_map(|(_, curves)| curves.iter().flatten()));
+    let y = PlotAxis::around_values("friction coefficient [–]", heights.map(|it| it.1).chain([0.0]));
+    let plot = |(method, curves): (&'static str, Vec<Vec<(f64, f64)>>)| {
+        let x = PlotAxis::linear("slip [%]", 0.0, 100.0 * farthest);
+        let mut plot = Plot::new(SIZE, x, y.clone());
+        plot.add_dots(&data, 1.5, "data", "data");
+        for ((level, class), points) in levels.iter().zip(&curves) {
+            let name = format!("fitted up to {} %", format_significant(100.0 * level.level, 2));
+            plot.add_line(points, class, &name);
+        }
+        plot.add_dashed_line(&curve(&study.excitation.truth), "truth", "truth");
+        (method, plot)
+    };
+    methods.into_iter().map(plot).collect()
+}
+
+/// The levels that are drawn: those next to the ones of the paper's figure.
+fn drawn_levels(study: &excitation::ExcitationStudy) -> Vec<(&excitation::ExcitationLevel, CssClass)> {
+    const LEVELS: [(f64, CssClass); 4] = [(0.02, "c1"), (0.08, "c2"), (0.3, "c3"), (0.75, "c0")];
     let mut drawn: Vec<(&excitation::ExcitationLevel, CssClass)> = Vec::new();
-    for (wanted, class) in DRAWN_LEVELS {
+    for (wanted, class) in LEVELS {
         let distance = |it: &excitation::ExcitationLevel| (it.level / wanted).ln().abs();
         let nearest = study.levels.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        drawn.extend(nearest.filter(|it| !drawn.iter().any(|(known, _)| known == it)).map(|it| (it, class)));
+        let new = nearest.filter(|it| drawn.iter().all(|(known, _)| known.level != it.level));
+        drawn.extend(new.map(|it| (it, class)));
     }
-    let samples = synthetic_samples(&study.excitation, farthest);
-    let stride = samples.len().div_ceil(DRAWN_SAMPLES).max(1);
+    drawn
+}
+
+/// Some of the samples up to a level, slip in percent.
+fn drawn_samples(study: &excitation::ExcitationStudy, level: f64) -> Vec<(f64, f64)> {
+    const MOST: usize = 600;
+    let samples = synthetic_samples(&study.excitation, level);
+    let stride = samples.len().div_ceil(MOST).max(1);
     let data = samples.slip.iter().zip(&samples.force).step_by(stride);
-    let data: Vec<_> = data.map(|(slip, force)| (100.0 * slip, *force)).collect();
-    let curves: Vec<_> = drawn.iter().map(|(level, class)| (level, class, curve(&theta(level)))).collect();
-    let heights = data.iter().chain(curves.iter().flat_map(|it| &it.2)).map(|it| it.1);
-    let x = PlotAxis::linear("slip [%]", 0.0, 100.0 * farthest);
-    let mut plot =
-        Plot::new(SIZE, x, PlotAxis::around_values("friction coefficient [–]", heights.chain([0.0])));
-    plot.add_dots(&data, 1.5, "data", "data");
-    for (level, class, points) in &curves {
-        plot.add_line(
-            points,
-            class,
-            &format!("fitted up to {} %", format_significant(100.0 * level.level, 2)),
-        );
-    }
-    plot.add_dashed_line(&curve(&study.excitation.truth), "truth", "truth");
-    plot
+    data.map(|(slip, force)| (100.0 * slip, *force)).collect()
 }
 
 fn over_levels(study: &excitation::ExcitationStudy, quantity: Quantity) -> Plot {
