@@ -4,6 +4,7 @@
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod assessment;
+pub mod conclusion;
 pub mod config;
 pub mod design;
 pub mod loads;

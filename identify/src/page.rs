@@ -18,6 +18,7 @@ use askama::Template;
 use curves::TireFigures;
 use drive_doctor::LogExamination;
 pub use drives::DrivesSection;
+use html_page::Plot;
 use numerics::convergence::OptimisationStatus;
 use numerics::text::with_std;
 use plugin::AnalysisServices;
@@ -32,6 +33,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{PerQuantity, Quantity};
 use tire_inference::verdict::Identifiability;
 
+use crate::conclusion::first_sentence;
 use crate::loads::AxleLoadEffects;
 use crate::names::{describe_bounds, describe_uncertainty_source, quantity_description};
 use crate::stretches::QuantityDrift;
@@ -118,6 +120,13 @@ struct TiresPage<'a> {
 impl TiresPage<'_> {
     fn sections(&self) -> impl Iterator<Item = (&TireSection<'_>, &TireFigures)> {
         self.page.sections.iter().zip(self.figures)
+    }
+
+    /// Densities of B, C, D and E of the lateral curves, front and rear in one plot each; nothing of a single curve.
+    fn axle_densities(&self) -> Vec<(&'static str, Plot)> {
+        let lateral = self.page.sections.iter().filter(|it| it.direction == ForceDirection::Lateral);
+        let lateral: Vec<_> = lateral.collect();
+        if lateral.len() < 2 { Vec::new() } else { curves::axle_densities(&lateral) }
     }
 
     /// How many samples there are, where, and what is shown of them.

@@ -205,8 +205,15 @@ fn excitation_study(config: &SyntheticExcitation, host: &mut dyn AnalysisService
     };
     let study = excitation::run_excitation_study(config, &mut go_on).map_err(|error| error.to_string())?;
     let study = study.ok_or(CANCELLED)?;
-    let page =
-        PageContent { title: "What excitation tells", excitation: Some(&study), ..PageContent::default() };
+    let SensitivityConfig { spread, limit, count, .. } = SensitivityConfig::default();
+    let tire = tire_inference::parameters::magic_formula_from_theta(&config.truth);
+    let sensitivity = sensitivity::run_sensitivity_study(&tire, spread, limit, count);
+    let page = PageContent {
+        title: "What excitation tells",
+        excitation: Some(&study),
+        sensitivity: Some(&sensitivity),
+        ..PageContent::default()
+    };
     page::write_page(&page, host);
     Ok(json!({ "excitation": study }))
 }

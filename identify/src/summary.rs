@@ -13,6 +13,8 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Identifiability;
 
+use crate::conclusion::{Conclusion, EngineeringValue, Reservation, slip_text};
+use crate::design::d_optimal;
 use crate::names::{describe_bounds, describe_uncertainty_source, quantity_unit};
 
 /// One curve that was identified.
@@ -26,6 +28,8 @@ pub struct CurveSummary<'a> {
     pub estimate: &'a TireEstimate,
     /// What was known before.
     pub prior: &'a Prior,
+    /// Load of the axle at rest [N], where the car is known.
+    pub load: Option<f64>,
 }
 
 impl CurveSummary<'_> {
@@ -36,6 +40,86 @@ impl CurveSummary<'_> {
             ForceDirection::Longitudinal => format!("{}, longitudinal", self.name),
         }
     }
+
+    /// What comes before the name of a value; of the only curve nothing.
+    fn axle(&self) -> String {
+        match (self.name, self.direction) {
+            ("curve", _) => String::new(),
+            (name, ForceDirection::Lateral) => format!("{name} "),
+            (name, ForceDirection::Longitudinal) => format!("{name} longitudinal "),
+        }
+    }
+
+    fn value(&self, quantity: Quantity) -> Option<EngineeringValue> {
+        Some(EngineeringValue {
+            title: String::new(),
+            unit: "",
+            value: *self.estimate.mean.get(&quantity)?,
+            interval: *self.estimate.interval.get(&quantity)?,
+            verdict: *self.estimate.identified.get(&quantity)?,
+        })
+    }
+
+    /// Stiffness, peak friction and the slip at the peak.
+    fn engineering_values(&self) -> Vec<EngineeringValue> {
+        let axle = self.axle();
+        let stiffness = self.value(Quantity::K).map(|it| match (self.direction, self.load) {
+            (ForceDirection::Lateral, load) => EngineeringValue::cornering_stiffness(&axle, &it, load),
+            (_, Some(load)) => EngineeringValue {
+                title: format!("{axle}slip stiffness"),
+                unit: "kN",
+                ..it.scaled(load / 1e3)
+            },
+            (_, None) => EngineeringValue { title: format!("{axle}slip stiffness over load"), ..it },
+        });
+        let peak = self.value(Quantity::Peak);
+        let peak = peak.map(|it| EngineeringValue { title: format!("{axle}peak friction"), ..it });
+        let (factor, unit) = match self.direction {
+            ForceDirection::Lateral => (1_f64.to_degrees(), "deg"),
+            ForceDirection::Longitudinal => (100.0, "%"),
+        };
+        let title = format!("{axle}slip at the peak");
+        let slip = self.value(Quantity::PeakSlip);
+        let slip = slip.map(|it| EngineeringValue { title, unit, ..it.scaled(factor) });
+        stiffness.into_iter().chain(peak).chain(slip).collect()
+    }
+
+    /// The largest slip of the data.
+    fn largest_slip(&self) -> f64 {
+        self.estimate.slip_range.iter().fold(0.0, |largest: f64, slip| largest.max(slip.abs()))
+    }
+
+    /// The slips that would tell most, where a value is not identified.
+    fn next_slips(&self) -> Option<String> {
+        let is_open = |it: &EngineeringValue| it.verdict != Identifiability::Identified;
+        if !self.engineering_values().iter().any(is_open) {
+            return None;
+        }
+        let value =
+            |parameter: Parameter| self.estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0);
+        let tire = magic_formula_from_theta(&Parameter::ALL.map(value));
+        let slip = |slip: &f64| slip_text(self.direction, *slip);
+        let axle = self.axle();
+        Some(match d_optimal(&tire, FARTHEST * self.largest_slip()) {
+            Some(design) => {
+                let slips: Vec<_> = design.slips.iter().map(slip).collect();
+                format!("{axle}slips near {}", slips.join(", "))
+            }
+            None => format!("{axle}slips beyond {}", slip(&self.largest_slip())),
+        })
+    }
+}
+
+/// The largest slip that is proposed, over that of the data.
+const FARTHEST: f64 = 1.5;
+
+/// What is likely wrong with a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogDoubt {
+    /// What was found.
+    pub finding: String,
+    /// What to write or to do about it.
+    pub correction: String,
 }
 
 /// What was found as a whole.
@@ -47,6 +131,8 @@ pub struct IdentificationSummary<'a> {
     pub causes: &'a [SystematicErrorEstimate],
     /// Sentences about the log, the worst first.
     pub log: Vec<String>,
+    /// The worst that is certain or likely of the log.
+    pub doubt: Option<LogDoubt>,
     /// The curves.
     pub curves: Vec<CurveSummary<'a>>,
     /// What makes intervals and bands wider than their source says, in a sentence; empty if nothing does.
@@ -58,18 +144,49 @@ pub struct IdentificationSummary<'a> {
 impl IdentificationSummary<'_> {
     /// The verdict in a sentence.
     pub fn verdict(&self) -> String {
-        self.summary().swap_remove(0)
-    }
-
-    /// Sentences, of which the first has the verdict.
-    pub fn summary(&self) -> Vec<String> {
         let known = match (self.model.sentence.as_str(), self.model.verdict) {
             ("", ModelFit::Fits) if !self.is_tested() => "Whether the model fits was not tested.",
             ("", ModelFit::Fits) => "The model fits the data.",
             ("", ModelFit::DoesNotFit) => "The model does not fit the data.",
             (sentence, _) => sentence,
         };
-        let mut sentences = vec![known.to_owned(), self.describe_identified_count()];
+        known.to_owned()
+    }
+
+    /// What to do with the result.
+    pub fn conclusion(&self) -> Conclusion {
+        let reservation = match (self.is_sound(), self.doubt.clone()) {
+            (false, Some(LogDoubt { correction, .. })) => Reservation::wrong_log(self.verdict(), &correction),
+            (false, None) => Reservation::Refusal { cause: self.verdict(), remedy: None },
+            (true, Some(LogDoubt { finding, correction })) => Reservation::Log { finding, correction },
+            (true, None) => Reservation::None,
+        };
+        let beyond = |told: &CurveSummary| {
+            format!("the {}curve beyond {}", told.axle(), slip_text(told.direction, told.largest_slip()))
+        };
+        let stiffness = |name| {
+            let lateral = |it: &&CurveSummary| it.name == name && it.direction == ForceDirection::Lateral;
+            self.curves.iter().find(lateral)?.value(Quantity::K)
+        };
+        let balance = stiffness("front").zip(stiffness("rear"));
+        let balance = balance.map(|(front, rear)| EngineeringValue::understeer_gradient([&front, &rear]));
+        Conclusion {
+            values: self.curves.iter().flat_map(CurveSummary::engineering_values).chain(balance).collect(),
+            reservation,
+            extrapolations: self.curves.iter().map(beyond).collect(),
+            drives: self.curves.iter().filter_map(CurveSummary::next_slips).collect(),
+        }
+    }
+
+    /// Sentences, of which the first has the verdict, and the next three say what to do with the result.
+    fn summary(&self, conclusion: &Conclusion) -> Vec<String> {
+        let verdict = std::iter::once(self.verdict());
+        verdict.chain(conclusion.sentences()).chain(self.details()).collect()
+    }
+
+    /// The rest in sentences.
+    pub fn details(&self) -> Vec<String> {
+        let mut sentences = vec![self.describe_identified_count()];
         sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
         sentences.extend(self.log.iter().cloned());
         let bounded = self.list_quantities(|told, quantity| {
@@ -131,7 +248,8 @@ impl IdentificationSummary<'_> {
 
     /// What is for people.
     fn result_summary(&self) -> ResultSummary {
-        let mut tables = Vec::new();
+        let conclusion = self.conclusion();
+        let mut tables: Vec<_> = conclusion.table().into_iter().collect();
         for direction in [ForceDirection::Lateral, ForceDirection::Longitudinal] {
             let curves: Vec<_> = self.curves.iter().filter(|told| told.direction == direction).collect();
             tables.extend((!curves.is_empty()).then(|| quantity_table(&curves)));
@@ -143,7 +261,7 @@ impl IdentificationSummary<'_> {
             };
             tables.push(ResultTable::new(["error", "value", ""], self.causes.iter().map(row)));
         }
-        ResultSummary { summary: self.summary(), sound: self.is_sound(), tables }
+        ResultSummary { summary: self.summary(&conclusion), sound: self.is_sound(), tables }
     }
 
     /// The result: what is found as a whole, before the numbers of each task.

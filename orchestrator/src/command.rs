@@ -37,7 +37,7 @@ use diagnostics::{Error, PrintableError, escape_for_terminal, is_terminal_contro
 #[derive(Subcommand)]
 pub enum CliCommand {
     /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
-    /// when an FMU fails.
+    /// when an FMU fails, 4 when an analysis says that its result is doubtful.
     Run(run::RunArguments),
     /// Run variants of a scenario, as its [sweep] says; exit code 0 when enough of them pass, 1 when a check fails, 2 when the input is
     /// wrong, 3 when an FMU fails.

@@ -19,7 +19,7 @@ use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
 use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
 use crate::messages::NodeMessageCounter;
 use crate::options::{ProgressEvent, RunOptions};
-use crate::report::{RunPictures, RunReport, TestPicture};
+use crate::report::{AnalysisVerdict, RunPictures, RunReport, TestPicture};
 use crate::sinks::SINKS;
 
 /// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.
@@ -192,7 +192,9 @@ impl RunRecorder {
             tests: &mut self.tests,
         };
         let result = analysis::run_analysis(plan, &self.collected, outputs, &mut progress);
-        report.analyses.insert(plan.name.clone(), result?);
+        let result = result?;
+        report.analysis_verdicts.push(AnalysisVerdict::new(plan, &result));
+        report.analyses.insert(plan.name.clone(), result);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! The report of a run: `report.json`, the HTML page, and the text in the terminal.
 
 mod analysis_summary;
+mod analysis_verdict;
 mod laps;
 mod page;
 mod previous_run;
@@ -28,12 +29,16 @@ use serde::{Deserialize, Serialize};
 use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::nofollow;
+pub use analysis_verdict::AnalysisVerdict;
 pub use page::RunPictures;
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileHash, FmuIdentity, RunProvenance, SoftwareVersions};
 pub(crate) use slow_run::slow_run_warning;
 pub use test_picture::TestPicture;
+
+/// The exit code of a run whose checks pass, and whose analysis does not trust its result.
+pub const DOUBTFUL_EXIT_CODE: u8 = 4;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,6 +51,8 @@ pub enum RunVerdict {
     NoChecks,
     /// A check failed.
     Fail,
+    /// No check failed, and an analysis says that its result is not to be trusted.
+    Doubtful,
     /// The run did not come to its end.
     Error,
     /// A signal ended the run.
@@ -98,6 +105,9 @@ pub struct RunReport {
     pub collected: BTreeMap<String, f64>,
     /// The results of analyses by name.
     pub analyses: BTreeMap<String, serde_json::Value>,
+    /// Whether analyses trust their results, and whether that was expected, in the order of the file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub analysis_verdicts: Vec<AnalysisVerdict>,
     /// The validations that were run, in the order of the file.
     pub validations: Vec<ValidationReport>,
     /// Communication steps that were done.
@@ -264,6 +274,7 @@ impl RunReport {
             blessed: Vec::new(),
             collected: BTreeMap::new(),
             analyses: BTreeMap::new(),
+            analysis_verdicts: Vec::new(),
             validations: Vec::new(),
             steps: 0,
             sim_seconds: 0.0,
@@ -303,13 +314,16 @@ impl RunReport {
         error: Option<&Error>,
     ) {
         let passed = checks.iter().all(|check| check.passed)
-            && self.validations.iter().all(|validation| validation.verdict.is_success());
+            && self.validations.iter().all(|validation| validation.verdict.is_success())
+            && self.unexpected_results().all(|it| it.is_doubtful());
         let judged = self.has_baselines
             || !checks.is_empty()
+            || self.analysis_verdicts.iter().any(AnalysisVerdict::is_judged)
             || self.validations.iter().any(|validation| validation.verdict != RunVerdict::NoChecks);
         self.verdict = match error {
             Some(error) => RunVerdict::from_error(error),
             None if !passed => RunVerdict::Fail,
+            None if self.unexpected_results().next().is_some() => RunVerdict::Doubtful,
             None if judged => RunVerdict::Pass,
             None => RunVerdict::NoChecks,
         };
@@ -322,6 +336,11 @@ impl RunReport {
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
             node.set_step_timing(effort, progress.deadline.is_some());
         }
+    }
+
+    /// The verdicts of analyses that the scenario does not take as right.
+    pub(crate) fn unexpected_results(&self) -> impl Iterator<Item = &AnalysisVerdict> {
+        self.analysis_verdicts.iter().filter(|it| it.describe_surprise().is_some())
     }
 
     /// Adds the time that the run took [s].
@@ -382,6 +401,7 @@ impl RunReport {
         match self.verdict {
             RunVerdict::Pass | RunVerdict::NoChecks => 0,
             RunVerdict::Fail => 1,
+            RunVerdict::Doubtful => DOUBTFUL_EXIT_CODE,
             RunVerdict::Error | RunVerdict::Interrupted => 3,
         }
     }

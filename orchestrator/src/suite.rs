@@ -23,7 +23,7 @@ use crate::baseline_change::BaselineChange;
 use crate::messages::{self, NodeMessage};
 use crate::nearest_path::nearest_path;
 use crate::package;
-use crate::report::RunVerdict;
+use crate::report::{AnalysisVerdict, DOUBTFUL_EXIT_CODE, RunVerdict};
 pub use history::{OutcomeChange, OutcomeKind, SuiteHistory};
 pub use junit::{check_junit, write_junit};
 pub use page::{PAGE, SuitePageHeader, write_suite_page};
@@ -94,7 +94,7 @@ pub enum ScenarioOutcome {
     NoChecks,
     /// It did not run, for this reason.
     Skipped(String),
-    /// A check failed: a line for each.
+    /// A check failed, or an analysis has another verdict than the expected one: a line for each.
     Failed(String),
     /// It is wrong, or an FMU failed or crashed: what the run said.
     Broken(String),
@@ -300,6 +300,7 @@ fn run_and_read_outcome(
     let stderr = warnings_last(&stderr);
     let report = RunSummary::read_from_folder(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
+    const DOUBTFUL: i32 = DOUBTFUL_EXIT_CODE as i32;
     let outcome = match (kill_reason, status.code(), verdict) {
         (Some(KillReason::Overdue), ..) => ScenarioOutcome::Broken(format!(
             "it did not end by itself after {} s, its time limit, and was killed\n{stderr}",
@@ -312,9 +313,8 @@ fn run_and_read_outcome(
         // It may have come to its end in spite of a signal.
         (_, Some(0), Some(RunVerdict::Pass)) => ScenarioOutcome::Passed,
         (_, Some(0), Some(RunVerdict::NoChecks)) => ScenarioOutcome::NoChecks,
-        (_, Some(1), Some(RunVerdict::Fail)) => {
-            let checks = report.as_ref().map(RunSummary::check_results).unwrap_or_default();
-            ScenarioOutcome::Failed(failed_check_lines(&checks))
+        (_, Some(1), Some(RunVerdict::Fail)) | (_, Some(DOUBTFUL), Some(RunVerdict::Doubtful)) => {
+            ScenarioOutcome::Failed(report.as_ref().map(RunSummary::failure_lines).unwrap_or_default())
         }
         (Some(KillReason::Interrupted(signal)), ..) => {
             ScenarioOutcome::Interrupted(format!("ended early: {}", signal_name(signal)))
@@ -340,6 +340,8 @@ struct RunSummary {
     checks: Vec<CheckVerdict>,
     validations: Vec<ValidationSummary>,
     #[serde(default)]
+    analysis_verdicts: Vec<AnalysisVerdict>,
+    #[serde(default)]
     baselines: Vec<BaselineOutcome>,
     #[serde(default)]
     baseline_changes: Vec<BaselineChange>,
@@ -356,6 +358,7 @@ impl Default for RunSummary {
             verdict: RunVerdict::Error,
             checks: Vec::new(),
             validations: Vec::new(),
+            analysis_verdicts: Vec::new(),
             baselines: Vec::new(),
             baseline_changes: Vec::new(),
             warnings: Vec::new(),
@@ -389,6 +392,13 @@ impl RunSummary {
         own.chain(others).collect()
     }
 
+    /// A line for each check that failed, and for each analysis with another verdict than the expected one.
+    fn failure_lines(&self) -> String {
+        let surprises = self.analysis_verdicts.iter().filter_map(AnalysisVerdict::describe_surprise);
+        let surprises = surprises.map(|it| format!("  FAILED  {it}"));
+        failed_check_lines(&self.check_results()).chain(surprises).collect::<Vec<_>>().join("\n")
+    }
+
     fn message_lines(&self) -> Vec<String> {
         let others = self.validations.iter().flat_map(|ValidationSummary { name, messages, .. }| {
             messages::warning_and_error_lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
@@ -407,14 +417,14 @@ impl CheckResult {
 }
 
 /// A line for each check that failed, with its place.
-fn failed_check_lines(checks: &[CheckResult]) -> String {
+fn failed_check_lines(checks: &[CheckResult]) -> impl Iterator<Item = String> {
     let failed = checks.iter().filter(|check| !check.verdict.passed);
     let line = |check: &CheckResult| {
         let CheckVerdict { that, file, line, reason, .. } = &check.verdict;
         let reason = reason.as_deref().unwrap_or_default();
         format!("  FAILED  {}  {that}  ({reason})  {}:{line}", check.qualified_name(), file.display())
     };
-    failed.map(line).collect::<Vec<_>>().join("\n")
+    failed.map(line)
 }
 
 #[cfg(test)]

@@ -89,12 +89,12 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """How it ended: `pass`, `no checks`, `fail`, `error` or `interrupted`."""
+        """How it ended: `pass`, `no checks`, `fail`, `doubtful`, `error` or `interrupted`."""
         return str(self.report["verdict"])
 
     @property
     def passed(self) -> bool:
-        """Whether it came to its end, and no check or validation failed. Without any, `verdict` is `no checks`."""
+        """Whether it came to its end, and no check or validation failed, and no analysis doubts its result against what the scenario expects. Without any, `verdict` is `no checks`."""
         return self.verdict in ("pass", "no checks")
 
     @cached_property
@@ -355,8 +355,8 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
 
 
 def _judged(ended: Ended, folder: Path | None = None, is_new: bool = False) -> None:
-    """Raise what the exit code says; 0 and 1 are results. `is_new` says that the folder holds the report of this very run."""
-    if ended.code in (0, 1):
+    """Raise what the exit code says; 0, 1 and 4 (an analysis doubts its result) are results. `is_new` says that the folder holds the report of this very run."""
+    if ended.code in (0, 1, 4):
         return
     if ended.code == 2:
         raise InputError(ended.message)

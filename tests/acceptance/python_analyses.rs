@@ -11,6 +11,7 @@ tests! {
     a_script_gets_signals_in_its_units_and_what_it_finds_is_checked,
     columns_reach_pyarrow_and_pandas_without_a_copy: Python,
     a_script_needs_no_package,
+    a_doubtful_result_has_an_exit_code_of_its_own,
     numbers_of_numpy_and_what_is_no_number_become_json: Python,
     a_script_that_does_not_fit_is_pointed_at,
     a_script_that_fails_ends_the_run_with_its_line,
@@ -125,6 +126,35 @@ def analyse(signals, config):
         "h": { "list": [1, 2.5], "day": "2026-11-24" },
     });
     assert_eq!(lab.report("out")["analyses"]["mine"], expected);
+}
+
+fn a_doubtful_result_has_an_exit_code_of_its_own() {
+    let lab = Lab::new();
+    let script = |sound: &str| {
+        format!(
+            "def analyse(signals, config): return {{'sound': {sound}, 'summary': ['So it is.']}}\nsignals = {{'v': 'm/s'}}\n"
+        )
+    };
+    let failing = "[[check]]\nname = \"c\"\nthat = \"car.v < 0\"\n";
+    for (sound, more, code, verdict, says) in [
+        ("False", "", 4, "doubtful", "the result of `mine` is doubtful: So it is."),
+        ("False", "expect = \"doubtful\"\n", 0, "pass", "the run is done"),
+        ("False", "expect = \"any\"\n", 0, "no checks", "nothing was checked"),
+        ("True", "expect = \"doubtful\"\n", 1, "fail", "is sound, expected a doubtful one"),
+        ("False", failing, 1, "fail", "1 of 1 checks failed"),
+        ("True", "", 0, "no checks", "nothing was checked"),
+    ] {
+        let ended = run(&lab, &script(sound), &scenario(&format!("{SPEED}{more}"))).expect(code);
+        assert!(ended.stdout.contains(says), "{sound}, {more}: {}", ended.stdout);
+        assert_eq!(lab.report("out")["verdict"], verdict, "{sound}, {more}");
+    }
+    run(&lab, &script("False"), &scenario(SPEED)).expect(4);
+    let found = &lab.report("out")["analysis_verdicts"][0];
+    assert_eq!((&found["name"], &found["found"]), (&"mine".into(), &"doubtful".into()));
+    let tested = lab.trackside(&["test", "case.toml", "--junit", "results.xml"]).expect(1);
+    assert!(tested.stdout.contains("FAILED  the result of `mine` is doubtful"), "{}", tested.stdout);
+    let junit = lab.read("results.xml");
+    assert!(junit.contains("failures=\"1\"") && junit.contains("is doubtful: So it is."), "{junit}");
 }
 
 fn a_script_that_does_not_fit_is_pointed_at() {

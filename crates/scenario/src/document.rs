@@ -50,7 +50,7 @@ pub use nodes::{Fmu, Table, UnconnectedInputs, UnusedParameters};
 pub use one_or_more::OneOrMore;
 use one_or_more::one_or_more;
 pub(crate) use read::merge_files;
-pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
+pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ExpectedResult, ScaledSignal, Validation};
 pub use signal::{Part, SignalError};
 pub use standalone::{StandaloneOptions, is_fmu, standalone_scenario_text};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};

@@ -184,6 +184,42 @@ fn density_plot(section: &TireSection, quantity: Quantity) -> Plot {
     plot
 }
 
+/// Densities of B, C, D and E of several tires, as the first method says: Fig. 6 of Goblirsch et al. 2025.
+pub fn axle_densities(sections: &[&TireSection]) -> Vec<(&'static str, Plot)> {
+    use Parameter::{B, C, D, E};
+    let plot = |quantity: Quantity| (quantity.name(), axle_density_plot(sections, quantity));
+    [B, C, D, E].map(Quantity::Parameter).map(plot).into()
+}
+
+fn axle_density_plot(sections: &[&TireSection], quantity: Quantity) -> Plot {
+    let drawn: Vec<(&TireSection, Vec<f64>)> = sections
+        .iter()
+        .filter_map(|section| {
+            let mut values = section.methods.first()?.posterior.quantity_values(quantity);
+            values.sort_by(f64::total_cmp);
+            // What is held at the prior has no density.
+            (values.first() < values.last()).then_some((*section, values))
+        })
+        .collect();
+    let ends = drawn.iter().flat_map(|(_, values)| [quantile(values, 0.001), quantile(values, 0.999)]);
+    let unit = sections.first().map_or("–", |it| quantity_unit(quantity, it.direction));
+    let x = PlotAxis::around_values(&format!("{quantity} [{unit}]"), ends);
+    let grid: Vec<f64> = (0..=120).map(|i| x.low() + (x.high() - x.low()) * f64::from(i) / 120.0).collect();
+    let heights = drawn
+        .iter()
+        .map(|(section, values)| kernel_density(values, quantity.range_in_prior(section.prior), &grid));
+    let heights: Vec<Vec<f64>> = heights.collect();
+    let top = heights.iter().flatten().copied().filter(|height| height.is_finite()).fold(0.0, f64::max);
+    let mut plot = Plot::new(SMALL, x, PlotAxis::linear("density", 0.0, 1.08 * top));
+    for (((section, _), heights), class) in drawn.iter().zip(&heights).zip(COLOURS.into_iter().cycle()) {
+        let points: Vec<_> = grid.iter().copied().zip(heights.iter().copied()).collect();
+        let filled: Vec<_> = points.iter().map(|&(x, height)| (x, [0.0, height])).collect();
+        plot.add_band(&filled, class, "");
+        plot.add_line(&points, class, section.name);
+    }
+    plot
+}
+
 /// Sum of normal kernels of Silverman's width; what would leak through a bound is reflected.
 fn kernel_density(ascending: &[f64], [low, high]: [f64; 2], grid: &[f64]) -> Vec<f64> {
     let count = ascending.len() as f64;

@@ -7,34 +7,44 @@ use html_page::{Markup, Plot, PlotAxis};
 use vehicle::VehicleBody;
 
 use crate::assessment::{ModelAssessment, ParameterAssessment, PredictionTrace};
+use crate::conclusion::Conclusion;
 use crate::page::filters;
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 260.0];
 
+/// What the page says in words.
+#[derive(Clone, Copy)]
+pub struct PredictionWords<'a> {
+    /// Sentences.
+    pub summary: &'a [String],
+    /// What to do with the result.
+    pub conclusion: &'a Conclusion,
+    /// Of which parts of the drives errors are.
+    pub parts: &'a str,
+}
+
 #[derive(Template)]
 #[template(path = "prediction.html")]
 struct PredictionPage<'a> {
     title: &'static str,
-    summary: &'a [String],
-    parts: &'a str,
+    words: PredictionWords<'a>,
     models: &'a [ModelAssessment],
     traces: &'a [PredictionTrace],
     parameters: &'a [ParameterAssessment],
     car: &'a VehicleBody,
 }
 
-/// The page: the first model is the one that is judged; `parts` says of which parts of the drives errors are.
+/// The page: the first model is the one that is judged.
 pub fn render_prediction_page(
     models: &[ModelAssessment],
     parameters: &[ParameterAssessment],
     car: &VehicleBody,
     traces: &[PredictionTrace],
-    summary: &[String],
-    parts: &str,
+    words: PredictionWords,
 ) -> String {
     let title = "Prediction of drives";
-    html_page::render_page(&PredictionPage { title, summary, parts, models, traces, parameters, car })
+    html_page::render_page(&PredictionPage { title, words, models, traces, parameters, car })
 }
 
 /// A number with its 95 % interval, if there is one.

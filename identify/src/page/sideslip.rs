@@ -5,6 +5,7 @@ use drive_prediction::score::BAND;
 use html_page::{Markup, Plot, PlotAxis};
 
 use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
+use crate::conclusion::Conclusion;
 use crate::page::filters;
 
 /// The size of a figure [px].
@@ -15,6 +16,7 @@ const SIZE: [f64; 2] = [1000.0, 280.0];
 struct SideslipPage<'a> {
     title: &'static str,
     summary: &'a [String],
+    conclusion: &'a Conclusion,
     score: Option<SideslipScore>,
     plots: Vec<Markup>,
     parameters: &'a [ParameterInterval],
@@ -26,11 +28,12 @@ pub fn render_sideslip_page(
     score: Option<SideslipScore>,
     stretches: &[(String, SideslipTrace)],
     summary: &[String],
+    conclusion: &Conclusion,
 ) -> String {
     let stretches = stretches.iter().filter(|(_, rows)| !rows.is_empty());
     let plots = stretches.map(|(name, rows)| sideslip_plot(rows).figure_with_legend(name)).collect();
     let title = "Sideslip without a sensor";
-    html_page::render_page(&SideslipPage { title, summary, score, plots, parameters })
+    html_page::render_page(&SideslipPage { title, summary, conclusion, score, plots, parameters })
 }
 
 /// v_y over time with its band, and as it was measured.

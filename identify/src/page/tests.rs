@@ -12,7 +12,7 @@ use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 use tire_inference::verdict::{Identifiability, MeasurementEvidence, judge_quantities};
 
 use super::*;
-use crate::studies::excitation::{ExcitationLevel, ExcitationStudy};
+use crate::studies::excitation::{ExcitationLevel, ExcitationStudy, VariationalMoments};
 
 struct Found {
     samples: CurveSamples,
@@ -65,6 +65,7 @@ fn found() -> Found {
         level,
         least_squares: excitation.truth,
         nelder_mead: [f64::NAN; 6],
+        svi: VariationalMoments::default(),
         judgements: judgements.clone(),
     };
     let study = ExcitationStudy { levels: vec![level(0.01), level(0.08), level(1.0)], excitation };
@@ -201,8 +202,8 @@ fn each_plot_has_labels_with_units() {
         assert_eq!(labels.filter(|label| label.text().is_some_and(|text| !text.is_empty())).count(), 2);
         count += 1;
     }
-    // Curve, misfit, densities and trace of the tire; the excitation's five and the sensitivities.
-    assert_eq!(count, 1 + 1 + 7 + 1 + 5 + 1);
+    // Curve, misfit, densities and trace of the tire; the excitation's two and five, and the sensitivities.
+    assert_eq!(count, 1 + 1 + 7 + 1 + 2 + 5 + 1);
 }
 
 #[test]

@@ -29,6 +29,7 @@ use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::quantity::{PerQuantity, Quantity};
 use vehicle::PlanarState;
 
+use crate::conclusion::axle_loads_at_rest;
 use crate::config::{ClosedLoop, HoldOut};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, DrivesSection, PageContent, TireSection};
@@ -258,6 +259,7 @@ impl ClosedLoopResult<'_> {
             direction: ForceDirection::Lateral,
             estimate: &found.estimates[axle],
             prior: &self.options.prior,
+            load: Some(axle_loads_at_rest(&self.options.car.body)[usize::from(axle == Axle::Rear)]),
         };
         let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(curve).to_vec();
         let (model, causes) = (found.model.clone(), found.causes.as_slice());

@@ -97,6 +97,7 @@ pub(super) fn identify_curve(
         direction: config.direction,
         estimate,
         prior: &settings.prior,
+        load: None,
     };
     let mut overall = overall_summary(first.into_iter().map(told).collect());
     overall.log.extend(lost);

@@ -13,11 +13,12 @@ use tire_inference::estimate::TireEstimate;
 use tire_inference::model::{ModelFit, ModelVerdict, SystematicErrorEstimate};
 use vehicle::VehicleBody;
 
+use crate::conclusion::Reservation;
 use crate::config::DoctorConfig;
 use crate::loads::AxleLoadEffects;
 use crate::page::doctor;
 use crate::plugin::drive_log;
-use crate::summary::IdentificationSummary;
+use crate::summary::{IdentificationSummary, LogDoubt};
 
 /// Does `task = "doctor"`.
 pub(super) fn run_doctor(
@@ -97,6 +98,7 @@ pub(super) fn add_findings_to_summary(found: &LogExamination, overall: &mut Iden
     let gradient = found.understeer.as_ref().filter(|_| found.refusing_finding().is_some());
     overall.log.extend(gradient.map(|it| format!("Log: {}", it.sentence)));
     let refusal = found.refusing_finding().map(|it| &it.sentence);
+    let worst = found.refusing_finding().or_else(|| found.serious_findings().next());
     let others = found.serious_findings().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.
     let advice = |it: &LogFinding| match (it.correction.place, it.channels.as_slice()) {
@@ -105,17 +107,19 @@ pub(super) fn add_findings_to_summary(found: &LogExamination, overall: &mut Iden
         }
         _ => it.correction.text.clone(),
     };
+    overall.doubt = worst.map(|it| LogDoubt { finding: it.sentence.clone(), correction: advice(it) });
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
 }
 
-/// Puts what is wrong with the log into sentences: before the others what no fit makes up for.
-pub(super) fn warn_about_findings(found: &LogExamination, summary: &mut Vec<String>) {
+/// Puts what is wrong with the log into sentences, before the others what no fit makes up for, and says what speaks against the result.
+pub(super) fn warn_about_findings(found: &LogExamination, summary: &mut Vec<String>) -> Reservation {
     let mut overall = IdentificationSummary::default();
     add_findings_to_summary(found, &mut overall);
     if found.refusing_finding().is_some() {
-        summary.insert(0, overall.model.sentence);
+        summary.insert(0, overall.model.sentence.clone());
     }
-    summary.extend(overall.log);
+    summary.append(&mut overall.log);
+    overall.conclusion().reservation
 }
 
 /// Caps the verdicts of an estimate by an error of the log that no fit makes up for.

@@ -17,9 +17,11 @@ use preparation::{DriveLog, Signal};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Identifiability;
+use vehicle::VehicleBody;
 
 use super::{doctor, drive_log, report_progress, sideslip};
 use crate::assessment::{ModelAssessment, ParameterAssessment, PredictionTrace};
+use crate::conclusion::{Conclusion, EngineeringValue, Reservation, axle_values};
 use crate::config::PredictionConfig;
 use crate::page;
 
@@ -70,7 +72,12 @@ pub(super) fn run_prediction(
     let judged: Vec<ModelAssessment> =
         models.iter().map(|model| assess_model(*model, judged_on, &config.horizons)).collect();
     let mut summary = prediction_summary(&judged, &found, !held.is_empty());
-    doctor::warn_about_findings(&log, &mut summary);
+    let reservation = match doctor::warn_about_findings(&log, &mut summary) {
+        Reservation::None if held.is_empty() => not_held_out(),
+        reservation => reservation,
+    };
+    let conclusion =
+        Conclusion { values: car_values(&found, &car.body), reservation, ..Conclusion::default() };
     let longest = config.horizons.iter().copied().fold(0.0, f64::max);
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
     let traces: Vec<PredictionTrace> =
@@ -80,14 +87,22 @@ pub(super) fn run_prediction(
         &found,
         &car.body,
         &traces,
-        &summary,
-        &describe_parts(&fitted, &held),
+        page::prediction::PredictionWords {
+            summary: &summary,
+            conclusion: &conclusion,
+            parts: &describe_parts(&fitted, &held),
+        },
     );
+    summary.splice(1..1, conclusion.sentences());
     host.write_file("prediction.html", &html);
     let scores: Map<String, Value> = judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
     let words = ResultSummary {
         sound: !held.is_empty() && refused.is_none(),
-        tables: vec![model_table(&judged), parameter_table(&found)],
+        tables: [model_table(&judged)]
+            .into_iter()
+            .chain(conclusion.table())
+            .chain([parameter_table(&found)])
+            .collect(),
         summary,
     };
     let car: Map<String, Value> = found.into_iter().map(|it| (it.name.clone(), json!(it))).collect();
@@ -139,6 +154,26 @@ fn assess_parameters(fitted: &FittedCar) -> Vec<ParameterAssessment> {
         ParameterAssessment { name, what, unit, value, std, interval, between, verdict, reason }
     };
     PARAMETERS.into_iter().enumerate().map(of).collect()
+}
+
+/// The axles as a test engineer knows them.
+fn car_values(found: &[ParameterAssessment], body: &VehicleBody) -> Vec<EngineeringValue> {
+    let value = |name: &str| {
+        let it = found.iter().find(|it| it.name == name)?;
+        let ParameterAssessment { value, interval, verdict, .. } = *it;
+        Some(EngineeringValue { title: String::new(), unit: "", value, interval, verdict })
+    };
+    let both = |front, rear| Some([value(front)?, value(rear)?]);
+    let stiffness = both("front_K", "rear_K").zip(both("front_D", "rear_D"));
+    stiffness.map_or_else(Vec::new, |(stiffness, peaks)| axle_values(stiffness, peaks, body))
+}
+
+/// What speaks against scores of the data that were fitted.
+fn not_held_out() -> Reservation {
+    Reservation::Refusal {
+        cause: "The scores are of the data that were fitted.".to_owned(),
+        remedy: Some("another drive like it, or keep a part of this one by `hold_out`".to_owned()),
+    }
 }
 
 /// A row for each parameter.

@@ -16,6 +16,7 @@ use tire_inference::verdict::Identifiability;
 
 use super::{doctor, report_progress};
 use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
+use crate::conclusion::{Conclusion, EngineeringValue, Reservation, axle_values};
 use crate::config::PredictionConfig;
 use crate::page;
 
@@ -69,14 +70,33 @@ pub(super) fn run_sideslip_estimation(
                 .to_owned(),
         );
     }
-    doctor::warn_about_findings(log, &mut summary);
+    let reservation = match doctor::warn_about_findings(log, &mut summary) {
+        Reservation::None if !found.converged => Reservation::Refusal {
+            cause: "The search for the tires did not come to an end.".to_owned(),
+            remedy: Some("more of both turns".to_owned()),
+        },
+        reservation => reservation,
+    };
+    let value = |name: &str| {
+        let it = told.iter().find(|it| it.name == name)?;
+        let ParameterInterval { value, interval, verdict, .. } = *it;
+        Some(EngineeringValue { title: String::new(), unit: "", value, interval, verdict })
+    };
+    let both = |front, rear| Some([value(front)?, value(rear)?]);
+    let axles = both("front.K", "rear.K").zip(both("D_f", "D_r"));
+    let values = axles.map_or_else(Vec::new, |(stiffness, peaks)| axle_values(stiffness, peaks, &car.body));
+    let conclusion = Conclusion { values, reservation, ..Conclusion::default() };
     let shown: Vec<(String, SideslipTrace)> = parts
         .iter()
         .map(|(drive, estimate, _)| (drive.name.clone(), sideslip_trace(drive, estimate)))
         .collect();
-    host.write_file("prediction.html", &page::sideslip::render_sideslip_page(&told, score, &shown, &summary));
+    host.write_file(
+        "prediction.html",
+        &page::sideslip::render_sideslip_page(&told, score, &shown, &summary, &conclusion),
+    );
     let numbers: Map<String, Value> = told.iter().map(|it| (it.name.replace('.', "_"), json!(it))).collect();
-    let tables = vec![ResultTable::new(
+    summary.splice(1..1, conclusion.sentences());
+    let parameters = ResultTable::new(
         ["parameter", "value", "95 % interval", "verdict"],
         told.iter().map(|it| {
             let ends = it.interval.map(|end| format_significant(end, 4));
@@ -88,7 +108,8 @@ pub(super) fn run_sideslip_estimation(
                 it.verdict.to_display_text().to_owned(),
             ]
         }),
-    )];
+    );
+    let tables = conclusion.table().into_iter().chain([parameters]).collect();
     let words = ResultSummary { sound: found.converged && !refused, tables, summary };
     Ok(json!(SideslipResult {
         words,

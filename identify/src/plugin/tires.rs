@@ -20,7 +20,9 @@ use tire_inference::estimate::{TireEstimate, TireIdentification, identify_tire};
 use tire_inference::fit::{FitError, FitOptions};
 use tire_inference::parameters::Theta;
 use tire_inference::settings::{FitMethod, IdentificationSettings};
+use vehicle::VehicleBody;
 
+use crate::conclusion::axle_loads_at_rest;
 use crate::config::TiresConfig;
 use crate::design::d_optimal;
 use crate::loads::{self, AxleLoadEffects, LoadEffectFits};
@@ -130,6 +132,7 @@ pub(super) fn identify_tires(
         log: &log,
         drift: &drift,
         loads: &loads,
+        body: &car.body,
         is_widened: !perturbed_cars(&car, &uncertainty).is_empty(),
     };
     // Each curve has its own data: what they leave open is independent.
@@ -273,6 +276,7 @@ struct TiresResult<'a> {
     log: &'a LogExamination,
     drift: &'a [stretches::QuantityDrift],
     loads: &'a [AxleLoadEffects],
+    body: &'a VehicleBody,
     /// Whether uncertain data of the car widen intervals.
     is_widened: bool,
 }
@@ -280,7 +284,7 @@ struct TiresResult<'a> {
 impl TiresResult<'_> {
     /// What was found as a whole, in words.
     fn identification_summary(&self) -> IdentificationSummary<'_> {
-        let mut summary = overall_summary(self.found.iter().map(curve_summary).collect());
+        let mut summary = overall_summary(self.found.iter().map(|it| curve_summary(it, self.body)).collect());
         doctor::add_findings_to_summary(self.log, &mut summary);
         if self.is_widened {
             summary.widened = CAR_ADDED;
@@ -351,12 +355,14 @@ impl TiresResult<'_> {
     }
 }
 
-fn curve_summary<'a>(it: &'a CurveAnswer) -> CurveSummary<'a> {
+fn curve_summary<'a>(it: &'a CurveAnswer, body: &VehicleBody) -> CurveSummary<'a> {
+    let [front, rear] = axle_loads_at_rest(body);
     CurveSummary {
         name: it.curve.axle,
         direction: it.curve.direction,
         estimate: it.first_estimate(),
         prior: &it.settings.prior,
+        load: Some(if it.curve.axle == "front" { front } else { rear }),
     }
 }
 

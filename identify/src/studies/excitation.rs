@@ -6,6 +6,7 @@ use tire_inference::bounds::Bounds;
 use tire_inference::estimate::identify_tire;
 use tire_inference::fit::{FitError, FitOptions, SlipNoise};
 use tire_inference::parameters::{Theta, by_parameter};
+use tire_inference::quantity::PerQuantity;
 use tire_inference::settings::{FitMethod, IdentificationSettings};
 use tire_inference::synthetic::{SyntheticExcitation, synthetic_samples};
 use tire_inference::verdict::QuantityIdentifiability;
@@ -30,9 +31,20 @@ pub struct ExcitationLevel {
     /// Nelder-Mead, all parameters free.
     #[serde(serialize_with = "by_parameter")]
     pub nelder_mead: Theta,
+    /// Variational inference, all parameters free.
+    pub svi: VariationalMoments,
     /// What the data can tell.
     #[serde(serialize_with = "by_quantity")]
     pub judgements: Vec<QuantityIdentifiability>,
+}
+
+/// Means and standard deviations of the normal distribution that variational inference finds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct VariationalMoments {
+    /// Means.
+    pub mean: PerQuantity,
+    /// Standard deviations.
+    pub std: PerQuantity,
 }
 
 fn by_quantity<S: Serializer>(judgements: &[QuantityIdentifiability], to: S) -> Result<S::Ok, S::Error> {
@@ -57,6 +69,8 @@ pub fn run_excitation_study(
     Ok(Some(ExcitationStudy { excitation: excitation.clone(), levels }))
 }
 
+const METHODS: [FitMethod; 3] = [FitMethod::LeastSquares, FitMethod::NelderMead, FitMethod::Svi];
+
 fn assess_level(excitation: &SyntheticExcitation, level: f64) -> Result<ExcitationLevel, FitError> {
     let samples = synthetic_samples(excitation, level);
     let usual = IdentificationSettings::new(ForceDirection::Longitudinal);
@@ -66,9 +80,11 @@ fn assess_level(excitation: &SyntheticExcitation, level: f64) -> Result<Excitati
         options: FitOptions { seed: excitation.seed, ..usual.options },
         ..usual
     };
-    let answer = identify_tire(&samples, &settings, &[FitMethod::LeastSquares, FitMethod::NelderMead])?;
+    let answer = identify_tire(&samples, &settings, &METHODS)?;
     let [least_squares, nelder_mead] = [0, 1].map(|index| answer.unrestricted[index].1.theta);
-    Ok(ExcitationLevel { level, least_squares, nelder_mead, judgements: answer.judgements })
+    let svi = answer.estimates.into_iter().find_map(|(_, estimate)| estimate.svi);
+    let svi = svi.map(|it| VariationalMoments { mean: it.mean, std: it.std }).unwrap_or_default();
+    Ok(ExcitationLevel { level, least_squares, nelder_mead, svi, judgements: answer.judgements })
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ fn estimate() -> TireEstimate {
 static PRIOR: LazyLock<Prior> = LazyLock::new(Prior::lateral);
 
 fn lateral<'a>(name: &'a str, estimate: &'a TireEstimate) -> CurveSummary<'a> {
-    CurveSummary { name, direction: ForceDirection::Lateral, estimate, prior: &PRIOR }
+    CurveSummary { name, direction: ForceDirection::Lateral, estimate, prior: &PRIOR, load: Some(5000.0) }
 }
 
 #[test]
@@ -52,12 +52,25 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         model,
         causes: std::slice::from_ref(&cause),
         log: vec!["`r` is late.".to_owned()],
+        doubt: None,
         curves: vec![lateral("front", &front), lateral("rear", &rear)],
         widened: CAR_ADDED,
         remarks: vec!["It is cold.".to_owned()],
     };
-    let summary = overall.summary();
-    assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
+    assert_eq!(overall.verdict(), "The model does not fit: the yaw rate is late.");
+    let conclusion = overall.conclusion();
+    let titles: Vec<_> = conclusion.values.iter().map(|it| it.title.as_str()).collect();
+    assert_eq!(titles[..3], ["front cornering stiffness", "front peak friction", "front slip at the peak"]);
+    assert_eq!(titles.last(), Some(&"balance: understeer gradient"));
+    let three: Vec<_> = conclusion.sentences().collect();
+    assert_eq!(
+        three[..2],
+        [
+            "You can use: nothing of this result.",
+            "You cannot use: any value. The model does not fit: the yaw rate is late."
+        ]
+    );
+    let summary: Vec<_> = std::iter::once(overall.verdict()).chain(overall.details()).collect();
     assert!(summary[1].ends_with("rear C; not identifiable: rear E."), "{summary:?}");
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
@@ -69,7 +82,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     let result = overall.result_json(None, Map::new());
     assert_eq!(result["sound"], false);
     assert_eq!(result["causes"][0]["correction"], "offset = -0.0052");
-    let [curves, causes] = [0, 1].map(|table| &result["tables"][table]);
+    let [curves, causes] = [1, 2].map(|table| &result["tables"][table]);
     assert_eq!(curves["head"], json!(["", "front", "", "rear", ""]));
     assert_eq!(curves["rows"][0][0], "B [1/rad]");
     assert!(
@@ -80,7 +93,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     let fits =
         IdentificationSummary { curves: vec![lateral("curve", &front)], ..IdentificationSummary::default() };
     assert_eq!(fits.verdict(), "Whether the model fits was not tested.");
-    assert!(fits.is_sound() && fits.summary()[1].contains(" of 7 quantities are identified"));
+    assert!(fits.is_sound() && fits.details()[0].contains(" of 7 quantities are identified"));
     let test = FitTest { name: "whiteness".to_owned(), statistic: 0.5, limit: 1.0, sentence: String::new() };
     let tested = ModelVerdict { tests: vec![test], ..ModelVerdict::default() };
     let fits =

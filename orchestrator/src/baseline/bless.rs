@@ -81,7 +81,7 @@ impl FinishedRun {
     #[must_use]
     pub fn refusal(&self) -> Option<String> {
         let FinishedReport { verdict, checks, validations, baselines, .. } = &self.report;
-        if !matches!(verdict, RunVerdict::Pass | RunVerdict::Fail) {
+        if !matches!(verdict, RunVerdict::Pass | RunVerdict::Fail | RunVerdict::Doubtful) {
             return Some("the run did not come to its end".to_owned());
         }
         let is_baseline = |check: &&CheckVerdict| baselines.iter().any(|it| it.name == check.name);

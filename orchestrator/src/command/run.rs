@@ -10,7 +10,7 @@ use diagnostics::{Error, ErrorCollector, escape_for_terminal};
 use indicatif::ProgressBar;
 use orchestrator::baseline_change::BaselineChange;
 use orchestrator::examples::missing_scenario_help;
-use orchestrator::report::RunReport;
+use orchestrator::report::{DOUBTFUL_EXIT_CODE, RunReport};
 use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStartRole, suite};
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
@@ -193,7 +193,7 @@ pub fn run_scenarios(arguments: &RunArguments) -> Result<u8, Error> {
         let rest = &scenarios[place + 1..];
         let options = arguments.scenario_run_options(path, place, &options);
         let mut context = shared.take().unwrap_or_default();
-        worst = worst.max(run_one(path, &options, &mut context));
+        worst = std::cmp::max_by_key(worst, run_one(path, &options, &mut context), exit_code_severity);
         // Without the checkpoint of the warm-up no branch can start.
         let no_warm_start = options.role == WarmStartRole::WarmUp && !context.has_warm_start();
         let end = fmu_import::termination_signal().is_some() || rest.is_empty() || no_warm_start;
@@ -362,6 +362,11 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
         }
     }
     run.report.exit_code()
+}
+
+/// The order of exit codes by how bad they are: a result that is not to be trusted comes before a check that fails.
+fn exit_code_severity(code: &u8) -> u16 {
+    if *code == DOUBTFUL_EXIT_CODE { 1 } else { 2 * u16::from(*code) }
 }
 
 /// A program that only waits looks this often whether it has to end.

@@ -61,7 +61,7 @@ impl RunReport {
                 format!("stopped after {}", format_seconds(self.sim_seconds))
             }
             RunVerdict::NoChecks => "the run is done, nothing was checked".to_owned(),
-            RunVerdict::Pass | RunVerdict::Fail => self.verdict_headline(),
+            RunVerdict::Pass | RunVerdict::Fail | RunVerdict::Doubtful => self.verdict_headline(),
         };
         let set = self.set_values();
         let title = match set.as_slice() {
@@ -159,6 +159,7 @@ fn verdict_word(verdict: &RunVerdict) -> &'static str {
         RunVerdict::Pass => "PASSED",
         RunVerdict::NoChecks => "NO CHECKS",
         RunVerdict::Fail => "FAILED",
+        RunVerdict::Doubtful => "DOUBTFUL",
         RunVerdict::Error => "ERROR",
         RunVerdict::Interrupted => "INTERRUPTED",
     }
@@ -169,7 +170,7 @@ fn verdict_css_class(verdict: &RunVerdict) -> &'static str {
         RunVerdict::Pass => "pass",
         RunVerdict::NoChecks => "neutral",
         RunVerdict::Fail => "fail",
-        RunVerdict::Error | RunVerdict::Interrupted => "stop",
+        RunVerdict::Doubtful | RunVerdict::Error | RunVerdict::Interrupted => "stop",
     }
 }
 

@@ -9,7 +9,7 @@ use units::display::{number_text, quantity_text, unit_text};
 
 use super::analysis_summary::AnalysisSummary;
 use super::laps::lap_time_lines;
-use super::{RunReport, RunVerdict, ValidationReport};
+use super::{AnalysisVerdict, RunReport, RunVerdict, ValidationReport};
 use crate::messages::{self, MessageSeverity};
 
 impl RunReport {
@@ -53,8 +53,9 @@ impl RunReport {
         let validations =
             (!self.validations.is_empty()).then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
-            (RunVerdict::Pass | RunVerdict::Fail, _) => {
-                let parts: Vec<_> = checks.into_iter().chain(validations).collect();
+            (RunVerdict::Pass | RunVerdict::Fail | RunVerdict::Doubtful, _) => {
+                let surprises = self.unexpected_results().filter_map(AnalysisVerdict::describe_surprise);
+                let parts: Vec<_> = checks.into_iter().chain(validations).chain(surprises).collect();
                 if parts.is_empty() { "the run is done".to_owned() } else { parts.join(", ") }
             }
             (RunVerdict::NoChecks, _) => "no checks: the run is done, nothing was checked".to_owned(),

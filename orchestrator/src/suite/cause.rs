@@ -84,10 +84,19 @@ fn told_cause(text: &str) -> FailureCause<'static> {
     }
 }
 
+/// A line about what failed, without the word that says that it did.
+fn without_sign(line: &str) -> &str {
+    line.strip_prefix("FAILED  ").unwrap_or(line)
+}
+
 /// The first words of an error, without the frame that terminals get; a warning only where nothing else was said.
 pub(super) fn error_headline(text: &str) -> &str {
-    let lines =
-        || text.lines().map(|line| line.trim_matches([' ', '×', '│'])).filter(|line| !line.is_empty());
+    let lines = || {
+        text.lines()
+            .map(|line| line.trim_matches([' ', '×', '│']))
+            .map(without_sign)
+            .filter(|line| !line.is_empty())
+    };
     let error = lines().find(|line| !line.starts_with(WARNING));
     error.or_else(|| lines().next()).unwrap_or("it failed without a word")
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::nodes::build_request;
 use super::one_or_more::{OneOrMore, one_or_more};
@@ -62,6 +62,23 @@ pub struct Analysis {
         example = serde_json::json!({"task": "front"})
     )]
     pub config: Option<Spanned<toml::Table>>,
+    /// Verdict of the analysis on its own result that the scenario takes as right, `sound` without this key. Another one fails the run: with exit
+    /// code 4 when the result is doubtful, with 1 when a doubtful one was expected.
+    #[schemars(with = "Option<ExpectedResult>", example = &"doubtful")]
+    pub expect: Option<ExpectedResult>,
+}
+
+/// Which verdict of an analysis on its own result is right.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ExpectedResult {
+    /// The analysis does not doubt its result.
+    #[default]
+    Sound,
+    /// The analysis says `DOUBTFUL`, as of a log that it refuses or a model that does not fit.
+    Doubtful,
+    /// Either: checks judge the result.
+    Any,
 }
 
 impl Analysis {

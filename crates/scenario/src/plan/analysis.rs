@@ -9,6 +9,8 @@ use python::analysis::AnalysisScript;
 use recording::table::TimeSeriesTable;
 use recording::{AllVariables, NumberIndex};
 
+use crate::document::ExpectedResult;
+
 /// An analysis, ready to run.
 #[derive(Debug)]
 pub struct AnalysisPlan {
@@ -24,6 +26,8 @@ pub struct AnalysisPlan {
     pub wired: Vec<WiredSignal>,
     /// The file that some of them are in.
     pub log: Option<TimeSeriesTable>,
+    /// The verdict on its own result that is right, where the scenario says one.
+    pub expect: Option<ExpectedResult>,
 }
 
 /// Who does an analysis.

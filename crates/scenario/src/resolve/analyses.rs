@@ -113,6 +113,7 @@ fn plan_analysis(
         library: analyser.path,
         wired,
         log: log.map(|log| log.table),
+        expect: analysis.expect,
     })
 }
 

@@ -226,6 +226,7 @@ pub(super) fn manoeuvre_analyses(
             config: String::new(),
             wired: signals.map(wired).collect(),
             log: None,
+            expect: None,
         })
     });
     plans.collect()
