@@ -8,6 +8,7 @@
 mod log_errors;
 mod relation_sums;
 mod removed_delays;
+mod rival_models;
 mod terms;
 mod witnesses;
 
@@ -344,6 +345,7 @@ fn report_sensor_error(
         ("v_y", ErrorKind::Lever | ErrorKind::Delay | ErrorKind::MountingAngle) => {
             witnesses::relation_contradiction(measured, found, place)
         }
+        ("delta", _) => rival_models::rival_explanation(measured, found, place),
         _ => None,
     };
     let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
@@ -361,11 +363,13 @@ fn report_sensor_error(
     let mut sentence = describe_error(found, place, constant, &rivals, held);
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
-        case.add_open_question(
-            "place and clock of v_y",
-            format!("its witnesses differ: {}", lowercase_first_letter(contradiction)),
-            "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
-        );
+        if channel == "v_y" {
+            case.add_open_question(
+                "place and clock of v_y",
+                format!("its witnesses differ: {}", lowercase_first_letter(contradiction)),
+                "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
+            );
+        }
     }
     let correction = match (constant, sure) {
         (Some(false), _) => LogCorrection::from_advice("None: no constant corrects it."),
