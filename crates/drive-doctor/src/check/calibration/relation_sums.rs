@@ -16,7 +16,7 @@ const RELATIONS: [MotionRelation; 3] =
     [MotionRelation::RigidBody, MotionRelation::Rear, MotionRelation::Front];
 /// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle; then
 /// those of rival explanations.
-const PER_AXLE: usize = 8;
+const PER_AXLE: usize = 11;
 /// Place of the distance to the axle, and of the first rival.
 const DISTANCE: usize = 4;
 const FIRST_RIVAL: usize = 5;
@@ -30,8 +30,8 @@ pub(super) struct RelationNormalEquations {
     pub blocks: BlockNormalEquations,
     /// Columns of its own that are fitted with the causes.
     pub own: Vec<usize>,
-    /// Columns of its own by which the tires may explain what looks like an error: downforce to second order, and a curve that
-    /// bends more, and with speed.
+    /// Columns of its own by which the tires may explain what looks like an error: downforce to second order, a curve that
+    /// bends more and with speed, inertia, load transfer by braking.
     pub rivals: Vec<usize>,
 }
 
@@ -144,10 +144,26 @@ impl SmoothedSignals {
             let rows = force.iter().zip(&self.v_x[0]);
             rows.map(|(force, v_x)| force.powi(of_force) * v_x.powi(of_speed)).collect()
         };
-        let (cube, with_speed) = (product(3, 0), product(1, 2));
-        let rivals = [product(1, 4), product(3, 2), product(5, 0)];
-        let [second_order, bent_with_speed, bent] = rivals;
+        let [cube, with_speed] = [product(3, 0), product(1, 2)];
+        let [second_order, bent_with_speed, bent] = [product(1, 4), product(3, 2), product(5, 0)];
         let (yaw, distance) = (self.r[1].clone(), self.curvature[0].clone());
-        [force, cube, with_speed, yaw, distance, second_order, bent_with_speed, bent]
+        let map = |f: &dyn Fn(usize) -> f64| (0..force.len()).map(f).collect::<Vec<f64>>();
+        // A moment of inertia that is not m l_f l_r adds yaw acceleration to the force, wherever that goes.
+        let yaw_with_speed = map(&|k| self.r[1][k] * self.v_x[0][k].powi(2));
+        let yaw_relaxed = map(&|k| self.r[2][k] / self.v_x[0][k]);
+        let load_transfer = map(&|k| force[k] * self.v_x[1][k]);
+        [
+            force,
+            cube,
+            with_speed,
+            yaw,
+            distance,
+            second_order,
+            bent_with_speed,
+            bent,
+            yaw_with_speed,
+            yaw_relaxed,
+            load_transfer,
+        ]
     }
 }
