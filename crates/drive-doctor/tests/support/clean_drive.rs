@@ -166,6 +166,8 @@ pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
     let (rows, driver) = ((manner.row / FINE).round() as usize, (DRIVER / FINE).round() as usize);
     // The driver of a log whose steering is held moves it row by row.
     let driver = if manner.steering_lag == 0.0 { rows } else { driver };
+    // The driver, a controller, has the noise of the sensors.
+    let mut seen = [state.v_x, 0.0];
     let noise = [0.03, 0.01, 0.003, 0.06].map(|std| std * rng.random_range(0.5..1.5));
     for k in 0..60_000_usize {
         let t = k as f64 * FINE;
@@ -179,6 +181,7 @@ pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
             log.v_x.push(state.v_x + e(noise[0]));
             log.v_y.push(state.v_y + e(noise[1]));
             log.r.push(state.r + e(noise[2]));
+            seen = [log.v_x[log.v_x.len() - 1], log.r[log.r.len() - 1]];
             log.a_y.push(now.a_y + e(noise[3]));
             log.F_x.push(input.F_x);
             log.delta.push(input.delta);
@@ -193,10 +196,10 @@ pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
             let rolling = (state.v_y + body.l_f * state.r).atan2(state.v_x);
             // No driver steers far beyond the peak.
             let most = 3.5 * mu[0] / stiffness[0];
-            wheel = (steady + 0.5 * body.wheelbase() / state.v_x * (wanted - state.r))
+            wheel = (steady + body.wheelbase() / state.v_x * (wanted - seen[1]))
                 .clamp(rolling - most, rolling + most)
                 .clamp(-0.5, 0.5);
-            input.F_x = (body.m * 0.8 * (speed - state.v_x) + aero.drag(state.v_x))
+            input.F_x = (body.m * 0.8 * (speed - seen[0]) + aero.drag(state.v_x))
                 .clamp(-0.25 * grip * body.m, 0.25 * grip * body.m);
         }
         input.delta += match manner.steering_lag {

@@ -4,7 +4,7 @@ use numerics::text::format_significant;
 
 use super::log_errors::{LOG_ERRORS, RELAXATION, error_unit, smallest_relevant_error};
 use super::relation_sums::{NUISANCES, RelationNormalEquations};
-use super::{ErrorFit, variance_weighted_equations};
+use super::{ErrorFit, MeasuredRelations, variance_weighted_equations};
 use crate::blocks::ONE_CONSTANT;
 
 /// Standard deviations from 0 that an error must keep beside a rival, and between it and what it was without.
@@ -22,7 +22,7 @@ fn estimate_beside_rival(
     let shape = measured.iter().filter(|_| rival.bends).flat_map(|it| it.rivals.iter().copied());
     let before: Vec<usize> = own.chain(shape).collect();
     let mut causes = found.causes.clone();
-    if rival.relaxes && !causes.contains(&RELAXATION) {
+    if !causes.contains(&RELAXATION) {
         causes.push(RELAXATION);
     }
     let fit_of = |causes: &[usize]| {
@@ -44,28 +44,32 @@ fn estimate_beside_rival(
 /// What tires can do beyond a curve whose slope goes with the speed.
 struct RivalModel {
     name: &'static str,
-    relaxes: bool,
+    /// Whether it sees the motion under the wider filter.
+    is_smoother: bool,
+    /// Whether curves may bend, and loads and inertia move them.
     bends: bool,
 }
 
-const RIVALS: [RivalModel; 2] = [
-    RivalModel { name: "the relaxation of the tires", relaxes: true, bends: false },
+const RIVALS: [RivalModel; 3] = [
+    RivalModel { name: "the relaxation of the tires", is_smoother: false, bends: false },
     RivalModel {
         name: "relaxation, downforce and the bend of the tires' curves",
-        relaxes: true,
+        is_smoother: false,
         bends: true,
     },
+    RivalModel { name: "the relaxation of the tires, in slow motion,", is_smoother: true, bends: false },
 ];
 
 /// Why an error is not one for sure: beside what the tires may do, it fades or is another one. `None` where it stays.
 pub(super) fn rival_explanation(
-    measured: &[RelationNormalEquations],
+    measured: &MeasuredRelations,
     found: &ErrorFit,
     place: usize,
 ) -> Option<String> {
     let value = found.fit.values[found.before + place];
     let error = LOG_ERRORS[found.causes[place]];
     RIVALS.iter().find_map(|rival| {
+        let measured = if rival.is_smoother { &measured.smoother } else { &measured.usual };
         let beside = estimate_beside_rival(measured, found, place, rival);
         if std::env::var_os("DBG").is_some() {
             eprintln!("   {error:?} {value:.4} beside {} {beside:?}", rival.name);

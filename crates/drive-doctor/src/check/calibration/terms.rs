@@ -46,10 +46,10 @@ impl MotionRelation {
 }
 
 impl SmoothedSignals {
-    /// The name of a channel that is mostly noise, if there is one.
-    pub fn new(motion: &ResampledChannels) -> Result<Self, &'static str> {
+    /// Signals under a filter that is `times` wider than needed; the name of a channel that is mostly noise, if there is one.
+    pub fn new(motion: &ResampledChannels, times: f64) -> Result<Self, &'static str> {
         let filter = |name| motion.narrowest_filter_width(name, FILTER).ok_or(name);
-        let filter = filter("r")?.max(filter("v_y")?);
+        let filter = times * filter("r")?.max(filter("v_y")?);
         let both = |column: &[f64]| [0, 1].map(|order| motion.gaussian_filter(column, filter, order));
         let [v_y, r] = ["v_y", "r"].map(|name| motion.channel_values(name));
         let ratio = |name| motion.combine_channels(name, "v_x", |a, v_x| a / v_x);
