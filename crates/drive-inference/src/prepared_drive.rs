@@ -15,6 +15,8 @@ const POLE_REACH: f64 = 1.7;
 const BRIEFEST: f64 = 0.1;
 /// Longest sub-step [s]: over it an input that moves as fast as a driver turns is nearly a straight line.
 const LONGEST_SUBSTEP: f64 = 0.0125;
+/// Most that the steering turns in a sub-step [rad], as forces of tires bend with it.
+const LONGEST_TRAVEL: f64 = 0.004;
 /// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
 const MARGIN: f64 = 0.25;
 
@@ -128,6 +130,7 @@ pub fn prepare_drive(car: &SingleTrackCar, recording: &Drive, delays: &PreparedD
         };
         let delta = segment(&recording.delta, steering, recording.interpolation.delta);
         let F_x = segment(&recording.F_x, force, recording.interpolation.F_x);
+        let substeps = substeps.max((delta.travel() / LONGEST_TRAVEL).ceil() as usize);
         PreparedSample { inputs: RecordedSegment::new(car, delta, F_x), h, substeps, measured: measured(k) }
     };
     PreparedDrive {

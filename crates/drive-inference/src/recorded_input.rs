@@ -143,6 +143,14 @@ impl InterpolatedSegment {
         (integral(to) - integral(from)) / (to - from)
     }
 
+    /// How far the quantity moves between the rows.
+    pub fn travel(&self) -> f64 {
+        match self.interpolation {
+            InputInterpolation::ZeroOrderHold => 0.0,
+            _ => (self.values[1] - self.values[0]).abs(),
+        }
+    }
+
     /// The value after a share of the time.
     fn value(&self, share: f64) -> f64 {
         let [start, end] = self.values;

@@ -8,6 +8,7 @@
 mod log_errors;
 mod relation_sums;
 mod removed_delays;
+mod rival_models;
 mod terms;
 mod witnesses;
 
@@ -46,6 +47,9 @@ const RIVAL: f64 = 0.85;
 /// Most rounds, each on a log without the delays that the ones before found.
 const ROUNDS: usize = 8;
 
+/// Width of the wider filter, as a multiple of the usual one.
+const SMOOTHER: f64 = 2.5;
+
 /// Beyond this delay slips and forces are those of different manoeuvres: nothing may be identified [s].
 const LONG: f64 = 0.1;
 
@@ -72,7 +76,7 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         taken.remove_delay(case, A_Y_DELAY, late);
     }
     let mut rounds = 0;
-    let (measured, found) = loop {
+    let (mut measured, mut found) = loop {
         rounds += 1;
         let Some((measured, found)) = search_errors_once(case, &taken) else { return };
         let long = found.as_ref().map_or(Vec::new(), |found| taken.remaining_long_delays(found));
@@ -82,6 +86,10 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         long.into_iter().for_each(|(cause, value)| taken.remove_delay(case, cause, value));
         taken.restore_common_delay(case);
     };
+    if found.as_ref().is_some_and(|found| taken.adopt_majority_clock(case, found)) {
+        let Some(again) = search_errors_once(case, &taken) else { return };
+        (measured, found) = again;
+    }
     let missing = |relation| measured.iter().all(|it| it.relation != relation);
     if missing(MotionRelation::Rear) {
         let reason =
@@ -102,6 +110,12 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         );
     }
     let Some(found) = found else { return };
+    let steers = |cause: &usize| LOG_ERRORS[*cause].describe().channel == "delta";
+    let smoother = match found.causes.iter().any(steers) {
+        true => smoother_equations(case, &found).unwrap_or_default(),
+        false => Vec::new(),
+    };
+    let measured = MeasuredRelations { usual: measured, smoother };
     for (place, &cause) in found.causes.iter().enumerate() {
         report_sensor_error(case, &measured, &found, place, cause);
     }
@@ -113,7 +127,7 @@ fn search_errors_once(
     taken: &RemovedDelays,
 ) -> Option<(Vec<RelationNormalEquations>, Option<ErrorFit>)> {
     let motion = ResampledChannels::from_log(case)?;
-    let terms = match SmoothedSignals::new(&motion) {
+    let terms = match SmoothedSignals::new(&motion, 1.0) {
         Ok(terms) => terms,
         Err(name) => {
             let reason = format!("`{name}` is mostly noise where its rate of change is needed");
@@ -137,6 +151,19 @@ fn search_errors_once(
         found = search_plausible_errors(&mut measured, 1.0, taken);
     }
     Some((measured, found))
+}
+
+/// The relations under two filters.
+struct MeasuredRelations {
+    usual: Vec<RelationNormalEquations>,
+    /// Under a wider one, which leaves less of the noise that a driver or a controller answers; none without errors of steering.
+    smoother: Vec<RelationNormalEquations>,
+}
+
+/// The relations under a wider filter.
+fn smoother_equations(case: &ExaminedLog, found: &ErrorFit) -> Option<Vec<RelationNormalEquations>> {
+    let terms = SmoothedSignals::new(&ResampledChannels::from_log(case)?, SMOOTHER).ok()?;
+    Some(terms.all_normal_equations(case, &found.remaining_errors()))
 }
 
 /// Errors that were found, with a fit of all of them.
@@ -321,7 +348,7 @@ fn describe_error(
 
 fn report_sensor_error(
     case: &mut ExaminedLog,
-    measured: &[RelationNormalEquations],
+    measured: &MeasuredRelations,
     found: &ErrorFit,
     place: usize,
     index: usize,
@@ -342,8 +369,12 @@ fn report_sensor_error(
     let constant = found.fit.is_same_in_both_halves(at);
     let contradiction = match (channel, kind) {
         ("v_y", ErrorKind::Lever | ErrorKind::Delay | ErrorKind::MountingAngle) => {
-            witnesses::relation_contradiction(measured, found, place)
+            witnesses::relation_contradiction(&measured.usual, found, place)
         }
+        ("a_y" | "r", ErrorKind::Delay | ErrorKind::Gain) => {
+            witnesses::kinematic_contradiction(&measured.usual, found, place)
+        }
+        ("delta", _) => rival_models::rival_explanation(measured, found, place),
         _ => None,
     };
     let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
@@ -361,11 +392,13 @@ fn report_sensor_error(
     let mut sentence = describe_error(found, place, constant, &rivals, held);
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
-        case.add_open_question(
-            "place and clock of v_y",
-            format!("its witnesses differ: {}", lowercase_first_letter(contradiction)),
-            "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
-        );
+        if channel == "v_y" {
+            case.add_open_question(
+                "place and clock of v_y",
+                format!("its witnesses differ: {}", lowercase_first_letter(contradiction)),
+                "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
+            );
+        }
     }
     let correction = match (constant, sure) {
         (Some(false), _) => LogCorrection::from_advice("None: no constant corrects it."),

@@ -44,6 +44,11 @@ impl DelayEstimate {
         apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1]) || apart < ONE_CONSTANT * self.value.abs()
     }
 
+    /// Whether both halves say one delay, however uncertain they are.
+    fn has_equal_halves(&self) -> bool {
+        (self.halves[0] - self.halves[1]).abs() < ONE_CONSTANT * self.value.abs()
+    }
+
     /// What several clocks say together: none is right to less than [`OF_CLOCKS`], and where they differ by more, nothing is.
     fn combine_delays(all: &[Self]) -> Option<Self> {
         let weights: Vec<f64> = all.iter().map(|it| 1.0 / (it.std.powi(2) + OF_CLOCKS.powi(2))).collect();
@@ -170,6 +175,8 @@ impl YawRateDelays {
                 _ if self.wheels.is_some() => None,
                 // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
                 steering if steering.value < 0.0 => None,
+                // At the limit the yaw rate does not follow the steering, and the delay is that of each turn.
+                steering if !steering.has_equal_halves() => None,
                 steering if steering.is_surely_beyond(OF_NO_CAR) => Some((steering, Certainty::Certain)),
                 steering if steering.is_surely_beyond(OF_CAR) => Some((steering, Certainty::Likely)),
                 _ => None,

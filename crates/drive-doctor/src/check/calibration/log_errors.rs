@@ -28,6 +28,9 @@ pub(super) const CONSTANT: usize = 6;
 /// The delay of the lateral acceleration.
 pub(super) const A_Y_DELAY: usize = 10;
 
+/// The relaxation length of the tires.
+pub(super) const RELAXATION: usize = 14;
+
 /// All errors that are looked for; the relaxation length is that of both axles.
 pub(super) const LOG_ERRORS: [SystematicError; 15] = [
     SystematicError::SteeringOffset,
@@ -89,9 +92,10 @@ pub(super) fn effect_column(
         ("a_y", Offset, _) => Some(vec![side * compliance; rows]),
         ("a_y", Gain, RigidBody) => map(&|k| terms.turn[0][k] + terms.v_y[0][k]),
         ("a_y", Lever, RigidBody) => Some(terms.r[1].clone()),
-        // v_y − l r = −v_x k (a_y + (length/v_x) a_y'): the force follows the slip.
+        // v_y − l r = −v_x k (F + (length/v_x) F'): the force follows the slip.
         ("tires", RelaxationLength, Rear | Front) => {
-            map(&|k| -side * compliance * terms.a_y[1][k] / terms.v_x[0][k])
+            let rate = |k: usize| terms.a_y[1][k] - side * arm.unwrap_or(0.0) * terms.r[2][k];
+            map(&|k| -side * compliance * rate(k) / terms.v_x[0][k])
         }
         _ => None,
     }

@@ -14,8 +14,12 @@ const LEAST_ROWS: usize = 400;
 
 const RELATIONS: [MotionRelation; 3] =
     [MotionRelation::RigidBody, MotionRelation::Rear, MotionRelation::Front];
-/// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle.
-const PER_AXLE: usize = 5;
+/// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle; then
+/// those of rival explanations.
+const PER_AXLE: usize = 11;
+/// Place of the distance to the axle, and of the first rival.
+const DISTANCE: usize = 4;
+const FIRST_RIVAL: usize = 5;
 /// Columns before those of the causes.
 pub(super) const NUISANCES: usize = 2 * PER_AXLE;
 
@@ -26,6 +30,9 @@ pub(super) struct RelationNormalEquations {
     pub blocks: BlockNormalEquations,
     /// Columns of its own that are fitted with the causes.
     pub own: Vec<usize>,
+    /// Columns of its own by which the tires may explain what looks like an error: downforce to second order, a curve that
+    /// bends more and with speed, inertia, load transfer by braking.
+    pub rivals: Vec<usize>,
 }
 
 impl SmoothedSignals {
@@ -66,9 +73,11 @@ impl SmoothedSignals {
         };
         let own: Vec<usize> = match (first, arm) {
             (None, _) => Vec::new(),
-            (Some(first), Some(_)) => (first..first + PER_AXLE - 1).collect(),
-            (Some(first), None) => (first..first + PER_AXLE).collect(),
+            (Some(first), Some(_)) => (first..first + DISTANCE).collect(),
+            (Some(first), None) => (first..=first + DISTANCE).collect(),
         };
+        let rivals: Vec<usize> =
+            first.map_or(Vec::new(), |first| (first + FIRST_RIVAL..first + PER_AXLE).collect());
         let mut used: Vec<_> = (0..rows).map(|k| split[k].filter(|_| linear(k))).collect();
         if first.is_some() {
             // Past its peak an axle has little force at much slip.
@@ -84,7 +93,7 @@ impl SmoothedSignals {
         }
         let sums = |compliance: f64| {
             let mut columns: Vec<Option<&[f64]>> = vec![None; NUISANCES];
-            for &column in &own {
+            for &column in own.iter().chain(&rivals) {
                 columns[column] = Some(&nuisances[column % PER_AXLE]);
             }
             let causes = LOG_ERRORS.map(|error| effect_column(error, relation, self, compliance, arm));
@@ -103,7 +112,7 @@ impl SmoothedSignals {
                 blocks = sums(alone.values[0].abs());
             }
         }
-        Some(RelationNormalEquations { relation, blocks, own })
+        Some(RelationNormalEquations { relation, blocks, own, rivals })
     }
 
     /// What is 0 for true signals, but for the slip that the force of an axle makes.
@@ -131,8 +140,30 @@ impl SmoothedSignals {
     }
 
     fn nuisance_columns(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
-        let cube = force.iter().map(|force| force.powi(3)).collect();
-        let with_speed = force.iter().zip(&self.v_x[0]).map(|(force, v_x)| force * v_x.powi(2)).collect();
-        [force, cube, with_speed, self.r[1].clone(), self.curvature[0].clone()]
+        let product = |of_force: i32, of_speed: i32| -> Vec<f64> {
+            let rows = force.iter().zip(&self.v_x[0]);
+            rows.map(|(force, v_x)| force.powi(of_force) * v_x.powi(of_speed)).collect()
+        };
+        let [cube, with_speed] = [product(3, 0), product(1, 2)];
+        let [second_order, bent_with_speed, bent] = [product(1, 4), product(3, 2), product(5, 0)];
+        let (yaw, distance) = (self.r[1].clone(), self.curvature[0].clone());
+        let map = |f: &dyn Fn(usize) -> f64| (0..force.len()).map(f).collect::<Vec<f64>>();
+        // A moment of inertia that is not m l_f l_r adds yaw acceleration to the force, wherever that goes.
+        let yaw_with_speed = map(&|k| self.r[1][k] * self.v_x[0][k].powi(2));
+        let yaw_relaxed = map(&|k| self.r[2][k] / self.v_x[0][k]);
+        let load_transfer = map(&|k| force[k] * self.v_x[1][k]);
+        [
+            force,
+            cube,
+            with_speed,
+            yaw,
+            distance,
+            second_order,
+            bent_with_speed,
+            bent,
+            yaw_with_speed,
+            yaw_relaxed,
+            load_transfer,
+        ]
     }
 }

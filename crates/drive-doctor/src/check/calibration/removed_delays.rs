@@ -11,6 +11,9 @@ const SETTLED: f64 = 0.004;
 /// From this delay on, to first order is not enough [s].
 const SHORT: f64 = 0.02;
 
+/// Delays that differ by less are one [s].
+const ONE_CLOCK: f64 = 0.01;
+
 /// Delays that were taken, by their index in [`LOG_ERRORS`].
 #[derive(Debug, Default)]
 pub(super) struct RemovedDelays([f64; LOG_ERRORS.len()]);
@@ -53,5 +56,32 @@ impl RemovedDelays {
             let back = if own.abs() < SHORT { self.removed_delay(cause) } else { most };
             self.remove_delay(case, cause, -back);
         }
+    }
+
+    /// Gives the log the time of most of its channels, so that of one late channel not all others are early. Whether that is
+    /// another time than before.
+    pub fn adopt_majority_clock(&mut self, case: &mut ExaminedLog, found: &ErrorFit) -> bool {
+        let here = |cause: &usize| {
+            let error = LOG_ERRORS[*cause].describe();
+            error.kind == ErrorKind::Delay && case.has_channels(&[error.channel])
+        };
+        let of = |cause: usize| {
+            let place = found.causes.iter().position(|it| *it == cause);
+            (cause, place.map_or(0.0, |place| found.fit.values[found.before + place]))
+        };
+        let delays: Vec<(usize, f64)> = (0..LOG_ERRORS.len()).filter(here).map(of).collect();
+        let near = |time: f64| delays.iter().map(|it| it.1).filter(move |it| (it - time).abs() < ONE_CLOCK);
+        let Some(most) = delays.iter().map(|it| it.1).max_by_key(|time| near(*time).count()) else {
+            return false;
+        };
+        if near(most).count() <= near(0.0).count() {
+            return false;
+        }
+        let time = near(most).sum::<f64>() / near(most).count() as f64;
+        for &(cause, delay) in &delays {
+            let own = if (delay - most).abs() < ONE_CLOCK { 0.0 } else { delay - time };
+            self.remove_delay(case, cause, own - self.removed_delay(cause));
+        }
+        true
     }
 }

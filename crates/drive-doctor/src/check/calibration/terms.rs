@@ -13,7 +13,8 @@ pub(super) struct SmoothedSignals {
     pub v_y: [Vec<f64>; 2],
     /// v_x r and its derivative.
     pub turn: [Vec<f64>; 2],
-    pub r: [Vec<f64>; 2],
+    /// r, r' and r''.
+    pub r: [Vec<f64>; 3],
     pub a_y: [Vec<f64>; 2],
     /// v_y/v_x and its derivative.
     pub sideslip: [Vec<f64>; 2],
@@ -45,18 +46,18 @@ impl MotionRelation {
 }
 
 impl SmoothedSignals {
-    /// The name of a channel that is mostly noise, if there is one.
-    pub fn new(motion: &ResampledChannels) -> Result<Self, &'static str> {
+    /// Signals under a filter that is `times` wider than needed; the name of a channel that is mostly noise, if there is one.
+    pub fn new(motion: &ResampledChannels, times: f64) -> Result<Self, &'static str> {
         let filter = |name| motion.narrowest_filter_width(name, FILTER).ok_or(name);
-        let filter = filter("r")?.max(filter("v_y")?);
+        let filter = times * filter("r")?.max(filter("v_y")?);
         let both = |column: &[f64]| [0, 1].map(|order| motion.gaussian_filter(column, filter, order));
-        let v_y = motion.channel_values("v_y");
+        let [v_y, r] = ["v_y", "r"].map(|name| motion.channel_values(name));
         let ratio = |name| motion.combine_channels(name, "v_x", |a, v_x| a / v_x);
         Ok(Self {
             v_x: both(&motion.channel_values("v_x")),
             v_y: [1, 2].map(|order| motion.gaussian_filter(&v_y, filter, order)),
             turn: both(&motion.combine_channels("v_x", "r", |v_x, r| v_x * r)),
-            r: both(&motion.channel_values("r")),
+            r: [0, 1, 2].map(|order| motion.gaussian_filter(&r, filter, order)),
             a_y: both(&motion.channel_values("a_y")),
             sideslip: both(&ratio("v_y")),
             curvature: both(&ratio("r")),

@@ -24,8 +24,14 @@ struct RelationEstimate {
 }
 
 impl RelationEstimate {
-    fn from_relation(measured: &RelationNormalEquations, found: &ErrorFit, place: usize) -> Option<Self> {
-        let here = |cause: &&usize| measured.blocks.has_column(NUISANCES + **cause);
+    /// What the relation says while all errors of the log may be there that are `wanted`.
+    fn from_relation(
+        measured: &RelationNormalEquations,
+        found: &ErrorFit,
+        place: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
+        let here = |cause: &&usize| wanted(**cause) && measured.blocks.has_column(NUISANCES + **cause);
         let causes: Vec<usize> = found.causes.iter().filter(here).copied().collect();
         let index = causes.iter().position(|cause| *cause == found.causes[place])?;
         let own = measured.own.iter().copied();
@@ -66,8 +72,10 @@ pub(super) fn relation_contradiction(
 ) -> Option<String> {
     let value = found.fit.values[found.before + place];
     let unit = error_unit(LOG_ERRORS[found.causes[place]]);
-    let all: Vec<RelationEstimate> =
-        measured.iter().filter_map(|it| RelationEstimate::from_relation(it, found, place)).collect();
+    let all: Vec<RelationEstimate> = measured
+        .iter()
+        .filter_map(|it| RelationEstimate::from_relation(it, found, place, |_| true))
+        .collect();
     if let Some(other) = all.iter().find(|it| it.is_different_from(value)) {
         return Some(format!("But {}", other.describe_estimate(unit)));
     }
@@ -77,5 +85,28 @@ pub(super) fn relation_contradiction(
         (None, _) => Some("The rear axle alone does not tell it".to_owned()),
         (_, 0) => Some("Only the rear axle tells it".to_owned()),
         _ => None,
+    }
+}
+
+/// Why an error of `a_y` or `r` may not be corrected: the motion of a rigid body, which needs no tires, tells another value or none,
+/// with this error alone and with all that were found. `None` where it tells the same.
+pub(super) fn kinematic_contradiction(
+    measured: &[RelationNormalEquations],
+    found: &ErrorFit,
+    place: usize,
+) -> Option<String> {
+    let value = found.fit.values[found.before + place];
+    let unit = error_unit(LOG_ERRORS[found.causes[place]]);
+    let body = measured.iter().find(|it| it.relation == MotionRelation::RigidBody)?;
+    let own = found.causes[place];
+    let alone = RelationEstimate::from_relation(body, found, place, |cause| cause == own);
+    let together = RelationEstimate::from_relation(body, found, place, |_| true);
+    let agrees = |it: &RelationEstimate| it.is_significant() && !it.is_different_from(value);
+    match alone.iter().chain(&together).any(agrees) {
+        true => None,
+        false => Some(match alone {
+            Some(alone) => format!("But {}", alone.describe_estimate(unit)),
+            None => "The motion of a rigid body does not tell it".to_owned(),
+        }),
     }
 }
