@@ -16,7 +16,7 @@ const BRIEFEST: f64 = 0.1;
 /// Longest sub-step [s]: over it an input that moves as fast as a driver turns is nearly a straight line.
 const LONGEST_SUBSTEP: f64 = 0.0125;
 /// Most that the steering turns in a sub-step [rad], as forces of tires bend with it.
-const LONGEST_TRAVEL: f64 = 0.004;
+const LONGEST_TRAVEL: f64 = 0.002;
 /// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
 const MARGIN: f64 = 0.25;
 

@@ -12,7 +12,7 @@ use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare_tires};
 use drive_inference::{
     CarUncertainty, Drive, DriveIdentification, DriveNoise, DriveOptions, ErrorOptions, FitFormulation,
-    NoiseOption, Tires, identify_tires,
+    InputInterpolation, NoiseOption, Tires, identify_tires,
 };
 use numerics::convergence::OptimisationStatus;
 use tire_inference::axles::Axle;
@@ -38,6 +38,13 @@ static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
+/// The same behind actuators with a time constant of 30 ms: no input is held or a line between rows.
+static LAGGING: LazyLock<Drive> = LazyLock::new(|| {
+    let car = drive::on_tires(&SingleTrackCar::default(), &UNEQUAL);
+    let lags = drive::Lags { actuator: 0.03, ..drive::Lags::default() };
+    drive::drive_lagging(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1, lags)
+});
+
 fn of(recording: &Drive, options: &DriveOptions) -> DriveIdentification {
     identify_tires(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
@@ -54,6 +61,30 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
         (found.friction_coefficient(slip) - truth.friction_coefficient(slip)).abs()
     };
     (0..=100).map(off).fold(0.0, f64::max) / truth.D
+}
+
+#[test]
+fn inputs_between_rows_are_those_of_the_drive() {
+    let causes = ErrorOptions { wanted: ErrorSelection::none(), ..ErrorOptions::default() };
+    let options = DriveOptions {
+        uncertainty: CarUncertainty::NONE,
+        smoothing: UNTUNED,
+        posterior: false,
+        causes,
+        ..DriveOptions::default()
+    };
+    let held = of(&LIMIT, &options);
+    assert_eq!(held.interpolation.delta, InputInterpolation::ZeroOrderHold);
+    let lagging = of(&LAGGING, &options);
+    let InputInterpolation::FirstOrderLag(time) = lagging.interpolation.delta else {
+        panic!("{:?}", lagging.interpolation)
+    };
+    assert!((0.02..0.045).contains(&time), "{time}");
+    let (theta, truth) = (to_array(tires(&lagging)), to_array(UNEQUAL));
+    for i in 0..8 {
+        let std = lagging.covariance[i][i].sqrt();
+        assert!((theta[i] - truth[i]).abs() < 4.0 * std, "{i}: {theta:?} ± {std}");
+    }
 }
 
 #[test]

@@ -231,8 +231,8 @@ fn resample_drive(
             r,
             a_y,
             delta,
-            F_x: Vec::new(),
             t: time,
+            ..Drive::default()
         },
         ..EvenDrive::default()
     }

@@ -44,6 +44,7 @@ impl Log {
             a_y: of("ay_mps2"),
             F_x: of("ax_mps2").iter().map(|a_x| MASS * a_x).collect(),
             delta: of("delta_rad"),
+            ..Drive::default()
         }
     }
 
