@@ -19,7 +19,7 @@ use vehicle::SingleTrackCar;
 fn spoilt(name: &str) -> Drive {
     let mistake = MISTAKES.iter().find(|mistake| mistake.name == name).expect("a mistake");
     let reference = drive::limit(&[20.0, 35.0], 6.0);
-    mistake.drive(&SingleTrackCar::default(), &TIRES[1].1, &reference, 1)
+    mistake.drive(&SingleTrackCar::default(), &TIRES[1].1, &reference, 0.0, 1)
 }
 
 fn found(recording: &Drive, causes: ErrorOptions, posterior: bool) -> DriveIdentification {

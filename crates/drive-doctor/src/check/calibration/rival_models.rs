@@ -7,9 +7,8 @@ use super::relation_sums::{NUISANCES, RelationNormalEquations};
 use super::{ErrorFit, MeasuredRelations, variance_weighted_equations};
 use crate::blocks::ONE_CONSTANT;
 
-/// Standard deviations from 0 that an error must keep beside a rival, and between it and what it was without.
-const KEEPS: f64 = 3.0;
-const DIFFER: f64 = 2.0;
+/// Standard deviations by which an error must differ from 0 beside a rival, and by which it counts as another than without it.
+const SURE: f64 = 3.0;
 
 /// The error beside a rival, with its standard deviation. `None` where the log does not tell them apart.
 fn estimate_beside_rival(
@@ -71,17 +70,14 @@ pub(super) fn rival_explanation(
     RIVALS.iter().find_map(|rival| {
         let measured = if rival.is_smoother { &measured.smoother } else { &measured.usual };
         let beside = estimate_beside_rival(measured, found, place, rival);
-        if std::env::var_os("DBG").is_some() {
-            eprintln!("   {error:?} {value:.4} beside {} {beside:?}", rival.name);
-        }
         let Some([other, std]) = beside else {
             return Some(format!("The log does not tell it from {}", rival.name));
         };
         let apart = (other - value).abs();
-        let stays = other.abs() > KEEPS * std
+        let stays = other.abs() > SURE * std
             && other * value > 0.0
             && other.abs() > smallest_relevant_error(error)
-            && (apart < ONE_CONSTANT * value.abs() || apart < DIFFER * std);
+            && (apart < ONE_CONSTANT * value.abs() || apart < SURE * std);
         let [other, std] = [other, 2.0 * std].map(|it| format_significant(it, 2));
         let unit = error_unit(error);
         (!stays).then(|| format!("But beside {} it is {other} {unit} ± {std}", rival.name))
