@@ -137,7 +137,7 @@ fn a_run_starts_from_what_an_earlier_one_found() {
     lab.write("second.csv", study(0.3));
     let text = |csv: &str, files: &str| {
         format!(
-            "[[analysis]]\nname = \"tire\"\ncrate = \"identify\"\n\n[analysis.table]\npath = \"{csv}\"\ntime = \"t\"\n\
+            "[[analysis]]\nname = \"tire\"\ncrate = \"identify\"\nexpect = \"any\"\n\n[analysis.table]\npath = \"{csv}\"\ntime = \"t\"\n\
              columns = {{ slip = {{ column = \"slip\" }}, force = {{ column = \"force\" }} }}\n\n{files}\
              [analysis.config]\ntask = \"curve\"\ndirection = \"longitudinal\"\n"
         )
