@@ -76,6 +76,7 @@ impl Row {
 
 fn details(found: &DriveIdentification) {
     println!("    model {:?}: {}", found.model.verdict, found.model.sentence);
+    println!("    inputs {:?}", found.interpolation);
     for test in found.model.tests.iter().filter(|test| !test.has_passed()) {
         println!("      {}: {:.3} over {:.3}: {}", test.name, test.statistic, test.limit, test.sentence);
     }

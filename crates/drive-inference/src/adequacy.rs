@@ -7,6 +7,7 @@ use tire_inference::axles::Axle;
 use tire_inference::model::{FitTest, ModelFit, ModelVerdict};
 
 use crate::series::IdentificationSeries;
+use crate::steering_steps::STEERING_STEPS;
 use preparation::Drive;
 
 mod over;
@@ -59,10 +60,15 @@ impl ModelResiduals<'_> {
     }
 }
 
-/// All tests together with those of parameters over blocks of the drive, and of what was estimated beside the tires.
-pub fn test_model(left: &ModelResiduals, blocks: &BlockScores, plausible: Vec<FitTest>) -> ModelVerdict {
+/// All tests together with those of parameters over blocks of the drive, and others. `likeliest` is the cause that the data ask for most.
+pub fn test_model(
+    left: &ModelResiduals,
+    blocks: &BlockScores,
+    others: Vec<FitTest>,
+    likeliest: Option<&str>,
+) -> ModelVerdict {
     let mut tests = vec![constant_force_test(left)];
-    tests.extend(plausible);
+    tests.extend(others);
     for channel in 0..CHANNELS.len() {
         tests.push(whiteness_test(left, channel));
         tests.push(input_correlation_test(left, channel, "steering angle", |drive| &drive.delta));
@@ -75,9 +81,7 @@ pub fn test_model(left: &ModelResiduals, blocks: &BlockScores, plausible: Vec<Fi
     let verdict = if failed.is_empty() { ModelFit::Fits } else { ModelFit::DoesNotFit };
     let sentence = match worst_failed_test(&failed) {
         None => "The model fits: what is left over is noise.".to_owned(),
-        Some(worst) => {
-            format!("The model does not fit: {}.", describe_common_cause(left, &failed, worst))
-        }
+        Some(worst) => describe_misfit(left, &failed, worst, likeliest),
     };
     ModelVerdict { verdict, sentence, tests }
 }
@@ -88,24 +92,41 @@ fn worst_failed_test<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
     failed.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))
 }
 
-/// What failing tests have in common.
-fn describe_common_cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String {
-    if let Some(dead) = failed.iter().find(|test| test.name == "longitudinal force") {
-        return lowercase_sentence(&dead.sentence);
+/// The likeliest cause of failing tests in one short sentence, then what to look at.
+fn describe_misfit(
+    left: &ModelResiduals,
+    failed: &[&FitTest],
+    worst: &FitTest,
+    likeliest: Option<&str>,
+) -> String {
+    let find = |name: &str| failed.iter().find(|test| test.name == name);
+    if let Some(dead) = find(CONSTANT_FORCE) {
+        return format!("The model does not fit: the longitudinal force was not recorded. {}", dead.sentence);
     }
-    let odd: Vec<&FitTest> = failed
-        .iter()
-        .copied()
-        .filter(|it| it.name.starts_with(&plausible::plausibility_test_name("")))
-        .collect();
-    if let Some(oddest) = self::worst_failed_test(&odd) {
-        return lowercase_sentence(&oddest.sentence);
+    if let Some(steps) = find(STEERING_STEPS) {
+        return format!(
+            "The model does not fit: the steps of the steering angle are too coarse. {}",
+            steps.sentence
+        );
+    }
+    let cause = match likeliest {
+        Some(cause) => format!("The model does not fit, likely because of the {cause}."),
+        None => "The model does not fit: cause unknown.".to_owned(),
+    };
+    format!("{cause} {}", describe_evidence(left, failed, worst))
+}
+
+/// What failing tests have in common, and where to look.
+fn describe_evidence(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String {
+    let is_odd = |it: &&&FitTest| it.name.starts_with(&plausible::plausibility_test_name(""));
+    let odd: Vec<&FitTest> = failed.iter().filter(is_odd).copied().collect();
+    if let Some(oddest) = worst_failed_test(&odd) {
+        return oddest.sentence.clone();
     }
     let any = |part: &str| failed.iter().any(|test| test.name.starts_with(part));
+    let is_coloured = |channel: &usize| any(&format!("whiteness of {}", CHANNELS[*channel]));
     let colours: Vec<String> = (0..CHANNELS.len())
-        .filter(|channel| {
-            failed.iter().any(|test| test.name == format!("whiteness of {}", CHANNELS[*channel]))
-        })
+        .filter(is_coloured)
         .map(|channel| {
             let first = innovation_autocorrelations(left, channel, 1)[0];
             format!("{} ({first:.2} from row to row)", CHANNELS[channel])
@@ -114,22 +135,24 @@ fn describe_common_cause(left: &ModelResiduals, failed: &[&FitTest], worst: &Fit
     let driven = any("correlation") || any("curve");
     let changing = any("stability over time") || any("halves");
     match (colours.is_empty(), driven, changing) {
-        (false, false, _) => format!("the noise is coloured in {}", colours.join(", ")),
-        (_, true, _) => format!(
-            "something that the steering excites is missing, such as a relaxation length, a load or temperature of the tires; {}",
-            lowercase_sentence(&worst.sentence)
-        ),
-        (true, false, true) => {
-            format!("tires or sensors change during the drive; {}", lowercase_sentence(&worst.sentence))
+        (false, false, _) => {
+            format!("Look at the sensors: the noise is coloured in {}.", colours.join(", "))
         }
-        _ => lowercase_sentence(&worst.sentence),
+        (_, true, _) => {
+            format!(
+                "Look at what the steering excites, such as loads and temperature of the tires. {}",
+                worst.sentence
+            )
+        }
+        (true, false, true) => {
+            format!("Look at what changes during the drive, in tires or sensors. {}", worst.sentence)
+        }
+        _ => format!("Look at this: {}", worst.sentence),
     }
 }
 
-fn lowercase_sentence(sentence: &str) -> String {
-    let mut letters = sentence.trim_end_matches('.').chars();
-    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
-}
+/// Name of the test of a force that was not recorded.
+const CONSTANT_FORCE: &str = "longitudinal force";
 
 /// A longitudinal force that never changes although the speed does was not recorded.
 fn constant_force_test(left: &ModelResiduals) -> FitTest {
@@ -140,7 +163,7 @@ fn constant_force_test(left: &ModelResiduals) -> FitTest {
     let ([least, most], [slowest, fastest]) = (ends(|it| &it.F_x), ends(|it| &it.v_x));
     let dead = most == least && fastest > 1.1 * slowest;
     FitTest {
-        name: "longitudinal force".to_owned(),
+        name: CONSTANT_FORCE.to_owned(),
         statistic: f64::from(u8::from(dead)),
         limit: 0.5,
         sentence: format!(

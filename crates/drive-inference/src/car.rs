@@ -12,6 +12,9 @@ use vehicle::{G, SLIP_SPEED_FLOOR, SingleTrackCar, VehicleBody};
 use crate::tires::Tires;
 use preparation::{SystematicError, SystematicErrors};
 
+/// Yaw rate below which a road is neither that of a left turn nor of a right one [rad/s].
+const STRAIGHT: f64 = 0.03;
+
 /// What the filter needs of a car.
 #[derive(Clone, Copy, Debug)]
 pub struct FilterCarParameters<T> {
@@ -27,6 +30,11 @@ pub struct FilterCarParameters<T> {
     lightness: T,
     /// 1 / I_zz [1/(kg m²)].
     ease: T,
+    /// Loads of the axles at rest on the configured car [N].
+    static_loads: [f64; 2],
+    load_sensitivity: T,
+    /// Acceleration to the inside of left and right turns by the bank of the road [m/s²].
+    bank: [T; 2],
 }
 
 impl<T: Scalar> FilterCarParameters<T> {
@@ -45,6 +53,9 @@ impl<T: Scalar> FilterCarParameters<T> {
             weight: mass * G,
             lightness: mass.recip(),
             ease: inertia.recip(),
+            static_loads: car.body.static_loads(),
+            load_sensitivity: causes[SystematicError::LoadSensitivity],
+            bank: [SystematicError::BankLeft, SystematicError::BankRight].map(|bank| causes[bank] * G),
         }
     }
 
@@ -71,6 +82,8 @@ pub struct CarInput<T> {
     /// Longitudinal forces of the axles [N].
     pub F_xf: T,
     pub F_xr: T,
+    /// Friction over that before its change.
+    pub friction: T,
 }
 
 /// Rates of the first `M` of `S` states and the lateral acceleration, with their first derivatives.
@@ -98,22 +111,22 @@ impl<T, const M: usize, const S: usize> Linearisation<T, M, S> for CarLinearisat
     }
 }
 
-/// The car on tires whose slip is that of the motion.
-pub struct SteadySlip<T> {
+/// The car on tires whose slip is that of the motion. Without `BIASED` the road is flat and the friction that of the tires, which is faster.
+pub struct SteadySlip<T, const BIASED: bool> {
     /// The car.
     pub car: FilterCarParameters<T>,
     /// The tires.
     pub tires: Tires<T>,
 }
 
-impl<T: Scalar> ProcessModel<T, 3, 4> for SteadySlip<T> {
+impl<T: Scalar, const BIASED: bool> ProcessModel<T, 3, 4> for SteadySlip<T, BIASED> {
     type Input = CarInput<T>;
     type Linearisation = CarLinearisation<T>;
     const NOISY: &'static [usize] = &[0, 1, 2, 3];
 
     #[inline(always)]
     fn linearise(&self, x: &[T; 4], u: &CarInput<T>) -> CarLinearisation<T> {
-        linearise_steady_slip(&self.car, &self.tires, x, u)
+        linearise_steady_slip::<T, BIASED>(&self.car, &self.tires, x, u)
     }
 }
 
@@ -133,6 +146,75 @@ pub fn slip_angle_and_derivative<T: Scalar>(q: T, slowness: T) -> [T; 3] {
 #[inline(always)]
 pub fn absolute<T: Scalar>(x: T) -> T {
     x.select_above(0.0, x, -x)
+}
+
+/// The lateral force of an axle, with its changes.
+#[derive(Clone, Copy, Debug)]
+pub struct AxleForce<T> {
+    /// [N]
+    pub force: T,
+    /// With the slip [N/rad].
+    pub by_slip: T,
+    /// With the load [-].
+    pub by_load: T,
+}
+
+impl<T: Scalar> AxleForce<T> {
+    /// Of a friction coefficient with its slope that no load changes.
+    #[inline(always)]
+    fn proportional(F_z: T, mu: T, slope: T) -> Self {
+        Self { force: F_z * mu, by_slip: F_z * slope, by_load: mu }
+    }
+
+    /// Of a friction coefficient with its slope that falls by a sensitivity per relative rise of the load.
+    #[inline(always)]
+    fn degressive(F_z: T, [mu, slope]: [T; 2], sensitivity: T, static_load: f64) -> Self {
+        let rise = F_z * (1.0 / static_load) + -1.0;
+        let factor = -(sensitivity * rise) + 1.0;
+        let by_load = factor.subtract_product(sensitivity, rise + 1.0);
+        Self { force: F_z * mu * factor, by_slip: F_z * slope * factor, by_load: mu * by_load }
+    }
+}
+
+impl<T: Scalar> FilterCarParameters<T> {
+    /// Loads with the drag that a steered axle has under its load, from loads that do not know its sensitivity.
+    #[inline(always)]
+    pub fn degressive_loads(
+        &self,
+        u: &CarInput<T>,
+        motion: [T; 2],
+        mu_f: T,
+        rough: &AxleLoads<T>,
+    ) -> AxleLoads<T> {
+        let rise = rough.front * (1.0 / self.static_loads[0]) + -1.0;
+        AxleLoads::new(self, u, motion, mu_f.subtract_product(mu_f * self.load_sensitivity, rise))
+    }
+
+    /// Forces of both axles from their friction coefficients and slopes at the static load.
+    #[inline(always)]
+    pub fn axle_forces(&self, loads: &AxleLoads<T>, [front, rear]: [[T; 2]; 2]) -> [AxleForce<T>; 2] {
+        let [static_f, static_r] = self.static_loads;
+        [
+            AxleForce::degressive(loads.front, front, self.load_sensitivity, static_f),
+            AxleForce::degressive(loads.rear, rear, self.load_sensitivity, static_r),
+        ]
+    }
+
+    /// Adds what the bank of the road does in turns: in those to the left it pulls to the left.
+    #[inline(always)]
+    pub fn add_bank<const M: usize, const S: usize>(&self, linear: &mut CarLinearisation<T, M, S>, r: T) {
+        let [left, right] = self.bank;
+        let share = r * (1.0 / STRAIGHT);
+        let (zero, one) = (r.constant(0.0), r.constant(1.0));
+        let within = |inner: T, outer: [T; 2]| {
+            share.select_above(1.0, outer[1], share.select_above(-1.0, inner, outer[0]))
+        };
+        let turn = within(share * ((share * share) * -0.5 + 1.5), [-one, one]);
+        let by_r = within(((share * share) * -1.0 + 1.0) * (1.5 / STRAIGHT), [zero, zero]);
+        let pull = (left * (turn + 1.0)).add_product(right, turn + -1.0) * 0.5;
+        linear.rates[1] = linear.rates[1] + pull;
+        linear.A[1][2] = linear.A[1][2].add_product((left + right) * 0.5, by_r);
+    }
 }
 
 /// Longitudinal force and axle loads, with their changes at constant slip.
@@ -235,7 +317,7 @@ pub fn friction_and_slope<T: Scalar>(TireParameters { B, C, D, E }: &TireParamet
 
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
 #[inline(always)]
-pub fn linearise_steady_slip<T: Scalar>(
+pub fn linearise_steady_slip<T: Scalar, const BIASED: bool>(
     car: &FilterCarParameters<T>,
     tires: &Tires<T>,
     x: &[T; 4],
@@ -249,26 +331,44 @@ pub fn linearise_steady_slip<T: Scalar>(
     let zero = v_x.constant(0.0);
     let speed_f = v_x.select_above(SLIP_SPEED_FLOOR, -q_f, zero);
     let speed_r = v_x.select_above(SLIP_SPEED_FLOOR, -q_r, zero);
-    let [mu_f, slope_f] = friction_and_slope(&tires.front, alpha_f + u.delta);
-    let [mu_r, slope_r] = friction_and_slope(&tires.rear, alpha_r);
+    let mut front = friction_and_slope(&tires.front, alpha_f + u.delta);
+    let mut rear = friction_and_slope(&tires.rear, alpha_r);
+    if BIASED {
+        [front, rear] = [front, rear].map(|axle| axle.map(|it| it * u.friction));
+    }
 
-    let loads = AxleLoads::new(car, u, [v_x, xi_x], mu_f);
+    let mut loads = AxleLoads::new(car, u, [v_x, xi_x], front[0]);
+    if BIASED {
+        loads = car.degressive_loads(u, [v_x, xi_x], front[0], &loads);
+    }
     let AxleLoads { front: F_zf, rear: F_zr, drag: drag_load, by_v: load_by_v, .. } = loads;
+    let steep_f = front[1] * by_f;
+    let [front, rear] = if BIASED {
+        car.axle_forces(&loads, [front, rear])
+    } else {
+        [(F_zf, front), (F_zr, rear)].map(|(F_z, [mu, slope])| AxleForce::proportional(F_z, mu, slope))
+    };
 
     // Changes of F_yf and F_yr with v_y: by the slip of the front axle, of the rear axle, and by the load that the steered
     // axle's drag moves.
-    let steep_f = slope_f * by_f;
-    let front = steep_f * F_zf.add_product(drag_load, mu_f);
-    let rear = F_zr * slope_r * by_r;
-    let moved = steep_f * drag_load * mu_r;
+    let moved = steep_f * drag_load;
+    let by_slip_f = (front.by_slip * by_f).add_product(moved, front.by_load);
+    let by_slip_r = rear.by_slip * by_r;
+    let moved = moved * rear.by_load;
     let forces = [
         (
-            (front * speed_f).add_product(load_by_v, mu_f),
-            (rear * speed_r).subtract_product(moved, speed_f).add_product(loads.total_by_v - load_by_v, mu_r),
+            (by_slip_f * speed_f).add_product(load_by_v, front.by_load),
+            (by_slip_r * speed_r)
+                .subtract_product(moved, speed_f)
+                .add_product(loads.total_by_v - load_by_v, rear.by_load),
         ),
-        (front, rear - moved),
-        (front * car.l_f, -(rear * car.l_r).add_product(moved, car.l_f)),
-        (loads.by_xi * mu_f, -(loads.by_xi * mu_r)),
+        (by_slip_f, by_slip_r - moved),
+        (by_slip_f * car.l_f, -(by_slip_r * car.l_r).add_product(moved, car.l_f)),
+        (loads.by_xi * front.by_load, -(loads.by_xi * rear.by_load)),
     ];
-    linearise_motion(car, u, [v_x, v_y, r], &loads, [F_zf * mu_f, F_zr * mu_r], &forces)
+    let mut linear = linearise_motion(car, u, [v_x, v_y, r], &loads, [front.force, rear.force], &forces);
+    if BIASED {
+        car.add_bank(&mut linear, r);
+    }
+    linear
 }

@@ -50,6 +50,11 @@ pub enum ModelExtension {
     Error(SystematicError),
     /// Relaxation lengths of both axles.
     Relaxation,
+    /// Another friction from some row on, counted over all recordings.
+    FrictionChange {
+        /// The row.
+        row: usize,
+    },
     /// Noises that last, of the sensors whose innovations do.
     Colour,
 }

@@ -44,7 +44,7 @@ pub trait CarModel<T, const M: usize, const S: usize>:
     fn required_substeps(delays: &PreparedDelays, h: f64, speed: f64) -> usize;
 }
 
-impl<T: Scalar> CarModel<T, 3, 4> for SteadySlip<T> {
+impl<T: Scalar, const BIASED: bool> CarModel<T, 3, 4> for SteadySlip<T, BIASED> {
     fn new(car: FilterCarParameters<T>, parameters: &FilterParameters<T>) -> Self {
         Self { car, tires: parameters.tires }
     }
@@ -79,7 +79,7 @@ pub struct FilterPass<'a, T, V, P, const BIASED: bool, const M: usize, const S: 
 }
 
 /// A pass without errors of sensors, coloured noises and transient slip.
-pub type SteadySlipFilterPass<'a, T, V> = FilterPass<'a, T, V, SteadySlip<T>, false, 3, 4, 4>;
+pub type SteadySlipFilterPass<'a, T, V> = FilterPass<'a, T, V, SteadySlip<T, false>, false, 3, 4, 4>;
 
 impl<'a, T, V, P, const BIASED: bool, const M: usize, const S: usize, const N: usize>
     FilterPass<'a, T, V, P, BIASED, M, S, N>
@@ -103,19 +103,23 @@ where
     fn with_simd<I: pulp::Simd>(mut self, _: I) -> V {
         let PreparedDrives { car, delays, drives } = self.drives;
         let FilterParameters { causes, noise, coloured_noise, .. } = &self.parameters;
-        let errors = InputErrors::new(causes, delays.inputs);
+        let mut errors = InputErrors::new(causes);
         let force_factor = causes[SystematicError::ForceGain] + 1.0;
-        let filter = AugmentedFilter {
+        let mut filter = AugmentedFilter {
             process: P::new(FilterCarParameters::new(car, causes), &self.parameters),
-            measurement: SensorModel::<T, BIASED>::new(causes, &delays.sensors),
+            measurement: SensorModel::<T, BIASED>::new(causes),
             process_noise: noise.process,
             sensor_noise: noise.sensor,
             coloured_noise: *coloured_noise,
         };
-        for (drive, PreparedDrive { first, samples, first_row }) in drives.iter().enumerate() {
+        for (drive, PreparedDrive { first, samples, first_row, .. }) in drives.iter().enumerate() {
             let motion = filter.measurement.state_from_sensors(first);
             let mut estimate = initial_estimate::<T, S, N>(&motion, noise, coloured_noise);
             for (k, sample) in samples.iter().enumerate() {
+                if BIASED {
+                    errors.set_sample(sample);
+                    filter.measurement.set_sample(sample);
+                }
                 let errors = BIASED.then_some(&errors);
                 let inputs = TrueInputs { recorded: &sample.inputs, errors, force_factor };
                 let substeps =
@@ -148,7 +152,7 @@ impl<T: Scalar, V: InnovationVisitor<T>> pulp::WithSimd for AnyPass<'_, T, V> {
     #[inline(always)]
     fn with_simd<I: pulp::Simd>(self, simd: I) -> V {
         type Steady<'a, T, V, const BIASED: bool, const N: usize> =
-            FilterPass<'a, T, V, SteadySlip<T>, BIASED, 3, 4, N>;
+            FilterPass<'a, T, V, SteadySlip<T, BIASED>, BIASED, 3, 4, N>;
         type Transient<'a, T, V, const N: usize> =
             FilterPass<'a, T, V, TransientSlip<T>, true, MOVING, STATES, N>;
         let Self { drives, parameters, visitor, variant } = self;

@@ -7,17 +7,17 @@ use std::time::Instant;
 use nalgebra::DMatrix;
 use numerics::convergence::ConvergenceReport;
 use numerics::sqp::{self, Objective, SqpMinimum};
-use preparation::{Drive, SystematicError};
+use preparation::{Drive, InputInterpolations, SystematicError};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::TireEstimate;
-use tire_inference::model::{ModelVerdict, SystematicErrorEstimate};
+use tire_inference::model::{FitTest, ModelVerdict, SystematicErrorEstimate};
 use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::ActiveBounds;
 
-use crate::adequacy::{self, BlockScores, ModelResiduals, ScatterCovariances};
+use crate::adequacy::{self, BlockScores, CHANNELS, ModelResiduals, ScatterCovariances};
 use crate::error::Error;
 use crate::global::{COARSE, FINE};
 use crate::joint_posterior::{JointPosterior, MarginalPosterior};
@@ -26,6 +26,7 @@ use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
 use crate::model_selection::ModelExtension;
 use crate::noise_estimate::NoiseSpecification;
 use crate::options::{DriveOptions, FitFormulation, NoiseOption};
+use crate::outliers::{self, Outliers};
 use crate::pem::LocalLikelihoodOptimum;
 use crate::points::{self, RegressionPoint};
 use crate::posterior_samples::{self, DrawSettings, TireDraws};
@@ -36,7 +37,7 @@ use crate::result::{DriveIdentification, FormulationFit, InnovationStatistics};
 use crate::series::IdentificationSeries;
 use crate::smoothing::{self, SmoothedDrive};
 use crate::tires::{SIZE, Tires, box_corners, from_array, from_vector};
-use crate::{error, input_selection, pem, search, series, summary, verdict};
+use crate::{error, input_selection, pem, search, series, steering_steps, summary, verdict};
 
 /// What prediction errors start from.
 const START: FitFormulation = FitFormulation::Points(RegressionTarget::AccelerationAndYaw);
@@ -65,12 +66,14 @@ pub fn identify_tires(
         let points = both.map(|(drive, it)| points::regression_points(&options.car, drive, &it.states));
         let points = points.collect();
         let interpolated = OnceCell::new();
-        let mut run = IdentificationRun { recordings, options, noise, points, fitted: Vec::new(), progress };
+        let (fitted, outliers) = (Vec::new(), Outliers::default());
+        let mut run = IdentificationRun { recordings, options, noise, points, fitted, outliers, progress };
         let mut decisive = None;
         for formulation in run.formulations_to_fit() {
             progress.report_stage(0.2, formulation.title())?;
             if formulation == FitFormulation::PredictionError {
-                run.recordings = interpolated.get_or_init(|| run.recordings_with_likeliest_inputs());
+                let (recordings, outliers) = run.recordings_to_predict();
+                (run.recordings, run.outliers) = (interpolated.get_or_init(|| recordings), outliers);
             }
             let best = run.fit_formulation(formulation)?;
             if formulation == options.method {
@@ -105,6 +108,7 @@ struct IdentificationRun<'a> {
     noise: DriveNoise,
     points: Vec<Vec<RegressionPoint>>,
     fitted: Vec<FormulationFit>,
+    outliers: Outliers,
     progress: &'a ProgressReporter,
 }
 
@@ -119,6 +123,8 @@ struct SelectedFit {
     optima: Vec<LocalLikelihoodOptimum>,
     convergence: ConvergenceReport,
     likelihood: DriveLikelihood,
+    /// How the inputs move between rows.
+    interpolation: InputInterpolations,
 }
 
 impl IdentificationRun<'_> {
@@ -153,6 +159,11 @@ impl IdentificationRun<'_> {
                     optima: Vec::new(),
                     convergence: found.convergence,
                     likelihood,
+                    interpolation: self
+                        .recordings
+                        .first()
+                        .map(|drive| drive.interpolation)
+                        .unwrap_or_default(),
                 };
                 (best, found.odd, Some(found.std))
             }
@@ -165,8 +176,18 @@ impl IdentificationRun<'_> {
                     minimum,
                     optima,
                     convergence,
+                    interpolation,
                 } = self.prediction_error_problem().maximise_likelihood(&self.start_tires())?;
-                let best = SelectedFit { unknowns, active, gains, minimum, optima, convergence, likelihood };
+                let best = SelectedFit {
+                    unknowns,
+                    active,
+                    gains,
+                    minimum,
+                    optima,
+                    convergence,
+                    likelihood,
+                    interpolation,
+                };
                 (best, [0.0; 3], None)
             }
         };
@@ -215,13 +236,16 @@ impl IdentificationRun<'_> {
         }
     }
 
-    /// The recordings with inputs that move between rows as the likelihood has it.
-    fn recordings_with_likeliest_inputs(&self) -> Vec<Drive> {
+    /// The recordings without outliers, with inputs that move between rows as the likelihood has it.
+    fn recordings_to_predict(&self) -> (Vec<Drive>, Outliers) {
         let start = self.start_tires();
-        let likeliest =
-            |start| input_selection::select_interpolations(&self.prediction_error_problem(), start);
-        let interpolation = start.first().map(likeliest).unwrap_or_default();
-        input_selection::with_interpolations(self.recordings, interpolation)
+        let Some(start) = start.first() else { return (self.recordings.to_vec(), Outliers::default()) };
+        let problem = self.prediction_error_problem();
+        let (recordings, outliers) = outliers::without_outliers(&problem, start)
+            .unwrap_or_else(|| (self.recordings.to_vec(), Outliers::default()));
+        let problem = PredictionErrorProblem { recordings: &recordings, ..problem };
+        let interpolation = input_selection::select_interpolations(&problem, start);
+        (input_selection::with_interpolations(&recordings, interpolation), outliers)
     }
 
     /// What fits to points ended with.
@@ -239,6 +263,7 @@ impl IdentificationRun<'_> {
     ) -> Result<DriveIdentification, Error> {
         let SelectedFit { unknowns, minimum, likelihood, .. } = fit;
         let options = self.options;
+        let interpolation = fit.interpolation;
         let series = series::identification_series(&options.car, self.recordings, likelihood, unknowns);
         let joint = JointPosterior {
             likelihood,
@@ -270,7 +295,7 @@ impl IdentificationRun<'_> {
         let covariance = evidence.tire_covariance();
         let estimates = self.axle_estimates(&evidence, &model, &draws, &covariance, begin);
         Ok(DriveIdentification {
-            interpolation: self.recordings.first().map(|drive| drive.interpolation).unwrap_or_default(),
+            interpolation,
             tires: published_tires(&estimates, unknowns.tires),
             estimates,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
@@ -305,14 +330,20 @@ impl IdentificationRun<'_> {
     ) -> (ModelVerdict, Vec<SystematicErrorEstimate>) {
         let SelectedFit { unknowns, gains, minimum, .. } = fit;
         let step = Drive::shortest_step(self.recordings);
-        let errors = summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
+        let mut errors = summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
+        if self.outliers.count() > 0 {
+            let values = CHANNELS.len() * self.recordings.iter().map(Drive::len).sum::<usize>();
+            errors.insert(0, summary::summarise_outliers(&self.outliers, values));
+        }
         let Some(blocks) = blocks else {
             return summary::apply_model_verdict(ModelVerdict::default(), errors);
         };
         let inputs = self.recordings.iter().map(|drive| unknowns.causes.corrected_inputs(drive));
         let recordings = &inputs.collect::<Vec<_>>();
-        let plausible = errors.iter().map(|it| it.test.clone()).collect();
-        let model = adequacy::test_model(&ModelResiduals { recordings, series }, blocks, plausible);
+        let mut others: Vec<FitTest> = errors.iter().map(|it| it.test.clone()).collect();
+        others.push(steering_steps::steering_step_test(self.recordings, &self.options.car, unknowns));
+        let likeliest = summary::likeliest_cause(&errors);
+        let model = adequacy::test_model(&ModelResiduals { recordings, series }, blocks, others, likeliest);
         summary::apply_model_verdict(model, errors)
     }
 

@@ -57,7 +57,12 @@ impl JointPosterior<'_> {
 
     /// Everything that the likelihood depends on at a point.
     pub fn unknowns_at(&self, x: &DVector<f64>) -> DriveUnknowns {
-        DriveUnknowns { tires: from_vector(x), causes: self.systematic_errors_at(x), noise: self.noise }
+        DriveUnknowns {
+            tires: from_vector(x),
+            causes: self.systematic_errors_at(x),
+            noise: self.noise,
+            friction_change_row: self.likelihood.friction_change_row(),
+        }
     }
 
     /// The directions of the variables.
@@ -74,6 +79,9 @@ impl JointPosterior<'_> {
         for (i, cause) in self.active.iter().enumerate() {
             if SystematicError::TIRES.contains(cause) {
                 corners[0][SIZE + i] = SHORTEST / cause.describe().std;
+            }
+            if SystematicError::MEMORIES.contains(cause) {
+                corners[0][SIZE + i] = 0.0;
             }
         }
         corners

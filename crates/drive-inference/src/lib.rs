@@ -30,6 +30,7 @@ pub mod likelihood;
 pub mod model_selection;
 mod noise_estimate;
 mod options;
+mod outliers;
 pub mod pem;
 pub mod points;
 mod posterior_samples;
@@ -49,6 +50,7 @@ mod segments;
 mod sensors;
 mod series;
 pub mod smoothing;
+mod steering_steps;
 mod summary;
 #[cfg(test)]
 mod tests;

@@ -12,7 +12,7 @@ use vehicle::SingleTrackCar;
 
 use crate::evaluation::{CostAccumulator, EvaluationSums, LikelihoodEvaluation};
 use crate::filter_pass::{AnyPass, RowInnovations, SteadySlipFilterPass};
-use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives, prepare_drive};
+use crate::prepared_drive::{PreparedDelays, PreparedDrive, PreparedDrives, PreparedSample, prepare_drive};
 use crate::progress::CancellationFlag;
 use crate::residual_rows::{ResidualGroup, ResidualRows};
 use crate::tires::{self, SIZE, Tires};
@@ -39,14 +39,20 @@ impl DriveLikelihood {
         Self::with_prepared_delays(car, recordings, PreparedDelays::default())
     }
 
-    /// The same for channels with the delays among some causes: the likelihood may be evaluated at delays near these.
-    pub fn with_delays(car: &SingleTrackCar, recordings: &[Drive], causes: &SystematicErrors) -> Self {
-        Self::with_prepared_delays(car, recordings, PreparedDelays::nearest_to(causes, recordings))
+    /// The same for channels with the delays among some unknowns, and their change of friction: the likelihood may be evaluated at delays
+    /// near these.
+    pub fn with_delays(car: &SingleTrackCar, recordings: &[Drive], at: &DriveUnknowns) -> Self {
+        Self::with_prepared_delays(car, recordings, PreparedDelays::nearest_to(at, recordings))
     }
 
     fn with_prepared_delays(car: &SingleTrackCar, recordings: &[Drive], delays: PreparedDelays) -> Self {
-        let prepared: Vec<_> =
-            recordings.iter().map(|recording| prepare_drive(car, recording, &delays)).collect();
+        let mut rows_before = 0;
+        let prepare = |recording: &Drive| {
+            let drive = prepare_drive(car, recording, rows_before, &delays);
+            rows_before += recording.len();
+            drive
+        };
+        let prepared: Vec<_> = recordings.iter().map(prepare).collect();
         Self {
             samples: prepared.iter().map(|part| part.samples.len()).sum(),
             drives: PreparedDrives { car: *car, drives: prepared, delays },
@@ -54,9 +60,34 @@ impl DriveLikelihood {
         }
     }
 
-    /// Whether it may be evaluated at some causes of these recordings.
-    pub fn is_valid_for(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
-        self.drives.delays.is_valid_for(causes, recordings)
+    /// Whether it may be evaluated at some unknowns of these recordings.
+    pub fn is_valid_for(&self, at: &DriveUnknowns, recordings: &[Drive]) -> bool {
+        self.drives.delays.is_valid_for(at, recordings)
+    }
+
+    /// The row from which on the friction is another one, counted over all recordings.
+    pub fn friction_change_row(&self) -> usize {
+        self.drives.delays.friction_change_row
+    }
+
+    /// The row of the recordings, counted over all, of a sample among all.
+    pub fn recorded_row(&self, sample: usize) -> usize {
+        let mut before = 0;
+        for part in &self.drives.drives {
+            if sample < before + part.samples.len() {
+                return part.rows_before + part.first_row + 1 + sample - before;
+            }
+            before += part.samples.len();
+        }
+        usize::MAX
+    }
+
+    /// The time of the first sample after the change of friction, by the clock of its recording [s].
+    pub fn friction_change_time(&self) -> Option<f64> {
+        let time = |part: &PreparedDrive| {
+            part.samples.iter().find(|sample| sample.after_change).map(|it| it.time + part.middle)
+        };
+        self.drives.drives.iter().find_map(time)
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
@@ -70,8 +101,17 @@ impl DriveLikelihood {
             }
             for from in (0..samples.len()).step_by(4 * STRETCH) {
                 let stretch = &samples[from..(from + STRETCH).min(samples.len())];
+                // A stretch starts where no value is missing.
+                let is_complete = |sample: &PreparedSample| sample.measured.iter().all(|it| it.is_finite());
+                let Some(start) = stretch.iter().position(is_complete) else { continue };
+                let (from, stretch) = (from + start, &stretch[start..]);
                 let (first, rest) = (stretch[0].measured, stretch[1..].to_vec());
-                parts.push(PreparedDrive { first, samples: rest, first_row: part.first_row + from + 1 });
+                parts.push(PreparedDrive {
+                    first,
+                    samples: rest,
+                    first_row: part.first_row + from + 1,
+                    ..*part
+                });
             }
         }
         let samples = parts.iter().map(|part| part.samples.len()).sum();
@@ -196,7 +236,7 @@ impl DriveLikelihood {
         at: &DriveUnknowns,
         visitor: impl FnMut(usize, usize, &RowInnovations<f64>, &[f64; 4]),
     ) {
-        let DriveUnknowns { tires, causes, noise } = *at;
+        let DriveUnknowns { tires, causes, noise, .. } = *at;
         let variant = FilterStructure::required_for(&causes, &noise, &[]);
         let (noise, coloured_noise) = (noise.variances(), noise.coloured);
         let parameters = FilterParameters { tires, causes, noise, coloured_noise };

@@ -12,19 +12,30 @@ use crate::adequacy::COLOURED;
 pub use crate::error_selection::{ErrorSelection, EstimationMode, ModelExtension};
 use crate::joint_posterior::JointPosterior;
 use crate::laplace::inverse_hessian;
-use crate::likelihood::DerivativeDirection;
+use crate::likelihood::{DerivativeDirection, DriveUnknowns};
 use crate::problem::{PredictionErrorFit, PredictionErrorProblem};
-use crate::residual_rows::ResidualRows;
+use crate::residual_rows::{CostExpansion, ResidualRows};
 use crate::tires::SIZE;
 use preparation::SystematicError;
 
 /// Gain from which on an error is taken for real [nat]: by chance one of fourteen errors gains more in one of fifty drives.
-const ENOUGH: f64 = 5.0;
+pub const ENOUGH: f64 = 5.0;
 /// Errors that are fitted in each round, and their least share of the best foretold gain.
 const TRIALS: usize = 4;
 const SHARE: f64 = 0.05;
 /// Errors that are fitted in each round although the scatter of blocks explains their gain.
 const DOUBTFUL: usize = 2;
+/// Rows between the changes of friction that are looked at first, and gain that the likeliest of so many needs [nat].
+const CHANGE_STRIDE: usize = 25;
+const CHANGE_GAIN: f64 = 12.0;
+/// Delays, and low-passes that look like them.
+const DELAYS_AND_MEMORIES: [(SystematicError, SystematicError); 3] = [
+    (SystematicError::SideslipDelay, SystematicError::SideslipMemory),
+    (SystematicError::YawRateDelay, SystematicError::YawRateMemory),
+    (SystematicError::AccelerationDelay, SystematicError::AccelerationMemory),
+];
+/// Where a fit of a memory starts [s].
+const START_MEMORY: f64 = 0.02;
 /// Most errors that are taken.
 const MOST: usize = 8;
 /// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
@@ -46,6 +57,10 @@ pub fn select_errors(
     while gains.len() < MOST && !problem.cancel.is_cancelled() {
         let Some((addition, gain, better)) = outlook.best_extension(problem, &fit) else { break };
         fit = better;
+        let addition = match addition {
+            ModelExtension::FrictionChange { .. } => ModelExtension::Error(SystematicError::FrictionChange),
+            other => other,
+        };
         gains.push((addition, gain));
         outlook = ExtensionCandidates::new(problem, &fit);
     }
@@ -53,26 +68,28 @@ pub fn select_errors(
         return (first, gains);
     }
     drop_idle(problem, &mut fit, &mut gains);
-    match other_clock(problem, &fit, &gains) {
-        Some(simpler) => simpler,
-        None => (fit, gains),
+    for family in [&SystematicError::DELAYS[..], &SystematicError::CLOCKS] {
+        if let Some(simpler) = other_clock(problem, &fit, &gains, family) {
+            (fit, gains) = simpler;
+        }
     }
+    (fit, gains)
 }
 
-/// The same fit by the clock of the other channels: most channels late by one time are the others early by it. `None` unless that
-/// needs fewer errors; the gains of the delays go to those that replace them.
+/// The same fit by the clock of the other channels: most channels late by one time are the others early by it, and so are clocks that
+/// drift. `None` unless that needs fewer errors of the family; the gains of the delays go to those that replace them.
 fn other_clock(
     problem: &PredictionErrorProblem,
     fit: &PredictionErrorFit,
     gains: &[(ModelExtension, f64)],
+    family: &[SystematicError],
 ) -> Option<(PredictionErrorFit, Vec<(ModelExtension, f64)>)> {
     let mut start = problem.fitted_unknowns(fit);
-    let is_delay = |cause: &SystematicError| SystematicError::DELAYS.contains(cause);
+    let is_delay = |cause: &SystematicError| family.contains(cause);
     let mut late: Vec<f64> =
         fit.active.iter().copied().filter(is_delay).map(|cause| start.causes[cause]).collect();
-    let sought = SystematicError::DELAYS
-        .into_iter()
-        .filter(|cause| problem.search.mode(*cause) == EstimationMode::Evidence);
+    let is_sought = |cause: &SystematicError| problem.search.mode(*cause) == EstimationMode::Evidence;
+    let sought = family.iter().copied().filter(is_sought);
     let rest: Vec<SystematicError> = sought.filter(|cause| !fit.active.contains(cause)).collect();
     if rest.is_empty() || late.len() <= rest.len() {
         return None;
@@ -107,10 +124,21 @@ fn fit_with_extension(
     let mut active = fit.active.clone();
     let mut start = problem.fitted_unknowns(fit);
     match addition {
-        ModelExtension::Error(cause) => active.push(cause),
+        ModelExtension::Error(cause) => {
+            active.push(cause);
+            if SystematicError::MEMORIES.contains(&cause) {
+                start.causes[cause] = START_MEMORY;
+            }
+        }
         ModelExtension::Relaxation => {
             active.extend(SystematicError::TIRES);
             start.causes.set_initial_relaxation();
+        }
+        ModelExtension::FrictionChange { row } => {
+            active.push(SystematicError::FrictionChange);
+            start.friction_change_row = row;
+            let rough = problem.fit_at_fixed_noise(active.clone(), start);
+            start = likeliest_friction_change(problem, &problem.fitted_unknowns(&rough));
         }
         ModelExtension::Colour => {
             for (colour, correlation) in start.noise.coloured.iter_mut().zip(lasting) {
@@ -122,6 +150,28 @@ fn fit_with_extension(
         }
     }
     problem.fit_at_fixed_noise(active, start)
+}
+
+/// The same unknowns with the change of friction at the likeliest row near theirs.
+fn likeliest_friction_change(problem: &PredictionErrorProblem, at: &DriveUnknowns) -> DriveUnknowns {
+    let cost = |at: &DriveUnknowns| problem.build_likelihood(Some(at)).cost(at);
+    let (mut best, mut least) = (*at, cost(at));
+    let mut stride = CHANGE_STRIDE / 2;
+    while stride > 0 {
+        let row = best.friction_change_row;
+        for friction_change_row in [row.saturating_sub(stride), row + stride] {
+            let mut other = best;
+            other.friction_change_row = friction_change_row;
+            let cost = cost(&other);
+            if cost < least {
+                (best, least) = (other, cost);
+            }
+        }
+        if best.friction_change_row == row {
+            stride /= 2;
+        }
+    }
+    best
 }
 
 /// Takes out errors of sensors that later ones made idle.
@@ -165,6 +215,7 @@ impl ExtensionCandidates {
             .filter(|cause| sought(cause) && problem.std[*cause] > 0.0)
             // At no length the slip has no state to take a derivative by.
             .filter(|cause| !fit.active.contains(cause) && !SystematicError::TIRES.contains(cause))
+            .filter(|cause| *cause != SystematicError::FrictionChange)
             .collect();
         let joint = problem.joint_posterior(&fit.likelihood, fit.noise, &fit.active);
         let mut directions = joint.variable_directions();
@@ -186,17 +237,45 @@ impl ExtensionCandidates {
         }
         let score = ScoreTest::new(&rows, &joint, known);
         let gain = |(index, (addition, precision)): (usize, &(ModelExtension, f64))| {
-            score.likelihood_gain(known + index, *precision).map(|(gain, sure)| (*addition, gain, sure))
+            let is_positive = match addition {
+                ModelExtension::Relaxation => true,
+                ModelExtension::Error(cause) => SystematicError::MEMORIES.contains(cause),
+                _ => false,
+            };
+            let gain = score.likelihood_gain(known + index, *precision, is_positive);
+            gain.map(|(gain, sure)| (*addition, gain, sure))
         };
         let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
+        let change = SystematicError::FrictionChange;
+        if sought(&change) && problem.std[change] > 0.0 && !fit.active.contains(&change) {
+            let mut directions = joint.variable_directions();
+            directions.push(DerivativeDirection::Error(change));
+            let rows = fit.likelihood.residual_rows(&at, &directions);
+            let likeliest = score.likeliest_change(&rows, known, joint.prior_precision(change));
+            foretold.extend(likeliest.map(|(sample, gain)| {
+                let row = fit.likelihood.recorded_row(sample);
+                (ModelExtension::FrictionChange { row }, gain, true)
+            }));
+        }
         foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
         let worth = |sure: bool, most: usize| -> Vec<ModelExtension> {
             let of_them = || foretold.iter().filter(move |it| it.2 == sure);
             let enough = of_them().next().map_or(0.0, |(_, best, _)| SHARE * best);
             of_them().filter(|it| it.1 >= enough).take(most).map(|it| it.0).collect()
         };
+        let mut promising = worth(true, TRIALS);
+        // A low-pass looks like a delay; which of both it is only a fit can tell.
+        for (delay, memory) in DELAYS_AND_MEMORIES {
+            let of = |error| ModelExtension::Error(error);
+            if promising.contains(&of(delay))
+                && candidates.contains(&memory)
+                && !promising.contains(&of(memory))
+            {
+                promising.push(of(memory));
+            }
+        }
         let doubtful = if is_any_channel_correlated(&lasting) { worth(false, DOUBTFUL) } else { Vec::new() };
-        Self { promising: worth(true, TRIALS), doubtful, lasting }
+        Self { promising, doubtful, lasting }
     }
 
     /// The addition that gains most, its gain once everything has followed, and the fit with it; none that gains too little. A
@@ -267,8 +346,8 @@ impl ScoreTest {
     }
 
     /// Gain of the likelihood by an addition of some precision before any data, with everything else following [nat], and whether it
-    /// is more than the scatter of blocks explains; none that is small, or where a length would be negative.
-    fn likelihood_gain(&self, index: usize, precision: f64) -> Option<(f64, bool)> {
+    /// is more than the scatter of blocks explains; none that is small, or where what is positive would be negative.
+    fn likelihood_gain(&self, index: usize, precision: f64, is_positive: bool) -> Option<(f64, bool)> {
         let cross = self.information.view((0, index), (self.known, 1)).into_owned();
         let follow = &self.fitted * &cross;
         let information = self.information[(index, index)] - cross.dot(&follow);
@@ -281,8 +360,38 @@ impl ScoreTest {
         let mean = slope / scores.len() as f64;
         let spread: f64 = scores.iter().map(|score| (score - mean).powi(2)).sum();
         let by = |variance: f64| 0.5 * slope * slope / (variance + precision);
-        let backwards = precision == 0.0 && slope < 0.0;
+        let backwards = is_positive && slope < 0.0;
         let sure = by(information.max(spread)) > ENOUGH;
         (by(information) > ENOUGH && !backwards).then(|| (by(information), sure))
+    }
+
+    /// The sample from which on an unknown most likely has another value, and the gain [nat]; `index` is the direction in which it has it
+    /// throughout.
+    fn likeliest_change(&self, rows: &ResidualRows, index: usize, precision: f64) -> Option<(usize, f64)> {
+        let zero = DVector::zeros(self.known);
+        let fitted = self.blocks.iter().fold(zero, |sum, block| sum + block.rows(0, self.known));
+        let mut tail: Option<CostExpansion> = None;
+        let mut best: Option<(usize, f64)> = None;
+        for from in (CHANGE_STRIDE..rows.len().saturating_sub(CHANGE_STRIDE)).step_by(CHANGE_STRIDE).rev() {
+            let end = match &tail {
+                None => rows.len(),
+                Some(_) => from + CHANGE_STRIDE,
+            };
+            let part = rows.partial_expansion(from..end);
+            let sum = match tail.take() {
+                None => part,
+                Some(sum) => sum.plus(&part),
+            };
+            let cross = sum.information.view((0, index), (self.known, 1)).into_owned();
+            let follow = &self.fitted * &cross;
+            let information = sum.information[(index, index)] - cross.dot(&follow);
+            let slope = follow.column(0).dot(&fitted) - sum.gradient[index];
+            let gain = 0.5 * slope * slope / (information.max(0.0) + precision);
+            if gain > best.map_or(CHANGE_GAIN, |(_, gain)| gain) {
+                best = Some((from, gain));
+            }
+            tail = Some(sum);
+        }
+        best
     }
 }

@@ -6,12 +6,16 @@ use numerics::sqp::{self, SqpMinimum};
 
 use crate::error::Error;
 use crate::global::{FINE, GlobalOptima};
+use crate::input_selection;
 use crate::likelihood::{DriveLikelihood, DriveUnknowns};
 use crate::model_selection::{self, ModelExtension};
 use crate::problem::{PredictionErrorFit, PredictionErrorProblem};
 use crate::search::{convergence_report, distinct_minima};
 use crate::tires::{Tires, from_vector};
-use preparation::{SystematicError, SystematicErrors};
+use preparation::{InputInterpolations, SystematicError, SystematicErrors};
+
+/// How often inputs between rows are chosen again.
+const MOST_INPUTS: usize = 2;
 
 /// The maximum.
 #[derive(Clone)]
@@ -30,6 +34,15 @@ pub struct LikelihoodMaximum {
     pub optima: Vec<LocalLikelihoodOptimum>,
     /// How it was reached.
     pub convergence: ConvergenceReport,
+    /// How the inputs move between rows.
+    pub interpolation: InputInterpolations,
+}
+
+impl LikelihoodMaximum {
+    /// The cost with what each addition has to gain [nat].
+    fn penalised_cost(&self) -> f64 {
+        self.minimum.model.cost + model_selection::ENOUGH * self.gains.len() as f64
+    }
 }
 
 /// One of several optima.
@@ -44,19 +57,43 @@ pub struct LocalLikelihoodOptimum {
 }
 
 impl PredictionErrorProblem<'_> {
-    /// Maximises from all starts and from others along their ridges.
+    /// Maximises from all starts. Where the data ask for errors, inputs between rows are chosen again, as they were chosen before the errors
+    /// were known.
     ///
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn maximise_likelihood(&self, starts: &[Tires]) -> Result<LikelihoodMaximum, Error> {
+        let mut best = self.maximise_under_inputs(starts)?;
+        let mut recordings = self.recordings.to_vec();
+        for _ in 0..MOST_INPUTS {
+            if best.gains.is_empty() || self.cancel.is_cancelled() {
+                break;
+            }
+            let problem = PredictionErrorProblem { recordings: &recordings, ..self.clone() };
+            let Some(likelier) = input_selection::likelier_interpolations(&problem, &best.unknowns) else {
+                break;
+            };
+            recordings = input_selection::with_interpolations(self.recordings, likelier);
+            let problem = PredictionErrorProblem { recordings: &recordings, ..self.clone() };
+            let other = problem.maximise_under_inputs(&[best.unknowns.tires])?;
+            if other.penalised_cost() >= best.penalised_cost() {
+                break;
+            }
+            best = other;
+        }
+        Ok(best)
+    }
+
+    /// Maximises from all starts and from others along their ridges.
+    fn maximise_under_inputs(&self, starts: &[Tires]) -> Result<LikelihoodMaximum, Error> {
         let plain = self.build_likelihood(None);
         let first =
             self.search_tires(&plain, self.noise.initial_noise(), SystematicErrors::default(), starts)?;
         let GlobalOptima { noise, mut starts, mut evaluations, minima } = first;
         let tires: Vec<Tires> = minima.iter().map(|m| from_vector(&m.x)).collect();
         let active = self.always_estimated_errors();
-        let mut start = DriveUnknowns { tires: tires[0], causes: SystematicErrors::default(), noise };
+        let mut start = DriveUnknowns::new(&tires[0], &noise);
         if active.iter().any(|cause| SystematicError::TIRES.contains(cause)) {
             start.causes.set_initial_relaxation();
         }
@@ -68,7 +105,7 @@ impl PredictionErrorProblem<'_> {
         let mut others = tires[1..].to_vec();
         if !gains.is_empty() {
             // What was an optimum for wrong sensors need not be one for the right ones.
-            let DriveUnknowns { causes, tires, noise } = self.fitted_unknowns(&fits[0]);
+            let DriveUnknowns { causes, tires, noise, .. } = self.fitted_unknowns(&fits[0]);
             let likelihood = &fits[0].likelihood;
             let again = self.search_tires(likelihood, noise, causes, &[tires])?;
             (starts, evaluations) = (starts + again.starts, evaluations + again.evaluations);
@@ -112,6 +149,7 @@ impl PredictionErrorProblem<'_> {
         };
         let optima: Vec<_> = minima.into_iter().map(optimum).collect();
         let convergence = convergence_report(&minimum, starts, optima.len(), evaluations);
-        LikelihoodMaximum { unknowns, active, gains, minimum, optima, convergence, likelihood }
+        let interpolation = self.recordings.first().map(|drive| drive.interpolation).unwrap_or_default();
+        LikelihoodMaximum { unknowns, active, gains, minimum, optima, convergence, likelihood, interpolation }
     }
 }

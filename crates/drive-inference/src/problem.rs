@@ -65,10 +65,10 @@ impl PredictionErrorProblem<'_> {
         SystematicError::ALL.into_iter().filter(on).collect()
     }
 
-    /// The likelihood, with channels moved by the delays among some causes.
-    pub fn build_likelihood(&self, delayed: Option<&SystematicErrors>) -> DriveLikelihood {
+    /// The likelihood, with channels moved by the delays among some unknowns.
+    pub fn build_likelihood(&self, delayed: Option<&DriveUnknowns>) -> DriveLikelihood {
         let mut likelihood = match delayed {
-            Some(causes) => DriveLikelihood::with_delays(self.car, self.recordings, causes),
+            Some(at) => DriveLikelihood::with_delays(self.car, self.recordings, at),
             None => DriveLikelihood::new(self.car, self.recordings),
         };
         likelihood.cancel = self.cancel.clone();
@@ -150,14 +150,13 @@ impl PredictionErrorProblem<'_> {
         let mut evaluations = 0;
         let mut best: Option<PredictionErrorFit> = None;
         for round in 0..=rounds {
-            let likelihood = self.build_likelihood(delayed.then_some(&at.causes));
+            let likelihood = self.build_likelihood(delayed.then_some(&at));
             if round > 0 {
                 let (noise, more) = self.noise.estimate_noise(&likelihood, &at);
                 evaluations += more;
                 let better = DriveUnknowns { noise, ..at };
                 let settled = likelihood.cost(&at) - likelihood.cost(&better) < SETTLED;
-                let serves =
-                    |fit: &PredictionErrorFit| fit.likelihood.is_valid_for(&at.causes, self.recordings);
+                let serves = |fit: &PredictionErrorFit| fit.likelihood.is_valid_for(&at, self.recordings);
                 if settled && best.as_ref().is_some_and(serves) {
                     break;
                 }

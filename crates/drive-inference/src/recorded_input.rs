@@ -7,6 +7,7 @@ use preparation::{Drive, InputInterpolation, SystematicError, SystematicErrors};
 use vehicle::{SingleTrackCar, SingleTrackInput};
 
 use crate::car::CarInput;
+use crate::prepared_drive::{PreparedSample, channel_delays, channel_drifts};
 
 /// An input as it was recorded.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,7 @@ impl RecordedInput {
             cos: factor.constant(self.cos),
             F_xf: factor * self.F_xf,
             F_xr: factor * self.F_xr,
+            friction: factor.constant(1.0),
         }
     }
 }
@@ -52,31 +54,50 @@ pub struct InputErrors<T> {
     offset: T,
     /// 1 / (1 + gain) of the steering angle.
     shrink: T,
-    /// Delay beyond that of the prepared samples [s].
-    delay: T,
     /// True longitudinal force over the recorded one.
     force: T,
-    /// Its delay beyond that of the prepared samples [s].
-    force_delay: T,
+    /// Delays of both in the middle of the drive [s], and their growth with time [-].
+    middle: [T; 2],
+    drift: [T; 2],
+    /// Their delays beyond those of the prepared sample [s].
+    delays: [T; 2],
+    /// Friction over that before its change: of the drive, and of the sample.
+    change: T,
+    friction: T,
 }
 
 impl<T: Scalar> InputErrors<T> {
-    /// Those of some causes, with samples that are prepared for delays of the steering angle and the force [s].
-    pub fn new(causes: &SystematicErrors<T>, [steering, force]: [f64; 2]) -> Self {
+    /// Those of some causes.
+    pub fn new(causes: &SystematicErrors<T>) -> Self {
+        let [steering, force, ..] = channel_delays(causes);
+        let [drift, force_drift, ..] = channel_drifts(causes);
         Self {
             offset: causes[SystematicError::SteeringOffset],
             shrink: (causes[SystematicError::SteeringGain] + 1.0).recip(),
-            delay: causes[SystematicError::SteeringDelay] + -steering,
             force: causes[SystematicError::ForceGain] + 1.0,
-            force_delay: causes[SystematicError::ForceDelay] + -force,
+            middle: [steering, force],
+            drift: [drift, force_drift],
+            delays: [steering, force],
+            change: causes[SystematicError::FrictionChange] + 1.0,
+            friction: steering.constant(1.0),
         }
+    }
+
+    /// Sets the delays that are left of a sample, and its friction.
+    #[inline(always)]
+    pub fn set_sample(&mut self, sample: &PreparedSample) {
+        for i in 0..2 {
+            self.delays[i] = self.middle[i].add_scaled(self.drift[i], sample.time) + -sample.taken[i];
+        }
+        self.friction = if sample.after_change { self.change } else { self.change.constant(1.0) };
     }
 
     /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
     #[inline(always)]
     pub fn correct_input(&self, recorded: &RecordedInput) -> CarInput<T> {
         let [push_f, push_r] = recorded.pushing;
-        let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
+        let [delay, force_delay] = self.delays;
+        let read = (delay * recorded.rate - self.offset) + recorded.delta;
         let delta = read * self.shrink;
         let error = delta + -recorded.delta;
         let square = error * error;
@@ -86,8 +107,9 @@ impl<T: Scalar> InputErrors<T> {
             delta,
             sin: (cos * recorded.sin).add_scaled(sin, recorded.cos),
             cos: (cos * recorded.cos).add_scaled(sin, -recorded.sin),
-            F_xf: self.force * (self.force_delay * push_f + recorded.F_xf),
-            F_xr: self.force * (self.force_delay * push_r + recorded.F_xr),
+            F_xf: self.force * (force_delay * push_f + recorded.F_xf),
+            F_xr: self.force * (force_delay * push_r + recorded.F_xr),
+            friction: self.friction,
         }
     }
 }

@@ -90,6 +90,16 @@ pub struct CostExpansion {
 }
 
 impl CostExpansion {
+    /// That of both together.
+    pub fn plus(self, other: &Self) -> Self {
+        let Self { cost, gradient, information } = self;
+        Self {
+            cost: cost + other.cost,
+            gradient: gradient + &other.gradient,
+            information: information + &other.information,
+        }
+    }
+
     /// As the model that a minimiser wants.
     pub fn into_sqp_model(self, samples: usize) -> numerics::sqp::QuadraticModel {
         let Self { cost, gradient, information } = self;

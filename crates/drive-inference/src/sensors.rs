@@ -5,6 +5,7 @@ use kalman::augmented::MeasurementModel;
 use numerics::scalar::Scalar;
 
 use crate::car::CarLinearisation;
+use crate::prepared_drive::{PreparedSample, channel_delays, channel_drifts};
 use preparation::{SystematicError, SystematicErrors};
 
 /// Sensors of v_x, v_y, r and a_y: one with errors gives `(1 + gain) y(t − delay) + offset`. Without `BIASED` they have none, which is
@@ -13,8 +14,18 @@ use preparation::{SystematicError, SystematicErrors};
 pub struct SensorModel<T, const BIASED: bool> {
     scale: [T; 4],
     offset: [T; 4],
-    /// Delay beyond that of the prepared samples [s].
+    /// Delay in the middle of the drive [s], and its growth with time [-].
+    middle: [T; 4],
+    drift: [T; 4],
+    /// Delay beyond that of the prepared sample [s].
     delay: [T; 4],
+    /// Memories of low-passes [s], the share of a new value, and what the rest of the value before gives.
+    memory: [T; 4],
+    share: [T; 4],
+    rest: [T; 4],
+    /// Parts of roll rate and roll acceleration in v_y, and both together in the sample [m/s].
+    roll: [T; 2],
+    rolling: T,
     /// Mounting angle of the sensor of v_y [rad].
     angle: T,
     /// Distances ahead of the centre of gravity, of the sensors of v_y and a_y [m].
@@ -22,8 +33,8 @@ pub struct SensorModel<T, const BIASED: bool> {
 }
 
 impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
-    /// Those of some causes, with samples that are prepared for delays of v_x, v_y, r and a_y [s].
-    pub fn new(causes: &SystematicErrors<T>, prepared: &[f64; 4]) -> Self {
+    /// Those of some causes.
+    pub fn new(causes: &SystematicErrors<T>) -> Self {
         let none = causes.0[0].constant(0.0);
         let gain = [
             causes[SystematicError::SpeedGain],
@@ -31,12 +42,8 @@ impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
             causes[SystematicError::YawRateGain],
             causes[SystematicError::AccelerationGain],
         ];
-        let delay = [
-            none,
-            causes[SystematicError::SideslipDelay],
-            causes[SystematicError::YawRateDelay],
-            causes[SystematicError::AccelerationDelay],
-        ];
+        let [_, _, middle @ ..] = channel_delays(causes);
+        let [_, _, drift @ ..] = channel_drifts(causes);
         Self {
             scale: gain.map(|gain| gain + 1.0),
             offset: [
@@ -45,10 +52,40 @@ impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
                 causes[SystematicError::YawRateOffset],
                 causes[SystematicError::AccelerationOffset],
             ],
-            delay: std::array::from_fn(|i| delay[i] + -prepared[i]),
+            middle,
+            drift,
+            delay: middle,
+            memory: [
+                none,
+                causes[SystematicError::SideslipMemory],
+                causes[SystematicError::YawRateMemory],
+                causes[SystematicError::AccelerationMemory],
+            ],
+            share: [none.constant(1.0); 4],
+            rest: [none; 4],
+            roll: [causes[SystematicError::Roll], causes[SystematicError::RollAcceleration]],
+            rolling: none,
             angle: causes[SystematicError::SideslipOffset],
             lever: [causes[SystematicError::SideslipLever], causes[SystematicError::AccelerationLever]],
         }
+    }
+
+    /// Sets the delays that are left of a sample, the value before, and how the body rolls.
+    #[inline(always)]
+    pub fn set_sample(&mut self, sample: &PreparedSample) {
+        let [_, _, taken @ ..] = sample.taken;
+        for (i, taken) in taken.into_iter().enumerate() {
+            self.delay[i] = self.middle[i].add_scaled(self.drift[i], sample.time) + -taken;
+            self.share[i] = (self.memory[i] * (1.0 / sample.h) + 1.0).recip();
+            let before = sample.before[i];
+            let before = if before.is_finite() { before } else { sample.measured[i] };
+            self.rest[i] = if before.is_finite() {
+                (self.share[i] * -1.0 + 1.0) * before
+            } else {
+                self.memory[i].constant(0.0)
+            };
+        }
+        self.rolling = self.roll[0] * sample.roll[0] + self.roll[1] * sample.roll[1];
     }
 
     /// The state that sensors of v_x, v_y and r show.
@@ -87,7 +124,7 @@ impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
             }
             1 => {
                 (by[0], by[1], by[2]) = (self.angle, one, self.lever[0]);
-                v_y.add_product(self.angle, v_x).add_product(self.lever[0], r)
+                v_y.add_product(self.angle, v_x).add_product(self.lever[0], r) + self.rolling
             }
             2 => {
                 by[2] = one;
@@ -110,8 +147,9 @@ impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
             for k in 0..M {
                 change = change.add_product(by[k], A[k][j]);
             }
-            late[j] = by[j].subtract_product(self.delay[i], change) * self.scale[i];
+            late[j] = by[j].subtract_product(self.delay[i], change) * self.scale[i] * self.share[i];
         }
-        (y.subtract_product(self.delay[i], rate) * self.scale[i] + self.offset[i], late)
+        let now = y.subtract_product(self.delay[i], rate) * self.scale[i] + self.offset[i];
+        (self.rest[i].add_product(now, self.share[i]), late)
     }
 }

@@ -13,8 +13,12 @@ use crate::joint_posterior::{JointPosterior, NoisePosterior};
 use crate::laplace::inverse_hessian;
 use crate::likelihood::DriveUnknowns;
 use crate::model_selection::ModelExtension;
+use crate::outliers::Outliers;
 use crate::tires::SIZE;
-use preparation::SystematicError;
+use preparation::{ErrorKind, SystematicError};
+
+/// Share of the variance of a noise that is not worth a word.
+const NOTHING: f64 = 0.02;
 
 /// Something that was estimated beside the tires, with the test whether it can be that.
 pub struct TestedEstimate {
@@ -22,6 +26,8 @@ pub struct TestedEstimate {
     pub estimate: SystematicErrorEstimate,
     /// Whether it is plausible.
     pub test: FitTest,
+    /// What it is, with its size, in words that follow `because of the`.
+    cause: String,
 }
 
 /// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car. `step` is that of the
@@ -42,20 +48,38 @@ pub fn summarise_errors(
             SystematicError::RelaxationFront | SystematicError::RelaxationRear => ModelExtension::Relaxation,
             error => ModelExtension::Error(*error),
         };
-        let (it, figure) = summarise_error(*cause, at.causes[*cause], std, gain(addition));
+        let change = (*cause == SystematicError::FrictionChange)
+            .then(|| joint.likelihood.friction_change_time())
+            .flatten();
+        let title = match change {
+            Some(time) => format!("change of friction at {time:.2} s"),
+            None => cause.describe().title.to_owned(),
+        };
+        let (it, figure) = summarise_error(*cause, &title, at.causes[*cause], std, gain(addition));
         // What the data do not tell needs no correction.
         let is_known = it.gain.is_some() || it.verdict == Identifiability::Identified;
         let lines = || correction::correction_lines(*cause, &at.causes, std, car);
         let size = at.causes[*cause] / joint.std[*cause];
         let test = plausible::error_plausibility_test(&it.name, &it.title, &figure, size);
         let correction = if is_known { lines() } else { String::new() };
-        TestedEstimate { estimate: SystematicErrorEstimate { correction, ..it }, test }
+        let (size, unit) = figure
+            .split_once(" ± ")
+            .map_or(("", ""), |(size, rest)| (size, rest.split_once(' ').map_or("", |it| it.1)));
+        let cause = format!("{title} ({size} {unit})");
+        TestedEstimate { estimate: SystematicErrorEstimate { correction, ..it }, test, cause }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
     all.extend(coloured_noise_estimates(joint, at, gain(ModelExtension::Colour), step));
     let gain = |it: &TestedEstimate| it.estimate.gain.unwrap_or(0.0);
     all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     all
+}
+
+/// The likeliest cause of what the model would not describe, with its size: that which the data ask for most. `None` where they ask for none
+/// that is plausible.
+pub fn likeliest_cause(estimates: &[TestedEstimate]) -> Option<&str> {
+    let mut asked = estimates.iter().filter(|it| it.estimate.gain.is_some() && it.test.has_passed());
+    asked.next().map(|it| it.cause.as_str())
 }
 
 /// The verdict on the model, which names the errors that it needs to fit; and these errors, no better than the model. What is not
@@ -66,7 +90,7 @@ pub fn apply_model_verdict(
 ) -> (ModelVerdict, Vec<SystematicErrorEstimate>) {
     let plausible = causes.iter().filter(|it| it.test.has_passed()).map(|it| &it.estimate);
     let model = name_causes_in_verdict(model, &plausible.collect::<Vec<_>>());
-    let judged = |TestedEstimate { estimate, test }: TestedEstimate| {
+    let judged = |TestedEstimate { estimate, test, .. }: TestedEstimate| {
         let verdict = model.cap_verdict(estimate.verdict);
         match test.has_passed() {
             true => SystematicErrorEstimate { verdict, ..estimate },
@@ -84,16 +108,16 @@ fn name_causes_in_verdict(model: ModelVerdict, causes: &[&SystematicErrorEstimat
     let named: Vec<&str> = causes
         .iter()
         .filter(|cause| cause.gain.is_some())
-        .map(|cause| cause.sentence.split(';').next().unwrap_or_default())
+        .map(|cause| cause.sentence.split(';').next().unwrap_or_default().trim_end_matches('.'))
         .collect();
-    if named.is_empty() {
-        return model;
-    }
-    let named = named.join(", ");
-    let named = named.trim_end_matches('.');
-    let sentence = match model.verdict {
-        ModelFit::Fits => format!("{named}; with that corrected, the model fits."),
-        ModelFit::DoesNotFit => format!("{} Nor is it enough that: {named}.", model.sentence),
+    let Some((first, rest)) = named.split_first() else { return model };
+    let rest: String = rest.iter().map(|other| format!(" {other}.")).collect();
+    let sentence = match (model.verdict, rest.is_empty()) {
+        (ModelFit::Fits, true) => format!("{first}. With that corrected, the model fits."),
+        (ModelFit::Fits, false) => format!("{first}. With that and more corrected, the model fits.{rest}"),
+        (ModelFit::DoesNotFit, _) => {
+            format!("{} Corrected as well as it goes: {first}.{rest}", model.sentence)
+        }
     };
     ModelVerdict { sentence, ..model }
 }
@@ -106,12 +130,14 @@ fn coloured_noise_estimates(
     step: f64,
 ) -> Vec<TestedEstimate> {
     let objective = NoisePosterior { likelihood: joint.likelihood, given: *at };
-    let channels: Vec<usize> = objective.coloured_channels().collect();
+    let channels: Vec<usize> =
+        objective.coloured_channels().filter(|i| at.noise.coloured[*i].share > NOTHING).collect();
     if channels.is_empty() {
         return Vec::new();
     }
     let covariance = inverse_hessian(&objective.model(&objective.x_from_noise(&at.noise)).hessian);
-    let estimate = |(place, channel): (usize, &usize)| {
+    let estimate = |channel: &usize| {
+        let place = objective.coloured_channels().position(|it| it == *channel).unwrap_or(0);
         let index = SIZE + 2 * place;
         let (coloured, name) = (at.noise.coloured[*channel], CHANNELS[*channel]);
         let value = coloured.correlation;
@@ -133,14 +159,44 @@ fn coloured_noise_estimates(
         };
         let sensor_std = at.noise.sensor[*channel];
         let test = plausible::noise_plausibility_test(&estimate.name, *channel, sensor_std, coloured, step);
-        TestedEstimate { test, estimate }
+        let cause = format!("coloured noise of {name}");
+        TestedEstimate { test, estimate, cause }
     };
-    channels.iter().enumerate().map(estimate).collect()
+    channels.iter().map(estimate).collect()
+}
+
+/// Outliers that were left out.
+pub fn summarise_outliers(outliers: &Outliers, values: usize) -> TestedEstimate {
+    let share = outliers.count() as f64 / values as f64;
+    let estimate = SystematicErrorEstimate {
+        name: "outliers".to_owned(),
+        title: "share of values that are outliers".to_owned(),
+        unit: "-".to_owned(),
+        value: share,
+        std: 0.0,
+        interval: [share; 2],
+        verdict: Identifiability::Identified,
+        gain: Some(outliers.cost),
+        sentence: format!(
+            "{} values are outliers ({}); the fit leaves them out.",
+            outliers.count(),
+            outliers.by_channel()
+        ),
+        correction: String::new(),
+    };
+    let test = FitTest {
+        name: plausible::plausibility_test_name("outliers"),
+        statistic: share,
+        limit: 1.0,
+        sentence: estimate.sentence.clone(),
+    };
+    TestedEstimate { cause: format!("{} outliers", outliers.count()), estimate, test }
 }
 
 /// The estimate, and its figure for people.
 fn summarise_error(
     cause: SystematicError,
+    title: &str,
     value: f64,
     std: f64,
     gain: Option<f64>,
@@ -152,15 +208,15 @@ fn summarise_error(
     let digits = (1.0 - spread.abs().log10().floor()).clamp(0.0, 6.0) as usize;
     let figure = format!("{shown:+.digits$} ± {spread:.digits$} {unit}");
     let sentence = match gain {
-        Some(_) if SystematicError::TIRES.contains(&cause) => {
-            format!("The {} is {figure}; the fit has it.", about.title)
+        Some(_) if matches!(about.kind, ErrorKind::RelaxationLength | ErrorKind::Surroundings) => {
+            format!("The {title} is {figure}; the fit has it.")
         }
-        Some(_) => format!("The {} is {figure}; the fit corrects it.", about.title),
-        None => format!("The {} is {figure}.", about.title),
+        Some(_) => format!("The {title} is {figure}; the fit corrects it."),
+        None => format!("The {title} is {figure}."),
     };
     let estimate = SystematicErrorEstimate {
         name: about.name.to_owned(),
-        title: about.title.to_owned(),
+        title: title.to_owned(),
         unit: about.unit.to_owned(),
         value,
         std,

@@ -42,10 +42,10 @@ fn exact(car: &SingleTrackCar) -> FilterCarParameters<f64> {
 fn filter(
     car: &SingleTrackCar,
     noise: &DriveNoise,
-) -> AugmentedFilter<SteadySlip<f64>, SensorModel<f64, false>, f64, 4, 4> {
+) -> AugmentedFilter<SteadySlip<f64, false>, SensorModel<f64, false>, f64, 4, 4> {
     AugmentedFilter {
         process: SteadySlip { car: exact(car), tires: TIRES },
-        measurement: SensorModel::new(&SystematicErrors::default(), &[0.0; 4]),
+        measurement: SensorModel::new(&SystematicErrors::default()),
         process_noise: noise.variances().process,
         sensor_noise: noise.variances().sensor,
         coloured_noise: noise.coloured,
@@ -72,7 +72,7 @@ proptest! {
         let (held, tires, its) = (held(&car, F_x, delta), TIRES, exact(&car));
         let x = [v_x, v_y, r, 0.0];
         let expected = plant(&car, [v_x, v_y, r], &input);
-        let linear = linearise_steady_slip(&its, &tires, &x, &held);
+        let linear = linearise_steady_slip::<_, false>(&its, &tires, &x, &held);
         for (found, expected) in linear.rates.into_iter().chain([linear.a_y]).zip(expected) {
             prop_assert!((found - expected).abs() <= 1e-11 * (1.0 + expected.abs()));
         }
@@ -85,11 +85,43 @@ proptest! {
             }
         }
         // A force that the inputs do not know acts like drag: differences, as the plant has no such force.
-        let moved = |xi: f64| linearise_steady_slip(&its, &tires, &[v_x, v_y, r, xi], &held).rates;
+        let moved = |xi: f64| linearise_steady_slip::<_, false>(&its, &tires, &[v_x, v_y, r, xi], &held).rates;
         let (more, less) = (moved(1.0), moved(-1.0));
         for i in 0..3 {
             let by = 0.5 * (more[i] - less[i]);
             prop_assert!((linear.A[i][3] - by).abs() <= 1e-9 * (1.0 + by.abs()), "{i}");
+        }
+    }
+}
+
+proptest! {
+    /// Tires whose friction falls with the load, on a road that is banked in turns.
+    #[test]
+    fn load_sensitivity_and_bank_are_those_of_the_plant(
+        v_x in 5.0..60.0f64, v_y in -2.0..2.0f64, r in -1.5..1.5f64, F_x in -4e3..4e3f64,
+        delta in -0.2..0.2f64, sensitivity in 0.0..0.3f64, bank in -0.1..0.1f64,
+    ) {
+        let (mut car, input) = (winged(), SingleTrackInput { F_x, delta });
+        let mut causes = SystematicErrors::default();
+        causes[SystematicError::LoadSensitivity] = sensitivity;
+        causes[SystematicError::BankLeft] = bank;
+        causes[SystematicError::BankRight] = bank;
+        let its = FilterCarParameters::new(&car, &causes);
+        let linear = linearise_steady_slip::<_, true>(&its, &TIRES, &[v_x, v_y, r, 0.0], &held(&car, F_x, delta));
+        let state = PlanarState { v_x, v_y, r, ..PlanarState::default() };
+        car = car.with_tires(TIRES.front.to_magic_formula(), TIRES.rear.to_magic_formula());
+        let rest = car.body.static_loads();
+        // The load that a steered axle's drag moves depends on its friction.
+        for _ in 0..30 {
+            let now = car.evaluate(&state, &input);
+            car.tire_f.D = TIRES.front.D * (1.0 - sensitivity * (now.F_zf / rest[0] - 1.0));
+            car.tire_r.D = TIRES.rear.D * (1.0 - sensitivity * (now.F_zr / rest[1] - 1.0));
+        }
+        let motion = car.evaluate(&state, &input);
+        let pull = if r.abs() < 0.03 { linear.rates[1] - motion.derivative.v_y } else { vehicle::G * bank * r.signum() };
+        let expected = [motion.derivative.v_x, motion.derivative.v_y + pull, motion.derivative.r, motion.a_y];
+        for (found, expected) in linear.rates.into_iter().chain([linear.a_y]).zip(expected) {
+            prop_assert!((found - expected).abs() <= 2e-3 * (1.0 + expected.abs()), "{found} {expected}");
         }
     }
 }
@@ -184,7 +216,7 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
     let recordings = [recording(&car, 3.0)];
     for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
         let at = DriveUnknowns { causes, noise, ..DriveUnknowns::new(&TIRES, &NOISE) };
-        let likelihood = DriveLikelihood::with_delays(&car, &recordings, &causes);
+        let likelihood = DriveLikelihood::with_delays(&car, &recordings, &at);
         let errors = SystematicError::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
         let colours = (0..4).filter(|i| noise.coloured[*i].share > 0.0);
         let directions: Vec<DerivativeDirection> =
@@ -237,8 +269,8 @@ fn augmented_filters_end_in_the_base_one() {
 fn every_error_has_its_own_effect() {
     let car = winged();
     let recordings = [recording(&car, 4.0)];
-    let likelihood = DriveLikelihood::with_delays(&car, &recordings, &SystematicErrors::default());
     let at = DriveUnknowns::new(&TIRES, &NOISE);
+    let likelihood = DriveLikelihood::with_delays(&car, &recordings, &at);
     let rigid: Vec<_> = SystematicError::ALL
         .into_iter()
         .filter(|cause| !SystematicError::TIRES.contains(cause))
@@ -291,7 +323,7 @@ fn innovations_are_those_of_a_textbook_filter() {
             (moved(h) - moved(-h)) / (2.0 * h)
         });
         let prior = kalman::predict(&textbook, flow(textbook.mean), &F, &Q);
-        let linear = linearise_steady_slip(&its, &TIRES, &prior.mean.into(), &held);
+        let linear = linearise_steady_slip::<_, false>(&its, &TIRES, &prior.mean.into(), &held);
         let mut H = SMatrix::<f64, 4, 4>::zeros();
         for j in 0..4 {
             H[(j, j)] = if j < 3 { 1.0 } else { 0.0 };
@@ -348,7 +380,7 @@ fn all_vectors_give_the_same_bits() {
 }
 
 fn rate(car: &FilterCarParameters<f64>, x: &SVector<f64, 4>, held: &CarInput<f64>) -> SVector<f64, 4> {
-    let [v_x, v_y, r] = linearise_steady_slip(car, &TIRES, &(*x).into(), held).rates;
+    let [v_x, v_y, r] = linearise_steady_slip::<_, false>(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }
 

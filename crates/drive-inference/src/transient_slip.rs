@@ -49,21 +49,25 @@ pub fn linearise_transient_slip<T: Scalar>(
 ) -> CarLinearisation<T, MOVING, STATES> {
     let [v_x, v_y, r, alpha_f, alpha_r, xi_x] = *x;
     let zero = v_x.constant(0.0);
-    let [mu_f, slope_f] = friction_and_slope(&tires.front, alpha_f);
-    let [mu_r, slope_r] = friction_and_slope(&tires.rear, alpha_r);
-    let loads = AxleLoads::new(car, u, [v_x, xi_x], mu_f);
-    let AxleLoads { front: F_zf, rear: F_zr, drag, by_v, by_xi, .. } = loads;
+    let front = friction_and_slope(&tires.front, alpha_f).map(|it| it * u.friction);
+    let rear = friction_and_slope(&tires.rear, alpha_r).map(|it| it * u.friction);
+    let loads = AxleLoads::new(car, u, [v_x, xi_x], front[0]);
+    let loads = car.degressive_loads(u, [v_x, xi_x], front[0], &loads);
+    let AxleLoads { drag, by_v, by_xi, .. } = loads;
+    let moved = front[1] * drag;
+    let [front, rear] = car.axle_forces(&loads, [front, rear]);
     // Changes of F_yf and F_yr with each state.
     let changes = [
-        (by_v * mu_f, (loads.total_by_v - by_v) * mu_r),
+        (by_v * front.by_load, (loads.total_by_v - by_v) * rear.by_load),
         (zero, zero),
         (zero, zero),
-        (slope_f * F_zf.add_product(drag, mu_f), -(slope_f * drag * mu_r)),
-        (zero, slope_r * F_zr),
-        (by_xi * mu_f, -(by_xi * mu_r)),
+        (front.by_slip.add_product(moved, front.by_load), -(moved * rear.by_load)),
+        (zero, rear.by_slip),
+        (by_xi * front.by_load, -(by_xi * rear.by_load)),
     ];
-    let forces = [F_zf * mu_f, F_zr * mu_r];
+    let forces = [front.force, rear.force];
     let mut linear = linearise_motion(car, u, [v_x, v_y, r], &loads, forces, &changes);
+    car.add_bank(&mut linear, r);
     add_slip_rates(&mut linear, lengths, x, &[car.l_f, -car.l_r], &[u.delta, zero]);
     linear
 }

@@ -57,12 +57,15 @@ pub struct DriveUnknowns {
     pub causes: SystematicErrors,
     /// The noises.
     pub noise: DriveNoise,
+    /// The row from which on the friction is another one, counted over all recordings.
+    pub friction_change_row: usize,
 }
 
 impl DriveUnknowns {
     /// Tires and noises, where nothing else is wrong.
     pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
-        Self { tires: *tires, causes: SystematicErrors::default(), noise: *noise }
+        let causes = SystematicErrors::default();
+        Self { tires: *tires, causes, noise: *noise, friction_change_row: 0 }
     }
 
     /// Whether sensors are right, their noises white and slips those of the motion.
@@ -91,7 +94,7 @@ impl DriveUnknowns {
             Some(index) => Tangent::<S, N>::seed(simd, value, index, rate),
             None => Tangent::seed(simd, value, 0, 0.0),
         };
-        let Self { tires, causes, noise } = self;
+        let Self { tires, causes, noise, .. } = self;
         let theta = tires::to_array(*tires);
         let sensor = |i: usize| {
             let variance = noise.sensor[i].powi(2);

@@ -41,8 +41,8 @@ static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
 /// The same behind actuators with a time constant of 30 ms: no input is held or a line between rows.
 static LAGGING: LazyLock<Drive> = LazyLock::new(|| {
     let car = drive::on_tires(&SingleTrackCar::default(), &UNEQUAL);
-    let lags = drive::Lags { actuator: 0.03, ..drive::Lags::default() };
-    drive::drive_lagging(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1, lags)
+    let lags = drive::CarEffects { actuator: 0.03, ..drive::CarEffects::default() };
+    drive::drive_with_effects(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1, lags)
 });
 
 fn of(recording: &Drive, options: &DriveOptions) -> DriveIdentification {

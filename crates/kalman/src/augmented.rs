@@ -186,7 +186,8 @@ pub struct AugmentedFilter<P, Z, T, const K: usize, const C: usize> {
 }
 
 impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K, C> {
-    /// Predicts over `h` [s] under inputs in some sub-steps, and takes in what is measured at the end.
+    /// Predicts over `h` [s] under inputs in some sub-steps, and takes in what is measured at the end. A value that is no number is not
+    /// there: its residual is 0 and its variance 1.
     #[inline(always)]
     pub fn step<const M: usize, const S: usize, const N: usize>(
         &self,
@@ -292,6 +293,10 @@ impl<P, Z, T: Scalar, const K: usize, const C: usize> AugmentedFilter<P, Z, T, K
         let zero = prior[0].constant(0.0);
         let mut innovations = Innovations { residual: [zero; C], variance: [zero; C] };
         for i in 0..C {
+            if measured[i].is_nan() {
+                innovations.variance[i] = zero.constant(1.0);
+                continue;
+            }
             let StateEstimate { x, P } = &*estimate;
             // Covariance of the states with the measured quantity, what is expected of the latter, and its variance.
             let (cross_covariance, expected, own) = if N == S && i < Z::DIRECT {

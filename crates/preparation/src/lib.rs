@@ -51,7 +51,7 @@ pub use outlier::OutlierRejection;
 pub use pipeline::{AxleCurvePoints, PreparationReport, PreparedRecording};
 pub use points::{CurvePointCounts, CurvePoints, PointTimeSeries};
 pub use resample::{Interpolation, Resampler, local_mean_or_interpolation};
-pub use robust::difference_noise;
+pub use robust::{difference_noise, median};
 pub use row::{MotionSample, SignalFilters};
 pub use settings::PreparationPipeline;
 pub use shift::{CurveShift, ShiftEstimation};

@@ -15,7 +15,7 @@ use crate::drive::Drive;
 use crate::resample::Interpolation;
 
 /// How many errors a fit can estimate; those of the table after them only show in a log.
-pub const ESTIMATED: usize = 22;
+pub const ESTIMATED: usize = 34;
 
 /// An error that is constant over a drive. Of a channel the record is (1 + gain) × the true value, one delay before, + offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -65,6 +65,30 @@ pub enum SystematicError {
     RelaxationFront,
     /// Relaxation length of the rear tires [m].
     RelaxationRear,
+    /// Bank of the road in left turns, positive where its inside is lower [rad].
+    BankLeft,
+    /// The same in right turns [rad].
+    BankRight,
+    /// Relative fall of the friction of an axle per relative rise of its load above the static one [-].
+    LoadSensitivity,
+    /// Relative change of the friction of both axles from some row on [-].
+    FrictionChange,
+    /// Drift of the clock of v_y after the other channels': delay per time [-].
+    SideslipClock,
+    /// Drift of the clock of yaw rate and lateral acceleration [-].
+    InertialClock,
+    /// Drift of the clock of steering angle and longitudinal force [-].
+    InputClock,
+    /// Memory of the sensor of v_y: a low-pass of first order gives λ/(λ + h) of its last value and the rest of the true one [s].
+    SideslipMemory,
+    /// The same of the yaw rate [s].
+    YawRateMemory,
+    /// The same of the lateral acceleration [s].
+    AccelerationMemory,
+    /// Part of v_y that is a roll rate, per rate of a_y [(m/s)/(m/s³)].
+    Roll,
+    /// Part of v_y that is a roll acceleration, per second derivative of a_y [(m/s)/(m/s⁴)].
+    RollAcceleration,
     /// Relative error of the scale of v_y [-].
     SideslipGain,
 }
@@ -86,6 +110,14 @@ pub enum ErrorKind {
     RelaxationLength,
     /// A datum of the car that is another one.
     CarParameter,
+    /// A property of the road or the tires that the model takes as constant.
+    Surroundings,
+    /// Delay that grows with time, about the middle of the drive [-].
+    ClockDrift,
+    /// Memory of a low-pass filter [s].
+    Memory,
+    /// Motion of a body that rolls, in a sensor that is not on its axis.
+    Roll,
 }
 
 /// A row of the table of errors.
@@ -116,12 +148,16 @@ const DEGREES: (f64, &str) = (180.0 / std::f64::consts::PI, "deg");
 const PERCENT: (f64, &str) = (100.0, "%");
 const MILLISECONDS: (f64, &str) = (1000.0, "ms");
 
-use ErrorKind::{CarParameter, Delay, Gain, Lever, MountingAngle, Offset, RelaxationLength};
+use ErrorKind::{
+    CarParameter, ClockDrift, Delay, Gain, Lever, Memory, MountingAngle, Offset, RelaxationLength,
+    Surroundings,
+};
 use SystematicError::{
-    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationOffset, CentreOfGravity, ForceDelay,
-    ForceGain, Height, Inertia, Mass, RelaxationFront, RelaxationRear, SideslipDelay, SideslipGain,
-    SideslipLever, SideslipOffset, SpeedGain, SteeringDelay, SteeringGain, SteeringOffset, YawRateDelay,
-    YawRateGain, YawRateOffset,
+    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationMemory, AccelerationOffset, BankLeft,
+    BankRight, CentreOfGravity, ForceDelay, ForceGain, FrictionChange, Height, Inertia, InertialClock,
+    InputClock, LoadSensitivity, Mass, RelaxationFront, RelaxationRear, Roll, RollAcceleration,
+    SideslipClock, SideslipDelay, SideslipGain, SideslipLever, SideslipMemory, SideslipOffset, SpeedGain,
+    SteeringDelay, SteeringGain, SteeringOffset, YawRateDelay, YawRateGain, YawRateMemory, YawRateOffset,
 };
 
 /// All errors, in the order of their values.
@@ -149,6 +185,18 @@ const TABLE: [ErrorDescription; ESTIMATED + 1] = [
     ErrorDescription { error: Height, channel: "car", kind: CarParameter, name: "height", title: "height of the cg above its height in the configuration", unit: "m", std: 0.02, display: (100.0, "cm"), least: None },
     ErrorDescription { error: RelaxationFront, channel: "tires", kind: RelaxationLength, name: "relaxation_front", title: "relaxation length of the front tires", unit: "m", std: 0.3, display: (1.0, "m"), least: Some(0.1) },
     ErrorDescription { error: RelaxationRear, channel: "tires", kind: RelaxationLength, name: "relaxation_rear", title: "relaxation length of the rear tires", unit: "m", std: 0.3, display: (1.0, "m"), least: Some(0.1) },
+    ErrorDescription { error: BankLeft, channel: "road", kind: Surroundings, name: "bank_left", title: "bank of the road in left turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
+    ErrorDescription { error: BankRight, channel: "road", kind: Surroundings, name: "bank_right", title: "bank of the road in right turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
+    ErrorDescription { error: LoadSensitivity, channel: "tires", kind: Surroundings, name: "load_sensitivity", title: "load sensitivity of the tires' friction", unit: "-", std: 0.15, display: PERCENT, least: None },
+    ErrorDescription { error: FrictionChange, channel: "tires", kind: Surroundings, name: "friction_change", title: "change of friction during the drive", unit: "-", std: 0.2, display: PERCENT, least: None },
+    ErrorDescription { error: SideslipClock, channel: "v_y", kind: ClockDrift, name: "v_y_clock", title: "drift of the clock of v_y", unit: "-", std: 0.003, display: PERCENT, least: None },
+    ErrorDescription { error: InertialClock, channel: "r", kind: ClockDrift, name: "inertial_clock", title: "drift of the clock of yaw rate and a_y", unit: "-", std: 0.003, display: PERCENT, least: None },
+    ErrorDescription { error: InputClock, channel: "delta", kind: ClockDrift, name: "input_clock", title: "drift of the clock of the steering angle", unit: "-", std: 0.003, display: PERCENT, least: None },
+    ErrorDescription { error: SideslipMemory, channel: "v_y", kind: Memory, name: "v_y_memory", title: "memory of the v_y sensor's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: YawRateMemory, channel: "r", kind: Memory, name: "r_memory", title: "memory of the yaw rate's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: AccelerationMemory, channel: "a_y", kind: Memory, name: "a_y_memory", title: "memory of the lateral acceleration's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: Roll, channel: "v_y", kind: ErrorKind::Roll, name: "v_y_roll", title: "part of the roll rate in v_y", unit: "s2", std: 0.005, display: (1000.0, "mm/s per m/s3"), least: None },
+    ErrorDescription { error: RollAcceleration, channel: "v_y", kind: ErrorKind::Roll, name: "v_y_roll_acceleration", title: "part of the roll acceleration in v_y", unit: "s3", std: 0.0005, display: (1000.0, "mm/s per m/s4"), least: None },
     ErrorDescription { error: SideslipGain, channel: "v_y", kind: Gain, name: "v_y_gain", title: "scale error of v_y", unit: "-", std: 0.05, display: PERCENT, least: Some(0.05) },
 ];
 
@@ -170,6 +218,12 @@ impl SystematicError {
     /// Delays of channels; one of all of them at once would not be seen.
     pub const DELAYS: [Self; 5] = [SteeringDelay, SideslipDelay, YawRateDelay, AccelerationDelay, ForceDelay];
 
+    /// Memories of low-pass filters, which are never negative.
+    pub const MEMORIES: [Self; 3] = [SideslipMemory, YawRateMemory, AccelerationMemory];
+
+    /// Drifts of clocks.
+    pub const CLOCKS: [Self; 3] = [SideslipClock, InertialClock, InputClock];
+
     /// What tires do that curves do not tell.
     pub const TIRES: [Self; 2] = [RelaxationFront, RelaxationRear];
 
@@ -186,7 +240,14 @@ impl SystematicError {
             Gain if self == ForceGain => Some(ColumnKey::Gain(1.0 + value)),
             Gain => Some(ColumnKey::Gain(1.0 / (1.0 + value))),
             Offset => Some(ColumnKey::Offset(-value / (1.0 + gain))),
-            Lever | MountingAngle | RelaxationLength | CarParameter => None,
+            Lever
+            | MountingAngle
+            | RelaxationLength
+            | CarParameter
+            | Surroundings
+            | ClockDrift
+            | Memory
+            | ErrorKind::Roll => None,
         }
     }
 }
@@ -226,7 +287,7 @@ impl JsonSchema for SystematicError {
             let words = format!("The {title} [{unit}]; usual standard deviation {std}.");
             json_schema!({ "const": name, "description": words })
         };
-        json_schema!({ "type": "string", "oneOf": Self::ALL.map(choice) })
+        json_schema!({ "type": "string", "oneOf": Self::ALL.map(choice).to_vec() })
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
-use vehicle::{NominalCar, PlanarState, SingleTrackCar, SingleTrackInput};
+use vehicle::{MagicFormula, NominalCar, PlanarState, SingleTrackCar, SingleTrackInput};
 
 /// Period of the loop [s].
 pub const STEP: f64 = 0.01;
@@ -42,7 +42,12 @@ fn multisine(t: f64, duration: f64, peak: f64, turn: f64) -> f64 {
 /// At each speed: 4 s to reach it, multisines of 0.9 g and 1.7 g for `long` seconds each, and up to 40 m/s flicks of 1.9 g for 8 s
 /// in which the speed reference is switched, so that load transfer takes first the rear, then the front axle past its peak.
 pub fn limit(speeds: &[f64], long: f64) -> Reference {
-    let g = vehicle::G;
+    limit_share(speeds, long, 1.0)
+}
+
+/// The same with a share of these accelerations.
+pub fn limit_share(speeds: &[f64], long: f64, share: f64) -> Reference {
+    let g = share * vehicle::G;
     let mut reference = Vec::new();
     let mut before = speeds[0];
     for &v in speeds {
@@ -117,54 +122,80 @@ impl Observer {
     }
 }
 
-/// A car whose slip angles follow the motion over a length: σ dα'/dt + v α' = v α (first-order relaxation).
-struct Relaxed {
+/// A car whose slip angles may follow the motion over a length, σ dα'/dt + v α' = v α (first-order relaxation), with other effects.
+struct TrueCar {
     car: SingleTrackCar,
-    length: f64,
+    /// Tires at the static load, before the friction changes.
+    tires: [MagicFormula; 2],
+    effects: CarEffects,
     slips: [f64; 2],
-    /// Time constant with which steering and force follow the command [s]; 0 where a command acts at once, until the next.
-    lag: f64,
     /// What acts.
     input: SingleTrackInput,
+    /// Time since the start [s].
+    t: f64,
 }
 
-impl Relaxed {
+impl TrueCar {
     /// Steps so short that the slip may be held at its lag [s].
     const SUBSTEP: f64 = 1e-4;
 
-    /// Sub-step of actuators that lag [s].
+    /// Sub-step of actuators that lag, and of effects that act between motions [s].
     const ACTUATOR_STEP: f64 = 5e-4;
+
+    fn new(car: &SingleTrackCar, effects: CarEffects) -> Self {
+        let tires = [car.tire_f, car.tire_r];
+        Self { car: *car, tires, effects, slips: [0.0; 2], input: SingleTrackInput::default(), t: 0.0 }
+    }
 
     /// One period of the loop under a command.
     fn follow(&mut self, state: &PlanarState, command: &SingleTrackInput) -> PlanarState {
-        if self.lag == 0.0 {
-            self.input = *command;
-            return self.advance(state, STEP);
-        }
         let mut state = *state;
-        let share = 1.0 - (-Self::ACTUATOR_STEP / self.lag).exp();
+        let CarEffects { actuator, .. } = self.effects;
+        if actuator == 0.0 {
+            self.input = *command;
+            if self.effects.only_relax() {
+                return self.advance(&state, STEP);
+            }
+        }
+        let share = if actuator == 0.0 { 0.0 } else { 1.0 - (-Self::ACTUATOR_STEP / actuator).exp() };
         for _ in 0..(STEP / Self::ACTUATOR_STEP).round() as usize {
             // Half of the change before and half after: the mean of the input acts.
             let [delta, F_x] = [command.delta - self.input.delta, command.F_x - self.input.F_x];
             self.input.delta += 0.5 * share * delta;
             self.input.F_x += 0.5 * share * F_x;
+            self.set_friction(&state);
             state = self.advance(&state, Self::ACTUATOR_STEP);
+            state.v_y += self.effects.bank_pull(state.r) * Self::ACTUATOR_STEP;
+            self.t += Self::ACTUATOR_STEP;
             self.input.delta += 0.5 * share * delta;
             self.input.F_x += 0.5 * share * F_x;
         }
         state
     }
 
+    /// Friction of both tires at the loads of a state.
+    fn set_friction(&mut self, state: &PlanarState) {
+        let CarEffects { load_sensitivity, friction_change: (time, factor), .. } = self.effects;
+        let now = self.car.evaluate(state, &self.input);
+        let rest = self.car.body.static_loads();
+        let factor = if self.t >= time { factor } else { 1.0 };
+        let friction =
+            |D: f64, load: f64, rest: f64| D * factor * (1.0 - load_sensitivity * (load / rest - 1.0));
+        self.car.tire_f.D = friction(self.tires[0].D, now.F_zf, rest[0]);
+        self.car.tire_r.D = friction(self.tires[1].D, now.F_zr, rest[1]);
+    }
+
     fn advance(&mut self, state: &PlanarState, h: f64) -> PlanarState {
         let input = &self.input.clone();
-        if self.length == 0.0 {
+        let length = self.effects.relaxation;
+        if length == 0.0 {
             return self.car.advance(state, input, h, 0.002);
         }
         let mut state = *state;
         for _ in 0..(h / Self::SUBSTEP).round() as usize {
             let PlanarState { v_x, v_y, r, .. } = state;
             let now = self.car.body.slip_angles(v_x, v_y, r, input.delta);
-            let share = 1.0 - (-v_x * Self::SUBSTEP / self.length).exp();
+            let share = 1.0 - (-v_x * Self::SUBSTEP / length).exp();
             for (slip, now) in self.slips.iter_mut().zip(now) {
                 *slip += share * (now - *slip);
             }
@@ -179,25 +210,50 @@ impl Relaxed {
 
 /// What sensors record while a car follows a reference.
 pub fn drive(car: &SingleTrackCar, reference: &Reference, noise: &[f64; 4], seed: u64) -> Drive {
-    drive_lagging(car, reference, noise, seed, Lags::default())
+    drive_with_effects(car, reference, noise, seed, CarEffects::default())
 }
 
-/// What follows late.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Lags {
+/// What a true car has that curves of tires do not tell.
+#[derive(Clone, Copy, Debug)]
+pub struct CarEffects {
     /// Relaxation length of the tires [m].
     pub relaxation: f64,
-    /// Time constant of steering and force [s].
+    /// Time constant with which steering and force follow the command [s]; 0 where a command acts at once, until the next.
     pub actuator: f64,
+    /// Bank of the road to the inside, in left turns [rad].
+    pub bank_left: f64,
+    /// Relative fall of the friction per relative rise of the load.
+    pub load_sensitivity: f64,
+    /// Time from which on the friction is a factor of that before [s].
+    pub friction_change: (f64, f64),
 }
 
-/// The same where tires and actuators follow late.
-pub fn drive_lagging(
+impl Default for CarEffects {
+    fn default() -> Self {
+        let (relaxation, actuator, bank_left, load_sensitivity) = (0.0, 0.0, 0.0, 0.0);
+        Self { relaxation, actuator, bank_left, load_sensitivity, friction_change: (f64::INFINITY, 1.0) }
+    }
+}
+
+impl CarEffects {
+    /// Whether nothing acts between the motions of the car.
+    fn only_relax(&self) -> bool {
+        self.bank_left == 0.0 && self.load_sensitivity == 0.0 && self.friction_change.0.is_infinite()
+    }
+
+    /// Acceleration to the left by the bank of a road whose inside is lower in left turns [m/s²].
+    fn bank_pull(&self, r: f64) -> f64 {
+        vehicle::G * self.bank_left.sin() * 0.5 * (1.0 + (r / 0.02).tanh())
+    }
+}
+
+/// The same with effects of tires, actuators and road.
+pub fn drive_with_effects(
     car: &SingleTrackCar,
     reference: &Reference,
     noise: &[f64; 4],
     seed: u64,
-    lags: Lags,
+    effects: CarEffects,
 ) -> Drive {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut state = PlanarState { v_x: reference[0][0], ..PlanarState::default() };
@@ -207,14 +263,13 @@ pub fn drive_lagging(
     let mut observer = Observer::new(nominal, state.v_x, noise);
     let mut input = SingleTrackInput::default();
     let mut recording = Drive::default();
-    let Lags { relaxation: length, actuator: lag } = lags;
-    let mut relaxed = Relaxed { car: *car, length, slips: [0.0; 2], lag, input };
+    let mut true_car = TrueCar::new(car, effects);
     for k in 0..reference.len() {
         if k > 0 {
-            state = relaxed.follow(&state, &input);
+            state = true_car.follow(&state, &input);
         }
-        let acting = relaxed.input;
-        let a_y = relaxed.car.evaluate(&state, &acting).a_y;
+        let acting = true_car.input;
+        let a_y = true_car.car.evaluate(&state, &acting).a_y;
         let mut e = || -> f64 { StandardNormal.sample(&mut rng) };
         let y = SVector::from([
             state.v_x + noise[0] * e(),
