@@ -26,12 +26,21 @@ pub(crate) fn assign_rows_to_blocks(used: &[bool]) -> Vec<Option<usize>> {
     used.iter().map(block).collect()
 }
 
-/// The blocks of rows without those beyond 3.5 standard deviations of the bulk from a fit of the columns. The first fit is to
+/// Rows that say which deviation from a fit is usual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UsualRows {
+    All,
+    /// Those of large targets: where the target is about 0, as on a straight, any model is right.
+    LargeTargets,
+}
+
+/// The blocks of rows without those beyond 3.5 standard deviations of the usual ones from a fit of the columns. The first fit is to
 /// rows of small targets, so what is far off cannot bend it.
 pub(crate) fn drop_outlier_rows(
     columns: &[&[f64]],
     target: &[f64],
     all: &[Option<usize>],
+    usual: UsualRows,
 ) -> Vec<Option<usize>> {
     let chosen: Vec<usize> = (0..columns.len()).collect();
     let used = |k: &usize| all[*k].is_some();
@@ -50,7 +59,8 @@ pub(crate) fn drop_outlier_rows(
             let model: f64 = columns.iter().zip(&fit).map(|(column, value)| column[k] * value).sum();
             (target[k] - model).abs()
         };
-        let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(used).map(off), 0.5);
+        let counts = |k: &usize| used(k) && (usual == UsualRows::All || target[*k].abs() > small);
+        let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(counts).map(off), 0.5);
         kept = keep(&|k| off(k) <= most);
     }
     kept

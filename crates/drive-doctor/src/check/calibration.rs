@@ -17,6 +17,7 @@ use log_errors::{
 };
 use relation_sums::{NUISANCES, RelationNormalEquations};
 use removed_delays::RemovedDelays;
+use rival_models::RivalModel;
 use terms::{MotionRelation, SmoothedSignals};
 
 use numerics::text::format_significant;
@@ -110,8 +111,11 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         );
     }
     let Some(found) = found else { return };
-    let steers = |cause: &usize| LOG_ERRORS[*cause].describe().channel == "delta";
-    let smoother = match found.causes.iter().any(steers) {
+    let has_rivals = |cause: &usize| {
+        let error = LOG_ERRORS[*cause].describe();
+        error.channel == "delta" || error.kind == ErrorKind::Lever
+    };
+    let smoother = match found.causes.iter().any(has_rivals) {
         true => smoother_equations(case, &found).unwrap_or_default(),
         false => Vec::new(),
     };
@@ -316,13 +320,13 @@ fn residual_squares(all: &BlockNormalEquations, columns: &[usize]) -> Option<f64
     }
 }
 
-/// The error with what else may be: rivals, halves that disagree, a sensor that holds its values [s].
+/// The error with what else may be: rivals, halves that disagree, values that stand for this long [s].
 fn describe_error(
     found: &ErrorFit,
     place: usize,
     constant: Option<bool>,
     rivals: &[String],
-    held: Option<f64>,
+    hold: Option<f64>,
 ) -> String {
     let at = found.before + place;
     let error = LOG_ERRORS[found.causes[place]];
@@ -339,9 +343,9 @@ fn describe_error(
         (None, _) => sentence += " One half of the log alone does not tell it.",
         _ => (),
     }
-    if let Some(held) = held {
-        let held = format_significant(held, 2);
-        sentence += &format!(" But a sensor holds its values for {held} s: it can be the clock of that one.");
+    if let Some(hold) = hold {
+        let hold = format_significant(hold, 2);
+        sentence += &format!(" But values stand for {hold} s: no clock is known better than to half of it.");
     }
     sentence
 }
@@ -374,10 +378,19 @@ fn report_sensor_error(
         ("a_y" | "r", ErrorKind::Delay | ErrorKind::Gain) => {
             witnesses::kinematic_contradiction(&measured.usual, found, place)
         }
-        ("delta", _) => rival_models::rival_explanation(measured, found, place),
         _ => None,
     };
-    let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
+    let rivals_of: &[RivalModel] = match (channel, kind) {
+        ("delta", _) => &rival_models::OF_STEERING,
+        (_, ErrorKind::Lever) => &rival_models::OF_PLACES,
+        _ => &[],
+    };
+    let contradiction =
+        contradiction.or_else(|| rival_models::rival_explanation(measured, found, place, rivals_of));
+    let hold = case.clock_step(channel);
+    // The end of the interval that is nearer to 0.
+    let least = interval[0].abs().min(interval[1].abs());
+    let is_within_hold = kind == ErrorKind::Delay && least < 0.5 * hold;
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t_value(at).abs()) {
         _ if kind == ErrorKind::RelaxationLength => Certainty::Possible,
         _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
@@ -388,8 +401,7 @@ fn report_sensor_error(
         (true, LIKELY..) => Certainty::Likely,
         _ => Certainty::Possible,
     };
-    let held = is_within_hold.then_some(case.held);
-    let mut sentence = describe_error(found, place, constant, &rivals, held);
+    let mut sentence = describe_error(found, place, constant, &rivals, is_within_hold.then_some(hold));
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
         if channel == "v_y" {
