@@ -108,13 +108,17 @@ impl LeastSquaresFit {
     /// Whether the coefficients of both halves are one, within chance or [`ONE_CONSTANT`] of their size. `None` where a half
     /// does not tell it.
     pub fn is_same_in_both_halves(&self, index: usize) -> Option<bool> {
-        let [(first, first_std), (second, second_std)] = self.halves.as_ref()?;
-        let apart = (first[index] - second[index]).abs();
-        let chance = 2.5 * first_std[index].hypot(second_std[index]);
-        let same_sign = first[index] * second[index] > 0.0;
-        let close = apart < chance || apart < ONE_CONSTANT * self.values[index].abs();
-        Some(same_sign && close)
+        let halves = self.halves.as_ref()?;
+        let parts = halves.each_ref().map(|(values, stds)| [values[index], stds[index]]);
+        Some(is_one_constant(parts, self.values[index]))
     }
+}
+
+/// Whether two parts of a log, each with its standard deviation, tell one constant that the whole says to be `value`.
+pub(crate) fn is_one_constant([[first, first_std], [second, second_std]]: [[f64; 2]; 2], value: f64) -> bool {
+    let apart = (first - second).abs();
+    let chance = 2.5 * first_std.hypot(second_std);
+    first * second > 0.0 && (apart < chance || apart < ONE_CONSTANT * value.abs())
 }
 
 impl BlockNormalEquations {

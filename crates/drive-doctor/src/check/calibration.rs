@@ -24,7 +24,7 @@ use numerics::text::format_significant;
 use preparation::{ErrorDescription, ErrorKind};
 
 use super::clocks::behind_yaw_rate;
-use crate::blocks::{BlockNormalEquations, LeastSquaresFit};
+use crate::blocks::{BlockNormalEquations, LeastSquaresFit, is_one_constant};
 use crate::case::ExaminedLog;
 use crate::correction::LogCorrection;
 use crate::finding::{Certainty, LogFinding};
@@ -119,7 +119,12 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         true => smoother_equations(case, &found).unwrap_or_default(),
         false => Vec::new(),
     };
-    let measured = MeasuredRelations { usual: measured, smoother };
+    let is_certain = |place: usize| found.fit.t_value(found.before + place).abs() > CERTAIN;
+    let turns = match (0..found.causes.len()).any(is_certain) {
+        true => [1.0, -1.0].map(|side| equations_of_turns(case, &found, side).unwrap_or_default()),
+        false => Default::default(),
+    };
+    let measured = MeasuredRelations { usual: measured, smoother, turns };
     for (place, &cause) in found.causes.iter().enumerate() {
         report_sensor_error(case, &measured, &found, place, cause);
     }
@@ -162,6 +167,36 @@ struct MeasuredRelations {
     usual: Vec<RelationNormalEquations>,
     /// Under a wider one, which leaves less of the noise that a driver or a controller answers; none without errors of steering.
     smoother: Vec<RelationNormalEquations>,
+    /// In turns to the left and to the right alone; none where no error is beyond [`CERTAIN`].
+    turns: [Vec<RelationNormalEquations>; 2],
+}
+
+impl MeasuredRelations {
+    /// Whether turns to both sides say the same of an error.
+    fn is_same_in_both_turns(&self, found: &ErrorFit, place: usize) -> bool {
+        let estimate = |measured: &Vec<RelationNormalEquations>| {
+            let own = measured.iter().flat_map(|it| it.own.iter().copied());
+            let columns: Vec<usize> = own.chain(found.causes.iter().map(|cause| NUISANCES + cause)).collect();
+            let fit = variance_weighted_equations(measured, &columns).fit_columns(&columns)?;
+            let at = columns.len() - found.causes.len() + place;
+            Some([fit.values[at] + found.taken[place], fit.stds[at]])
+        };
+        let value = found.fit.values[found.before + place];
+        match self.turns.each_ref().map(estimate) {
+            [Some(left), Some(right)] => is_one_constant([left, right], value),
+            _ => false,
+        }
+    }
+}
+
+/// The relations in turns to one side: left where it is positive.
+fn equations_of_turns(
+    case: &ExaminedLog,
+    found: &ErrorFit,
+    side: f64,
+) -> Option<Vec<RelationNormalEquations>> {
+    let terms = SmoothedSignals::new(&ResampledChannels::from_log(case)?, 1.0).ok()?;
+    Some(terms.normal_equations_of_rows(case, &found.remaining_errors(), |k| side * terms.r[0][k] > 0.0))
 }
 
 /// The relations under a wider filter.
@@ -385,6 +420,8 @@ fn report_sensor_error(
         (_, ErrorKind::Lever) => &rival_models::OF_PLACES,
         _ => &[],
     };
+    let matters = value.abs() >= smallest_relevant_error(error);
+    let rivals_of = if matters { rivals_of } else { &[] };
     let contradiction =
         contradiction.or_else(|| rival_models::rival_explanation(measured, found, place, rivals_of));
     let hold = case.clock_step(channel);
@@ -396,8 +433,8 @@ fn report_sensor_error(
         _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Certainty::Possible,
-        _ if value.abs() < smallest_relevant_error(error) => Certainty::Possible,
-        (true, CERTAIN..) => Certainty::Certain,
+        _ if !matters => Certainty::Possible,
+        (true, CERTAIN..) if measured.is_same_in_both_turns(found, place) => Certainty::Certain,
         (true, LIKELY..) => Certainty::Likely,
         _ => Certainty::Possible,
     };

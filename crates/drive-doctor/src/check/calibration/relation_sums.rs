@@ -9,6 +9,8 @@ use crate::statistics::quantile;
 
 /// Share of the highest lateral acceleration below which slip goes with force, but for its cube.
 const LINEAR: f64 = 0.6;
+/// Share of the usual top speed below which rows do not count.
+const SLOWEST: f64 = 0.2;
 /// Ranges of speed in each of which it is asked which forces are reached.
 const SPEEDS: u32 = 8;
 /// Fewest rows of a relation.
@@ -45,8 +47,20 @@ impl SmoothedSignals {
         case: &ExaminedLog,
         known: &[(usize, f64)],
     ) -> Vec<RelationNormalEquations> {
+        self.normal_equations_of_rows(case, known, |_| true)
+    }
+
+    /// The same in some rows only.
+    pub fn normal_equations_of_rows(
+        &self,
+        case: &ExaminedLog,
+        known: &[(usize, f64)],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<RelationNormalEquations> {
         let top = quantile(self.v_x[0].iter().copied(), 0.95);
-        let moves: Vec<bool> = self.v_x[0].iter().map(|v_x| *v_x > 0.2 * top).collect();
+        // Slow turns tell lengths and scales best.
+        let moves = |(k, v_x): (usize, &f64)| *v_x > SLOWEST * top && wanted(k);
+        let moves: Vec<bool> = self.v_x[0].iter().enumerate().map(moves).collect();
         let split = assign_rows_to_blocks(&moves);
         RELATIONS
             .into_iter()
@@ -70,7 +84,7 @@ impl SmoothedSignals {
         // The mean of F³ while F moves by a standard deviation s within the filter is F³ + 3 F s².
         let reach = |k: usize| force[k].hypot(3.0_f64.sqrt() * self.quick[k]);
         let linear = |k: usize| relation == MotionRelation::RigidBody || reach(k) < LINEAR * top[k];
-        let nuisances = self.nuisance_columns(force.clone());
+        let nuisances = self.nuisance_columns(force.clone(), &lightness);
         let first = match relation {
             MotionRelation::RigidBody => None,
             MotionRelation::Rear => Some(0),
@@ -176,19 +190,20 @@ impl SmoothedSignals {
         self.v_x[0].iter().map(top).collect()
     }
 
-    fn nuisance_columns(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
+    fn nuisance_columns(&self, force: Vec<f64>, lightness: &[f64]) -> [Vec<f64>; PER_AXLE] {
         let product = |of_force: i32, of_speed: i32| -> Vec<f64> {
             let rows = force.iter().zip(&self.v_x[0]);
             rows.map(|(force, v_x)| force.powi(of_force) * v_x.powi(of_speed)).collect()
         };
         let [cube, with_speed] = [product(3, 0), product(1, 2)];
         let [second_order, bent_with_speed, bent] = [product(1, 4), product(3, 2), product(5, 0)];
-        let (yaw, distance) = (self.r[1].clone(), self.curvature[0].clone());
+        let distance = self.curvature[0].clone();
         let map = |f: &dyn Fn(usize) -> f64| (0..force.len()).map(f).collect::<Vec<f64>>();
         // A moment of inertia that is not m l_f l_r adds yaw acceleration to the force, wherever that goes.
-        let yaw_with_speed = map(&|k| self.r[1][k] * self.v_x[0][k].powi(2));
-        let yaw_relaxed = map(&|k| self.r[2][k] / self.v_x[0][k]);
-        let load_transfer = map(&|k| force[k] * self.v_x[1][k]);
+        let yaw = map(&|k| lightness[k] * self.r[1][k]);
+        let yaw_with_speed = map(&|k| yaw[k] * self.v_x[0][k].powi(2));
+        let yaw_relaxed = map(&|k| lightness[k] * self.r[2][k] / self.v_x[0][k]);
+        let load_transfer = map(&|k| lightness[k] * force[k] * self.v_x[1][k]);
         [
             force,
             cube,
