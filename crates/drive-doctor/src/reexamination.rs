@@ -55,9 +55,8 @@ fn is_cured(claim: &LogFinding, left: &LogFinding) -> bool {
 impl LogExamination {
     /// Adds what only the corrected log tells.
     fn add_hidden_findings(&mut self, again: LogExamination) {
-        let is_known = |it: &LogFinding| {
-            self.findings.iter().any(|known| known.check == it.check && known.is_certain_or_likely())
-        };
+        // Also what was possible or has been withdrawn: it is no news.
+        let is_known = |it: &LogFinding| self.findings.iter().any(|known| known.check == it.check);
         // Of what a key corrects already, the corrected log tells a rest only.
         let is_rest = |it: &LogFinding| {
             let mut known = self.findings.iter().filter(|known| known.is_certain_or_likely());
@@ -66,7 +65,6 @@ impl LogExamination {
         let is_hidden = |it: &LogFinding| it.is_certain_or_likely() && !is_known(it) && !is_rest(it);
         let hidden: Vec<LogFinding> = again.findings.into_iter().filter(is_hidden).collect();
         for mut finding in hidden {
-            self.findings.retain(|it| it.check != finding.check);
             finding.sentence = format!("Once the rest is corrected: {}", finding.sentence);
             self.findings.push(finding);
         }
