@@ -14,15 +14,13 @@ use std::time::Instant;
 use clean_drive::{CARS, Manner, clean};
 use drive_doctor::{Certainty, LogExamination, examine_log};
 
-/// Gentle to the limit; held, moved slowly, moved quickly; two rates.
-fn manners() -> Vec<Manner> {
-    let mut all = Vec::new();
-    for effort in [0.35, 0.7, 1.0] {
-        for (steering_lag, row) in [(0.0, 0.01), (0.05, 0.01), (0.1, 0.01), (0.05, 0.05)] {
-            all.push(Manner { effort, steering_lag, row });
-        }
-    }
-    all
+/// Very gentle to the limit; held, moved slowly, moved quickly; four rates; good to poor sensors; other tires; a vehicle bus.
+/// The lists have lengths without a common divisor, so all of them meet.
+fn manner(k: usize) -> Manner {
+    let (effort, noise) = ([0.2, 0.35, 0.5, 0.7, 1.0][k % 5], [1.0, 2.5, 0.5][k % 3]);
+    let (steering_lag, row) =
+        [(0.05, 0.01), (0.0, 0.01), (0.1, 0.02), (0.1, 0.01), (0.05, 0.05), (0.0, 0.02), (0.03, 0.01)][k % 7];
+    Manner { effort, steering_lag, row, noise, is_rounded: k % 4 == 3, has_other_tires: k % 2 == 1 }
 }
 
 fn names(found: &LogExamination) -> String {
@@ -37,14 +35,15 @@ fn main() {
     let mut number = |usual: u64| arguments.next().and_then(|it| it.parse().ok()).unwrap_or(usual);
     let (each, first) = (number(12) as usize, number(1));
     let wanted = arguments.next().unwrap_or_default();
-    let manners = manners();
     let (mut levels, mut alarms, mut logs, mut milliseconds) = ([0; 3], 0, 0, 0.0);
-    let mut named = vec![[0; 3]; mistake::MISTAKES.len()];
+    let mut named = vec![[0; 4]; mistake::MISTAKES.len()];
     for (place, car) in CARS.iter().enumerate() {
         for k in 0..each {
-            let manner = manners[k % manners.len()];
             let seed = first + (100 * place + k) as u64;
-            let (log, known) = clean(car, manner, seed);
+            let manner = manner(each * place + k);
+            let (log, mut known) = clean(car, manner, seed);
+            // Half of the cars have been in a wind tunnel.
+            known.aero = known.aero.filter(|_| k % 2 == 0);
             let start = Instant::now();
             let found = examine_log(&mistake::log(&log), &known);
             milliseconds += 1e3 * start.elapsed().as_secs_f64();
@@ -52,12 +51,12 @@ fn main() {
             for it in &found.findings {
                 levels[it.sure as usize] += 1;
             }
-            let Manner { effort, steering_lag, row } = manner;
+            let Manner { effort, steering_lag, row, noise, is_rounded, .. } = manner;
             if found.has_serious_finding() {
                 alarms += 1;
                 let name = car.name;
                 println!(
-                    "ALARM {name:12} effort {effort:4} lag {steering_lag:4} row {row:4}: {}",
+                    "ALARM {name:12} effort {effort:4} lag {steering_lag:4} row {row:4} noise {noise:3} rounded {is_rounded:5} seed {seed}: {}",
                     names(&found)
                 );
             }
@@ -74,6 +73,7 @@ fn main() {
                 counts[0] += 1;
                 counts[1] += usize::from(is_found);
                 counts[2] += usize::from(mistake.is_named(&found));
+                counts[3] += usize::from(mistake.is_of_wrong_channel(&found));
                 if !wanted.is_empty() {
                     println!("  {:12} effort {effort:4} {:24} {}", car.name, mistake.name, names(&found));
                 }
@@ -88,11 +88,11 @@ fn main() {
         of(Certainty::Possible),
         milliseconds / logs as f64
     );
-    println!("{:28} {:>5} {:>6} {:>6}", "mistake", "logs", "found", "alone");
+    println!("{:28} {:>5} {:>6} {:>6} {:>14}", "mistake", "logs", "found", "alone", "wrong channel");
     let made = mistake::MISTAKES.iter().zip(&named).filter(|(_, counts)| counts[0] > 0);
-    for (mistake, [logs, found, alone]) in made {
-        println!("{:28} {logs:5} {found:6} {alone:6}", mistake.name);
+    for (mistake, [logs, found, alone, wrong]) in made {
+        println!("{:28} {logs:5} {found:6} {alone:6} {wrong:14}", mistake.name);
     }
     let total = |place: usize| named.iter().skip(1).map(|it| it[place]).sum::<usize>();
-    println!("{:28} {:5} {:6} {:6}", "all", total(0), total(1), total(2));
+    println!("{:28} {:5} {:6} {:6} {:14}", "all", total(0), total(1), total(2), total(3));
 }

@@ -26,12 +26,21 @@ pub(crate) fn assign_rows_to_blocks(used: &[bool]) -> Vec<Option<usize>> {
     used.iter().map(block).collect()
 }
 
-/// The blocks of rows without those beyond 3.5 standard deviations of the bulk from a fit of the columns. The first fit is to
+/// Rows that say which deviation from a fit is usual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UsualRows {
+    All,
+    /// Those of large targets: where the target is about 0, as on a straight, any model is right.
+    LargeTargets,
+}
+
+/// The blocks of rows without those beyond 3.5 standard deviations of the usual ones from a fit of the columns. The first fit is to
 /// rows of small targets, so what is far off cannot bend it.
 pub(crate) fn drop_outlier_rows(
     columns: &[&[f64]],
     target: &[f64],
     all: &[Option<usize>],
+    usual: UsualRows,
 ) -> Vec<Option<usize>> {
     let chosen: Vec<usize> = (0..columns.len()).collect();
     let used = |k: &usize| all[*k].is_some();
@@ -50,7 +59,8 @@ pub(crate) fn drop_outlier_rows(
             let model: f64 = columns.iter().zip(&fit).map(|(column, value)| column[k] * value).sum();
             (target[k] - model).abs()
         };
-        let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(used).map(off), 0.5);
+        let counts = |k: &usize| used(k) && (usual == UsualRows::All || target[*k].abs() > small);
+        let most = 3.5 * MAD_TO_STD * quantile((0..target.len()).filter(counts).map(off), 0.5);
         kept = keep(&|k| off(k) <= most);
     }
     kept
@@ -98,13 +108,17 @@ impl LeastSquaresFit {
     /// Whether the coefficients of both halves are one, within chance or [`ONE_CONSTANT`] of their size. `None` where a half
     /// does not tell it.
     pub fn is_same_in_both_halves(&self, index: usize) -> Option<bool> {
-        let [(first, first_std), (second, second_std)] = self.halves.as_ref()?;
-        let apart = (first[index] - second[index]).abs();
-        let chance = 2.5 * first_std[index].hypot(second_std[index]);
-        let same_sign = first[index] * second[index] > 0.0;
-        let close = apart < chance || apart < ONE_CONSTANT * self.values[index].abs();
-        Some(same_sign && close)
+        let halves = self.halves.as_ref()?;
+        let parts = halves.each_ref().map(|(values, stds)| [values[index], stds[index]]);
+        Some(is_one_constant(parts, self.values[index]))
     }
+}
+
+/// Whether two parts of a log, each with its standard deviation, tell one constant that the whole says to be `value`.
+pub(crate) fn is_one_constant([[first, first_std], [second, second_std]]: [[f64; 2]; 2], value: f64) -> bool {
+    let apart = (first - second).abs();
+    let chance = 2.5 * first_std.hypot(second_std);
+    first * second > 0.0 && (apart < chance || apart < ONE_CONSTANT * value.abs())
 }
 
 impl BlockNormalEquations {

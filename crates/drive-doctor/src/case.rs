@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use preparation::{DriveLog, Signal};
+use vehicle::{Aerodynamics, G};
 
 use crate::finding::{LogExamination, LogFinding, UnansweredCheck};
+use crate::statistics::median_step;
 
 /// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
 /// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
@@ -79,12 +81,24 @@ pub struct CarData {
     pub axles: Option<[f64; 2]>,
     /// Mass [kg].
     pub m: Option<f64>,
+    /// Downforce, by which tires stiffen with speed.
+    pub aero: Option<Aerodynamics>,
 }
 
 impl CarData {
     /// Distance between the axles [m].
     pub fn wheelbase(&self) -> Option<f64> {
         self.wheelbase.or(self.axles.map(|[l_f, l_r]| l_f + l_r))
+    }
+
+    /// The loads of both axles at rest over those at a speed [m/s]; 1 where downforce is not known.
+    pub(crate) fn load_ratios(&self, v_x: f64) -> [f64; 2] {
+        let (Some(aero), Some(m), Some([l_f, l_r])) = (self.aero, self.m, self.axles) else {
+            return [1.0; 2];
+        };
+        let at_rest = [l_r, l_f].map(|arm| m * G * arm / (l_f + l_r));
+        let [front, rear] = aero.downforce(v_x);
+        [at_rest[0] / (at_rest[0] + front), at_rest[1] / (at_rest[1] + rear)]
     }
 }
 
@@ -126,6 +140,11 @@ impl<'a> ExaminedLog<'a> {
             held: 0.0,
             is_ratio_rough: false,
         }
+    }
+
+    /// For how long a value of a channel stands [s]: over a row, or as long as a sensor holds it.
+    pub fn clock_step(&self, name: &str) -> f64 {
+        self.signals.get(name).map_or(0.0, |signal| median_step(&signal.time)).max(self.held)
     }
 
     pub fn has_channels(&self, names: &[&str]) -> bool {

@@ -1,7 +1,10 @@
 //! Holds the lines that correct a log, and says into which table of a scenario they go.
 
-use preparation::ColumnKey;
+use preparation::{ColumnKey, DriveLog};
 use serde::Serialize;
+use units::Unit;
+
+use crate::case::channel_unit;
 
 /// Where a line goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -27,6 +30,12 @@ pub struct LogCorrection {
     /// What to know before one writes it.
     #[serde(rename = "correction_note", skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// What the line does to columns.
+    #[serde(skip)]
+    keys: Vec<CorrectionKey>,
+    /// Whether nothing of the error is left in a log with the line.
+    #[serde(skip)]
+    pub(crate) cures: bool,
 }
 
 /// A key of a column.
@@ -47,6 +56,36 @@ impl From<ColumnKey> for CorrectionKey {
 }
 
 impl CorrectionKey {
+    /// The key of TOML.
+    fn name(self) -> &'static str {
+        match self {
+            CorrectionKey::Unit(_) => "unit",
+            CorrectionKey::Mirrored => "sign",
+            CorrectionKey::Error(ColumnKey::Gain(_)) => "gain",
+            CorrectionKey::Error(ColumnKey::Offset(_)) => "offset",
+            CorrectionKey::Error(ColumnKey::Delay(_)) => "delay",
+            CorrectionKey::Gaps(_) => "gaps",
+        }
+    }
+
+    fn apply(self, channel: &str, time: &mut [f64], value: &mut [f64]) {
+        let mut scale = |factor: f64| value.iter_mut().for_each(|value| *value *= factor);
+        match self {
+            CorrectionKey::Unit(unit) => {
+                let units = Unit::parse(unit).ok().zip(Unit::parse(channel_unit(channel)).ok());
+                let conversion = units.and_then(|(from, to)| Unit::conversion(&from, &to));
+                scale(conversion.map_or(1.0, |(factor, _)| factor));
+            }
+            CorrectionKey::Mirrored => scale(-1.0),
+            CorrectionKey::Error(ColumnKey::Gain(gain)) => scale(gain),
+            CorrectionKey::Error(ColumnKey::Offset(offset)) => {
+                value.iter_mut().for_each(|value| *value += offset);
+            }
+            CorrectionKey::Error(ColumnKey::Delay(delay)) => time.iter_mut().for_each(|time| *time -= delay),
+            CorrectionKey::Gaps(_) => {}
+        }
+    }
+
     fn toml_line(self) -> String {
         match self {
             CorrectionKey::Unit(unit) => format!("unit = \"{unit}\""),
@@ -61,18 +100,25 @@ impl LogCorrection {
     /// Keys of the columns.
     pub(crate) fn from_column_keys(keys: &[CorrectionKey]) -> Self {
         let lines: Vec<String> = keys.iter().map(|key| key.toml_line()).collect();
-        Self { text: lines.join(", "), place: Some(CorrectionTarget::Column), note: None }
+        Self {
+            text: lines.join(", "),
+            place: Some(CorrectionTarget::Column),
+            note: None,
+            keys: keys.to_vec(),
+            cures: true,
+        }
     }
 
     /// Two channels that stand for each other.
     pub(crate) fn for_swapped_channels([a, b]: [&str; 2]) -> Self {
         let text = format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
-        Self { text, place: Some(CorrectionTarget::Both), note: None }
+        Self { text, place: Some(CorrectionTarget::Both), note: None, keys: Vec::new(), cures: false }
     }
 
     /// The key `time_unit` of the table.
     pub(crate) fn time_unit(unit: &str) -> Self {
-        Self { text: format!("time_unit = \"{unit}\""), place: Some(CorrectionTarget::Table), note: None }
+        let text = format!("time_unit = \"{unit}\"");
+        Self { text, place: Some(CorrectionTarget::Table), note: None, keys: Vec::new(), cures: false }
     }
 
     /// The stretches [s] of a log without these.
@@ -84,12 +130,40 @@ impl LogCorrection {
         let text = |(from, until)| format!("[{from:.3}, {until:.3}]");
         let stretches: Vec<String> = whole.map(text).collect();
         let text = format!("during = [{}]", stretches.join(", "));
-        Self { text, place: Some(CorrectionTarget::Table), note: None }
+        Self { text, place: Some(CorrectionTarget::Table), note: None, keys: Vec::new(), cures: false }
     }
 
     /// What to do, where no line does it.
     pub(crate) fn from_advice(text: impl Into<String>) -> Self {
-        Self { text: text.into(), place: None, note: None }
+        Self { text: text.into(), place: None, note: None, keys: Vec::new(), cures: false }
+    }
+
+    /// The same as a line that makes up for an error on average and leaves it in the log.
+    pub(crate) fn as_compensation(self) -> Self {
+        Self { cures: false, ..self }
+    }
+
+    /// Whether it changes the values or the stamps of columns.
+    pub(crate) fn is_applicable(&self) -> bool {
+        self.keys.iter().any(|key| !matches!(key, CorrectionKey::Gaps(_)))
+    }
+
+    /// Whether a key of its line is one of the other's line.
+    pub(crate) fn has_key_of(&self, other: &Self) -> bool {
+        let is_same = |a: &CorrectionKey, b: &CorrectionKey| a.name() == b.name();
+        self.keys.iter().any(|a| other.keys.iter().any(|b| is_same(a, b)))
+    }
+
+    /// Corrects channels of a log.
+    pub(crate) fn apply(&self, channels: &[&'static str], log: &mut DriveLog) {
+        for name in channels {
+            let Some(signal) = log.get(name) else { continue };
+            let (mut time, mut value) = (signal.time.to_vec(), signal.value.to_vec());
+            for key in &self.keys {
+                key.apply(name, &mut time, &mut value);
+            }
+            log.insert(name, time, value);
+        }
     }
 
     pub(crate) fn with_note(self, note: impl Into<String>) -> Self {

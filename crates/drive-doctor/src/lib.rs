@@ -12,6 +12,7 @@ mod check;
 mod correction;
 mod finding;
 mod motion;
+mod reexamination;
 mod rolling_radius;
 mod statistics;
 mod steering_map;
@@ -31,8 +32,12 @@ use preparation::DriveLog;
 const LEAST_ROWS: usize = 100;
 
 /// Examines the log of a drive. Channels have the names and units of [`CHANNELS`] and time stamps of their own [s]; any of them
-/// can be missing, and what could not be looked at is said.
+/// can be missing, and what could not be looked at is said. A log with corrections is examined once more with them.
 pub fn examine_log(log: &DriveLog, car: &CarData) -> LogExamination {
+    reexamination::weigh_by_corrected_log(log, car, examine_once(log, car), examine_once)
+}
+
+fn examine_once(log: &DriveLog, car: &CarData) -> LogExamination {
     let mut case = case::ExaminedLog::new(log, *car);
     for check in check::CHECKS {
         check(&mut case);

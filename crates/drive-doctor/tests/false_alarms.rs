@@ -8,7 +8,8 @@ use crate::mistake;
 /// The car of that name, and a seed of its own.
 fn recording(name: &str, seed: u64) -> (preparation::Drive, drive_doctor::CarData) {
     let car = CARS.iter().find(|car| car.name == name).expect("a car of the list");
-    clean(car, Manner { effort: 0.7, steering_lag: 0.1, row: 0.01 }, seed)
+    let (log, known) = clean(car, Manner::USUAL, seed);
+    (log, drive_doctor::CarData { aero: None, ..known })
 }
 
 /// Before tires competed, each of these logs had a scale or a delay of the steering.

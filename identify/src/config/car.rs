@@ -203,7 +203,7 @@ fn check_share(key: &str, found: f64) -> Result<(), ConfigError> {
     check_rule((0.0..=1.0).contains(&found), key, "a share from 0 to 1", found)
 }
 
-fn checked_aero(air: AeroChoice) -> Result<Aerodynamics, ConfigError> {
+pub(super) fn checked_aero(air: AeroChoice) -> Result<Aerodynamics, ConfigError> {
     let aero = Aerodynamics::from(air);
     let Aerodynamics { rho, area, C_d, C_lf, C_lr } = aero;
     for (name, value) in [("rho", rho), ("area", area)] {

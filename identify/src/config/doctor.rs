@@ -6,7 +6,11 @@ use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use vehicle::Aerodynamics;
+
+use super::car::checked_aero;
 use super::rules;
+use super::uncertain_value::AeroChoice;
 
 /// Looks for errors in a log. What is known of the car makes more checks possible; none of it is needed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
@@ -20,6 +24,8 @@ pub struct DoctorConfig {
     pub l_r: Option<f64>,
     /// Mass [kg].
     pub m: Option<f64>,
+    /// Drag and downforce, or "none": tires stiffen with the load that downforce adds, which can look like an error of the steering.
+    pub aero: Option<AeroChoice>,
     /// The log is a staircase: the signal `delta` is a command that was held step by step while the car rolled slowly. Its map and the play of
     /// the steering are found.
     pub staircase: bool,
@@ -27,7 +33,8 @@ pub struct DoctorConfig {
 
 impl DoctorConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let Self { wheelbase, l_f, l_r, m, staircase } = *self;
+        let Self { wheelbase, l_f, l_r, m, aero, staircase } = *self;
+        aero.map_or(Ok(()), |air| checked_aero(air).map(|_| ()))?;
         let length = wheelbase.is_some() || (l_f.is_some() && l_r.is_some());
         rules::check_rule(!staircase || length, "staircase", "`wheelbase` with it", "none")?;
         for (name, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", m)] {
@@ -50,9 +57,14 @@ impl DoctorConfig {
 
     /// What is known of the car; of three lengths two are enough.
     pub fn car_data(&self) -> CarData {
-        let Self { wheelbase, l_f, l_r, m, .. } = *self;
+        let Self { wheelbase, l_f, l_r, m, aero, .. } = *self;
         let rest = |arm: Option<f64>| Some(wheelbase? - arm?);
         let axles = l_f.or(rest(l_r)).zip(l_r.or(rest(l_f)));
-        CarData { wheelbase, axles: axles.map(|(l_f, l_r)| [l_f, l_r]), m }
+        CarData {
+            wheelbase,
+            axles: axles.map(|(l_f, l_r)| [l_f, l_r]),
+            m,
+            aero: aero.map(Aerodynamics::from),
+        }
     }
 }

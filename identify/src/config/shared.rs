@@ -49,7 +49,16 @@ const STEERED: [ParameterKeyPair; 7] = [
     ("drive.front_share", "car.drive_front_share"),
 ];
 
-const DOCTOR: [ParameterKeyPair; 3] = [("body.m", "m"), ("body.l_f", "l_f"), ("body.l_r", "l_r")];
+const DOCTOR: [ParameterKeyPair; 8] = [
+    ("body.m", "m"),
+    ("body.l_f", "l_f"),
+    ("body.l_r", "l_r"),
+    ("aero.rho", "aero.rho"),
+    ("aero.area", "aero.area"),
+    ("aero.C_d", "aero.C_d"),
+    ("aero.C_lf", "aero.C_lf"),
+    ("aero.C_lr", "aero.C_lr"),
+];
 
 /// Replaces the values of `parameters`, by the names of variables, by keys of the car.
 ///

@@ -114,7 +114,7 @@ pub(super) fn closed_loop(
         .map(|window| Ok((window.name.clone(), stretches_to_validate(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.drive_options().map_err(|error| error.to_string())?;
-    let log = doctor::examine_drives(&used, &raw, &options.car.body);
+    let log = doctor::examine_drives(&used, &raw, &options.car.body, Some(options.car.aero));
     let options = if log.refusing_finding().is_some() { options_for_refused_log(options) } else { options };
     let mut progress = |share, what: &str| host.report_progress(share, what);
     let mut found = identify_tires(&used, &options, &mut progress).map_err(|error| error.to_string())?;

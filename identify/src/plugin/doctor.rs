@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::estimate::TireEstimate;
 use tire_inference::model::{ModelFit, ModelVerdict, SystematicErrorEstimate};
-use vehicle::VehicleBody;
+use vehicle::{Aerodynamics, VehicleBody};
 
 use crate::conclusion::Reservation;
 use crate::config::DoctorConfig;
@@ -68,8 +68,12 @@ pub(super) fn check_has_drive_signal(request: &AnalysisRequest) -> Result<(), St
 }
 
 /// What is wrong with the log of a car.
-pub(super) fn examine_car_log(log: &DriveLog, body: &VehicleBody) -> LogExamination {
-    let car = CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
+pub(super) fn examine_car_log(
+    log: &DriveLog,
+    body: &VehicleBody,
+    aero: Option<Aerodynamics>,
+) -> LogExamination {
+    let car = CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m), aero };
     let mut found = examine_log(log, &car);
     // Where time has a gap, a recording ends and another one begins: the task says so itself.
     found.findings.retain(|it| it.check != "gap");
@@ -78,10 +82,15 @@ pub(super) fn examine_car_log(log: &DriveLog, body: &VehicleBody) -> LogExaminat
 
 /// What is wrong with the stretches of a log that are used. All its signals count, those too that only the doctor knows what to do
 /// with, such as the speeds of wheels.
-pub(super) fn examine_drives(drives: &[Drive], log: &DriveLog, body: &VehicleBody) -> LogExamination {
+pub(super) fn examine_drives(
+    drives: &[Drive],
+    log: &DriveLog,
+    body: &VehicleBody,
+    aero: Option<Aerodynamics>,
+) -> LogExamination {
     let ends = |drive: &Drive| Some(TimeInterval { start: *drive.t.first()?, end: *drive.t.last()? });
     let stretches: Vec<TimeInterval> = drives.iter().filter_map(ends).collect();
-    examine_car_log(&log.restricted_to_stretches(&stretches), body)
+    examine_car_log(&log.restricted_to_stretches(&stretches), body, aero)
 }
 
 /// The verdict on a model whose log has an error that no fit makes up for; `model` otherwise.

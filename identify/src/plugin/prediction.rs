@@ -48,7 +48,7 @@ pub(super) fn run_prediction(
         return Err("expected rows in `hold_out`, found none: look at its times, laps and logs".to_owned());
     }
     let car = config.car_specification().map_err(|error| error.to_string())?;
-    let log = doctor::examine_car_log(&raw, &car.body);
+    let log = doctor::examine_car_log(&raw, &car.body, None);
     if config.hide_v_y || request.find_signal("v_y").is_none() {
         return sideslip::run_sideslip_estimation(&car, &log, config, [&fitted, &held], host);
     }

@@ -104,7 +104,7 @@ pub(super) fn identify_tires(
     report_progress(host, 0.0, "preparing the points")?;
     let recording = drive_log(request);
     let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
-    let log = doctor::examine_car_log(&recording, &car.body);
+    let log = doctor::examine_car_log(&recording, &car.body, Some(car.aero));
     let pipeline = PreparationPipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.prepare(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);

@@ -101,6 +101,9 @@ struct CarArguments {
     /// Mass [kg].
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Drag and downforce as in a file of a car: "{ rho = 1.2, area = 1.5, C_d = 0.9, C_lf = 1.1, C_lr = 1.4 }"; or none.
+    #[arg(long, value_name = "TABLE")]
+    aero: Option<String>,
 }
 
 impl ColumnArguments {
@@ -210,11 +213,17 @@ fn doctor_scenario_text(
         text.push('\n');
     }
     text += "\n[analysis.config]\ntask = \"doctor\"\n";
-    let CarArguments { wheelbase, l_f, l_r, mass } = arguments.car;
+    let CarArguments { wheelbase, l_f, l_r, mass, aero } = &arguments.car;
     for (key, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", mass)] {
         if let Some(value) = value {
             let _ = writeln!(text, "{key} = {value:?}");
         }
+    }
+    if let Some(aero) = aero {
+        let _ = match aero.starts_with('{') {
+            true => writeln!(text, "aero = {aero}"),
+            false => writeln!(text, "aero = {}", toml_string(aero)),
+        };
     }
     text += "\n[[check]]\nname = \"nothing certain or likely is wrong with the log\"\nthat = \"'nothing' == doctor.verdict\"\n";
     Ok(text)

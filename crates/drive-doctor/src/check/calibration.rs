@@ -17,13 +17,14 @@ use log_errors::{
 };
 use relation_sums::{NUISANCES, RelationNormalEquations};
 use removed_delays::RemovedDelays;
+use rival_models::RivalModel;
 use terms::{MotionRelation, SmoothedSignals};
 
 use numerics::text::format_significant;
 use preparation::{ErrorDescription, ErrorKind};
 
 use super::clocks::behind_yaw_rate;
-use crate::blocks::{BlockNormalEquations, LeastSquaresFit};
+use crate::blocks::{BlockNormalEquations, LeastSquaresFit, is_one_constant};
 use crate::case::ExaminedLog;
 use crate::correction::LogCorrection;
 use crate::finding::{Certainty, LogFinding};
@@ -110,12 +111,20 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
         );
     }
     let Some(found) = found else { return };
-    let steers = |cause: &usize| LOG_ERRORS[*cause].describe().channel == "delta";
-    let smoother = match found.causes.iter().any(steers) {
+    let has_rivals = |cause: &usize| {
+        let error = LOG_ERRORS[*cause].describe();
+        error.channel == "delta" || error.kind == ErrorKind::Lever
+    };
+    let smoother = match found.causes.iter().any(has_rivals) {
         true => smoother_equations(case, &found).unwrap_or_default(),
         false => Vec::new(),
     };
-    let measured = MeasuredRelations { usual: measured, smoother };
+    let is_certain = |place: usize| found.fit.t_value(found.before + place).abs() > CERTAIN;
+    let turns = match (0..found.causes.len()).any(is_certain) {
+        true => [1.0, -1.0].map(|side| equations_of_turns(case, &found, side).unwrap_or_default()),
+        false => Default::default(),
+    };
+    let measured = MeasuredRelations { usual: measured, smoother, turns };
     for (place, &cause) in found.causes.iter().enumerate() {
         report_sensor_error(case, &measured, &found, place, cause);
     }
@@ -158,6 +167,36 @@ struct MeasuredRelations {
     usual: Vec<RelationNormalEquations>,
     /// Under a wider one, which leaves less of the noise that a driver or a controller answers; none without errors of steering.
     smoother: Vec<RelationNormalEquations>,
+    /// In turns to the left and to the right alone; none where no error is beyond [`CERTAIN`].
+    turns: [Vec<RelationNormalEquations>; 2],
+}
+
+impl MeasuredRelations {
+    /// Whether turns to both sides say the same of an error.
+    fn is_same_in_both_turns(&self, found: &ErrorFit, place: usize) -> bool {
+        let estimate = |measured: &Vec<RelationNormalEquations>| {
+            let own = measured.iter().flat_map(|it| it.own.iter().copied());
+            let columns: Vec<usize> = own.chain(found.causes.iter().map(|cause| NUISANCES + cause)).collect();
+            let fit = variance_weighted_equations(measured, &columns).fit_columns(&columns)?;
+            let at = columns.len() - found.causes.len() + place;
+            Some([fit.values[at] + found.taken[place], fit.stds[at]])
+        };
+        let value = found.fit.values[found.before + place];
+        match self.turns.each_ref().map(estimate) {
+            [Some(left), Some(right)] => is_one_constant([left, right], value),
+            _ => false,
+        }
+    }
+}
+
+/// The relations in turns to one side: left where it is positive.
+fn equations_of_turns(
+    case: &ExaminedLog,
+    found: &ErrorFit,
+    side: f64,
+) -> Option<Vec<RelationNormalEquations>> {
+    let terms = SmoothedSignals::new(&ResampledChannels::from_log(case)?, 1.0).ok()?;
+    Some(terms.normal_equations_of_rows(case, &found.remaining_errors(), |k| side * terms.r[0][k] > 0.0))
 }
 
 /// The relations under a wider filter.
@@ -316,13 +355,13 @@ fn residual_squares(all: &BlockNormalEquations, columns: &[usize]) -> Option<f64
     }
 }
 
-/// The error with what else may be: rivals, halves that disagree, a sensor that holds its values [s].
+/// The error with what else may be: rivals, halves that disagree, values that stand for this long [s].
 fn describe_error(
     found: &ErrorFit,
     place: usize,
     constant: Option<bool>,
     rivals: &[String],
-    held: Option<f64>,
+    hold: Option<f64>,
 ) -> String {
     let at = found.before + place;
     let error = LOG_ERRORS[found.causes[place]];
@@ -339,9 +378,9 @@ fn describe_error(
         (None, _) => sentence += " One half of the log alone does not tell it.",
         _ => (),
     }
-    if let Some(held) = held {
-        let held = format_significant(held, 2);
-        sentence += &format!(" But a sensor holds its values for {held} s: it can be the clock of that one.");
+    if let Some(hold) = hold {
+        let hold = format_significant(hold, 2);
+        sentence += &format!(" But values stand for {hold} s: no clock is known better than to half of it.");
     }
     sentence
 }
@@ -374,22 +413,32 @@ fn report_sensor_error(
         ("a_y" | "r", ErrorKind::Delay | ErrorKind::Gain) => {
             witnesses::kinematic_contradiction(&measured.usual, found, place)
         }
-        ("delta", _) => rival_models::rival_explanation(measured, found, place),
         _ => None,
     };
-    let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
+    let rivals_of: &[RivalModel] = match (channel, kind) {
+        ("delta", _) => &rival_models::OF_STEERING,
+        (_, ErrorKind::Lever) => &rival_models::OF_PLACES,
+        _ => &[],
+    };
+    let matters = value.abs() >= smallest_relevant_error(error);
+    let rivals_of = if matters { rivals_of } else { &[] };
+    let contradiction =
+        contradiction.or_else(|| rival_models::rival_explanation(measured, found, place, rivals_of));
+    let hold = case.clock_step(channel);
+    // The end of the interval that is nearer to 0.
+    let least = interval[0].abs().min(interval[1].abs());
+    let is_within_hold = kind == ErrorKind::Delay && least < 0.5 * hold;
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t_value(at).abs()) {
         _ if kind == ErrorKind::RelaxationLength => Certainty::Possible,
         _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Certainty::Possible,
-        _ if value.abs() < smallest_relevant_error(error) => Certainty::Possible,
-        (true, CERTAIN..) => Certainty::Certain,
+        _ if !matters => Certainty::Possible,
+        (true, CERTAIN..) if measured.is_same_in_both_turns(found, place) => Certainty::Certain,
         (true, LIKELY..) => Certainty::Likely,
         _ => Certainty::Possible,
     };
-    let held = is_within_hold.then_some(case.held);
-    let mut sentence = describe_error(found, place, constant, &rivals, held);
+    let mut sentence = describe_error(found, place, constant, &rivals, is_within_hold.then_some(hold));
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
         if channel == "v_y" {

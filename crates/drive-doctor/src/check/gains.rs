@@ -4,7 +4,9 @@
 use numerics::text::format_significant;
 use preparation::{ColumnKey, difference_noise};
 
-use crate::blocks::{BlockNormalEquations, LeastSquaresFit, T_95, assign_rows_to_blocks, drop_outlier_rows};
+use crate::blocks::{
+    BlockNormalEquations, LeastSquaresFit, T_95, UsualRows, assign_rows_to_blocks, drop_outlier_rows,
+};
 use crate::case::ExaminedLog;
 use crate::correction::LogCorrection;
 use crate::finding::{Certainty, LogFinding};
@@ -92,7 +94,7 @@ fn fit_yaw_rate_gain(case: &ExaminedLog, motion: &ResampledChannels) -> Option<(
         blocks.push(split[start].filter(|_| moves[rows].iter().all(|moves| *moves)));
     }
     let one = vec![1.0; turned.len()];
-    let blocks = drop_outlier_rows(&[&turned, &one], &added, &blocks);
+    let blocks = drop_outlier_rows(&[&turned, &one], &added, &blocks, UsualRows::All);
     let fit =
         BlockNormalEquations::from_columns(&[&turned, &one], &added, |k| blocks[k]).fit_columns(&[0, 1])?;
     // Noise of the course is in the column, which makes the coefficient smaller by its share.
@@ -202,6 +204,7 @@ fn fit_rolling_radius(
         &[&one, &a_x],
         &deviation_from_median(&ratio, &straight),
         &assign_rows_to_blocks(&straight),
+        UsualRows::All,
     );
     let fit =
         BlockNormalEquations::from_columns(&[&one, &a_x], &ratio, |k| blocks[k]).fit_columns(&[0, 1])?;

@@ -41,6 +41,24 @@ pub struct Manner {
     pub steering_lag: f64,
     /// Distance of rows [s].
     pub row: f64,
+    /// Noise of the sensors, as a multiple of that of good ones.
+    pub noise: f64,
+    /// Whether the logger writes channels in the steps of a vehicle bus.
+    pub is_rounded: bool,
+    /// Whether tires have other curves than those of [`CARS`], drawn by the seed.
+    pub has_other_tires: bool,
+}
+
+impl Manner {
+    /// Moderate driving with steering that moves between rows and good sensors.
+    pub const USUAL: Self = Self {
+        effort: 0.7,
+        steering_lag: 0.1,
+        row: 0.01,
+        noise: 1.0,
+        is_rounded: false,
+        has_other_tires: false,
+    };
 }
 
 const fn body(m: f64, I_zz: f64, l_f: f64, l_r: f64, h: f64) -> VehicleBody {
@@ -148,16 +166,36 @@ impl Waves {
     }
 }
 
+/// Writes channels in the steps of a vehicle bus: 0.01 m/s, 0.1 deg/s, 0.02 m/s2 and 0.04 deg.
+fn round(log: &mut Drive) {
+    let channels = [
+        (&mut log.v_x, 0.01),
+        (&mut log.v_y, 0.01),
+        (&mut log.r, 0.1_f64.to_radians()),
+        (&mut log.a_y, 0.02),
+        (&mut log.delta, 0.04_f64.to_radians()),
+    ];
+    for (column, step) in channels {
+        column.iter_mut().for_each(|value| *value = (*value / step).round() * step);
+    }
+}
+
 /// What the sensors record in 60 s, with what is known of the car.
 pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let TestCar { body, mu, stiffness, pressed_area: [front, rear], relaxation, speeds, .. } = *test;
-    let tire = |axle: usize| {
-        let (C, E) = (1.35 + 0.15 * axle as f64, -0.4);
-        MagicFormula { B: stiffness[axle] / (C * mu[axle]), C, D: mu[axle], E, ..MagicFormula::default() }
+    let mut tire = |axle: usize| {
+        let [mut C, mut E, mut K] = [1.35 + 0.15 * axle as f64, -0.4, stiffness[axle]];
+        if manner.has_other_tires {
+            C += rng.random_range(-0.15..0.25);
+            E += rng.random_range(-1.2..1.0);
+            K *= rng.random_range(0.7..1.3);
+        }
+        MagicFormula { B: K / (C * mu[axle]), C, D: mu[axle], E, ..MagicFormula::default() }
     };
     let aero = Aerodynamics { area: 1.0, C_d: 0.5, C_lf: front, C_lr: rear, ..Aerodynamics::default() };
-    let car = SingleTrackCar { body, aero, tire_f: tire(0), tire_r: tire(1), ..SingleTrackCar::default() };
+    let [tire_f, tire_r] = [tire(0), tire(1)];
+    let car = SingleTrackCar { body, aero, tire_f, tire_r, ..SingleTrackCar::default() };
     let mut car = RelaxedCar { car, length: relaxation, slips: [0.0; 2] };
     let (turns, pace) = (Waves::random(7, [0.08, 1.3], &mut rng), Waves::random(3, [0.015, 0.06], &mut rng));
     let mut state = PlanarState { v_x: 0.5 * (speeds[0] + speeds[1]), ..PlanarState::default() };
@@ -168,7 +206,7 @@ pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
     let driver = if manner.steering_lag == 0.0 { rows } else { driver };
     // The driver, a controller, has the noise of the sensors.
     let mut seen = [state.v_x, 0.0];
-    let noise = [0.03, 0.01, 0.003, 0.06].map(|std| std * rng.random_range(0.5..1.5));
+    let noise = [0.03, 0.01, 0.003, 0.06].map(|std| manner.noise * std * rng.random_range(0.5..1.5));
     for k in 0..60_000_usize {
         let t = k as f64 * FINE;
         if k > 0 {
@@ -207,5 +245,8 @@ pub fn clean(test: &TestCar, manner: Manner, seed: u64) -> (Drive, CarData) {
             lag => (wheel - input.delta) * FINE / lag,
         };
     }
-    (log, CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) })
+    if manner.is_rounded {
+        round(&mut log);
+    }
+    (log, CarData { axles: Some([body.l_f, body.l_r]), m: Some(body.m), aero: Some(aero), wheelbase: None })
 }

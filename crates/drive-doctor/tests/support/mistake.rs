@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use drive_doctor::{CarData, LogExamination};
+use drive_doctor::{CarData, LogExamination, LogFinding};
 use drive_inference::{Drive, Tires};
 use preparation::DriveLog;
 use tire_inference::parameters::TireParameters;
@@ -22,6 +22,18 @@ pub struct Mistake {
 }
 
 impl Mistake {
+    /// Whether something certain or likely is said of a channel that has no mistake.
+    pub fn is_of_wrong_channel(&self, found: &LogExamination) -> bool {
+        let right = |it: &LogFinding| {
+            self.checks.contains(&it.check.as_str())
+                || it
+                    .channels
+                    .iter()
+                    .any(|channel| self.checks.iter().any(|check| check.starts_with(channel)))
+        };
+        found.serious_findings().any(|it| !right(it))
+    }
+
     /// Whether the first finding is the mistake, and nothing else is certain; for a clean log, whether there is none.
     pub fn is_named(&self, found: &LogExamination) -> bool {
         let serious: Vec<_> = found.serious_findings().collect();
@@ -63,7 +75,7 @@ pub fn driven(car: usize, reference: &drive::Reference, noise: &[f64; 4], seed: 
     let (body, tires) = CARS[car];
     let vehicle = drive::on_tires(&SingleTrackCar { body, ..SingleTrackCar::default() }, &tires);
     let recording = drive::drive(&vehicle, reference, noise, seed);
-    (recording, CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) })
+    (recording, CarData { axles: Some([body.l_f, body.l_r]), m: Some(body.m), ..CarData::default() })
 }
 
 /// A drive as the doctor takes it.

@@ -22,11 +22,17 @@ pub(super) fn smallest_relevant_error(error: SystematicError) -> f64 {
     error.describe().least.unwrap_or(f64::INFINITY)
 }
 
+/// The scale of the steering.
+pub(super) const STEERING_GAIN: usize = 1;
+
 /// The error that is a constant in the slips of both axles.
 pub(super) const CONSTANT: usize = 6;
 
 /// The delay of the lateral acceleration.
 pub(super) const A_Y_DELAY: usize = 10;
+
+/// The delays of `v_y`, `r` and `a_y`.
+pub(super) const DELAYS: [usize; 3] = [4, 7, A_Y_DELAY];
 
 /// The relaxation length of the tires.
 pub(super) const RELAXATION: usize = 14;
@@ -51,12 +57,12 @@ pub(super) const LOG_ERRORS: [SystematicError; 15] = [
 ];
 
 /// What one unit of the error adds to a relation; `None` where it adds nothing. `compliance` is the slip of the axle by its
-/// force [rad/(m/s²)], `arm` the distance to it [m].
+/// force in each row [rad/(m/s²)], `arm` the distance to it [m].
 pub(super) fn effect_column(
     error: SystematicError,
     relation: MotionRelation,
     terms: &SmoothedSignals,
-    compliance: f64,
+    compliance: &[f64],
     arm: Option<f64>,
 ) -> Option<Vec<f64>> {
     use ErrorKind::{Delay, Gain, Lever, MountingAngle, Offset, RelaxationLength};
@@ -87,15 +93,15 @@ pub(super) fn effect_column(
         ("r", Gain, RigidBody) => times(&terms.turn[0], -1.0),
         ("r", Gain, _) => times(&terms.curvature[0], -arm?),
         ("a_y", Delay, RigidBody) => map(&|k| -terms.turn[1][k] - terms.v_y[1][k]),
-        ("a_y", Delay, _) => times(&terms.a_y[1], -side * compliance),
+        ("a_y", Delay, _) => map(&|k| -side * compliance[k] * terms.a_y[1][k]),
         ("a_y", Offset, RigidBody) => Some(vec![1.0; rows]),
-        ("a_y", Offset, _) => Some(vec![side * compliance; rows]),
+        ("a_y", Offset, _) => map(&|k| side * compliance[k]),
         ("a_y", Gain, RigidBody) => map(&|k| terms.turn[0][k] + terms.v_y[0][k]),
         ("a_y", Lever, RigidBody) => Some(terms.r[1].clone()),
         // v_y − l r = −v_x k (F + (length/v_x) F'): the force follows the slip.
         ("tires", RelaxationLength, Rear | Front) => {
             let rate = |k: usize| terms.a_y[1][k] - side * arm.unwrap_or(0.0) * terms.r[2][k];
-            map(&|k| -side * compliance * rate(k) / terms.v_x[0][k])
+            map(&|k| -side * compliance[k] * rate(k) / terms.v_x[0][k])
         }
         _ => None,
     }

@@ -3,23 +3,27 @@
 
 use super::log_errors::{CONSTANT, LOG_ERRORS, effect_column};
 use super::terms::{MotionRelation, SmoothedSignals};
-use crate::blocks::{BlockNormalEquations, assign_rows_to_blocks, drop_outlier_rows};
+use crate::blocks::{BlockNormalEquations, UsualRows, assign_rows_to_blocks, drop_outlier_rows};
 use crate::case::ExaminedLog;
 use crate::statistics::quantile;
 
 /// Share of the highest lateral acceleration below which slip goes with force, but for its cube.
 const LINEAR: f64 = 0.6;
+/// Share of the usual top speed below which rows do not count.
+const SLOWEST: f64 = 0.2;
+/// Ranges of speed in each of which it is asked which forces are reached.
+const SPEEDS: u32 = 8;
 /// Fewest rows of a relation.
 const LEAST_ROWS: usize = 400;
 
 const RELATIONS: [MotionRelation; 3] =
     [MotionRelation::RigidBody, MotionRelation::Rear, MotionRelation::Front];
-/// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle; then
-/// those of rival explanations.
+/// Columns of an axle that the car decides: force, its cube, its change with speed and with the load that braking moves, yaw
+/// acceleration, distance to the axle; then those of rival explanations.
 const PER_AXLE: usize = 11;
 /// Place of the distance to the axle, and of the first rival.
-const DISTANCE: usize = 4;
-const FIRST_RIVAL: usize = 5;
+const DISTANCE: usize = 5;
+const FIRST_RIVAL: usize = 6;
 /// Columns before those of the causes.
 pub(super) const NUISANCES: usize = 2 * PER_AXLE;
 
@@ -31,7 +35,7 @@ pub(super) struct RelationNormalEquations {
     /// Columns of its own that are fitted with the causes.
     pub own: Vec<usize>,
     /// Columns of its own by which the tires may explain what looks like an error: downforce to second order, a curve that
-    /// bends more and with speed, inertia, load transfer by braking.
+    /// bends more and with speed, inertia.
     pub rivals: Vec<usize>,
 }
 
@@ -43,8 +47,20 @@ impl SmoothedSignals {
         case: &ExaminedLog,
         known: &[(usize, f64)],
     ) -> Vec<RelationNormalEquations> {
+        self.normal_equations_of_rows(case, known, |_| true)
+    }
+
+    /// The same in some rows only.
+    pub fn normal_equations_of_rows(
+        &self,
+        case: &ExaminedLog,
+        known: &[(usize, f64)],
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<RelationNormalEquations> {
         let top = quantile(self.v_x[0].iter().copied(), 0.95);
-        let moves: Vec<bool> = self.v_x[0].iter().map(|v_x| *v_x > 0.3 * top).collect();
+        // Slow turns tell lengths and scales best.
+        let moves = |(k, v_x): (usize, &f64)| *v_x > SLOWEST * top && wanted(k);
+        let moves: Vec<bool> = self.v_x[0].iter().enumerate().map(moves).collect();
         let split = assign_rows_to_blocks(&moves);
         RELATIONS
             .into_iter()
@@ -62,10 +78,13 @@ impl SmoothedSignals {
         let rows = self.v_x[0].len();
         let arm = case.car.axles.map(|[l_f, l_r]| if relation == MotionRelation::Front { l_f } else { l_r });
         let target = self.relation_residual(relation, arm);
-        let force = self.force_per_mass(relation, case);
-        let top = quantile(force.iter().map(|force| force.abs()), 0.98);
-        let linear = |k: usize| relation == MotionRelation::RigidBody || force[k].abs() < LINEAR * top;
-        let nuisances = self.nuisance_columns(force.clone());
+        let lightness = self.load_ratios(relation, case);
+        let force = self.force_per_mass(relation, case, &lightness);
+        let top = self.force_reached_by_speed(&force);
+        // The mean of F³ while F moves by a standard deviation s within the filter is F³ + 3 F s².
+        let reach = |k: usize| force[k].hypot(3.0_f64.sqrt() * self.quick[k]);
+        let linear = |k: usize| relation == MotionRelation::RigidBody || reach(k) < LINEAR * top[k];
+        let nuisances = self.nuisance_columns(force.clone(), &lightness);
         let first = match relation {
             MotionRelation::RigidBody => None,
             MotionRelation::Rear => Some(0),
@@ -84,19 +103,22 @@ impl SmoothedSignals {
             let one = vec![1.0; rows];
             let columns = own.iter().map(|column| &nuisances[column % PER_AXLE][..]);
             let mut right = target.clone();
+            let no_compliance = vec![0.0; rows];
             for &(index, value) in known {
-                if let Some(column) = effect_column(LOG_ERRORS[index], relation, self, 0.0, arm) {
+                if let Some(column) = effect_column(LOG_ERRORS[index], relation, self, &no_compliance, arm) {
                     right.iter_mut().zip(&column).for_each(|(right, error)| *right -= value * error);
                 }
             }
-            used = drop_outlier_rows(&columns.chain([&one[..]]).collect::<Vec<_>>(), &right, &used);
+            let columns: Vec<&[f64]> = columns.chain([&one[..]]).collect();
+            used = drop_outlier_rows(&columns, &right, &used, UsualRows::LargeTargets);
         }
-        let sums = |compliance: f64| {
+        let sums = |at_rest: f64| {
+            let compliance: Vec<f64> = lightness.iter().map(|ratio| at_rest * ratio).collect();
             let mut columns: Vec<Option<&[f64]>> = vec![None; NUISANCES];
             for &column in own.iter().chain(&rivals) {
                 columns[column] = Some(&nuisances[column % PER_AXLE]);
             }
-            let causes = LOG_ERRORS.map(|error| effect_column(error, relation, self, compliance, arm));
+            let causes = LOG_ERRORS.map(|error| effect_column(error, relation, self, &compliance, arm));
             columns.extend(causes.iter().map(Option::as_deref));
             let mut blocks = BlockNormalEquations::new(columns.len());
             blocks.add_rows(&columns, &target, |k| used[k]);
@@ -128,34 +150,65 @@ impl SmoothedSignals {
         (0..self.v_x[0].len()).map(at).collect()
     }
 
-    /// The force of an axle over the mass that it carries [m/s²]: a_y + l_f r' in front and a_y − l_r r' in the rear, with
-    /// I_zz of about m l_f l_r.
-    fn force_per_mass(&self, relation: MotionRelation, case: &ExaminedLog) -> Vec<f64> {
+    /// The load of an axle at rest over that at the speed of each row.
+    fn load_ratios(&self, relation: MotionRelation, case: &ExaminedLog) -> Vec<f64> {
+        let axle = usize::from(relation == MotionRelation::Rear);
+        self.v_x[0].iter().map(|v_x| case.car.load_ratios(*v_x)[axle]).collect()
+    }
+
+    /// The force of an axle over the mass that its load carries [m/s²]: a_y + l_f r' in front and a_y − l_r r' in the rear, with
+    /// I_zz of about m l_f l_r, at the load at rest.
+    fn force_per_mass(&self, relation: MotionRelation, case: &ExaminedLog, lightness: &[f64]) -> Vec<f64> {
         let arm = match (relation, case.car.axles) {
             (MotionRelation::Front, Some([l_f, _])) => l_f,
             (MotionRelation::Rear, Some([_, l_r])) => -l_r,
             _ => 0.0,
         };
-        self.a_y[0].iter().zip(&self.r[1]).map(|(a_y, rate)| a_y + arm * rate).collect()
+        let rows = self.a_y[0].iter().zip(&self.r[1]).zip(lightness);
+        rows.map(|((a_y, rate), ratio)| ratio * (a_y + arm * rate)).collect()
     }
 
-    fn nuisance_columns(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
+    /// The force that is reached at the speed of each row or below it: downforce lets tires carry more at higher speeds, so what is
+    /// little there can be all that they carry at lower ones.
+    fn force_reached_by_speed(&self, force: &[f64]) -> Vec<f64> {
+        let tops: Vec<[f64; 2]> = (1..=SPEEDS)
+            .map(|part| {
+                let speed = quantile(self.v_x[0].iter().copied(), f64::from(part) / f64::from(SPEEDS));
+                let rows = self.v_x[0].iter().zip(force).filter(|(v_x, _)| **v_x <= speed);
+                [speed, quantile(rows.map(|(_, force)| force.abs()), 0.98)]
+            })
+            .collect();
+        let mut most = 0.0_f64;
+        let rising: Vec<[f64; 2]> = tops
+            .into_iter()
+            .map(|[speed, top]| {
+                most = most.max(top);
+                [speed, most]
+            })
+            .collect();
+        let top = |v_x: &f64| rising.iter().find(|[speed, _]| v_x <= speed).map_or(f64::NAN, |it| it[1]);
+        self.v_x[0].iter().map(top).collect()
+    }
+
+    fn nuisance_columns(&self, force: Vec<f64>, lightness: &[f64]) -> [Vec<f64>; PER_AXLE] {
         let product = |of_force: i32, of_speed: i32| -> Vec<f64> {
             let rows = force.iter().zip(&self.v_x[0]);
             rows.map(|(force, v_x)| force.powi(of_force) * v_x.powi(of_speed)).collect()
         };
         let [cube, with_speed] = [product(3, 0), product(1, 2)];
         let [second_order, bent_with_speed, bent] = [product(1, 4), product(3, 2), product(5, 0)];
-        let (yaw, distance) = (self.r[1].clone(), self.curvature[0].clone());
+        let distance = self.curvature[0].clone();
         let map = |f: &dyn Fn(usize) -> f64| (0..force.len()).map(f).collect::<Vec<f64>>();
         // A moment of inertia that is not m l_f l_r adds yaw acceleration to the force, wherever that goes.
-        let yaw_with_speed = map(&|k| self.r[1][k] * self.v_x[0][k].powi(2));
-        let yaw_relaxed = map(&|k| self.r[2][k] / self.v_x[0][k]);
-        let load_transfer = map(&|k| force[k] * self.v_x[1][k]);
+        let yaw = map(&|k| lightness[k] * self.r[1][k]);
+        let yaw_with_speed = map(&|k| yaw[k] * self.v_x[0][k].powi(2));
+        let yaw_relaxed = map(&|k| lightness[k] * self.r[2][k] / self.v_x[0][k]);
+        let load_transfer = map(&|k| lightness[k] * force[k] * self.v_x[1][k]);
         [
             force,
             cube,
             with_speed,
+            load_transfer,
             yaw,
             distance,
             second_order,
@@ -163,7 +216,6 @@ impl SmoothedSignals {
             bent,
             yaw_with_speed,
             yaw_relaxed,
-            load_transfer,
         ]
     }
 }

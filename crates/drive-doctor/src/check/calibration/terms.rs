@@ -1,6 +1,8 @@
 //! The smoothed signals of a log that the relations of its motion are made of.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use preparation::difference_noise;
+
 use crate::motion::ResampledChannels;
 
 /// Narrowest filter [s].
@@ -21,6 +23,8 @@ pub(super) struct SmoothedSignals {
     /// r/v_x and its derivative.
     pub curvature: [Vec<f64>; 2],
     pub delta: [Vec<f64>; 2],
+    /// Standard deviation of a_y within the filter, beyond the noise of its sensor [m/s²].
+    pub quick: Vec<f64>,
 }
 
 /// The relations, each of which is 0 for true signals.
@@ -53,15 +57,26 @@ impl SmoothedSignals {
         let both = |column: &[f64]| [0, 1].map(|order| motion.gaussian_filter(column, filter, order));
         let [v_y, r] = ["v_y", "r"].map(|name| motion.channel_values(name));
         let ratio = |name| motion.combine_channels(name, "v_x", |a, v_x| a / v_x);
+        let lateral = motion.channel_values("a_y");
+        let a_y = both(&lateral);
         Ok(Self {
+            quick: quick_motion(motion, &lateral, &a_y[0], filter),
+            a_y,
             v_x: both(&motion.channel_values("v_x")),
             v_y: [1, 2].map(|order| motion.gaussian_filter(&v_y, filter, order)),
             turn: both(&motion.combine_channels("v_x", "r", |v_x, r| v_x * r)),
             r: [0, 1, 2].map(|order| motion.gaussian_filter(&r, filter, order)),
-            a_y: both(&motion.channel_values("a_y")),
             sideslip: both(&ratio("v_y")),
             curvature: both(&ratio("r")),
             delta: both(&motion.channel_values("delta")),
         })
     }
+}
+
+/// What moves so quickly that a filter leaves it out: its standard deviation within the filter, beyond noise.
+fn quick_motion(motion: &ResampledChannels, column: &[f64], smooth: &[f64], filter: f64) -> Vec<f64> {
+    let squares: Vec<f64> = column.iter().zip(smooth).map(|(x, mean)| (x - mean).powi(2)).collect();
+    let noise = difference_noise(column).powi(2);
+    let spread = motion.gaussian_filter(&squares, filter, 0);
+    spread.into_iter().map(|square| (square - noise).max(0.0).sqrt()).collect()
 }

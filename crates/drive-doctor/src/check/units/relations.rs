@@ -4,7 +4,9 @@
 use numerics::text::format_significant;
 
 use super::mistakes::ChannelMistake;
-use crate::blocks::{BlockNormalEquations, LeastSquaresFit, assign_rows_to_blocks, drop_outlier_rows};
+use crate::blocks::{
+    BlockNormalEquations, LeastSquaresFit, UsualRows, assign_rows_to_blocks, drop_outlier_rows,
+};
 use crate::case::ExaminedLog;
 use crate::motion::{ResampledChannels, moving_rows};
 use crate::statistics::quantile;
@@ -228,7 +230,8 @@ fn steering_relations(case: &ExaminedLog, view: &MovingRows) -> Vec<ChannelRelat
     let used = |k: usize| view.blocks[k].filter(|_| turn[k].abs() < gentle);
     // A front axle past its peak steers far more than its force says.
     let columns = [&curvature[..], &turn, &one];
-    let used = drop_outlier_rows(&columns, &delta, &(0..delta.len()).map(used).collect::<Vec<_>>());
+    let used =
+        drop_outlier_rows(&columns, &delta, &(0..delta.len()).map(used).collect::<Vec<_>>(), UsualRows::All);
     let blocks = BlockNormalEquations::from_columns(&columns, &delta, |k| used[k]);
     let expected = match case.car.wheelbase() {
         Some(wheelbase) => vec![([0.75 * wheelbase, 1.35 * wheelbase], 0.0)],
