@@ -8,7 +8,7 @@ use std::fmt;
 use nalgebra::{Cholesky, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::gaussian::{Gaussian, symmetric_part};
+use crate::gaussian::{Gaussian, product, symmetric_part};
 
 /// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,7 +57,10 @@ pub fn predict<const N: usize>(
     F: &SMatrix<f64, N, N>,
     Q: &SMatrix<f64, N, N>,
 ) -> Gaussian<N> {
-    Gaussian { mean: mean_after, cov: symmetric_part(&(F * before.cov * F.transpose() + Q)) }
+    Gaussian {
+        mean: mean_after,
+        cov: symmetric_part(&(product(&product(F, &before.cov), &F.transpose()) + Q)),
+    }
 }
 
 /// Correction by a measurement y = h(x) + noise, given its residual y − h(mean).

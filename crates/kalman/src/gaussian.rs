@@ -1,5 +1,7 @@
 //! Holds a normal distribution: mean and covariance.
 
+#![allow(non_snake_case, reason = "matrices are written as in the equations")]
+
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +12,23 @@ pub struct Gaussian<const N: usize> {
     pub mean: SVector<f64, N>,
     /// Covariance of the state, symmetric and positive semidefinite.
     pub cov: SMatrix<f64, N, N>,
+}
+
+/// A B of small matrices, in a loop of known length, which nalgebra's general product is not.
+#[inline]
+pub(crate) fn product<const N: usize, const K: usize, const M: usize>(
+    A: &SMatrix<f64, N, K>,
+    B: &SMatrix<f64, K, M>,
+) -> SMatrix<f64, N, M> {
+    let mut sum = SMatrix::<f64, N, M>::zeros();
+    for (column, factors) in sum.data.0.iter_mut().zip(&B.data.0) {
+        for (column_of_A, factor) in A.data.0.iter().zip(factors) {
+            for i in 0..N {
+                column[i] += column_of_A[i] * factor;
+            }
+        }
+    }
+    sum
 }
 
 /// Symmetric part of a matrix; rounding alone makes a computed covariance need it.

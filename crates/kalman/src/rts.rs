@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::forward::{FilteredRecording, PassError};
-use crate::gaussian::{Gaussian, symmetric_part};
+use crate::gaussian::{Gaussian, product, symmetric_part};
 use crate::step::LinearStep;
 
 /// A smoothed recording.
@@ -77,11 +77,11 @@ fn smoother_link<'a, const N: usize>(
     next: &'a Gaussian<N>,
 ) -> Option<(Gaussian<N>, SmootherLink<'a, N>)> {
     let inverse = Cholesky::new(predicted.cov)?.inverse();
-    let J = filtered.cov * F.transpose() * inverse;
+    let J = product(&product(&filtered.cov, &F.transpose()), &inverse);
     let (shift, shrink) = (next.mean - predicted.mean, next.cov - predicted.cov);
     let state = Gaussian {
         mean: filtered.mean + J * shift,
-        cov: symmetric_part(&(filtered.cov + J * shrink * J.transpose())),
+        cov: symmetric_part(&(filtered.cov + product(&product(&J, &shrink), &J.transpose()))),
     };
     Some((state, SmootherLink { next, J, inverse, shift, shrink }))
 }

@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::forward::{FilteredRecording, PassError, measurement_residual};
-use crate::gaussian::{Gaussian, symmetric_part};
+use crate::gaussian::{Gaussian, product, symmetric_part};
 use crate::rts::{SmootherLink, backward_sweep};
 use crate::step::{LinearStep, NoiseParameters};
 
@@ -45,7 +45,7 @@ pub(crate) fn expected_noise_moments<const N: usize, const M: usize>(
     backward_sweep(steps, filtered, |k, state, link| {
         if let Some(SmootherLink { inverse, shift, shrink, .. }) = link {
             let r = inverse * shift;
-            information += r * r.transpose() + inverse * shrink * inverse;
+            information += r * r.transpose() + product(&product(&inverse, &shrink), &inverse);
         }
         v.add_step(&steps[k], state);
         start = *state;
@@ -73,7 +73,7 @@ impl<'a, const M: usize> MeasurementNoise<'a, M> {
     #[inline]
     fn add_step<const N: usize>(&mut self, step: &LinearStep<N, M>, state: &Gaussian<N>) {
         let e = measurement_residual(step, &state.mean);
-        let HP = step.H * state.cov;
+        let HP = product(&step.H, &state.cov);
         if self.joint {
             self.sum += self.complete_moment(step, &(e * e.transpose() + HP * step.H.transpose()));
             return;
