@@ -46,9 +46,9 @@ impl Outliers {
 pub fn without_outliers(problem: &PredictionErrorProblem, start: &Tires) -> Option<(Vec<Drive>, Outliers)> {
     let mut recordings = problem.recordings.to_vec();
     let mut outliers = Outliers::default();
-    for _ in 0..PASSES {
+    for pass in 0..PASSES {
         let problem = PredictionErrorProblem { recordings: &recordings, ..problem.clone() };
-        let innovations = whitened_innovations(&problem, start);
+        let innovations = whitened_innovations(&problem, start, pass > 0);
         let before = outliers.count();
         for channel in 0..CHANNELS.len() {
             let e: Vec<&[f64]> = innovations.iter().map(|drive| drive[channel].as_slice()).collect();
@@ -61,10 +61,18 @@ pub fn without_outliers(problem: &PredictionErrorProblem, start: &Tires) -> Opti
     (outliers.count() > 0).then_some((recordings, outliers))
 }
 
-/// Innovations over their standard deviations, by recording and channel; 0 in rows without any.
-fn whitened_innovations(problem: &PredictionErrorProblem, start: &Tires) -> Vec<[Vec<f64>; 4]> {
-    let noise = problem.noise.initial_noise();
-    let fit = problem.fit_tires_at_fixed_noise(DriveUnknowns::new(start, &noise));
+/// Innovations over their standard deviations, by recording and channel; 0 in rows without any. Noises are estimated where wanted: without
+/// most of the outliers they are those of the sensors.
+fn whitened_innovations(
+    problem: &PredictionErrorProblem,
+    start: &Tires,
+    with_noises: bool,
+) -> Vec<[Vec<f64>; 4]> {
+    let start = DriveUnknowns::new(start, &problem.noise.initial_noise());
+    let fit = match with_noises {
+        true => problem.fit_roughly(Vec::new(), start),
+        false => problem.fit_tires_at_fixed_noise(start),
+    };
     let blank = |drive: &Drive| [(); 4].map(|()| vec![0.0; drive.len()]);
     let mut innovations: Vec<[Vec<f64>; 4]> = problem.recordings.iter().map(blank).collect();
     fit.likelihood.visit_innovations(&problem.fitted_unknowns(&fit), |drive, row, innovation, _| {
