@@ -6,6 +6,10 @@ use preparation::direction::ForceDirection;
 use tire_inference::verdict::Identifiability;
 use vehicle::{G, VehicleBody};
 
+/// Half of the 95 % interval of an understeer gradient that is identified, at most [deg/g]: a tenth of a usual passenger car's 2 to 3 deg/g. A share of
+/// the value has no meaning for a balance, which may be 0.
+const BALANCE_TOLERANCE: f64 = 0.25;
+
 /// A value as a test engineer knows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineeringValue {
@@ -46,16 +50,19 @@ impl EngineeringValue {
         let spread = |it: &Self| degrees(it) * (it.interval[1] - it.interval[0]) / 2.0 / it.value;
         let (value, half) = (degrees(front) - degrees(rear), spread(front).hypot(spread(rear)));
         let verdicts = [front.verdict, rear.verdict];
-        let verdict = [Identifiability::NotIdentifiable, Identifiability::Weak].into_iter();
+        let worst = [Identifiability::NotIdentifiable, Identifiability::Weak];
+        let worst = worst.into_iter().find(|it| verdicts.contains(it)).unwrap_or(Identifiability::Identified);
+        // The balance is a small difference of large numbers: what both axles tell may leave it open.
+        let verdict = match worst {
+            Identifiability::Identified if half.is_nan() || half > BALANCE_TOLERANCE => Identifiability::Weak,
+            other => other,
+        };
         Self {
             title: "balance: understeer gradient".to_owned(),
             unit: "deg/g",
             value,
             interval: [value - half, value + half],
-            verdict: verdict
-                .into_iter()
-                .find(|it| verdicts.contains(it))
-                .unwrap_or(Identifiability::Identified),
+            verdict,
         }
     }
 
@@ -306,6 +313,13 @@ mod tests {
         let expected = body.m * (body.l_r * c_r - body.l_f * c_f) / (3.0 * c_f * c_r) * G;
         let gradient = EngineeringValue::understeer_gradient([&over_load[0], &over_load[1]]);
         assert!((gradient.value - expected.to_degrees()).abs() < 1e-9, "{gradient:?}");
+        assert_eq!(gradient.verdict, Identifiability::Identified);
+        let wide = |value| EngineeringValue {
+            interval: [value - 5.0, value + 5.0],
+            ..stiffness(value, Identifiability::Identified)
+        };
+        let open = EngineeringValue::understeer_gradient([&wide(20.0), &wide(20.5)]);
+        assert_eq!(open.verdict, Identifiability::Weak, "{open:?}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use numerics::convergence::ConvergenceReport;
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::{NORMAL_95, central_95_percent_interval, std};
+use preparation::direction::ForceDirection;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::point::PosteriorAgreement;
 use tire_inference::estimate::{TireEstimate, values_by_quantity};
@@ -15,8 +16,8 @@ use tire_inference::prior::Prior;
 use tire_inference::profile::LikelihoodProfile;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{
-    ActiveBounds, Identifiability, QuantityIdentifiability, QuantityStatistics, posterior_width_ratio,
-    prior_shift, width_ratio_from_std,
+    ActiveBounds, Identifiability, QuantityIdentifiability, QuantityStatistics, cap_absent_peak,
+    posterior_width_ratio, prior_shift, width_ratio_from_std,
 };
 
 use crate::laplace::{LaplaceApproximation, axle_submatrix};
@@ -209,7 +210,9 @@ impl TireJudge<'_> {
                 let known = QuantityStatistics { mean: known.quantity.value(tire), ..known.clone() };
                 self.pressed[axle].cap_judgement(known.into_judgement(&self.prior, &advice))
             };
-            known.iter().map(judge).collect()
+            let mut judgements: Vec<_> = known.iter().map(judge).collect();
+            cap_absent_peak(&mut judgements, self.slip_range[axle], ForceDirection::Lateral);
+            judgements
         };
         let best = from_vector(&self.laplace.x)[axle].to_theta();
         let judgements = about(&best);

@@ -78,6 +78,23 @@ pub fn escaped_lines(text: impl AsRef<str>, _: &dyn Values) -> Result<Safe<Strin
     Ok(Safe(escape_and_join_lines(text.as_ref(), "\n")))
 }
 
+/// A sentence, what stands between backticks as code.
+#[askama::filter_fn]
+pub fn code_spans(text: impl AsRef<str>, _: &dyn Values) -> Result<Safe<String>> {
+    Ok(Safe(mark_code_spans(text.as_ref())))
+}
+
+fn mark_code_spans(text: &str) -> String {
+    let mut parts: Vec<String> = text.split('`').map(escape_xml).collect();
+    // An even number of parts has a backtick without a partner.
+    let unpaired = (parts.len() % 2 == 0).then(|| parts.pop()).flatten();
+    let marked = parts.iter().enumerate().map(|(index, part)| match index % 2 {
+        0 => part.clone(),
+        _ => format!("<code>{part}</code>"),
+    });
+    marked.chain(unpaired.map(|rest| format!("`{rest}"))).collect()
+}
+
 /// Lines of text, each on a line of its own in any element.
 #[askama::filter_fn]
 pub fn lines_with_br(text: impl AsRef<str>, _: &dyn Values) -> Result<Safe<String>> {
@@ -91,6 +108,12 @@ fn escape_and_join_lines(text: &str, separator: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_between_backticks_are_code() {
+        let shown = ["`v_x` < `r`.", "5` and", "plain"].map(mark_code_spans);
+        assert_eq!(shown, ["<code>v_x</code> &lt; <code>r</code>.", "5` and", "plain"]);
+    }
 
     #[test]
     fn thousands_stand_apart() {

@@ -15,9 +15,9 @@ use crate::parameters::{COUNT, Normal, Theta};
 
 /// Nodes per interval.
 const NODES: usize = 8;
-/// Length of an interval in t = ln(1 + |x| / `SCALE`), which stretches low slip, where curves bend.
+/// Length of an interval in t = ln(1 + |x| / `SCALE`), which stretches low slip, where curves bend: those of B = 200 too.
 const WIDTH: f64 = 0.3;
-const SCALE: f64 = 0.02;
+const SCALE: f64 = 0.01;
 
 /// Weighted sum of squares of residuals as a function of the parameters.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@
 
 pub mod axle_coupling;
 pub mod axles;
+pub mod bound_extension;
 pub mod bounds;
 pub mod compressed;
 pub mod curve_profile;

@@ -60,6 +60,8 @@ pub struct IdentificationSettings {
     pub direction: ForceDirection,
     /// What is known before any data.
     pub prior: Prior,
+    /// Whether the sides of the default box may move, see [`Self::extend_bounds`].
+    pub extensible: bool,
     /// What physics says beside the bounds.
     pub constraints: CurveConstraints,
     /// What draws the fit towards typical values.
@@ -88,6 +90,7 @@ impl IdentificationSettings {
         Self {
             direction,
             prior,
+            extensible: true,
             constraints: CurveConstraints::default(),
             regularisation: None,
             prior_from_file: None,

@@ -2,13 +2,14 @@
 //!
 //! The data identify a quantity if (a) they narrow it to less than 0.3 of what bounds and literature allow, (b) its profile likelihood rules out
 //! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
-//! (d) a wider box, and the likeliest tire does not have it on its bound, and (e) data of twice
+//! (d) a wider box, searched for other optima too, and the likeliest tire does not have it on its bound, and (e) data of twice
 //! the noise would tell it as well as twice the noise allows.
 //! If (a) fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion
 //! that was not looked at does not count.
 
 mod active_bounds;
 mod doubled_noise;
+mod peak;
 mod reason;
 
 pub use numerics::identifiability::Identifiability;
@@ -27,6 +28,10 @@ use crate::quantity::Quantity;
 pub use active_bounds::ActiveBounds;
 pub use doubled_noise::DoubledNoise;
 use doubled_noise::DoubledNoisePosterior;
+pub use peak::cap_absent_peak;
+
+/// Standard deviations from the likeliest value at which another optimum is another answer.
+const MODE_DISTANCE: f64 = 1.5;
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -90,8 +95,12 @@ pub fn judge_quantities(
     let one = |quantity: Quantity| {
         let values = posterior.quantity_values(quantity);
         let stated = central_95_percent_interval(values.clone());
-        let outside = |value: &f64| !(stated[0]..=stated[1]).contains(value);
-        let rival = profiler.rival_optima().iter().map(|theta| quantity.value(theta)).find(outside);
+        let best = quantity.value(profiler.likeliest_tire());
+        // Draws of two narrow modes are at least two standard deviations apart, their interval has both.
+        let apart = |value: &f64| {
+            !(stated[0]..=stated[1]).contains(value) || (value - best).abs() > MODE_DISTANCE * std(&values)
+        };
+        let rival = profiler.rival_optima().iter().map(|theta| quantity.value(theta)).find(apart);
         let profile = profiler.profile_quantity(quantity, &values);
         // Neither the volume of the box nor a ridge that the profile does not see makes it narrower than the other says.
         let interval = [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)];
@@ -125,7 +134,9 @@ pub fn judge_quantities(
         let judgement = known.into_judgement(prior, &reason::advise_on_driving(drive, evidence));
         pressed.cap_judgement(QuantityIdentifiability { drive, ..judgement })
     };
-    found.into_iter().map(judged).collect()
+    let mut judgements: Vec<_> = found.into_iter().map(judged).collect();
+    cap_absent_peak(&mut judgements, evidence.slip_range, evidence.direction);
+    judgements
 }
 
 /// What is known of a quantity, before it is judged. The fields are those of [`QuantityJudgement`].

@@ -49,6 +49,12 @@ impl BoundsChoice {
         ranges.into_iter().flatten().map(|(&parameter, &range)| (parameter, range))
     }
 
+    /// Whether nobody chose the ranges that may move: those of B and D.
+    pub(super) fn is_extensible(&self) -> bool {
+        let chosen = |(parameter, _)| matches!(parameter, Parameter::B | Parameter::D);
+        matches!(self, Self::Ranges(_)) && !self.given_ranges().any(chosen)
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         self.given_ranges().try_for_each(|(parameter, range)| {
             let key = format!("bounds.{}", parameter.symbol());

@@ -63,7 +63,7 @@ impl OneCurve {
 #[serde(default, deny_unknown_fields)]
 pub struct CurveConfig {
     /// Lowest and highest values: `"wide"` by default, `"goblirsch2025"` for Table I of Goblirsch et al. (2025), or ranges by
-    /// parameter.
+    /// parameter. Without a name, and without ranges of B and D, the sides of both move where the data push against them; the result says so.
     pub bounds: BoundsChoice,
     /// Typical values, for parameters that the data cannot tell; those of the literature by default.
     pub typical: BTreeMap<Parameter, f64>,
@@ -128,6 +128,7 @@ impl CurveConfig {
         let regularisation = Regularisation::towards_typical(&prior, self.regularisation);
         IdentificationSettings {
             prior,
+            extensible: self.bounds.is_extensible(),
             constraints: CurveConstraints { stiffness: self.stiffness, peak_slip: self.peak_slip },
             regularisation,
             slip_noise: self.slip_std.map(SlipNoise::new),

@@ -3,6 +3,7 @@
 use askama::Template;
 use drive_doctor::LogExamination;
 
+use crate::conclusion::{ConclusionLine, first_sentence};
 use crate::page::filters;
 
 #[derive(Template)]
@@ -10,6 +11,32 @@ use crate::page::filters;
 struct DoctorPage<'a> {
     title: &'static str,
     log: &'a LogExamination,
+}
+
+impl DoctorPage<'_> {
+    /// The three lines that every page begins with.
+    fn lines(&self) -> [ConclusionLine; 3] {
+        let worst = self.log.refusing_finding().or_else(|| self.log.serious_findings().next());
+        let [usable, unusable, next] = match worst {
+            Some(worst) => [
+                "what the findings below do not name".to_owned(),
+                format!("anything that rests on this: {}", first_sentence(&worst.sentence)),
+                format!("nothing yet. Put the log right first: {}", first_sentence(&worst.correction.text)),
+            ],
+            None if self.log.too_short => [
+                "the log at your own risk".to_owned(),
+                "this examination: the log has too few rows".to_owned(),
+                "a longer log".to_owned(),
+            ],
+            None => [
+                "the log as it is".to_owned(),
+                "nothing is ruled out".to_owned(),
+                "nothing for the log; what could not be told stands below".to_owned(),
+            ],
+        };
+        let line = |head, text: String| ConclusionLine { head, text: format!("{text}.") };
+        [line("You can use", usable), line("You cannot use", unusable), line("Drive this next", next)]
+    }
 }
 
 /// The page.

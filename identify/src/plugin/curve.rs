@@ -85,6 +85,7 @@ pub(super) fn identify_curve(
     let settings = IdentificationSettings { prior_from_file, svi: config.svi, ..usual };
     let wrong = |error: FitError| error.to_string();
     let settings = config.fit.loss.apply_to_settings(settings, &samples).map_err(wrong)?;
+    let (settings, extensions) = settings.extend_bounds(&samples).map_err(wrong)?;
     let settling = begin.elapsed().as_secs_f64();
     let mut found = identify_tire(&samples, &settings, &config.methods).map_err(wrong)?;
     for (_, estimate) in &mut found.estimates {
@@ -101,6 +102,7 @@ pub(super) fn identify_curve(
     };
     let mut overall = overall_summary(first.into_iter().map(told).collect());
     overall.log.extend(lost);
+    overall.log.extend(extensions.iter().map(ToString::to_string));
     let section = TireSection {
         name: "Curve",
         direction: config.direction,
@@ -121,6 +123,7 @@ pub(super) fn identify_curve(
         .map(|(method, estimate)| (method.name().to_owned(), json!({ "curve": estimate })))
         .collect();
     result.insert("bounds".to_owned(), json!(settings.prior.bounds));
+    result.insert("bound_extensions".to_owned(), json!(extensions));
     Ok(overall.result_json(None, result))
 }
 

@@ -16,6 +16,7 @@ use preparation::{
 };
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{AxleFit, fit_coupled_axles};
+use tire_inference::bound_extension::BoundExtension;
 use tire_inference::estimate::{TireEstimate, TireIdentification, identify_tire};
 use tire_inference::fit::{FitError, FitOptions};
 use tire_inference::parameters::Theta;
@@ -82,6 +83,8 @@ fn tire_curves(prepared: &PreparedRecording) -> Vec<TireCurve<'_>> {
 struct CurveAnswer<'a> {
     curve: TireCurve<'a>,
     settings: IdentificationSettings,
+    /// Sides of the box that the points moved.
+    extensions: Vec<BoundExtension>,
     answer: TireIdentification,
 }
 
@@ -167,12 +170,13 @@ fn identify_curves<'a>(
         let wrong = |error: FitError| format!("{}: {error}", curve.name);
         let begin = Instant::now();
         let settings = fit.loss.apply_to_settings(settings, samples).map_err(wrong)?;
+        let (settings, extensions) = settings.extend_bounds(samples).map_err(wrong)?;
         let settling = begin.elapsed().as_secs_f64();
         let mut answer = identify_tire(samples, &settings, &config.methods).map_err(wrong)?;
         for (_, estimate) in &mut answer.estimates {
             estimate.seconds += settling;
         }
-        found.push(CurveAnswer { curve, settings, answer });
+        found.push(CurveAnswer { curve, settings, extensions, answer });
     }
     Ok(found)
 }
@@ -181,7 +185,7 @@ fn identify_curves<'a>(
 fn couple_axles(found: &mut [CurveAnswer], weight: f64) -> Result<(), String> {
     let lateral = found.iter_mut().filter(|it| it.curve.direction == ForceDirection::Lateral);
     let axles: Vec<_> = lateral
-        .map(|CurveAnswer { curve, settings, answer }| AxleFit {
+        .map(|CurveAnswer { curve, settings, answer, .. }| AxleFit {
             samples: &curve.points.samples,
             settings,
             answer,
@@ -286,6 +290,10 @@ impl TiresResult<'_> {
     fn identification_summary(&self) -> IdentificationSummary<'_> {
         let mut summary = overall_summary(self.found.iter().map(|it| curve_summary(it, self.body)).collect());
         doctor::add_findings_to_summary(self.log, &mut summary);
+        let told = |it: &CurveAnswer| -> Vec<String> {
+            it.extensions.iter().map(|extension| format!("{}: {extension}", it.curve.name)).collect()
+        };
+        summary.log.extend(self.found.iter().flat_map(told));
         if self.is_widened {
             summary.widened = CAR_ADDED;
         }
@@ -325,6 +333,7 @@ impl TiresResult<'_> {
         }
         numbers.insert("design".to_owned(), by_curve(&|it| json!(design_json(it))));
         numbers.insert("bounds".to_owned(), by_curve(&|it| json!(it.settings.prior.bounds)));
+        numbers.insert("bound_extensions".to_owned(), by_curve(&|it| json!(it.extensions)));
         let mut result = self.identification_summary().result_json(Some(self.log), numbers);
         result["drift"] = stretches::drift_json(self.drift);
         [result["load_sensitivity"], result["combined_slip"]] = loads::load_effects_json(self.loads);
