@@ -8,7 +8,7 @@ mod drive;
 #[path = "../tests/support/processor.rs"]
 mod processor;
 
-use drive::Lags;
+use drive::CarEffects;
 use drive_inference::{Drive, DriveOptions, Tires, identify_tires};
 use processor::processor;
 use tire_inference::axles::Axle;
@@ -92,9 +92,9 @@ fn main() {
         let car = SingleTrackCar { body, ..SingleTrackCar::default() };
         let mut reference = drive::limit(speeds, 6.0);
         reference.truncate(ROWS);
-        let lags = Lags { actuator: lag, ..Lags::default() };
+        let lags = CarEffects { actuator: lag, ..CarEffects::default() };
         let on_tires = drive::on_tires(&car, &ROAD);
-        let mut recording = drive::drive_lagging(&on_tires, &reference, &drive::USUAL, 1, lags);
+        let mut recording = drive::drive_with_effects(&on_tires, &reference, &drive::USUAL, 1, lags);
         mistake(&mut recording);
         let options = DriveOptions { car, ..DriveOptions::default() };
         let mut times = StageTimes { since: processor(), ..StageTimes::default() };

@@ -13,7 +13,14 @@ pub(super) fn largest_first_order_error(kind: ErrorKind) -> f64 {
         ErrorKind::Delay => 0.2,
         ErrorKind::Gain => 0.3,
         ErrorKind::MountingAngle => 0.1,
-        ErrorKind::Offset | ErrorKind::Lever | ErrorKind::RelaxationLength | ErrorKind::CarParameter => 5.0,
+        ErrorKind::Offset
+        | ErrorKind::Lever
+        | ErrorKind::RelaxationLength
+        | ErrorKind::CarParameter
+        | ErrorKind::Surroundings
+        | ErrorKind::ClockDrift
+        | ErrorKind::Memory
+        | ErrorKind::Roll => 5.0,
     }
 }
 
@@ -116,7 +123,11 @@ pub(super) fn check_name(error: SystematicError) -> String {
         ErrorKind::Lever => "arm",
         ErrorKind::MountingAngle => "angle",
         ErrorKind::RelaxationLength => "relaxation",
-        ErrorKind::CarParameter => "parameter",
+        ErrorKind::CarParameter
+        | ErrorKind::Surroundings
+        | ErrorKind::ClockDrift
+        | ErrorKind::Memory
+        | ErrorKind::Roll => "parameter",
     };
     format!("{}_{kind}", error.describe().channel)
 }
@@ -168,7 +179,11 @@ pub(super) fn describe_size(error: SystematicError, value: f64, [low, high]: [f6
             let (value, interval) = text(1.0);
             format!("The forces follow the slips after {value} m {interval} of rolling.")
         }
-        ErrorKind::CarParameter => {
+        ErrorKind::CarParameter
+        | ErrorKind::Surroundings
+        | ErrorKind::ClockDrift
+        | ErrorKind::Memory
+        | ErrorKind::Roll => {
             let (value, interval) = text(1.0);
             format!("The {title} is {value} {unit} {interval}.")
         }
