@@ -139,7 +139,7 @@ impl LogCorrection {
     }
 
     /// The same as a line that makes up for an error on average and leaves it in the log.
-    pub(crate) fn as_compensation(self) -> Self {
+    pub(crate) fn into_compensation(self) -> Self {
         Self { cures: false, ..self }
     }
 

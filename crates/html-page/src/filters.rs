@@ -87,7 +87,7 @@ pub fn code_spans(text: impl AsRef<str>, _: &dyn Values) -> Result<Safe<String>>
 fn mark_code_spans(text: &str) -> String {
     let mut parts: Vec<String> = text.split('`').map(escape_xml).collect();
     // An even number of parts has a backtick without a partner.
-    let unpaired = (parts.len() % 2 == 0).then(|| parts.pop()).flatten();
+    let unpaired = parts.len().is_multiple_of(2).then(|| parts.pop()).flatten();
     let marked = parts.iter().enumerate().map(|(index, part)| match index % 2 {
         0 => part.clone(),
         _ => format!("<code>{part}</code>"),

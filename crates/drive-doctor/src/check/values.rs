@@ -134,7 +134,7 @@ fn report_held_values(case: &mut ExaminedLog, name: &'static str) {
                 format_significant(period, 3)
             ),
             LogCorrection::from_column_keys(&[ColumnKey::Delay(0.5 * (period - period / length)).into()])
-                .as_compensation()
+                .into_compensation()
                 .with_note("half of the time for which a value is held"),
         ),
         false => (
