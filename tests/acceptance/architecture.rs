@@ -113,7 +113,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("attribution", &["archive", "cosim", "diagnostics", "expression", "fmu-import", "html-page", "recording", "scenario", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
-    ("drive-doctor", &["numerics", "preparation", "units"]),
+    ("drive-doctor", &["numerics", "preparation", "units", "vehicle"]),
     ("sweep", &["diagnostics", "html-page", "numerics", "units"]),
     ("tire-inference", &["elementary", "numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),

@@ -117,7 +117,7 @@ where
             let mut estimate = initial_estimate::<T, S, N>(&motion, noise, coloured_noise);
             for (k, sample) in samples.iter().enumerate() {
                 if BIASED {
-                    errors.set_sample(sample);
+                    errors.set_sample(sample.time, &sample.taken, sample.after_change);
                     filter.measurement.set_sample(sample);
                 }
                 let errors = BIASED.then_some(&errors);

@@ -1,12 +1,12 @@
 //! A drive as the filter takes it: inputs with their rates, lengths of steps, and channels without their delays.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use numerics::scalar::Scalar;
 use vehicle::SingleTrackCar;
 
+use crate::channel_delays::{PerChannel, channel_delays, channel_drifts};
 use crate::recorded_input::{InterpolatedSegment, RecordedSegment};
 use crate::unknowns::{DriveUnknowns, SHORTEST};
-use preparation::{Drive, START_RELAXATION_LENGTH, SystematicError, SystematicErrors};
+use preparation::{Drive, START_RELAXATION_LENGTH, SystematicError};
 
 /// Stiffness per load [1/rad] that no tire exceeds by much: with it, steps are short enough.
 const STIFFEST: f64 = 90.0;
@@ -22,9 +22,6 @@ const LONGEST_TRAVEL: f64 = 0.002;
 const ROLL_FILTER: f64 = 0.05;
 /// What is left out at both ends of a recording with delays [s], so that costs with different delays are of the same rows.
 const MARGIN: f64 = 0.25;
-
-/// A number for each channel: steering angle, longitudinal force, v_x, v_y, r, a_y.
-pub type PerChannel<T> = [T; 6];
 
 /// Errors for which samples are prepared. Delays are whole numbers of the usual step, so that no value is a mean of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,25 +74,6 @@ impl PreparedDelays {
     fn rows_at(&self, time: f64) -> PerChannel<isize> {
         std::array::from_fn(|i| ((self.middle[i] + self.drift[i] * time) / self.step).round() as isize)
     }
-}
-
-/// Delays of the channels in the middle of a drive [s]; v_x is what the others are late after.
-pub fn channel_delays<T: Scalar>(causes: &SystematicErrors<T>) -> PerChannel<T> {
-    let none = causes.0[0].constant(0.0);
-    [
-        causes[SystematicError::SteeringDelay],
-        causes[SystematicError::ForceDelay],
-        none,
-        causes[SystematicError::SideslipDelay],
-        causes[SystematicError::YawRateDelay],
-        causes[SystematicError::AccelerationDelay],
-    ]
-}
-
-/// By how much delays of the channels grow with time [-].
-pub fn channel_drifts<T: Scalar>(causes: &SystematicErrors<T>) -> PerChannel<T> {
-    let [sideslip, inertial, input] = SystematicError::CLOCKS.map(|clock| causes[clock]);
-    [input, input, input.constant(0.0), sideslip, inertial, inertial]
 }
 
 /// One row that is predicted.

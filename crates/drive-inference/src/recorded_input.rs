@@ -7,7 +7,7 @@ use preparation::{Drive, InputInterpolation, SystematicError, SystematicErrors};
 use vehicle::{SingleTrackCar, SingleTrackInput};
 
 use crate::car::CarInput;
-use crate::prepared_drive::{PreparedSample, channel_delays, channel_drifts};
+use crate::channel_delays::{PerChannel, channel_delays, channel_drifts};
 
 /// An input as it was recorded.
 #[derive(Clone, Copy, Debug)]
@@ -83,13 +83,13 @@ impl<T: Scalar> InputErrors<T> {
         }
     }
 
-    /// Sets the delays that are left of a sample, and its friction.
+    /// Sets the delays that are left of a sample at a time [s], of which some are taken out [s], and its friction.
     #[inline(always)]
-    pub fn set_sample(&mut self, sample: &PreparedSample) {
-        for i in 0..2 {
-            self.delays[i] = self.middle[i].add_scaled(self.drift[i], sample.time) + -sample.taken[i];
+    pub fn set_sample(&mut self, time: f64, taken: &PerChannel<f64>, after_change: bool) {
+        for (i, taken) in taken.iter().take(2).enumerate() {
+            self.delays[i] = self.middle[i].add_scaled(self.drift[i], time) + -*taken;
         }
-        self.friction = if sample.after_change { self.change } else { self.change.constant(1.0) };
+        self.friction = if after_change { self.change } else { self.change.constant(1.0) };
     }
 
     /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.

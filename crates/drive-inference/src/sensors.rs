@@ -5,7 +5,8 @@ use kalman::augmented::MeasurementModel;
 use numerics::scalar::Scalar;
 
 use crate::car::CarLinearisation;
-use crate::prepared_drive::{PreparedSample, channel_delays, channel_drifts};
+use crate::channel_delays::{channel_delays, channel_drifts};
+use crate::prepared_drive::PreparedSample;
 use preparation::{SystematicError, SystematicErrors};
 
 /// Sensors of v_x, v_y, r and a_y: one with errors gives `(1 + gain) y(t − delay) + offset`. Without `BIASED` they have none, which is
