@@ -7,29 +7,9 @@ use std::f64::consts::PI;
 use preparation::{DriveLog, Signal};
 use vehicle::{Aerodynamics, G};
 
+use crate::channel::CHANNELS;
 use crate::finding::{LogExamination, LogFinding, UnansweredCheck};
 use crate::statistics::median_step;
-
-/// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
-/// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
-/// course is made of them where there is none.
-pub const CHANNELS: [(&str, &str); 15] = [
-    ("v_x", "m/s"),
-    ("v_y", "m/s"),
-    ("r", "rad/s"),
-    ("a_x", "m/s2"),
-    ("a_y", "m/s2"),
-    ("delta", "rad"),
-    ("F_x", "N"),
-    ("omega_fl", "rad/s"),
-    ("omega_fr", "rad/s"),
-    ("omega_rl", "rad/s"),
-    ("omega_rr", "rad/s"),
-    ("roll", "rad"),
-    ("course", "rad"),
-    ("x", "m"),
-    ("y", "m"),
-];
 
 /// Takes the leaps out of a course that begins again after a turn, and brings it to rad: only degrees go beyond 7.
 fn unwrap_course_angle(course: &mut Signal) {
@@ -65,11 +45,6 @@ fn course_from_positions(x: &Signal, y: &Signal) -> Option<(&'static str, Signal
     let mut course = Signal::new(time, value);
     unwrap_course_angle(&mut course);
     Some(("course", course))
-}
-
-/// The unit of a channel.
-pub(crate) fn channel_unit(name: &str) -> &'static str {
-    CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)
 }
 
 /// What is known of the car; each of it makes more checks possible.

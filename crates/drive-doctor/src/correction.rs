@@ -4,7 +4,7 @@ use preparation::{ColumnKey, DriveLog};
 use serde::Serialize;
 use units::Unit;
 
-use crate::case::channel_unit;
+use crate::channel::channel_unit;
 
 /// Where a line goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -8,6 +8,7 @@
 
 mod blocks;
 mod case;
+mod channel;
 mod check;
 mod correction;
 mod finding;
@@ -18,7 +19,8 @@ mod statistics;
 mod steering_map;
 mod understeer_gradient;
 
-pub use case::{CHANNELS, CarData};
+pub use case::CarData;
+pub use channel::CHANNELS;
 pub use check::course::COURSE_CLOCK;
 pub use correction::{CorrectionTarget, LogCorrection};
 pub use finding::{Certainty, LogExamination, LogFinding, UnansweredCheck};

@@ -5,7 +5,8 @@ use std::ops::Range;
 use numerics::text::format_significant;
 use preparation::Signal;
 
-use crate::case::{ExaminedLog, channel_unit};
+use crate::case::ExaminedLog;
+use crate::channel::channel_unit;
 use crate::correction::LogCorrection;
 use crate::finding::{Certainty, LogFinding};
 use crate::motion::ResampledChannels;

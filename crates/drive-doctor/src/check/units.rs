@@ -10,7 +10,8 @@ use preparation::ColumnKey;
 use mistakes::{ChannelMistake, MISTAKES, MistakeKind};
 use relations::ChannelRelation;
 
-use crate::case::{CHANNELS, ExaminedLog};
+use crate::case::ExaminedLog;
+use crate::channel::CHANNELS;
 use crate::correction::LogCorrection;
 use crate::finding::{Certainty, LogFinding};
 use crate::motion::ResampledChannels;

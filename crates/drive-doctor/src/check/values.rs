@@ -3,7 +3,8 @@
 use numerics::text::format_significant;
 use preparation::ColumnKey;
 
-use crate::case::{ExaminedLog, channel_unit};
+use crate::case::ExaminedLog;
+use crate::channel::channel_unit;
 use crate::correction::{CorrectionKey, LogCorrection};
 use crate::finding::{Certainty, LogFinding};
 use crate::statistics::{median_step, quantile, value_range};
