@@ -10,7 +10,7 @@ mod drive;
 mod processor;
 
 use drive::{CarEffects, Reference, USUAL};
-use drive_inference::{Drive, DriveIdentification, DriveOptions, Tires, identify_tires};
+use drive_inference::{DriveIdentification, DriveOptions, Tires, identify_tires};
 use processor::processor;
 use tire_inference::axles::Axle;
 use tire_inference::model::ModelFit;
@@ -101,20 +101,6 @@ fn reference(gentle: bool, friction: f64) -> Reference {
     drive::limit_share(&speeds, 8.0, share)
 }
 
-fn every(recording: &Drive, rows: usize) -> Drive {
-    let pick = |column: &[f64]| column.iter().copied().step_by(rows).collect();
-    Drive {
-        t: pick(&recording.t),
-        v_x: pick(&recording.v_x),
-        v_y: pick(&recording.v_y),
-        r: pick(&recording.r),
-        a_y: pick(&recording.a_y),
-        F_x: pick(&recording.F_x),
-        delta: pick(&recording.delta),
-        ..Drive::default()
-    }
-}
-
 #[derive(Default)]
 struct Totals {
     runs: usize,
@@ -174,7 +160,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let log = drive::drive_with_effects(&on_tires, &reference, &USUAL, seed, effects);
                 let begin = processor();
                 let options = DriveOptions { car, ..DriveOptions::default() };
-                let found = identify_tires(&[every(&log, row.every)], &options, &mut |_, _| true);
+                let log = log.map_columns(|column| column.iter().copied().step_by(row.every).collect());
+                let found = identify_tires(&[log], &options, &mut |_, _| true);
                 totals.seconds += processor() - begin;
                 totals.runs += 1;
                 match found {

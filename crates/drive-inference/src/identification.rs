@@ -5,9 +5,8 @@ use std::cell::OnceCell;
 use std::time::Instant;
 
 use nalgebra::DMatrix;
-use numerics::convergence::ConvergenceReport;
 use numerics::sqp::{self, Objective, SqpMinimum};
-use preparation::{Drive, InputInterpolations, SystematicError};
+use preparation::Drive;
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::TireEstimate;
@@ -23,11 +22,10 @@ use crate::global::{COARSE, FINE};
 use crate::joint_posterior::{JointPosterior, MarginalPosterior};
 use crate::laplace::{LaplaceApproximation, inverse_hessian};
 use crate::likelihood::{DriveLikelihood, DriveNoise, DriveUnknowns};
-use crate::model_selection::ModelExtension;
 use crate::noise_estimate::NoiseSpecification;
 use crate::options::{DriveOptions, FitFormulation, NoiseOption};
 use crate::outliers::{self, Outliers};
-use crate::pem::LocalLikelihoodOptimum;
+use crate::pem::SelectedFit;
 use crate::points::{self, RegressionPoint};
 use crate::posterior_samples::{self, DrawSettings, TireDraws};
 use crate::problem::PredictionErrorProblem;
@@ -37,7 +35,7 @@ use crate::result::{DriveIdentification, FormulationFit, InnovationStatistics};
 use crate::series::IdentificationSeries;
 use crate::smoothing::{self, SmoothedDrive};
 use crate::tires::{SIZE, Tires, box_corners, from_array, from_vector};
-use crate::{error, input_selection, pem, search, series, steering_steps, summary, verdict};
+use crate::{error, input_selection, search, series, steering_steps, summary, verdict};
 
 /// What prediction errors start from.
 const START: FitFormulation = FitFormulation::Points(RegressionTarget::AccelerationAndYaw);
@@ -112,21 +110,6 @@ struct IdentificationRun<'a> {
     progress: &'a ProgressReporter,
 }
 
-/// A minimum with what belongs to it.
-struct SelectedFit {
-    unknowns: DriveUnknowns,
-    /// Errors that are variables of the minimum, after the tires.
-    active: Vec<SystematicError>,
-    /// Gain of what the data asked for [nat].
-    gains: Vec<(ModelExtension, f64)>,
-    minimum: SqpMinimum,
-    optima: Vec<LocalLikelihoodOptimum>,
-    convergence: ConvergenceReport,
-    likelihood: DriveLikelihood,
-    /// How the inputs move between rows.
-    interpolation: InputInterpolations,
-}
-
 impl IdentificationRun<'_> {
     /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
     fn formulations_to_fit(&self) -> Vec<FitFormulation> {
@@ -159,35 +142,12 @@ impl IdentificationRun<'_> {
                     optima: Vec::new(),
                     convergence: found.convergence,
                     likelihood,
-                    interpolation: self
-                        .recordings
-                        .first()
-                        .map(|drive| drive.interpolation)
-                        .unwrap_or_default(),
+                    interpolation: Drive::common_interpolation(self.recordings),
                 };
                 (best, found.odd, Some(found.std))
             }
             FitFormulation::PredictionError => {
-                let pem::LikelihoodMaximum {
-                    likelihood,
-                    unknowns,
-                    active,
-                    gains,
-                    minimum,
-                    optima,
-                    convergence,
-                    interpolation,
-                } = self.prediction_error_problem().maximise_likelihood(&self.start_tires())?;
-                let best = SelectedFit {
-                    unknowns,
-                    active,
-                    gains,
-                    minimum,
-                    optima,
-                    convergence,
-                    likelihood,
-                    interpolation,
-                };
+                let best = self.prediction_error_problem().maximise_likelihood(&self.start_tires())?;
                 (best, [0.0; 3], None)
             }
         };
@@ -333,8 +293,9 @@ impl IdentificationRun<'_> {
         let mut errors = summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
         if self.outliers.count() > 0 {
             let values = CHANNELS.len() * self.recordings.iter().map(Drive::len).sum::<usize>();
-            errors.insert(0, summary::summarise_outliers(&self.outliers, values));
+            errors.push(summary::summarise_outliers(&self.outliers, values));
         }
+        summary::sort_by_gain(&mut errors);
         let Some(blocks) = blocks else {
             return summary::apply_model_verdict(ModelVerdict::default(), errors);
         };

@@ -80,7 +80,7 @@ impl JointPosterior<'_> {
             if SystematicError::TIRES.contains(cause) {
                 corners[0][SIZE + i] = SHORTEST / cause.describe().std;
             }
-            if SystematicError::MEMORIES.contains(cause) {
+            if SystematicError::LOW_PASSES.contains(cause) {
                 corners[0][SIZE + i] = 0.0;
             }
         }

@@ -29,13 +29,13 @@ const DOUBTFUL: usize = 2;
 const CHANGE_STRIDE: usize = 25;
 const CHANGE_GAIN: f64 = 12.0;
 /// Delays, and low-passes that look like them.
-const DELAYS_AND_MEMORIES: [(SystematicError, SystematicError); 3] = [
-    (SystematicError::SideslipDelay, SystematicError::SideslipMemory),
-    (SystematicError::YawRateDelay, SystematicError::YawRateMemory),
-    (SystematicError::AccelerationDelay, SystematicError::AccelerationMemory),
+const DELAYS_AND_LOW_PASSES: [(SystematicError, SystematicError); 3] = [
+    (SystematicError::SideslipDelay, SystematicError::SideslipLowPass),
+    (SystematicError::YawRateDelay, SystematicError::YawRateLowPass),
+    (SystematicError::AccelerationDelay, SystematicError::AccelerationLowPass),
 ];
-/// Where a fit of a memory starts [s].
-const START_MEMORY: f64 = 0.02;
+/// Where a fit of a low-pass starts [s].
+const START_LOW_PASS: f64 = 0.02;
 /// Most errors that are taken.
 const MOST: usize = 8;
 /// Where a fit of noise that lasts starts: its correlation from row to row, and its share of the variance.
@@ -126,8 +126,8 @@ fn fit_with_extension(
     match addition {
         ModelExtension::Error(cause) => {
             active.push(cause);
-            if SystematicError::MEMORIES.contains(&cause) {
-                start.causes[cause] = START_MEMORY;
+            if SystematicError::LOW_PASSES.contains(&cause) {
+                start.causes[cause] = START_LOW_PASS;
             }
         }
         ModelExtension::Relaxation => {
@@ -215,7 +215,6 @@ impl ExtensionCandidates {
             .filter(|cause| sought(cause) && problem.std[*cause] > 0.0)
             // At no length the slip has no state to take a derivative by.
             .filter(|cause| !fit.active.contains(cause) && !SystematicError::TIRES.contains(cause))
-            .filter(|cause| *cause != SystematicError::FrictionChange)
             .collect();
         let joint = problem.joint_posterior(&fit.likelihood, fit.noise, &fit.active);
         let mut directions = joint.variable_directions();
@@ -226,7 +225,13 @@ impl ExtensionCandidates {
         let lasting = std::array::from_fn(|channel| rows.whitened_autocorrelation(channel));
         let mut additions: Vec<(ModelExtension, f64)> = candidates
             .iter()
-            .map(|cause| (ModelExtension::Error(*cause), joint.prior_precision(*cause)))
+            .map(|cause| {
+                let addition = match cause {
+                    SystematicError::FrictionChange => ModelExtension::FrictionChange { row: 0 },
+                    other => ModelExtension::Error(*other),
+                };
+                (addition, joint.prior_precision(*cause))
+            })
             .collect();
         let rigid = SystematicError::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
         if rigid && is_any_channel_correlated(&lasting) {
@@ -237,26 +242,19 @@ impl ExtensionCandidates {
         }
         let score = ScoreTest::new(&rows, &joint, known);
         let gain = |(index, (addition, precision)): (usize, &(ModelExtension, f64))| {
+            if let ModelExtension::FrictionChange { .. } = addition {
+                let (sample, gain) = score.likeliest_change(&rows, known + index, *precision)?;
+                let row = fit.likelihood.recorded_row(sample);
+                return Some((ModelExtension::FrictionChange { row }, gain, true));
+            }
             let is_positive = match addition {
-                ModelExtension::Relaxation => true,
-                ModelExtension::Error(cause) => SystematicError::MEMORIES.contains(cause),
-                _ => false,
+                ModelExtension::Error(cause) => SystematicError::LOW_PASSES.contains(cause),
+                _ => true,
             };
             let gain = score.likelihood_gain(known + index, *precision, is_positive);
             gain.map(|(gain, sure)| (*addition, gain, sure))
         };
         let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
-        let change = SystematicError::FrictionChange;
-        if sought(&change) && problem.std[change] > 0.0 && !fit.active.contains(&change) {
-            let mut directions = joint.variable_directions();
-            directions.push(DerivativeDirection::Error(change));
-            let rows = fit.likelihood.residual_rows(&at, &directions);
-            let likeliest = score.likeliest_change(&rows, known, joint.prior_precision(change));
-            foretold.extend(likeliest.map(|(sample, gain)| {
-                let row = fit.likelihood.recorded_row(sample);
-                (ModelExtension::FrictionChange { row }, gain, true)
-            }));
-        }
         foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
         let worth = |sure: bool, most: usize| -> Vec<ModelExtension> {
             let of_them = || foretold.iter().filter(move |it| it.2 == sure);
@@ -265,13 +263,13 @@ impl ExtensionCandidates {
         };
         let mut promising = worth(true, TRIALS);
         // A low-pass looks like a delay; which of both it is only a fit can tell.
-        for (delay, memory) in DELAYS_AND_MEMORIES {
+        for (delay, low_pass) in DELAYS_AND_LOW_PASSES {
             let of = |error| ModelExtension::Error(error);
             if promising.contains(&of(delay))
-                && candidates.contains(&memory)
-                && !promising.contains(&of(memory))
+                && candidates.contains(&low_pass)
+                && !promising.contains(&of(low_pass))
             {
-                promising.push(of(memory));
+                promising.push(of(low_pass));
             }
         }
         let doubtful = if is_any_channel_correlated(&lasting) { worth(false, DOUBTFUL) } else { Vec::new() };

@@ -12,14 +12,14 @@ use crate::model_selection::{self, ModelExtension};
 use crate::problem::{PredictionErrorFit, PredictionErrorProblem};
 use crate::search::{convergence_report, distinct_minima};
 use crate::tires::{Tires, from_vector};
-use preparation::{InputInterpolations, SystematicError, SystematicErrors};
+use preparation::{Drive, InputInterpolations, SystematicError, SystematicErrors};
 
 /// How often inputs between rows are chosen again.
 const MOST_INPUTS: usize = 2;
 
-/// The maximum.
+/// The best fit of a formulation with what belongs to it.
 #[derive(Clone)]
-pub struct LikelihoodMaximum {
+pub struct SelectedFit {
     /// The likelihood, with channels moved by the delays that were found.
     pub likelihood: DriveLikelihood,
     /// Tires, errors and noises, estimated or as given.
@@ -38,7 +38,7 @@ pub struct LikelihoodMaximum {
     pub interpolation: InputInterpolations,
 }
 
-impl LikelihoodMaximum {
+impl SelectedFit {
     /// The cost with what each addition has to gain [nat].
     fn penalised_cost(&self) -> f64 {
         self.minimum.model.cost + model_selection::ENOUGH * self.gains.len() as f64
@@ -63,7 +63,7 @@ impl PredictionErrorProblem<'_> {
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
-    pub fn maximise_likelihood(&self, starts: &[Tires]) -> Result<LikelihoodMaximum, Error> {
+    pub fn maximise_likelihood(&self, starts: &[Tires]) -> Result<SelectedFit, Error> {
         let mut best = self.maximise_under_inputs(starts)?;
         let mut recordings = self.recordings.to_vec();
         for _ in 0..MOST_INPUTS {
@@ -86,7 +86,7 @@ impl PredictionErrorProblem<'_> {
     }
 
     /// Maximises from all starts and from others along their ridges.
-    fn maximise_under_inputs(&self, starts: &[Tires]) -> Result<LikelihoodMaximum, Error> {
+    fn maximise_under_inputs(&self, starts: &[Tires]) -> Result<SelectedFit, Error> {
         let plain = self.build_likelihood(None);
         let first =
             self.search_tires(&plain, self.noise.initial_noise(), SystematicErrors::default(), starts)?;
@@ -128,7 +128,7 @@ impl PredictionErrorProblem<'_> {
         gains: Vec<(ModelExtension, f64)>,
         starts: usize,
         evaluations: usize,
-    ) -> LikelihoodMaximum {
+    ) -> SelectedFit {
         let mut fits = fits;
         fits.sort_by(|a, b| a.minimum.model.cost.total_cmp(&b.minimum.model.cost));
         let mut rest = fits.split_off(1);
@@ -149,7 +149,7 @@ impl PredictionErrorProblem<'_> {
         };
         let optima: Vec<_> = minima.into_iter().map(optimum).collect();
         let convergence = convergence_report(&minimum, starts, optima.len(), evaluations);
-        let interpolation = self.recordings.first().map(|drive| drive.interpolation).unwrap_or_default();
-        LikelihoodMaximum { unknowns, active, gains, minimum, optima, convergence, likelihood, interpolation }
+        let interpolation = Drive::common_interpolation(self.recordings);
+        SelectedFit { unknowns, active, gains, minimum, optima, convergence, likelihood, interpolation }
     }
 }

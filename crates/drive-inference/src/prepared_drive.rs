@@ -166,7 +166,6 @@ pub fn prepare_drive(
     };
     let time = |k: usize| recording.t[k] - middle;
     let roll = filtered_derivatives(&recording.t, &recording.a_y);
-    let interpolation = recording.interpolation;
     let sample = |k: usize| {
         let shifts = delays.rows_at(time(k));
         let [steering, force, ..] = shifts;
@@ -177,8 +176,8 @@ pub fn prepare_drive(
         let segment = |column: &[f64], by, interpolation| {
             InterpolatedSegment::of_column(recording, column, row(k, by), interpolation)
         };
-        let delta = segment(&recording.delta, steering, interpolation.delta);
-        let F_x = segment(&recording.F_x, force, interpolation.F_x);
+        let delta = segment(&recording.delta, steering, recording.interpolation.delta);
+        let F_x = segment(&recording.F_x, force, recording.interpolation.F_x);
         let substeps = substeps.max((delta.travel() / LONGEST_TRAVEL).ceil() as usize);
         PreparedSample {
             inputs: RecordedSegment::new(car, delta, F_x),

@@ -20,8 +20,8 @@ pub struct SensorModel<T, const BIASED: bool> {
     drift: [T; 4],
     /// Delay beyond that of the prepared sample [s].
     delay: [T; 4],
-    /// Memories of low-passes [s], the share of a new value, and what the rest of the value before gives.
-    memory: [T; 4],
+    /// Group delays of low-passes [s], the share of a new value, and what the rest of the value before gives.
+    low_pass: [T; 4],
     share: [T; 4],
     rest: [T; 4],
     /// Parts of roll rate and roll acceleration in v_y, and both together in the sample [m/s].
@@ -56,11 +56,11 @@ impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
             middle,
             drift,
             delay: middle,
-            memory: [
+            low_pass: [
                 none,
-                causes[SystematicError::SideslipMemory],
-                causes[SystematicError::YawRateMemory],
-                causes[SystematicError::AccelerationMemory],
+                causes[SystematicError::SideslipLowPass],
+                causes[SystematicError::YawRateLowPass],
+                causes[SystematicError::AccelerationLowPass],
             ],
             share: [none.constant(1.0); 4],
             rest: [none; 4],
@@ -77,13 +77,13 @@ impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
         let [_, _, taken @ ..] = sample.taken;
         for (i, taken) in taken.into_iter().enumerate() {
             self.delay[i] = self.middle[i].add_scaled(self.drift[i], sample.time) + -taken;
-            self.share[i] = (self.memory[i] * (1.0 / sample.h) + 1.0).recip();
+            self.share[i] = (self.low_pass[i] * (1.0 / sample.h) + 1.0).recip();
             let before = sample.before[i];
             let before = if before.is_finite() { before } else { sample.measured[i] };
             self.rest[i] = if before.is_finite() {
                 (self.share[i] * -1.0 + 1.0) * before
             } else {
-                self.memory[i].constant(0.0)
+                self.low_pass[i].constant(0.0)
             };
         }
         self.rolling = self.roll[0] * sample.roll[0] + self.roll[1] * sample.roll[1];

@@ -30,8 +30,7 @@ pub struct TestedEstimate {
     cause: String,
 }
 
-/// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car. `step` is that of the
-/// rows [s].
+/// What was estimated beside the tires, from rows that are `step` [s] apart.
 pub fn summarise_errors(
     minimum: &SqpMinimum,
     joint: &JointPosterior,
@@ -60,19 +59,20 @@ pub fn summarise_errors(
         let is_known = it.gain.is_some() || it.verdict == Identifiability::Identified;
         let lines = || correction::correction_lines(*cause, &at.causes, std, car);
         let size = at.causes[*cause] / joint.std[*cause];
-        let test = plausible::error_plausibility_test(&it.name, &it.title, &figure, size);
+        let test = plausible::error_plausibility_test(&it.name, &it.title, &figure.with_std, size);
         let correction = if is_known { lines() } else { String::new() };
-        let (size, unit) = figure
-            .split_once(" ± ")
-            .map_or(("", ""), |(size, rest)| (size, rest.split_once(' ').map_or("", |it| it.1)));
-        let cause = format!("{title} ({size} {unit})");
+        let cause = format!("{title} ({})", figure.value);
         TestedEstimate { estimate: SystematicErrorEstimate { correction, ..it }, test, cause }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
     all.extend(coloured_noise_estimates(joint, at, gain(ModelExtension::Colour), step));
-    let gain = |it: &TestedEstimate| it.estimate.gain.unwrap_or(0.0);
-    all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     all
+}
+
+/// The estimates that the data ask for most first.
+pub fn sort_by_gain(estimates: &mut [TestedEstimate]) {
+    let gain = |it: &TestedEstimate| it.estimate.gain.unwrap_or(0.0);
+    estimates.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
 }
 
 /// The likeliest cause of what the model would not describe, with its size: that which the data ask for most. `None` where they ask for none
@@ -113,10 +113,12 @@ fn name_causes_in_verdict(model: ModelVerdict, causes: &[&SystematicErrorEstimat
     let Some((first, rest)) = named.split_first() else { return model };
     let rest: String = rest.iter().map(|other| format!(" {other}.")).collect();
     let sentence = match (model.verdict, rest.is_empty()) {
-        (ModelFit::Fits, true) => format!("{first}. With that corrected, the model fits."),
-        (ModelFit::Fits, false) => format!("{first}. With that and more corrected, the model fits.{rest}"),
+        (ModelFit::Fits, true) => format!("{first}. With this correction the model fits."),
+        (ModelFit::Fits, false) => {
+            format!("{first}. With this and other corrections the model fits. The others:{rest}")
+        }
         (ModelFit::DoesNotFit, _) => {
-            format!("{} Corrected as well as it goes: {first}.{rest}", model.sentence)
+            format!("{} The fit corrects this already: {first}.{rest}", model.sentence)
         }
     };
     ModelVerdict { sentence, ..model }
@@ -193,6 +195,12 @@ pub fn summarise_outliers(outliers: &Outliers, values: usize) -> TestedEstimate 
     TestedEstimate { cause: format!("{} outliers", outliers.count()), estimate, test }
 }
 
+/// An estimate for people, in the unit that they read it in.
+struct ErrorFigure {
+    value: String,
+    with_std: String,
+}
+
 /// The estimate, and its figure for people.
 fn summarise_error(
     cause: SystematicError,
@@ -200,15 +208,16 @@ fn summarise_error(
     value: f64,
     std: f64,
     gain: Option<f64>,
-) -> (SystematicErrorEstimate, String) {
+) -> (SystematicErrorEstimate, ErrorFigure) {
     let about = cause.describe();
     let (factor, unit) = about.display;
     let [shown, spread] = [value, std].map(|x| factor * x);
     // Two digits of the standard deviation.
     let digits = (1.0 - spread.abs().log10().floor()).clamp(0.0, 6.0) as usize;
     let figure = format!("{shown:+.digits$} ± {spread:.digits$} {unit}");
+    let value_text = format!("{shown:+.digits$} {unit}");
     let sentence = match gain {
-        Some(_) if matches!(about.kind, ErrorKind::RelaxationLength | ErrorKind::Surroundings) => {
+        Some(_) if matches!(about.kind, ErrorKind::RelaxationLength | ErrorKind::RoadOrTire) => {
             format!("The {title} is {figure}; the fit has it.")
         }
         Some(_) => format!("The {title} is {figure}; the fit corrects it."),
@@ -230,5 +239,5 @@ fn summarise_error(
         sentence,
         correction: String::new(),
     };
-    (estimate, figure)
+    (estimate, ErrorFigure { value: value_text, with_std: figure })
 }

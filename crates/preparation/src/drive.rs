@@ -127,6 +127,11 @@ impl Drive {
         ]
     }
 
+    /// How inputs move between the rows of recordings of one logger.
+    pub fn common_interpolation(recordings: &[Self]) -> InputInterpolations {
+        recordings.first().map(|drive| drive.interpolation).unwrap_or_default()
+    }
+
     /// The measurements of a row: v_x, v_y, r, a_y.
     pub fn measurements_at(&self, k: usize) -> [f64; 4] {
         [self.v_x[k], self.v_y[k], self.r[k], self.a_y[k]]
@@ -137,7 +142,8 @@ impl Drive {
         self.map_columns(|column| column.get(range.clone()).map_or(Vec::new(), <[f64]>::to_vec))
     }
 
-    fn map_columns(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+    /// Each column made into another one, such as every fifth row; inputs move between the new rows as between the old ones.
+    pub fn map_columns(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         Self {
             t: f(&self.t),
             v_x: f(&self.v_x),

@@ -79,12 +79,12 @@ pub enum SystematicError {
     InertialClock,
     /// Drift of the clock of steering angle and longitudinal force [-].
     InputClock,
-    /// Memory of the sensor of v_y: a low-pass of first order gives λ/(λ + h) of its last value and the rest of the true one [s].
-    SideslipMemory,
+    /// Group delay λ of a low-pass of v_y: over rows that are h apart it gives λ/(λ + h) of its last value and the rest of the true one [s].
+    SideslipLowPass,
     /// The same of the yaw rate [s].
-    YawRateMemory,
+    YawRateLowPass,
     /// The same of the lateral acceleration [s].
-    AccelerationMemory,
+    AccelerationLowPass,
     /// Part of v_y that is a roll rate, per rate of a_y [(m/s)/(m/s³)].
     Roll,
     /// Part of v_y that is a roll acceleration, per second derivative of a_y [(m/s)/(m/s⁴)].
@@ -111,11 +111,11 @@ pub enum ErrorKind {
     /// A datum of the car that is another one.
     CarParameter,
     /// A property of the road or the tires that the model takes as constant.
-    Surroundings,
+    RoadOrTire,
     /// Delay that grows with time, about the middle of the drive [-].
     ClockDrift,
-    /// Memory of a low-pass filter [s].
-    Memory,
+    /// Group delay of a low-pass of first order at low frequencies [s].
+    LowPass,
     /// Motion of a body that rolls, in a sensor that is not on its axis.
     Roll,
 }
@@ -149,15 +149,16 @@ const PERCENT: (f64, &str) = (100.0, "%");
 const MILLISECONDS: (f64, &str) = (1000.0, "ms");
 
 use ErrorKind::{
-    CarParameter, ClockDrift, Delay, Gain, Lever, Memory, MountingAngle, Offset, RelaxationLength,
-    Surroundings,
+    CarParameter, ClockDrift, Delay, Gain, Lever, LowPass, MountingAngle, Offset, RelaxationLength,
+    RoadOrTire,
 };
 use SystematicError::{
-    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationMemory, AccelerationOffset, BankLeft,
-    BankRight, CentreOfGravity, ForceDelay, ForceGain, FrictionChange, Height, Inertia, InertialClock,
-    InputClock, LoadSensitivity, Mass, RelaxationFront, RelaxationRear, Roll, RollAcceleration,
-    SideslipClock, SideslipDelay, SideslipGain, SideslipLever, SideslipMemory, SideslipOffset, SpeedGain,
-    SteeringDelay, SteeringGain, SteeringOffset, YawRateDelay, YawRateGain, YawRateMemory, YawRateOffset,
+    AccelerationDelay, AccelerationGain, AccelerationLever, AccelerationLowPass, AccelerationOffset,
+    BankLeft, BankRight, CentreOfGravity, ForceDelay, ForceGain, FrictionChange, Height, Inertia,
+    InertialClock, InputClock, LoadSensitivity, Mass, RelaxationFront, RelaxationRear, Roll,
+    RollAcceleration, SideslipClock, SideslipDelay, SideslipGain, SideslipLever, SideslipLowPass,
+    SideslipOffset, SpeedGain, SteeringDelay, SteeringGain, SteeringOffset, YawRateDelay, YawRateGain,
+    YawRateLowPass, YawRateOffset,
 };
 
 /// All errors, in the order of their values.
@@ -185,16 +186,16 @@ const TABLE: [ErrorDescription; ESTIMATED + 1] = [
     ErrorDescription { error: Height, channel: "car", kind: CarParameter, name: "height", title: "height of the cg above its height in the configuration", unit: "m", std: 0.02, display: (100.0, "cm"), least: None },
     ErrorDescription { error: RelaxationFront, channel: "tires", kind: RelaxationLength, name: "relaxation_front", title: "relaxation length of the front tires", unit: "m", std: 0.3, display: (1.0, "m"), least: Some(0.1) },
     ErrorDescription { error: RelaxationRear, channel: "tires", kind: RelaxationLength, name: "relaxation_rear", title: "relaxation length of the rear tires", unit: "m", std: 0.3, display: (1.0, "m"), least: Some(0.1) },
-    ErrorDescription { error: BankLeft, channel: "road", kind: Surroundings, name: "bank_left", title: "bank of the road in left turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
-    ErrorDescription { error: BankRight, channel: "road", kind: Surroundings, name: "bank_right", title: "bank of the road in right turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
-    ErrorDescription { error: LoadSensitivity, channel: "tires", kind: Surroundings, name: "load_sensitivity", title: "load sensitivity of the tires' friction", unit: "-", std: 0.15, display: PERCENT, least: None },
-    ErrorDescription { error: FrictionChange, channel: "tires", kind: Surroundings, name: "friction_change", title: "change of friction during the drive", unit: "-", std: 0.2, display: PERCENT, least: None },
+    ErrorDescription { error: BankLeft, channel: "road", kind: RoadOrTire, name: "bank_left", title: "bank of the road in left turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
+    ErrorDescription { error: BankRight, channel: "road", kind: RoadOrTire, name: "bank_right", title: "bank of the road in right turns", unit: "rad", std: 0.05, display: DEGREES, least: None },
+    ErrorDescription { error: LoadSensitivity, channel: "tires", kind: RoadOrTire, name: "load_sensitivity", title: "load sensitivity of the tires' friction", unit: "-", std: 0.15, display: PERCENT, least: None },
+    ErrorDescription { error: FrictionChange, channel: "tires", kind: RoadOrTire, name: "friction_change", title: "change of friction during the drive", unit: "-", std: 0.2, display: PERCENT, least: None },
     ErrorDescription { error: SideslipClock, channel: "v_y", kind: ClockDrift, name: "v_y_clock", title: "drift of the clock of v_y", unit: "-", std: 0.003, display: PERCENT, least: None },
     ErrorDescription { error: InertialClock, channel: "r", kind: ClockDrift, name: "inertial_clock", title: "drift of the clock of yaw rate and a_y", unit: "-", std: 0.003, display: PERCENT, least: None },
     ErrorDescription { error: InputClock, channel: "delta", kind: ClockDrift, name: "input_clock", title: "drift of the clock of the steering angle", unit: "-", std: 0.003, display: PERCENT, least: None },
-    ErrorDescription { error: SideslipMemory, channel: "v_y", kind: Memory, name: "v_y_memory", title: "memory of the v_y sensor's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
-    ErrorDescription { error: YawRateMemory, channel: "r", kind: Memory, name: "r_memory", title: "memory of the yaw rate's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
-    ErrorDescription { error: AccelerationMemory, channel: "a_y", kind: Memory, name: "a_y_memory", title: "memory of the lateral acceleration's low-pass", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: SideslipLowPass, channel: "v_y", kind: LowPass, name: "v_y_low_pass", title: "group delay of the low-pass of v_y", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: YawRateLowPass, channel: "r", kind: LowPass, name: "r_low_pass", title: "group delay of the low-pass of the yaw rate", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
+    ErrorDescription { error: AccelerationLowPass, channel: "a_y", kind: LowPass, name: "a_y_low_pass", title: "group delay of the low-pass of a_y", unit: "s", std: 0.05, display: MILLISECONDS, least: None },
     ErrorDescription { error: Roll, channel: "v_y", kind: ErrorKind::Roll, name: "v_y_roll", title: "part of the roll rate in v_y", unit: "s2", std: 0.005, display: (1000.0, "mm/s per m/s3"), least: None },
     ErrorDescription { error: RollAcceleration, channel: "v_y", kind: ErrorKind::Roll, name: "v_y_roll_acceleration", title: "part of the roll acceleration in v_y", unit: "s3", std: 0.0005, display: (1000.0, "mm/s per m/s4"), least: None },
     ErrorDescription { error: SideslipGain, channel: "v_y", kind: Gain, name: "v_y_gain", title: "scale error of v_y", unit: "-", std: 0.05, display: PERCENT, least: Some(0.05) },
@@ -218,8 +219,8 @@ impl SystematicError {
     /// Delays of channels; one of all of them at once would not be seen.
     pub const DELAYS: [Self; 5] = [SteeringDelay, SideslipDelay, YawRateDelay, AccelerationDelay, ForceDelay];
 
-    /// Memories of low-pass filters, which are never negative.
-    pub const MEMORIES: [Self; 3] = [SideslipMemory, YawRateMemory, AccelerationMemory];
+    /// Low-passes, whose group delays are never negative.
+    pub const LOW_PASSES: [Self; 3] = [SideslipLowPass, YawRateLowPass, AccelerationLowPass];
 
     /// Drifts of clocks.
     pub const CLOCKS: [Self; 3] = [SideslipClock, InertialClock, InputClock];
@@ -244,9 +245,9 @@ impl SystematicError {
             | MountingAngle
             | RelaxationLength
             | CarParameter
-            | Surroundings
+            | RoadOrTire
             | ClockDrift
-            | Memory
+            | LowPass
             | ErrorKind::Roll => None,
         }
     }

@@ -80,7 +80,7 @@ impl IdentificationSettings {
             None => self.loss.cost_divisor(outside.noise_std),
         };
         let gain = 2.0 * (inside.cost - outside.cost) / unit;
-        let beyond = WiderFit { solution: outside, wider, gain, unit };
+        let beyond = ExtendedBoundsFit { solution: outside, wider, gain, unit };
         let mut moved = Vec::new();
         for parameter in movable {
             let (old, new) = (self.prior.bounds.range(parameter), bounds.range(parameter));
@@ -96,7 +96,7 @@ impl IdentificationSettings {
 }
 
 /// The likeliest tire in a wider box.
-struct WiderFit {
+struct ExtendedBoundsFit {
     solution: FitSolution,
     /// What is known before, with that box.
     wider: Prior,
@@ -105,7 +105,7 @@ struct WiderFit {
     unit: f64,
 }
 
-impl WiderFit {
+impl ExtendedBoundsFit {
     /// Whether a side of a box cuts off what the data allow: an optimum beyond it, or a parameter that is told so near to it.
     fn is_cut_off(&self, prior: &Prior, parameter: Parameter, side: usize) -> bool {
         let room = |theta: &Theta| {

@@ -218,13 +218,13 @@ pub const MISTAKES: [Mistake; 26] = [
     Mistake {
         name: "yaw rate behind 5 Hz",
         log: |drive, _| low_pass(&mut drive.r, 5.0),
-        causes: &["r_memory"],
+        causes: &["r_low_pass"],
         ..NOTHING
     },
     Mistake {
         name: "a_y behind 5 Hz",
         log: |drive, _| low_pass(&mut drive.a_y, 5.0),
-        causes: &["a_y_memory"],
+        causes: &["a_y_low_pass"],
         ..NOTHING
     },
     Mistake {

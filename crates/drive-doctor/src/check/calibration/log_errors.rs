@@ -17,9 +17,9 @@ pub(super) fn largest_first_order_error(kind: ErrorKind) -> f64 {
         | ErrorKind::Lever
         | ErrorKind::RelaxationLength
         | ErrorKind::CarParameter
-        | ErrorKind::Surroundings
+        | ErrorKind::RoadOrTire
         | ErrorKind::ClockDrift
-        | ErrorKind::Memory
+        | ErrorKind::LowPass
         | ErrorKind::Roll => 5.0,
     }
 }
@@ -124,9 +124,9 @@ pub(super) fn check_name(error: SystematicError) -> String {
         ErrorKind::MountingAngle => "angle",
         ErrorKind::RelaxationLength => "relaxation",
         ErrorKind::CarParameter
-        | ErrorKind::Surroundings
+        | ErrorKind::RoadOrTire
         | ErrorKind::ClockDrift
-        | ErrorKind::Memory
+        | ErrorKind::LowPass
         | ErrorKind::Roll => "parameter",
     };
     format!("{}_{kind}", error.describe().channel)
@@ -180,9 +180,9 @@ pub(super) fn describe_size(error: SystematicError, value: f64, [low, high]: [f6
             format!("The forces follow the slips after {value} m {interval} of rolling.")
         }
         ErrorKind::CarParameter
-        | ErrorKind::Surroundings
+        | ErrorKind::RoadOrTire
         | ErrorKind::ClockDrift
-        | ErrorKind::Memory
+        | ErrorKind::LowPass
         | ErrorKind::Roll => {
             let (value, interval) = text(1.0);
             format!("The {title} is {value} {unit} {interval}.")
