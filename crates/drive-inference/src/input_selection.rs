@@ -21,7 +21,7 @@ pub fn with_interpolations(recordings: &[Drive], interpolation: InputInterpolati
 pub fn select_interpolations(problem: &PredictionErrorProblem, start: &Tires) -> InputInterpolations {
     let mut at = DriveUnknowns::new(start, &problem.noise.initial_noise());
     let mut least = f64::INFINITY;
-    search_interpolations(Drive::shortest_step(problem.recordings), |tried| {
+    search_interpolations(Drive::shortest_step(problem.recordings), &[], |tried| {
         let recordings = &with_interpolations(problem.recordings, tried);
         let fit = PredictionErrorProblem { recordings, ..problem.clone() }.fit_tires_at_fixed_noise(at);
         let cost = fit.minimum.model.cost;
@@ -54,12 +54,22 @@ pub fn likelier_interpolations(
         punctual.min(late + ENOUGH_FOR_DELAY * f64::from(short))
     };
     let least = cost(current) - ENOUGH;
-    let best = search_interpolations(step, &mut cost);
+    let best = search_interpolations(step, &lags(step), &mut cost);
     (best != current && cost(best) < least).then_some(best)
 }
 
-/// The interpolations of least cost, or as good and simpler: that of the steering angle first, which acts more on what is measured.
-fn search_interpolations(step: f64, mut cost: impl FnMut(InputInterpolations) -> f64) -> InputInterpolations {
+/// Actuators whose time constants are tried.
+fn lags(step: f64) -> [InputInterpolation; LAGS.len()] {
+    LAGS.map(|steps| InputInterpolation::FirstOrderLag(steps * step))
+}
+
+/// The interpolations of least cost, or as good and simpler: that of the steering angle first, which acts more on what is measured. `forces`
+/// are forms of the longitudinal force that are tried beside a line, a held force and that of the steering angle.
+fn search_interpolations(
+    step: f64,
+    forces: &[InputInterpolation],
+    mut cost: impl FnMut(InputInterpolations) -> f64,
+) -> InputInterpolations {
     let (mut best, mut least) = (InputInterpolations::default(), f64::INFINITY);
     let mut compare = |tried: InputInterpolations, best: &mut InputInterpolations| {
         let cost = cost(tried);
@@ -69,8 +79,9 @@ fn search_interpolations(step: f64, mut cost: impl FnMut(InputInterpolations) ->
     };
     let line = InputInterpolation::FirstOrderHold;
     compare(InputInterpolations { delta: line, F_x: line }, &mut best);
-    let lags = LAGS.map(|steps| InputInterpolation::FirstOrderLag(steps * step));
-    for delta in [InputInterpolation::ZeroOrderHold, InputInterpolation::Hermite].into_iter().chain(lags) {
+    for delta in
+        [InputInterpolation::ZeroOrderHold, InputInterpolation::Hermite].into_iter().chain(lags(step))
+    {
         compare(InputInterpolations { delta, F_x: line }, &mut best);
     }
     if let InputInterpolation::FirstOrderLag(time) = best.delta {
@@ -80,7 +91,7 @@ fn search_interpolations(step: f64, mut cost: impl FnMut(InputInterpolations) ->
         }
     }
     let delta = best.delta;
-    for F_x in [InputInterpolation::ZeroOrderHold, delta] {
+    for &F_x in [InputInterpolation::ZeroOrderHold, delta].iter().chain(forces) {
         compare(InputInterpolations { delta, F_x }, &mut best);
     }
     best

@@ -285,9 +285,10 @@ impl ExtensionCandidates {
     ) -> Option<(ModelExtension, f64, PredictionErrorFit)> {
         let try_out =
             |addition: ModelExtension| (addition, fit_with_extension(problem, fit, addition, &self.lasting));
-        let least = |tried: &[ModelExtension]| {
-            let tried = tried.iter().copied().map(try_out);
-            tried.min_by(|a, b| fit_cost(&a.1).total_cmp(&fit_cost(&b.1)))
+        let by_cost = |additions: &[ModelExtension]| {
+            let mut tried: Vec<_> = additions.iter().copied().map(try_out).collect();
+            tried.sort_by(|a, b| fit_cost(&a.1).total_cmp(&fit_cost(&b.1)));
+            tried
         };
         let full = |(addition, tried): (ModelExtension, PredictionErrorFit)| {
             let better = problem.fit_delayed_rows(tried.active.clone(), problem.fitted_unknowns(&tried));
@@ -295,20 +296,25 @@ impl ExtensionCandidates {
             // A gain that is no number is none.
             (gain >= ENOUGH).then_some((addition, gain, better))
         };
-        let mut best = least(&self.promising);
+        let mut promising = by_cost(&self.promising).into_iter();
+        let mut best = promising.next();
+        let partner = best.as_ref().and_then(|it| delay_or_low_pass(it.0));
+        let mut rival = promising.find(|it| Some(it.0) == partner);
         let colour = || self.is_coloured_noise_allowed(problem, fit).then(|| try_out(ModelExtension::Colour));
         let ahead = |it: &(ModelExtension, PredictionErrorFit),
                      other: &Option<(ModelExtension, PredictionErrorFit)>| {
             other.as_ref().is_none_or(|other| fit_cost(&it.1) < fit_cost(&other.1))
         };
         let mut noise = None;
-        if let Some(doubtful) = least(&self.doubtful).filter(|it| ahead(it, &best)) {
+        if let Some(doubtful) = by_cost(&self.doubtful).into_iter().next().filter(|it| ahead(it, &best)) {
             noise = colour();
             if noise.is_some() && ahead(&doubtful, &noise) {
-                best = Some(doubtful);
+                (best, rival) = (Some(doubtful), None);
             }
         }
-        best.and_then(full).or_else(|| noise.or_else(colour).and_then(full))
+        // Noises tell a low-pass from a delay, and only a full fit estimates them.
+        let fitted = [best, rival].into_iter().flatten().filter_map(full);
+        fitted.max_by(|a, b| a.1.total_cmp(&b.1)).or_else(|| noise.or_else(colour).and_then(full))
     }
 
     /// Whether noise that lasts may be tried.
@@ -316,6 +322,17 @@ impl ExtensionCandidates {
         let white = fit.noise.coloured.iter().all(|it| it.share == 0.0);
         problem.noise.is_estimated() && white && is_any_channel_correlated(&self.lasting)
     }
+}
+
+/// The low-pass that looks like a delay, or the other way round.
+fn delay_or_low_pass(addition: ModelExtension) -> Option<ModelExtension> {
+    let ModelExtension::Error(error) = addition else { return None };
+    let other = |(delay, low_pass)| match error {
+        _ if error == delay => Some(low_pass),
+        _ if error == low_pass => Some(delay),
+        _ => None,
+    };
+    DELAYS_AND_LOW_PASSES.into_iter().find_map(other).map(ModelExtension::Error)
 }
 
 /// Whether some channel's innovations do.

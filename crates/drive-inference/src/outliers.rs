@@ -89,7 +89,9 @@ fn remove_outliers(channel: usize, e: &[&[f64]], recordings: &mut [Drive], outli
     // Of a normal distribution half are within 0.6745 standard deviations.
     let std = median(&mut sizes).unwrap_or(0.0) / 0.6745;
     let is_outlier = |e: &[f64], k: usize| {
-        let beside = e[k - 1].abs().max(e[k + 1].abs());
+        // What comes after an outlier on its other side is the filter on its way back.
+        let after = if e[k + 1] * e[k] > 0.0 { e[k + 1].abs() } else { 0.0 };
+        let beside = e[k - 1].abs().max(after);
         e[k].abs() > FAR * std && e[k].abs() > ISOLATED * beside
     };
     let of_drive = |e: &&[f64]| -> Vec<usize> {
