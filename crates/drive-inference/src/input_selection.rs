@@ -63,36 +63,48 @@ fn lags(step: f64) -> [InputInterpolation; LAGS.len()] {
     LAGS.map(|steps| InputInterpolation::FirstOrderLag(steps * step))
 }
 
-/// The interpolations of least cost, or as good and simpler: that of the steering angle first, which acts more on what is measured. `forces`
-/// are forms of the longitudinal force that are tried beside a line, a held force and that of the steering angle.
+/// The interpolations of least cost, or as good and simpler. A wrong form of one input hides that of the other: both are held or both lines
+/// at first, then each is chosen again until none changes. `forces` are forms of the longitudinal force that are tried beside a line, a held
+/// force and that of the steering angle.
 fn search_interpolations(
     step: f64,
     forces: &[InputInterpolation],
     mut cost: impl FnMut(InputInterpolations) -> f64,
 ) -> InputInterpolations {
+    use InputInterpolation::{FirstOrderHold, FirstOrderLag, Hermite, ZeroOrderHold};
     let (mut best, mut least) = (InputInterpolations::default(), f64::INFINITY);
+    let mut seen: Vec<InputInterpolations> = Vec::new();
     let mut compare = |tried: InputInterpolations, best: &mut InputInterpolations| {
+        if seen.contains(&tried) {
+            return;
+        }
+        seen.push(tried);
         let cost = cost(tried);
         if cost < least - ENOUGH {
             (*best, least) = (tried, cost);
         }
     };
-    let line = InputInterpolation::FirstOrderHold;
-    compare(InputInterpolations { delta: line, F_x: line }, &mut best);
-    for delta in
-        [InputInterpolation::ZeroOrderHold, InputInterpolation::Hermite].into_iter().chain(lags(step))
-    {
-        compare(InputInterpolations { delta, F_x: line }, &mut best);
+    for both in [FirstOrderHold, ZeroOrderHold] {
+        compare(InputInterpolations { delta: both, F_x: both }, &mut best);
     }
-    if let InputInterpolation::FirstOrderLag(time) = best.delta {
-        for factor in [0.7, 1.4, 0.84, 1.19] {
-            let delta = InputInterpolation::FirstOrderLag(factor * time);
-            compare(InputInterpolations { delta, F_x: line }, &mut best);
+    loop {
+        let before = best;
+        for delta in [FirstOrderHold, ZeroOrderHold, Hermite].into_iter().chain(lags(step)) {
+            let F_x = best.F_x;
+            compare(InputInterpolations { delta, F_x }, &mut best);
+        }
+        if let FirstOrderLag(time) = best.delta {
+            for factor in [0.7, 1.4, 0.84, 1.19] {
+                let F_x = best.F_x;
+                compare(InputInterpolations { delta: FirstOrderLag(factor * time), F_x }, &mut best);
+            }
+        }
+        let delta = best.delta;
+        for &F_x in [FirstOrderHold, ZeroOrderHold, delta].iter().chain(forces) {
+            compare(InputInterpolations { delta, F_x }, &mut best);
+        }
+        if best.F_x == before.F_x {
+            return best;
         }
     }
-    let delta = best.delta;
-    for &F_x in [InputInterpolation::ZeroOrderHold, delta].iter().chain(forces) {
-        compare(InputInterpolations { delta, F_x }, &mut best);
-    }
-    best
 }
