@@ -334,6 +334,7 @@ impl ScenarioJob<'_> {
                 tolerance: self.options.overrides.tolerance,
                 coupling: self.options.overrides.coupling,
                 isolate: self.options.overrides.isolate,
+                trust: self.options.overrides.trust,
                 ..overrides
             },
             // A viewer that is connected goes on showing this run.

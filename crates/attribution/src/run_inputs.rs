@@ -63,6 +63,7 @@ impl RecordedOverrides {
             coupling: self.coupling,
             isolate,
             analyses: AnalysisLoading::Skip,
+            trust: false,
         }
     }
 }

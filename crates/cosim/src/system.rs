@@ -30,7 +30,7 @@ pub use coupling::{
 };
 pub use driver::DriverPlan;
 pub use input_chain::{InputChain, InputChainState, InputFault};
-pub use isolation::{FmuFailurePolicy, FmuIsolation};
+pub use isolation::{FmuFailurePolicy, FmuIsolation, ProcessLimits};
 pub use used_columns::UsedColumns;
 
 /// Variables of one form, which are read and written at once: all elements of arrays.

@@ -1,7 +1,7 @@
 //! The text files of a scenario as one address space of bytes, so that errors can point into them.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::error::Error;
 use crate::span::Spanned;
@@ -140,10 +140,15 @@ impl SourceFiles {
         self.files().map(named).collect::<Vec<_>>().join("\n")
     }
 
-    /// A path that a word names, which is relative to the file that the word stands in.
+    /// A path that a word names, which is relative to the file that the word stands in. In a text out of an archive the folder of the archive
+    /// is the root of all paths, so that none leads out of it.
     #[must_use]
     pub fn resolve_path(&self, word: &Spanned<String>) -> PathBuf {
-        self.base_folder(word.span()).join(word.get_ref())
+        let folder = self.base_folder(word.span());
+        match self.is_archived(word.span()) {
+            true => folder.join(path_below_root(Path::new(word.get_ref()))),
+            false => folder.join(word.get_ref()),
+        }
     }
 
     /// The folder that paths are relative to in the file that a place is in.
@@ -172,4 +177,17 @@ impl SourceFiles {
             None => Error::at_span(file, place, message, label),
         }
     }
+}
+
+/// A path as it is below a folder that is its root.
+fn path_below_root(path: &Path) -> PathBuf {
+    let mut below = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::Normal(name) => below.push(name),
+            Component::ParentDir => drop(below.pop()),
+            Component::Prefix(_) | Component::RootDir | Component::CurDir => {}
+        }
+    }
+    below
 }

@@ -48,8 +48,8 @@ pub(crate) use library::is_loaded;
 pub use mailbox::FOREIGN_ENVIRONMENT;
 pub use messages_while_freed::messages_while_freed;
 pub use process_end::{
-    CrashNote, catch_termination_signals, exit_without_destructors, final_exit_code, guard_exit,
-    ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
+    CrashNote, adopt_forked_process, catch_termination_signals, exit_without_destructors, final_exit_code,
+    guard_exit, ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
 };
 pub use process_state::take_process_change_reports;
 pub use saved_states::FmuState;

@@ -332,6 +332,12 @@ void trackside_watch_crashes(void) {
 #endif
 }
 
+/* A process that goes on in one that it forked is that one from here on. */
+void trackside_adopt_process(void) {
+    if (home) home = getpid();
+    if (trackside_guarded) trackside_guarded = getpid();
+}
+
 /* From here on this process ends by `trackside_leave`: each other exit is taken for foreign code's. */
 void trackside_guard_exit(void) {
     trackside_watch_crashes();

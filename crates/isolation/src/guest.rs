@@ -1,10 +1,11 @@
 //! Starts, watches and ends a guest process; and makes this process the guest of another.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, BufRead as _, BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicU8;
 use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
@@ -30,28 +31,60 @@ pub enum NoAnswerReason {
     InvalidAnswer,
 }
 
+/// Where a guest writes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputStream {
+    /// Standard output.
+    Standard,
+    /// Standard error.
+    Error,
+}
+
+/// Gets a line that a guest wrote, or a part of a long one.
+pub type OutputHandler = fn(OutputStream, &[u8]);
+
+/// Longest part of a line that is passed on at once [bytes].
+const LONGEST_LINE: u64 = 8 << 10;
+/// What a guest that ended wrote is there within this time, unless it left a process behind.
+const LAST_WORDS: Duration = Duration::from_millis(200);
+
 /// A process that answers.
 #[derive(Debug)]
 pub struct IsolatedGuest {
     child: Child,
     channel: ProcessChannel,
+    /// Hung up when all that the guest wrote was passed on.
+    output: Receiver<()>,
     end: Option<NoAnswerReason>,
 }
 
 impl IsolatedGuest {
-    /// Starts a guest with the memory as its standard input. It calls [`connect_to_host_process`] first, with the number of this process,
-    /// which is its last argument. `numbers` may travel at once. The thread that calls this has to outlive the guest.
+    /// Starts a guest with the memory as its standard input. What it writes goes to `pass_on`, so that it has nothing of the terminal of this
+    /// process; without one it goes where the command says. It calls [`connect_to_host_process`] first, with the number of this process, which is its last argument. `numbers` may travel at
+    /// once. The thread that calls this has to outlive the guest.
     ///
     /// # Errors
     /// When the program does not start, or the system cannot share memory.
-    pub fn start(mut command: Command, numbers: usize) -> io::Result<Self> {
+    pub fn start(mut command: Command, numbers: usize, pass_on: Option<OutputHandler>) -> io::Result<Self> {
         if cfg!(not(target_os = "linux")) {
             return Err(io::Error::new(io::ErrorKind::Unsupported, "isolation needs Linux"));
         }
         let (memory, file) = SharedMemory::new(numbers)?;
         command.arg(getpid().to_string()).stdin(Stdio::from(file));
-        let child = command.spawn()?;
-        Ok(IsolatedGuest { child, channel: ProcessChannel::new(memory, 0), end: None })
+        if pass_on.is_some() {
+            command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        }
+        let mut child = command.spawn()?;
+        let (open, output) = mpsc::channel();
+        if let Some(pass_on) = pass_on {
+            if let Some(pipe) = child.stdout.take() {
+                pass_on_lines(pipe, OutputStream::Standard, pass_on, open.clone());
+            }
+            if let Some(pipe) = child.stderr.take() {
+                pass_on_lines(pipe, OutputStream::Error, pass_on, open);
+            }
+        }
+        Ok(IsolatedGuest { child, channel: ProcessChannel::new(memory, 0), output, end: None })
     }
 
     /// Asks, and waits for the answer. `should_cancel` is asked every 10 ms, with the note of the guest; when it says true, the guest is
@@ -86,6 +119,7 @@ impl IsolatedGuest {
         self.end = Some(end);
         let _ = self.child.kill();
         let _ = self.child.wait();
+        let _: Result<(), RecvTimeoutError> = self.output.recv_timeout(LAST_WORDS);
     }
 
     /// What the guest was doing when it wrote that last: bytes of its note.
@@ -113,6 +147,24 @@ impl IsolatedGuest {
         self.end_process(NoAnswerReason::Cancelled);
         ended.is_ok_and(|status| status.is_some_and(|status| status.success()))
     }
+}
+
+/// Passes on what comes out of a pipe, in a thread that ends with it.
+fn pass_on_lines(
+    pipe: impl Read + Send + 'static,
+    stream: OutputStream,
+    pass_on: OutputHandler,
+    open: Sender<()>,
+) {
+    std::thread::spawn(move || {
+        let mut pipe = BufReader::new(pipe);
+        let mut line = Vec::new();
+        while (&mut pipe).take(LONGEST_LINE).read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
+            pass_on(stream, &line);
+            line.clear();
+        }
+        drop(open);
+    });
 }
 
 /// The note at the other end of a channel.
@@ -150,9 +202,12 @@ pub fn connect_to_host_process(host: u32) -> io::Result<(ProcessChannel, &'stati
     Ok((ProcessChannel::new(memory, 1), note.note_bytes()))
 }
 
-/// Whether the process that started this one is still there.
+/// Whether the process that started this one is still there. In namespaces of its own a process ends with its host, and does not see it.
 #[must_use]
 pub fn is_host_alive(host: u32) -> bool {
+    if crate::sandbox::is_in_own_namespaces() {
+        return true;
+    }
     let parent = getppid().map(Pid::as_raw_nonzero);
     parent.is_some_and(|parent| i64::from(parent.get()) == i64::from(host))
 }

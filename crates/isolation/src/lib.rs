@@ -16,6 +16,8 @@ mod memory;
 mod sandbox;
 
 pub use channel::{ChannelPacket, ProcessChannel};
-pub use guest::{IsolatedGuest, NoAnswerReason, connect_to_host_process, is_host_alive};
+pub use guest::{
+    IsolatedGuest, NoAnswerReason, OutputHandler, OutputStream, connect_to_host_process, is_host_alive,
+};
 pub use memory::NOTE;
-pub use sandbox::{SandboxFiles, enter_sandbox};
+pub use sandbox::{ProcessLimits, Sandbox, SandboxMeasure, enter_sandbox};

@@ -7,7 +7,7 @@ use std::ptr;
 use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64};
 
-use rustix::fs::{MemfdFlags, fstat, ftruncate, memfd_create};
+use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fstat, ftruncate, memfd_create};
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 
 /// Bytes of the note, which stays when the guest dies: what it is doing, and its last words.
@@ -44,8 +44,10 @@ impl SharedMemory {
     /// # Errors
     /// When the system has none.
     pub fn new(numbers: usize) -> io::Result<(Self, OwnedFd)> {
-        let file = memfd_create("trackside", MemfdFlags::CLOEXEC)?;
+        let file = memfd_create("trackside", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
         ftruncate(&file, (HEAD + NOTE + 8 * numbers + BYTES) as u64)?;
+        // Whoever touches memory that the other side took away ends with SIGBUS.
+        fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let memory = Self::map_existing(&file)?;
         Ok((memory, file))
     }

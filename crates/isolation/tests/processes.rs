@@ -6,15 +6,25 @@ use std::process::{Command, ExitCode};
 use isolation::{ChannelPacket, IsolatedGuest, NoAnswerReason, connect_to_host_process, is_host_alive};
 use libtest_mimic::{Arguments, Trial};
 
+#[path = "support/probe.rs"]
+mod probe;
+
 /// Numbers that may travel at once.
 const NUMBERS: usize = 5;
 
 fn main() -> ExitCode {
     let mut words = std::env::args().skip(1);
-    if words.next().is_some_and(|word| word == "guest") {
-        let host = words.next().and_then(|host| host.parse().ok()).expect("a number");
-        serve(host);
-        return ExitCode::SUCCESS;
+    match words.next().as_deref() {
+        Some("guest") => {
+            let host = words.next().and_then(|host| host.parse().ok()).expect("a number");
+            serve(host);
+            return ExitCode::SUCCESS;
+        }
+        Some(probe::PROBE) => {
+            probe::serve_as_probe(words);
+            return ExitCode::SUCCESS;
+        }
+        _ => {}
     }
     let test = |name: &str, body: fn()| {
         Trial::test(name, move || {
@@ -28,6 +38,7 @@ fn main() -> ExitCode {
         test("a_guest_that_does_not_answer_is_ended", a_guest_that_does_not_answer_is_ended),
         test("the_note_of_a_guest_outlives_it", the_note_of_a_guest_outlives_it),
         test("a_guest_leaves_when_it_is_asked_to", a_guest_leaves_when_it_is_asked_to),
+        test("nothing_leaves_the_sandbox", nothing_leaves_the_sandbox),
     ];
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
 }
@@ -55,7 +66,21 @@ fn serve(host: u32) {
 fn guest() -> IsolatedGuest {
     let mut command = Command::new(std::env::current_exe().expect("this program"));
     command.arg("guest");
-    IsolatedGuest::start(command, NUMBERS).expect("a process")
+    IsolatedGuest::start(command, NUMBERS, None).expect("a process")
+}
+
+/// As the user of now, and as nobody where that is root.
+fn nothing_leaves_the_sandbox() {
+    let root = rustix::process::getuid().is_root();
+    for user in [None, root.then_some(65534)].into_iter().take(1 + usize::from(root)) {
+        let probe::ProbeReport { missing, attempts, changes } = probe::run_probe(user).expect("a probe");
+        let succeeded: Vec<&str> =
+            attempts.iter().filter(|it| it.succeeded).map(|it| it.name.as_str()).collect();
+        assert!(attempts.len() > 200, "{}", attempts.len());
+        // A machine that lacks a wall says so; what then succeeds is told, and no fault of this program.
+        assert!(!missing.is_empty() || succeeded.is_empty(), "{user:?}: {succeeded:#?}");
+        assert!(!missing.is_empty() || changes.is_empty(), "{user:?}: {changes:#?}");
+    }
 }
 
 fn numbers_and_bytes_of_any_length_come_back() {

@@ -137,6 +137,10 @@ pub struct Document {
     /// Analyses of recorded signals.
     #[serde(default)]
     pub analysis: Vec<Analysis>,
+    /// SHA-256 of scripts and plugins in the archive that this scenario extends, by their paths there: these may run.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, String>", example = BTreeMap::from([("resources/lap.py", "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08")]))]
+    pub trust: BTreeMap<String, Spanned<String>>,
     /// Scenarios that run with the results of the analyses.
     #[serde(default)]
     pub validation: Vec<Validation>,

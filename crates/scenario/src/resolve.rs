@@ -36,6 +36,7 @@ mod signal_units;
 mod starts;
 mod sweep;
 mod terminals;
+mod trust;
 mod types;
 mod unit;
 mod validations;
@@ -114,6 +115,8 @@ pub struct Overrides {
     pub isolate: IsolationPolicy,
     /// Whether plugins and scripts of `[[analysis]]` are loaded.
     pub analyses: AnalysisLoading,
+    /// Whether scripts and plugins out of archives may run.
+    pub trust: bool,
 }
 
 /// Whether plugins and scripts of `[[analysis]]` are loaded: loading runs their code.
@@ -185,7 +188,8 @@ impl RunPlan {
 
         let signals = RunSignals { columns: &columns, units: &units };
         let mut analyses = manoeuvres::manoeuvre_analyses(scenario, &nodes, &columns);
-        if overrides.analyses == AnalysisLoading::Load {
+        let is_loaded = overrides.analyses == AnalysisLoading::Load;
+        if is_loaded && trust::is_all_code_trusted(scenario, overrides.trust, &mut diagnostics.mistakes) {
             let plugins = &built.plugins;
             analyses.extend(analyses::resolve_analyses(
                 scenario,

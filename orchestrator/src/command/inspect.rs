@@ -19,7 +19,11 @@ use super::{print_json, print_text};
 #[derive(Args)]
 pub struct InspectArguments {
     /// The archive of an FMU, a scenario, a system of SSP, or a log: MCAP, a bag of ROS 2 (file or folder), CSV, MoTeC, VBOX, Parquet, Arrow, MAT.
-    file: PathBuf,
+    #[arg(required_unless_present = "sandbox")]
+    file: Option<PathBuf>,
+    /// Print what the sandbox of an isolated FMU keeps it from on this machine, and what the kernel lacks for it.
+    #[arg(long, exclusive = true)]
+    sandbox: bool,
     /// Print JSON instead of lines.
     #[arg(long)]
     json: bool,
@@ -36,28 +40,27 @@ pub struct InspectArguments {
 /// # Errors
 /// When the archive cannot be opened, or the scenario is wrong.
 pub fn run_inspect_command(arguments: &InspectArguments) -> Result<u8, Error> {
+    let Some(file) = &arguments.file else { return inspect_sandbox() };
     let is = |endings: &[&str]| {
-        let ending = arguments.file.extension().map(|it| it.to_ascii_lowercase());
+        let ending = file.extension().map(|it| it.to_ascii_lowercase());
         ending.is_some_and(|ending| endings.iter().any(|it| ending == *it))
     };
     if is(&["toml", "ssp", "ssd"]) {
-        return inspect_scenario(arguments);
+        return inspect_scenario(file, arguments);
     }
     if arguments.dot || arguments.variant.is_some() {
-        let message =
-            format!("expected a scenario for `--dot` and `--variant`, found {}", arguments.file.display());
+        let message = format!("expected a scenario for `--dot` and `--variant`, found {}", file.display());
         return Err(Error::invalid_input(message));
     }
-    if !is(&["fmu"]) && !table::is_fmu(&arguments.file) {
-        let survey =
-            table::survey_file(&arguments.file).map_err(|it| Error::invalid_input(it.to_string()))?;
+    if !is(&["fmu"]) && !table::is_fmu(file) {
+        let survey = table::survey_file(file).map_err(|it| Error::invalid_input(it.to_string()))?;
         match arguments.json {
             true => print_json(&survey.to_json()),
             false => print_text(&survey.terminal_report()),
         }
         return Ok(0);
     }
-    let fmu = Fmu::open(&arguments.file).map_err(|error| Error::invalid_input(error.to_string()))?;
+    let fmu = Fmu::open(file).map_err(|error| Error::invalid_input(error.to_string()))?;
     match arguments.json {
         true => print_json(&inspect::fmu_json(&fmu)),
         false => print_text(&inspect::describe_fmu(&fmu)),
@@ -65,8 +68,8 @@ pub fn run_inspect_command(arguments: &InspectArguments) -> Result<u8, Error> {
     Ok(0)
 }
 
-fn inspect_scenario(arguments: &InspectArguments) -> Result<u8, Error> {
-    let scenario = Scenario::read_variant(&arguments.file, arguments.variant.as_deref())?;
+fn inspect_scenario(file: &Path, arguments: &InspectArguments) -> Result<u8, Error> {
+    let scenario = Scenario::read_variant(file, arguments.variant.as_deref())?;
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
     let built = package::build_fmus(&scenario, &mut progress)?;
@@ -79,4 +82,16 @@ fn inspect_scenario(arguments: &InspectArguments) -> Result<u8, Error> {
         _ => print_text(&inspect::scenario::describe_scenario(&scenario, &plan)),
     }
     Ok(0)
+}
+
+/// In a process of its own, as a sandbox is for good.
+fn inspect_sandbox() -> Result<u8, Error> {
+    let failed = |error: std::io::Error| Error::invalid_input(format!("no process for the sandbox: {error}"));
+    let program = std::env::current_exe().map_err(failed)?;
+    let mut process = std::process::Command::new(program);
+    let status = process.args(["isolated", "0", "--sandbox"]).status().map_err(failed)?;
+    match status.success() {
+        true => Ok(0),
+        false => Err(Error::invalid_input(format!("the process in the sandbox ended with {status}"))),
+    }
 }

@@ -3,11 +3,16 @@
 use clap::Args;
 use diagnostics::Error;
 
+use super::print_text;
+
 /// Arguments of `trackside isolated`.
 #[derive(Args)]
 pub struct IsolatedArguments {
     /// The number of the process that started this one.
     host: u32,
+    /// Enter the sandbox, and print what it keeps a process from on this machine.
+    #[arg(long)]
+    sandbox: bool,
 }
 
 /// Answers until the other process has no more questions.
@@ -15,5 +20,22 @@ pub struct IsolatedArguments {
 /// # Errors
 /// When nobody asks.
 pub fn run_isolated_command(arguments: &IsolatedArguments) -> Result<u8, Error> {
+    if arguments.sandbox {
+        print_sandbox();
+        return Ok(0);
+    }
     cosim::node::serve_host_process(arguments.host).map(|()| 0)
+}
+
+/// One line for each wall of the sandbox that this process then is in.
+fn print_sandbox() {
+    let walls = isolation::enter_sandbox(&isolation::Sandbox::default());
+    fmu_import::adopt_forked_process();
+    let width = walls.iter().map(|wall| wall.name.len()).max().unwrap_or(0);
+    let line = |wall: &isolation::SandboxMeasure| {
+        let state = wall.failure.as_ref().map_or_else(|| "holds".to_owned(), |why| format!("MISSING: {why}"));
+        format!("  {:width$}  keeps it from {}: {state}\n", wall.name, wall.protects)
+    };
+    let lines: String = walls.iter().map(line).collect();
+    print_text(&format!("the sandbox of an isolated FMU on this machine\n{lines}"));
 }

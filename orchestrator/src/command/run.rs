@@ -85,6 +85,9 @@ pub struct RunArguments {
     /// Run FMUs in processes of their own, where the scenario does not say it: all, or those of `path` only.
     #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "all", value_name = "WHICH")]
     isolate: Option<IsolateArg>,
+    /// Run scripts and plugins that come in an archive of SSP: their code may do what you may.
+    #[arg(long)]
+    trust: bool,
     /// Write all that the run knows at these times [s] into `checkpoint_TIME.state`, so that others go on from there: `2.5,4`. May be
     /// repeated. A time between two communication points counts as the later one.
     #[arg(long, value_name = "TIME", value_delimiter = ',')]
@@ -252,6 +255,7 @@ impl RunArguments {
                 tolerance: self.tolerance,
                 coupling: self.coupling.map(CouplingArg::coupling_algorithm),
                 isolate: self.isolate.map(IsolateArg::isolation_policy).unwrap_or_default(),
+                trust: self.trust,
                 ..Overrides::default()
             },
             replay: match self.rerun {

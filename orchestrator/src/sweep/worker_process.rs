@@ -155,7 +155,7 @@ impl<'a> WorkerProcess<'a> {
         let mut command = Command::new(self.program);
         command.args(["sweep", "worker"]).stdout(Stdio::null());
         command.stderr(stderr.try_clone().map_err(failed)?);
-        let guest = IsolatedGuest::start(command, 0).map_err(failed)?;
+        let guest = IsolatedGuest::start(command, 0, None).map_err(failed)?;
         let mut process = WorkerChildProcess { guest, stderr, limit: Duration::from_secs(3600) };
         match process.request_response(&WorkerRequest::Open(self.plan.to_owned()), &mut self.talk) {
             Ok(WorkerResponse::Opened(Ok(limit))) => {

@@ -4,6 +4,7 @@ mod guest;
 mod node;
 mod protocol;
 
+use std::io::Write as _;
 #[cfg(unix)]
 use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
@@ -14,12 +15,11 @@ use std::time::{Duration, Instant};
 use archive::TemporaryFolder;
 use diagnostics::{Error, escape_for_terminal, rounded_time};
 use fmu_import::{CallError, CrashNote, Fmu, FmuMessage, MessageLevel};
-use isolation::{ChannelPacket, IsolatedGuest, NOTE, NoAnswerReason};
+use isolation::{ChannelPacket, IsolatedGuest, NOTE, NoAnswerReason, OutputStream, Sandbox};
 
 pub use self::guest::serve_host_process;
 use self::protocol::{
     GuestCommand, GuestCommandOutcome, GuestRequest, GuestResponse, IsolatedNodeSetup, NonNumericValues,
-    SandboxPaths,
 };
 use super::refusal::FmuRefusal;
 use super::{InjectedFault, InstanceSettings, NodeState};
@@ -107,7 +107,8 @@ impl IsolatedNode {
         let place = fmu.location();
         let sandbox = isolation.sandbox.then(|| {
             let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
-            SandboxPaths { read: read.collect(), write: vec![scratch.folder_path().to_owned()] }
+            let write = vec![scratch.folder_path().to_owned()];
+            Sandbox { read: read.collect(), write, limits: isolation.limits }
         });
         let name = name.to_owned();
         let setup = IsolatedNodeSetup { name, fmu: place, log, inputs, outputs, experiment, starts, sandbox };
@@ -328,7 +329,18 @@ fn start_fmu_process(
     #[cfg(unix)]
     command.arg0("trackside");
     let count = |ports: &VariableGroups| ports.numbers.iter().map(|group| group.places.len()).sum::<usize>();
-    IsolatedGuest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
+    IsolatedGuest::start(command, count(&setup.inputs).max(count(&setup.outputs)), Some(write_line))
+}
+
+/// Writes what an FMU wrote, without what steers a terminal.
+fn write_line(stream: OutputStream, line: &[u8]) {
+    let line = String::from_utf8_lossy(line);
+    let line = escape_for_terminal(&line);
+    // Where nobody reads, nothing is missed.
+    let _ = match stream {
+        OutputStream::Standard => std::io::stdout().write_all(line.as_bytes()),
+        OutputStream::Error => std::io::stderr().write_all(line.as_bytes()),
+    };
 }
 
 /// Reports a call that goes on for long.

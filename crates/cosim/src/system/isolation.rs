@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+pub use ::isolation::ProcessLimits;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -30,6 +31,8 @@ pub struct FmuIsolation {
     pub sandbox: bool,
     /// What it may read there besides its own files and those of the system.
     pub may_read: Vec<PathBuf>,
+    /// How much of the machine it may use there.
+    pub limits: ProcessLimits,
 }
 
 impl FmuIsolation {
@@ -41,6 +44,7 @@ impl FmuIsolation {
             call_limit: None,
             sandbox: false,
             may_read: Vec::new(),
+            limits: ProcessLimits::default(),
         }
     }
 

@@ -5,8 +5,9 @@ use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
 unsafe extern "C" {
-    /// Defined in `crash.c`, as the next four.
+    /// Defined in `crash.c`, as the next five.
     fn trackside_guard_exit();
+    fn trackside_adopt_process();
     fn trackside_complete(code: c_int);
     fn trackside_completed() -> c_int;
     fn trackside_leave(code: c_int) -> !;
@@ -24,6 +25,12 @@ pub fn guard_exit() {
     // SAFETY: the function installs handlers that live as long as the program.
     unsafe { trackside_guard_exit() };
     GUARDED.store(true, Relaxed);
+}
+
+/// Tells the handlers of crashes and exits that this process goes on for the one that set them up, which forked it.
+pub fn adopt_forked_process() {
+    // SAFETY: the function sets two numbers, before foreign code runs.
+    unsafe { trackside_adopt_process() };
 }
 
 static GUARDED: AtomicBool = AtomicBool::new(false);

@@ -110,6 +110,15 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = ["maps"])]
     pub may_read: Vec<Spanned<String>>,
+    /// Memory of its own that the FMU may have in its sandbox [B]; 8 GB without this key.
+    #[schemars(with = "Option<u64>", example = 2_000_000_000_u64)]
+    pub memory_limit: Option<Spanned<u64>>,
+    /// Processes and threads that the FMU may have in its sandbox; 256 without this key.
+    #[schemars(with = "Option<u64>", example = 16)]
+    pub process_limit: Option<Spanned<u64>>,
+    /// Length of a file that the FMU may write in its sandbox [B]; 2 GB without this key.
+    #[schemars(with = "Option<u64>", example = 100_000_000_u64)]
+    pub file_limit: Option<Spanned<u64>>,
 }
 
 /// An interface of FMI.

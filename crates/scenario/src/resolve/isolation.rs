@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use cosim::system::{FmuIsolation, NodeBody};
+use cosim::system::{FmuIsolation, NodeBody, ProcessLimits};
 use diagnostics::{Error, ErrorCollector};
 use python::PythonInterpreter;
 
@@ -43,6 +43,9 @@ pub(super) fn fmu_isolation(
             ("call_limit", node.call_limit.as_ref().map(|word| word.span())),
             ("sandbox", node.sandbox.as_ref().map(|word| word.span())),
             ("may_read", node.may_read.first().map(|word| word.span())),
+            ("memory_limit", node.memory_limit.as_ref().map(|word| word.span())),
+            ("process_limit", node.process_limit.as_ref().map(|word| word.span())),
+            ("file_limit", node.file_limit.as_ref().map(|word| word.span())),
         ];
         for (key, span) in spans.into_iter().filter_map(|(key, span)| Some((key, span?))) {
             let message = format!("`{key}` is for an FMU in a process of its own");
@@ -85,7 +88,19 @@ pub(super) fn fmu_isolation(
         call_limit,
         sandbox,
         may_read,
+        limits: process_limits(node),
     })
+}
+
+/// What an FMU may use of the machine in its sandbox.
+fn process_limits(node: &Fmu) -> ProcessLimits {
+    let usual = ProcessLimits::default();
+    let written = |word: &Option<diagnostics::Spanned<u64>>| word.as_ref().map(|word| *word.get_ref());
+    ProcessLimits {
+        memory: written(&node.memory_limit).unwrap_or(usual.memory),
+        processes: written(&node.process_limit).unwrap_or(usual.processes),
+        file_size: written(&node.file_limit).unwrap_or(usual.file_size),
+    }
 }
 
 /// Where the Python of an FMU that is a script, or expects one in its process, reads its code from; none of any other FMU.

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use diagnostics::{Error, escape_for_terminal};
 use fmu_import::{CallError, Fmu, FmuMessage, MessageLevel, OpenError};
-use isolation::{ChannelPacket, ProcessChannel, SandboxFiles};
+use isolation::{ChannelPacket, ProcessChannel, SandboxMeasure};
 
 use super::protocol::{
     GuestCommand, GuestCommandOutcome, GuestRequest, GuestResponse, IsolatedNodeSetup, NonNumericValues,
-    SandboxPaths, StepPolynomials,
+    StepPolynomials,
 };
 use crate::node::refusal::FmuRefusal;
 use crate::node::{
@@ -199,8 +199,9 @@ impl ServedNode {
 /// Makes the node, in a sandbox if it is to be in one.
 fn open_node(setup: IsolatedNodeSetup) -> Result<(ServedNode, GuestCommandOutcome), FmuRefusal> {
     let early = |error: OpenError| FmuRefusal::Early(CallError::new("opening", error.to_string()));
-    let shut = |SandboxPaths { read, write }| isolation::enter_sandbox(&SandboxFiles { read, write });
-    let lacks = setup.sandbox.map(shut).unwrap_or_default();
+    let walls = setup.sandbox.as_ref().map(isolation::enter_sandbox).unwrap_or_default();
+    fmu_import::adopt_forked_process();
+    let lacks = walls.iter().filter_map(SandboxMeasure::warning).collect();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let VariableGroups { numbers, texts } = &setup.outputs;
     let exact = numbers.iter().filter(|group| group.is_int64());

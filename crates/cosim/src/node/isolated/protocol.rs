@@ -1,7 +1,6 @@
 //! The messages between a host and the process of an FMU: requests and their responses. Numbers travel beside them.
 
 use std::ops::Range;
-use std::path::PathBuf;
 
 use fmu_import::{FmuLocation, FmuMessage};
 use serde::{Deserialize, Serialize};
@@ -22,14 +21,7 @@ pub(super) struct IsolatedNodeSetup {
     pub experiment: ExperimentSetup,
     pub starts: Vec<StartValue>,
     /// Without one, it is in no sandbox.
-    pub sandbox: Option<SandboxPaths>,
-}
-
-/// What may be read and written in a sandbox.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct SandboxPaths {
-    pub read: Vec<PathBuf>,
-    pub write: Vec<PathBuf>,
+    pub sandbox: Option<isolation::Sandbox>,
 }
 
 /// Inputs or outputs, besides the numbers.
