@@ -1,4 +1,4 @@
-//! Checks that whoever looks at a scenario or a system loads no script, no plugin and no build script of it.
+//! Checks that whoever looks at a scenario or a system loads no code of it, and that code out of an archive runs only where it is trusted.
 
 use std::process::Command;
 
@@ -9,6 +9,8 @@ tests! {
     a_script_is_not_run_by_looking: Compiler,
     a_plugin_is_not_loaded_by_looking: Compiler,
     a_workspace_in_an_archive_is_never_built: Compiler,
+    a_script_out_of_an_archive_runs_only_where_it_is_trusted: Compiler,
+    paths_of_an_archive_stay_in_it: Compiler,
 }
 
 const NODE: &str =
@@ -101,5 +103,50 @@ fn a_workspace_in_an_archive_is_never_built() {
         let says = ["case.ssp", "spy", "crate", "workspace"];
         lab.trackside(&[command, "case.ssp"]).expect(2).says(&says);
         assert!(!lab.has("mark"), "{command} ran a build script of the archive");
+    }
+}
+
+fn a_script_out_of_an_archive_runs_only_where_it_is_trusted() {
+    let lab = system(&analysis("python = \"spy.py\""));
+    let script = format!(
+        "open({:?}, \"w\").close()\nsignals = {{\"x\": \"\"}}\ndef analyse(signals, config, run): return {{\"y\": 1.0}}\n",
+        lab.path("mark")
+    );
+    add(&lab, "spy.py", &script);
+    let run = |file: &str, more: &[&str]| {
+        let arguments = [&["run", file, "--rerun", "off"], more].concat();
+        let ended = lab.trackside(&arguments);
+        let ran = lab.has("mark");
+        let _ = std::fs::remove_file(lab.path("mark"));
+        (ended, ran)
+    };
+    for more in [&[][..], &["--isolate"]] {
+        let (ended, ran) = run("case.ssp", more);
+        ended.expect(2).says(&["`spy.py` is code out of an archive", "case.ssp", "--trust", "[trust]"]);
+        assert!(!ran, "{more:?}");
+    }
+    let (ended, ran) = run("case.ssp", &["--trust"]);
+    ended.expect(0);
+    assert!(ran);
+    let hash = fmu_import::sha256_hex(script.as_bytes());
+    for (hash, code) in [(hash.as_str(), 0), (&"0".repeat(64), 2)] {
+        lab.write("own.toml", format!("extends = \"case.ssp\"\n[trust]\n\"spy.py\" = \"{hash}\"\n"));
+        let (ended, ran) = run("own.toml", &[]);
+        ended.expect(code);
+        assert_eq!(ran, code == 0, "{hash}");
+    }
+    // An archive does not vouch for itself.
+    let lab = system(&format!("[trust]\n\"spy.py\" = \"{hash}\"\n\n{}", analysis("python = \"spy.py\"")));
+    add(&lab, "spy.py", &script);
+    lab.trackside(&["run", "case.ssp"]).expect(2).says(&["`spy.py` is code out of an archive"]);
+}
+
+fn paths_of_an_archive_stay_in_it() {
+    let outside = Lab::new();
+    let secret = outside.write("secret.csv", "time,x\n0,42\n1,43\n");
+    for path in [secret.display().to_string(), format!("{}{}", "../".repeat(20), secret.display())] {
+        let table = format!("[[table]]\nname = \"t\"\nfile = \"{path}\"\n\n[[fmu]]");
+        let ended = system(&table).trackside(&["run", "case.ssp", "--rerun", "off"]).expect(2);
+        assert!(!ended.message().contains("42"), "{}", ended.message());
     }
 }
