@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, escape_for_terminal};
+use diagnostics::{Error, print_to_stderr};
 
 /// The exit code of a run in which foreign code failed.
 const FOREIGN_FAILED: u8 = 3;
@@ -101,10 +101,10 @@ fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>) {
     while lasts(GRACE) {
         let now = fmu_import::active_calls();
         if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
-            eprintln!("\n{} did not return; {}", escape_for_terminal(call), time_limit_message(limit));
+            print_to_stderr(&format!("\n{call} did not return; {}", time_limit_message(limit)));
             let completed = fmu_import::final_exit_code();
             if completed.is_some() {
-                eprintln!("warning: its results are complete, and its verdict stands");
+                print_to_stderr("warning: its results are complete, and its verdict stands");
             }
             fmu_import::exit_without_destructors(completed.unwrap_or(FOREIGN_FAILED));
         }

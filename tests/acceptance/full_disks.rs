@@ -10,6 +10,7 @@ tests! {
     a_full_disk_is_told_and_leaves_nothing_that_looks_complete: SmallDisk,
     a_full_disk_fails_a_test: SmallDisk,
     what_is_printed_is_whole_or_an_error,
+    where_nobody_takes_errors_the_exit_code_stays,
 }
 
 /// A shell command with a disk of this size at a folder, which is gone when it ends.
@@ -86,4 +87,19 @@ fn what_is_printed_is_whole_or_an_error() {
     };
     print("/dev/null").expect(0);
     print("/dev/full").expect(2).says(&["standard output: could not write", "No space left"]);
+}
+
+fn where_nobody_takes_errors_the_exit_code_stays() {
+    let lab = Lab::new();
+    lab.write("case.toml", scenario().replace("1000.0", "0.01").replace("time >= 0", "time < 0"));
+    for (arguments, code) in [("run nope.toml", 2), ("run case.toml --rerun off", 1), ("tset", 2)] {
+        for output in ["2> /dev/full", "2>&-", "2>&1 > /dev/null | true"] {
+            let own = trackside(Path::new(""));
+            let program = own.get_program().to_str().expect("a path of letters");
+            let script = format!("({program} {arguments}; echo $? > code) {output}");
+            let mut shell = Command::new("sh");
+            assert!(shell.args(["-c", &script]).current_dir(lab.path("")).status().expect("it starts").success());
+            assert_eq!(lab.table("code").trim(), code.to_string(), "{arguments} {output}");
+        }
+    }
 }

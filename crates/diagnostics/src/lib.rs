@@ -11,6 +11,7 @@ mod shown;
 mod source;
 mod source_map;
 mod span;
+mod standard_error;
 pub mod suggest;
 mod summary;
 mod text_file;
@@ -24,5 +25,6 @@ pub use shown::{escape_for_terminal, escape_markdown, is_terminal_control, shell
 pub use source::SourceFiles;
 pub use source_map::SourceMap;
 pub use span::Spanned;
+pub use standard_error::{print_raw_to_stderr, print_to_stderr};
 pub use summary::group_similar;
 pub use text_file::TextFile;

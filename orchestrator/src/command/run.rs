@@ -15,7 +15,7 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    guest_program_path, print_single_errors, print_text, print_to_stderr, progress, standalone, supervised,
+    guest_program_path, print_raw_to_stderr, print_single_errors, print_text, print_to_stderr, progress, standalone, supervised,
     why,
 };
 
@@ -343,7 +343,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
             print_single_errors(&errors);
             // For the program that runs this test, which tells it by its identity from what FMUs write.
             if let Some(identity) = &options.identity {
-                eprintln!("{}", suite::error_record_line(identity, &errors));
+                print_raw_to_stderr(&suite::error_record_line(identity, &errors));
             }
             return code;
         }
@@ -356,7 +356,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
         lines.iter().for_each(|line| print_text(&format!("  {line}\n")));
     }
     if matches!(options.replay, ReplayOutput::Serve(_)) {
-        eprintln!("still serving; Ctrl-C ends it");
+        print_to_stderr("still serving; Ctrl-C ends it");
         while fmu_import::termination_signal().is_none() {
             std::thread::sleep(NAP);
         }
@@ -378,7 +378,7 @@ fn show_progress_event(event: &ProgressEvent, bar: &ProgressBar, options: &RunOp
         ProgressEvent::Serving(url) => {
             let all = matches!(&options.replay, ReplayOutput::Serve(address) if address.is_unspecified());
             let more = if all { " (elsewhere with this machine's name)" } else { "" };
-            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"));
+            bar.suspend(|| print_to_stderr(&format!("viewers can connect: rerun --connect {url}{more}")));
         }
         ProgressEvent::Steps(step, steps) => {
             bar.set_length(*steps);
