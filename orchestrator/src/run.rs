@@ -170,7 +170,12 @@ impl ScenarioJob<'_> {
     ) -> Result<CompletedRun, Error> {
         let mut plan = self.resolve_run_plan(folder)?;
         let (baselines, new_baselines) = match self.options.bless {
-            true => baseline::read_replaced_baselines(&plan),
+            true => {
+                if !self.options.force {
+                    baseline::check_replaceable(self.scenario, &plan)?;
+                }
+                baseline::read_replaced_baselines(&plan)
+            }
             false => (baseline::read_baselines(self.scenario, &plan)?, Vec::new()),
         };
         let host = context.isolation_host(self.options);

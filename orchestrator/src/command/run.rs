@@ -15,8 +15,8 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    guest_program_path, print_raw_to_stderr, print_single_errors, print_text, print_to_stderr, progress, standalone, supervised,
-    why,
+    guest_program_path, print_raw_to_stderr, print_single_errors, print_text, print_to_stderr, progress,
+    standalone, supervised, why,
 };
 
 /// Arguments of `trackside run`.
@@ -44,6 +44,9 @@ pub struct RunArguments {
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
+    /// With --bless: replace baselines that are not as --bless wrote them, too.
+    #[arg(long, requires = "bless")]
+    force: bool,
     /// Set a start value `plant.body.m=800` (or `"plant.start.v_x=100 km/h"`), a signal `driver.delta=3`, a key of its shape
     /// `driver.delta.step.after=3`, a sensor effect `estimator.a_y.noise.std=0.1`, or a fault
     /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
@@ -244,6 +247,7 @@ impl RunArguments {
             mf4: self.mf4,
             ld: self.ld,
             bless: self.bless,
+            force: self.force,
             label: None,
             variant: self.variant.clone(),
             overrides: Overrides {
