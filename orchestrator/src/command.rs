@@ -31,7 +31,9 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
-use diagnostics::{Error, PrintableError, escape_for_terminal, is_terminal_control, print_raw_to_stderr, print_to_stderr};
+use diagnostics::{
+    Error, PrintableError, escape_for_terminal, is_terminal_control, print_raw_to_stderr, print_to_stderr,
+};
 
 /// A command with its arguments.
 #[derive(Subcommand)]

@@ -40,9 +40,7 @@ pub(super) fn run_analysis_script(
     let mut last = (0.0, String::new());
     let outcome = script.run_analysis(&columns.collect::<Vec<_>>(), &config, &mut |told| {
         match told {
-            ScriptMessage::Printed(line) => {
-                print_to_stderr(&format!("{name}: {line}"))
-            }
+            ScriptMessage::Printed(line) => print_to_stderr(&format!("{name}: {line}")),
             ScriptMessage::Signals(derived) => record_derived_signals(host, &derived),
             ScriptMessage::Progress(news) => last = news.unwrap_or_else(|| std::mem::take(&mut last)),
         }
