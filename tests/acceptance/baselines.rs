@@ -246,8 +246,9 @@ fn the_suite_blesses_and_compares() {
 
 fn a_recording_of_others_is_replaced_by_force_only() {
     for file in ["measured.csv", "measured.mcap"] {
-        let lab = lab();
-        let text = plant(0.5, &format!("recording = \"{file}\""));
+        let lab = Lab::new();
+        let baseline = format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"");
+        let text = Scenario::new().time(0.1, 1.0).signal("a.b", "constant = 1.0").section(&baseline).text();
         lab.write(file, "precious\n");
         let says = [&format!("{file} was not written by --bless") as &str, "--force", "case.toml:"];
         run(&lab, &text, &["--bless"]).expect(2).says(&says);

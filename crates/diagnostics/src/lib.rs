@@ -16,6 +16,7 @@ mod standard_error;
 pub mod suggest;
 mod summary;
 mod text_file;
+mod utf8_path;
 
 pub use bounded::{read_bounded, read_text_bounded};
 pub use error::{Error, InputError, NodeFailure, rounded_time, signal_name};
@@ -29,4 +30,5 @@ pub use source_map::SourceMap;
 pub use span::Spanned;
 pub use standard_error::{print_raw_to_stderr, print_to_stderr};
 pub use summary::group_similar;
-pub use text_file::{TextFile, utf8_path};
+pub use text_file::TextFile;
+pub use utf8_path::utf8_path;

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::Error;
 use crate::bounded::read_text_bounded;
 use crate::source_map::SourceMap;
 
@@ -28,18 +27,6 @@ impl TextFile {
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
         TextFile { path: path.into(), text: text.into(), ..TextFile::default() }
     }
-}
-
-/// The path as a text, which reports, recordings and messages name it by.
-///
-/// # Errors
-/// When it has other bytes than UTF-8.
-pub fn utf8_path(path: &Path) -> Result<&str, Error> {
-    path.to_str().ok_or_else(|| {
-        let message = format!("{}: expected a path in UTF-8, found other bytes in it", path.display());
-        Error::invalid_input(message)
-            .with_help("rename the file or its folder: reports and recordings name it")
-    })
 }
 
 /// Reads a scenario, and says what another kind of file is.
