@@ -64,6 +64,28 @@ pub(crate) fn read_replaced_baselines(plan: &RunPlan) -> (BaselineChecker, Vec<B
     (BaselineChecker::new(read, &plan.system.columns, plan.system.clock.step), others)
 }
 
+/// What to do about a recording that a baseline would replace, see [`foreign_recording`].
+pub(crate) const FORCE: &str = "name another file in `recording`, or replace this one with `--force`";
+
+/// Says that a recording at the place of a new baseline is not as a run of this program left it: it may be a measured log.
+pub(crate) fn foreign_recording(path: &Path) -> Option<String> {
+    let message =
+        || format!("{} was not written by --bless, or changed since: it is not replaced", path.display());
+    (path.exists() && !attribution::is_blessed_recording(path)).then(message)
+}
+
+/// Refuses to replace recordings that no run of this program left.
+///
+/// # Errors
+/// At the words that name them.
+pub(crate) fn check_replaceable(scenario: &Scenario, plan: &RunPlan) -> Result<(), Error> {
+    let check = |plan: &BaselinePlan| match foreign_recording(&plan.path) {
+        Some(message) => Err(scenario.source.error_at(plan.place.clone(), message, "").with_help(FORCE)),
+        None => Ok(()),
+    };
+    diagnostics::ErrorCollector::collect_all(plan.baselines.iter().map(check)).map(drop)
+}
+
 /// Whether a baseline is a table, for which the run has to write one.
 pub(crate) fn is_csv_recording_needed(plan: &RunPlan) -> bool {
     plan.baselines.iter().any(|plan| recording_file_name(plan) == "run.csv")

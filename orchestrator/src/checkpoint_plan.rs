@@ -243,6 +243,7 @@ impl CheckpointPlan {
 
 impl SavedCheckpoint {
     fn write(&self, folder: &Path) -> Result<(), Error> {
+        fmu_import::restore_folder_and_permissions();
         match &self.file {
             Some(file) => checkpoint_file::write_checkpoint(&folder.join(file), &self.checkpoint),
             None => Ok(()),
@@ -397,6 +398,7 @@ impl RunObserver for CheckpointPlan {
         let checkpoint = RunCheckpoint { system, checks: std::mem::take(&mut *memories) };
         let file = in_bytes.then(|| request.file_name());
         if let Some(file) = &file {
+            fmu_import::restore_folder_and_permissions();
             // It has this name until it is whole.
             PreviousRun::note_file_before_writing(&self.folder, &format!("{file}.partial"))?;
             PreviousRun::note_file_before_writing(&self.folder, file)?;

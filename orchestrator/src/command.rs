@@ -31,7 +31,9 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
-use diagnostics::{Error, PrintableError, escape_for_terminal, is_terminal_control};
+use diagnostics::{
+    Error, PrintableError, escape_for_terminal, is_terminal_control, print_raw_to_stderr, print_to_stderr,
+};
 
 /// A command with its arguments.
 #[derive(Subcommand)]
@@ -130,12 +132,12 @@ fn print_error(error: Error) -> u8 {
 fn print_single_errors(errors: &[Error]) {
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
     for error in errors.iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(PrintableError::from_error(error)));
+        print_raw_to_stderr(&format!("{:?}", miette::Report::new(PrintableError::from_error(error))));
     }
     match (count, more) {
         (..=1, _) => {}
-        (_, 0) => eprintln!("{count} mistakes"),
-        _ => eprintln!("and {more} more, {count} mistakes"),
+        (_, 0) => print_to_stderr(&format!("{count} mistakes")),
+        _ => print_to_stderr(&format!("and {more} more, {count} mistakes")),
     }
 }
 
@@ -171,11 +173,6 @@ fn print_json(value: &serde_json::Value) {
         }
     }
     write_to_stdout(&text);
-}
-
-/// Prints a line to standard error. Texts of others are shown, not obeyed.
-fn print_to_stderr(line: &str) {
-    eprintln!("{}", escape_for_terminal(line));
 }
 
 fn current_program_path() -> Result<PathBuf, Error> {

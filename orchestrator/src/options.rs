@@ -54,6 +54,8 @@ pub struct RunOptions {
     pub ld: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
+    /// Whether these may replace files that are not as a run wrote them.
+    pub force: bool,
     /// What tells the run apart behind its title: the name of a variant of a sweep.
     pub label: Option<String>,
     /// The variant of a system of SSP with several descriptions.

@@ -10,7 +10,7 @@ use diagnostics::{Error, rounded_time};
 use recording::overview::{CompletedLap, RunOverview};
 use recording::{
     AllVariables, AnalysisColumns, BoxedSink, EventLevel, RecordedSelection, RecordedVariables, Row,
-    RunEvent, Sink, SinkNotice, StatusChange, TestTrackLayout,
+    RunEvent, RunHeader, Sink, SinkNotice, StatusChange, TestTrackLayout,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 use scenario::resolve;
@@ -272,7 +272,10 @@ struct OpenRecordings {
 
 impl OpenRecordings {
     fn open(plan: &RunPlan, options: &RunOptions) -> Result<Self, Error> {
-        let header = &plan.header;
+        // Files are opened as the run goes on, and foreign code in this process may change the current folder.
+        let folder = std::path::absolute(&plan.header.folder)
+            .map_err(|error| Error::output_failure(&plan.header.folder, error))?;
+        let header = &RunHeader { folder, ..plan.header.clone() };
         std::fs::create_dir_all(&header.folder)
             .map_err(|error| Error::output_failure(&header.folder, error))?;
         let pose = header.view.pose.clone().or_else(|| resolve::usual_pose(&header.columns));

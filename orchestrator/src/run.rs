@@ -1,6 +1,10 @@
 //! Runs a scenario: builds its packages, simulates its system, runs analyses and validations, evaluates checks, writes the report.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use assessment::baseline::BaselineOutcome;
@@ -9,7 +13,7 @@ use cosim::coupling;
 use cosim::master::{self, RunProgress};
 use cosim::node::{self, FmuProcessOptions, Node};
 use cosim::system::System;
-use diagnostics::{Error, ErrorCollector};
+use diagnostics::{Error, ErrorCollector, print_to_stderr};
 use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario, document};
@@ -40,6 +44,8 @@ pub struct RunContext {
     nodes: Vec<Box<dyn Node>>,
     /// That of the last run, which goes on watching the limit.
     stop: Option<StopCondition>,
+    /// Until a run has loaded its files, ends the thread that waits for a signal when it is dropped.
+    loading: Option<Sender<()>>,
     warm_start: Option<WarmStart>,
 }
 
@@ -140,7 +146,8 @@ pub fn run_scenario(
         .map_err(|error| with_other_scenario_errors(error, scenario, options))?;
     // A wrong word is told with all others.
     let limit = resolve::wall_clock_limit(scenario).ok().flatten();
-    context.stop = Some(StopCondition::new(options.limit.or(limit)));
+    let stop = StopCondition::new(options.limit.or(limit));
+    (context.loading, context.stop) = (stop.watch_while_loading(), Some(stop));
     ScenarioJob { scenario, built, options }.run_and_validate(folder, context, events)
 }
 
@@ -170,12 +177,18 @@ impl ScenarioJob<'_> {
     ) -> Result<CompletedRun, Error> {
         let mut plan = self.resolve_run_plan(folder)?;
         let (baselines, new_baselines) = match self.options.bless {
-            true => baseline::read_replaced_baselines(&plan),
+            true => {
+                if !self.options.force {
+                    baseline::check_replaceable(self.scenario, &plan)?;
+                }
+                baseline::read_replaced_baselines(&plan)
+            }
             false => (baseline::read_baselines(self.scenario, &plan)?, Vec::new()),
         };
         let host = context.isolation_host(self.options);
         let mut checkpoints = CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
         let mut nodes = context.create_nodes(&mut plan.system, &checkpoints, host.as_ref())?;
+        context.loading = None;
         // The runtime of an FMU may have taken the signals.
         fmu_import::catch_termination_signals();
 
@@ -203,7 +216,12 @@ impl ScenarioJob<'_> {
         let mut progress = RunProgress { deadline: timer.step_deadline(), ..RunProgress::default() };
         // Nobody sees more than a hundred of them, and each costs more than a short step.
         let mut next_event = 0;
+        let done_steps = Arc::new(AtomicU64::new(first_tick));
+        let stop = context.stop.as_ref();
+        let hang_report =
+            stop.map(|stop| stop.report_hang_by(self.hang_report(&report, clock.step, &done_steps)));
         let mut on_tick = |done| {
+            done_steps.store(done, Relaxed);
             if done >= next_event {
                 events(ProgressEvent::Steps(done, clock.steps));
                 next_event = done + clock.steps / 100 + 1;
@@ -220,6 +238,7 @@ impl ScenarioJob<'_> {
             &mut checkpoints,
         );
         let simulation_seconds = simulation.elapsed().as_secs_f64();
+        fmu_import::restore_folder_and_permissions();
         let mut outcome = simulated.map_err(|error| context.stop_error_or(error));
         checkpoints.finish_and_verify(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
         checkpoints.add_to(&mut report);
@@ -231,6 +250,8 @@ impl ScenarioJob<'_> {
         if outcome.is_ok() {
             outcome = self.validate_all(&plan.system, &mut report, context, events);
         }
+        drop(hang_report);
+        fmu_import::restore_folder_and_permissions();
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
         }
@@ -275,6 +296,24 @@ impl ScenarioJob<'_> {
             }
             None => Ok(CompletedRun { report, _recorder: recorder }),
         }
+    }
+
+    /// Writes the report of this run from another thread, with nothing but its error and how far it came: the checks are with the
+    /// thread that hangs.
+    fn hang_report(self, report: &RunReport, step: f64, done: &Arc<AtomicU64>) -> Box<dyn Fn(&Error) + Send> {
+        let (report, source, done) = (report.clone(), self.scenario.source.clone(), done.clone());
+        let begin = Instant::now();
+        Box::new(move |error| {
+            let mut report = report.clone();
+            let progress = RunProgress { steps: done.load(Relaxed), ..RunProgress::default() };
+            report.complete_after_run(&progress, step, Vec::new(), Some(error));
+            report.set_wall_time(begin.elapsed().as_secs_f64());
+            fmu_import::restore_folder_and_permissions();
+            report.warnings.extend(fmu_import::take_process_change_reports());
+            if let Err(error) = report.write_report_files(&source, None) {
+                print_to_stderr(&error.to_string());
+            }
+        })
     }
 
     /// The plan of the run, which is checked together with those of its validations.

@@ -4,7 +4,7 @@ use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, ErrorCollector, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned, utf8_path};
 use scenario::Scenario;
 use scenario::plan::REPORT;
 
@@ -22,6 +22,7 @@ const ROOTS: [&str; 2] = ["Cargo.toml", ".git"];
 /// When it is no folder, or one of something else, or the scenario reads a file in it.
 pub(crate) fn check_run_folder(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let mut mistakes = ErrorCollector::default();
+    mistakes.ok_or_record(utf8_path(folder));
     let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let existing = absolute.ancestors().find(|path| path.exists());
     if let Some(file) = existing.filter(|path| !path.is_dir()) {

@@ -1,42 +1,84 @@
 //! The stop condition of a run: a signal that ends the program, or its time limit.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use diagnostics::{Error, escape_for_terminal};
+use diagnostics::{Error, print_to_stderr};
 
 /// The exit code of a run in which foreign code failed.
 const FOREIGN_FAILED: u8 = 3;
 /// A call of foreign code that goes on this long after the limit does not return.
 pub(crate) const GRACE: Duration = Duration::from_secs(5);
 
+/// So often a thread looks whether a signal came.
+const LOOK: Duration = Duration::from_millis(100);
+
 /// Whether a run has to end, by a signal or its time limit.
 pub(crate) struct StopCondition {
     begin: Instant,
     limit: Option<Duration>,
+    hang_reports: HangReports,
     /// Ends the thread that watches the limit when it is dropped.
     _watch: Option<Sender<()>>,
+}
+
+/// Writes the report of a run that did not come back from a call of foreign code, with this error.
+type HangReport = Box<dyn Fn(&Error) + Send>;
+
+/// Those of the runs that go on, a validation behind the run that it validates.
+#[derive(Clone, Default)]
+struct HangReports(Arc<Mutex<Vec<HangReport>>>);
+
+impl HangReports {
+    fn lock(&self) -> MutexGuard<'_, Vec<HangReport>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Takes a report away again when it is dropped: the run writes it itself.
+pub(crate) struct HangReportGuard(HangReports);
+
+impl Drop for HangReportGuard {
+    fn drop(&mut self) {
+        self.0.lock().pop();
+    }
 }
 
 impl StopCondition {
     /// Notes signals from here on, and the time that the run takes.
     pub fn new(limit: Option<Duration>) -> Self {
         fmu_import::catch_termination_signals();
-        StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch_for_hanging_calls) }
-            .cancelling_wine_calls()
+        Self::watching(limit)
     }
 
     /// The time limit alone: signals are for the process that started this one.
     pub fn with_time_limit_only(limit: Duration) -> Self {
-        StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch_for_hanging_calls(limit) }
-            .cancelling_wine_calls()
+        Self::watching(Some(limit))
     }
 
     /// Calls of FMUs under Wine are given up before the program would be ended for them.
-    fn cancelling_wine_calls(self) -> Self {
-        fmu_import::cancel_wine_calls_when(self.call_overdue_after(GRACE / 2));
-        self
+    fn watching(limit: Option<Duration>) -> Self {
+        let hang_reports = HangReports::default();
+        let watch = limit.and_then(|limit| watch_for_hanging_calls(limit, hang_reports.clone()));
+        let stop = StopCondition { begin: Instant::now(), limit, hang_reports, _watch: watch };
+        fmu_import::cancel_wine_calls_when(stop.call_overdue_after(GRACE / 2));
+        stop
+    }
+
+    /// Has this report written when a call does not return and the program is ended for it, until the result is dropped.
+    pub fn report_hang_by(&self, report: HangReport) -> HangReportGuard {
+        self.hang_reports.lock().push(report);
+        HangReportGuard(self.hang_reports.clone())
+    }
+
+    /// Ends the program a moment after a signal, until the result is dropped: what is read then may be endless, and nothing is
+    /// written yet.
+    pub fn watch_while_loading(&self) -> Option<Sender<()>> {
+        let (sender, dropped) = channel();
+        let thread = std::thread::Builder::new().name("loading".to_owned());
+        // Without the thread a second signal ends the program.
+        thread.spawn(move || exit_on_signal(&dropped)).is_ok().then_some(sender)
     }
 
     /// True when a call of foreign code is to be given up: some time after the run has to end.
@@ -84,15 +126,25 @@ fn time_limit_message(limit: Duration) -> String {
 }
 
 /// Ends the program if, after the limit, a call of foreign code does not return. A thread does that until the result is dropped.
-fn watch_for_hanging_calls(limit: Duration) -> Option<Sender<()>> {
+fn watch_for_hanging_calls(limit: Duration, reports: HangReports) -> Option<Sender<()>> {
     let (sender, dropped) = channel();
     let thread = std::thread::Builder::new().name("limit".to_owned());
-    let spawned = thread.spawn(move || exit_on_hanging_call(limit, &dropped));
+    let spawned = thread.spawn(move || exit_on_hanging_call(limit, &dropped, &reports));
     // Without the thread the limit is looked at between two calls only.
     spawned.is_ok().then_some(sender)
 }
 
-fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>) {
+fn exit_on_signal(dropped: &Receiver<()>) {
+    while dropped.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+        if let Some(signal) = fmu_import::termination_signal() {
+            let error = Error::Interrupted(signal);
+            print_to_stderr(&format!("{error}, while it loaded its files"));
+            fmu_import::exit_without_destructors(error.exit_code());
+        }
+    }
+}
+
+fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>, reports: &HangReports) {
     let lasts = |time| dropped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
     if !lasts(limit) {
         return;
@@ -101,10 +153,12 @@ fn exit_on_hanging_call(limit: Duration, dropped: &Receiver<()>) {
     while lasts(GRACE) {
         let now = fmu_import::active_calls();
         if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
-            eprintln!("\n{} did not return; {}", escape_for_terminal(call), time_limit_message(limit));
+            let error = Error::Overdue(format!("{call} did not return; {}", time_limit_message(limit)));
+            print_to_stderr(&format!("\n{error}"));
             let completed = fmu_import::final_exit_code();
-            if completed.is_some() {
-                eprintln!("warning: its results are complete, and its verdict stands");
+            match completed {
+                Some(_) => print_to_stderr("warning: its results are complete, and its verdict stands"),
+                None => reports.lock().iter().rev().for_each(|write| write(&error)),
             }
             fmu_import::exit_without_destructors(completed.unwrap_or(FOREIGN_FAILED));
         }

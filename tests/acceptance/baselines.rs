@@ -12,6 +12,7 @@ tests! {
     texts_are_compared_as_texts: Compiler,
     names_with_brackets_are_compared_and_played_back: Compiler,
     a_failed_run_is_never_blessed: Compiler,
+    a_recording_of_others_is_replaced_by_force_only,
     the_suite_blesses_and_compares: Compiler,
 }
 
@@ -241,4 +242,30 @@ fn the_suite_blesses_and_compares() {
     lab.trackside(&["test", "cases", "--bless"]).expect(0);
     lab.trackside(&["test", "cases", "--junit", "junit.xml"]).expect(0);
     assert!(lab.read("junit.xml").contains("name=\"as before\""));
+}
+
+fn a_recording_of_others_is_replaced_by_force_only() {
+    for file in ["measured.csv", "measured.mcap"] {
+        let lab = Lab::new();
+        let baseline = format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"");
+        let text = Scenario::new().time(0.1, 1.0).signal("a.b", "constant = 1.0").section(&baseline).text();
+        lab.write(file, "precious\n");
+        let says = [&format!("{file} was not written by --bless") as &str, "--force", "case.toml:"];
+        run(&lab, &text, &["--bless"]).expect(2).says(&says);
+        assert!(lab.read(file) == "precious\n" && !lab.has("out"));
+        run(&lab, &text, &["--force"]).expect(2);
+        run(&lab, &text, &["--bless", "--force"]).expect(0);
+        // From here on it is our own.
+        run(&lab, &text, &["--bless"]).expect(0);
+        run(&lab, &text, &[]).expect(0);
+        lab.trackside(&["bless", "out"]).expect(0);
+        run(&lab, &text, &["--bless"]).expect(0);
+        run(&lab, &text, &[]).expect(0);
+        // Until somebody writes into it.
+        lab.write(file, "precious\n");
+        lab.trackside(&["bless", "out"]).expect(2).says(&says[..2]);
+        lab.trackside(&["test", "case.toml", "--bless"]).expect(1);
+        assert_eq!(lab.read(file), "precious\n");
+        lab.trackside(&["bless", "out", "--force"]).expect(0);
+    }
 }

@@ -1,11 +1,11 @@
 //! Checks how runs end that foreign code, a limit or a signal ends: never as passed, with their results, and without leftovers.
 
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use super::fixture::Scenario;
 use super::fmus::{compile, misbehave};
-use super::harness::{Ended, Lab, limit, trackside, wait_until};
+use super::harness::{Ended, Lab, limit, signal, signalled, trackside, wait_until};
 
 tests! {
     an_exit_of_an_fmu_never_passes_for_a_verdict: Compiler,
@@ -14,6 +14,7 @@ tests! {
     a_plugin_that_ends_the_program_is_named: Compiler,
     a_validation_does_not_need_that_the_first_run_is_freed: Compiler,
     a_run_over_its_limit_is_ended_with_node_and_call: Compiler,
+    a_signal_ends_a_run_that_loads,
     a_limit_that_is_none_is_refused: Compiler,
     a_test_over_its_limit_does_not_stop_the_others: Compiler,
     what_an_fmu_starts_ends_with_its_test: Compiler,
@@ -166,6 +167,13 @@ fn a_run_over_its_limit_is_ended_with_node_and_call() {
     let says =
         ["node `tank`: fmi2DoStep at t = 0.5 s did not return", &format!("after {short} s, its time limit")];
     run(&lab, &limited(&hanging, &short)).expect(3).says(&says);
+    let report = lab.report("out");
+    assert_eq!((&report["verdict"], &report["steps"]), (&"error".into(), &5.into()));
+    assert!(
+        report["error"].as_str().is_some_and(|error| error.contains("fmi2DoStep at t = 0.5 s")),
+        "{report}"
+    );
+    assert!(lab.read("out/report.html").contains("did not return"));
     // The argument counts, not the scenario.
     lab.write("case.toml", limited(&hanging, "1e6"));
     let arguments = ["run", "case.toml", "--out", "out", "--limit", &short];
@@ -185,6 +193,28 @@ fn a_run_over_its_limit_is_ended_with_node_and_call() {
         "did not return",
         "its verdict stands",
     ]);
+}
+
+/// Nobody ever writes into the pipe.
+fn a_signal_ends_a_run_that_loads() {
+    let lab = Lab::new();
+    assert!(Command::new("mkfifo").arg(lab.path("log.csv")).status().expect("mkfifo").success());
+    let text = Scenario::new().time(0.1, 1.0).table("log", "log.csv", "v = \"v\"").text();
+    lab.write("case.toml", text);
+    let mut program = signalled(&lab.path(""));
+    program.args(["run", "case.toml", "--out", "out"]).stderr(Stdio::piped()).stdout(Stdio::null());
+    let child = program.spawn().expect("it starts");
+    let status = format!("/proc/{}/status", child.id());
+    // The set of signals with handlers, in hexadecimal digits.
+    let handled =
+        |line: &str| Some(u64::from_str_radix(line.strip_prefix("SigCgt:")?.trim(), 16).ok()? >> 14 & 1);
+    let is_caught =
+        || std::fs::read_to_string(&status).is_ok_and(|it| it.lines().find_map(handled) == Some(1));
+    wait_until("it notes signals", is_caught);
+    signal(&child, "TERM");
+    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(128 + 15);
+    ended.says(&["SIGTERM", "while it loaded its files"]);
+    assert!(!lab.has("out"));
 }
 
 fn a_limit_that_is_none_is_refused() {

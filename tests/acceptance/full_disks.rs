@@ -9,7 +9,9 @@ use super::harness::{Ended, Lab, trackside};
 tests! {
     a_full_disk_is_told_and_leaves_nothing_that_looks_complete: SmallDisk,
     a_full_disk_fails_a_test: SmallDisk,
+    a_limit_of_file_sizes_is_told_as_what_it_is,
     what_is_printed_is_whole_or_an_error,
+    where_nobody_takes_errors_the_exit_code_stays,
 }
 
 /// A shell command with a disk of this size at a folder, which is gone when it ends.
@@ -86,4 +88,33 @@ fn what_is_printed_is_whole_or_an_error() {
     };
     print("/dev/null").expect(0);
     print("/dev/full").expect(2).says(&["standard output: could not write", "No space left"]);
+}
+
+fn a_limit_of_file_sizes_is_told_as_what_it_is() {
+    let lab = Lab::new();
+    lab.write("case.toml", scenario());
+    let own = trackside(Path::new(""));
+    let program = own.get_program().to_str().expect("a path of letters");
+    let script = format!("ulimit -f 100; {program} run case.toml --rerun off --out out");
+    let mut shell = Command::new("sh");
+    let ended = shell.args(["-c", &script]).current_dir(lab.path("")).output().expect("it starts");
+    Ended::of(ended).expect(2).says(&["out/run.mcap", "could not write", "File too large", "ulimit -f"]);
+    assert!(!lab.has("out/report.json"));
+}
+
+fn where_nobody_takes_errors_the_exit_code_stays() {
+    let lab = Lab::new();
+    lab.write("case.toml", scenario().replace("1000.0", "0.01").replace("time >= 0", "time < 0"));
+    for (arguments, code) in [("run nope.toml", 2), ("run case.toml --rerun off", 1), ("tset", 2)] {
+        for output in ["2> /dev/full", "2>&-", "2>&1 > /dev/null | true"] {
+            let own = trackside(Path::new(""));
+            let program = own.get_program().to_str().expect("a path of letters");
+            let script = format!("({program} {arguments}; echo $? > code) {output}");
+            let mut shell = Command::new("sh");
+            assert!(
+                shell.args(["-c", &script]).current_dir(lab.path("")).status().expect("it starts").success()
+            );
+            assert_eq!(lab.read("code").trim(), code.to_string(), "{arguments} {output}");
+        }
+    }
 }

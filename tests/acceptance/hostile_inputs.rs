@@ -9,6 +9,7 @@ tests! {
     all_keys_with_numbers_are_tried,
     a_number_that_nothing_can_be_computed_with_is_pointed_at,
     names_of_any_length_are_told_and_recorded,
+    a_path_that_is_no_text_is_refused_before_the_run,
     a_broken_file_of_one_line_is_told_in_few_lines,
     a_unit_that_converts_nothing_is_named,
     a_name_that_is_there_twice_is_told_with_its_lines,
@@ -33,6 +34,19 @@ fn lab() -> Lab {
 fn run(lab: &Lab, text: &str) -> Ended {
     lab.write("case.toml", text);
     lab.trackside(&["run", "case.toml", "--out", "out", "--csv"])
+}
+
+fn a_path_that_is_no_text_is_refused_before_the_run() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let lab = Lab::new();
+    let odd = std::ffi::OsStr::from_bytes(b"n\xff.toml");
+    let text = super::fixture::Scenario::new().time(0.1, 1.0).signal("a.b", "constant = 1.0").text();
+    std::fs::write(lab.path("").join(odd), &text).expect("a file");
+    lab.write("case.toml", &text);
+    let [run, out, case] = ["run", "--out", "case.toml"].map(std::ffi::OsStr::new);
+    lab.trackside(&[run, odd]).expect(2).says(&["expected a path in UTF-8", "rename the file"]);
+    lab.trackside(&[run, case, out, odd]).expect(2).says(&["expected a path in UTF-8"]);
+    assert!(!lab.has("target"));
 }
 
 /// The places of all numbers outside of texts.

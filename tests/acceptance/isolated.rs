@@ -268,9 +268,13 @@ fn sleeping(lab: &Lab) -> (std::process::Child, u32) {
         folders.into_iter().any(|folder| folder.path().join("sleeping.pid").exists())
     };
     wait_until("it sleeps", asleep);
-    let guests = children(child.id());
-    assert_eq!(guests.len(), 1);
-    (child, guests[0])
+    // That of the host, the first of its namespace, and that which runs the FMU.
+    let mut guest = child.id();
+    while let [next] = children(guest)[..] {
+        guest = next;
+    }
+    assert_ne!(guest, child.id());
+    (child, guest)
 }
 
 fn lives(process: u32) -> bool {

@@ -9,6 +9,7 @@ tests! {
     numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets: Compiler,
     traps_that_no_library_sets_are_put_back_after_some_steps: Compiler,
     what_an_instance_sets_for_the_process_is_put_back: Compiler,
+    what_a_step_sets_for_files_is_put_back: Compiler,
     what_a_plugin_sets_is_put_back: Compiler,
 }
 
@@ -102,6 +103,19 @@ fn what_an_instance_sets_for_the_process_is_put_back() {
     use std::os::unix::fs::PermissionsExt as _;
     let mode = |name: &str| std::fs::metadata(lab.path(name)).expect("a file").permissions().mode();
     assert_eq!(mode("out/run.csv"), mode("case.toml"));
+}
+
+fn what_a_step_sets_for_files_is_put_back() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let (lab, ended) = run(&scenario("goes away", 4.0));
+    ended.expect(0);
+    let told = warnings(&lab);
+    for what in ["set the current folder", "set the permissions of new files"] {
+        assert_eq!(told.iter().filter(|warning| warning.contains(what)).count(), 1, "{told:?}");
+    }
+    let mode = |name: &str| std::fs::metadata(lab.path(name)).expect("a file").permissions().mode();
+    let modes = ["out/report.html", "out/report.json", "out/run.csv"].map(mode);
+    assert_eq!(modes, [mode("case.toml"); 3]);
 }
 
 fn what_a_plugin_sets_is_put_back() {

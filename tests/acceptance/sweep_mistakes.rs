@@ -39,6 +39,17 @@ fn a_plan_that_was_changed_is_refused() {
     lab.trackside(&["sweep", "plan", "case.toml", "--out", "plan"]).expect(0);
     lab.trackside(&["sweep", "run", "plan", "--chunk", "1"]).expect(2).says(&["expected 0 to 0"]);
     lab.trackside(&["sweep", "run", "plan", "--chunk", "0"]).expect(0);
+    let plan = lab.read("plan/plan.json");
+    for (word, other, says) in [
+        ("\"chunk\": 50", "\"chunk\": 0", "expected a `chunk` of 1 variant or more"),
+        ("\"pass_share\": 1.0", "\"pass_share\": 0.5", "were changed"),
+    ] {
+        assert!(plan.contains(word), "{plan}");
+        lab.write("plan/plan.json", plan.replace(word, other));
+        lab.trackside(&["sweep", "run", "plan", "--chunk", "0"]).expect(2).says(&[says]);
+        lab.trackside(&["sweep", "gather", "plan"]).expect(2).says(&[says]);
+    }
+    lab.write("plan/plan.json", &plan);
     let text = lab.read("plan/scenario/case.toml");
     lab.write("plan/scenario/case.toml", text + "\n");
     lab.trackside(&["sweep", "run", "plan", "--chunk", "0"]).expect(2).says(&["were changed"]);

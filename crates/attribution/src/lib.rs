@@ -26,5 +26,8 @@ pub use experiment::{ExperimentOptions, LocalDeviation};
 pub use explanation::{Cause, CauseEffect, Explanation, RunSummary, SpreadArrow, explain_difference};
 pub use key_figure::KeyFigure;
 pub use page::{DATA, PAGE};
-pub use run_inputs::{ARCHIVE, RecordedCheck, RecordedRun, RunInputs, save_baseline_inputs, save_run_inputs};
+pub use run_inputs::{
+    ARCHIVE, RecordedCheck, RecordedRun, RunInputs, is_blessed_recording, save_baseline_inputs,
+    save_run_inputs,
+};
 pub use trajectory::{SignalDeviation, SignalName, Trajectory, TrajectoryComparison};

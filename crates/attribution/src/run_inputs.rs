@@ -9,6 +9,7 @@ use archive::TemporaryFolder;
 use cosim::system::Algorithm;
 use diagnostics::Error;
 use fmu_import::sha256_hex;
+use recording::Recording;
 use scenario::bundle::{BundleLayout, BundledFile, SCENARIO, ScenarioBundle};
 use scenario::plan::REPORT;
 use scenario::resolve::{AnalysisLoading, IsolationPolicy, Override, Overrides};
@@ -25,6 +26,8 @@ const OVERRIDES: &str = "overrides.json";
 const LARGE_FILES: &str = "large_files.json";
 /// Its entry with the hashes of the FMUs, of the inputs of a baseline, which are kept without them.
 const ARCHIVE_HASHES: &str = "fmus.json";
+/// Its entry with the hash of the baseline whose inputs it holds.
+const BASELINE_HASH: &str = "baseline.sha256";
 /// The folder of FMUs in it.
 pub(crate) const FMUS: &str = "fmus/";
 /// The folder of all other files.
@@ -282,8 +285,25 @@ pub fn save_baseline_inputs(folder: &Path, baseline: &Path) -> Result<(), Error>
         }
     }
     archive.write_json(ARCHIVE_HASHES, &hashes).map_err(failed)?;
+    let recording = std::fs::read(baseline).map_err(|error| Error::output_failure(baseline, error))?;
+    archive.write_entry(BASELINE_HASH, sha256_hex(&recording).as_bytes()).map_err(failed)?;
     let InputArchive { zip } = archive;
     zip.finish().map_err(std::io::Error::from).and_then(|mut file| file.flush()).map_err(failed)
+}
+
+/// Whether a recording is as a run left it that was taken as right: a recording of this program, or a table whose hash is in the archive
+/// beside it.
+#[must_use]
+pub fn is_blessed_recording(path: &Path) -> bool {
+    let hash = || -> Option<String> {
+        let mut archive = zip::ZipArchive::new(File::open(baseline_archive(path)).ok()?).ok()?;
+        let mut hash = String::new();
+        archive.by_name(BASELINE_HASH).ok()?.take(1 << 10).read_to_string(&mut hash).ok()?;
+        Some(hash)
+    };
+    let is_unchanged = |hash| std::fs::read(path).is_ok_and(|bytes| sha256_hex(&bytes) == hash);
+    // Beside a recording, other files of a run name it too.
+    Recording::open(path).is_ok_and(|recording| recording.path() == path) || hash().is_some_and(is_unchanged)
 }
 
 /// What a run was made from.

@@ -269,11 +269,22 @@ impl Diagnostic for InputError {
     }
 }
 
+/// What to do when a file may not grow any more.
+const FILE_LIMIT: &str = "`ulimit -f` shows how large files of this shell may become, in blocks of 1024 bytes, and `ulimit -f unlimited` \
+                          lifts the limit";
+
+/// Whether the message of the system is that of EFBIG.
+fn is_file_too_large(what: &str) -> bool {
+    // On Linux and macOS.
+    what.contains(&std::io::Error::from_raw_os_error(27).to_string())
+}
+
 impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         match self {
             Error::Input(input) => input.help(),
             Error::Validation { error, .. } => Diagnostic::help(&**error),
+            Error::Output { what, .. } if is_file_too_large(what) => Some(Box::new(FILE_LIMIT)),
             _ => None,
         }
     }

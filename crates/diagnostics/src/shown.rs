@@ -2,14 +2,15 @@
 
 use std::borrow::Cow;
 
-/// Characters that a terminal obeys, those that turn the order of others around, and lines that are no lines elsewhere. The ends of
-/// lines and tabulators are left as they are.
+/// Characters that a terminal obeys, those that turn the order of others around, lines that are no lines elsewhere, and the two that XML
+/// 1.0 does not allow besides control characters. The ends of lines and tabulators are left as they are.
 #[must_use]
 pub fn is_terminal_control(character: char) -> bool {
     match character {
         '\n' | '\t' => false,
         // The marks, overrides and isolates of Unicode's bidirectional algorithm (UAX #9, table 1), and two ends of lines.
         '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        '\u{fffe}' | '\u{ffff}' => true,
         other => other.is_control(),
     }
 }
@@ -89,6 +90,7 @@ mod tests {
             ("all\rnone", "all\\u{d}none"),
             ("one\r\ntwo\u{0}", "one\ntwo\\u{0}"),
             ("a\u{202e}b\u{2066}c", "a\\u{202e}b\\u{2066}c"),
+            ("a\u{ffff}b\u{fffe}", "a\\u{ffff}b\\u{fffe}"),
         ] {
             assert_eq!(escape_for_terminal(text), expected);
             assert_eq!(mask_control_characters(text).len(), text.len());

@@ -51,7 +51,7 @@ pub use process_end::{
     CrashNote, adopt_forked_process, catch_termination_signals, exit_without_destructors, final_exit_code,
     guard_exit, ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
 };
-pub use process_state::take_process_change_reports;
+pub use process_state::{restore_folder_and_permissions, take_process_change_reports};
 pub use saved_states::FmuState;
 pub use windows::cancel_wine_calls_when;
 

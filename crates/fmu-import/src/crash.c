@@ -339,7 +339,20 @@ void trackside_adopt_process(void) {
 }
 
 /* From here on this process ends by `trackside_leave`: each other exit is taken for foreign code's. */
+static void stay(int signal) { (void)signal; }
+
+/* Writing beyond the limit of a file's size is then an error like others. By a handler, which programs that are started from here do
+   not inherit. */
+static void survive_file_limits(void) {
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = stay;
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGXFSZ, &action, NULL);
+}
+
 void trackside_guard_exit(void) {
+    survive_file_limits();
     trackside_watch_crashes();
     trackside_note_surroundings();
     trackside_guarded = getpid();

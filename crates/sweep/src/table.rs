@@ -1,6 +1,7 @@
 //! Holds the results of variants by columns, in memory and as Parquet.
 
 mod arrow;
+mod checksum;
 mod csv;
 mod reader;
 mod writer;
@@ -127,6 +128,24 @@ impl SweepColumnValues {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Adds the bytes of a value, for checksums.
+    pub fn push_value_bytes(&self, row: usize, bytes: &mut Vec<u8>) {
+        match self {
+            SweepColumnValues::Integers(all) => bytes.extend(all[row].to_le_bytes()),
+            // Missing numbers are equal, whatever their bits.
+            SweepColumnValues::Numbers(all) if all[row].is_nan() => {
+                bytes.extend(f64::NAN.to_bits().to_le_bytes());
+            }
+            SweepColumnValues::Numbers(all) => bytes.extend(all[row].to_bits().to_le_bytes()),
+            SweepColumnValues::Booleans(all) => bytes.push(all[row].map_or(2, u8::from)),
+            SweepColumnValues::Texts(all) => {
+                bytes.push(u8::from(all[row].is_some()));
+                bytes.extend_from_slice(all[row].as_deref().unwrap_or_default().as_bytes());
+                bytes.push(0);
+            }
+        }
     }
 
     /// None yet, of the same kind.

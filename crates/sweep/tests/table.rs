@@ -155,3 +155,19 @@ fn damaged_and_foreign_files_are_refused_by_name() {
         let _ = refused(&bytes);
     }
 }
+
+#[test]
+fn rows_that_were_changed_have_another_checksum() {
+    let folder = folder();
+    let path = folder.path().join("t.parquet");
+    write_table(&path, &table(0, 100)).expect("it is written");
+    let reader = SweepTableReader::open(&path).expect("it is open");
+    let rows = reader.read_all_rows().expect("it is read");
+    reader.check_rows(&rows).expect("they are the same");
+    let mut changed = rows.clone();
+    if let SweepColumnValues::Numbers(masses) = &mut changed.columns[1].values {
+        masses[7] = f64::from_bits(masses[7].to_bits() ^ 1);
+    }
+    let error = reader.check_rows(&changed).expect_err("one bit is another");
+    assert!(error.to_string().contains("t.parquet") && error.to_string().contains("checksum"), "{error}");
+}

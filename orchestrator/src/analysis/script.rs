@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use diagnostics::{Error, escape_for_terminal};
+use diagnostics::{Error, print_to_stderr};
 use plugin::{AnalysisRequest, AnalysisServices as _, Signal};
 use python::analysis::{AnalysisScript, DerivedSignals, ScriptMessage, SignalColumn};
 use scenario::plan::AnalysisPlan;
@@ -40,9 +40,7 @@ pub(super) fn run_analysis_script(
     let mut last = (0.0, String::new());
     let outcome = script.run_analysis(&columns.collect::<Vec<_>>(), &config, &mut |told| {
         match told {
-            ScriptMessage::Printed(line) => {
-                eprintln!("{}: {}", escape_for_terminal(name), escape_for_terminal(&line))
-            }
+            ScriptMessage::Printed(line) => print_to_stderr(&format!("{name}: {line}")),
             ScriptMessage::Signals(derived) => record_derived_signals(host, &derived),
             ScriptMessage::Progress(news) => last = news.unwrap_or_else(|| std::mem::take(&mut last)),
         }

@@ -10,7 +10,7 @@ use recording::{CsvSink, Recording, Sink as _};
 use scenario::plan::REPORT;
 use serde::Deserialize;
 
-use super::replace_baseline;
+use super::{FORCE, foreign_recording, replace_baseline};
 use crate::baseline_change::BaselineChange;
 use crate::report::{FileHash, RunVerdict};
 use crate::tube_lines;
@@ -101,12 +101,17 @@ impl FinishedRun {
     /// Writes its recording to the places of its baselines, and returns these.
     ///
     /// # Errors
-    /// When the recording is damaged or cut off, or a baseline is not where it was, or cannot be written.
-    pub fn write_baselines(&self) -> Result<Vec<&Path>, Error> {
+    /// When the recording is damaged or cut off, or a baseline is not where it was, or is another file and nobody forces it, or cannot be
+    /// written.
+    pub fn write_baselines(&self, force: bool) -> Result<Vec<&Path>, Error> {
         let recording = Recording::open(&self.folder)?;
         if recording.cut {
             let path = recording.path().display();
             return Err(Error::invalid_input(format!("{path} was cut off: it is no baseline")));
+        }
+        let mut baselines = self.report.baselines.iter().filter(|_| !force);
+        if let Some(message) = baselines.find_map(|it| foreign_recording(&it.recording)) {
+            return Err(Error::invalid_input(message).with_help(FORCE));
         }
         let written = self.report.baselines.iter().map(|BaselineOutcome { recording: path, .. }| {
             if !path.exists() {
@@ -116,6 +121,7 @@ impl FinishedRun {
                 let mut sink = CsvSink::create(&recording.header, path)?;
                 recording.replay_into(&mut sink)?;
                 sink.finish("", true)?;
+                attribution::save_baseline_inputs(&self.folder, path)?;
             } else {
                 replace_baseline(recording.path(), path)?;
             }

@@ -19,6 +19,9 @@ pub struct BlessArguments {
     /// smallest one of two digits.
     #[arg(long)]
     tube: bool,
+    /// Replace baselines that are not as --bless wrote them, too.
+    #[arg(long, conflicts_with = "tube")]
+    force: bool,
 }
 
 /// Writes the baselines of a run, or the tubes, and prints what changes; exit code 1 when the run cannot be taken as right.
@@ -27,16 +30,18 @@ pub struct BlessArguments {
 /// When there is no such run, or a file cannot be written.
 pub fn run_bless_command(arguments: &BlessArguments) -> Result<u8, Error> {
     let run = FinishedRun::read(&arguments.run)?;
-    if arguments.tube { write_tubes(&run) } else { write_baselines(&run) }
+    if arguments.tube { write_tubes(&run) } else { write_baselines(&run, arguments.force) }
 }
 
-fn write_baselines(run: &FinishedRun) -> Result<u8, Error> {
+fn write_baselines(run: &FinishedRun, force: bool) -> Result<u8, Error> {
     if let Some(reason) = run.refusal() {
         print_to_stderr(&format!("the baselines were not written: {reason}"));
         return Ok(1);
     }
-    run.changes().iter().flat_map(BaselineChange::lines).for_each(|line| print_text(&format!("{line}\n")));
-    for path in run.write_baselines()? {
+    let changes = run.changes();
+    let written = run.write_baselines(force)?;
+    changes.iter().flat_map(BaselineChange::lines).for_each(|line| print_text(&format!("{line}\n")));
+    for path in written {
         print_text(&format!("wrote the baseline {}\n", path.display()));
     }
     Ok(0)

@@ -15,8 +15,8 @@ use orchestrator::{ProgressEvent, ReplayOutput, RunContext, RunOptions, WarmStar
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{
-    guest_program_path, print_single_errors, print_text, print_to_stderr, progress, standalone, supervised,
-    why,
+    guest_program_path, print_raw_to_stderr, print_single_errors, print_text, print_to_stderr, progress,
+    standalone, supervised, why,
 };
 
 /// Arguments of `trackside run`.
@@ -44,6 +44,9 @@ pub struct RunArguments {
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
+    /// With --bless: replace baselines that are not as --bless wrote them, too.
+    #[arg(long, requires = "bless")]
+    force: bool,
     /// Set a start value `plant.body.m=800` (or `"plant.start.v_x=100 km/h"`), a signal `driver.delta=3`, a key of its shape
     /// `driver.delta.step.after=3`, a sensor effect `estimator.a_y.noise.std=0.1`, or a fault
     /// `estimator.a_y.fault.value=0`. `@FILE` is a TOML file of values. May be repeated.
@@ -247,6 +250,7 @@ impl RunArguments {
             mf4: self.mf4,
             ld: self.ld,
             bless: self.bless,
+            force: self.force,
             label: None,
             variant: self.variant.clone(),
             overrides: Overrides {
@@ -347,7 +351,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
             print_single_errors(&errors);
             // For the program that runs this test, which tells it by its identity from what FMUs write.
             if let Some(identity) = &options.identity {
-                eprintln!("{}", suite::error_record_line(identity, &errors));
+                print_raw_to_stderr(&suite::error_record_line(identity, &errors));
             }
             return code;
         }
@@ -360,7 +364,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
         lines.iter().for_each(|line| print_text(&format!("  {line}\n")));
     }
     if matches!(options.replay, ReplayOutput::Serve(_)) {
-        eprintln!("still serving; Ctrl-C ends it");
+        print_to_stderr("still serving; Ctrl-C ends it");
         while fmu_import::termination_signal().is_none() {
             std::thread::sleep(NAP);
         }
@@ -382,7 +386,7 @@ fn show_progress_event(event: &ProgressEvent, bar: &ProgressBar, options: &RunOp
         ProgressEvent::Serving(url) => {
             let all = matches!(&options.replay, ReplayOutput::Serve(address) if address.is_unspecified());
             let more = if all { " (elsewhere with this machine's name)" } else { "" };
-            bar.suspend(|| eprintln!("viewers can connect: rerun --connect {url}{more}"));
+            bar.suspend(|| print_to_stderr(&format!("viewers can connect: rerun --connect {url}{more}")));
         }
         ProgressEvent::Steps(step, steps) => {
             bar.set_length(*steps);

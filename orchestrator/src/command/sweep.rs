@@ -111,7 +111,6 @@ struct ChunkArguments {
 /// # Errors
 /// When the input is wrong, or a result cannot be written.
 pub fn run_sweep_command(arguments: &SweepArguments) -> Result<u8, Error> {
-    fmu_import::catch_termination_signals();
     match &arguments.step {
         None => arguments.here.run_sweep(),
         Some(SweepCommand::Plan(planned)) => {
@@ -131,12 +130,14 @@ pub fn run_sweep_command(arguments: &SweepArguments) -> Result<u8, Error> {
         }
         Some(SweepCommand::Submit(submitted)) => {
             let plan = submitted.open_or_create_plan()?;
+            fmu_import::catch_termination_signals();
             match submit::submit_and_follow_chunks(&plan, &submitted.how)? {
                 true => print_sweep_result(&sweep::gather_sweep_results(&plan, None)?),
                 false => Ok(0),
             }
         }
         Some(SweepCommand::Worker { host }) => {
+            fmu_import::catch_termination_signals();
             sweep::serve_sweep_worker(*host, &guest_program_path()?).map(|()| 0)
         }
     }
@@ -190,6 +191,8 @@ impl SweepSubmitArguments {
 impl LocalArguments {
     fn run_sweep(&self) -> Result<u8, Error> {
         let mut plan = self.planned.create_plan()?;
+        // Nothing is lost before: a signal then ends the program.
+        fmu_import::catch_termination_signals();
         for warning in &plan.metadata.warnings {
             print_to_stderr(&format!("warning: {warning}"));
         }
@@ -233,6 +236,7 @@ fn report_interruption(plan: &SweepPlanFolder) -> Result<u8, Error> {
 impl ChunkArguments {
     fn run_chunk(&self) -> Result<u8, Error> {
         let plan = SweepPlanFolder::open(&self.plan, &current_program_path()?)?;
+        fmu_import::catch_termination_signals();
         if self.chunk >= plan.chunk_count() {
             let (found, last) = (self.chunk, plan.chunk_count().saturating_sub(1));
             let message = format!("--chunk: expected 0 to {last}, the chunks of the plan, found {found}");

@@ -27,6 +27,9 @@ pub struct TestArguments {
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
+    /// With --bless: replace baselines that are not as --bless wrote them, too.
+    #[arg(long, requires = "bless")]
+    force: bool,
     /// End each scenario that is not over after this time, instead of its own limit or an hour [s].
     #[arg(long, value_name = "SECONDS")]
     limit: Option<f64>,
@@ -49,9 +52,12 @@ pub fn run_test_command(arguments: &TestArguments) -> Result<u8, Error> {
     arguments.junit.as_deref().map_or(Ok(()), suite::check_junit)?;
     let paths = suite::find_scenario_files(&arguments.paths)?;
     let limit = parse_positive_seconds("--limit", arguments.limit)?;
-    let TestArguments { jobs, bless, isolate, .. } = *arguments;
+    let TestArguments { jobs, bless, force, isolate, .. } = *arguments;
     let why = arguments.why;
-    run_suite(&paths, &SuiteRun { jobs, bless, limit, isolate, why, junit: arguments.junit.as_deref() })
+    run_suite(
+        &paths,
+        &SuiteRun { jobs, bless, force, limit, isolate, why, junit: arguments.junit.as_deref() },
+    )
 }
 
 /// How a suite runs.
@@ -60,6 +66,8 @@ pub(super) struct SuiteRun<'a> {
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Whether the runs become baselines.
     pub bless: bool,
+    /// Whether they may replace files that are not as a run wrote them.
+    pub force: bool,
     /// Time that each scenario may take, instead of its own limit.
     pub limit: Option<Duration>,
     pub isolate: IsolateArg,
@@ -74,6 +82,7 @@ impl Default for SuiteRun<'_> {
         SuiteRun {
             jobs: None,
             bless: false,
+            force: false,
             limit: None,
             isolate: IsolateArg::Foreign,
             why: false,
@@ -89,6 +98,7 @@ pub(super) fn run_suite(paths: &[PathBuf], how: &SuiteRun) -> Result<u8, Error> 
     let path = current_program_path()?;
     let mut more = vec![how.isolate.argument_value()];
     more.extend(how.bless.then_some("--bless"));
+    more.extend(how.force.then_some("--force"));
     let limit = how.limit;
     let program = TracksideProgram { path: &path, arguments: &more, limit };
     let mut building = BuildLine::default();

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use ::sweep::table::{self, SweepTable};
+use ::sweep::table::{self, SweepTable, SweepTableReader};
 use diagnostics::Error;
 use scenario::resolve::Override;
 
@@ -239,12 +239,14 @@ pub(super) fn read_completed_chunk(
     Ok(found.filter(|rows| rows.iter().map(|it| it.variant).eq(range)))
 }
 
-/// The rows of a file, if it is there and one of the plan.
+/// The rows of a file, if it is there and one of the plan. One whose rows were changed is an error: somebody may have to know.
 fn read_outcomes_file(plan: &SweepPlanFolder, path: &Path) -> Result<Option<Vec<NumberedOutcome>>, Error> {
     if !path.exists() {
         return Ok(None);
     }
     // A file that cannot be read is made again.
-    let table = table::read_table(path).ok();
-    Ok(table.and_then(|table| result_rows::outcomes_from_table(&plan.metadata, &table)))
+    let Ok(reader) = SweepTableReader::open(path) else { return Ok(None) };
+    let Ok(table) = reader.read_all_rows() else { return Ok(None) };
+    reader.check_rows(&table)?;
+    Ok(result_rows::outcomes_from_table(&plan.metadata, &table))
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use diagnostics::Error;
 
-use super::file_names::VARIANTS;
+use super::file_names::{PLAN, VARIANTS};
 use super::plan_metadata::PlanMetadata;
 
 /// SHA-256 of a file.
@@ -30,15 +30,16 @@ pub(super) fn program_sha256(path: &Path) -> Result<String, Error> {
     file_sha256(path).map(|digest| DIGEST.get_or_init(|| digest).clone())
 }
 
-/// One digest of the files of a gathered scenario with their names, of the values, and of what holds in all variants.
+/// One digest of the files of a gathered scenario with their names, of the values, and of all that `plan.json` says but for the digest
+/// itself and the program.
 pub(super) fn plan_digest(bundle: &Path, variants: &Path, metadata: &PlanMetadata) -> Result<String, Error> {
     let mut files = Vec::new();
     list_files_recursively(bundle, &mut files)?;
     files.sort();
     files.push(variants.to_owned());
-    let set = metadata.set.iter().map(|it| format!("{}={}", it.name, it.value));
-    let set: Vec<_> = set.collect();
-    let mut all = format!("{set:?} {:?} {:?}\n", metadata.seed, metadata.tolerance);
+    let metadata = PlanMetadata { digest: String::new(), program: String::new(), ..metadata.clone() };
+    let text = serde_json::to_string(&metadata);
+    let mut all = text.map_err(|error| Error::invalid_input(format!("{PLAN}: {error}")))? + "\n";
     for file in files {
         let name = file.strip_prefix(bundle).unwrap_or(Path::new(VARIANTS));
         all += &format!("{} {}\n", name.display(), file_sha256(&file)?);

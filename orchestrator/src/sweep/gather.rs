@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ::sweep::search::SearchStatus;
-use ::sweep::table::{self, RowGroups, SweepColumnValues, SweepTable, SweepTableWriter};
+use ::sweep::table::{self, RowGroups, SweepTable, SweepTableWriter};
 use ::sweep::variant_table::VariantTable;
 use diagnostics::Error;
 use serde::Serialize;
@@ -83,11 +83,12 @@ impl SweepResult {
 /// Puts the results of all chunks into one table, and sums them up with what a search found. Missing chunks are an error that names them.
 ///
 /// # Errors
-/// When chunks are missing, or a file cannot be read or written.
+/// When chunks are missing, the plan or a chunk was changed, or a file cannot be read or written.
 pub fn gather_sweep_results(
     plan: &SweepPlanFolder,
     found: Option<SearchResult>,
 ) -> Result<SweepResult, Error> {
+    plan.check_unchanged()?;
     let mut missing = Vec::new();
     for number in 0..plan.chunk_count() {
         if chunk::read_completed_chunk(plan, number)?.is_none() {
@@ -200,22 +201,7 @@ fn add_rows_to_digest(mut digest: String, table: &SweepTable) -> String {
     for row in 0..table.row_count() {
         bytes.clear();
         bytes.extend_from_slice(digest.as_bytes());
-        for column in &columns {
-            match &column.values {
-                SweepColumnValues::Integers(all) => bytes.extend(all[row].to_le_bytes()),
-                // Missing numbers are equal, whatever their bits.
-                SweepColumnValues::Numbers(all) if all[row].is_nan() => {
-                    bytes.extend(f64::NAN.to_bits().to_le_bytes());
-                }
-                SweepColumnValues::Numbers(all) => bytes.extend(all[row].to_bits().to_le_bytes()),
-                SweepColumnValues::Booleans(all) => bytes.push(all[row].map_or(2, u8::from)),
-                SweepColumnValues::Texts(all) => {
-                    bytes.push(u8::from(all[row].is_some()));
-                    bytes.extend_from_slice(all[row].as_deref().unwrap_or_default().as_bytes());
-                    bytes.push(0);
-                }
-            }
-        }
+        columns.iter().for_each(|column| column.values.push_value_bytes(row, &mut bytes));
         digest = fmu_import::sha256_hex(&bytes);
     }
     digest

@@ -37,22 +37,28 @@ impl SweepPlanFolder {
             ))
             .with_help("make it again with this one: trackside sweep plan SCENARIO"));
         }
-        let bundle = folder.join(GATHERED);
-        let found = plan_digest(&bundle, &folder.join(VARIANTS), &plan.metadata)?;
-        if found != plan.metadata.digest {
-            return Err(Error::invalid_input(format!(
-                "the files of the plan in {} were changed after it was made",
-                folder.display()
-            ))
-            .with_help("make it again: trackside sweep plan SCENARIO"));
-        }
+        plan.check_unchanged()?;
         Ok(plan)
+    }
+
+    /// Compares the files of the plan with its digest.
+    ///
+    /// # Errors
+    /// When they are others than when it was made, or cannot be read.
+    pub(super) fn check_unchanged(&self) -> Result<(), Error> {
+        let folder = &self.folder;
+        let found = plan_digest(&folder.join(GATHERED), &folder.join(VARIANTS), &self.metadata)?;
+        if found == self.metadata.digest {
+            return Ok(());
+        }
+        let message = format!("the files of the plan in {} were changed after it was made", folder.display());
+        Err(Error::invalid_input(message).with_help("make it again: trackside sweep plan SCENARIO"))
     }
 
     /// Opens the plan in a folder, whoever made it.
     ///
     /// # Errors
-    /// When there is none.
+    /// When there is none, or a value of it is none that a plan has.
     pub fn open_of_any_program(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(PLAN);
         let text = std::fs::read_to_string(&path).map_err(|error| {
@@ -66,6 +72,10 @@ impl SweepPlanFolder {
             let message = format!("{}: expected version {VERSION}, found {found}", path.display());
             return Err(Error::invalid_input(message));
         }
+        metadata.check_values().map_err(|what| {
+            Error::invalid_input(format!("{}: {what}", path.display()))
+                .with_help("make it again: trackside sweep plan SCENARIO")
+        })?;
         let variants = SweepTableReader::open(&folder.join(VARIANTS))?;
         if variants.row_count() as u64 != metadata.variants {
             let (rows, wanted) = (variants.row_count(), metadata.variants);

@@ -1,6 +1,7 @@
 //! Reads and writes what `plan.json` says of a plan.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use scenario::resolve::Override;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub struct PlanMetadata {
     pub scenario: String,
     /// Its title.
     pub title: String,
-    /// SHA-256 of all that the results depend on, but for the program.
+    /// SHA-256 of all other files and values of the plan, but for the program.
     pub digest: String,
     /// SHA-256 of the program.
     pub(super) program: String,
@@ -62,6 +63,34 @@ pub struct PlanMetadata {
     pub recorded: [u32; 4],
     /// What is left out in variants.
     pub warnings: Vec<String>,
+}
+
+impl PlanMetadata {
+    /// Checks what others rely on.
+    ///
+    /// # Errors
+    /// A sentence about the first value that no plan has.
+    pub(super) fn check_values(&self) -> Result<(), String> {
+        let PlanMetadata { scenario, variants, chunk, is_search, checks, margin_units, pass_share, .. } =
+            self;
+        if *chunk == 0 {
+            return Err("expected a `chunk` of 1 variant or more, found 0".to_owned());
+        }
+        if *variants == 0 && !is_search {
+            return Err("expected 1 or more `variants`, found 0".to_owned());
+        }
+        if !(0.0..=1.0).contains(pass_share) {
+            return Err(format!("expected a `pass_share` from 0 to 1, found {pass_share}"));
+        }
+        if Path::new(scenario).file_name().is_none_or(|name| name != scenario.as_str()) {
+            return Err(format!("expected the name of a file as `scenario`, found `{scenario}`"));
+        }
+        let (units, checks) = (margin_units.len(), checks.len());
+        match units == checks || units == 0 {
+            true => Ok(()),
+            false => Err(format!("expected {checks} `margin_units`, one for each check, found {units}")),
+        }
+    }
 }
 
 /// Overrides as `plan.json` has them: names and texts, as on the command line.

@@ -104,6 +104,10 @@ static void change(Model *m) {
     if (is(m, "traps")) feenableexcept(FE_DIVBYZERO);
     if (is(m, "sets the locale")) setlocale(LC_ALL, "C.UTF-8");
     if (is(m, "uses a locale")) uselocale(newlocale(LC_ALL_MASK, "C.UTF-8", NULL));
+    if (is(m, "goes away")) {
+        umask(0777);
+        if (chdir("/") != 0) abort();
+    }
 }
 static void wander(void) {
     sigset_t all;

@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use archive::TemporaryFolder;
-use diagnostics::{Error, escape_for_terminal, rounded_time};
+use diagnostics::{Error, escape_for_terminal, print_to_stderr, rounded_time};
 use fmu_import::{CallError, CrashNote, Fmu, FmuMessage, MessageLevel};
 use isolation::{ChannelPacket, IsolatedGuest, NOTE, NoAnswerReason, OutputStream, Sandbox};
 
@@ -313,7 +313,7 @@ impl Drop for IsolatedNode {
         if !left {
             let name = &self.setup.name;
             let what = "did not end well after the run, whose results are complete";
-            eprintln!("{}", escape_for_terminal(&format!("warning: `{name}` {what}")));
+            print_to_stderr(&format!("warning: `{name}` {what}"));
         }
     }
 }
@@ -349,7 +349,7 @@ fn report_long_call(name: &str, CrashNote { call, time, .. }: &CrashNote, since:
     let at = time.map(|time| format!(" at t = {} s", rounded_time(time))).unwrap_or_default();
     let since = since.as_secs_f64();
     let text = format!("\nnode `{name}`: {call}{at} has been running for {since:.0} s");
-    eprintln!("{}", escape_for_terminal(&text));
+    print_to_stderr(&text);
 }
 
 fn invalid_response_error() -> CallError {

@@ -115,6 +115,13 @@ pub(super) fn run_and_restore_signals<T>(alone: bool, body: impl FnOnce() -> T) 
     (result, unsafe { trackside_after_rare(&raw const mask) }.cast_unsigned())
 }
 
+/// Puts the current folder and the permissions of new files back, which foreign code may have changed in any call, and keeps a sentence
+/// for the report of the run. It is for moments before files are written: to look after each call would cost as much as a short one.
+pub fn restore_folder_and_permissions() {
+    let ((), changes) = run_and_restore_signals(false, || ());
+    describe_changes(changes, c"code of an FMU or a plugin").for_each(report_process_change);
+}
+
 /// One sentence for each change, about the call that made it.
 pub(super) fn describe_changes(changes: ProcessStateChanges, call: &CStr) -> impl Iterator<Item = String> {
     let call = call.to_string_lossy().into_owned();

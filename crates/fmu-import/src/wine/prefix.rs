@@ -4,7 +4,7 @@
 //! into the registry is gone after it.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Write as _, stderr};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -82,7 +82,8 @@ fn find_or_make(wine: &Path) -> Result<PathBuf, String> {
     if complete.is_file() {
         return Ok(prefix);
     }
-    eprintln!("makes the Wine prefix {}, once: this takes some seconds", prefix.display());
+    // Where nobody takes it, the prefix is made all the same.
+    let _ = writeln!(stderr(), "makes the Wine prefix {}, once: this takes some seconds", prefix.display());
     let mut boot = wine_command(wine, &prefix, "winemenubuilder.exe=d;mscoree,mshtml=");
     boot.args(["wineboot.exe", "--init"]).stdin(Stdio::null()).stdout(Stdio::null());
     let made = boot.output().map_err(|error| failed(error.to_string()))?;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use diagnostics::{Error, ErrorCollector, SourceFiles, TextFile};
+use diagnostics::{Error, ErrorCollector, SourceFiles, TextFile, utf8_path};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
@@ -38,6 +38,7 @@ impl Scenario {
     /// # Errors
     /// As for [`Scenario::read`], and when there is no such variant.
     pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
+        utf8_path(path)?;
         if system::is_system(path) {
             let (file, import) = system::import_system(path, variant)?;
             return read_from_source(SourceFiles::from_generated(file), &[], vec![Arc::new(import)]);

@@ -1,14 +1,14 @@
 //! Reads tables from Parquet, whole or a row group of them.
 
 use std::fs::File;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use diagnostics::Error;
+use diagnostics::{Error, catch_panics};
 use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
 
+use super::checksum::{self, RowChecksum};
 use super::{SweepTable, arrow};
 
 /// An open file of a table.
@@ -84,6 +84,25 @@ impl SweepTableReader {
         self.read_row_groups((0..self.row_group_count()).collect())
     }
 
+    /// Compares all rows with the checksum that the file got when it was written.
+    ///
+    /// # Errors
+    /// When it has none, or the rows are others; the error names the file.
+    pub fn check_rows(&self, table: &SweepTable) -> Result<(), Error> {
+        let metadata = self.metadata.metadata().file_metadata().key_value_metadata();
+        let entry = metadata.into_iter().flatten().find(|entry| entry.key == checksum::KEY);
+        let written = entry.and_then(|entry| entry.value.as_deref());
+        let mut found = RowChecksum::new(&self.columns);
+        found.add_rows(table);
+        let found = found.finish();
+        let what = match written {
+            Some(written) if written == found => return Ok(()),
+            Some(written) => format!("expected rows with the checksum {written}, found {found}"),
+            None => format!("expected the checksum of its rows as `{}`, found none", checksum::KEY),
+        };
+        Err(unreadable_file_error(&self.path, &what))
+    }
+
     fn read_row_groups(&self, groups: Vec<usize>) -> Result<SweepTable, Error> {
         let table = panic_to_error(|| {
             let file = self.file.try_clone().map_err(|error| error.to_string())?;
@@ -105,8 +124,7 @@ impl SweepTableReader {
 
 /// The library panics on some damaged pages, which is a mistake of the file and none of the program.
 fn panic_to_error<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
-    let panicked = |_| Err("a page of it is damaged".to_owned());
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(panicked)
+    catch_panics(read).unwrap_or_else(|| Err("a page of it is damaged".to_owned()))
 }
 
 fn unreadable_file_error(path: &Path, what: &str) -> Error {

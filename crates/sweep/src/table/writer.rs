@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use diagnostics::Error;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use tempfile::NamedTempFile;
 
+use super::checksum::{self, RowChecksum};
 use super::{SweepTable, arrow};
 
 /// Rows of a group in files that are written evenly: with 30 columns 16 MB of numbers.
@@ -34,6 +36,7 @@ pub struct SweepTableWriter {
     schema: std::sync::Arc<arrow_schema::Schema>,
     /// Rows that are in no group yet.
     waiting: SweepTable,
+    checksum: RowChecksum,
 }
 
 /// Writes a file of one table. The same table gives the same bytes.
@@ -71,7 +74,8 @@ impl SweepTableWriter {
         let schema = arrow::table_schema(&waiting);
         let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties))
             .map_err(|error| failed(error.to_string()))?;
-        Ok(Self { path: path.to_owned(), groups, writer, schema, waiting })
+        let checksum = RowChecksum::new(&waiting);
+        Ok(Self { path: path.to_owned(), groups, writer, schema, waiting, checksum })
     }
 
     /// Takes the rows of a table.
@@ -80,6 +84,7 @@ impl SweepTableWriter {
     /// When its columns are others, or the file cannot be written.
     pub fn append(&mut self, table: &SweepTable) -> Result<(), Error> {
         self.waiting.append_rows(table).map_err(|what| Error::output_failure(&self.path, what))?;
+        self.checksum.add_rows(table);
         match self.groups {
             RowGroups::Tables => self.write_row_group(usize::MAX),
             RowGroups::Even => {
@@ -99,6 +104,8 @@ impl SweepTableWriter {
         if self.waiting.row_count() > 0 {
             self.write_row_group(usize::MAX)?;
         }
+        let checksum = KeyValue::new(checksum::KEY.to_owned(), self.checksum.finish());
+        self.writer.append_key_value_metadata(checksum);
         let path = self.path;
         let failed = |what: String| Error::output_failure(&path, what);
         let file = self.writer.into_inner().map_err(|error| failed(error.to_string()))?;

@@ -133,7 +133,8 @@ fn prepare_system_export(
     bundle.write(folder)?;
     let apart = |node: &&NodePlan| matches!(node.body, NodeBody::Fmu { isolation: Some(_), .. });
     for node in original.nodes.iter().filter(apart) {
-        eprintln!("note: `{}` is not isolated there: an FMU steps all of its own in one process", node.name);
+        let what = "is not isolated there: an FMU steps all of its own in one process";
+        print_to_stderr(&format!("note: `{}` {what}", node.name));
     }
     let document = &scenario.document;
     let unused_lists = lists_that_judge(document);

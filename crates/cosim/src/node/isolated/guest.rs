@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::{Error, escape_for_terminal};
+use diagnostics::{Error, print_to_stderr};
 use fmu_import::{CallError, Fmu, FmuMessage, MessageLevel, OpenError};
 use isolation::{ChannelPacket, ProcessChannel, SandboxMeasure};
 
@@ -44,7 +44,7 @@ pub fn serve_host_process(host: u32) -> Result<(), Error> {
             fmu_import::set_final_exit_code(Some(0));
             drop(served);
             let late = fmu_import::messages_while_freed();
-            late.iter().for_each(|it| eprintln!("{}", escape_for_terminal(&format!("warning: {it}"))));
+            late.iter().for_each(|it| print_to_stderr(&format!("warning: {it}")));
             return Ok(());
         }
         let end = matches!(request.command, GuestCommand::Terminate);

@@ -22,6 +22,9 @@ use crate::table::{ColumnTitle, CsvError, TableError};
 /// What is looked at to find the titles and the units has at most so many bytes [B].
 const LARGEST_HEAD: u64 = 64 << 20;
 
+/// The longest row [B]: a million numbers. The rest of a file without ends of lines stays unread.
+const LONGEST_ROW: usize = 16 << 20;
+
 /// A CSV file whose titles are known.
 pub(super) struct CsvFile<'a> {
     pub path: &'a Path,
@@ -51,6 +54,9 @@ impl<'a> CsvFile<'a> {
         let zeros = || ("no text, or text in UTF-16", "save it as UTF-8");
         if let Some((found, cure)) = detect_foreign_format(path, &head).or_else(|| binary.then(zeros)) {
             return Err(CsvError::NoText { path: path.to_owned(), found, cure });
+        }
+        if let Some(line) = line::longer_line(&head, LONGEST_ROW) {
+            return Err(CsvError::LongRow { path: path.to_owned(), line, longest: LONGEST_ROW });
         }
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
         let layout = layout::detect_csv_layout(&head, titles, dialect).ok_or_else(empty)?;
@@ -184,10 +190,10 @@ impl<'a> CsvFile<'a> {
     /// without any content.
     pub fn visit_rows(&self, take: RowCallback) -> Result<Option<String>, CsvError> {
         let unreadable = |source| CsvError::Read { path: self.path.to_owned(), source };
-        let (last, begin) = (Shared::new(b'\n'), self.layout.rows_begin as u64);
+        let (last, row, begin) = (Shared::new(b'\n'), Shared::new(0), self.layout.rows_begin as u64);
         let is_blank = self.layout.separator == Separator::Blank;
         let from = self.text.open_at(begin).map_err(unreadable)?;
-        let text = LastByteReader { from, last: &last, is_blank };
+        let text = RowReader { from, last: &last, row: &row, is_blank };
         let mut reader = csv_reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.layout.titles.len();
@@ -195,6 +201,10 @@ impl<'a> CsvFile<'a> {
         let mut previous = ByteRecord::new();
         let mut more = |into: &mut ByteRecord| {
             let read = reader.read_byte_record(into);
+            if row.replace(0) > LONGEST_ROW {
+                let line = self.line_number_at(begin + into.position().map_or(0, ::csv::Position::byte));
+                return Err(CsvError::LongRow { path: self.path.to_owned(), line, longest: LONGEST_ROW });
+            }
             if is_blank {
                 remove_empty_cells(into);
             }
@@ -314,16 +324,22 @@ fn read_header_bytes(text: &CsvText) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// Remembers the last byte that was read, and makes blanks of tabulators where both separate.
-struct LastByteReader<'l, R> {
+/// Remembers the last byte that was read, ends in a row that is too long, and makes blanks of tabulators where both separate.
+struct RowReader<'l, R> {
     from: R,
     last: &'l Shared<u8>,
+    /// Bytes since the last row was complete.
+    row: &'l Shared<usize>,
     is_blank: bool,
 }
 
-impl<R: io::Read> io::Read for LastByteReader<'_, R> {
+impl<R: io::Read> io::Read for RowReader<'_, R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.row.get() > LONGEST_ROW {
+            return Ok(0);
+        }
         let count = self.from.read(into)?;
+        self.row.set(self.row.get() + count);
         if self.is_blank {
             into[..count].iter_mut().filter(|it| **it == b'\t').for_each(|it| *it = b' ');
         }

@@ -45,6 +45,16 @@ pub(super) fn split_into_lines(bytes: &[u8]) -> Vec<CsvLine<'_>> {
     lines
 }
 
+/// The number of the first line with more bytes than these.
+pub(super) fn longer_line(bytes: &[u8], longest: usize) -> Option<usize> {
+    let lines = bytes.split(|byte| matches!(byte, b'\n' | b'\r'));
+    let ends = |lines: &[u8]| 1 + lines.iter().filter(|byte| **byte == b'\n').count();
+    lines.enumerate().find(|(_, line)| line.len() > longest).map(|(_, line)| {
+        let begin = line.as_ptr() as usize - bytes.as_ptr() as usize;
+        ends(&bytes[..begin])
+    })
+}
+
 /// Whether a cell is a number, a clock or a date, in whatever notation.
 pub(super) fn is_number(text: &str) -> bool {
     let text = text.trim();

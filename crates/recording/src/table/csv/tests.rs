@@ -32,6 +32,23 @@ fn error(text: impl AsRef<[u8]>, request: &ReadRequest) -> String {
     }
 }
 
+/// Neither ends of lines that are lost nor a quotation mark that is not closed take more memory than a row may.
+#[test]
+fn a_row_that_is_too_long_is_told_with_its_line() {
+    let rows = "0,1\n".repeat(1 << 10);
+    let digits = "9".repeat(17 << 20);
+    let lines = "9,9\n".repeat(5 << 20);
+    for (text, line) in [
+        (digits.clone(), 1),
+        (format!("t,v\n0,{digits}\n"), 2),
+        (format!("t,v\n{rows}0,{digits}"), (1 << 10) + 2),
+        (format!("t,v\n{rows}0,\"{lines}"), (1 << 10) + 2),
+    ] {
+        let told = error(text, &ReadRequest::from_names("t", &["v"]));
+        assert!(told.starts_with(&format!("line {line} of log.csv: expected rows of at most")), "{told}");
+    }
+}
+
 /// A survey asks for no column, so titles, separator and decimal mark are all to be seen.
 #[test]
 fn a_survey_finds_titles_and_columns_in_every_dialect() {

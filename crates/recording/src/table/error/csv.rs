@@ -13,6 +13,19 @@ pub enum CsvError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A line, or a row whose texts have several lines, is longer than any table's.
+    #[error(
+        "line {line} of {}: expected rows of at most {longest} bytes, found a longer one; if the file is a table, look there for a quotation mark \
+         that is not closed, or for lost ends of lines", path.display()
+    )]
+    LongRow {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The bound [B].
+        longest: usize,
+    },
     /// The bytes of the file are no text that is known here.
     #[error("{} is {found}: expected a CSV file in UTF-8, or an MCAP recording; {cure}", path.display())]
     NoText {
