@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = |_| {
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("guest");
-        IsolatedGuest::start(command, numbers)
+        IsolatedGuest::start(command, numbers, None)
     };
     let mut guests = (0..number(2, 1)?).map(start).collect::<Result<Vec<_>, _>>()?;
     let (mut row, mut packet) = (vec![0.0; numbers], ChannelPacket::default());
