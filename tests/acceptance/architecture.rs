@@ -411,12 +411,15 @@ fn fmu_crates_forbid_unsafe_code() {
 }
 
 /// The interfaces to foreign code.
-const UNSAFE: [&str; 5] = [
+const UNSAFE: [&str; 8] = [
     "crates/fmu-export/",
     "crates/plugin/",
     "crates/fmu-import/src/binding",
     "crates/fmu-import/examples/bare_calls.rs",
     "crates/isolation/src/memory.rs",
+    "crates/isolation/src/sandbox/namespaces.rs",
+    "crates/isolation/src/sandbox/root.rs",
+    "crates/isolation/tests/support/probe.rs",
 ];
 
 fn unsafe_code_stays_at_foreign_interfaces() {

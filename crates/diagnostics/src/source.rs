@@ -1,5 +1,6 @@
 //! The text files of a scenario as one address space of bytes, so that errors can point into them.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
@@ -14,6 +15,8 @@ pub struct SourceFiles {
     others: Vec<TextFile>,
     /// Files that these name, as they were when a run was recorded.
     attachments: Vec<TextFile>,
+    /// Paths that the user wrote in the place of some in these files.
+    user_paths: BTreeSet<String>,
 }
 
 impl SourceFiles {
@@ -39,7 +42,7 @@ impl SourceFiles {
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
     #[must_use]
     pub fn from_recording(first: TextFile, others: Vec<TextFile>, attachments: Vec<TextFile>) -> Self {
-        SourceFiles { first, others, attachments }
+        SourceFiles { first, others, attachments, user_paths: BTreeSet::new() }
     }
 
     /// Keeps the text of another file, if it is one, for recordings.
@@ -145,10 +148,16 @@ impl SourceFiles {
     #[must_use]
     pub fn resolve_path(&self, word: &Spanned<String>) -> PathBuf {
         let folder = self.base_folder(word.span());
-        match self.is_archived(word.span()) {
+        match self.is_archived(word.span()) && !self.user_paths.contains(word.get_ref()) {
             true => folder.join(path_below_root(Path::new(word.get_ref()))),
             false => folder.join(word.get_ref()),
         }
+    }
+
+    /// The same files, with paths that the user wrote in the place of some: these may lead anywhere.
+    #[must_use]
+    pub fn with_user_paths(self, user_paths: BTreeSet<String>) -> Self {
+        SourceFiles { user_paths, ..self }
     }
 
     /// The folder that paths are relative to in the file that a place is in.

@@ -12,17 +12,11 @@ mod limits;
 mod namespaces;
 #[cfg(target_os = "linux")]
 mod root;
+mod state;
 #[cfg(target_os = "linux")]
 mod system_calls;
 
-#[cfg(target_os = "linux")]
-pub(crate) use namespaces::is_in_own_namespaces;
-
-/// Whether this process lives in namespaces that it made.
-#[cfg(not(target_os = "linux"))]
-pub(crate) fn is_in_own_namespaces() -> bool {
-    false
-}
+pub(crate) use state::is_in_own_namespaces;
 
 /// What a process in a sandbox can use besides what all programs need of the system.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -38,8 +38,7 @@ pub(super) fn restrict_files(sandbox: &Sandbox) -> SandboxMeasure {
 fn apply_rules(sandbox: &Sandbox) -> Result<RulesetStatus, RulesetError> {
     let read = SYSTEM.iter().map(PathBuf::from).chain(library_folders());
     let read = read.chain(sandbox.read.iter().cloned());
-    let write =
-        DEVICES.iter().copied().chain(super::namespaces::is_in_own_namespaces().then_some(SHARED_MEMORY));
+    let write = DEVICES.iter().copied().chain(super::is_in_own_namespaces().then_some(SHARED_MEMORY));
     let write = write.map(PathBuf::from).chain(sandbox.write.iter().cloned());
     let status = Ruleset::default()
         .set_compatibility(CompatLevel::BestEffort)

@@ -7,21 +7,13 @@
 use std::fs;
 use std::io::{self, Error};
 use std::os::fd::{AsFd, OwnedFd};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rustix::process::{
     Pid, Resource, Rlimit, Signal, getgid, getuid, set_parent_process_death_signal, setrlimit, setsid,
 };
 use rustix::thread::UnshareFlags;
 
-use super::{Sandbox, SandboxMeasure, measure, root};
-
-/// Whether this process lives in namespaces that it made.
-static IN_OWN_NAMESPACES: AtomicBool = AtomicBool::new(false);
-
-pub(crate) fn is_in_own_namespaces() -> bool {
-    IN_OWN_NAMESPACES.load(Relaxed)
-}
+use super::{Sandbox, SandboxMeasure, measure, root, state};
 
 const SPACES: UnshareFlags = UnshareFlags::NEWUSER
     .union(UnshareFlags::NEWNS)
@@ -44,7 +36,7 @@ pub(super) fn enter_namespaces(sandbox: &Sandbox) -> Vec<SandboxMeasure> {
     ];
     let spaces = make_namespaces();
     if spaces.is_ok() {
-        IN_OWN_NAMESPACES.store(true, Relaxed);
+        state::note_own_namespaces();
     }
     let same = |name, protects| {
         measure(

@@ -8,7 +8,7 @@ use seccompiler::{
     BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
 };
 
-use super::namespaces::is_in_own_namespaces;
+use super::is_in_own_namespaces;
 use super::{SandboxMeasure, measure};
 
 type FilterError = Box<dyn std::error::Error>;

@@ -142,9 +142,11 @@ impl Scenario {
         converted.replace_texts(&mut numbers);
         let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, numbers)))
             .map_err(|wrong| vec![error(last, wrong.message())])?;
+        let archives = edits.iter().zip(&values).filter(|(edit, value)| self.is_archive(&edit.name, value));
+        let user_paths = archives.map(|(_, value)| value.clone()).collect();
         Ok(Scenario {
             name: self.name.clone(),
-            source: self.source.clone(),
+            source: self.source.clone().with_user_paths(user_paths),
             document,
             validations: Vec::new(),
             systems: self.systems.clone(),
