@@ -59,12 +59,12 @@ fn run_instance_cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<
     Ok(count)
 }
 
-/// The memory of this process that is in use [bytes].
+/// The memory of this process that is in use and its own [bytes]: pages of files come and go as the system likes.
 fn resident_memory() -> Result<f64, RuleError> {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
-    let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<f64>().ok());
-    match pages {
-        Some(pages) => Ok(pages * PAGE),
-        None => not_applicable("there is no /proc/self/statm"),
+    let numbers: Vec<f64> = text.split_whitespace().map_while(|pages| pages.parse().ok()).collect();
+    match numbers.as_slice() {
+        [_, resident, of_files, ..] => Ok((resident - of_files) * PAGE),
+        _ => not_applicable("there is no /proc/self/statm"),
     }
 }
