@@ -19,6 +19,7 @@ tests! {
     a_failed_fmu_starts_again_where_that_is_wanted: Compiler,
     an_fmu_that_fails_at_once_after_a_restart_ends_the_run: Compiler,
     a_sandbox_shuts_off_the_network_files_and_other_processes: Compiler,
+    a_temporary_folder_may_lie_in_shared_memory: Compiler,
     no_process_outlives_a_run_that_is_killed: Compiler,
     a_signal_ends_a_run_whose_fmu_does_not_return: Compiler,
     a_test_isolates_what_nobody_here_built: Compiler,
@@ -245,6 +246,14 @@ fn a_sandbox_shuts_off_the_network_files_and_other_processes() {
     let allowed = format!("may_read = ['{}']", secret.display());
     assert!(could("read", &secret, &allowed));
     assert!(!could("write", &secret, &allowed));
+}
+
+fn a_temporary_folder_may_lie_in_shared_memory() {
+    let (lab, folder) = (lab(), tempfile::tempdir_in("/dev/shm").expect("a folder in shared memory"));
+    lab.write("case.toml", isolated("misbehave.fmu", "u = 0.0", "").text());
+    let mut command = trackside(lab.path(".").as_path());
+    command.args(["run", "case.toml", "--rerun", "off"]).env("TMPDIR", folder.path());
+    Ended::of(command.output().expect("it starts")).expect(0);
 }
 
 /// The processes that a process started.

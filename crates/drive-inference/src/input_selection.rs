@@ -88,22 +88,20 @@ fn search_interpolations(
         compare(InputInterpolations { delta: both, F_x: both }, &mut best);
     }
     loop {
-        let before = best;
+        let F_x = best.F_x;
         for delta in [FirstOrderHold, ZeroOrderHold, Hermite].into_iter().chain(lags(step)) {
-            let F_x = best.F_x;
             compare(InputInterpolations { delta, F_x }, &mut best);
         }
         if let FirstOrderLag(time) = best.delta {
             for factor in [0.7, 1.4, 0.84, 1.19] {
-                let F_x = best.F_x;
                 compare(InputInterpolations { delta: FirstOrderLag(factor * time), F_x }, &mut best);
             }
         }
         let delta = best.delta;
-        for &F_x in [FirstOrderHold, ZeroOrderHold, delta].iter().chain(forces) {
-            compare(InputInterpolations { delta, F_x }, &mut best);
+        for &force in [FirstOrderHold, ZeroOrderHold, delta].iter().chain(forces) {
+            compare(InputInterpolations { delta, F_x: force }, &mut best);
         }
-        if best.F_x == before.F_x {
+        if best.F_x == F_x {
             return best;
         }
     }

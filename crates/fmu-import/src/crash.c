@@ -338,7 +338,6 @@ void trackside_adopt_process(void) {
     if (trackside_guarded) trackside_guarded = getpid();
 }
 
-/* From here on this process ends by `trackside_leave`: each other exit is taken for foreign code's. */
 static void stay(int signal) { (void)signal; }
 
 /* Writing beyond the limit of a file's size is then an error like others. By a handler, which programs that are started from here do
@@ -351,6 +350,7 @@ static void survive_file_limits(void) {
     sigaction(SIGXFSZ, &action, NULL);
 }
 
+/* From here on this process ends by `trackside_leave`: each other exit is taken for foreign code's. */
 void trackside_guard_exit(void) {
     survive_file_limits();
     trackside_watch_crashes();

@@ -5,7 +5,7 @@ use std::io::{self, BufRead as _, BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicU8;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
@@ -119,7 +119,7 @@ impl IsolatedGuest {
         self.end = Some(end);
         let _ = self.child.kill();
         let _ = self.child.wait();
-        let _: Result<(), RecvTimeoutError> = self.output.recv_timeout(LAST_WORDS);
+        let _ = self.output.recv_timeout(LAST_WORDS);
     }
 
     /// What the guest was doing when it wrote that last: bytes of its note.

@@ -20,4 +20,4 @@ pub use guest::{
     IsolatedGuest, NoAnswerReason, OutputHandler, OutputStream, connect_to_host_process, is_host_alive,
 };
 pub use memory::NOTE;
-pub use sandbox::{ProcessLimits, Sandbox, SandboxMeasure, enter_sandbox};
+pub use sandbox::{ProcessLimits, ProtectionMechanism, Sandbox, enter_sandbox};

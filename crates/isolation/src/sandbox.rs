@@ -46,53 +46,53 @@ impl Default for ProcessLimits {
     }
 }
 
-/// One wall of a sandbox, and whether it stands.
+/// One mechanism of a sandbox, and whether it holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SandboxMeasure {
+pub struct ProtectionMechanism {
     /// How the kernel calls it.
     pub name: &'static str,
     /// What it keeps a process from.
     pub protects: &'static str,
-    /// Why it does not stand on this machine.
+    /// Why it does not hold on this machine.
     pub failure: Option<String>,
 }
 
-impl SandboxMeasure {
-    /// A warning about a wall that does not stand.
+impl ProtectionMechanism {
+    /// A warning about a mechanism that does not hold.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let Self { name, protects, failure } = self;
-        failure.as_ref().map(|why| format!("the sandbox does not keep it from {protects} ({name}: {why})"))
+        failure.as_ref().map(|why| format!("{name} is missing, which keeps it from {protects}: {why}"))
     }
 }
 
-/// Shuts this process in, for good, with the processes that it starts; the walls of which that is made. It has to have one thread. Where the
+/// Shuts this process in, for good, with the processes that it starts; the mechanisms of which that is made. It has to have one thread. Where the
 /// kernel has namespaces for processes, this goes on in a process that it started, and the process that called waits for the end of that one and
 /// ends as it does.
 #[must_use]
-pub fn enter_sandbox(sandbox: &Sandbox) -> Vec<SandboxMeasure> {
+pub fn enter_sandbox(sandbox: &Sandbox) -> Vec<ProtectionMechanism> {
     #[cfg(target_os = "linux")]
     {
-        let mut measures = namespaces::enter_namespaces(sandbox);
-        measures.extend(limits::limit_process(&sandbox.limits));
-        measures.push(files::restrict_files(sandbox));
-        measures.push(system_calls::restrict_system_calls());
-        measures
+        let mut mechanisms = namespaces::enter_namespaces(sandbox);
+        mechanisms.extend(limits::limit_process(&sandbox.limits));
+        mechanisms.push(files::restrict_files(sandbox));
+        mechanisms.push(system_calls::restrict_system_calls());
+        mechanisms
     }
     #[cfg(not(target_os = "linux"))]
     {
         let _ = sandbox;
         let failure = Some("it is for Linux".to_owned());
-        vec![SandboxMeasure { name: "sandbox", protects: "what you may do", failure }]
+        vec![ProtectionMechanism { name: "sandbox", protects: "what you may do", failure }]
     }
 }
 
-/// A wall that was set up, or was not.
+/// A mechanism with the outcome of its set-up.
 #[cfg(target_os = "linux")]
-fn measure<E: std::fmt::Display>(
+fn mechanism<E: std::fmt::Display>(
     name: &'static str,
     protects: &'static str,
     outcome: Result<(), E>,
-) -> SandboxMeasure {
-    SandboxMeasure { name, protects, failure: outcome.err().map(|error| error.to_string()) }
+) -> ProtectionMechanism {
+    ProtectionMechanism { name, protects, failure: outcome.err().map(|error| error.to_string()) }
 }

@@ -72,12 +72,13 @@ fn guest() -> IsolatedGuest {
 /// As the user of now, and as nobody where that is root.
 fn nothing_leaves_the_sandbox() {
     let root = rustix::process::getuid().is_root();
-    for user in [None, root.then_some(65534)].into_iter().take(1 + usize::from(root)) {
+    let users = if root { vec![None, Some(65534)] } else { vec![None] };
+    for user in users {
         let probe::ProbeReport { missing, attempts, changes } = probe::run_probe(user).expect("a probe");
         let succeeded: Vec<&str> =
             attempts.iter().filter(|it| it.succeeded).map(|it| it.name.as_str()).collect();
         assert!(attempts.len() > 200, "{}", attempts.len());
-        // A machine that lacks a wall says so; what then succeeds is told, and no fault of this program.
+        // A machine that lacks a mechanism says so; what then succeeds is told, and no fault of this program.
         assert!(!missing.is_empty() || succeeded.is_empty(), "{user:?}: {succeeded:#?}");
         assert!(!missing.is_empty() || changes.is_empty(), "{user:?}: {changes:#?}");
     }

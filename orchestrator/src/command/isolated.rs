@@ -27,15 +27,16 @@ pub fn run_isolated_command(arguments: &IsolatedArguments) -> Result<u8, Error> 
     cosim::node::serve_host_process(arguments.host).map(|()| 0)
 }
 
-/// One line for each wall of the sandbox that this process then is in.
+/// One line for each mechanism of the sandbox that this process then is in.
 fn print_sandbox() {
-    let walls = isolation::enter_sandbox(&isolation::Sandbox::default());
+    let mechanisms = isolation::enter_sandbox(&isolation::Sandbox::default());
     fmu_import::adopt_forked_process();
-    let width = walls.iter().map(|wall| wall.name.len()).max().unwrap_or(0);
-    let line = |wall: &isolation::SandboxMeasure| {
-        let state = wall.failure.as_ref().map_or_else(|| "holds".to_owned(), |why| format!("MISSING: {why}"));
-        format!("  {:width$}  keeps it from {}: {state}\n", wall.name, wall.protects)
+    let width = mechanisms.iter().map(|mechanism| mechanism.name.len()).max().unwrap_or(0);
+    let line = |mechanism: &isolation::ProtectionMechanism| {
+        let state =
+            mechanism.failure.as_ref().map_or_else(|| "holds".to_owned(), |why| format!("MISSING: {why}"));
+        format!("  {:width$}  keeps it from {}: {state}\n", mechanism.name, mechanism.protects)
     };
-    let lines: String = walls.iter().map(line).collect();
+    let lines: String = mechanisms.iter().map(line).collect();
     print_text(&format!("the sandbox of an isolated FMU on this machine\n{lines}"));
 }

@@ -73,10 +73,11 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
     }
     let mut taken = RemovedDelays::default();
     // So late that to first order nothing is seen of it.
-    if let Some(late) = ResampledChannels::from_log(case).and_then(|motion| behind_yaw_rate(&motion)) {
-        taken.remove_delay(case, A_Y_DELAY, late);
-    } else if let Some((cause, late)) = kinematic_delay(case) {
-        taken.remove_delay(case, cause, late);
+    if let Some(motion) = ResampledChannels::from_log(case) {
+        let late = behind_yaw_rate(&motion).map(|late| (A_Y_DELAY, late));
+        if let Some((cause, late)) = late.or_else(|| kinematic_delay(case, &motion)) {
+            taken.remove_delay(case, cause, late);
+        }
     }
     let mut rounds = 0;
     let (mut measured, mut found) = loop {
@@ -134,12 +135,9 @@ pub(crate) fn check_sensor_errors(case: &mut ExaminedLog) {
 
 /// The delay that the motion of a rigid body alone tells before any other error, with its index in [`LOG_ERRORS`] and its value [s].
 /// Tires, downforce and steering have no part in it. Only other delays may be rivals: which channel is off, most clocks say later.
-fn kinematic_delay(case: &mut ExaminedLog) -> Option<(usize, f64)> {
-    let motion = ResampledChannels::from_log(case)?;
-    let terms = SmoothedSignals::new(&motion, 1.0).ok()?;
-    let mut body = terms.all_normal_equations(case, &[]);
-    body.retain(|it| it.relation == MotionRelation::RigidBody);
-    let found = select_errors_stepwise(&body, 1.0, &RemovedDelays::default())?;
+fn kinematic_delay(case: &ExaminedLog, motion: &ResampledChannels) -> Option<(usize, f64)> {
+    let body = SmoothedSignals::new(motion, 1.0).ok()?.rigid_body_normal_equations(case)?;
+    let found = select_errors_stepwise(&[body], 1.0, &RemovedDelays::default())?;
     let (cause, at) = (found.causes[0], found.before);
     let is_delay = |cause: usize| LOG_ERRORS[cause].describe().kind == ErrorKind::Delay;
     let is_clock = is_delay(cause) && found.rivals[0].iter().all(|rival| is_delay(*rival));

@@ -8,11 +8,12 @@ use landlock::{
     RulesetCreatedAttr as _, RulesetError, RulesetStatus, Scope, path_beneath_rules,
 };
 
-use super::{Sandbox, SandboxMeasure, measure};
+use super::{ProtectionMechanism, Sandbox, mechanism};
 
-/// What programs and libraries of the system need: code, settings, and what the kernel says about this process.
-pub(super) const SYSTEM: [&str; 9] =
-    ["/usr", "/lib", "/lib64", "/bin", "/sbin", "/opt", "/etc", "/proc", "/sys"];
+/// Code of the system.
+pub(super) const CODE: [&str; 6] = ["/usr", "/lib", "/lib64", "/bin", "/sbin", "/opt"];
+/// What programs ask for besides: settings, and what the kernel says about this process.
+const INFORMATION: [&str; 3] = ["/etc", "/proc", "/sys"];
 pub(super) const DEVICES: [&str; 5] = ["/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"];
 /// Where named semaphores and shared memory of a process live.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
@@ -26,17 +27,17 @@ pub(super) fn library_folders() -> Vec<PathBuf> {
     env::split_paths(&libraries).filter(|path| path.is_absolute()).collect()
 }
 
-pub(super) fn restrict_files(sandbox: &Sandbox) -> SandboxMeasure {
+pub(super) fn restrict_files(sandbox: &Sandbox) -> ProtectionMechanism {
     let outcome = apply_rules(sandbox).map_err(|error| error.to_string()).and_then(|status| match status {
         RulesetStatus::FullyEnforced => Ok(()),
         RulesetStatus::PartiallyEnforced => Err("the kernel knows a part of it".to_owned()),
         RulesetStatus::NotEnforced => Err("the kernel does not know it".to_owned()),
     });
-    measure("Landlock", "files, TCP and abstract sockets of others", outcome)
+    mechanism("Landlock", "files, TCP and abstract sockets of others", outcome)
 }
 
 fn apply_rules(sandbox: &Sandbox) -> Result<RulesetStatus, RulesetError> {
-    let read = SYSTEM.iter().map(PathBuf::from).chain(library_folders());
+    let read = CODE.iter().chain(&INFORMATION).map(PathBuf::from).chain(library_folders());
     let read = read.chain(sandbox.read.iter().cloned());
     let write = DEVICES.iter().copied().chain(super::is_in_own_namespaces().then_some(SHARED_MEMORY));
     let write = write.map(PathBuf::from).chain(sandbox.write.iter().cloned());

@@ -8,9 +8,9 @@ use rustix::thread::{
     set_capabilities, set_no_new_privs,
 };
 
-use super::{ProcessLimits, SandboxMeasure, measure};
+use super::{ProcessLimits, ProtectionMechanism, mechanism};
 
-pub(super) fn limit_process(limits: &ProcessLimits) -> Vec<SandboxMeasure> {
+pub(super) fn limit_process(limits: &ProcessLimits) -> Vec<ProtectionMechanism> {
     let ProcessLimits { memory, processes, file_size } = *limits;
     let limit = |resource, most| {
         let most = Some(most);
@@ -21,11 +21,11 @@ pub(super) fn limit_process(limits: &ProcessLimits) -> Vec<SandboxMeasure> {
         false => Ok(()),
     });
     vec![
-        measure("RLIMIT_DATA", "memory without end", limit(Resource::Data, memory)),
-        measure("RLIMIT_NPROC", "processes without end", count),
-        measure("RLIMIT_FSIZE", "files without end", limit(Resource::Fsize, file_size)),
-        measure("RLIMIT_CORE", "leaving its memory as a file", limit(Resource::Core, 0)),
-        measure("capabilities", "rights of the superuser", drop_capabilities()),
+        mechanism("RLIMIT_DATA", "memory without end", limit(Resource::Data, memory)),
+        mechanism("RLIMIT_NPROC", "processes without end", count),
+        mechanism("RLIMIT_FSIZE", "files without end", limit(Resource::Fsize, file_size)),
+        mechanism("RLIMIT_CORE", "leaving its memory as a file", limit(Resource::Core, 0)),
+        mechanism("capabilities", "rights of the superuser", drop_capabilities()),
     ]
 }
 

@@ -13,7 +13,7 @@ use rustix::process::{
 };
 use rustix::thread::UnshareFlags;
 
-use super::{Sandbox, SandboxMeasure, measure, root, state};
+use super::{ProtectionMechanism, Sandbox, mechanism, root, state};
 
 const SPACES: UnshareFlags = UnshareFlags::NEWUSER
     .union(UnshareFlags::NEWNS)
@@ -24,40 +24,31 @@ const SPACES: UnshareFlags = UnshareFlags::NEWUSER
     .union(UnshareFlags::NEWCGROUP);
 
 /// Only the process that goes on returns.
-pub(super) fn enter_namespaces(sandbox: &Sandbox) -> Vec<SandboxMeasure> {
+pub(super) fn enter_namespaces(sandbox: &Sandbox) -> Vec<ProtectionMechanism> {
     // That of the host is a session of its own already when it leads one.
     let session = match setsid() {
         Err(error) if rustix::process::getsid(None) != Ok(rustix::process::getpid()) => Err(error),
         _ => Ok(()),
     };
-    let mut measures = vec![
-        measure("session", "keys and signals of your terminal", session),
-        measure("descriptors", "files that other programs left open", close_other_descriptors()),
+    let mut mechanisms = vec![
+        mechanism("session", "keys and signals of your terminal", session),
+        mechanism("descriptors", "files that other programs left open", close_other_descriptors()),
     ];
     let spaces = make_namespaces();
     if spaces.is_ok() {
         state::note_own_namespaces();
     }
-    let same = |name, protects| {
-        measure(
-            name,
-            protects,
-            spaces.as_ref().map(|_| ()).map_err(|error| Error::new(error.kind(), error.to_string())),
-        )
-    };
-    measures.extend([
+    let same = |name, protects| mechanism(name, protects, spaces.as_ref().copied());
+    mechanisms.extend([
         same("user namespace", "rights that you have"),
         same("PID namespace", "other processes, and outliving the run"),
         same("IPC namespace", "shared memory and queues of others"),
         same("network namespace", "the network"),
         same("UTS namespace", "the name of the host"),
     ]);
-    let root = match &spaces {
-        Ok(()) => root::enter_own_root(sandbox),
-        Err(error) => Err(Error::new(error.kind(), error.to_string())),
-    };
-    measures.push(measure("mount namespace", "sockets and attributes of files of others", root));
-    measures
+    let root = spaces.and_then(|()| root::enter_own_root(sandbox));
+    mechanisms.push(mechanism("mount namespace", "sockets and attributes of files of others", root));
+    mechanisms
 }
 
 /// All but standard input, output and error.

@@ -5,7 +5,7 @@ use std::ffi::CString;
 use std::fs;
 use std::io::{self, Error};
 use std::os::unix::ffi::OsStrExt as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use rustix::mount::{
     MountFlags, MountPropagationFlags, UnmountFlags, mount, mount_bind_recursive, mount_change,
@@ -14,15 +14,13 @@ use rustix::mount::{
 use rustix::process::{chdir, pivot_root};
 
 use super::Sandbox;
-use super::files::{DEVICES, SHARED_MEMORY, library_folders};
+use super::files::{CODE, DEVICES, SHARED_MEMORY, library_folders};
 
 /// A folder of every system, on which the new root lies until it is the root.
 const PLACE: &str = "/tmp";
 /// The old root while the new one is built.
 const OLD: &str = "/.old";
 
-/// Code of the system.
-const CODE: [&str; 6] = ["/usr", "/lib", "/lib64", "/bin", "/sbin", "/opt"];
 /// Settings that libraries ask for: none of them has a secret.
 const SETTINGS: [&str; 14] = [
     "/etc/alternatives",
@@ -61,6 +59,9 @@ pub(super) fn enter_own_root(sandbox: &Sandbox) -> io::Result<()> {
     fs::create_dir(&old)?;
     pivot_root(PLACE, &old)?;
     chdir("/")?;
+    // Before the files, which may lie in the folder of that name.
+    fs::create_dir_all(SHARED_MEMORY)?;
+    mount("tmpfs", SHARED_MEMORY, "tmpfs", plain, c"size=256m,mode=1777")?;
     let code = CODE.iter().map(PathBuf::from).chain(library_folders());
     let settings = SETTINGS.iter().copied().chain([PROCESSORS]).map(PathBuf::from);
     for path in code.chain(settings).chain(sandbox.read.iter().cloned()) {
@@ -68,8 +69,6 @@ pub(super) fn enter_own_root(sandbox: &Sandbox) -> io::Result<()> {
     }
     DEVICES.iter().try_for_each(|path| show(Path::new(path), MountAccess::Device))?;
     sandbox.write.iter().try_for_each(|path| show(path, MountAccess::Write))?;
-    fs::create_dir_all(SHARED_MEMORY)?;
-    mount("tmpfs", SHARED_MEMORY, "tmpfs", plain, c"size=256m,mode=1777")?;
     fs::create_dir("/proc")?;
     mount("proc", "/proc", "proc", plain | MountFlags::NOEXEC, None::<&std::ffi::CStr>)?;
     fs::create_dir_all(PLACE)?;
@@ -91,7 +90,14 @@ fn show(path: &Path, access: MountAccess) -> io::Result<()> {
     let mut done = PathBuf::from("/");
     let mut rest: Vec<_> = path.components().skip(1).collect();
     rest.reverse();
-    while let Some(name) = rest.pop() {
+    while let Some(part) = rest.pop() {
+        let Component::Normal(name) = part else {
+            // Links were followed up to here, so `..` leads back.
+            if part == Component::ParentDir {
+                done.pop();
+            }
+            continue;
+        };
         let next = done.join(name);
         let Ok(found) = old_path(&next).symlink_metadata() else { return Ok(()) };
         if found.is_symlink() {
@@ -101,7 +107,7 @@ fn show(path: &Path, access: MountAccess) -> io::Result<()> {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 made => made?,
             }
-            let there = rest.iter().rev().fold(normal(&done.join(target)), |path, name| path.join(name));
+            let there = rest.iter().rev().fold(done.join(target), |path, part| path.join(part));
             return show(&there, access);
         }
         if next.symlink_metadata().is_err() {
@@ -118,19 +124,6 @@ fn show(path: &Path, access: MountAccess) -> io::Result<()> {
     }
     mount_bind_recursive(old_path(&done), &done)?;
     restrict_mount(&done, access)
-}
-
-/// A path without `.` and `..`, which lead nowhere else where links were followed before.
-fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in path.components() {
-        match part {
-            std::path::Component::ParentDir => drop(normal.pop()),
-            std::path::Component::CurDir => {}
-            other => normal.push(other),
-        }
-    }
-    normal
 }
 
 /// Sets what may be done with a mount and all below it.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use isolation::{
-    ChannelPacket, IsolatedGuest, Sandbox, SandboxMeasure, connect_to_host_process, enter_sandbox,
+    ChannelPacket, IsolatedGuest, ProtectionMechanism, Sandbox, connect_to_host_process, enter_sandbox,
     is_host_alive,
 };
 use libc::{c_long, c_ulong};
@@ -63,7 +63,7 @@ impl Outside {
             fs::create_dir_all(folder.join("inner"))?;
             fs::write(folder.join("file"), CONTENT)?;
             fs::write(folder.join("script"), "#!/bin/sh\nexit 0\n")?;
-            // Whoever the probe is, these are no walls.
+            // Whoever the probe is, rights of files do not stop it.
             for (path, mode) in [("", 0o777), ("inner", 0o777), ("file", 0o666), ("script", 0o777)] {
                 fs::set_permissions(folder.join(path), fs::Permissions::from_mode(mode))?;
             }
@@ -619,7 +619,7 @@ fn try_rights(attempts: &mut Attempts) {
 
 /// What a probe found.
 pub struct ProbeReport {
-    /// Walls that this machine lacks.
+    /// Mechanisms that this machine lacks.
     pub missing: Vec<String>,
     pub attempts: Vec<Attempt>,
     /// What it changed outside.
@@ -670,8 +670,9 @@ pub fn serve_as_probe(mut words: impl Iterator<Item = String>) {
         let answer = match packet.bytes.as_slice() {
             b"enter" => {
                 let write = vec![scratch.clone()];
-                let walls = enter_sandbox(&Sandbox { write, ..Sandbox::default() });
-                let missing: Vec<String> = walls.iter().filter_map(SandboxMeasure::warning).collect();
+                let mechanisms = enter_sandbox(&Sandbox { write, ..Sandbox::default() });
+                let missing: Vec<String> =
+                    mechanisms.iter().filter_map(ProtectionMechanism::warning).collect();
                 serde_json::to_vec(&missing)
             }
             b"try" => serde_json::to_vec(&try_everything(&targets, &scratch)),

@@ -5,7 +5,7 @@ use std::path::Path;
 use diagnostics::{Error, ErrorCollector, Spanned};
 use fmu_import::sha256_hex;
 
-use crate::document::{Analysis, Scenario};
+use crate::document::Scenario;
 
 /// Whether all scripts and plugins of analyses may run; those that may not are mistakes. `is_archive_trusted` lets those out of archives run.
 pub(super) fn is_all_code_trusted(
@@ -14,13 +14,10 @@ pub(super) fn is_all_code_trusted(
     mistakes: &mut ErrorCollector,
 ) -> bool {
     let foreign = |word: &&Spanned<String>| !is_archive_trusted && scenario.source.is_archived(word.span());
-    let code = |analysis: &'_ Analysis| [analysis.python.clone(), analysis.path.clone()];
-    let words: Vec<Spanned<String>> = scenario.document.analysis.iter().flat_map(code).flatten().collect();
-    let refused: Vec<Error> =
-        words.iter().filter(foreign).filter_map(|word| refuse_unknown_code(scenario, word).err()).collect();
-    let is_trusted = refused.is_empty();
-    refused.into_iter().for_each(|error| mistakes.push(error));
-    is_trusted
+    let analyses = scenario.document.analysis.iter();
+    let words = analyses.flat_map(|analysis| [&analysis.python, &analysis.path]).flatten();
+    let trusted = words.filter(foreign).map(|word| refuse_unknown_code(scenario, word));
+    mistakes.ok_or_record(ErrorCollector::collect_all(trusted)).is_some()
 }
 
 /// Lets code out of an archive pass whose hash stands in `[trust]` of a scenario that is in none.
@@ -38,11 +35,10 @@ fn refuse_unknown_code(scenario: &Scenario, word: &Spanned<String>) -> Result<()
             Err(scenario.error_at(expected, message).with_help("look at the file again: it was changed"))
         }
         None => {
-            let message =
-                format!("`{}` is code out of an archive, which does not run unasked", word.get_ref());
+            let name = word.get_ref();
+            let message = format!("`{name}` is code out of an archive, which does not run unasked");
             let help = format!(
-                "look at it, then `--trust` lets the code of the archive run; in a scenario that extends it, `[trust]` with `\"{}\" = \"{hash}\"` lets this file run",
-                word.get_ref()
+                "look at it, then `--trust` lets the code of the archive run; in a scenario that extends it, `[trust]` with `\"{name}\" = \"{hash}\"` lets this file run"
             );
             Err(scenario.error_at(word, message).with_help(help))
         }

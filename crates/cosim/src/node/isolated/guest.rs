@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use diagnostics::{Error, print_to_stderr};
 use fmu_import::{CallError, Fmu, FmuMessage, MessageLevel, OpenError};
-use isolation::{ChannelPacket, ProcessChannel, SandboxMeasure};
+use isolation::{ChannelPacket, ProcessChannel, ProtectionMechanism};
 
 use super::protocol::{
     GuestCommand, GuestCommandOutcome, GuestRequest, GuestResponse, IsolatedNodeSetup, NonNumericValues,
@@ -199,9 +199,9 @@ impl ServedNode {
 /// Makes the node, in a sandbox if it is to be in one.
 fn open_node(setup: IsolatedNodeSetup) -> Result<(ServedNode, GuestCommandOutcome), FmuRefusal> {
     let early = |error: OpenError| FmuRefusal::Early(CallError::new("opening", error.to_string()));
-    let walls = setup.sandbox.as_ref().map(isolation::enter_sandbox).unwrap_or_default();
+    let mechanisms = setup.sandbox.as_ref().map(isolation::enter_sandbox).unwrap_or_default();
     fmu_import::adopt_forked_process();
-    let lacks = walls.iter().filter_map(SandboxMeasure::warning).collect();
+    let lacks = mechanisms.iter().filter_map(ProtectionMechanism::warning).collect();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let VariableGroups { numbers, texts } = &setup.outputs;
     let exact = numbers.iter().filter(|group| group.is_int64());

@@ -57,15 +57,26 @@ impl SmoothedSignals {
         known: &[(usize, f64)],
         wanted: impl Fn(usize) -> bool,
     ) -> Vec<RelationNormalEquations> {
-        let top = quantile(self.v_x[0].iter().copied(), 0.95);
-        // Slow turns tell lengths and scales best.
-        let moves = |(k, v_x): (usize, &f64)| *v_x > SLOWEST * top && wanted(k);
-        let moves: Vec<bool> = self.v_x[0].iter().enumerate().map(moves).collect();
-        let split = assign_rows_to_blocks(&moves);
+        let split = self.split_into_blocks(wanted);
         RELATIONS
             .into_iter()
             .filter_map(|relation| self.relation_normal_equations(case, relation, &split, known))
             .collect()
+    }
+
+    /// Those of the motion of a rigid body alone, in all rows.
+    pub fn rigid_body_normal_equations(&self, case: &ExaminedLog) -> Option<RelationNormalEquations> {
+        let split = self.split_into_blocks(|_| true);
+        self.relation_normal_equations(case, MotionRelation::RigidBody, &split, &[])
+    }
+
+    /// The block of each row that is wanted and in which the car drives.
+    fn split_into_blocks(&self, wanted: impl Fn(usize) -> bool) -> Vec<Option<usize>> {
+        let top = quantile(self.v_x[0].iter().copied(), 0.95);
+        // Slow turns tell lengths and scales best.
+        let moves = |(k, v_x): (usize, &f64)| *v_x > SLOWEST * top && wanted(k);
+        let moves: Vec<bool> = self.v_x[0].iter().enumerate().map(moves).collect();
+        assign_rows_to_blocks(&moves)
     }
 
     fn relation_normal_equations(
