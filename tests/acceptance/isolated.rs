@@ -334,6 +334,8 @@ fn words_without_isolation_are_refused() {
         ("on_failure = \"hold\"", "`on_failure` is for an FMU in a process of its own"),
         ("call_limit = 1.0", "add `isolate = true`"),
         ("isolate = false\nsandbox = true", "`sandbox` is for an FMU in a process of its own"),
+        ("memory_limit = 1", "`memory_limit` is for an FMU in a process of its own"),
+        ("isolate = true\nsandbox = false\nfile_limit = 1", "`file_limit` is for an FMU in a sandbox"),
         ("isolate = true\ncall_limit = 0.0", "expected a time above 0 s, found 0 s"),
         ("isolate = true\ncall_limit = nan", "expected a time above 0 s, found NaN s"),
         ("isolate = true\nmay_read = ['nowhere']", "cannot read"),

@@ -38,7 +38,7 @@ pub struct FmuProcessOptions {
 }
 
 /// What may be behind a failure that the FMU does not have elsewhere.
-const SANDBOXED: &str = "; it is isolated, in a sandbox: with `isolate = true`, `may_read` adds files that it may read, and `sandbox = false` lets it out";
+const SANDBOXED: &str = "; it is isolated, in a sandbox: with `isolate = true`, `may_read` adds files that it may read, `memory_limit` is the memory that it may have, and `sandbox = false` lets it out";
 
 /// An FMU in a process of its own, as a node.
 pub(super) struct IsolatedNode {

@@ -37,17 +37,22 @@ pub(super) fn fmu_isolation(
         IsolationPolicy::Foreign => node.package.is_none(),
         IsolationPolicy::Everything => true,
     });
+    let limits = [
+        ("memory_limit", &node.memory_limit),
+        ("process_limit", &node.process_limit),
+        ("file_limit", &node.file_limit),
+    ];
+    let limits = limits.map(|(key, word)| (key, word.as_ref().map(|word| word.span())));
     if written != Some(true) {
         let spans = [
             ("on_failure", node.on_failure.as_ref().map(|word| word.span())),
             ("call_limit", node.call_limit.as_ref().map(|word| word.span())),
             ("sandbox", node.sandbox.as_ref().map(|word| word.span())),
             ("may_read", node.may_read.first().map(|word| word.span())),
-            ("memory_limit", node.memory_limit.as_ref().map(|word| word.span())),
-            ("process_limit", node.process_limit.as_ref().map(|word| word.span())),
-            ("file_limit", node.file_limit.as_ref().map(|word| word.span())),
         ];
-        for (key, span) in spans.into_iter().filter_map(|(key, span)| Some((key, span?))) {
+        for (key, span) in
+            spans.into_iter().chain(limits.clone()).filter_map(|(key, span)| Some((key, span?)))
+        {
             let message = format!("`{key}` is for an FMU in a process of its own");
             let error = scenario.source.error_at(span, message, "");
             mistakes.push(error.with_help("add `isolate = true`"));
@@ -71,6 +76,13 @@ pub(super) fn fmu_isolation(
     let mut may_read: Vec<_> =
         node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
     let sandbox = node.sandbox.as_ref().is_none_or(|word| *word.get_ref());
+    if written == Some(true) && !sandbox {
+        for (key, span) in limits.into_iter().filter_map(|(key, span)| Some((key, span?))) {
+            let message =
+                format!("`{key}` is for an FMU in a sandbox, and `sandbox = false` lets this one out");
+            mistakes.push(scenario.source.error_at(span, message, "").with_help("leave out one of both"));
+        }
+    }
     let through_wine = is_isolated.then(|| fmu.wine_platform()).flatten();
     if let Some((platform, word)) = through_wine.as_ref().zip(node.isolate.as_ref()).filter(|_| sandbox) {
         let message =
