@@ -22,6 +22,8 @@ tests! {
     #[cfg(feature = "rerun")]
     only_equal_runs_give_equal_replays: Python,
     #[cfg(feature = "rerun")]
+    the_replay_of_a_wide_run_has_what_its_view_and_checks_need: Python,
+    #[cfg(feature = "rerun")]
     the_replay_shows_the_result_of_an_identification: Python,
     a_killed_run_leaves_a_recoverable_recording_and_no_report,
     a_file_other_than_a_recording_is_not_recovered,
@@ -51,6 +53,42 @@ fn the_viewer_loads_the_replay_without_warnings() {
     assert!(size <= 8_000_000, "{size} bytes");
     rerun(python, &["rrd", "verify"], &replay).expect(0);
     rerun(python, &["--test-receive", "--headless", "--port", "auto"], &replay).expect(0);
+}
+
+#[cfg(feature = "rerun")]
+fn the_replay_of_a_wide_run_has_what_its_view_and_checks_need() {
+    let python = python();
+    let lab = Lab::new();
+    let names: Vec<String> = (1..=450).map(|number| format!("c{number}")).collect();
+    let row = |time: f64| {
+        format!("{time},{}\n", names.iter().map(|_| time.to_string()).collect::<Vec<_>>().join(","))
+    };
+    lab.write("wide.csv", format!("t,{}\n{}{}", names.join(","), row(0.0), row(1.0)));
+    let columns: Vec<String> =
+        names.iter().map(|name| format!("{name} = {{ column = \"{name}\" }}")).collect();
+    let entities = |name: &str, view: &str| -> Vec<String> {
+        let scenario = Scenario::new()
+            .time(0.1, 1.0)
+            .table("wide", "wide.csv", &columns.join(", "))
+            .check("small", "wide.c450 < 2")
+            .section(view);
+        lab.write(&format!("{name}.toml"), scenario.text());
+        lab.trackside(&["run", &format!("{name}.toml"), "--out", name]).expect(0);
+        let replay = lab.path(&format!("{name}/run.rrd"));
+        let output = rerun(python, &["rrd", "stats"], std::slice::from_ref(&replay)).expect(0).stdout;
+        let card = python.run("document.py", &[replay.as_os_str(), "/run".as_ref()]).stdout;
+        assert!(card.contains("of 450"), "{card}");
+        let has = |name: &&String| {
+            output.split_whitespace().any(|word| word.ends_with(&format!("/outputs/{name}:")))
+        };
+        names.iter().filter(has).cloned().collect()
+    };
+    let usual = entities("usual", "");
+    assert_eq!((usual.len(), usual[0].as_str(), usual[400].as_str()), (401, "c1", "c450"));
+    let plot = "[[view.plot]]\ntitle = \"some\"\nsignals = [{ signal = \"wide.c7\" }]";
+    assert_eq!(entities("plot", plot), ["c7", "c450"]);
+    let named = format!("[view]\nsignals = [\"wide.c44*\"]\n{plot}");
+    assert_eq!(entities("named", &named).len(), 13);
 }
 
 #[cfg(feature = "rerun")]

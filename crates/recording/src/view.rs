@@ -23,6 +23,8 @@ pub struct ReplayView {
     pub xy_plots: Vec<XyPlot>,
     /// The time plots, from top to bottom.
     pub plots: Vec<TimePlot>,
+    /// The signals that have curves of their own, also outside of plots, in the order of the row.
+    pub signals: Vec<NumberIndex<RecordedVariables>>,
     /// Limits of checks, to be drawn in the plots of their signals.
     pub limits: Vec<PlotLimit>,
     /// The nodes and their connections, in a run with several nodes.
@@ -68,6 +70,14 @@ pub enum RowQuantity {
 }
 
 impl RowQuantity {
+    /// The columns that it depends on.
+    fn number_indices(&self) -> Vec<NumberIndex<RecordedVariables>> {
+        match self {
+            RowQuantity::Column(column) => vec![*column],
+            RowQuantity::Formula(formula) => formula.number_indices(),
+        }
+    }
+
     /// Whether it is this column as it is.
     #[must_use]
     pub fn is_column(&self, column: NumberIndex<RecordedVariables>) -> bool {
@@ -85,6 +95,18 @@ impl RowQuantity {
 }
 
 impl ReplayView {
+    /// The columns that poses, arrows, diagrams and plots show, some of them repeatedly.
+    #[must_use]
+    pub fn shown_columns(&self) -> Vec<NumberIndex<RecordedVariables>> {
+        let pose =
+            self.pose.iter().flat_map(|it| [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed]);
+        let arrows = self.arrows.iter().flat_map(|it| it.vector.iter().chain([&it.turn]).flatten());
+        let points = self.xy_plots.iter().flat_map(|it| &it.points).flat_map(|it| &it.coordinates);
+        let series = self.plots.iter().flat_map(|it| &it.series).map(|it| &it.quantity);
+        let quantities = arrows.chain(points).chain(series).flat_map(RowQuantity::number_indices);
+        pose.flatten().chain(quantities).collect()
+    }
+
     /// The layout for a run without these columns; plots stay, if need be without a curve.
     #[must_use]
     pub fn without_columns(&self, lacks: &[NumberIndex<RecordedVariables>]) -> ReplayView {
@@ -98,6 +120,7 @@ impl ReplayView {
             !columns.into_iter().flatten().any(|column| lacks.contains(&column))
         };
         view.pose = view.pose.filter(whole);
+        view.signals.retain(|column| !lacks.contains(column));
         view.distance = view.distance.filter(|it| match it {
             DistanceSource::Given(quantity) | DistanceSource::Driven(quantity) => has(quantity),
             DistanceSource::Along(position) => !position.iter().any(|column| lacks.contains(column)),

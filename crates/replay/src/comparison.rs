@@ -239,7 +239,10 @@ fn common_view(
     notes: &mut Vec<String>,
 ) -> ReplayView {
     let columns = || header.columns.number_columns();
-    let usual = || ReplayView { plots: plots_by_unit(columns()), ..ReplayView::default() };
+    let usual = || {
+        let view = ReplayView { plots: plots_by_unit(columns()), ..ReplayView::default() };
+        ReplayView { signals: view.shown_columns(), ..view }
+    };
     let laid = recorded_scenario(&recordings[0])
         .and_then(|it| Ok((replay_layout(&it, header)?, it.document.view.plot.is_empty())));
     let (mut view, complete) = match laid {
@@ -254,6 +257,9 @@ fn common_view(
         let mut more = plots_by_unit(columns().filter(|(index, _)| only_b.contains(index)));
         more.iter_mut().for_each(|plot| plot.group = Some(format!("Only {name}")));
         view.plots.extend(more);
+        view.signals.extend(view.shown_columns());
+        view.signals.sort_unstable_by_key(|it| it.position());
+        view.signals.dedup();
     }
     view
 }

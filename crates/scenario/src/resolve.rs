@@ -223,7 +223,8 @@ impl RunPlan {
             warnings.extend(description_notes::coarse_step_notes(scenario, &nodes, clock));
         }
         let graph = view::node_graph(&nodes, &order, &coupling);
-        let view = ReplayView { limits: view::limits_from_checks(&checks, &recorded), graph, ..view };
+        let mut view = ReplayView { graph, ..view };
+        view::add_checks(&mut view, &checks, &recorded);
         let system = System {
             coupling,
             clock,

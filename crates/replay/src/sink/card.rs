@@ -13,6 +13,8 @@ pub(super) struct RunCard {
     step: f64,
     stop: f64,
     seed: u64,
+    /// How many signals have curves, of how many recorded ones.
+    signals: [usize; 2],
     /// The last time that was recorded [s].
     pub end: f64,
 }
@@ -25,6 +27,7 @@ impl RunCard {
             step: header.step,
             stop: header.stop,
             seed: header.seed,
+            signals: [header.view.signals.len(), header.columns.number_columns().len()],
             end: 0.0,
         }
     }
@@ -52,10 +55,14 @@ impl RunCard {
     }
 
     fn run_facts_markdown(&self, more: &str) -> String {
-        let Self { scenario, step, stop, seed, .. } = self;
+        let Self { scenario, step, stop, seed, signals: [replayed, recorded], .. } = self;
+        let signals = match recorded - replayed {
+            0 => String::new(),
+            _ => format!("| Signals | {replayed} of {recorded}; `signals` of `[view]` names more |\n"),
+        };
         format!(
             "| Scenario | {scenario} |\n|:--|:--|\n| Time | {stop} s in steps of {} ms |\n\
-             | Seed | {seed} |\n{more}",
+             | Seed | {seed} |\n{signals}{more}",
             step * 1e3
         )
     }

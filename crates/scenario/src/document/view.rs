@@ -31,6 +31,9 @@ pub struct View {
     /// Diagrams of one quantity over another.
     #[serde(default)]
     pub xy_plot: Vec<XyPlot>,
+    /// Patterns of signals that the replay has beside those of `[view]` and checks. Without them it has all signals of a run with at most 400.
+    #[schemars(example = &["plant.*"])]
+    pub signals: Option<Vec<Spanned<String>>>,
     /// Diagrams over time. Without one, each unit of each node gets a diagram.
     #[serde(default)]
     pub plot: Vec<Plot>,

@@ -15,6 +15,9 @@ use crate::document::{self, Scenario};
 /// More curves than this in one plot cannot be distinguished.
 const CURVES: usize = 8;
 
+/// Signals of a run that a replay has without being asked for more, at most: as many as an eye can look through.
+pub(super) const MOST_SIGNALS: usize = 400;
+
 /// A unit with its name; one of which only the name is known cannot be converted.
 pub(super) type UnitWithName = (Option<Unit>, String);
 
@@ -115,7 +118,8 @@ fn curve_unit_conversion(quantity: &RowQuantity, from: &Unit, to: &Unit) -> Opti
     }
 }
 
-/// Plots of all outputs among these columns, one for each unit of each node.
+/// Plots of the outputs among these columns, one for each unit of each node. Of more outputs than a replay has without being asked, each node
+/// shows its first ones, as many as any other.
 pub fn plots_by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<RecordedVariables>, &'a Column)> + Clone,
 ) -> Vec<TimePlot> {
@@ -125,8 +129,18 @@ pub fn plots_by_unit<'a>(
     for (_, column) in columns.clone() {
         *sizes.entry(&column.node).or_default() += 1;
     }
-    let outputs = columns.clone().filter(|(_, column)| column.direction == VariableDirection::Output);
-    for (index, column) in outputs {
+    let outputs = || columns.clone().filter(|(_, column)| column.direction == VariableDirection::Output);
+    let share = match outputs().count() {
+        ..=MOST_SIGNALS => MOST_SIGNALS,
+        _ => (MOST_SIGNALS / sizes.len()).max(1),
+    };
+    let mut shown = HashMap::<&str, usize>::new();
+    for (index, column) in outputs() {
+        let shown = shown.entry(&column.node).or_default();
+        if *shown == share {
+            continue;
+        }
+        *shown += 1;
         let title = name_with_unit(&column.node, column.unit.as_deref());
         let series = PlotSeries {
             quantity: RowQuantity::Column(index),

@@ -1,17 +1,20 @@
 //! Resolves `[record]`: selects the recorded variables.
 
-use diagnostics::{Error, ErrorCollector, suggest};
+use diagnostics::{Error, ErrorCollector, Spanned, suggest};
 use recording::{AllVariables, Column, Columns, RecordedSelection};
 
 use crate::document::Scenario;
 use crate::pattern::matches_wildcard;
 
-/// Finds the patterns of `[record]` that no variable fits.
-fn check_record_patterns(scenario: &Scenario, columns: &Columns<AllVariables>) -> Result<(), Error> {
+/// Finds the patterns that no variable fits.
+pub(super) fn check_variable_patterns<S>(
+    scenario: &Scenario,
+    columns: &Columns<S>,
+    patterns: &[Spanned<String>],
+) -> Result<(), Error> {
     let names: Vec<_> = columns.iter().map(Column::qualified_name).collect();
-    let except = scenario.document.record.except.iter();
     let unknown =
-        except.filter(|pattern| !names.iter().any(|name| matches_wildcard(pattern.get_ref(), name)));
+        patterns.iter().filter(|pattern| !names.iter().any(|name| matches_wildcard(pattern.get_ref(), name)));
     let errors = unknown.map(|pattern| {
         let known = names.iter().map(String::as_str);
         let unknown = suggest::unknown_name("variable", pattern.get_ref(), known);
@@ -26,8 +29,8 @@ pub(super) fn recorded_selection(
     columns: &Columns<AllVariables>,
     mistakes: &mut ErrorCollector,
 ) -> RecordedSelection {
-    mistakes.ok_or_record(check_record_patterns(scenario, columns));
     let except = &scenario.document.record.except;
+    mistakes.ok_or_record(check_variable_patterns(scenario, columns, except));
     let kept = |column: &Column| {
         !except.iter().any(|pattern| matches_wildcard(pattern.get_ref(), &column.qualified_name()))
     };

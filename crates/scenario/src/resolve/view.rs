@@ -1,5 +1,7 @@
 //! Resolves `[view]` to the layout of the replay, by columns of the recording.
 
+use std::collections::HashSet;
+
 use assessment::{CheckCondition, CheckPlan};
 use cosim::system::{CouplingPlan, NodePlan};
 use diagnostics::{Error, ErrorCollector, Spanned};
@@ -9,12 +11,16 @@ use recording::view::{
     BodyArrow, DistanceSource, GraphNode, NodeGraph, PlotLimit, PoseColumns, ReplayView, RowQuantity,
     TrackEdges, XyPlot, XyPlotFunction, XyPlotPoint, road_edges,
 };
-use recording::{Column, Columns, RecordedSelection, RecordedVariables, RunHeader, VariableDirection};
+use recording::{
+    Column, Columns, NumberIndex, RecordedSelection, RecordedVariables, RunHeader, VariableDirection,
+};
 
-use super::plots::{plots_by_unit, resolve_plot};
+use super::plots::{MOST_SIGNALS, plots_by_unit, resolve_plot};
 use super::quantity::SignalScope;
+use super::record::check_variable_patterns;
 use super::signal_units::SignalUnits;
 use crate::document::{self, Scenario};
+use crate::pattern::matches_wildcard;
 
 /// A graph of more nodes shows nothing.
 const MOST_NODES: usize = 100;
@@ -57,16 +63,43 @@ pub(super) fn resolve_view(
     let plots = written.plot.iter().map(|it| resolve_plot(scenario, scope, it));
     let plots = mistakes.ok_or_record(ErrorCollector::collect_all(plots)).unwrap_or_default();
     mistakes.into_result()?;
-    Ok(ReplayView {
+    let view = ReplayView {
         distance: distance.flatten(),
         pose: pose.flatten(),
         track: track.flatten(),
         arrows: arrows.unwrap_or_default(),
         xy_plots: xy_plots.unwrap_or_default(),
         plots: if plots.is_empty() { plots_by_unit(header.columns.number_columns()) } else { plots },
+        signals: Vec::new(),
         limits: Vec::new(),
         graph: NodeGraph::default(),
-    })
+    };
+    Ok(ReplayView { signals: replayed_signals(scenario, &header.columns, &view)?, ..view })
+}
+
+/// The signals with curves of their own: those of `[view]` and those that its patterns name; without patterns all of a run that is not wide.
+///
+/// # Errors
+/// Patterns that no variable fits.
+fn replayed_signals(
+    scenario: &Scenario,
+    columns: &Columns<RecordedVariables>,
+    view: &ReplayView,
+) -> Result<Vec<NumberIndex<RecordedVariables>>, Error> {
+    let patterns = scenario.document.view.signals.as_deref();
+    check_variable_patterns(scenario, columns, patterns.unwrap_or_default())?;
+    let is_narrow = columns.number_columns().len() <= MOST_SIGNALS;
+    let shown: HashSet<usize> = view.shown_columns().iter().map(|it| it.position()).collect();
+    let is_wanted = |column: &Column| match patterns {
+        Some(patterns) => {
+            let name = column.qualified_name();
+            patterns.iter().any(|pattern| matches_wildcard(pattern.get_ref(), &name))
+        }
+        None => is_narrow,
+    };
+    let wanted = columns.number_columns();
+    let wanted = wanted.filter(|(index, column)| shown.contains(&index.position()) || is_wanted(column));
+    Ok(wanted.map(|(index, _)| index).collect())
 }
 
 /// The pose of the only node whose outputs have the usual names and units of a position and a heading on the ground, `X`, `Y` and `psi`: what
@@ -105,8 +138,20 @@ pub fn usual_pose(columns: &Columns<RecordedVariables>) -> Option<PoseColumns> {
     })
 }
 
+/// Adds the signals of checks to those with curves, and the constants that checks compare them with.
+pub fn add_checks(view: &mut ReplayView, checks: &[CheckPlan], recorded: &RecordedSelection) {
+    view.limits = limits_from_checks(checks, recorded);
+    for check in checks {
+        let CheckCondition::Run(condition) = &check.condition else { continue };
+        view.signals
+            .extend(condition.number_indices().into_iter().filter_map(|it| recorded.recorded_index(it)));
+    }
+    view.signals.sort_unstable_by_key(|it| it.position());
+    view.signals.dedup();
+}
+
 /// The constants that checks compare recorded signals with.
-pub fn limits_from_checks(checks: &[CheckPlan], recorded: &RecordedSelection) -> Vec<PlotLimit> {
+fn limits_from_checks(checks: &[CheckPlan], recorded: &RecordedSelection) -> Vec<PlotLimit> {
     let mut limits = Vec::new();
     for check in checks {
         let CheckCondition::Run(condition) = &check.condition else { continue };
