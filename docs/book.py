@@ -28,6 +28,7 @@ AROUND = {
     "README.md": "Trackside",
     "CONTRIBUTING.md": "Contributing",
     "ARCHITECTURE.md": "Architecture",
+    "RELEASING.md": "Releasing",
     "SECURITY.md": "Security",
     "CHANGELOG.md": "Changes",
     "benches/README.md": "Benchmarks",
