@@ -1,4 +1,5 @@
-# The released program, for `docker run --rm -v "$PWD:/work" trackside test /work`. The wheel is one of `dist`, made by `python/build.py`.
+# The released program, for `docker run --rm --volume "$PWD:/work" trackside`, which tests /work/scenarios, or `... trackside test /work`, which tests
+# the files of /work itself. The wheel is one of `dist`, made by `python/build.py`.
 FROM python:3.12-slim
 COPY dist/trackside-*.whl /tmp/
 RUN pip install --no-cache-dir --no-compile /tmp/trackside-*.whl && rm /tmp/trackside-*.whl \
@@ -7,4 +8,4 @@ USER trackside
 # Results go to target/runs below this folder.
 WORKDIR /work
 ENTRYPOINT ["trackside"]
-CMD ["test", "/work"]
+CMD ["test"]
