@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Build the wheel: the program, its FMUs, plugins and scenarios, and the package `trackside`.
 
-    python3 python/build.py [--out DIR] [--target TARGET]...
+    python3 python/build.py [--out DIR] [--target TARGET]... [--glibc 2.17]
 
-needs Rust, gcc and network for maturin and auditwheel, which go into an environment of their own below `target/wheel`.
+needs Rust, gcc and network for maturin, auditwheel and Zig, which go into an environment of their own below `target/wheel`.
 It prints the path of the wheel and what auditwheel says about it.
 """
 
@@ -12,6 +12,8 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -34,7 +36,8 @@ FMUS = {
 }
 # Libraries that the program loads: an analysis, and what `trackside pack --fmu` puts into an archive.
 PLUGINS = ["identify", "python-fmu", "system-fmu"]
-TOOLS = ["maturin==1.16.0", "auditwheel==6.8.2"]
+# Zig links against the symbols of an old glibc; cargo-zigbuild translates the linker's arguments for it.
+TOOLS = ["maturin==1.16.0", "auditwheel==6.8.2", "cargo-zigbuild==0.24.1", "ziglang==0.17.1"]
 
 
 def main() -> None:
@@ -43,15 +46,18 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=WORK / "dist", help="folder for the wheel (default: %(default)s)")
     words = "also put libraries for this target of Rust into the FMUs, e.g. x86_64-pc-windows-gnu"
     parser.add_argument("--target", action="append", default=[], help=words)
+    words = "have Zig link for a glibc as old as this, e.g. 2.17; without it gcc links for that of this machine"
+    parser.add_argument("--glibc", help=words)
     arguments = parser.parse_args()
     out = arguments.out.resolve()
+    tools = tools_folder()
+    zig = compilers(tools, arguments.glibc) if arguments.glibc else {}
     build = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "wheel-build"
-    environment = environment_of_builds(build)
+    environment = environment_of_builds(build) | zig
     packages = ["orchestrator", *FMUS, *PLUGINS]
     names = [word for package in packages for word in ("--package", package)]
     run(["cargo", "build", "--release", "--locked", "--features", "orchestrator/portable", *names], environment)
     gather(build / "release", environment, arguments.target)
-    tools = tools_folder()
     out.mkdir(parents=True, exist_ok=True)
     before = set(out.glob("*.whl"))
     run([tools / "maturin", "build", "--release", "--out", out], environment, ROOT / "python")
@@ -60,6 +66,8 @@ def main() -> None:
         sys.exit(f"expected a wheel in {out}, found {sorted(before)}")
     wheel = made[-1]
     refuse_paths_of_this_machine(wheel)
+    if arguments.glibc:
+        refuse_newer_glibc(wheel, arguments.glibc)
     run([tools / "auditwheel", "show", wheel], environment)
     print(wheel)
 
@@ -77,6 +85,22 @@ def environment_of_builds(build: Path) -> dict[str, str]:
         "CARGO_PROFILE_RELEASE_STRIP": "symbols",
         "CFLAGS": f"{os.environ.get('CFLAGS', '')} {c_flags}".strip(),
     }
+
+
+def compilers(tools: Path, glibc: str) -> dict[str, str]:
+    """Variables that have Zig compile C and link, for an old glibc."""
+    folder = WORK / "zig"
+    folder.mkdir(parents=True, exist_ok=True)
+    machine = platform.machine()
+    triple = f"{machine}-linux-gnu.{glibc}"
+    compiler = folder / f"cc-{triple}"
+    compiler.write_text(f'#!/bin/sh\nPATH="{tools}:$PATH" exec "{tools}/cargo-zigbuild" zig cc -- -target {triple} "$@"\n')
+    archiver = folder / "ar"
+    archiver.write_text(f'#!/bin/sh\nexec "{tools}/python" -m ziglang ar "$@"\n')
+    for program in (compiler, archiver):
+        program.chmod(0o755)
+    target = f"{machine}_unknown_linux_gnu"
+    return {f"CC_{target}": str(compiler), f"AR_{target}": str(archiver), f"CARGO_TARGET_{target.upper()}_LINKER": str(compiler)}
 
 
 def gather(release: Path, environment: dict[str, str], targets: list[str]) -> None:
@@ -150,6 +174,14 @@ def refuse_paths_of_this_machine(wheel: Path) -> None:
         found = [place for place in places if place.encode() in content]
         if found:
             sys.exit(f"{wheel}: expected no paths of this machine, found {found} in {name}")
+
+
+def refuse_newer_glibc(wheel: Path, oldest: str) -> None:
+    """End when a library or program needs a newer glibc, also in an FMU, where auditwheel does not look."""
+    for name, content in contents(zipfile.ZipFile(wheel)):
+        needed = {int(minor) for minor in re.findall(rb"GLIBC_2\.(\d+)", content)} if content.startswith(b"\x7fELF") else set()
+        if max(needed, default=0) > int(oldest.partition(".")[2]):
+            sys.exit(f"{wheel}: expected nothing that needs a glibc after {oldest}, found 2.{max(needed)} in {name}")
 
 
 def contents(archive: zipfile.ZipFile) -> Iterator[tuple[str, bytes]]:

@@ -3,7 +3,7 @@
 
     python3 python/try_wheel.py WHEEL [--python PYTHON]... [--packages DIR]
 
-Each Python of 3.10 to 3.13 makes an environment, installs the wheel with pandas, runs scenarios, and draws the first picture. A line
+Each Python of 3.9 to 3.13 makes an environment, installs the wheel with pandas, runs scenarios, and draws the first picture. A line
 for each says how long that took from `pip install` to the picture. The exit code is 1 when something failed.
 """
 
@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-VERSIONS = ["3.10", "3.11", "3.12", "3.13"]
+VERSIONS = ["3.9", "3.10", "3.11", "3.12", "3.13"]
 
 FIRST_RUN = """
 import sys, trackside
@@ -107,8 +107,8 @@ def tried(python: str, wheel: Path, source: list[str]) -> bool:
     with tempfile.TemporaryDirectory(prefix="try-wheel-") as name:
         folder = Path(name)
         programs = folder / "venv" / "bin"
-        # Neither Rust nor this repository: what works does so by the wheel alone.
-        clean = {"HOME": name, "LANG": "C.UTF-8", "PATH": f"{programs}:/usr/bin:/bin"}
+        # No compiler, and not this repository: what works does so by the wheel alone.
+        clean = {"HOME": name, "LANG": "C.UTF-8", "PATH": str(programs)}
         for variable in ("PIP_CERT", "SSL_CERT_FILE", "PIP_INDEX_URL", "HTTPS_PROXY", "https_proxy"):
             if variable in os.environ:
                 clean[variable] = os.environ[variable]
@@ -120,9 +120,6 @@ def tried(python: str, wheel: Path, source: list[str]) -> bool:
 
         try:
             run(python, "-m", "venv", folder / "venv")
-            tools = [tool for tool in ("cargo", "rustc") if shutil.which(tool, path=clean["PATH"])]
-            if tools:
-                raise RuntimeError(f"expected no Rust on the search path, found {tools}")
             begin = time.monotonic()
             run(programs / "python", "-m", "pip", "install", "--quiet", *source, f"{wheel}[pandas]")
             installed = time.monotonic()

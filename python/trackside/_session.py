@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     import pandas
     import pyarrow as pa
 
+    Number = float | int | bool
+
 #: Messages of FMUs go here: warnings, and with `log=True` all.
 LOGGER = logging.getLogger("trackside.session")
 #: Steps that are done in one call; Ctrl-C is heard between two calls.
@@ -59,7 +61,6 @@ _LOG_MESSAGE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_ch
 #: The library of this process, which later sessions take, too.
 _LIBRARIES: list[str] = []
 
-Number = float | int | bool
 #: What the controller calls of a session: the time [s] and its inputs in, its output or outputs out.
 Controller = Callable[..., Any]
 

@@ -21,6 +21,46 @@
 //! hypot` of two, `min max` of two or more. Over the window: `max min mean rms std sum first last
 //! count` of one argument, `quantile(x, p)`, `rating(x, reference)` with its parts by ISO/TS 18571, and `corridor` and
 //! `corridor_share(x, y, x_ref, y_ref, dx, dy)` by ISO 19364.
+//!
+//! A condition is parsed once, with a place in the row for each signal, and watches samples:
+//!
+//! ```
+//! use expression::{
+//!     ConditionMonitor, Expression, NumberIndex, ReadableRow, ResolvedSignal, SignalOperand, SignalUnit, TextIndex,
+//! };
+//! use units::Unit;
+//!
+//! /// A row of one number: the speed [m/s].
+//! #[derive(Debug)]
+//! struct Speed(f64);
+//!
+//! impl ReadableRow<Speed> for Speed {
+//!     fn number_at(&self, index: NumberIndex<Speed>) -> Option<f64> {
+//!         (index.position() == 0).then_some(self.0)
+//!     }
+//!     fn text_at(&self, _: TextIndex<Speed>) -> Option<&str> {
+//!         None
+//!     }
+//! }
+//!
+//! let unit = SignalUnit::Known(Unit::parse("m/s")?, "m/s".to_owned());
+//! let mut resolve = |name: &str| {
+//!     let operand = SignalOperand::Number(NumberIndex::new(0));
+//!     (name == "car.v").then(|| ResolvedSignal { operand, unit: unit.clone() })
+//! };
+//! let condition: Expression<Speed> = Expression::parse("car.v < 100 km/h", &mut resolve)?;
+//! let mut monitor = ConditionMonitor::new(condition, 0.0);
+//! for (time, v) in [(0.0, 20.0), (1.0, 27.0), (2.0, 28.0)] {
+//!     monitor.push_sample(time, &Speed(v));
+//! }
+//! let outcome = monitor.outcome();
+//! assert!(!outcome.passed && outcome.first == Some(2.0));
+//!
+//! let mistake = Expression::parse("car.v < 3 kg and time > 1", &mut resolve).unwrap_err();
+//! assert_eq!(&"car.v < 3 kg and time > 1"[mistake.span], "car.v < 3 kg");
+//! println!("{}", mistake.message);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod bound;

@@ -3,6 +3,36 @@
 //! Numbers only: no files. Everything is in SI units and radians, in ISO-W axes (x forward, y to the left, z up), and
 //! generic over the [`Number`] type: with dual numbers the same lines yield exact derivatives with respect to inputs and
 //! coefficients.
+//!
+//! A tire at 4 kN, its lateral force over the slip angle and its cornering stiffness, which is a derivative:
+//!
+//! ```
+//! use num_dual::Dual64;
+//! use tire::{Coefficients, MfTire, Tire, TireOperatingPoint};
+//!
+//! let coefficients = Coefficients { LMUY: 0.95, ..Coefficients::sports_tire() };
+//! let tire = MfTire::new(coefficients)?;
+//! let free = TireOperatingPoint { F_z: 4000.0, v_x: 20.0, ..TireOperatingPoint::default() };
+//! for degrees in [1.0_f64, 2.0, 4.0, 8.0, 12.0] {
+//!     let forces = tire.forces(&TireOperatingPoint { alpha: degrees.to_radians(), ..free });
+//!     println!("{degrees:4.1} deg {:7.0} N {:6.1} N m", forces.F_y, forces.M_z);
+//!     assert!(forces.F_y < 0.0 && forces.F_y > -1.2 * free.F_z);
+//! }
+//!
+//! let [_, F_y] = tire.cast::<Dual64>().F_xy(&TireOperatingPoint {
+//!     alpha: Dual64::from(0.0).derivative(),
+//!     F_z: Dual64::from(free.F_z),
+//!     v_x: Dual64::from(free.v_x),
+//!     ..TireOperatingPoint::default()
+//! });
+//! assert!((50e3..150e3).contains(&-F_y.eps)); // [N/rad]
+//!
+//! let wrong = MfTire::new(Coefficients { FNOMIN: 0.0, ..coefficients }).unwrap_err();
+//! assert!(wrong.to_string().contains("FNOMIN"));
+//! # Ok::<(), tire::BadCoefficient>(())
+//! ```
+//!
+//! `MagicFormula` is the simple form with four coefficients. Files (`.tir`) are read by another crate.
 #![forbid(unsafe_code)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
