@@ -15,7 +15,6 @@
 //! let free = TireOperatingPoint { F_z: 4000.0, v_x: 20.0, ..TireOperatingPoint::default() };
 //! for degrees in [1.0_f64, 2.0, 4.0, 8.0, 12.0] {
 //!     let forces = tire.forces(&TireOperatingPoint { alpha: degrees.to_radians(), ..free });
-//!     println!("{degrees:4.1} deg {:7.0} N {:6.1} N m", forces.F_y, forces.M_z);
 //!     assert!(forces.F_y < 0.0 && forces.F_y > -1.2 * free.F_z);
 //! }
 //!
