@@ -23,11 +23,11 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# What the wheel is made of; see `python/build.py`.
-PARTS = [
-    "orchestrator", "plant-fmu", "controller", "estimator", "plant-dual-fmu", "driver-fmu", "friction-fmu", "identify", "python-fmu",
-    "system-fmu",
-]
+sys.path.insert(0, str(ROOT / "python"))
+from build import FMUS, PLUGINS  # noqa: E402
+
+# What the wheel is made of.
+PARTS = ["orchestrator", *FMUS, *PLUGINS]
 ARCHITECTURES = {"x86_64": "amd64", "aarch64": "arm64"}
 
 

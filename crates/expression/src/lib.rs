@@ -32,13 +32,13 @@
 //!
 //! /// A row of one number: the speed [m/s].
 //! #[derive(Debug)]
-//! struct Speed(f64);
+//! struct SpeedRow(f64);
 //!
-//! impl ReadableRow<Speed> for Speed {
-//!     fn number_at(&self, index: NumberIndex<Speed>) -> Option<f64> {
+//! impl ReadableRow<SpeedRow> for SpeedRow {
+//!     fn number_at(&self, index: NumberIndex<SpeedRow>) -> Option<f64> {
 //!         (index.position() == 0).then_some(self.0)
 //!     }
-//!     fn text_at(&self, _: TextIndex<Speed>) -> Option<&str> {
+//!     fn text_at(&self, _: TextIndex<SpeedRow>) -> Option<&str> {
 //!         None
 //!     }
 //! }
@@ -48,10 +48,10 @@
 //!     let operand = SignalOperand::Number(NumberIndex::new(0));
 //!     (name == "car.v").then(|| ResolvedSignal { operand, unit: unit.clone() })
 //! };
-//! let condition: Expression<Speed> = Expression::parse("car.v < 100 km/h", &mut resolve)?;
+//! let condition: Expression<SpeedRow> = Expression::parse("car.v < 100 km/h", &mut resolve)?;
 //! let mut monitor = ConditionMonitor::new(condition, 0.0);
 //! for (time, v) in [(0.0, 20.0), (1.0, 27.0), (2.0, 28.0)] {
-//!     monitor.push_sample(time, &Speed(v));
+//!     monitor.push_sample(time, &SpeedRow(v));
 //! }
 //! let outcome = monitor.outcome();
 //! assert!(!outcome.passed && outcome.first == Some(2.0));

@@ -98,13 +98,19 @@ impl ReplayView {
     /// The columns that poses, arrows, diagrams and plots show, some of them repeatedly.
     #[must_use]
     pub fn shown_columns(&self) -> Vec<NumberIndex<RecordedVariables>> {
-        let pose =
-            self.pose.iter().flat_map(|it| [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed]);
+        let pose = self.pose.iter().flat_map(PoseColumns::columns);
         let arrows = self.arrows.iter().flat_map(|it| it.vector.iter().chain([&it.turn]).flatten());
         let points = self.xy_plots.iter().flat_map(|it| &it.points).flat_map(|it| &it.coordinates);
         let series = self.plots.iter().flat_map(|it| &it.series).map(|it| &it.quantity);
         let quantities = arrows.chain(points).chain(series).flat_map(RowQuantity::number_indices);
-        pose.flatten().chain(quantities).collect()
+        pose.chain(quantities).collect()
+    }
+
+    /// Adds signals with curves of their own; each is there once, in the order of the row.
+    pub fn add_signals(&mut self, signals: impl IntoIterator<Item = NumberIndex<RecordedVariables>>) {
+        self.signals.extend(signals);
+        self.signals.sort_unstable_by_key(|it| it.position());
+        self.signals.dedup();
     }
 
     /// The layout for a run without these columns; plots stay, if need be without a curve.
@@ -115,10 +121,7 @@ impl ReplayView {
             RowQuantity::Formula(formula) => !formula.number_indices().iter().any(|it| lacks.contains(it)),
         };
         let mut view = self.clone();
-        let whole = |it: &PoseColumns| {
-            let columns = [Some(it.x), Some(it.y), Some(it.heading), it.steer, it.speed];
-            !columns.into_iter().flatten().any(|column| lacks.contains(&column))
-        };
+        let whole = |it: &PoseColumns| !it.columns().any(|column| lacks.contains(&column));
         view.pose = view.pose.filter(whole);
         view.signals.retain(|column| !lacks.contains(column));
         view.distance = view.distance.filter(|it| match it {
@@ -155,6 +158,12 @@ pub struct PoseColumns {
     pub width: f64,
     /// How far the front and the rear axle are ahead of the position [m].
     pub axles: [f64; 2],
+}
+
+impl PoseColumns {
+    fn columns(&self) -> impl Iterator<Item = NumberIndex<RecordedVariables>> + use<> {
+        [Some(self.x), Some(self.y), Some(self.heading), self.steer, self.speed].into_iter().flatten()
+    }
 }
 
 /// The source of the distance [m].

@@ -11,7 +11,7 @@ use recording::{
     RunHeader, Sink, StatusChange, TextIndex, TextKind, TypedIndex,
 };
 use scenario::Scenario;
-use scenario::resolve::{plots_by_unit, replay_layout};
+use scenario::resolve::{layout_by_unit, plots_by_unit, replay_layout};
 use units::Unit;
 
 /// Two recorded runs.
@@ -115,13 +115,6 @@ impl RecordedRun {
     pub fn replay_into_sink(&self, sink: &mut dyn Sink) -> Result<(), Error> {
         let row = self.header.columns.zero_row();
         self.recording.replay_into(&mut CommonRowSink { mapping: &self.mapping, row, sink })
-    }
-
-    /// The numbers that the run lacks.
-    #[must_use]
-    pub fn missing_columns(&self) -> Vec<NumberIndex<RecordedVariables>> {
-        let numbers = self.header.columns.number_columns().zip(&self.mapping.numbers);
-        numbers.filter(|(_, from)| from.is_none()).map(|((index, _), _)| index).collect()
     }
 }
 
@@ -238,11 +231,6 @@ fn common_view(
     name: &str,
     notes: &mut Vec<String>,
 ) -> ReplayView {
-    let columns = || header.columns.number_columns();
-    let usual = || {
-        let view = ReplayView { plots: plots_by_unit(columns()), ..ReplayView::default() };
-        ReplayView { signals: view.shown_columns(), ..view }
-    };
     let laid = recorded_scenario(&recordings[0])
         .and_then(|it| Ok((replay_layout(&it, header)?, it.document.view.plot.is_empty())));
     let (mut view, complete) = match laid {
@@ -250,16 +238,15 @@ fn common_view(
         Err(error) => {
             let path = recordings[0].path().display();
             notes.push(format!("the [view] of {path} is not used: {error}"));
-            return usual();
+            return layout_by_unit(&header.columns);
         }
     };
     if !complete {
-        let mut more = plots_by_unit(columns().filter(|(index, _)| only_b.contains(index)));
+        let mut more =
+            plots_by_unit(header.columns.number_columns().filter(|(index, _)| only_b.contains(index)));
         more.iter_mut().for_each(|plot| plot.group = Some(format!("Only {name}")));
         view.plots.extend(more);
-        view.signals.extend(view.shown_columns());
-        view.signals.sort_unstable_by_key(|it| it.position());
-        view.signals.dedup();
+        view.add_signals(view.shown_columns());
     }
     view
 }

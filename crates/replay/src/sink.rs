@@ -109,7 +109,7 @@ impl RerunSink {
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
         let transport = RecordingTransport::open(builder, &target)?;
         let live = transport.is_live();
-        let (drawing, charts) = RunDrawing::new(header, &RunNamespace::default(), &[]);
+        let (drawing, charts) = RunDrawing::new(header, &RunNamespace::default());
         let mut sink = Self {
             transport,
             room: (LIVE_NUMBERS / header.columns.number_columns().len().max(1)).clamp(1, FILE_BATCH),

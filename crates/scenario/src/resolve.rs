@@ -62,7 +62,7 @@ pub(crate) use self::samples::sample_file;
 use self::signal_units::{RunSignals, SignalUnits};
 use self::starts::StartSources;
 pub use self::sweep::resolve_sweep;
-pub use self::view::{replay_layout, usual_pose};
+pub use self::view::{layout_by_unit, replay_layout, usual_pose};
 use crate::build_request::{BuildArtifacts, BuildRequest};
 use crate::document::{Algorithm, Scenario, Time};
 pub use crate::override_value::OverrideValue;

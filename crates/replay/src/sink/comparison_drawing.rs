@@ -83,8 +83,8 @@ struct RunPairResult {
 impl RunPair {
     fn new([a, b]: [&RecordedRun; 2], application: ApplicationId) -> Self {
         let slots = [RunNamespace::default(), RunNamespace(Some(b.name.clone()))];
-        let [(first, charts), (other, more)] = [(a, &slots[0]), (b, &slots[1])]
-            .map(|(run, slot)| RunDrawing::new(&run.header, slot, &run.missing_columns()));
+        let [(first, charts), (other, more)] =
+            [(a, &slots[0]), (b, &slots[1])].map(|(run, slot)| RunDrawing::new(&run.header, slot));
         let timed = [a, b].iter().all(|run| run.header.view.distance.is_some());
         let title = format!("{} behind {} at the same distance", b.name, a.name);
         let layout = ViewerLayout {

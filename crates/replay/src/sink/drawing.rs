@@ -1,7 +1,7 @@
 //! Draws one run from its rows: curves, texts, status, diagrams, moving body and events.
 
 use re_sdk::{RecordingStream, RecordingStreamResult};
-use recording::{NumberIndex, RecordedVariables, Row, RunEvent, RunHeader, StatusChange};
+use recording::{RecordedVariables, Row, RunEvent, RunHeader, StatusChange};
 
 use super::events::UnsentEvents;
 use super::run_slot::RunNamespace;
@@ -31,14 +31,10 @@ pub(super) struct RunDrawing {
 }
 
 impl RunDrawing {
-    /// Plans the drawing and its plots. The run lacks the columns `lacks`.
-    pub fn new(
-        header: &RunHeader,
-        slot: &RunNamespace,
-        lacks: &[NumberIndex<RecordedVariables>],
-    ) -> (Self, Vec<TimeChart>) {
+    /// Plans the drawing and its plots.
+    pub fn new(header: &RunHeader, slot: &RunNamespace) -> (Self, Vec<TimeChart>) {
         let view = &header.view;
-        let (signals, charts) = ScalarSignals::new(header, slot, lacks);
+        let (signals, charts) = ScalarSignals::new(header, slot);
         let drawing = Self {
             signals,
             texts: RecordedTexts::new(header, slot),

@@ -93,16 +93,10 @@ struct LimitLine {
 }
 
 impl ScalarSignals {
-    /// Plans the entities: one under `/signals` for each signal of the view that the run does not lack, and one under `/plots` for each curve
-    /// in another unit.
-    pub fn new(
-        header: &RunHeader,
-        slot: &RunNamespace,
-        lacks: &[NumberIndex<RecordedVariables>],
-    ) -> (Self, Vec<TimeChart>) {
+    /// Plans the entities: one under `/signals` for each signal of the view, and one under `/plots` for each curve in another unit.
+    pub fn new(header: &RunHeader, slot: &RunNamespace) -> (Self, Vec<TimeChart>) {
         let columns = &header.columns;
-        let signals = header.view.signals.iter().filter(|signal| !lacks.contains(signal));
-        let own = || signals.clone().map(|&signal| (signal, &columns[signal]));
+        let own = || header.view.signals.iter().map(|&signal| (signal, &columns[signal]));
         let mut curves: Vec<ScalarCurve> = own()
             .map(|(column, it)| {
                 let path = slot.entity_path(column_entity_path(it));

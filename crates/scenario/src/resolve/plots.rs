@@ -136,11 +136,11 @@ pub fn plots_by_unit<'a>(
     };
     let mut shown = HashMap::<&str, usize>::new();
     for (index, column) in outputs() {
-        let shown = shown.entry(&column.node).or_default();
-        if *shown == share {
+        let count = shown.entry(&column.node).or_default();
+        if *count == share {
             continue;
         }
-        *shown += 1;
+        *count += 1;
         let title = name_with_unit(&column.node, column.unit.as_deref());
         let series = PlotSeries {
             quantity: RowQuantity::Column(index),

@@ -1,7 +1,5 @@
 //! Resolves `[view]` to the layout of the replay, by columns of the recording.
 
-use std::collections::HashSet;
-
 use assessment::{CheckCondition, CheckPlan};
 use cosim::system::{CouplingPlan, NodePlan};
 use diagnostics::{Error, ErrorCollector, Spanned};
@@ -63,43 +61,46 @@ pub(super) fn resolve_view(
     let plots = written.plot.iter().map(|it| resolve_plot(scenario, scope, it));
     let plots = mistakes.ok_or_record(ErrorCollector::collect_all(plots)).unwrap_or_default();
     mistakes.into_result()?;
-    let view = ReplayView {
+    let patterns = written.signals.as_deref();
+    check_variable_patterns(scenario, &header.columns, patterns.unwrap_or_default())?;
+    let mut view = ReplayView {
         distance: distance.flatten(),
         pose: pose.flatten(),
         track: track.flatten(),
         arrows: arrows.unwrap_or_default(),
         xy_plots: xy_plots.unwrap_or_default(),
         plots: if plots.is_empty() { plots_by_unit(header.columns.number_columns()) } else { plots },
-        signals: Vec::new(),
-        limits: Vec::new(),
-        graph: NodeGraph::default(),
+        ..ReplayView::default()
     };
-    Ok(ReplayView { signals: replayed_signals(scenario, &header.columns, &view)?, ..view })
+    view.add_signals(view.shown_columns());
+    view.add_signals(signals_outside_plots(patterns, &header.columns));
+    Ok(view)
 }
 
-/// The signals with curves of their own: those of `[view]` and those that its patterns name; without patterns all of a run that is not wide.
-///
-/// # Errors
-/// Patterns that no variable fits.
-fn replayed_signals(
-    scenario: &Scenario,
+/// The layout of a run without a scenario: a plot for each unit of each node.
+#[must_use]
+pub fn layout_by_unit(columns: &Columns<RecordedVariables>) -> ReplayView {
+    let mut view = ReplayView { plots: plots_by_unit(columns.number_columns()), ..ReplayView::default() };
+    view.add_signals(view.shown_columns());
+    view.add_signals(signals_outside_plots(None, columns));
+    view
+}
+
+/// The signals that have curves, in plots or not: those that patterns name; without patterns all of a run that is not wide.
+fn signals_outside_plots(
+    patterns: Option<&[Spanned<String>]>,
     columns: &Columns<RecordedVariables>,
-    view: &ReplayView,
-) -> Result<Vec<NumberIndex<RecordedVariables>>, Error> {
-    let patterns = scenario.document.view.signals.as_deref();
-    check_variable_patterns(scenario, columns, patterns.unwrap_or_default())?;
+) -> Vec<NumberIndex<RecordedVariables>> {
     let is_narrow = columns.number_columns().len() <= MOST_SIGNALS;
-    let shown: HashSet<usize> = view.shown_columns().iter().map(|it| it.position()).collect();
-    let is_wanted = |column: &Column| match patterns {
+    let is_named = |column: &Column| match patterns {
         Some(patterns) => {
             let name = column.qualified_name();
             patterns.iter().any(|pattern| matches_wildcard(pattern.get_ref(), &name))
         }
         None => is_narrow,
     };
-    let wanted = columns.number_columns();
-    let wanted = wanted.filter(|(index, column)| shown.contains(&index.position()) || is_wanted(column));
-    Ok(wanted.map(|(index, _)| index).collect())
+    let named = columns.number_columns().filter(|(_, column)| is_named(column));
+    named.map(|(index, _)| index).collect()
 }
 
 /// The pose of the only node whose outputs have the usual names and units of a position and a heading on the ground, `X`, `Y` and `psi`: what
@@ -143,11 +144,9 @@ pub fn add_checks(view: &mut ReplayView, checks: &[CheckPlan], recorded: &Record
     view.limits = limits_from_checks(checks, recorded);
     for check in checks {
         let CheckCondition::Run(condition) = &check.condition else { continue };
-        view.signals
-            .extend(condition.number_indices().into_iter().filter_map(|it| recorded.recorded_index(it)));
+        let signals = condition.number_indices().into_iter();
+        view.add_signals(signals.filter_map(|it| recorded.recorded_index(it)));
     }
-    view.signals.sort_unstable_by_key(|it| it.position());
-    view.signals.dedup();
 }
 
 /// The constants that checks compare recorded signals with.

@@ -53,8 +53,8 @@ fn what_a_steady_drive_cannot_tell_says_what_is_missing() {
         let wheel = format!("omega_{}l", &axle[..1]);
         let reason = stiffness["reason"].as_str().unwrap_or_default();
         assert!(reason.contains(&format!("`{wheel}`")), "{reason}");
-        let spoken = page.contains(&format!("<code>{wheel}</code>"));
-        assert!(spoken, "the page does not say what is missing");
+        let is_named = page.contains(&format!("<code>{wheel}</code>"));
+        assert!(is_named, "the page does not say what is missing");
     }
     assert!(page.contains("longitudinal friction μ_x of the ellipse"));
     assert!(!page.contains("NaN"));
