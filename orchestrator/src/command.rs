@@ -180,6 +180,13 @@ fn current_program_path() -> Result<PathBuf, Error> {
         .map_err(|error| Error::invalid_input(format!("cannot find this program: {error}")))
 }
 
+/// Says how this program puts the commands of scripts into a sandbox.
+pub fn offer_sandbox() {
+    if let Ok(program) = guest_program_path() {
+        isolation::set_sandbox_entrance(program, &["isolated", "0", "--enter"]);
+    }
+}
+
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
 fn guest_program_path() -> Result<PathBuf, Error> {
     match cfg!(target_os = "linux") {

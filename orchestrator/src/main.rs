@@ -35,6 +35,7 @@ fn main() -> ! {
     wrap_errors_only_on_terminals();
     let command = CommandLine::parse().command;
     fmu_import::guard_exit();
+    command::offer_sandbox();
     let code = std::panic::catch_unwind(|| command.run());
     fmu_import::exit_without_destructors(code.unwrap_or(PANICKED))
 }

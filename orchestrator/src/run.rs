@@ -189,8 +189,9 @@ impl ScenarioJob<'_> {
         let mut checkpoints = CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
         let mut nodes = context.create_nodes(&mut plan.system, &checkpoints, host.as_ref())?;
         context.loading = None;
-        // The runtime of an FMU may have taken the signals.
+        // The runtime of an FMU may have taken the signals, and an FMU may have moved the folder while its start values were set.
         fmu_import::catch_termination_signals();
+        fmu_import::restore_folder_and_permissions();
 
         let begin = Instant::now();
         let run_folder = RunFolder::create_and_lock(&plan.header.folder)?;

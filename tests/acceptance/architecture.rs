@@ -109,7 +109,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "ros-bag", "text-encoding", "units"]),
     ("assessment", &["diagnostics", "expression", "recording", "units"]),
     ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording", "units"]),
-    ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "text-encoding", "units"]),
+    ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "isolation", "manoeuvre", "plugin", "python", "recording", "ssp", "text-encoding", "units"]),
     ("attribution", &["archive", "cosim", "diagnostics", "expression", "fmu-import", "html-page", "recording", "scenario", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),

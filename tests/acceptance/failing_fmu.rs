@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use super::fixture::Scenario;
-use super::fmus::{changed, compile, misbehave, ours};
+use super::fmus::{changed, compile, faulty3, misbehave, ours};
 use super::harness::{Ended, Lab, trackside};
 
 tests! {
@@ -21,6 +21,7 @@ tests! {
     every_step_of_a_run_has_the_same_size: Compiler,
     a_crash_report_names_the_fmu_and_its_call: Compiler,
     a_hanging_call_is_reported_while_it_hangs: Compiler,
+    each_function_of_fmi_3_may_do_wrong: Compiler,
 }
 
 /// A scenario of one node called `name` whose FMU has these start values.
@@ -291,4 +292,72 @@ fn a_hanging_call_is_reported_while_it_hangs() {
     child.wait().expect("it ends");
     let said = said.expect("a message before the end");
     assert!(said.contains("node `tank`: fmi2DoStep at t = 0.5 s"), "{said}");
+}
+
+/// The functions of FMI 3.0 that a run with a structural parameter, events and a checkpoint calls.
+const CALLED: [&str; 17] = [
+    "fmi3InstantiateCoSimulation",
+    "fmi3EnterConfigurationMode",
+    "fmi3SetUInt64",
+    "fmi3ExitConfigurationMode",
+    "fmi3EnterInitializationMode",
+    "fmi3ExitInitializationMode",
+    "fmi3UpdateDiscreteStates",
+    "fmi3EnterStepMode",
+    "fmi3SetFloat64",
+    "fmi3DoStep",
+    "fmi3GetFloat64",
+    "fmi3GetInt32",
+    "fmi3GetString",
+    "fmi3EnterEventMode",
+    "fmi3GetFMUState",
+    "fmi3SerializeFMUState",
+    "fmi3Terminate",
+];
+
+/// What each of them does, in this program and in a process of its own: the run ends with the name of the function.
+fn each_function_of_fmi_3_may_do_wrong() {
+    let lab = Lab::new();
+    lab.write("faulty.fmu", faulty3());
+    let text = Scenario::new()
+        .time(0.1, 1.0)
+        .fmu("tank", "faulty.fmu", "n = 3")
+        .key("unconnected = 'start'")
+        .signal("driver.u", "constant = 1.0")
+        .connect("driver.u", "tank.u");
+    lab.write("case.toml", text.text());
+    let run = |function: &str, fault: &str, more: &[&str]| {
+        let mut command = trackside(lab.path("").as_path());
+        command
+            .args(["run", "case.toml", "--out", "out", "--rerun", "off", "--checkpoint", "0.5"])
+            .args(more);
+        Ended::of(command.env("FAULT_IN", function).env("FAULT", fault).output().expect("it starts"))
+    };
+    run("", "", &[]).expect(0);
+    for function in CALLED {
+        for (fault, more) in [
+            ("memory", &[][..]),
+            ("exit", &[]),
+            ("3", &[]),
+            ("memory", &["--isolate"]),
+            ("stack", &["--isolate"]),
+            ("close", &["--isolate"]),
+        ] {
+            let ended = run(function, fault, more);
+            if fault == "close" && ended.code() == Some(0) {
+                continue;
+            }
+            let is_refused_start = function == "fmi3SetUInt64" && fault == "3";
+            assert_eq!(
+                ended.code(),
+                Some(if is_refused_start { 2 } else { 3 }),
+                "{fault} in {function}: {}",
+                ended.stderr
+            );
+            assert!(ended.message().contains(function), "{fault} in {function}: {}", ended.stderr);
+        }
+        // What belongs to the whole process is put back.
+        let moved = run(function, "move", &[]).expect(0);
+        assert!(moved.message().contains("set the current folder"), "{function}: {}", moved.stderr);
+    }
 }

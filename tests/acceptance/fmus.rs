@@ -85,6 +85,34 @@ pub fn deviate3(arguments: &[&str]) -> Vec<u8> {
     build("deviate3", arguments)
 }
 
+/// The FMU of `fmu/deviate3.c`, compiled once, with a call of `fault` of `fmu/fault.h` at the begin of each function.
+pub fn faulty3() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let sources = Path::new(ROOT).join("tests/acceptance/fmu");
+        let source = std::fs::read_to_string(sources.join("deviate3.c")).expect("the source");
+        let mut faulty = String::from("#include \"fault.h\"\n");
+        for part in source.split_inclusive(" {\n") {
+            faulty += part;
+            let head = part.rsplit(['}', ';']).next().unwrap_or_default();
+            if let Some((kind, rest)) = head.split_once("fmi3") {
+                let name = &rest[..rest.find('(').expect("a function")];
+                let result = if kind.ends_with('*') { "NULL" } else { "fails" };
+                faulty += &format!("int fails = fault(\"fmi3{name}\");\nif (fails >= 0) return {result};\n");
+            }
+        }
+        let lab = Lab::new();
+        let source = lab.write("faulty.c", faulty);
+        let mut cc = Command::new("cc");
+        cc.args(["-fPIC", "-shared", "-Wall", "-Werror", "-I"]).arg(&sources).arg(source);
+        let library = lab.path("library.so");
+        Ended::of(cc.arg("-o").arg(&library).arg("-lm").output().expect("a C compiler")).expect(0);
+        let xml = std::fs::read(sources.join("deviate3.xml")).expect("the description");
+        let library = std::fs::read(library).expect("the library");
+        archive(&[("modelDescription.xml", &xml), ("binaries/x86_64-linux/deviate3.so", &library)])
+    })
+}
+
 /// The FMU of `fmu/relay.c`, compiled once: its outputs repeat its inputs, of every type.
 pub fn relay() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

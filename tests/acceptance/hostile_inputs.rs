@@ -241,6 +241,12 @@ fn a_hundred_thousand_of_anything_is_taken() {
     let signals = list(&|k| format!("[[signal]]\nname = \"s.x{k}\"\nconstant = {k}.0\n"));
     run_bare(&lab, &format!("{time}{signals}")).expect(0);
     std::fs::rename(lab.path("out"), lab.path("first")).expect("it is there");
+    let checks = list(&|k| format!("[[check]]\nname = \"c{k}\"\nthat = \"s.x < {k}.5\"\n"));
+    let constant = "[[signal]]\nname = \"s.x\"\nconstant = 1.0\n";
+    let checked = run_bare(&lab, &format!("{time}{constant}{checks}")).expect(1);
+    assert!(checked.stdout.contains("1 of 100000 checks failed"), "{}", checked.stdout);
+    let page = std::fs::metadata(lab.path("out/report.html")).expect("the page").len();
+    assert!(page < 100_000_000, "{page} bytes of page");
     let columns = list(&|k| format!("x{k} = {{ column = \"s.x{k}\" }}\n"));
     for recording in ["first/run.mcap", "first/run.csv"] {
         let clock = if recording.ends_with("csv") { "time = \"time\"\n" } else { "" };

@@ -17,6 +17,8 @@ tests! {
     a_script_that_fails_ends_the_run_with_its_line,
     a_script_that_goes_on_too_long_is_ended,
     a_signal_ends_a_script_and_the_run,
+    an_isolated_script_reads_and_writes_what_it_may,
+    what_only_a_script_can_have_is_refused_elsewhere,
 }
 
 /// A ramp from 0 to 36 km/h within a second, and the analysis that `more` completes.
@@ -238,4 +240,74 @@ fn a_signal_ends_a_script_and_the_run() {
     ended.says(&["a signal ended the run: SIGINT"]);
     assert_eq!(lab.report("out")["verdict"], "interrupted");
     assert!(!process.exists());
+}
+
+/// Tries what a sandbox keeps a script from, and tells what it could do.
+const CURIOUS: &str = r#"import os, pathlib, socket
+
+def analyse(signals, config, run):
+    beside = pathlib.Path(__file__).parent
+    done = {}
+    def attempt(name, action):
+        try:
+            action()
+            done[name] = True
+        except OSError:
+            done[name] = False
+    attempt("secret", lambda: (beside / "secret.txt").read_text())
+    attempt("allowed", lambda: (beside / "tables" / "a.txt").read_text())
+    attempt("escape", lambda: (beside / "escaped.txt").write_text("x"))
+    attempt("socket", lambda: socket.socket(socket.AF_INET).connect(("127.0.0.1", config["port"])))
+    attempt("file", lambda: (run.folder / "note.txt").write_text("x"))
+    try:
+        os.kill(config["pid"], 0)
+        done["signal"] = True
+    except OSError:
+        done["signal"] = False
+    return {name: float(able) for name, able in done.items()}
+"#;
+
+fn an_isolated_script_reads_and_writes_what_it_may() {
+    let lab = Lab::new();
+    lab.write("secret.txt", "secret");
+    lab.write("tables/a.txt", "allowed");
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("an address").port();
+    let keys = |more: &str| {
+        let config = format!("config = {{ port = {port}, pid = {} }}\n", std::process::id());
+        scenario(&format!("{SPEED}{config}{more}"))
+    };
+    let done = |lab: &Lab| {
+        let report = lab.report("out");
+        let could = |name: &str| report["analyses"]["mine"][name] == 1.0;
+        ["secret", "allowed", "escape", "socket", "file", "signal"].map(could)
+    };
+    run(&lab, CURIOUS, &keys("")).expect(0);
+    assert_eq!(done(&lab), [true; 6], "{}", lab.report("out")["analyses"]);
+    std::fs::remove_file(lab.path("escaped.txt")).expect("it was written");
+    run(&lab, CURIOUS, &keys("isolate = true\nmay_read = [\"tables\"]\n")).expect(0);
+    assert_eq!(done(&lab), [false, true, false, false, true, false], "{}", lab.report("out")["analyses"]);
+    assert!(lab.has("out/mine_note.txt") || lab.has("out/note.txt"), "the file of the script");
+    run(&lab, CURIOUS, &keys("")).expect(0);
+    std::fs::remove_file(lab.path("escaped.txt")).expect("it was written");
+    let ended = Ended::of(command(&lab).arg("--isolate").output().expect("it starts"));
+    ended.expect(0);
+    assert_eq!(done(&lab), [false, false, false, false, true, false], "{}", lab.report("out")["analyses"]);
+    assert!(!lab.has("escaped.txt"));
+}
+
+fn what_only_a_script_can_have_is_refused_elsewhere() {
+    let lab = Lab::new();
+    let plugin = |keys: &str| {
+        scenario(&format!("{SPEED}{keys}")).replace("python = \"mine.py\"", "path = \"mine.so\"")
+    };
+    run(&lab, CURIOUS, &plugin("isolate = true\n"))
+        .expect(2)
+        .says(&["expected a Python script to isolate", "case.toml"]);
+    let alone = scenario(&format!("{SPEED}may_read = [\"tables\"]\n"));
+    run(&lab, CURIOUS, &alone)
+        .expect(2)
+        .says(&["`may_read` is for a script in a sandbox", "add `isolate = true`"]);
+    let none = scenario(&format!("{SPEED}isolate = true\nmay_read = [\"none\"]\n"));
+    run(&lab, CURIOUS, &none).expect(2).says(&["cannot read", "none"]);
 }

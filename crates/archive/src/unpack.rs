@@ -39,6 +39,10 @@ pub fn unpack_archive(
     let failed = |source| Error::Read { path: path.to_owned(), source: temporary_write_error(into, source) };
     let mut archive = zip::ZipArchive::new(io::Cursor::new(bytes)).map_err(broken)?;
     check_names(path, bytes, archive.len())?;
+    // An archive that says so itself is refused before the disk is filled.
+    if archive.decompressed_size().is_some_and(|size| size > u128::from(*left)) {
+        return Err(Error::TooLarge { path: path.to_owned() });
+    }
     let (mut links, mut windows) = (ArchiveLinks::default(), false);
     for index in 0..archive.len() {
         let raw = archive.by_index_raw(index).map_err(broken)?;

@@ -97,16 +97,17 @@ impl Error {
         }))
     }
 
-    /// Something wrong at `span` (bytes of the file), with `label` under the place.
+    /// Something wrong at `span` (bytes of the file), which has so many lines before its own, with `label` under the place.
     #[must_use]
     pub(crate) fn at_span(
         file: &TextFile,
         span: Range<usize>,
+        lines: usize,
         message: impl Into<String>,
         label: &str,
     ) -> Self {
         let name = file.path.display().to_string();
-        let (excerpt, span) = SourceExcerpt::new(name, &file.text, span);
+        let (excerpt, span) = SourceExcerpt::new(name, &file.text, span, lines);
         let label = (!label.is_empty()).then(|| label.to_owned());
         Error::Input(Box::new(InputError {
             message: message.into(),

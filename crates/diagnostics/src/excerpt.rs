@@ -22,8 +22,8 @@ pub(crate) struct SourceExcerpt {
 }
 
 impl SourceExcerpt {
-    /// The lines around a place in the text of the file `name`, and what of the place is in them.
-    pub fn new(name: String, text: &str, place: Range<usize>) -> (Self, Range<usize>) {
+    /// The lines around a place in the text of the file `name`, and what of the place is in them; `lines` are before that of the place.
+    pub fn new(name: String, text: &str, place: Range<usize>, lines: usize) -> (Self, Range<usize>) {
         let at = char_boundary_before(text, place.start.min(text.len()));
         let end = char_boundary_before(text, place.end.clamp(at, text.len()).min(at + SHOWN));
         let line_of = |at: usize| text[..at].rfind('\n').map_or(0, |end| end + 1);
@@ -43,7 +43,7 @@ impl SourceExcerpt {
             name,
             text: text[begin..stop].to_owned(),
             begin,
-            line: text[..begin].matches('\n').count(),
+            line: lines.saturating_sub(text[begin..at].matches('\n').count()),
             column,
         };
         (excerpt, at..end)
@@ -108,7 +108,8 @@ mod tests {
 
     /// The shown text, and the line and column of its beginning.
     fn excerpt(text: &str, place: Range<usize>) -> (String, usize, usize) {
-        let (excerpt, place) = SourceExcerpt::new("x".to_owned(), text, place);
+        let lines = text.bytes().take(place.start).filter(|letter| *letter == b'\n').count();
+        let (excerpt, place) = SourceExcerpt::new("x".to_owned(), text, place, lines);
         let span = (place.start, place.len()).into();
         let shown = excerpt.read_span(&span, 1, 1).expect("it is inside");
         let data = String::from_utf8_lossy(shown.data()).into_owned();

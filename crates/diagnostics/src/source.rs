@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::OnceLock;
 
 use crate::error::Error;
 use crate::span::Spanned;
@@ -17,6 +18,8 @@ pub struct SourceFiles {
     attachments: Vec<TextFile>,
     /// Paths that the user wrote in the place of some in these files.
     user_paths: BTreeSet<String>,
+    /// The places of all ends of lines, once somebody asked for a line.
+    line_ends: OnceLock<Vec<usize>>,
 }
 
 impl SourceFiles {
@@ -36,13 +39,14 @@ impl SourceFiles {
 
     /// Adds a text that was made of a file.
     pub fn add_generated(&mut self, file: TextFile) {
+        self.line_ends.take();
         self.others.push(file);
     }
 
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
     #[must_use]
     pub fn from_recording(first: TextFile, others: Vec<TextFile>, attachments: Vec<TextFile>) -> Self {
-        SourceFiles { first, others, attachments, user_paths: BTreeSet::new() }
+        SourceFiles { first, others, attachments, ..SourceFiles::default() }
     }
 
     /// Keeps the text of another file, if it is one, for recordings.
@@ -73,7 +77,7 @@ impl SourceFiles {
     /// # Errors
     /// At that word, when it cannot be read.
     pub fn add_file(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
-        self.others.push(read_scenario_file(path).map_err(|message| self.error_at(place, message, ""))?);
+        self.add_generated(read_scenario_file(path).map_err(|message| self.error_at(place, message, ""))?);
         Ok(())
     }
 
@@ -112,8 +116,14 @@ impl SourceFiles {
     #[must_use]
     pub fn file_and_line(&self, place: usize) -> (&Path, usize) {
         let (begin, file) = self.file_at(place);
-        let before = file.text.get(..place - begin).unwrap_or(&file.text);
-        (&file.path, 1 + before.matches('\n').count())
+        let ends = self.line_ends.get_or_init(|| self.find_line_ends());
+        let ends_before = |place: usize| ends.partition_point(|end| *end < place);
+        (&file.path, 1 + ends_before(place) - ends_before(begin))
+    }
+
+    fn find_line_ends(&self) -> Vec<usize> {
+        let files = self.with_offsets();
+        files.flat_map(|(begin, file)| file.text.match_indices('\n').map(move |it| begin + it.0)).collect()
     }
 
     /// The file and the line of a place, for sentences; of a text that was made, the place that it was made of.
@@ -178,12 +188,13 @@ impl SourceFiles {
     #[must_use]
     pub fn error_at(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
         let (begin, file) = self.file_at(place.start);
+        let lines = self.file_and_line(place.start).1 - 1;
         let place = place.start - begin..place.end - begin;
         let message = file.source_map.with_renamed_paths(message.into());
         match file.source_map.original_position(place.start) {
             // The user does not have the text.
             Some(origin) => Error::invalid_input(format!("{origin}: {message}")),
-            None => Error::at_span(file, place, message, label),
+            None => Error::at_span(file, place, lines, message, label),
         }
     }
 }

@@ -14,6 +14,7 @@ mod channel;
 mod guest;
 mod memory;
 mod sandbox;
+mod sandboxed_command;
 
 pub use channel::{ChannelPacket, ProcessChannel};
 pub use guest::{
@@ -21,3 +22,4 @@ pub use guest::{
 };
 pub use memory::NOTE;
 pub use sandbox::{ProcessLimits, ProtectionMechanism, Sandbox, enter_sandbox};
+pub use sandboxed_command::{become_sandboxed_command, sandbox_entrance, set_sandbox_entrance};

@@ -103,7 +103,7 @@ pub fn describe_script(
     let [server, path] = [MODEL_SERVER_PATH, script].map(|name| folder.join(name));
     let class = class.unwrap_or_default();
     let arguments = [server.as_os_str(), DESCRIBE.as_ref(), path.as_os_str(), class.as_ref()];
-    let mut process = PythonProcess::start(interpreter, arguments)?;
+    let mut process = PythonProcess::start(interpreter, &[], arguments)?;
     let answer = process.wait_for_answer(PATIENCE).map(<[u8]>::to_vec)?;
     let said: ScriptDescription = serde_json::from_slice(&answer).map_err(|error| {
         ScriptError::Ended(format!("the script has attributes of other types than expected: {error}"))

@@ -133,7 +133,7 @@ impl ScriptInstance {
             FmiError { status: Status::Error, message }
         };
         let mut process =
-            PythonProcess::start(&interpreter, arguments).map_err(|failure| refused(&failure))?;
+            PythonProcess::start(&interpreter, &[], arguments).map_err(|failure| refused(&failure))?;
         let answer = process.wait_for_answer(self.answer_timeout()).map(<[u8]>::to_vec);
         // What it printed so far goes with the first call: the importer gets nothing of an instance that is only being made.
         let answer = answer.map_err(|failure| refused(&failure))?;

@@ -1,6 +1,7 @@
 //! Runs an analysis script in a Python process: its requested signals, its request, its messages.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -22,6 +23,9 @@ const PERIOD: Duration = Duration::from_millis(100);
 const ANALYSE: u8 = 1;
 const PROGRESS: u8 = 3;
 const RECORD: u8 = 4;
+
+/// The words before the command of an interpreter, such as those of a sandbox where it may write to the folder; none without one.
+pub type ScriptEntrance<'a> = &'a dyn Fn(&PythonInterpreter, &Path) -> std::io::Result<Vec<OsString>>;
 
 /// A script that waits for its signals.
 #[derive(Debug)]
@@ -71,8 +75,9 @@ impl AnalysisScript {
     /// Loads the script at `path`.
     ///
     /// # Errors
-    /// With the exception, when it does not load.
-    pub fn load_script(path: &Path) -> Result<Self, ScriptError> {
+    /// With the exception, when it does not load; when the entrance fails.
+    pub fn load_script(path: &Path, entrance: ScriptEntrance) -> Result<Self, ScriptError> {
+        let interpreter = PythonInterpreter::choose_interpreter(None);
         let folder = tempfile::tempdir();
         let folder = folder.map_err(|error| ScriptError::Ended(format!("no temporary folder: {error}")))?;
         let server = folder.path().join("analysis.py");
@@ -80,10 +85,10 @@ impl AnalysisScript {
             std::fs::write(path, text)
                 .map_err(|error| ScriptError::Ended(format!("{}: {error}", path.display())))?;
         }
-        let mut process = PythonProcess::start(
-            &PythonInterpreter::choose_interpreter(None),
-            [server.as_os_str(), path.as_os_str()],
-        )?;
+        let entrance = entrance(&interpreter, folder.path())
+            .map_err(|error| ScriptError::Ended(format!("its process does not start: {error}")))?;
+        let mut process =
+            PythonProcess::start(&interpreter, &entrance, [server.as_os_str(), path.as_os_str()])?;
         let answer = process.wait_for_answer(PATIENCE)?;
         let requested_units = serde_json::from_slice(answer).unwrap_or_default();
         Ok(AnalysisScript { process, requested_units, folder })

@@ -1,6 +1,6 @@
 //! Starts a Python process, sends requests, and collects what it prints.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io::{ErrorKind, PipeReader, Read as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -44,12 +44,14 @@ pub struct PythonProcess {
 }
 
 impl PythonProcess {
-    /// Starts `interpreter` with these arguments, of which the first is one of the files of `python/trackside`.
+    /// Starts `interpreter` with these arguments, of which the first is one of the files of `python/trackside`, behind the words of an `entrance`,
+    /// such as that of a sandbox.
     ///
     /// # Errors
     /// When there is no such interpreter.
     pub fn start(
         interpreter: &PythonInterpreter,
+        entrance: &[OsString],
         arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
     ) -> Result<Self, ScriptError> {
         let PythonInterpreter { path, reason } = interpreter;
@@ -62,7 +64,14 @@ impl PythonProcess {
         let (line, other) = UnixStream::pair().map_err(failed)?;
         let (printed, output) = std::io::pipe().map_err(failed)?;
         rustix::io::ioctl_fionbio(&printed, true).map_err(|error| failed(error.into()))?;
-        let mut command = Command::new(path);
+        let mut command = match entrance.split_first() {
+            Some((program, rest)) => {
+                let mut command = Command::new(program);
+                command.args(rest).arg("--").arg(path);
+                command
+            }
+            None => Command::new(path),
+        };
         // No files beside the script: its folder may be that of somebody else, or vanish while it runs.
         command.arg("-B").args(arguments).env("PYTHONIOENCODING", "utf-8:backslashreplace");
         command.stdin(Stdio::from(OwnedFd::from(other)));

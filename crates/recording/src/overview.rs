@@ -4,6 +4,8 @@
 mod envelope;
 mod laps;
 
+use std::collections::BTreeMap;
+
 use diagnostics::Error;
 
 pub use envelope::Envelopes;
@@ -79,7 +81,7 @@ pub struct RunOverview {
     /// Spans that have ended.
     pub spans: Vec<StatusSpan>,
     /// Spans that go on, by what they are of and their beginning [s].
-    open_spans: Vec<(StatusSource, f64)>,
+    open_spans: BTreeMap<StatusSource, f64>,
     road: Option<RoadSamples>,
     laps: Option<LapRecorder>,
     /// Time of the first and of the last row [s].
@@ -118,7 +120,7 @@ impl RunOverview {
                 .collect(),
             laps: LapRecorder::from_columns(&header.columns),
             spans: Vec::new(),
-            open_spans: Vec::new(),
+            open_spans: BTreeMap::new(),
             road: view.track.clone().map(|track| RoadSamples::with_limit(track, MOST_POINTS)),
             ends: None,
             step: header.step,
@@ -223,19 +225,15 @@ impl Sink for RunOverview {
     }
 
     fn push_status_change(&mut self, change: &StatusChange) -> Result<(), Error> {
-        let open = self.open_spans.iter().position(|(source, _)| *source == change.track);
         let acts = matches!(change.status, CheckOrFaultStatus::Active | CheckOrFaultStatus::Violated);
-        match open {
-            Some(place) if !acts => {
-                let (source, begin) = self.open_spans.swap_remove(place);
-                if self.spans.len() < MOST_SPANS {
-                    self.spans.push(StatusSpan { source, span: [begin, change.time] });
-                }
-            }
-            None if acts && self.spans.len() < MOST_SPANS => {
-                self.open_spans.push((change.track.clone(), change.time));
-            }
-            _ => {}
+        let has_room = self.spans.len() < MOST_SPANS;
+        if acts && has_room {
+            self.open_spans.entry(change.track.clone()).or_insert(change.time);
+        } else if !acts
+            && let Some((source, begin)) = self.open_spans.remove_entry(&change.track)
+            && has_room
+        {
+            self.spans.push(StatusSpan { source, span: [begin, change.time] });
         }
         Ok(())
     }

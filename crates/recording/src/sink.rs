@@ -71,7 +71,7 @@ pub struct RunEvent {
 }
 
 /// A check or an input whose status is recorded over time.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StatusSource {
     /// A check, by its name.
     Check(String),

@@ -9,6 +9,7 @@ use assessment::{BaselinePlan, CheckCondition, CheckPlan, CollectPlan, Collected
 use cosim::system::{System, UsedColumns};
 use recording::{ColumnIndex, RecordedSelection, RunHeader};
 
+pub(crate) use analysis::load_script_in_sandbox;
 pub use analysis::{Analyser, AnalysisPlan, SignalOrigin, WiredSignal};
 pub use sweep::{AxisValues, SearchGoal, SearchPlan, SweepAxis, SweepPlan};
 

@@ -111,7 +111,7 @@ pub struct Overrides {
     pub tolerance: Option<f64>,
     /// The coupling algorithm.
     pub coupling: Option<Algorithm>,
-    /// Which FMUs run in processes of their own, where the scenario does not say it.
+    /// Which FMUs run in processes of their own, and whether scripts do in sandboxes, where the scenario does not say it.
     pub isolate: IsolationPolicy,
     /// Whether plugins and scripts of `[[analysis]]` are loaded.
     pub analyses: AnalysisLoading,
@@ -196,6 +196,7 @@ impl RunPlan {
                 plugins,
                 &parameters,
                 signals,
+                overrides.isolate,
                 &mut diagnostics,
             ));
         }

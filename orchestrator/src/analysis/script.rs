@@ -28,7 +28,7 @@ pub(super) fn run_analysis_script(
     let script = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
     let mut script = match script {
         Some(script) => script,
-        None => AnalysisScript::load_script(&plan.library).map_err(|failure| failed(failure.to_string()))?,
+        None => plan.load_script_again().map_err(|failure| failed(failure.to_string()))?,
     };
     let columns = request.signals.iter().map(|Signal { name, unit, time, values }| SignalColumn {
         name,

@@ -1,7 +1,9 @@
-//! `trackside isolated`: runs one FMU for the program that started this one.
+//! `trackside isolated`: runs one FMU, or one script, for the program that started this one.
+
+use std::ffi::OsString;
 
 use clap::Args;
-use diagnostics::Error;
+use diagnostics::{Error, print_to_stderr};
 
 use super::print_text;
 
@@ -13,6 +15,12 @@ pub struct IsolatedArguments {
     /// Enter the sandbox, and print what it keeps a process from on this machine.
     #[arg(long)]
     sandbox: bool,
+    /// Enter this sandbox, in JSON, and go on as the command.
+    #[arg(long, requires = "command")]
+    enter: Option<String>,
+    /// The command.
+    #[arg(last = true)]
+    command: Vec<OsString>,
 }
 
 /// Answers until the other process has no more questions.
@@ -23,6 +31,15 @@ pub fn run_isolated_command(arguments: &IsolatedArguments) -> Result<u8, Error> 
     if arguments.sandbox {
         print_sandbox();
         return Ok(0);
+    }
+    if let Some(sandbox) = &arguments.enter {
+        let failure = isolation::become_sandboxed_command(sandbox, &arguments.command, |mechanisms| {
+            fmu_import::adopt_forked_process();
+            let warnings = mechanisms.iter().filter_map(isolation::ProtectionMechanism::warning);
+            warnings.for_each(|it| print_to_stderr(&format!("warning: in its sandbox {it}")));
+        });
+        let program = arguments.command.first().map(|it| it.display().to_string()).unwrap_or_default();
+        return Err(Error::invalid_input(format!("{program} does not start in its sandbox: {failure}")));
     }
     cosim::node::serve_host_process(arguments.host).map(|()| 0)
 }

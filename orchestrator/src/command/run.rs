@@ -85,7 +85,7 @@ pub struct RunArguments {
     /// End the run with exit code 3 when it is not over after this time, instead of the scenario's limit [s].
     #[arg(long, value_name = "SECONDS")]
     limit: Option<f64>,
-    /// Run FMUs in processes of their own, where the scenario does not say it: all, or those of `path` only.
+    /// Run FMUs in processes of their own, where the scenario does not say it: all, with scripts of analyses in sandboxes, or those of `path` only.
     #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "all", value_name = "WHICH")]
     isolate: Option<IsolateArg>,
     /// Run scripts and plugins that come in an archive of SSP: their code may do what you may.

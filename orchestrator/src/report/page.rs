@@ -19,6 +19,9 @@ use crate::tube_lines;
 use pictures::{CheckPlot, SMALL, WIDE, check_plot};
 use player::RunPlayer;
 
+/// Nobody looks at more pictures of failed checks, or of passed ones.
+const MOST_PICTURES: usize = 100;
+
 /// The run and the files of its scenario, with pictures of failed and of passed checks.
 #[derive(Template)]
 #[template(path = "report.html")]
@@ -51,7 +54,7 @@ impl RunReport {
     pub(super) fn html_page(&self, source: &SourceFiles, pictures: Option<RunPictures>) -> String {
         let plots = |passed: bool, size: [f64; 2]| {
             let checks = self.checks.iter().enumerate().filter(|(_, check)| check.passed == passed);
-            checks.filter_map(|(place, check)| check_plot(place, check, size)).collect()
+            checks.filter_map(|(place, check)| check_plot(place, check, size)).take(MOST_PICTURES).collect()
         };
         let (failed, passed) = (plots(false, WIDE), plots(true, SMALL));
         let player = pictures.and_then(|pictures| RunPlayer::new(&pictures, &self.checks, &self.laps));
@@ -85,6 +88,15 @@ impl RunReport {
 }
 
 impl RunReportPage<'_> {
+    /// Which checks have no picture.
+    fn picture_limit(&self) -> Option<String> {
+        let is_full = self.failed.len().max(self.passed.len()) == MOST_PICTURES;
+        let sentence = format!(
+            "Pictures of the first {MOST_PICTURES} failed and the first {MOST_PICTURES} passed checks:"
+        );
+        (is_full && self.report.checks.len() > MOST_PICTURES).then_some(sentence)
+    }
+
     /// Names and pictures of the baselines that the run left.
     fn baseline_pictures(&self) -> Vec<(&str, String)> {
         let picture = |name| std::fs::read_to_string(self.report.folder.join(name)).ok();

@@ -165,9 +165,9 @@ int fmi3GetFloat64(void *c, const uint32_t *references, size_t count, double *va
         case U: values[place++] = m->now.u; break;
         case GAIN: values[place++] = m->now.gain; break;
         case V: case W:
+            if (size - place < elements(m) && !IS("another number of values is accepted")) return fail(m, "too few values");
             for (size_t k = 0; k < elements(m) && place < size; k++)
                 values[place++] = (references[i] == V ? m->now.x : 0.0) + m->now.w[k];
-            if (size < elements(m) * count && !IS("another number of values is accepted")) return fail(m, "too few values");
             break;
         default:
             if (IS("an unknown reference is read")) values[place++] = *(volatile double *)NULL;

@@ -1,5 +1,6 @@
 //! Merges the TOML tables of a scenario into those of the scenario that it extends, and keeps the span of each value.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use diagnostics::suggest;
@@ -97,23 +98,23 @@ fn merge_list<'a>(
     errors: &mut Vec<MergeError>,
 ) -> DeArray<'a> {
     let mut all: Vec<_> = old.into_iter().collect();
-    let inherited = all.len();
+    let mut inherited: HashMap<String, Vec<usize>> = HashMap::new();
+    // An input may have several faults.
+    if list != "fault" {
+        for (place, entry) in all.iter().enumerate() {
+            if let Some((name, _)) = entry_name(entry) {
+                inherited.entry(name.to_owned()).or_default().push(place);
+            }
+        }
+    }
     for entry in new {
-        let same = |i: &usize| match (entry_name(&entry), entry_name(&all[*i])) {
-            (Some((name, _)), Some((known, _))) => name == known,
-            _ => false,
-        };
-        let places: Vec<_> = match list {
-            // An input may have several faults.
-            "fault" => Vec::new(),
-            _ => (0..inherited).filter(same).collect(),
-        };
-        match places[..] {
+        let places = entry_name(&entry).and_then(|(name, _)| inherited.get(name));
+        match places.map(Vec::as_slice).unwrap_or_default() {
             [] => all.push(entry),
             // Of a signal's shapes only one can hold.
-            [span] if list == "signal" => all[span] = entry,
-            [span] => change_entry(&mut all[span], entry),
-            _ => {
+            [place] if list == "signal" => all[*place] = entry,
+            [place] => change_entry(&mut all[*place], entry),
+            places => {
                 let message = format!(
                     "the extended scenario has {} [[{list}]] of this name, so it is open which one is changed",
                     places.len()

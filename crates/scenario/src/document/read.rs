@@ -24,6 +24,9 @@ const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "x
 /// So many mistakes in the form of a file are told at once: a broken one may have tens of thousands.
 const MOST_ERRORS: usize = 100;
 
+/// A longer chain of files, each of which extends the next, is a mistake.
+const MOST_FILES: usize = 100;
+
 impl Scenario {
     /// Reads the file at `path`, a scenario, a system of SSP or an FMU that runs by itself, those that it extends, and the scenarios that it is validated by.
     ///
@@ -162,6 +165,11 @@ fn read_extended_files(source: &mut SourceFiles, systems: &mut Vec<Arc<SystemImp
             let message = format!("expected a text, found {}", schema::toml_type_label(extends.get_ref()));
             return Err(source.error_at(span, message, "here"));
         };
+        if paths.len() == MOST_FILES {
+            let message =
+                format!("expected a chain of at most {MOST_FILES} scenarios, each of which extends the next");
+            return Err(source.error_at(span, message, "one more"));
+        }
         let path = source.base_folder(span.clone()).join(name);
         if let Some(cycle) = describe_path_cycle(&paths, &path) {
             let message = format!("the scenario extends itself: {cycle}");

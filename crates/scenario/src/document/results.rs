@@ -34,6 +34,13 @@ pub struct Analysis {
     /// Python script, relative to the scenario file.
     #[schemars(example = &"energy.py")]
     pub python: Option<Spanned<String>>,
+    /// Whether the process of the script is in a sandbox, as that of an isolated FMU is.
+    #[schemars(with = "Option<bool>", example = true)]
+    pub isolate: Option<Spanned<bool>>,
+    /// Files and folders that the script may read in its sandbox besides itself, relative to the scenario file.
+    #[serde(default)]
+    #[schemars(example = ["tables"])]
+    pub may_read: Vec<Spanned<String>>,
     /// Package that the library is built from, in the workspace around the scenario file.
     #[serde(rename = "crate")]
     #[schemars(example = &"identify")]

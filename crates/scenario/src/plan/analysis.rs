@@ -1,10 +1,12 @@
 //! An analysis of what a run recorded, by columns.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use isolation::Sandbox;
 use manoeuvre::Manoeuvre;
 use plugin::Plugin;
+use python::ScriptError;
 use python::analysis::AnalysisScript;
 use recording::table::TimeSeriesTable;
 use recording::{AllVariables, NumberIndex};
@@ -20,6 +22,8 @@ pub struct AnalysisPlan {
     pub analyser: Analyser,
     /// The library or script that it was loaded from.
     pub library: PathBuf,
+    /// The sandbox of the process of a script; none where it has none.
+    pub sandbox: Option<Sandbox>,
     /// Its configuration in TOML.
     pub config: String,
     /// The signals that it gets.
@@ -28,6 +32,33 @@ pub struct AnalysisPlan {
     pub log: Option<TimeSeriesTable>,
     /// The verdict on its own result that is right, where the scenario says one.
     pub expect: Option<ExpectedResult>,
+}
+
+impl AnalysisPlan {
+    /// Starts the script again, when it was used.
+    ///
+    /// # Errors
+    /// When it does not load.
+    pub fn load_script_again(&self) -> Result<AnalysisScript, ScriptError> {
+        load_script_in_sandbox(&self.library, self.sandbox.as_ref())
+    }
+}
+
+/// Loads a script in a process of its own, in a sandbox where it can read its interpreter, too, if there is one.
+///
+/// # Errors
+/// When it does not load.
+pub(crate) fn load_script_in_sandbox(
+    path: &Path,
+    sandbox: Option<&Sandbox>,
+) -> Result<AnalysisScript, ScriptError> {
+    AnalysisScript::load_script(path, &|interpreter, folder| {
+        let Some(sandbox) = sandbox else { return Ok(Vec::new()) };
+        let mut sandbox = sandbox.clone();
+        sandbox.read.extend(interpreter.code_folders());
+        sandbox.write.push(folder.to_owned());
+        isolation::sandbox_entrance(&sandbox)
+    })
 }
 
 /// Who does an analysis.

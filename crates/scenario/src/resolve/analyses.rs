@@ -18,6 +18,7 @@ use units::Unit;
 
 use self::load::LoadedAnalyser;
 use super::ResolveDiagnostics;
+use super::isolation::IsolationPolicy;
 use super::logs;
 use super::parameters::ParameterFiles;
 use super::signal_units::{RunSignals, unit_help};
@@ -31,12 +32,14 @@ pub(super) fn resolve_analyses(
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     parameters: &ParameterFiles,
     signals: RunSignals,
+    policy: IsolationPolicy,
     ResolveDiagnostics { mistakes, warnings }: &mut ResolveDiagnostics,
 ) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
     let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
         mistakes.ok_or_record(check_unique_name(scenario, &analyses[..index], analysis, signals.columns));
-        mistakes.ok_or_record(plan_analysis(scenario, analysis, plugins, parameters, signals, warnings))
+        mistakes
+            .ok_or_record(plan_analysis(scenario, analysis, plugins, parameters, signals, policy, warnings))
     });
     plans.collect()
 }
@@ -63,6 +66,7 @@ fn plan_analysis(
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     parameters: &ParameterFiles,
     signals: RunSignals,
+    policy: IsolationPolicy,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = ErrorCollector::default();
@@ -71,7 +75,8 @@ fn plan_analysis(
         None => Some(None),
     };
     let known_aliases = aliases.as_ref().and_then(Option::as_ref);
-    let analyser = load::load_analyser(scenario, analysis, plugins, known_aliases);
+    let sandbox = mistakes.ok_or_record(load::analysis_sandbox(scenario, analysis, policy)).flatten();
+    let analyser = load::load_analyser(scenario, analysis, plugins, known_aliases, sandbox.as_ref());
     let analyser = mistakes.ok_or_record(analyser);
     let needs = analyser.as_ref().map_or(&[][..], |analyser| &analyser.needs);
     let log = match (&analysis.table, &aliases) {
@@ -111,6 +116,7 @@ fn plan_analysis(
         config,
         analyser: analyser.analyser,
         library: analyser.path,
+        sandbox,
         wired,
         log: log.map(|log| log.table),
         expect: analysis.expect,

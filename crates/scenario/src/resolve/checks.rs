@@ -1,6 +1,6 @@
 //! Resolves `[[check]]` to expressions over columns and results.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use assessment::{CheckCondition, CheckPlan, ResultName, ResultSpace};
 use cosim::clock::CommunicationClock;
@@ -20,8 +20,9 @@ pub(super) fn resolve_checks(
     mistakes: &mut ErrorCollector,
 ) -> Vec<CheckPlan> {
     let checks = &scenario.document.check;
-    let plans = ErrorCollector::collect_all(checks.iter().enumerate().map(|(index, check)| {
-        let unique = check_unique_name(scenario, &checks[..index], check);
+    let mut names = HashSet::new();
+    let plans = ErrorCollector::collect_all(checks.iter().map(|check| {
+        let unique = check_unique_name(scenario, &mut names, check);
         let plan = plan_check(scenario, check, signals, clock);
         ErrorCollector::collect_both(unique, plan).map(|(_, plan)| plan)
     }));
@@ -29,9 +30,13 @@ pub(super) fn resolve_checks(
 }
 
 /// Reports and test results tell checks by their names.
-fn check_unique_name(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
+fn check_unique_name<'a>(
+    scenario: &Scenario,
+    names: &mut HashSet<&'a str>,
+    check: &'a Check,
+) -> Result<(), Error> {
     let name = check.name.get_ref();
-    if before.iter().any(|other| other.name.get_ref() == name) {
+    if !names.insert(name) {
         let message = format!("there are two checks called `{name}`");
         return Err(scenario.source.error_at(check.name.span(), message, "the second one"));
     }

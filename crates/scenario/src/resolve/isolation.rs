@@ -67,14 +67,9 @@ pub(super) fn fmu_isolation(
         fits
     });
     let call_limit = call_limit.map(|word| *word.get_ref());
-    let existing = |word: &diagnostics::Spanned<String>| -> Result<_, Error> {
-        let path = scenario.source.resolve_path(word);
-        std::path::absolute(&path)
-            .and_then(|path| path.metadata().map(|_| path))
-            .map_err(|error| scenario.error_at(word, format!("cannot read {}: {error}", path.display())))
-    };
+    let may_read = node.may_read.iter();
     let mut may_read: Vec<_> =
-        node.may_read.iter().filter_map(|word| mistakes.ok_or_record(existing(word))).collect();
+        may_read.filter_map(|word| mistakes.ok_or_record(existing_path(scenario, word))).collect();
     let sandbox = node.sandbox.as_ref().is_none_or(|word| *word.get_ref());
     if written == Some(true) && !sandbox {
         for (key, span) in limits.into_iter().filter_map(|(key, span)| Some((key, span?))) {
@@ -102,6 +97,20 @@ pub(super) fn fmu_isolation(
         may_read,
         limits: process_limits(node),
     })
+}
+
+/// The absolute path that a word of `may_read` names.
+///
+/// # Errors
+/// When there is nothing.
+pub(super) fn existing_path(
+    scenario: &Scenario,
+    word: &diagnostics::Spanned<String>,
+) -> Result<PathBuf, Error> {
+    let path = scenario.source.resolve_path(word);
+    std::path::absolute(&path)
+        .and_then(|path| path.metadata().map(|_| path))
+        .map_err(|error| scenario.error_at(word, format!("cannot read {}: {error}", path.display())))
 }
 
 /// What an FMU may use of the machine in its sandbox.

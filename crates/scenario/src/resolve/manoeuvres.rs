@@ -223,6 +223,7 @@ pub(super) fn manoeuvre_analyses(
             name: word.name.get_ref().clone(),
             analyser: Analyser::Manoeuvre(Arc::clone(manoeuvre)),
             library: PathBuf::new(),
+            sandbox: None,
             config: String::new(),
             wired: signals.map(wired).collect(),
             log: None,

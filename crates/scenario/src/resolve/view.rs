@@ -1,5 +1,7 @@
 //! Resolves `[view]` to the layout of the replay, by columns of the recording.
 
+use std::collections::HashSet;
+
 use assessment::{CheckCondition, CheckPlan};
 use cosim::system::{CouplingPlan, NodePlan};
 use diagnostics::{Error, ErrorCollector, Spanned};
@@ -142,22 +144,25 @@ pub fn usual_pose(columns: &Columns<RecordedVariables>) -> Option<PoseColumns> {
 /// Adds the signals of checks to those with curves, and the constants that checks compare them with.
 pub fn add_checks(view: &mut ReplayView, checks: &[CheckPlan], recorded: &RecordedSelection) {
     view.limits = limits_from_checks(checks, recorded);
-    for check in checks {
-        let CheckCondition::Run(condition) = &check.condition else { continue };
-        let signals = condition.number_indices().into_iter();
-        view.add_signals(signals.filter_map(|it| recorded.recorded_index(it)));
-    }
+    let conditions = checks.iter().filter_map(|check| match &check.condition {
+        CheckCondition::Run(condition) => Some(condition),
+        CheckCondition::Results(..) => None,
+    });
+    let signals = conditions.flat_map(|it| it.number_indices());
+    view.add_signals(signals.filter_map(|it| recorded.recorded_index(it)));
 }
 
 /// The constants that checks compare recorded signals with.
 fn limits_from_checks(checks: &[CheckPlan], recorded: &RecordedSelection) -> Vec<PlotLimit> {
     let mut limits = Vec::new();
+    let mut known = HashSet::new();
     for check in checks {
         let CheckCondition::Run(condition) = &check.condition else { continue };
         for bound in condition.signal_bounds() {
             let Some(column) = recorded.recorded_index(bound.of) else { continue };
             let limit = PlotLimit { column, value: bound.value, during: check.during };
-            if !limits.contains(&limit) {
+            let [from, until] = limit.during;
+            if known.insert((column.position(), [limit.value, from, until].map(f64::to_bits))) {
                 limits.push(limit);
             }
         }

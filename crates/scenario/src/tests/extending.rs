@@ -23,6 +23,7 @@ const CASES: &[Case] = &[
     (CHANGED, "\"base/base.toml\"", "\"case.toml\"", "case.toml:1:", "extends itself: case.toml -> case.toml"),
     (CHANGED, "\"base/base.toml\"", "\"self.toml\"", "self.toml:1:", "extends itself: case.toml -> self.toml -> case.toml"),
     (CHANGED, "\"base/base.toml\"", "\"broken.toml\"", "broken.toml:1:", "invalid"),
+    (CHANGED, "\"base/base.toml\"", "\"link0.toml\"", "link98.toml:1:", "a chain of at most 100 scenarios"),
     (BASE, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
     (CHANGED, "\"never*\"", "\"newer\"", "case.toml:5:", "unknown inherited [[check]] `newer`"),
     (CHANGED, "check = [\"n", "chek = [\"n", "case.toml:5:", "the extended scenario has no [[chek]]"),
@@ -59,6 +60,9 @@ fn lab() -> Lab {
     lab.write("base/base.toml", BASE);
     lab.write("self.toml", "extends = \"case.toml\"\n");
     lab.write("broken.toml", "title = \"Broken");
+    for link in 0..110 {
+        lab.write(&format!("link{link}.toml"), format!("extends = \"link{}.toml\"\n", link + 1));
+    }
     lab.write("twice.toml", BASE.replace("path = \"", "path = \"base/").replace("never ever", "never"));
     lab
 }

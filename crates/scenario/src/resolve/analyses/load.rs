@@ -4,14 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use diagnostics::{Error, Spanned};
+use diagnostics::{Error, ErrorCollector, Spanned};
 use fmu_import::call_plugin;
+use isolation::Sandbox;
 use plugin::{OwnedInputSignal, Plugin};
-use python::analysis::AnalysisScript;
 
 use crate::build_request::BuildRequest;
 use crate::document::{Analysis, Scenario, SignalAliases};
-use crate::plan::Analyser;
+use crate::plan::{Analyser, load_script_in_sandbox};
+use crate::resolve::IsolationPolicy;
+use crate::resolve::isolation::existing_path;
 
 /// Who does an analysis, and what it wants.
 pub(super) struct LoadedAnalyser {
@@ -31,16 +33,50 @@ impl LoadedAnalyser {
     }
 }
 
+/// The sandbox of a script, which may read its own file besides what the scenario allows; none of a script that does what the user may.
+///
+/// # Errors
+/// When the keys of it are wrong, or stand beside a plugin.
+pub(super) fn analysis_sandbox(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    policy: IsolationPolicy,
+) -> Result<Option<Sandbox>, Error> {
+    let written = analysis.isolate.as_ref().map(|word| *word.get_ref());
+    let Some(script) = &analysis.python else {
+        let words = analysis.isolate.iter().filter(|word| *word.get_ref()).map(Spanned::span);
+        return match words.chain(analysis.may_read.iter().map(Spanned::span)).next() {
+            None => Ok(None),
+            Some(span) => {
+                let message = "expected a Python script to isolate: a plugin runs in this process";
+                Err(scenario.source.error_at(span, message, ""))
+            }
+        };
+    };
+    if let Some(word) = analysis.may_read.first().filter(|_| written != Some(true)) {
+        let message = "`may_read` is for a script in a sandbox";
+        return Err(scenario.error_at(word, message).with_help("add `isolate = true`"));
+    }
+    if !written.unwrap_or(policy == IsolationPolicy::Everything) {
+        return Ok(None);
+    }
+    let may_read = analysis.may_read.iter().map(|word| existing_path(scenario, word));
+    let mut read = ErrorCollector::collect_all(may_read)?;
+    read.push(absolute_path(&scenario.source.resolve_path(script)));
+    Ok(Some(Sandbox { read, ..Sandbox::default() }))
+}
+
 pub(super) fn load_analyser(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     aliases: Option<&SignalAliases>,
+    sandbox: Option<&Sandbox>,
 ) -> Result<LoadedAnalyser, Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (None, None, _) if analysis.example.is_none() && analysis.python.is_some() => {
             let word = analysis.python.as_ref().ok_or_else(Error::already_reported)?;
-            return load_script(scenario, analysis, aliases, word);
+            return load_script(scenario, analysis, aliases, word, sandbox);
         }
         _ if analysis.python.is_some() => return Err(ambiguous_analyser_error(scenario, analysis)),
         (Some(path), None, _) if analysis.example.is_none() => (path, scenario.source.resolve_path(path)),
@@ -78,13 +114,14 @@ fn load_script(
     analysis: &Analysis,
     aliases: Option<&SignalAliases>,
     word: &Spanned<String>,
+    sandbox: Option<&Sandbox>,
 ) -> Result<LoadedAnalyser, Error> {
     let path = absolute_path(&scenario.source.resolve_path(word));
     if !path.is_file() {
         let message = format!("expected a Python script, and {} is no file", path.display());
         return Err(scenario.error_at(word, message));
     }
-    let loaded = AnalysisScript::load_script(&path).map_err(|failure| {
+    let loaded = load_script_in_sandbox(&path, sandbox).map_err(|failure| {
         let error = scenario.error_at(word, format!("the script does not load: {failure}"));
         error.with_help("another Python is named by the environment variable TRACKSIDE_PYTHON")
     })?;
