@@ -288,6 +288,9 @@ fn an_isolated_script_reads_and_writes_what_it_may() {
     run(&lab, CURIOUS, &keys("isolate = true\nmay_read = [\"tables\"]\n")).expect(0);
     assert_eq!(done(&lab), [false, true, false, false, true, false], "{}", lab.report("out")["analyses"]);
     assert!(lab.has("out/mine_note.txt") || lab.has("out/note.txt"), "the file of the script");
+    let reads = "def analyse(signals, config):\n    open(__file__.replace('mine.py', 'secret.txt'))\n";
+    let ended = run(&lab, reads, &keys("isolate = true\n")).expect(3);
+    ended.says(&["mine.py:2", "FileNotFoundError", "`may_read` adds files"]);
     run(&lab, CURIOUS, &keys("")).expect(0);
     std::fs::remove_file(lab.path("escaped.txt")).expect("it was written");
     let ended = Ended::of(command(&lab).arg("--isolate").output().expect("it starts"));

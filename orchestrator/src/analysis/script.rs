@@ -13,6 +13,9 @@ use super::AnalysisHost;
 /// The largest file of a script that goes into the folder of the run [bytes].
 const LARGEST: u64 = 1 << 30;
 
+/// The end of the message of a failure that the sandbox may have caused.
+const SANDBOXED: &str = "; it is in a sandbox: with `isolate = true`, `may_read` adds files that it may read";
+
 /// Hands the signals of the request to the script that is `waiting`, or to a new process of it, and takes what it finds.
 ///
 /// # Errors
@@ -24,7 +27,8 @@ pub(super) fn run_analysis_script(
     host: &mut AnalysisHost,
 ) -> Result<Value, Error> {
     let name = &plan.name;
-    let failed = |what: String| Error::analysis_failure(name, what);
+    let confined = if plan.sandbox.is_some() { SANDBOXED } else { "" };
+    let failed = |what: String| Error::analysis_failure(name, what + confined);
     let script = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
     let mut script = match script {
         Some(script) => script,

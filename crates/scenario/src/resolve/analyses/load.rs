@@ -123,7 +123,10 @@ fn load_script(
     }
     let loaded = load_script_in_sandbox(&path, sandbox).map_err(|failure| {
         let error = scenario.error_at(word, format!("the script does not load: {failure}"));
-        error.with_help("another Python is named by the environment variable TRACKSIDE_PYTHON")
+        error.with_help(match sandbox {
+            Some(_) => "it is in a sandbox: with `isolate = true`, `may_read` adds files that it may read",
+            None => "another Python is named by the environment variable TRACKSIDE_PYTHON",
+        })
     })?;
     let need = |name: &str, unit: &str, required| OwnedInputSignal {
         name: name.to_owned(),
