@@ -94,7 +94,8 @@ def compilers(tools: Path, glibc: str) -> dict[str, str]:
     machine = platform.machine()
     triple = f"{machine}-linux-gnu.{glibc}"
     compiler = folder / f"cc-{triple}"
-    compiler.write_text(f'#!/bin/sh\nPATH="{tools}:$PATH" exec "{tools}/cargo-zigbuild" zig cc -- -target {triple} "$@"\n')
+    script = ROOT / "python/zig_cc.sh"
+    compiler.write_text(f'#!/bin/sh\nTOOLS="{tools}" TRIPLE={triple} exec bash "{script}" "$@"\n')
     archiver = folder / "ar"
     archiver.write_text(f'#!/bin/sh\nexec "{tools}/python" -m ziglang ar "$@"\n')
     for program in (compiler, archiver):
