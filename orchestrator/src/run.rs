@@ -328,7 +328,7 @@ impl ScenarioJob<'_> {
             let announced_stop = &mut plan.system.announced_stop;
             *announced_stop = announced_stop.map(|stop| stop.max(latest));
         }
-        validation::check_validations(self.scenario, self.built, &plan.system)?;
+        validation::check_validations(self.scenario, self.built, &plan.system, overrides)?;
         plan.restrict_outputs();
         Ok(plan)
     }
@@ -367,16 +367,15 @@ impl ScenarioJob<'_> {
     ) -> Result<(), Error> {
         let name = validation.name.get_ref();
         events(ProgressEvent::Validation(name));
-        let overrides = validation::validation_overrides(self.scenario, validation, system, Some(report))?;
+        let run = &self.options.overrides;
         let options = RunOptions {
-            overrides: Overrides {
-                seed: self.options.overrides.seed,
-                tolerance: self.options.overrides.tolerance,
-                coupling: self.options.overrides.coupling,
-                isolate: self.options.overrides.isolate,
-                trust: self.options.overrides.trust,
-                ..overrides
-            },
+            overrides: validation::validation_overrides(
+                self.scenario,
+                validation,
+                system,
+                Some(report),
+                run,
+            )?,
             // A viewer that is connected goes on showing this run.
             replay: if self.options.replay == ReplayOutput::Off {
                 ReplayOutput::Off

@@ -14,21 +14,26 @@ use scenario::{BuildArtifacts, Scenario};
 
 use crate::report::RunReport;
 
-/// Checks the validations of a scenario and theirs, as far as that can be done before anything runs.
+/// Checks the validations of a scenario and theirs, as far as that can be done before anything runs; `run` is what the run has from outside.
 ///
 /// # Errors
 /// With the place in the file.
-pub fn check_validations(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
+pub fn check_validations(
+    scenario: &Scenario,
+    built: &BuildArtifacts,
+    system: &System,
+    run: &Overrides,
+) -> Result<(), Error> {
     let all = scenario.document.validation.iter().zip(&scenario.validations);
     let checked = all.map(|(validation, child)| {
-        let overrides = validation_overrides(scenario, validation, system, None)?;
+        let overrides = validation_overrides(scenario, validation, system, None, run)?;
         let plan = RunPlan::resolve(child, built, &overrides, PathBuf::new())?;
-        check_validations(child, built, &plan.system)
+        check_validations(child, built, &plan.system, &overrides)
     });
     ErrorCollector::collect_all(checked).map(drop)
 }
 
-/// The start values of a validation of the run of `system`. Files that analyses have left are in the report; before there is
+/// What a validation of the run of `system` has from outside its scenario: start values, and what `run` has that holds for both. Files that analyses have left are in the report; before there is
 /// one, those that may be left are passed over.
 ///
 /// # Errors
@@ -38,6 +43,7 @@ pub fn validation_overrides(
     validation: &Validation,
     system: &System,
     report: Option<&RunReport>,
+    run: &Overrides,
 ) -> Result<Overrides, Error> {
     let defaults = validation.like.iter().map(|(node, model)| copied_starts(scenario, node, model, system));
     let starts = validation.set.iter().map(|entry| set_starts(scenario, entry, report));
@@ -48,7 +54,7 @@ pub fn validation_overrides(
     Ok(Overrides {
         defaults: defaults.into_iter().flatten().collect(),
         starts: starts.into_iter().flatten().collect(),
-        ..Overrides::default()
+        ..run.clone()
     })
 }
 

@@ -104,12 +104,8 @@ pub fn faulty3() -> &'static [u8] {
         let lab = Lab::new();
         let source = lab.write("faulty.c", faulty);
         let mut cc = Command::new("cc");
-        cc.args(["-fPIC", "-shared", "-Wall", "-Werror", "-I"]).arg(&sources).arg(source);
-        let library = lab.path("library.so");
-        Ended::of(cc.arg("-o").arg(&library).arg("-lm").output().expect("a C compiler")).expect(0);
-        let xml = std::fs::read(sources.join("deviate3.xml")).expect("the description");
-        let library = std::fs::read(library).expect("the library");
-        archive(&[("modelDescription.xml", &xml), ("binaries/x86_64-linux/deviate3.so", &library)])
+        cc.args(["-fPIC", "-I"]).arg(sources);
+        build_source(cc, &source, "deviate3", ["linux64", "x86_64-linux"], "so")
     })
 }
 
@@ -207,14 +203,20 @@ pub fn for_windows(name: &str) -> Vec<u8> {
 }
 
 /// `folders` are those of libraries of FMI 2.0 and 3.0.
-fn build_for(mut cc: Command, name: &str, folders: [&str; 2], extension: &str) -> Vec<u8> {
-    let sources = Path::new(ROOT).join("tests/acceptance/fmu");
+fn build_for(cc: Command, name: &str, folders: [&str; 2], extension: &str) -> Vec<u8> {
+    let source = Path::new(ROOT).join("tests/acceptance/fmu").join(format!("{name}.c"));
+    build_source(cc, &source, name, folders, extension)
+}
+
+/// The FMU of a source, with the description `name`.
+fn build_source(mut cc: Command, source: &Path, name: &str, folders: [&str; 2], extension: &str) -> Vec<u8> {
+    let descriptions = Path::new(ROOT).join("tests/acceptance/fmu");
     let shared = Path::new(ROOT).join("crates/fmu-import/tests/support");
     let lab = Lab::new();
     // MinGW-w64 adds an extension to a name without one.
     let library = lab.path(&format!("library.{extension}"));
-    cc.args(["-shared", "-O0", "-Wall", "-Werror"]).arg(sources.join(format!("{name}.c")));
-    let xml = std::fs::read_to_string(sources.join(format!("{name}.xml"))).expect("the description");
+    cc.args(["-shared", "-O0", "-Wall", "-Werror"]).arg(source);
+    let xml = std::fs::read_to_string(descriptions.join(format!("{name}.xml"))).expect("the description");
     let is_newer = xml.contains("fmiVersion=\"3.0\"");
     if xml.contains("fmiVersion=\"2.0\"") {
         cc.arg("-I").arg(&shared).arg(shared.join("refusals.c"));

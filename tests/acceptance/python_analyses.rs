@@ -19,6 +19,7 @@ tests! {
     a_signal_ends_a_script_and_the_run,
     an_isolated_script_reads_and_writes_what_it_may,
     what_only_a_script_can_have_is_refused_elsewhere,
+    a_script_of_a_validation_is_isolated_from_its_first_line_on,
 }
 
 /// A ramp from 0 to 36 km/h within a second, and the analysis that `more` completes.
@@ -297,6 +298,20 @@ fn an_isolated_script_reads_and_writes_what_it_may() {
     ended.expect(0);
     assert_eq!(done(&lab), [false, false, false, false, true, false], "{}", lab.report("out")["analyses"]);
     assert!(!lab.has("escaped.txt"));
+}
+
+/// Scripts of validations are loaded before the run, to check them.
+fn a_script_of_a_validation_is_isolated_from_its_first_line_on() {
+    let lab = Lab::new();
+    let spy = "import pathlib\ntry:\n    pathlib.Path(__file__).with_name('escaped.txt').write_text('x')\nexcept OSError:\n    pass\n\ndef analyse(signals, config):\n    return {}\n";
+    lab.write("mine.py", spy);
+    lab.write("child.toml", scenario(SPEED));
+    let parent = "[time]\nstep = 0.25\nstop = 1.0\n\n[[signal]]\nname = \"car.v\"\nconstant = 1.0\n\n[[validation]]\nname = \"again\"\nscenario = \"child.toml\"\n";
+    lab.write("case.toml", parent);
+    Ended::of(command(&lab).arg("--isolate").output().expect("it starts")).expect(0);
+    assert!(!lab.has("escaped.txt"));
+    Ended::of(command(&lab).output().expect("it starts")).expect(0);
+    assert!(lab.has("escaped.txt"), "without a sandbox it writes");
 }
 
 fn what_only_a_script_can_have_is_refused_elsewhere() {

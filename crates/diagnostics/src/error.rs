@@ -97,7 +97,7 @@ impl Error {
         }))
     }
 
-    /// Something wrong at `span` (bytes of the file), which has so many lines before its own, with `label` under the place.
+    /// Something wrong at `span` (bytes of the file), with `label` under the place. `lines` is the number of lines before that of the place.
     #[must_use]
     pub(crate) fn at_span(
         file: &TextFile,

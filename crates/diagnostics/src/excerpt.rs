@@ -22,7 +22,8 @@ pub(crate) struct SourceExcerpt {
 }
 
 impl SourceExcerpt {
-    /// The lines around a place in the text of the file `name`, and what of the place is in them; `lines` are before that of the place.
+    /// The lines around a place in the text of the file `name`, and what of the place is in them. `lines` is the number of lines before
+    /// that of the place.
     pub fn new(name: String, text: &str, place: Range<usize>, lines: usize) -> (Self, Range<usize>) {
         let at = char_boundary_before(text, place.start.min(text.len()));
         let end = char_boundary_before(text, place.end.clamp(at, text.len()).min(at + SHOWN));

@@ -39,6 +39,10 @@ impl SourceFiles {
 
     /// Adds a text that was made of a file.
     pub fn add_generated(&mut self, file: TextFile) {
+        self.add(file);
+    }
+
+    fn add(&mut self, file: TextFile) {
         self.line_ends.take();
         self.others.push(file);
     }
@@ -77,7 +81,7 @@ impl SourceFiles {
     /// # Errors
     /// At that word, when it cannot be read.
     pub fn add_file(&mut self, path: &Path, place: Range<usize>) -> Result<(), Error> {
-        self.add_generated(read_scenario_file(path).map_err(|message| self.error_at(place, message, ""))?);
+        self.add(read_scenario_file(path).map_err(|message| self.error_at(place, message, ""))?);
         Ok(())
     }
 

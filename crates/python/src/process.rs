@@ -64,14 +64,9 @@ impl PythonProcess {
         let (line, other) = UnixStream::pair().map_err(failed)?;
         let (printed, output) = std::io::pipe().map_err(failed)?;
         rustix::io::ioctl_fionbio(&printed, true).map_err(|error| failed(error.into()))?;
-        let mut command = match entrance.split_first() {
-            Some((program, rest)) => {
-                let mut command = Command::new(program);
-                command.args(rest).arg("--").arg(path);
-                command
-            }
-            None => Command::new(path),
-        };
+        let mut words = entrance.iter().map(OsString::as_os_str).chain([path.as_os_str()]);
+        let mut command = Command::new(words.next().unwrap_or(path.as_os_str()));
+        command.args(words);
         // No files beside the script: its folder may be that of somebody else, or vanish while it runs.
         command.arg("-B").args(arguments).env("PYTHONIOENCODING", "utf-8:backslashreplace");
         command.stdin(Stdio::from(OwnedFd::from(other)));

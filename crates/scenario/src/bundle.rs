@@ -241,14 +241,17 @@ impl BundleGatherer<'_> {
             let added = added.map_err(|what| scenario.error_at(word, what));
             let Some(inside) = mistakes.ok_or_record(added) else { continue };
             replace_package(entry, format!("{}{inside}", location.root));
-            if entry.remove("may_read").is_some() {
-                let name = fmu.name.get_ref();
-                self.notes
-                    .push(format!("`may_read` of `{name}` names files of this machine: it is left out"));
-            }
+            self.leave_out_readable_files(fmu.name.get_ref(), entry);
             paths.insert(fmu.name.get_ref().clone(), inside);
         }
         paths
+    }
+
+    /// What a node or a script may read in its sandbox are files of this machine.
+    fn leave_out_readable_files(&mut self, name: &str, entry: &mut DeTable) {
+        if entry.remove("may_read").is_some() {
+            self.notes.push(format!("`may_read` of `{name}` names files of this machine: it is left out"));
+        }
     }
 
     /// Replaces packages of plugins by libraries where there is a folder for them, and says what is not gathered.
@@ -261,6 +264,7 @@ impl BundleGatherer<'_> {
     ) {
         let words = scenario.document.analysis.iter();
         for (analysis, entry) in words.zip(paths::list_entries(table, "analysis")) {
+            self.leave_out_readable_files(analysis.name.get_ref(), entry);
             let Some(request) = analysis.build_request() else { continue };
             let library = self.built.plugins.get(&request);
             if let Some((folder, library)) = self.layout.plugins.zip(library) {

@@ -10,7 +10,7 @@ use cosim::system::{System, UsedColumns};
 use recording::{ColumnIndex, RecordedSelection, RunHeader};
 
 pub(crate) use analysis::load_script_in_sandbox;
-pub use analysis::{Analyser, AnalysisPlan, SignalOrigin, WiredSignal};
+pub use analysis::{Analyser, AnalysisPlan, SANDBOX_HINT, SignalOrigin, WiredSignal};
 pub use sweep::{AxisValues, SearchGoal, SearchPlan, SweepAxis, SweepPlan};
 
 /// The report of a run, in its folder.

@@ -5,16 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use diagnostics::{Error, print_to_stderr};
 use plugin::{AnalysisRequest, AnalysisServices as _, Signal};
 use python::analysis::{AnalysisScript, DerivedSignals, ScriptMessage, SignalColumn};
-use scenario::plan::AnalysisPlan;
+use scenario::plan::{AnalysisPlan, SANDBOX_HINT};
 use serde_json::{Number, Value};
 
 use super::AnalysisHost;
 
 /// The largest file of a script that goes into the folder of the run [bytes].
 const LARGEST: u64 = 1 << 30;
-
-/// The end of the message of a failure that the sandbox may have caused.
-const SANDBOXED: &str = "; it is in a sandbox: with `isolate = true`, `may_read` adds files that it may read";
 
 /// Hands the signals of the request to the script that is `waiting`, or to a new process of it, and takes what it finds.
 ///
@@ -27,8 +24,10 @@ pub(super) fn run_analysis_script(
     host: &mut AnalysisHost,
 ) -> Result<Value, Error> {
     let name = &plan.name;
-    let confined = if plan.sandbox.is_some() { SANDBOXED } else { "" };
-    let failed = |what: String| Error::analysis_failure(name, what + confined);
+    let failed = |what: String| {
+        let confined = plan.sandbox.as_ref().map(|_| format!("; {SANDBOX_HINT}"));
+        Error::analysis_failure(name, what + &confined.unwrap_or_default())
+    };
     let script = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
     let mut script = match script {
         Some(script) => script,

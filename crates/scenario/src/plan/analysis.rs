@@ -44,6 +44,10 @@ impl AnalysisPlan {
     }
 }
 
+/// What may be behind a failure of a script that it does not have elsewhere.
+pub const SANDBOX_HINT: &str =
+    "it is in a sandbox: with `isolate = true`, `may_read` adds files that it may read";
+
 /// Loads a script in a process of its own, in a sandbox where it can read its interpreter, too, if there is one.
 ///
 /// # Errors

@@ -52,8 +52,9 @@ fn write_ssp_archive(path: &Path, archive: &Path) -> Result<(), Error> {
     let mut building = BuildLine::default();
     let built =
         package::build_scenario_packages(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
-    let plan = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    validation::check_validations(&scenario, &built, &plan.system)?;
+    let overrides = Overrides::default();
+    let plan = RunPlan::resolve(&scenario, &built, &overrides, PathBuf::new())?;
+    validation::check_validations(&scenario, &built, &plan.system, &overrides)?;
     let exported = export_ssp(&scenario, &built, &plan.system, archive)?;
     for note in &exported.notes {
         print_to_stderr(&format!("note: {note}"));

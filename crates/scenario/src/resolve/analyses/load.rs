@@ -11,7 +11,7 @@ use plugin::{OwnedInputSignal, Plugin};
 
 use crate::build_request::BuildRequest;
 use crate::document::{Analysis, Scenario, SignalAliases};
-use crate::plan::{Analyser, load_script_in_sandbox};
+use crate::plan::{Analyser, SANDBOX_HINT, load_script_in_sandbox};
 use crate::resolve::IsolationPolicy;
 use crate::resolve::isolation::existing_path;
 
@@ -124,7 +124,7 @@ fn load_script(
     let loaded = load_script_in_sandbox(&path, sandbox).map_err(|failure| {
         let error = scenario.error_at(word, format!("the script does not load: {failure}"));
         error.with_help(match sandbox {
-            Some(_) => "it is in a sandbox: with `isolate = true`, `may_read` adds files that it may read",
+            Some(_) => SANDBOX_HINT,
             None => "another Python is named by the environment variable TRACKSIDE_PYTHON",
         })
     })?;
