@@ -15,7 +15,7 @@ use cosim::node::{self, FmuProcessOptions, Node};
 use cosim::system::System;
 use diagnostics::{Error, ErrorCollector, print_to_stderr};
 use scenario::plan::RunPlan;
-use scenario::resolve::{self, Overrides};
+use scenario::resolve;
 use scenario::{BuildArtifacts, Scenario, document};
 
 use crate::baseline_change::BaselineChange;
