@@ -5,8 +5,9 @@ usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--progr
 
 INPUT and OUTPUT are names of Real variables. What counts is processor time, in all threads of a program, and all programs
 take turns, so that other work on the machine matters little; the table has medians. Those of trackside are of whole
-processes, less one that does a single step. The others (a loop in C with nothing around it, the container of FMPy in the same
-loop, Ecos, libcosim, fmpy) measure their loop themselves. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
+processes, less one that does a single step. The others measure their loop themselves: a loop in C with nothing around it, the
+containers of FMPy and of FMU Manipulation Toolbox and the FMU that `trackside pack --fmu` makes of the chain, each in the same loop, Ecos,
+libcosim, fmpy. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
 used. What is not there is said and left out.
 """
 
@@ -27,9 +28,9 @@ from environment import environment
 
 STEP = 0.1
 # Ecos needs a library that another package brings.
-PACKAGES = ["ecospy", "tbb", "libcosimpy", "fmpy"]
+PACKAGES = ["ecospy", "tbb", "libcosimpy", "fmpy", "fmu-manipulation-toolbox"]
 # So many times fewer steps than trackside, for those that take long.
-FEWER = {"FMPy's container": 1, "Ecos": 10, "libcosim": 100, "fmpy": 20}
+FEWER = {"FMPy's container": 1, "fmucontainer": 2, "Ecos": 10, "libcosim": 100, "fmpy": 20}
 
 
 def ecos(fmu, names, nodes, steps):
@@ -144,7 +145,34 @@ def container(fmu, names, nodes, steps):
         return float(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
 
 
-PEERS = {"FMPy's container": container, "Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
+def fmucontainer(fmu, names, nodes, steps):
+    """The same as one FMU of FMU Manipulation Toolbox, whose instances step one after the other."""
+    from fmu_manipulation_toolbox.assembly import AssemblyNode
+
+    given, taken = names
+    chain = AssemblyNode("chain.fmu", step_size=STEP, auto_link=False, auto_input=False, auto_output=False)
+    with tempfile.TemporaryDirectory() as folder:
+        for i in range(nodes):
+            chain.add_fmu(f"n{i}.fmu", fmu)
+        for i in range(1, nodes):
+            chain.add_link(f"n{i - 1}.fmu", taken, f"n{i}.fmu", given)
+        chain.add_input("u", "n0.fmu", given)
+        chain.add_output(f"n{nodes - 1}.fmu", taken, "y")
+        chain.make_fmu(Path(folder))
+        return in_c(Path(folder) / "chain.fmu", ("u", "y"), 1, steps)
+
+
+def in_c(fmu, names, nodes, steps):
+    """Processor time of a step of a chain of an FMU in the loop in C [ns]."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        library, guid, resources, references = unpacked(fmu, folder / "fmu")
+        words = [compiled(folder), library, guid, resources, *(references[it] for it in names)]
+        words += [str(nodes), str(steps)]
+        return float(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+
+
+PEERS = {"FMPy's container": container, "fmucontainer": fmucontainer, "Ecos": ecos, "libcosim": libcosim, "fmpy": fmpy}
 
 
 def peer(name, python, arguments, folder):
@@ -217,6 +245,16 @@ def trackside(arguments, folder):
     return (whole - start) / arguments.steps * 1e9, whole / arguments.steps * 1e9
 
 
+def packed(arguments, folder):
+    """The chain as an FMU, with the first input and the last output."""
+    path = folder / "packed.toml"
+    path.write_text(scenario(arguments, 1))
+    ends = [f"n0.{arguments.input}", f"n{arguments.nodes - 1}.{arguments.output}"]
+    words = [path, "--fmu", "chain", "--inputs", ends[0], "--outputs", ends[1], "--out", folder]
+    subprocess.run([arguments.program, "pack", *words], capture_output=True, text=True, check=True)
+    return folder / "chain.fmu", ends
+
+
 def table(times):
     """Prints medians, and how many times as long as bare C they are."""
     bare = statistics.median(times["bare C"])
@@ -247,17 +285,15 @@ def main():
     python = environment(arguments.venv, PACKAGES)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        library, guid, resources, references = unpacked(arguments.fmu, folder / "fmu")
-        bare = [compiled(folder), library, guid, resources, *(references[it] for it in names)]
-        bare += [str(arguments.nodes), str(arguments.steps)]
-        times = {"bare C": [], "trackside": [], "trackside, with its start": []}
+        times = {"bare C": [], "trackside": [], "trackside, with its start": [], "a scenario as FMU": []}
+        chain, ends = packed(arguments, folder)
         times |= {name: [] for name in PEERS}
         for _ in range(arguments.rounds):
-            said = subprocess.run(bare, capture_output=True, text=True, check=True).stdout
-            times["bare C"].append(float(said))
+            times["bare C"].append(in_c(arguments.fmu, names, arguments.nodes, arguments.steps))
             loop, whole = trackside(arguments, folder)
             times["trackside"].append(loop)
             times["trackside, with its start"].append(whole)
+            times["a scenario as FMU"].append(in_c(chain, ends, 1, arguments.steps))
             for name in PEERS:
                 found = peer(name, python, arguments, folder)
                 times[name] += [] if found is None else [found]

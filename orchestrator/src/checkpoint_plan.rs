@@ -380,6 +380,26 @@ impl RunObserver for CheckpointPlan {
         exchange: &mut Exchange,
         coupling: &mut dyn CouplingAlgorithm,
     ) -> Result<(), Error> {
+        if self.origin.is_none() && self.requests.is_empty() && self.saved.is_empty() {
+            return Ok(());
+        }
+        self.save_and_compare(tick, exchange, coupling)
+    }
+
+    fn keeps_nodes(&self) -> bool {
+        matches!(self.role, WarmStartRole::WarmUp | WarmStartRole::Branch { last: false })
+    }
+}
+
+impl CheckpointPlan {
+    /// Compares the run with that which it resumes, and saves the checkpoints of this communication point.
+    #[inline(never)]
+    fn save_and_compare(
+        &mut self,
+        tick: u64,
+        exchange: &mut Exchange,
+        coupling: &mut dyn CouplingAlgorithm,
+    ) -> Result<(), Error> {
         self.compare_with_original(tick, exchange);
         for saved in self.saved.iter_mut().filter(|saved| !saved.complete) {
             saved.complete = !saved.checkpoint.system.add_following_row(exchange.row());
@@ -408,10 +428,6 @@ impl RunObserver for CheckpointPlan {
         saved.write(&self.folder)?;
         self.saved.push(saved);
         Ok(())
-    }
-
-    fn keeps_nodes(&self) -> bool {
-        matches!(self.role, WarmStartRole::WarmUp | WarmStartRole::Branch { last: false })
     }
 }
 

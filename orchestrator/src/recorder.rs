@@ -154,11 +154,11 @@ impl RunRecorder {
         if tick.is_multiple_of(SELDOM) {
             return self.forward_notices();
         }
-        let (mut notices, mut others) = (self.faults.take_notices(), self.checks.take_notices());
-        if notices.is_empty() && others.is_empty() {
+        if !self.faults.has_notices() && !self.checks.has_notices() {
             return Ok(());
         }
-        notices.append(&mut others);
+        let mut notices = self.faults.take_notices();
+        notices.append(&mut self.checks.take_notices());
         self.dispatch_notices(notices)
     }
 

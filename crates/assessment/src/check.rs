@@ -119,6 +119,13 @@ impl RunChecks {
         }
     }
 
+    /// Whether there are notices to take.
+    #[must_use]
+    #[inline]
+    pub fn has_notices(&self) -> bool {
+        !self.notices.is_empty()
+    }
+
     /// Notices the status of the conditions on a window as a whole, from the moment that decided them.
     pub fn conclude_window_checks(&mut self, verdicts: &[CheckVerdict]) {
         let judged = self.checks.iter().zip(verdicts).filter(

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use diagnostics::Error;
-use fmu_import::CallError;
+use fmu_import::{CallError, StepMemory};
 use recording::{AllVariables, Columns, Row};
 
 pub use self::effort::NodeStepTiming;
@@ -69,6 +69,11 @@ pub struct ExchangeState {
     /// The inputs that are extrapolated within a step, by node.
     pub extrapolated: Vec<Vec<ExtrapolatedInput>>,
     plain: DirectConnections,
+    /// Whether a node has messages.
+    message_flag: bool,
+    /// So many messages of FMUs of this process were seen.
+    seen_messages: u64,
+    step_memory: StepMemory,
 }
 
 impl ExchangeState {
@@ -77,9 +82,29 @@ impl ExchangeState {
     pub fn new(system: &System) -> Self {
         let row = system.columns.zero_row();
         let efforts = TimingCollector::for_nodes(system.nodes.len());
-        let extrapolated = system.nodes.iter().map(extrapolated::extrapolated_inputs_of_node).collect();
-        let (notices, plain) = (Vec::new(), DirectConnections::from_plans(&system.nodes));
-        ExchangeState { start: row.clone(), row, efforts, notices, stop: None, extrapolated, plain }
+        let extrapolated: Vec<_> =
+            system.nodes.iter().map(extrapolated::extrapolated_inputs_of_node).collect();
+        let (notices, plain) = (Vec::new(), DirectConnections::from_plans(&system.nodes, &extrapolated));
+        let start = row.clone();
+        let message_flag = true;
+        ExchangeState {
+            start,
+            row,
+            efforts,
+            notices,
+            stop: None,
+            extrapolated,
+            plain,
+            message_flag,
+            seen_messages: 0,
+            step_memory: StepMemory::default(),
+        }
+    }
+
+    /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
+    #[inline]
+    pub fn take_message_flag(&mut self) -> bool {
+        std::mem::take(&mut self.message_flag)
     }
 }
 
@@ -98,8 +123,6 @@ pub struct Exchange<'a> {
     tick: u64,
     /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
     part: (CommunicationClock, u64),
-    /// Whether the part begins at the communication point, where sensors take their samples.
-    samples: bool,
     extrapolated: Vec<Vec<ExtrapolatedInput>>,
     /// Memory for the inputs of a node that is extrapolated, and for their polynomials.
     input_buffer: Vec<f64>,
@@ -110,6 +133,9 @@ pub struct Exchange<'a> {
     stop: Option<NodeTermination>,
     /// Whether a node has messages.
     message_flag: bool,
+    /// So many messages of FMUs of this process were seen.
+    seen_messages: u64,
+    step_memory: StepMemory,
     plain: DirectConnections,
 }
 
@@ -129,11 +155,21 @@ impl<'a> Exchange<'a> {
         memory: ExchangeState,
     ) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let ExchangeState { start, row, efforts, notices, stop, extrapolated, plain } = memory;
+        let ExchangeState {
+            start,
+            row,
+            efforts,
+            notices,
+            stop,
+            extrapolated,
+            plain,
+            message_flag,
+            seen_messages,
+            step_memory,
+        } = memory;
         let clock = *clock;
         Exchange {
             part: (clock, 0),
-            samples: true,
             extrapolated,
             input_buffer: Vec::new(),
             polynomial_buffer: Vec::new(),
@@ -148,7 +184,9 @@ impl<'a> Exchange<'a> {
             efforts,
             notices,
             stop,
-            message_flag: true,
+            message_flag,
+            seen_messages,
+            step_memory,
             plain,
         }
     }
@@ -161,8 +199,31 @@ impl<'a> Exchange<'a> {
     /// What it remembers.
     #[must_use]
     pub fn into_state(self) -> ExchangeState {
-        let Exchange { start, row, efforts, notices, stop, extrapolated, plain, .. } = self;
-        ExchangeState { start, row, efforts, notices, stop, extrapolated, plain }
+        let Exchange {
+            start,
+            row,
+            efforts,
+            notices,
+            stop,
+            extrapolated,
+            plain,
+            message_flag,
+            seen_messages,
+            step_memory,
+            ..
+        } = self;
+        ExchangeState {
+            start,
+            row,
+            efforts,
+            notices,
+            stop,
+            extrapolated,
+            plain,
+            message_flag,
+            seen_messages,
+            step_memory,
+        }
     }
 
     /// The nodes in the order in which they step.
@@ -213,6 +274,7 @@ impl<'a> Exchange<'a> {
     }
 
     /// Begins the step from communication point `tick` on: the row is that of its start.
+    #[inline]
     pub fn begin_step(&mut self, tick: u64) {
         self.tick = tick;
         self.begin_substep(self.clock, tick);
@@ -220,13 +282,18 @@ impl<'a> Exchange<'a> {
     }
 
     /// Begins a part of the step: that from point `tick` of a finer clock on.
+    #[inline]
     pub fn begin_substep(&mut self, clock: CommunicationClock, tick: u64) {
         self.part = (clock, tick);
-        self.samples = clock.time_at(tick) == self.clock.time_at(self.tick);
         match self.plain.has_texts {
             true => self.start.copy_from(&self.row),
             false => self.start.copy_numbers_from(&self.row),
         }
+    }
+
+    /// Whether the part begins at the communication point, where sensors take their samples.
+    fn begins_at_communication_point(&self) -> bool {
+        self.step_interval().start == self.clock.time_at(self.tick)
     }
 
     /// The communication point at which the step begins.

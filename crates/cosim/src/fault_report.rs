@@ -45,6 +45,13 @@ impl FaultReporter {
         });
         FaultReporter { tracks: tracks.chain(nodes).collect(), notices: Vec::new(), seen: false }
     }
+
+    /// Whether there are notices to take.
+    #[must_use]
+    #[inline]
+    pub fn has_notices(&self) -> bool {
+        !self.notices.is_empty()
+    }
 }
 
 impl Sink<AllVariables> for FaultReporter {

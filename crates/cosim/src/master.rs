@@ -116,6 +116,7 @@ fn simulate(
     report_messages(exchange, sink, start, true)?;
     let first = begun?;
     let mut reported = Vec::new();
+    let has_integers = exchange.columns.integer_columns().len() > 0;
     report_rounded(exchange, sink, &mut reported, start)?;
     sink.push_row(first, start, exchange.row())?;
     observer.on_communication_point(first, exchange, coupling)?;
@@ -129,7 +130,9 @@ fn simulate(
         if exchange.take_message_flag() {
             report_messages(exchange, sink, time, false)?;
         }
-        report_rounded(exchange, sink, &mut reported, time)?;
+        if has_integers {
+            report_rounded(exchange, sink, &mut reported, time)?;
+        }
         sink.push_row(k + 1, time, exchange.row())?;
         progress.steps = k + 1 - first;
         observer.on_communication_point(k + 1, exchange, coupling)?;
@@ -138,7 +141,8 @@ fn simulate(
             let _ = terminate_nodes(exchange, &(), sink, time);
             return Err(error);
         }
-        if let Some(NodeTermination { node, error }) = exchange.node_termination().cloned() {
+        if let Some(NodeTermination { node, error }) = exchange.node_termination() {
+            let (node, error) = (*node, error.clone());
             let interruption = StepInterruption::Call { node, error };
             progress.ended = Some(handle_interruption(exchange, interruption, k, sink)?);
             return terminate_nodes(exchange, observer, sink, time);

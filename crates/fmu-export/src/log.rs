@@ -66,3 +66,17 @@ fn push_message(message: PendingLogMessage) {
 pub(crate) fn take_messages() -> Vec<PendingLogMessage> {
     MESSAGES.with(|messages| take(&mut *messages.borrow_mut()))
 }
+
+/// Whether this thread has messages.
+#[inline]
+pub(crate) fn has_messages() -> bool {
+    MESSAGES.with(|messages| !messages.borrow().is_empty())
+}
+
+/// Forgets the messages of this thread.
+#[inline]
+pub(crate) fn discard_messages() {
+    if has_messages() {
+        take_messages();
+    }
+}

@@ -30,6 +30,7 @@ mod saved_states;
 mod state;
 mod status;
 mod step;
+mod step_calls;
 mod texts;
 mod values;
 mod variables;
@@ -45,7 +46,7 @@ pub use fmi3_calls::ArrayVariable;
 pub use instance::Instance;
 pub use library::FmuLibrary;
 pub(crate) use library::is_loaded;
-pub use mailbox::FOREIGN_ENVIRONMENT;
+pub use mailbox::{FOREIGN_ENVIRONMENT, has_new_messages};
 pub use messages_while_freed::messages_while_freed;
 pub use process_end::{
     CrashNote, adopt_forked_process, catch_termination_signals, exit_without_destructors, final_exit_code,
@@ -53,6 +54,7 @@ pub use process_end::{
 };
 pub use process_state::{restore_folder_and_permissions, take_process_change_reports};
 pub use saved_states::FmuState;
+pub use step_calls::{DirectStep, InterruptedCall, StepCalls, StepMemory, StepRound, ValueCall};
 pub use windows::cancel_wine_calls_when;
 
 /// The name of a function in the version of an instance's library.

@@ -13,16 +13,13 @@
 #if defined __APPLE__
 #include <xlocale.h>
 #endif
-#if defined __x86_64__
-#include <emmintrin.h>
-#endif
 
 #include "foreign.h"
 
-/* The bits are those of `Changes` in binding/surroundings.rs. */
+/* The bits are those of `Changes` in binding/process_state.rs. */
 enum { ROUNDING = 1, TINY = 2, TRAPS = 4, LOCALE = 8, FOLDER = 16, UMASK = 32, SIGNALS = 64, HANDLERS = 128 };
 
-/* The layout is that of `Before` in binding/surroundings.rs. */
+/* The layout is that of `Before` in binding/process_state.rs. */
 typedef struct {
     uint64_t control;
     void *locale;
@@ -66,23 +63,6 @@ static inline uint64_t control(void) { return (uint64_t)fegetround(); }
 static inline void set_control(uint64_t wanted) { fesetround((int)wanted); }
 static inline uint32_t x87(void) { return 0; }
 static inline void set_x87(uint32_t wanted) { (void)wanted; }
-#endif
-
-#if defined __x86_64__
-/* Whether numbers are rounded to the nearest, tiny ones too, found by calculating: asking the processor takes as long as a short call.
-   It does not show which results end the program; libraries let these do so in the older unit, too. */
-static inline int calculates_as_usual(void) {
-    static const double ONE[2] = {1, 1}, LITTLE[2] = {0x1p-60, 0x1.8p-53}, SUM[2] = {1, 0x1.0000000000001p0};
-    static const double TINY_ONE[2] = {0x1p-1060, -0x1p-1060}, TINY_SUM[2] = {0x1p-1059, -0x1p-1059};
-    __m128d sum = _mm_loadu_pd(ONE), tiny = _mm_loadu_pd(TINY_ONE);
-    /* Not by the compiler, which may take the usual for granted. */
-    __asm__ volatile("addpd %1, %0" : "+x"(sum) : "x"(_mm_loadu_pd(LITTLE)));
-    __asm__ volatile("addpd %1, %0" : "+x"(tiny) : "x"(_mm_loadu_pd(TINY_ONE)));
-    __m128i sums = _mm_cmpeq_epi32(_mm_castpd_si128(sum), _mm_castpd_si128(_mm_loadu_pd(SUM)));
-    __m128i tinies = _mm_cmpeq_epi32(_mm_castpd_si128(tiny), _mm_castpd_si128(_mm_loadu_pd(TINY_SUM)));
-    return _mm_movemask_epi8(_mm_and_si128(sums, tinies)) == 0xffff;
-}
-enum { USUAL = 0x1f80 };
 #endif
 
 /* What the process had when it was guarded, before any foreign code. */
@@ -147,15 +127,7 @@ int trackside_after(const Before *before) {
     return put_numbers_back(before) | put_locale_back(before);
 }
 
-/* The same after the calls of a step, of which there are many. */
-int trackside_after_step(const Before *before) {
-#if defined __x86_64__
-    if (!before && home.control == USUAL && x87() == home.x87 && calculates_as_usual()) return put_locale_back(&home);
-#endif
-    return trackside_after(before);
-}
-
-/* The signals that this thread holds back; the layout is that of `Mask` in binding/surroundings.rs. */
+/* The signals that this thread holds back; the layout is that of `Mask` in binding/process_state.rs. */
 void trackside_signals(sigset_t *mask) { pthread_sigmask(SIG_SETMASK, NULL, mask); }
 
 /* The same for what only a call that is rare, such as that which makes an instance, is looked at for. */

@@ -86,6 +86,8 @@ pub struct RunOverview {
     laps: Option<LapRecorder>,
     /// Time of the first and of the last row [s].
     ends: Option<[f64; 2]>,
+    /// Whether it keeps more of a row than its time.
+    has_pictures: bool,
     /// Communication step [s].
     pub step: f64,
 }
@@ -108,7 +110,10 @@ impl RunOverview {
         let buckets = (MOST_VALUES / 2 / usize::max(curves, 1)).min(MOST_BUCKETS);
         let most_poses = if view.pose.is_some() { MOST_POSES } else { 2 };
         let points = view.xy_plots.iter().flat_map(|plot| &plot.points);
+        let laps = LapRecorder::from_columns(&header.columns);
+        let has_plots = curves > 0 || !view.xy_plots.is_empty();
         RunOverview {
+            has_pictures: has_plots || view.pose.is_some() || view.track.is_some() || laps.is_some(),
             omitted_plots,
             omitted_xy_plots,
             envelopes: Envelopes::new(curves, buckets),
@@ -118,7 +123,7 @@ impl RunOverview {
             xy_curves: moving_curves(&view.xy_plots)
                 .map(|_| ThinnedSamples::with_limit(MOST_SHAPES))
                 .collect(),
-            laps: LapRecorder::from_columns(&header.columns),
+            laps,
             spans: Vec::new(),
             open_spans: BTreeMap::new(),
             road: view.track.clone().map(|track| RoadSamples::with_limit(track, MOST_POINTS)),
@@ -196,6 +201,9 @@ fn omit_large_xy_plots(plots: &mut Vec<XyPlot>) -> Vec<String> {
 impl Sink for RunOverview {
     fn push_row(&mut self, _tick: u64, time: f64, row: &Row<RecordedVariables>) -> Result<(), Error> {
         self.ends = Some([self.ends.map_or(time, |ends| ends[0]), time]);
+        if !self.has_pictures {
+            return Ok(());
+        }
         let curves = self.view.plots.iter().flat_map(|plot| &plot.series);
         self.envelopes.push(curves.map(|it| it.quantity.evaluate(time, row) * it.factor + it.offset));
         if let Some(pose) = &self.view.pose {

@@ -88,6 +88,13 @@ impl<S> Row<S> {
         &self.numbers
     }
 
+    /// The same, to be changed.
+    #[must_use]
+    #[inline]
+    pub fn numbers_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers
+    }
+
     /// All texts.
     #[must_use]
     pub fn texts(&self) -> &[String] {
@@ -112,7 +119,10 @@ impl<S> Row<S> {
     #[inline]
     pub fn copy_numbers_from(&mut self, other: &Self) {
         self.numbers.copy_from_slice(&other.numbers);
-        self.integers.copy_from_slice(&other.integers);
+        // A call of `memcpy` for nothing takes as long as a short row.
+        if !self.integers.is_empty() {
+            self.integers.copy_from_slice(&other.integers);
+        }
     }
 
     /// Replaces all values, without allocating for numbers; no texts leave those that there are.
@@ -131,9 +141,14 @@ impl<S> Row<S> {
         written: NumberRange<S>,
         read: NumberRange<S>,
     ) -> Option<(&mut [f64], &[f64])> {
-        let ranges = [written.positions(), read.positions()];
-        let [written, read] = self.numbers.get_disjoint_mut(ranges).ok()?;
-        Some((written, read))
+        let (written, read) = (written.positions(), read.positions());
+        if written.end <= read.start {
+            let (head, tail) = self.numbers.split_at_mut_checked(read.start)?;
+            Some((head.get_mut(written)?, tail.get(..read.end.checked_sub(read.start)?)?))
+        } else {
+            let (head, tail) = self.numbers.split_at_mut_checked(written.start)?;
+            Some((tail.get_mut(..written.end.checked_sub(written.start)?)?, head.get(read)?))
+        }
     }
 
     /// Copies a text of the row to another place in it, without allocating where there is room.

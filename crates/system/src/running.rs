@@ -7,7 +7,7 @@ use std::time::Duration;
 use cosim::exchange::{StepInterruption, call_failure_error};
 use cosim::execution::Execution;
 use cosim::node::{self, FmuProcessOptions, Node};
-use cosim::system::{NodeBody, NodePlan, System};
+use cosim::system::{NodeBody, NodePlan, System, UsedColumns};
 use diagnostics::Error;
 use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
@@ -94,6 +94,7 @@ impl ScenarioExecution {
         system.clock.start = course.now;
         system.announced_stop = course.stop;
         let host = session.map(SessionSettings::process_options);
+        system.restrict_outputs(exposed_columns(&system, interface));
         let mut nodes = node::instantiate_nodes(&mut system, host.as_ref())?;
         let connected = attach_input_values(&mut system, interface)?;
         let (inputs, outputs) = attach_external_values(&system, &mut nodes, interface)?;
@@ -124,7 +125,9 @@ impl ScenarioExecution {
             self.set_inputs(values);
             let tick = self.execution.tick;
             let stepped = self.execution.try_step();
-            self.log_messages(false);
+            if self.execution.memory.take_message_flag() || stepped.is_err() {
+                self.log_messages(false);
+            }
             stepped.map_err(|interruption| match interruption {
                 StepInterruption::Value(error) | StepInterruption::Unsolved(error) => {
                     EarlyEnd::Failed(error.to_string())
@@ -236,6 +239,19 @@ fn early_end(plan: &NodePlan, error: CallError, time: f64) -> EarlyEnd {
         }
         None => EarlyEnd::Failed(call_failure_error(plan, error, time).to_string()),
     }
+}
+
+/// The columns that the importer may read.
+fn exposed_columns(system: &System, interface: &ScenarioFmuInterface) -> UsedColumns {
+    let mut used = UsedColumns::default();
+    for exposed in &interface.variables {
+        match system.columns.find(&exposed.name) {
+            Some(ColumnIndex::Number(number)) => drop(used.numbers.insert(number)),
+            Some(ColumnIndex::Text(text)) => drop(used.texts.insert(text)),
+            None => {}
+        }
+    }
+    used
 }
 
 /// Inputs by node, and outputs with their references and places in the row.

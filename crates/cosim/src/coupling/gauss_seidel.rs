@@ -24,10 +24,6 @@ impl CouplingAlgorithm for GaussSeidel {
     }
 
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption> {
-        for &node in exchange.node_order() {
-            exchange.gather_inputs(node)?;
-            exchange.step_node(node)?;
-        }
-        Ok(())
+        exchange.step_nodes_in_order()
     }
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::histogram::DurationHistogram;
 
-/// How often a node was stepped, and how long that took. Of many short steps one in 32 is measured, and stands for those before it.
+/// How often a node was stepped, and how long that took. Of many short steps one in 64 is measured, and stands for those before it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct NodeStepTiming {
     /// Number of steps.
@@ -41,7 +41,7 @@ impl NodeStepTiming {
 /// All of the first steps are measured, so that what is left out at the end is little [-].
 const FIRST: u64 = 1024;
 /// At most so many short steps are left out between two that are measured, on average half as many [-].
-const LEFT_OUT: u64 = 62;
+const LEFT_OUT: u64 = 126;
 /// A step of all nodes that takes longer than this for each is measured each time: looking at the clock is little beside it.
 const SHORT: Duration = Duration::from_micros(5);
 
@@ -50,6 +50,8 @@ const SHORT: Duration = Duration::from_micros(5);
 #[derive(Debug, Clone)]
 pub(super) struct TimingCollector {
     all: Vec<NodeStepTiming>,
+    /// The steps of each node, close together: these are counted at each step.
+    calls: Vec<u64>,
     busy: Option<usize>,
     since: Instant,
     /// When the step began.
@@ -62,7 +64,7 @@ pub(super) struct TimingCollector {
     /// The last step that was measured, and the next one.
     last: u64,
     next: u64,
-    /// Chooses how many are left out: an FMU may do its work at each 32nd step.
+    /// Chooses how many are left out: an FMU may do its work at each 64th step.
     random: u64,
     /// How long a step of a node may take in real time; then each one is measured.
     deadline: Option<Duration>,
@@ -80,6 +82,7 @@ impl TimingCollector {
         let (all, now) = (vec![NodeStepTiming::default(); nodes], Instant::now());
         TimingCollector {
             all,
+            calls: vec![0; nodes],
             busy: None,
             since: now,
             begin: now,
@@ -101,17 +104,26 @@ impl TimingCollector {
     /// All of them, after the last step.
     pub fn node_timings(&mut self) -> &[NodeStepTiming] {
         self.finish_measured_step();
+        self.all.iter_mut().zip(&self.calls).for_each(|(timing, calls)| timing.calls = *calls);
         &self.all
     }
 
     /// Begins a step: the time so far is nobody's.
     #[inline]
     pub fn begin_step(&mut self) {
+        self.steps += 1;
+        if self.looks || self.steps == self.next {
+            self.change_measured_step();
+        }
+    }
+
+    /// Ends a measured step at the begin of the next one, and begins that if it is measured, too.
+    #[inline(never)]
+    fn change_measured_step(&mut self) {
         if self.looks {
             self.finish_measured_step();
             self.choose_next_measured_step();
         }
-        self.steps += 1;
         if self.steps == self.next {
             self.start_measured_step();
         }
@@ -134,8 +146,8 @@ impl TimingCollector {
 
     /// Chooses the next step to be measured.
     fn choose_next_measured_step(&mut self) {
-        self.last = self.steps;
-        self.next = self.steps + 1;
+        self.last = self.steps - 1;
+        self.next = self.steps;
         let nodes = u32::try_from(self.all.len()).unwrap_or(u32::MAX);
         let short = self.since - self.begin < SHORT.saturating_mul(nodes) && self.steps > FIRST;
         if short && self.deadline.is_none() {
@@ -149,25 +161,38 @@ impl TimingCollector {
         (self.random >> 33) % (LEFT_OUT + 1)
     }
 
+    /// Whether this step is measured.
+    #[inline]
+    pub fn measures(&self) -> bool {
+        self.looks
+    }
+
     /// Counts a step of a node.
     #[inline]
     pub fn count_step(&mut self, node: usize) {
-        self.all[node].calls += 1;
+        self.calls[node] += 1;
     }
 
     /// Counts the time from here on as that of a node.
     #[inline]
     pub fn start_timing_node(&mut self, node: usize) {
         if self.looks && self.busy != Some(node) {
-            self.stop_timing_node();
-            self.busy = Some(node);
+            self.switch_to_node(Some(node));
         }
     }
 
     /// Ends the time of the node at work.
     #[inline]
     pub fn stop_timing_node(&mut self) {
-        if let Some(node) = self.busy.take() {
+        if self.busy.is_some() {
+            self.switch_to_node(None);
+        }
+    }
+
+    /// Ends the time of the node at work, if there is one.
+    #[inline(never)]
+    fn switch_to_node(&mut self, next: Option<usize>) {
+        if let Some(node) = std::mem::replace(&mut self.busy, next) {
             let now = Instant::now();
             self.all[node].now += now - self.since;
             self.since = now;

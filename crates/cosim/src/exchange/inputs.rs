@@ -9,6 +9,7 @@ use recording::{AllVariables, NumberIndex, NumberRange};
 
 use super::{Exchange, StepInterruption, check_accepted_value, exact};
 use crate::clock::StepBoundary;
+use crate::extrapolation::ExtrapolatedInput;
 use crate::system::{AcceptedValues, NodeBody, NodePlan, NumberConnection};
 
 /// A connection of numbers with a conversion of their unit at most.
@@ -21,15 +22,47 @@ struct DirectConnection {
     offset: f64,
 }
 
-/// What a step looks at of a node.
+/// What a step looks at of a node. It is small: the caches of the processor hold that of many nodes.
 #[derive(Debug, Clone)]
 pub(super) struct NodeStepView {
     /// Its connections, if all of them are plain.
-    connections: Option<Range<usize>>,
-    /// Its outputs and its inputs, if it has numbers only.
-    pub numbers: Option<[NumberRange<AllVariables>; 2]>,
+    connections: Option<Range<u32>>,
+    /// Whether it has numbers only, none of which is extrapolated.
+    pub is_plain: bool,
+    /// Its outputs and its inputs.
+    outputs: Range<u32>,
+    inputs: Range<u32>,
     /// Its outputs that may not be NaN, among those of all.
-    needed: Range<usize>,
+    needed: Range<u32>,
+}
+
+impl NodeStepView {
+    /// Where its inputs and its outputs begin among all numbers.
+    #[inline]
+    pub fn first_places(&self) -> [usize; 2] {
+        [self.inputs.start as usize, self.outputs.start as usize]
+    }
+
+    #[inline]
+    pub fn outputs(&self) -> NumberRange<AllVariables> {
+        NumberRange::new(long_range(&self.outputs))
+    }
+
+    #[inline]
+    pub fn inputs(&self) -> NumberRange<AllVariables> {
+        NumberRange::new(long_range(&self.inputs))
+    }
+}
+
+#[inline]
+fn long_range(range: &Range<u32>) -> Range<usize> {
+    range.start as usize..range.end as usize
+}
+
+/// A range in few bytes; nobody has so many columns that it is cut.
+fn short_range(range: Range<usize>) -> Range<u32> {
+    let short = |position: usize| u32::try_from(position).unwrap_or(u32::MAX);
+    short(range.start)..short(range.end)
 }
 
 /// The plain connections of all nodes.
@@ -43,9 +76,10 @@ pub(super) struct DirectConnections {
 }
 
 impl DirectConnections {
-    pub fn from_plans(plans: &[NodePlan]) -> Self {
+    /// Those of these nodes, with the inputs of each that are extrapolated.
+    pub fn from_plans(plans: &[NodePlan], extrapolated: &[Vec<ExtrapolatedInput>]) -> Self {
         let mut all = DirectConnections::default();
-        for plan in plans {
+        for (plan, extrapolated) in plans.iter().zip(extrapolated) {
             let NodePlan { texts, exact, body, .. } = plan;
             // An outlet takes its value when its outputs are read.
             let takes_numbers = texts.connections.is_empty()
@@ -56,9 +90,11 @@ impl DirectConnections {
             let has_numbers = takes_numbers && !gives_integers && !gives_texts;
             let connections = if takes_numbers { all.add_node_connections(plan) } else { None };
             all.nodes.push(NodeStepView {
-                connections,
-                numbers: has_numbers.then_some([plan.outputs, plan.inputs]),
-                needed: all.needed.len()..all.needed.len() + plan.needed.len(),
+                connections: connections.map(short_range),
+                is_plain: has_numbers && extrapolated.is_empty(),
+                outputs: short_range(plan.outputs.positions()),
+                inputs: short_range(plan.inputs.positions()),
+                needed: short_range(all.needed.len()..all.needed.len() + plan.needed.len()),
             });
             all.needed.extend(&plan.needed);
             all.has_texts |= gives_texts || !texts.connections.is_empty();
@@ -96,7 +132,7 @@ impl DirectConnections {
     /// The outputs of a node that may not be NaN.
     #[inline]
     pub fn needed_outputs(&self, node: usize) -> &[NumberIndex<AllVariables>] {
-        &self.needed[self.nodes[node].needed.clone()]
+        &self.needed[long_range(&self.nodes[node].needed)]
     }
 }
 
@@ -115,10 +151,11 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When an input does not accept its value.
+    #[inline(always)]
     pub fn gather_inputs(&mut self, node: usize) -> Result<(), StepInterruption> {
-        self.efforts.start_timing_node(node);
         if let Some(connections) = &self.plain.of_node(node).connections {
-            for connection in &self.plain.connections[connections.clone()] {
+            self.efforts.start_timing_node(node);
+            for connection in &self.plain.connections[long_range(connections)] {
                 let value = match connection.at_start {
                     true => self.start[connection.from],
                     false => self.row[connection.from],
@@ -128,6 +165,11 @@ impl Exchange<'_> {
             }
             return Ok(());
         }
+        self.gather_other_inputs(node)
+    }
+
+    #[inline(never)]
+    fn gather_other_inputs(&mut self, node: usize) -> Result<(), StepInterruption> {
         match self.plans[node].body {
             // It gets its value when that is there.
             NodeBody::Outlet => Ok(()),
@@ -159,6 +201,7 @@ impl Exchange<'_> {
         self.efforts.start_timing_node(node);
         let span = self.step_interval();
         let time_of = |at| if at == StepBoundary::End { span.end } else { span.start };
+        let samples = self.begins_at_communication_point();
         let (plan, row) = (&mut self.plans[node], &mut self.row);
         if !plan.exact.connections.is_empty() {
             exact::check_integer_inputs(plan, self.columns, Some(&self.start), row, &time_of)
@@ -172,8 +215,7 @@ impl Exchange<'_> {
                 row[input] = guess.value;
                 continue;
             }
-            // Sensors take their samples at communication points.
-            if !self.samples && !input_chain.effects.is_empty() {
+            if !samples && !input_chain.effects.is_empty() {
                 continue;
             }
             let from = if source.at == StepBoundary::Start { &self.start } else { &*row };

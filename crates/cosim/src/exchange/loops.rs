@@ -37,9 +37,9 @@ impl Exchange<'_> {
         let (Some(input), end) = (self.input_column(tear), self.step_interval().end) else {
             return Ok(0.0);
         };
-        let time = self.clock.time_at(self.tick);
+        let (time, samples) = (self.clock.time_at(self.tick), self.begins_at_communication_point());
         let link = &mut self.plans[tear.node].connections[tear.place];
-        if !self.samples && !link.input_chain.effects.is_empty() {
+        if !samples && !link.input_chain.effects.is_empty() {
             return Ok(self.row[input]);
         }
         let value = link.input_chain.next_input_value(self.row[link.source.index], time);

@@ -12,14 +12,15 @@ use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{
-    CallError, Causality, FmiInterface, FmiVersion, Fmu, FmuMessage, Instance, Value, Variable,
+    CallError, Causality, DirectStep, FmiInterface, FmiVersion, Fmu, FmuMessage, Instance, InterruptedCall,
+    StepCalls, StepRound, Value, Variable,
 };
 
 use self::derivatives::RealVariables;
 use self::events::FmuEventState;
 use self::model_exchange::{ModelExchange, StateTolerance};
 pub(in crate::node) use self::state::FmuNodeStateBytes;
-use self::step_calls::StepCalls;
+use self::step_calls::step_calls_for_variables;
 use self::values::GroupValues;
 use super::refusal::FmuRefusal;
 use super::{
@@ -30,11 +31,15 @@ use crate::clock::CommunicationClock;
 use crate::system::{StartValue, VariableGroups};
 
 /// An FMU as a node.
+// In this order, what each step needs lies together.
+#[repr(C)]
 pub struct FmuNode {
+    /// The calls of a step, if all values are handed over as they are.
+    step_calls: Option<StepCalls>,
+    instance: Instance,
     name: String,
     /// Time of the first communication point [s].
     begin: f64,
-    instance: Instance,
     inputs: VariableGroups,
     outputs: VariableGroups,
     starts: Vec<StartValue>,
@@ -46,8 +51,6 @@ pub struct FmuNode {
     real_variables: RealVariables,
     /// The solution of the equations, of an FMU for model exchange.
     model_exchange: Option<Box<ModelExchange>>,
-    /// The calls of a step, if all values are handed over as they are.
-    step_calls: Option<StepCalls>,
 }
 
 impl FmuNode {
@@ -79,7 +82,7 @@ impl FmuNode {
         let early = instance.may_return_early();
         FmuNode {
             name: name.to_owned(),
-            step_calls: if early { None } else { StepCalls::for_variables(&inputs, &outputs) },
+            step_calls: if early { None } else { step_calls_for_variables(&inputs, &outputs) },
             begin: 0.0,
             input_values: GroupValues::for_groups(&inputs),
             output_values: GroupValues::for_groups(&outputs),
@@ -159,6 +162,20 @@ impl FmuNode {
 }
 
 impl FmuNode {
+    #[inline(never)]
+    fn exchange_and_step_by_calls(
+        &mut self,
+        inputs: &[f64],
+        clock: &CommunicationClock,
+        tick: u64,
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        self.set_inputs(inputs)?;
+        self.do_step(clock, tick)?;
+        self.get_outputs(outputs)?;
+        Ok(self.has_messages())
+    }
+
     /// Adds to the error of a step [s] which one the FMU is made for, if it takes steps of one length and its description tells that.
     #[cold]
     fn add_step_size_hint(&self, mut error: CallError, step: f64) -> CallError {
@@ -277,16 +294,43 @@ impl Node for FmuNode {
         tick: u64,
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
-        if let Some(calls) = &self.step_calls {
-            calls
-                .execute_step(&mut self.instance, inputs, clock.time_at(tick), clock.step, outputs)
-                .map_err(|error| self.add_step_size_hint(error, clock.step))?;
-        } else {
-            self.set_inputs(inputs)?;
-            self.do_step(clock, tick)?;
-            self.get_outputs(outputs)?;
+        let FmuNode { step_calls: Some(calls), instance, .. } = self else {
+            return self.exchange_and_step_by_calls(inputs, clock, tick, outputs);
+        };
+        match instance.execute_step_calls(calls, inputs, clock.time_at(tick), clock.step, outputs) {
+            Ok(()) => Ok(instance.has_messages()),
+            Err(error) => Err(self.add_step_size_hint(error, clock.step)),
         }
-        Ok(self.has_messages())
+    }
+
+    fn step_in_row(
+        &mut self,
+        round: &mut StepRound,
+        numbers: &mut [f64],
+        places: [usize; 2],
+        time: f64,
+        step: f64,
+    ) -> DirectStep {
+        match &self.step_calls {
+            Some(calls) => self.instance.step_in_row(round, calls, numbers, places, time, step),
+            None => DirectStep::NotDirect,
+        }
+    }
+
+    fn finish_interrupted_step(
+        &mut self,
+        interrupted: InterruptedCall,
+        inputs: &[f64],
+        clock: &CommunicationClock,
+        tick: u64,
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        let FmuNode { step_calls: Some(calls), instance, .. } = self else { return Ok(self.has_messages()) };
+        let time = clock.time_at(tick);
+        match instance.finish_interrupted_step(interrupted, calls, inputs, time, clock.step, outputs) {
+            Ok(()) => Ok(instance.has_messages()),
+            Err(error) => Err(self.add_step_size_hint(error, clock.step)),
+        }
     }
 
     fn terminate(&mut self) -> Result<(), CallError> {

@@ -1,57 +1,17 @@
 //! Makes the set, step and get calls of one communication step as a batch, whose process state is restored once.
 //!
-//! The note names each call, as ever: that is one word in memory. How numbers are rounded and which locale is set is looked at after
-//! the last call: nothing of ours depends on it in between.
+//! The note names each call, as ever: that is one word in memory. How numbers are rounded is looked at after the last call, and now and
+//! then which locale is set: nothing of ours depends on it in between.
 
 use super::Instance;
 use super::process_end::call_notes_are_shared;
-use super::process_state::{ProcessStateChanges, describe_changes, restore_process_state_after_step};
-use crate::{CallError, RealInputs, StorageType};
+use super::process_state::{ProcessStateChanges, describe_changes};
+use crate::{CallError, RealInputs};
 
 /// An instance in the middle of a step.
 #[derive(Debug)]
-pub struct CallBatch<'a>(&'a mut Instance);
+pub struct CallBatch<'a>(pub(super) &'a mut Instance);
 
-impl CallBatch<'_> {
-    /// As [`Instance::set_numbers`].
-    ///
-    /// # Errors
-    /// See [`Instance`].
-    #[inline]
-    pub fn set_numbers(
-        &mut self,
-        storage: StorageType,
-        references: &[u32],
-        values: &[f64],
-    ) -> Result<(), CallError> {
-        self.0.set_numbers(storage, references, values)
-    }
-
-    /// As [`Instance::step`].
-    ///
-    /// # Errors
-    /// See [`Instance`]; also when the step ends early.
-    #[inline]
-    pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
-        self.0.step(time, step)
-    }
-
-    /// As [`Instance::get_numbers`].
-    ///
-    /// # Errors
-    /// See [`Instance`]; also when a value is an integer that `f64` does not hold.
-    #[inline]
-    pub fn get_numbers(
-        &mut self,
-        storage: StorageType,
-        references: &[u32],
-        values: &mut [f64],
-    ) -> Result<(), CallError> {
-        self.0.get_numbers(storage, references, values)
-    }
-}
-
-/// Those of model exchange.
 impl CallBatch<'_> {
     /// As [`Instance::set_point`].
     ///
@@ -93,14 +53,14 @@ impl Instance {
         if self.has_failed_fatally() || call_notes_are_shared() {
             return calls(&mut CallBatch(self));
         }
-        let (before, asks) = self.steps.begin_step();
+        let watch = self.steps.begin_step();
         // The instance stays where it is, and with it the activity: whoever makes the calls has a `CallBatch` only.
         let (outer, called) = (self.activity.mark_as_current(), self.mailbox.mark_as_current());
         self.in_batch = true;
         let done = calls(&mut CallBatch(self));
         self.in_batch = false;
         drop((called, outer));
-        let changes = restore_process_state_after_step(before.as_ref(), asks);
+        let changes = watch.restore_changes();
         self.activity.end_call();
         if changes != 0 {
             self.warn_about_process_changes(changes);
@@ -110,7 +70,7 @@ impl Instance {
 
     /// Tells what the calls of a step changed.
     #[cold]
-    fn warn_about_process_changes(&self, changes: ProcessStateChanges) {
+    pub(super) fn warn_about_process_changes(&self, changes: ProcessStateChanges) {
         let call =
             super::named!(self.library, c"fmi2DoStep or a call beside it", c"fmi3DoStep or a call beside it");
         if let Some(news) = self.activity.take_unreported_changes(changes) {

@@ -70,6 +70,16 @@ impl Drop for NoteGuard {
     }
 }
 
+/// The note from before many calls one after the other, which counts again after the last one.
+pub(super) struct OuterNote(#[expect(dead_code, reason = "it is dropped")] NoteGuard);
+
+impl OuterNote {
+    #[inline]
+    pub(super) fn take() -> Self {
+        OuterNote(NoteGuard(ENTERED.get()))
+    }
+}
+
 thread_local! {
     /// The note of the call that this thread is in. It needs no begin and no end, so a handler of signals may read it.
     static ENTERED: Cell<*const CallNote> = const { Cell::new(ptr::null()) };
@@ -168,6 +178,14 @@ impl CallMonitor {
     #[inline]
     pub(super) fn mark_as_current(&self) -> NoteGuard {
         NoteGuard(swap_current_note(&raw const self.note))
+    }
+
+    /// The same among many calls, until the next one or until the note from before them counts again. Nobody else reads the notes.
+    #[inline]
+    pub(super) fn become_current(&self, _until: &OuterNote) {
+        let note = &raw const self.note;
+        ENTERED.set(note);
+        LATEST.store(note.cast_mut(), Relaxed);
     }
 
     /// Looks at memory of the FMU, with a note for the case that there is none. It calls nobody, so nothing changes around it.

@@ -182,12 +182,14 @@ functions! {
     "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate",
 }
 
+pub(super) type DoStep2 = unsafe extern "C" fn(InstancePointer, f64, f64, c_int) -> FmiStatus;
+
 functions! {
     /// What FMI 2.0 has for co-simulation.
     Fmi2CoSimulationFunctions {
         set_input_derivatives: "fmi2SetRealInputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *const f64) -> FmiStatus,
         get_output_derivatives: "fmi2GetRealOutputDerivatives" as unsafe extern "C" fn(InstancePointer, *const u32, usize, *const c_int, *mut f64) -> FmiStatus,
-        do_step: "fmi2DoStep" as unsafe extern "C" fn(InstancePointer, f64, f64, c_int) -> FmiStatus,
+        do_step: "fmi2DoStep" as DoStep2,
         cancel_step: "fmi2CancelStep" as ComponentFn,
         get_status: "fmi2GetStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut c_int) -> FmiStatus,
         get_real_status: "fmi2GetRealStatus" as unsafe extern "C" fn(InstancePointer, c_int, *mut f64) -> FmiStatus,

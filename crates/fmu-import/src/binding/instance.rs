@@ -37,30 +37,32 @@ struct ExperimentSettings {
 /// Functions that take references and values panic unless there are as many of the one as of the other. Without references
 /// nothing is called.
 #[derive(Debug)]
+// In this order, what each step needs lies together.
+#[repr(C)]
 pub struct Instance {
-    component: InstancePointer,
-    pub(super) states: Arc<SavedStateRegistry>,
+    pub(super) component: InstancePointer,
+    pub(super) library: Arc<FmuLibrary>,
+    pub(super) activity: Arc<CallMonitor>,
+    pub(super) mailbox: MessageMailbox,
+    /// Memory for values that the FMU fills in.
+    pub(super) guarded_buffer: GuardedBuffer,
+    pub(super) steps: StepCounter,
     /// Whether a state was ever saved. Each step asks, and this costs less than a look at them.
     pub(super) saved: bool,
     pub(super) keeps_history: bool,
-    pub(super) mailbox: MessageMailbox,
-    pub(super) activity: Arc<CallMonitor>,
-    experiment: ExperimentSettings,
-    pub(super) phase: InstancePhase,
+    /// Whether calls of one step go on, see `batch.rs`.
+    pub(super) in_batch: bool,
     /// Whether it was made with event mode.
     pub(super) events: bool,
     /// Whether it may end a step early.
     pub(super) may_return_early: bool,
-    /// Whether calls of one step go on, see `visit.rs`.
-    pub(super) in_batch: bool,
-    pub(super) steps: StepCounter,
-    /// Memory for values that the FMU fills in.
-    pub(super) guarded_buffer: GuardedBuffer,
+    pub(super) states: Arc<SavedStateRegistry>,
+    experiment: ExperimentSettings,
+    pub(super) phase: InstancePhase,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
     _callbacks: Option<Fmi2Callbacks>,
-    pub(super) library: Arc<FmuLibrary>,
 }
 
 // SAFETY: FMI lets an importer call an instance on any of its threads, one call at a time; `&mut self` sees to the latter.
@@ -279,7 +281,7 @@ impl Instance {
     }
 
     #[cold]
-    fn record_status(&mut self, call: &'static CStr, status: FmiStatus) {
+    pub(super) fn record_status(&mut self, call: &'static CStr, status: FmiStatus) {
         let call = self.library.own_call_name(call);
         if status == WARNING {
             let warning = named!(self.library, "fmi2Warning", "fmi3Warning");

@@ -38,6 +38,14 @@ impl Drop for CurrentMailboxGuard {
     }
 }
 
+impl CurrentMailboxGuard {
+    /// The number that counts now, which counts again when this is dropped.
+    #[inline]
+    pub(super) fn take() -> Self {
+        CurrentMailboxGuard(CALLER.get())
+    }
+}
+
 /// The message about an FMU that logs with another environment than it was given.
 pub const FOREIGN_ENVIRONMENT: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
 
@@ -81,6 +89,12 @@ impl MessageMailbox {
         CurrentMailboxGuard(CALLER.replace(self.number))
     }
 
+    /// The same until the next one, or until the number from before counts again.
+    #[inline]
+    pub(super) fn become_current(&self, _until: &CurrentMailboxGuard) {
+        CALLER.set(self.number);
+    }
+
     /// Warns of what the instance did, in sentences of this program.
     #[cold]
     pub(super) fn add_warnings(&self, sentences: impl Iterator<Item = String>) {
@@ -122,6 +136,14 @@ impl Drop for MessageMailbox {
     fn drop(&mut self) {
         MAILBOXES.write().unwrap_or_else(PoisonError::into_inner).1.remove(&self.number);
     }
+}
+
+/// Whether messages came to any instance since so many had been seen; all are seen then.
+#[must_use]
+#[inline]
+pub fn has_new_messages(seen: &mut u64) -> bool {
+    let came = RECEIVED.load(Acquire);
+    std::mem::replace(seen, came) != came
 }
 
 /// The address that stands for the mailbox of the instance that this thread calls; none between calls.

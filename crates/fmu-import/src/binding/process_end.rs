@@ -4,6 +4,8 @@ use std::ffi::{c_char, c_int};
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
+use super::process_state::note_usual_control;
+
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next five.
     fn trackside_guard_exit();
@@ -24,6 +26,7 @@ unsafe extern "C" {
 pub fn guard_exit() {
     // SAFETY: the function installs handlers that live as long as the program.
     unsafe { trackside_guard_exit() };
+    note_usual_control();
     GUARDED.store(true, Relaxed);
 }
 

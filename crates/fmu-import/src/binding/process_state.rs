@@ -1,15 +1,17 @@
 //! Restores the process state that a call of foreign code changed: rounding mode, locale, folder, umask, signals.
 
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use std::arch::asm;
 use std::ffi::{CStr, c_int, c_void};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 use super::process_end::is_guarded;
 
 unsafe extern "C" {
-    /// Defined in `process_state.c`, as the next four.
+    /// Defined in `process_state.c`, as the next three.
     fn trackside_before(before: *mut ProcessStateSnapshot);
     fn trackside_after(before: *const ProcessStateSnapshot) -> c_int;
-    fn trackside_after_step(before: *const ProcessStateSnapshot) -> c_int;
     fn trackside_signals(mask: *mut SignalMask);
     fn trackside_after_rare(mask: *const SignalMask) -> c_int;
 }
@@ -67,38 +69,129 @@ pub(super) fn restore_process_state(before: Option<&ProcessStateSnapshot>) -> Pr
     unsafe { trackside_after(snapshot_pointer(before)) }.cast_unsigned()
 }
 
-/// Puts back what is different now after the calls of a step; `asks` says whether the processor is asked.
+/// How the processor calculates, as one number: what it rounds to, and which results end the program.
 #[inline]
-pub(super) fn restore_process_state_after_step(
-    before: Option<&ProcessStateSnapshot>,
-    asks: bool,
-) -> ProcessStateChanges {
-    if asks {
-        return restore_process_state(before);
+pub(super) fn floating_point_control() -> u64 {
+    #[cfg(target_arch = "x86_64")]
+    {
+        /// Flags of what happened in calculations are none of what rules them.
+        const FLAGS: u32 = 0x3f;
+        let (mut control, mut x87) = (0_u32, 0_u16);
+        // SAFETY: both instructions write the number at their address.
+        unsafe {
+            asm!("stmxcsr [{}]", in(reg) &raw mut control, options(nostack, preserves_flags));
+            asm!("fnstcw [{}]", in(reg) &raw mut x87, options(nostack, preserves_flags));
+        }
+        u64::from(control & !FLAGS) | u64::from(x87) << 32
     }
-    // SAFETY: as above.
-    unsafe { trackside_after_step(snapshot_pointer(before)) }.cast_unsigned()
+    #[cfg(target_arch = "aarch64")]
+    {
+        let control: u64;
+        // SAFETY: the instruction reads a register.
+        unsafe { asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags)) };
+        control
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        let mut now = ProcessStateSnapshot { control: 0, locale: std::ptr::null_mut(), x87: 0 };
+        // SAFETY: the function writes the structure, which has the same layout there.
+        unsafe { trackside_before(&raw mut now) };
+        now.control | u64::from(now.x87) << 32
+    }
 }
 
-/// So many steps of an instance lie between two after which the processor is asked: a calculation that ends the program is not seen
-/// otherwise, if it was asked to do so without a library.
-const SELDOM: u8 = 16;
+/// How the processor calculated when the program was guarded.
+static USUAL_CONTROL: AtomicU64 = AtomicU64::new(0);
+
+/// Notes how the processor calculates, before there is any foreign code.
+pub(super) fn note_usual_control() {
+    USUAL_CONTROL.store(floating_point_control(), Relaxed);
+}
+
+/// How the processor has to calculate after a call: as it did when the program was guarded, or else as it does now.
+#[inline]
+pub(super) fn expected_control() -> u64 {
+    if is_guarded() { USUAL_CONTROL.load(Relaxed) } else { floating_point_control() }
+}
+
+/// Lets the processor calculate as it did before; what was different.
+#[cold]
+pub(super) fn restore_floating_point_control(control: u64) -> ProcessStateChanges {
+    if is_guarded() {
+        return restore_process_state(None);
+    }
+    let mut before = ProcessStateSnapshot::capture();
+    if let Some(before) = &mut before {
+        (before.control, before.x87) = (control & u64::from(u32::MAX), (control >> 32) as u32);
+    }
+    restore_process_state(before.as_ref())
+}
+
+/// All is looked at after so many first steps of an instance. Then it is only how the processor calculates, but for one step in
+/// [`SELDOM`]: to ask for the locale costs as much as a short call.
+const FIRST: u32 = 16;
+const SELDOM: u32 = 64;
 
 /// Counts the steps of an instance.
 #[derive(Debug, Default)]
-pub(super) struct StepCounter(u8);
+pub(super) struct StepCounter(u32);
 
 impl StepCounter {
-    /// What is so now, and whether the processor is to be asked after the step. Then what another FMU may have left is put back before it.
+    /// What is so now, to be put back after the calls of a step.
     #[inline]
-    pub(super) fn begin_step(&mut self) -> (Option<ProcessStateSnapshot>, bool) {
-        let before = ProcessStateSnapshot::capture();
-        self.0 = (self.0 + 1) % SELDOM;
-        let asks = self.0 == 0;
-        if asks {
-            restore_process_state(before.as_ref());
+    pub(super) fn begin_step(&mut self) -> StepWatch {
+        let is_thorough = self.is_next_thorough();
+        self.count_step();
+        match is_thorough {
+            true => StepWatch::begin_thorough(),
+            false => StepWatch { control: expected_control(), before: None, is_thorough },
         }
-        (before, asks)
+    }
+
+    /// Whether all is looked at after the next step.
+    #[inline]
+    pub(super) fn is_next_thorough(&self) -> bool {
+        self.0 < FIRST || self.0.is_multiple_of(SELDOM)
+    }
+
+    /// Counts a step.
+    #[inline]
+    pub(super) fn count_step(&mut self) {
+        self.0 = self.0.wrapping_add(1);
+    }
+}
+
+/// What was so before the calls of a step.
+pub(super) struct StepWatch {
+    control: u64,
+    before: Option<ProcessStateSnapshot>,
+    is_thorough: bool,
+}
+
+impl StepWatch {
+    /// Puts back what another FMU may have left, and looks at all.
+    #[inline(never)]
+    fn begin_thorough() -> Self {
+        let before = ProcessStateSnapshot::capture();
+        restore_process_state(before.as_ref());
+        StepWatch { control: 0, before, is_thorough: true }
+    }
+
+    /// Puts back what is different now, which is said.
+    #[inline]
+    pub(super) fn restore_changes(self) -> ProcessStateChanges {
+        match !self.is_thorough && floating_point_control() == self.control {
+            true => 0,
+            false => self.restore_all_changes(),
+        }
+    }
+
+    #[inline(never)]
+    fn restore_all_changes(self) -> ProcessStateChanges {
+        match self.is_thorough {
+            true => restore_process_state(self.before.as_ref()),
+            false => restore_floating_point_control(self.control),
+        }
     }
 }
 

@@ -60,31 +60,19 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when the step ends early.
-    #[inline]
     pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
         let version = self.description().version;
-        match (&self.library.interface, self.saved) {
-            // Nearly all steps are these, and here there is nothing to look up.
-            (InterfaceFunctions::CoSimulation2(own), false) => {
-                let (function, no_way_back) = (own.do_step, !self.keeps_history);
-                self.activity.set_time(time);
-                // SAFETY: the component is alive, and nobody else calls it.
-                let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
-                    function(component, time, step, no_way_back.into())
-                })?;
-                if status == OK {
-                    self.activity.set_time(time + step);
-                    return Ok(());
-                }
-                self.step_status_fmi2(status, time, step)?.into_result(version)
-            }
-            _ => self.do_step(time, step)?.into_result(version),
-        }
+        self.do_step(time, step)?.into_result(version)
     }
 
     /// What the status of `fmi2DoStep` says.
     #[inline(never)]
-    fn step_status_fmi2(&mut self, status: FmiStatus, time: f64, step: f64) -> Result<StepStatus, CallError> {
+    pub(super) fn step_status_fmi2(
+        &mut self,
+        status: FmiStatus,
+        time: f64,
+        step: f64,
+    ) -> Result<StepStatus, CallError> {
         match status {
             OK | WARNING => self.completed_step(time + step),
             DISCARD => self.discarded_step(time),

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use fmu_import::{Fmu, FmuLibrary, FmuState, Instance, MessageLevel, StepStatus, StorageType};
+use fmu_import::{
+    Fmu, FmuLibrary, FmuState, Instance, MessageLevel, StepCalls, StepStatus, StorageType, ValueCall,
+};
 use libtest_mimic::{Arguments, Trial};
 use tempfile::TempDir;
 
@@ -246,16 +248,20 @@ fn fatal() {
 fn fatal_in_a_step() {
     let lab = Lab::new("is fatal");
     let mut instance = lab.instance();
-    let mut before = Vec::new();
-    let done = instance.batch_step_calls(|instance| {
-        let error = instance.step(0.0, 0.1).expect_err("it is fatal");
-        assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
-        before = lab.calls();
-        instance.get_numbers(StorageType::Float64, &[0], &mut [0.0])
-    });
-    let error = done.expect_err("nothing may be called");
+    let error =
+        instance.execute_step_calls(&get_first_value(), &[], 0.0, 0.1, &mut [0.0]).expect_err("it is fatal");
+    assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
+    let before = lab.calls();
+    let error = instance.execute_step_calls(&get_first_value(), &[], 0.1, 0.1, &mut [0.0]);
+    let error = error.expect_err("nothing may be called");
     assert!(error.what.contains("is not called: after fmi2Fatal"), "{error:?}");
     assert_eq!(lab.calls(), before);
+}
+
+/// A step after which variable 0 is read.
+fn get_first_value() -> StepCalls {
+    let get = ValueCall { storage: StorageType::Float64, references: vec![0], values: 0..1 };
+    StepCalls::new(&[], &[get]).expect("few values")
 }
 
 fn step_at_once() {
@@ -266,11 +272,7 @@ fn step_at_once() {
         let (mut alone, mut at_once) = ([0.0], [0.0]);
         one.step(time, 0.1).expect("a step");
         one.get_real(&[0], &mut alone).expect("a value");
-        let done = other.batch_step_calls(|other| {
-            other.step(time, 0.1)?;
-            other.get_numbers(StorageType::Float64, &[0], &mut at_once)
-        });
-        done.expect("a step");
+        other.execute_step_calls(&get_first_value(), &[], time, 0.1, &mut at_once).expect("a step");
         assert_eq!(alone, at_once);
         assert!(alone[0] != 0.0);
     }
