@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Compares the loop of trackside with that of others: a chain of instances of one FMU of FMI 2.0, nothing recorded.
 
-usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--program trackside] [--venv DIR]
+usage: compare.py FMU INPUT OUTPUT [--nodes N] [--steps N] [--rounds N] [--program trackside] [--venv DIR] [--packed]
 
 INPUT and OUTPUT are names of Real variables. What counts is processor time, in all threads of a program, and all programs
 take turns, so that other work on the machine matters little; the table has medians. Those of trackside are of whole
 processes, less one that does a single step. The others measure their loop themselves: a loop in C with nothing around it, the
-containers of FMPy and of FMU Manipulation Toolbox and the FMU that `trackside pack --fmu` makes of the chain, each in the same loop, Ecos,
-libcosim, fmpy. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
+containers of FMPy and of FMU Manipulation Toolbox and, with `--packed`, the FMU that `trackside pack --fmu` makes of the chain (whose
+library is built first), each in the same loop, Ecos, libcosim, fmpy. `--venv DIR` makes an environment for the Python packages there, with pip; without it this Python is
 used. What is not there is said and left out.
 """
 
@@ -275,6 +275,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--program", default="target/release/trackside", type=os.path.abspath)
     parser.add_argument("--venv")
+    parser.add_argument("--packed", action="store_true")
     parser.add_argument("--peer", choices=PEERS, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     names = (arguments.input, arguments.output)
@@ -286,14 +287,15 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         times = {"bare C": [], "trackside": [], "trackside, with its start": [], "a scenario as FMU": []}
-        chain, ends = packed(arguments, folder)
+        chain = packed(arguments, folder) if arguments.packed else None
         times |= {name: [] for name in PEERS}
         for _ in range(arguments.rounds):
             times["bare C"].append(in_c(arguments.fmu, names, arguments.nodes, arguments.steps))
             loop, whole = trackside(arguments, folder)
             times["trackside"].append(loop)
             times["trackside, with its start"].append(whole)
-            times["a scenario as FMU"].append(in_c(chain, ends, 1, arguments.steps))
+            if chain:
+                times["a scenario as FMU"].append(in_c(*chain, 1, arguments.steps))
             for name in PEERS:
                 found = peer(name, python, arguments, folder)
                 times[name] += [] if found is None else [found]

@@ -10,6 +10,7 @@ mod batch;
 mod call_monitor;
 mod derivative;
 mod events;
+mod floating_point;
 mod fmi1;
 mod fmi3_calls;
 mod functions;

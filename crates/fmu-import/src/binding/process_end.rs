@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_int};
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
-use super::process_state::note_usual_control;
+use super::floating_point::note_usual_control;
 
 unsafe extern "C" {
     /// Defined in `crash.c`, as the next five.

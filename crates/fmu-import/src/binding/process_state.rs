@@ -1,11 +1,9 @@
 //! Restores the process state that a call of foreign code changed: rounding mode, locale, folder, umask, signals.
 
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-use std::arch::asm;
 use std::ffi::{CStr, c_int, c_void};
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
+use super::floating_point::{floating_point_control, usual_control};
 use super::process_end::is_guarded;
 
 unsafe extern "C" {
@@ -69,49 +67,10 @@ pub(super) fn restore_process_state(before: Option<&ProcessStateSnapshot>) -> Pr
     unsafe { trackside_after(snapshot_pointer(before)) }.cast_unsigned()
 }
 
-/// How the processor calculates, as one number: what it rounds to, and which results end the program.
-#[inline]
-pub(super) fn floating_point_control() -> u64 {
-    #[cfg(target_arch = "x86_64")]
-    {
-        /// Flags of what happened in calculations are none of what rules them.
-        const FLAGS: u32 = 0x3f;
-        let (mut control, mut x87) = (0_u32, 0_u16);
-        // SAFETY: both instructions write the number at their address.
-        unsafe {
-            asm!("stmxcsr [{}]", in(reg) &raw mut control, options(nostack, preserves_flags));
-            asm!("fnstcw [{}]", in(reg) &raw mut x87, options(nostack, preserves_flags));
-        }
-        u64::from(control & !FLAGS) | u64::from(x87) << 32
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        let control: u64;
-        // SAFETY: the instruction reads a register.
-        unsafe { asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags)) };
-        control
-    }
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    {
-        let mut now = ProcessStateSnapshot { control: 0, locale: std::ptr::null_mut(), x87: 0 };
-        // SAFETY: the function writes the structure, which has the same layout there.
-        unsafe { trackside_before(&raw mut now) };
-        now.control | u64::from(now.x87) << 32
-    }
-}
-
-/// How the processor calculated when the program was guarded.
-static USUAL_CONTROL: AtomicU64 = AtomicU64::new(0);
-
-/// Notes how the processor calculates, before there is any foreign code.
-pub(super) fn note_usual_control() {
-    USUAL_CONTROL.store(floating_point_control(), Relaxed);
-}
-
 /// How the processor has to calculate after a call: as it did when the program was guarded, or else as it does now.
 #[inline]
 pub(super) fn expected_control() -> u64 {
-    if is_guarded() { USUAL_CONTROL.load(Relaxed) } else { floating_point_control() }
+    if is_guarded() { usual_control() } else { floating_point_control() }
 }
 
 /// Lets the processor calculate as it did before; what was different.

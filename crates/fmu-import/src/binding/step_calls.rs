@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use super::batch::CallBatch;
 use super::call_monitor::OuterNote;
+use super::floating_point::floating_point_control;
 use super::functions::{DoStep2, Fmi2GetFn, Fmi2SetFn, InterfaceFunctions, VersionFunctions};
 use super::guarded_buffer::GuardedBuffer;
 use super::mailbox::CurrentMailboxGuard;
 use super::process_end::call_notes_are_shared;
-use super::process_state::{expected_control, floating_point_control, restore_floating_point_control};
+use super::process_state::{expected_control, restore_floating_point_control};
 use super::{FmiStatus, Instance, OK, is_success};
 use crate::{CallError, StorageType};
 
@@ -101,6 +102,15 @@ struct RealFunctions {
     set: Fmi2SetFn<f64>,
     step: DoStep2,
     get: Fmi2GetFn<f64>,
+}
+
+/// Times of a step [s], and where its values are.
+#[derive(Clone, Copy)]
+struct StepInRow {
+    inputs: *const f64,
+    outputs: *mut f64,
+    time: f64,
+    step: f64,
 }
 
 /// Why the calls of a step are not all made in a row: a status that is not OK, or too many values.
@@ -210,8 +220,8 @@ impl Instance {
         // SAFETY: there is room for the values of all calls from these places on.
         let made = unsafe {
             let first = numbers.as_mut_ptr();
-            let (inputs, outputs) = (first.add(inputs), first.add(outputs));
-            self.make_real_calls(functions, calls, inputs, time, step, outputs, &mut round.memory.0)
+            let places = StepInRow { inputs: first.add(inputs), outputs: first.add(outputs), time, step };
+            self.make_real_calls(functions, calls, places, &mut round.memory.0)
         };
         self.activity.end_call();
         if floating_point_control() != round.control {
@@ -237,10 +247,7 @@ impl Instance {
         &mut self,
         functions: RealFunctions,
         calls: &StepCalls,
-        inputs: *const f64,
-        time: f64,
-        step: f64,
-        outputs: *mut f64,
+        StepInRow { inputs, outputs, time, step }: StepInRow,
         guarded_buffer: &mut GuardedBuffer,
     ) -> Result<(), InterruptedCall> {
         let Instance { component, activity, keeps_history, .. } = self;
