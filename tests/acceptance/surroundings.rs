@@ -11,6 +11,7 @@ tests! {
     what_an_instance_sets_for_the_process_is_put_back: Compiler,
     what_a_step_sets_for_files_is_put_back: Compiler,
     what_a_plugin_sets_is_put_back: Compiler,
+    a_late_step_is_watched_as_an_early_one: Compiler,
 }
 
 /// A node that may set something in its steps, and others with numbers that are rounded, and tiny ones; to a time [s].
@@ -125,4 +126,29 @@ fn what_a_plugin_sets_is_put_back() {
     lab.write("case.toml", analysed("rounds"));
     let ended = lab.trackside(&["run", "case.toml", "--out", "out", "--rerun", "off"]).expect(0);
     ended.says(&["analysis `odd`: its run set how numbers are rounded"]);
+}
+
+/// Exit code, error, warnings and messages of a run whose node does something wrong at a time [s], without numbers.
+fn outcome(fault: &str, status: u8, at: f64) -> (Option<i32>, Vec<String>) {
+    let start = format!("fault = '{fault}', at = {at}, status = {status}");
+    let node = Scenario::new().time(0.125, 20.0).fmu("tank", "misbehave.fmu", &start);
+    let driven = node.signal("driver.u", "sine = { amplitude = 1.0, frequency = 1.0 }");
+    let (lab, ended) = run(&driven.connect("driver.u", "tank.u").text());
+    let mut texts = warnings(&lab);
+    texts.extend(lab.report("out")["error"].as_str().map(str::to_owned));
+    let without_numbers = |text: String| text.replace(|it: char| it.is_ascii_digit() || it == '.', "");
+    (ended.status.code(), texts.into_iter().map(without_numbers).collect())
+}
+
+/// After its first steps a node goes a shorter way.
+fn a_late_step_is_watched_as_an_early_one() {
+    let sets =
+        ["rounds", "flushes", "traps", "sets the locale", "uses a locale", "nan", "writes past the end"];
+    let statuses = ["fmi2SetReal", "fmi2DoStep", "fmi2GetReal"];
+    let statuses = statuses.iter().flat_map(|call| (1..=4).map(move |status| (*call, status)));
+    for (fault, status) in sets.map(|fault| (fault, 0)).into_iter().chain(statuses) {
+        let (early, late) = (outcome(fault, status, 0.375), outcome(fault, status, 5.0));
+        assert!(!early.1.is_empty(), "{fault} {status}");
+        assert_eq!(early, late, "{fault} {status}");
+    }
 }
