@@ -5,7 +5,7 @@ usage: instructions.py PROGRAM FMU [--golden FILE] [--bless] [--only NAME]
 
 FMU is `spring_damper.fmu`, as `trackside pack --example spring_damper` makes it. The table goes to standard output as JSON: by workload the
 instructions of the whole process in millions, for runs of many steps less those of one step. With `--golden` a workload whose count differs by more than 3 % and 3 million from that
-in the file ends the program with 1; `--bless` writes the file. Counts hold for one version of Rust and one profile: those of the tests.
+in the file ends the program with 1; `--bless` writes the file. Counts hold for one version of Rust and one profile, with CARGO_INCREMENTAL=0.
 """
 
 import argparse

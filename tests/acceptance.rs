@@ -216,9 +216,6 @@ mod plugins;
 // Memory errors in our FMUs, by valgrind.
 #[path = "acceptance/memory.rs"]
 mod memory;
-// Instructions of small workloads, by valgrind.
-#[path = "acceptance/instructions.rs"]
-mod instructions;
 // A second opinion on our recordings, also of a run that was killed.
 #[path = "acceptance/recordings.rs"]
 mod recordings;
@@ -327,7 +324,6 @@ fn main() -> ExitCode {
     looking::register(&mut tests);
     manoeuvres::register(&mut tests);
     memory::register(&mut tests);
-    instructions::register(&mut tests);
     messages::register(&mut tests);
     model_exchange::register(&mut tests);
     packed_system::register(&mut tests);
