@@ -170,7 +170,7 @@ impl Checkpoint {
         fingerprint: &SystemFingerprint,
         compatibility: &CheckpointCompatibility,
     ) -> Result<(), Error> {
-        let mut row = exchange.row.clone();
+        let mut row = exchange.state.row.clone();
         let missing = self.row_names.fill_row(&self.values, exchange.columns, &mut row);
         let missing = missing.map_err(|what| self.corrupt_checkpoint_error(&what))?;
         let clock = exchange.clock();
@@ -203,7 +203,7 @@ impl Checkpoint {
                     .map_err(|error| call_failure_error(plan, error, time))?;
             }
         }
-        exchange.row.copy_from(&row);
+        exchange.state.row.copy_from(&row);
         exchange.restore_extrapolated_inputs(&self.extrapolated);
         read_missing(exchange, &missing, clock.time_at(self.tick))?;
         if fingerprint.has_same_coupling(&self.fingerprint) && !self.coupling.is_empty() {
@@ -247,7 +247,7 @@ fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) ->
     if missing.is_empty() {
         return Ok(());
     }
-    let mut row = exchange.row.clone();
+    let mut row = exchange.state.row.clone();
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         if let NodeBody::Fmu { .. } = plan.body {
             get_outputs(plan, node.as_mut(), &mut row)
@@ -256,11 +256,11 @@ fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) ->
     }
     for number in &missing.numbers {
         match exchange.columns.integer_index_of(*number) {
-            Some(integer) => exchange.row.set_integer(integer, *number, row[integer]),
-            None => exchange.row[*number] = row[*number],
+            Some(integer) => exchange.state.row.set_integer(integer, *number, row[integer]),
+            None => exchange.state.row[*number] = row[*number],
         }
     }
-    missing.texts.iter().for_each(|text| exchange.row[*text].clone_from(&row[*text]));
+    missing.texts.iter().for_each(|text| exchange.state.row[*text].clone_from(&row[*text]));
     Ok(())
 }
 

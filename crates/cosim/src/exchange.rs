@@ -116,35 +116,22 @@ pub struct Exchange<'a> {
     pub(crate) columns: &'a Columns<AllVariables>,
     pub(crate) order: &'a [usize],
     clock: CommunicationClock,
-    /// The row at the communication point where the step starts.
-    start: Row<AllVariables>,
-    /// The row that becomes that of the end of the step.
-    pub(crate) row: Row<AllVariables>,
+    /// What it remembers from one step to the next.
+    pub(crate) state: ExchangeState,
     tick: u64,
     /// The step that is done: the communication step from `tick` on, or a part of it, by its clock and the number of its first point.
     part: (CommunicationClock, u64),
-    extrapolated: Vec<Vec<ExtrapolatedInput>>,
     /// Memory for the inputs of a node that is extrapolated, and for their polynomials.
     input_buffer: Vec<f64>,
     polynomial_buffer: Vec<InputPolynomial>,
-    efforts: TimingCollector,
-    /// What nodes did not keep of what they were told.
-    notices: Vec<String>,
-    stop: Option<NodeTermination>,
-    /// Whether a node has messages.
-    message_flag: bool,
-    /// So many messages of FMUs of this process were seen.
-    seen_messages: u64,
-    step_memory: StepMemory,
-    plain: DirectConnections,
 }
 
 impl<'a> Exchange<'a> {
     /// Prepares the exchange between the nodes of a system.
     #[must_use]
     pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
-        let memory = ExchangeState::new(system);
-        Self::resume_from_state(system, nodes, memory)
+        let state = ExchangeState::new(system);
+        Self::resume_from_state(system, nodes, state)
     }
 
     /// Goes on with what an exchange of the same system remembered.
@@ -152,25 +139,12 @@ impl<'a> Exchange<'a> {
     pub fn resume_from_state(
         system: &'a mut System,
         nodes: &'a mut [Box<dyn Node>],
-        memory: ExchangeState,
+        state: ExchangeState,
     ) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let ExchangeState {
-            start,
-            row,
-            efforts,
-            notices,
-            stop,
-            extrapolated,
-            plain,
-            message_flag,
-            seen_messages,
-            step_memory,
-        } = memory;
         let clock = *clock;
         Exchange {
             part: (clock, 0),
-            extrapolated,
             input_buffer: Vec::new(),
             polynomial_buffer: Vec::new(),
             plans,
@@ -178,52 +152,15 @@ impl<'a> Exchange<'a> {
             columns,
             order,
             clock,
-            start,
-            row,
+            state,
             tick: 0,
-            efforts,
-            notices,
-            stop,
-            message_flag,
-            seen_messages,
-            step_memory,
-            plain,
         }
-    }
-
-    /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
-    pub(crate) fn take_message_flag(&mut self) -> bool {
-        std::mem::take(&mut self.message_flag)
     }
 
     /// What it remembers.
     #[must_use]
     pub fn into_state(self) -> ExchangeState {
-        let Exchange {
-            start,
-            row,
-            efforts,
-            notices,
-            stop,
-            extrapolated,
-            plain,
-            message_flag,
-            seen_messages,
-            step_memory,
-            ..
-        } = self;
-        ExchangeState {
-            start,
-            row,
-            efforts,
-            notices,
-            stop,
-            extrapolated,
-            plain,
-            message_flag,
-            seen_messages,
-            step_memory,
-        }
+        self.state
     }
 
     /// The nodes in the order in which they step.
@@ -253,24 +190,24 @@ impl<'a> Exchange<'a> {
     /// The row that becomes that of the end of the step.
     #[must_use]
     pub fn row(&self) -> &Row<AllVariables> {
-        &self.row
+        &self.state.row
     }
 
     /// The effort of each node so far, after a step.
     #[must_use]
     pub fn node_timings(&mut self) -> &[NodeStepTiming] {
-        self.efforts.node_timings()
+        self.state.efforts.node_timings()
     }
 
     /// Counts from here on the steps of nodes that take longer than this, in real time.
     pub fn set_deadline(&mut self, deadline: Duration) {
-        self.efforts.set_deadline(deadline);
+        self.state.efforts.set_deadline(deadline);
     }
 
     /// What nodes did not keep of what they were told.
     #[must_use]
     pub fn notices(&self) -> &[String] {
-        &self.notices
+        &self.state.notices
     }
 
     /// Begins the step from communication point `tick` on: the row is that of its start.
@@ -278,16 +215,16 @@ impl<'a> Exchange<'a> {
     pub fn begin_step(&mut self, tick: u64) {
         self.tick = tick;
         self.begin_substep(self.clock, tick);
-        self.efforts.begin_step();
+        self.state.efforts.begin_step();
     }
 
     /// Begins a part of the step: that from point `tick` of a finer clock on.
     #[inline]
     pub fn begin_substep(&mut self, clock: CommunicationClock, tick: u64) {
         self.part = (clock, tick);
-        match self.plain.has_texts {
-            true => self.start.copy_from(&self.row),
-            false => self.start.copy_numbers_from(&self.row),
+        match self.state.plain.has_texts {
+            true => self.state.start.copy_from(&self.state.row),
+            false => self.state.start.copy_numbers_from(&self.state.row),
         }
     }
 
@@ -316,8 +253,8 @@ impl<'a> Exchange<'a> {
     /// When the node fails, or ends the run before the end of the step.
     pub fn do_step(&mut self, node: usize) -> Result<(), StepInterruption> {
         let (clock, tick) = self.part;
-        self.efforts.count_step(node);
-        let stepped = match self.extrapolated[node].is_empty() {
+        self.state.efforts.count_step(node);
+        let stepped = match self.state.extrapolated[node].is_empty() {
             true => self.call_node(node, |plan, node, row| {
                 set_inputs(plan, node, row)?;
                 node.do_step(&clock, tick)
@@ -336,21 +273,21 @@ impl<'a> Exchange<'a> {
         if error.terminated.is_none_or(|at| at < end) {
             return Err(StepInterruption::Call { node, error });
         }
-        self.stop.get_or_insert(NodeTermination { node, error });
+        self.state.stop.get_or_insert(NodeTermination { node, error });
         Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
     #[must_use]
     pub fn node_termination(&self) -> Option<&NodeTermination> {
-        self.stop.as_ref()
+        self.state.stop.as_ref()
     }
 
     /// The row of a node that ended the run between the communication points: its outputs, with all else as at the start of the
     /// step; nothing when they cannot be read.
     pub fn row_at_termination(&mut self, node: usize) -> Option<&Row<AllVariables>> {
-        self.row.copy_from(&self.start);
-        self.read_outputs(node).is_ok().then_some(&self.row)
+        self.state.row.copy_from(&self.state.start);
+        self.read_outputs(node).is_ok().then_some(&self.state.row)
     }
 
     /// Reads the outputs of a node into the row.
@@ -362,7 +299,7 @@ impl<'a> Exchange<'a> {
             self.gather_all_inputs(node, &[])?;
         }
         self.call_node(node, get_outputs)?;
-        self.message_flag |= self.nodes[node].has_messages();
+        self.state.message_flag |= self.nodes[node].has_messages();
         self.check_outputs(node)
     }
 
@@ -371,9 +308,9 @@ impl<'a> Exchange<'a> {
         node: usize,
         call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<AllVariables>) -> Result<(), CallError>,
     ) -> Result<(), StepInterruption> {
-        self.efforts.start_timing_node(node);
-        call(&self.plans[node], self.nodes[node].as_mut(), &mut self.row).map_err(|error| {
-            self.efforts.stop_timing_node();
+        self.state.efforts.start_timing_node(node);
+        call(&self.plans[node], self.nodes[node].as_mut(), &mut self.state.row).map_err(|error| {
+            self.state.efforts.stop_timing_node();
             StepInterruption::Call { node, error }
         })
     }

@@ -127,7 +127,7 @@ fn simulate(
             return terminate_nodes(exchange, observer, sink, clock.time_at(k));
         }
         let time = clock.time_at(k + 1);
-        if exchange.take_message_flag() {
+        if exchange.state.take_message_flag() {
             report_messages(exchange, sink, time, false)?;
         }
         if has_integers {

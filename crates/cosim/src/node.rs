@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::{Error, ErrorCollector};
-use fmu_import::{CallError, DirectStep, Fmu, FmuMessage, Instance, InterruptedCall, StepRound};
+use fmu_import::{CallError, Fmu, FmuMessage, Instance, StepRound};
 
 use crate::clock::CommunicationClock;
 use crate::extrapolation::ExtrapolationPolynomial;
@@ -90,7 +90,8 @@ pub trait Node: Send {
     }
 
     /// The same on the row of all numbers, whose inputs and outputs of the node begin at these places, without the look around that
-    /// [`exchange_and_step`](Node::exchange_and_step) takes after its calls; for a node whose calls may be as short as that.
+    /// [`exchange_and_step`](Node::exchange_and_step) takes after its calls. Says whether it is done; else that function does it, or the
+    /// rest of it.
     fn step_in_row(
         &mut self,
         _round: &mut StepRound,
@@ -98,20 +99,8 @@ pub trait Node: Send {
         _places: [usize; 2],
         _time: f64,
         _step: f64,
-    ) -> DirectStep {
-        DirectStep::NotDirect
-    }
-
-    /// Finishes a step that [`step_in_row`](Node::step_in_row) interrupted. Says whether there are messages to take.
-    fn finish_interrupted_step(
-        &mut self,
-        _interrupted: InterruptedCall,
-        inputs: &[f64],
-        clock: &CommunicationClock,
-        tick: u64,
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError> {
-        self.exchange_and_step(inputs, clock, tick, outputs)
+    ) -> bool {
+        false
     }
 
     /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.

@@ -18,6 +18,7 @@ mod guarded_buffer;
 mod handle;
 mod instance;
 mod instantiation;
+mod interrupted_call;
 mod library;
 mod mailbox;
 mod messages_while_freed;
@@ -55,7 +56,7 @@ pub use process_end::{
 };
 pub use process_state::{restore_folder_and_permissions, take_process_change_reports};
 pub use saved_states::FmuState;
-pub use step_calls::{DirectStep, InterruptedCall, StepCalls, StepMemory, StepRound, ValueCall};
+pub use step_calls::{StepCalls, StepMemory, StepRound, ValueCall};
 pub use windows::cancel_wine_calls_when;
 
 /// The name of a function in the version of an instance's library.

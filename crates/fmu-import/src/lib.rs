@@ -99,12 +99,12 @@ use unpacked_archive::UnpackedArchive;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    ArrayVariable, CallBatch, CrashNote, DirectStep, FOREIGN_ENVIRONMENT, FmuLibrary, FmuState, Instance,
-    InterruptedCall, StepCalls, StepMemory, StepRound, ValueCall, active_calls, adopt_forked_process,
-    call_plugin, cancel_wine_calls_when, catch_termination_signals, disable_crash_handlers,
-    exit_without_destructors, final_exit_code, guard_exit, has_new_messages, ignore_termination_signals,
-    messages_while_freed, restore_folder_and_permissions, set_final_exit_code, share_call_notes,
-    start_watchdog, take_process_change_reports, termination_signal,
+    ArrayVariable, CallBatch, CrashNote, FOREIGN_ENVIRONMENT, FmuLibrary, FmuState, Instance, StepCalls,
+    StepMemory, StepRound, ValueCall, active_calls, adopt_forked_process, call_plugin,
+    cancel_wine_calls_when, catch_termination_signals, disable_crash_handlers, exit_without_destructors,
+    final_exit_code, guard_exit, has_new_messages, ignore_termination_signals, messages_while_freed,
+    restore_folder_and_permissions, set_final_exit_code, share_call_notes, start_watchdog,
+    take_process_change_reports, termination_signal,
 };
 pub use call::{
     CallError, CompletedStep, DiscreteStatesUpdate, IntervalQualifier, RealInputs, StepResult, StepStatus,

@@ -19,7 +19,7 @@ pub(super) fn extrapolated_inputs_of_node(plan: &NodePlan) -> Vec<ExtrapolatedIn
 impl Exchange<'_> {
     /// The extrapolated inputs with their last values, by the names of the inputs.
     pub(crate) fn extrapolated_inputs(&self) -> Vec<(String, ExtrapolatedInput)> {
-        let all = self.plans.iter().zip(&self.extrapolated).flat_map(|(plan, inputs)| {
+        let all = self.plans.iter().zip(&self.state.extrapolated).flat_map(|(plan, inputs)| {
             let name = |place| Some(self.columns[plan.inputs.nth_index(place)?].qualified_name());
             inputs.iter().filter_map(move |it| Some((name(it.place)?, *it)))
         });
@@ -28,7 +28,7 @@ impl Exchange<'_> {
 
     /// Goes on with the last values of inputs that are extrapolated in the same way.
     pub(crate) fn restore_extrapolated_inputs(&mut self, saved: &[(String, ExtrapolatedInput)]) {
-        for (plan, inputs) in self.plans.iter().zip(&mut self.extrapolated) {
+        for (plan, inputs) in self.plans.iter().zip(&mut self.state.extrapolated) {
             for own in inputs {
                 let name = plan.inputs.nth_index(own.place).map(|input| self.columns[input].qualified_name());
                 if let Some((_, saved)) = saved.iter().find(|(it, _)| Some(it) == name.as_ref()) {
@@ -46,15 +46,15 @@ impl Exchange<'_> {
         let mut polynomials = take(&mut self.polynomial_buffer);
         let inputs = self.plans[node].inputs;
         values.clear();
-        values.extend_from_slice(&self.row[inputs]);
+        values.extend_from_slice(&self.state.row[inputs]);
         polynomials.clear();
-        for input in &mut self.extrapolated[node] {
-            let before = inputs.nth_index(input.place).map(|index| self.start[index]);
+        for input in &mut self.state.extrapolated[node] {
+            let before = inputs.nth_index(input.place).map(|index| self.state.start[index]);
             let value = values[input.place];
             input.push_step_values(&span, before.unwrap_or(value), value);
             polynomials.push(InputPolynomial { place: input.place, polynomial: input.step_polynomial() });
         }
-        let updates = self.extrapolated[node].iter().any(ExtrapolatedInput::knows_end);
+        let updates = self.state.extrapolated[node].iter().any(ExtrapolatedInput::knows_end);
         let done = self.call_node(node, |plan, node, row| {
             set_typed_values(plan, node, row)?;
             set_extrapolated_inputs(node, &mut values, &polynomials, span)?;

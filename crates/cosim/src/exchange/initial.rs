@@ -49,7 +49,7 @@ impl Exchange<'_> {
     ) -> Result<(), Error> {
         let feeds = nodes_with_consumers(self.plans);
         for (node, feeds) in feeds.iter().enumerate() {
-            self.notices.extend(self.nodes[node].enter_initialization()?);
+            self.state.notices.extend(self.nodes[node].enter_initialization()?);
             if *feeds {
                 self.call_before_first_step(node, get_outputs)?;
             }
@@ -75,7 +75,9 @@ impl Exchange<'_> {
             })?;
         }
         let mut plans = self.plans.iter();
-        plans.try_for_each(|plan| check_outputs_not_nan(plan, self.columns, &self.row, || self.clock.start))
+        plans.try_for_each(|plan| {
+            check_outputs_not_nan(plan, self.columns, &self.state.row, || self.clock.start)
+        })
     }
 
     /// Hands a node its inputs before the first step, with guesses of some, and reads its outputs.
@@ -100,14 +102,14 @@ impl Exchange<'_> {
         call: impl FnOnce(&NodePlan, &mut dyn Node, &mut Row<AllVariables>) -> Result<(), CallError>,
     ) -> Result<(), Error> {
         let plan = &self.plans[node];
-        call(plan, self.nodes[node].as_mut(), &mut self.row)
+        call(plan, self.nodes[node].as_mut(), &mut self.state.row)
             .map_err(|error| call_failure_error(plan, error, self.clock.start))
     }
 
     /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
     /// step on.
     fn gather_initial_inputs(&mut self, node: usize, guesses: &[GuessedInput]) -> Result<(), Error> {
-        let (plan, row) = (&self.plans[node], &mut self.row);
+        let (plan, row) = (&self.plans[node], &mut self.state.row);
         exact::check_integer_inputs(plan, self.columns, None, row, &|_| self.clock.start)?;
         let links = plan.connections.iter().zip(plan.inputs.indices()).enumerate();
         for (place, (NumberConnection { source, input_chain, .. }, input)) in links {

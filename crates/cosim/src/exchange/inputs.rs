@@ -153,15 +153,15 @@ impl Exchange<'_> {
     /// When an input does not accept its value.
     #[inline(always)]
     pub fn gather_inputs(&mut self, node: usize) -> Result<(), StepInterruption> {
-        if let Some(connections) = &self.plain.of_node(node).connections {
-            self.efforts.start_timing_node(node);
-            for connection in &self.plain.connections[long_range(connections)] {
+        if let Some(connections) = &self.state.plain.of_node(node).connections {
+            self.state.efforts.start_timing_node(node);
+            for connection in &self.state.plain.connections[long_range(connections)] {
                 let value = match connection.at_start {
-                    true => self.start[connection.from],
-                    false => self.row[connection.from],
+                    true => self.state.start[connection.from],
+                    false => self.state.row[connection.from],
                 };
                 // As `InputChain::convert_unit`.
-                self.row[connection.to] = value * connection.factor + connection.offset;
+                self.state.row[connection.to] = value * connection.factor + connection.offset;
             }
             return Ok(());
         }
@@ -198,13 +198,13 @@ impl Exchange<'_> {
         node: usize,
         guesses: &[GuessedInput],
     ) -> Result<(), StepInterruption> {
-        self.efforts.start_timing_node(node);
+        self.state.efforts.start_timing_node(node);
         let span = self.step_interval();
         let time_of = |at| if at == StepBoundary::End { span.end } else { span.start };
         let samples = self.begins_at_communication_point();
-        let (plan, row) = (&mut self.plans[node], &mut self.row);
+        let (plan, row) = (&mut self.plans[node], &mut self.state.row);
         if !plan.exact.connections.is_empty() {
-            exact::check_integer_inputs(plan, self.columns, Some(&self.start), row, &time_of)
+            exact::check_integer_inputs(plan, self.columns, Some(&self.state.start), row, &time_of)
                 .map_err(StepInterruption::Value)?;
         }
         // Faults begin and end at communication points.
@@ -218,17 +218,17 @@ impl Exchange<'_> {
             if !samples && !input_chain.effects.is_empty() {
                 continue;
             }
-            let from = if source.at == StepBoundary::Start { &self.start } else { &*row };
+            let from = if source.at == StepBoundary::Start { &self.state.start } else { &*row };
             row[input] = input_chain.next_input_value(from[source.index], time);
             check_accepted_value(input_chain, self.columns, source.index, input, row[input], || {
                 time_of(source.at)
             })
             .map_err(StepInterruption::Value)?;
         }
-        exact::carry_integer_inputs(plan, Some(&self.start), row);
+        exact::carry_integer_inputs(plan, Some(&self.state.start), row);
         for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
             match source.at {
-                StepBoundary::Start => row[input].clone_from(&self.start[source.index]),
+                StepBoundary::Start => row[input].clone_from(&self.state.start[source.index]),
                 StepBoundary::End => row.copy_text(source.index, input),
             }
         }

@@ -20,13 +20,13 @@ impl Exchange<'_> {
     /// The value that the input of a connection has.
     #[must_use]
     pub fn input_value(&self, tear: TearConnection) -> f64 {
-        self.input_column(tear).map_or(0.0, |input| self.row[input])
+        self.input_column(tear).map_or(0.0, |input| self.state.row[input])
     }
 
     /// The value that it had at the start of the step.
     #[must_use]
     pub fn input_value_at_step_start(&self, tear: TearConnection) -> f64 {
-        self.input_column(tear).map_or(0.0, |input| self.start[input])
+        self.input_column(tear).map_or(0.0, |input| self.state.start[input])
     }
 
     /// The value that it would get. Effects and faults of the connection go on by one step.
@@ -40,9 +40,9 @@ impl Exchange<'_> {
         let (time, samples) = (self.clock.time_at(self.tick), self.begins_at_communication_point());
         let link = &mut self.plans[tear.node].connections[tear.place];
         if !samples && !link.input_chain.effects.is_empty() {
-            return Ok(self.row[input]);
+            return Ok(self.state.row[input]);
         }
-        let value = link.input_chain.next_input_value(self.row[link.source.index], time);
+        let value = link.input_chain.next_input_value(self.state.row[link.source.index], time);
         super::check_accepted_value(&link.input_chain, self.columns, link.source.index, input, value, || end)
             .map_err(StepInterruption::Value)?;
         Ok(value)
@@ -51,7 +51,7 @@ impl Exchange<'_> {
     /// What the source of the input shows now, in the unit of the input, without effects and faults of the connection.
     pub(crate) fn source_value_in_input_unit(&self, tear: TearConnection) -> f64 {
         let link = &self.plans[tear.node].connections[tear.place];
-        link.input_chain.convert_and_map(self.row[link.source.index])
+        link.input_chain.convert_and_map(self.state.row[link.source.index])
     }
 
     /// The value that an input has, and what its source shows now, both in the unit of the input.
@@ -76,7 +76,7 @@ impl Exchange<'_> {
 
     /// Tells something at the end of the run.
     pub fn add_notice(&mut self, what: String) {
-        self.notices.push(what);
+        self.state.notices.push(what);
     }
 
     fn input_column(&self, tear: TearConnection) -> Option<NumberIndex<AllVariables>> {
@@ -96,7 +96,7 @@ impl Exchange<'_> {
         changes: &mut Vec<f64>,
     ) -> Result<Option<Vec<f64>>, StepInterruption> {
         changes.clear();
-        changes.resize(self.row.numbers().len(), 0.0);
+        changes.resize(self.state.row.numbers().len(), 0.0);
         let mut given = Vec::new();
         for &node in nodes {
             let plan = &self.plans[node];

@@ -39,10 +39,10 @@ impl Exchange<'_> {
                     chain.clone_from(&self.plans[*node].connections[*place].input_chain);
                 }
                 for ((node, _), extrapolated) in kept.nodes.iter().zip(&mut kept.extrapolated) {
-                    extrapolated.clone_from(&self.extrapolated[*node]);
+                    extrapolated.clone_from(&self.state.extrapolated[*node]);
                 }
-                kept.row.copy_from(&self.row);
-                kept.stop.clone_from(&self.stop);
+                kept.row.copy_from(&self.state.row);
+                kept.stop.clone_from(&self.state.stop);
             }
         }
         Ok(())
@@ -62,9 +62,9 @@ impl Exchange<'_> {
         Ok(ExchangeSnapshot {
             nodes: states,
             chains: chains.collect(),
-            extrapolated: nodes.iter().map(|node| self.extrapolated[*node].clone()).collect(),
-            row: self.row.clone(),
-            stop: self.stop.clone(),
+            extrapolated: nodes.iter().map(|node| self.state.extrapolated[*node].clone()).collect(),
+            row: self.state.row.clone(),
+            stop: self.state.stop.clone(),
         })
     }
 
@@ -76,15 +76,15 @@ impl Exchange<'_> {
         for ((node, state), extrapolated) in snapshot.nodes.iter().zip(&snapshot.extrapolated) {
             let restored = stateful_node(self.nodes[*node].as_mut()).and_then(|it| it.restore_state(state));
             restored.map_err(call_interruption(*node))?;
-            self.extrapolated[*node].clone_from(extrapolated);
+            self.state.extrapolated[*node].clone_from(extrapolated);
         }
         for (node, place, chain) in &snapshot.chains {
             self.plans[*node].connections[*place].input_chain.clone_from(chain);
         }
         if snapshot.nodes.len() == self.nodes.len() {
-            self.row.copy_from(&snapshot.row);
+            self.state.row.copy_from(&snapshot.row);
         }
-        self.stop.clone_from(&snapshot.stop);
+        self.state.stop.clone_from(&snapshot.stop);
         Ok(())
     }
 

@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{
-    CallError, Causality, DirectStep, FmiInterface, FmiVersion, Fmu, FmuMessage, Instance, InterruptedCall,
-    StepCalls, StepRound, Value, Variable,
+    CallError, Causality, FmiInterface, FmiVersion, Fmu, FmuMessage, Instance, StepCalls, StepRound, Value,
+    Variable,
 };
 
 use self::derivatives::RealVariables;
@@ -310,27 +310,11 @@ impl Node for FmuNode {
         places: [usize; 2],
         time: f64,
         step: f64,
-    ) -> DirectStep {
-        match &self.step_calls {
-            Some(calls) => self.instance.step_in_row(round, calls, numbers, places, time, step),
-            None => DirectStep::NotDirect,
-        }
-    }
-
-    fn finish_interrupted_step(
-        &mut self,
-        interrupted: InterruptedCall,
-        inputs: &[f64],
-        clock: &CommunicationClock,
-        tick: u64,
-        outputs: &mut [f64],
-    ) -> Result<bool, CallError> {
-        let FmuNode { step_calls: Some(calls), instance, .. } = self else { return Ok(self.has_messages()) };
-        let time = clock.time_at(tick);
-        match instance.finish_interrupted_step(interrupted, calls, inputs, time, clock.step, outputs) {
-            Ok(()) => Ok(instance.has_messages()),
-            Err(error) => Err(self.add_step_size_hint(error, clock.step)),
-        }
+    ) -> bool {
+        let FmuNode { step_calls, instance, .. } = self;
+        step_calls
+            .as_ref()
+            .is_some_and(|calls| instance.step_in_row(round, calls, numbers, places, time, step))
     }
 
     fn terminate(&mut self) -> Result<(), CallError> {

@@ -70,13 +70,11 @@ impl Drop for NoteGuard {
     }
 }
 
-/// The note from before many calls one after the other, which counts again after the last one.
-pub(super) struct OuterNote(#[expect(dead_code, reason = "it is dropped")] NoteGuard);
-
-impl OuterNote {
+impl NoteGuard {
+    /// The note that counts now, which counts again when this is dropped.
     #[inline]
     pub(super) fn take() -> Self {
-        OuterNote(NoteGuard(ENTERED.get()))
+        NoteGuard(ENTERED.get())
     }
 }
 
@@ -182,7 +180,7 @@ impl CallMonitor {
 
     /// The same among many calls, until the next one or until the note from before them counts again. Nobody else reads the notes.
     #[inline]
-    pub(super) fn become_current(&self, _until: &OuterNote) {
+    pub(super) fn become_current(&self, _until: &NoteGuard) {
         let note = &raw const self.note;
         ENTERED.set(note);
         LATEST.store(note.cast_mut(), Relaxed);

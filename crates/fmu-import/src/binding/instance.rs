@@ -7,6 +7,7 @@ use super::call_monitor::CallMonitor;
 use super::functions::{InterfaceFunctions, VersionFunctions};
 use super::guarded_buffer::GuardedBuffer;
 use super::instantiation::{self, Fmi2Callbacks, InstantiationModes};
+use super::interrupted_call::InterruptedCall;
 use super::mailbox::MessageMailbox;
 use super::messages_while_freed;
 use super::phase::InstancePhase;
@@ -52,6 +53,8 @@ pub struct Instance {
     pub(super) keeps_history: bool,
     /// Whether calls of one step go on, see `batch.rs`.
     pub(super) in_batch: bool,
+    /// The call after which the rest of a step waits.
+    pub(super) interrupted: Option<InterruptedCall>,
     /// Whether it was made with event mode.
     pub(super) events: bool,
     /// Whether it may end a step early.
@@ -185,6 +188,7 @@ impl Instance {
             events: modes.event_mode,
             may_return_early: modes.early_return,
             in_batch: false,
+            interrupted: None,
             steps: StepCounter::default(),
             guarded_buffer: GuardedBuffer::default(),
             integers: Vec::new(),

@@ -4,14 +4,15 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::batch::CallBatch;
-use super::call_monitor::OuterNote;
+use super::call_monitor::NoteGuard;
 use super::floating_point::floating_point_control;
 use super::functions::{DoStep2, Fmi2GetFn, Fmi2SetFn, InterfaceFunctions, VersionFunctions};
 use super::guarded_buffer::GuardedBuffer;
+use super::interrupted_call::{InterruptedCall, Interruption};
 use super::mailbox::CurrentMailboxGuard;
 use super::process_end::call_notes_are_shared;
 use super::process_state::{expected_control, restore_floating_point_control};
-use super::{FmiStatus, Instance, OK, is_success};
+use super::{Instance, OK, is_success};
 use crate::{CallError, StorageType};
 
 /// The call that sets or gets variables of one form, whose values follow each other among those of a step.
@@ -113,31 +114,9 @@ struct StepInRow {
     step: f64,
 }
 
-/// Why the calls of a step are not all made in a row: a status that is not OK, or too many values.
-enum Interruption {
-    Status(FmiStatus),
-    Overrun(usize),
-}
-
-/// A call after which the rest of a step waits, by its number among all of the step; see [`Instance::finish_interrupted_step`].
-pub struct InterruptedCall {
-    number: usize,
-    why: Interruption,
-}
-
-/// How far a step came that was to be made without a look around, see [`Instance::step_in_row`].
-pub enum DirectStep {
-    /// It is done.
-    Done,
-    /// Nothing was called: this step wants [`Instance::execute_step_calls`].
-    NotDirect,
-    /// It waits for [`Instance::finish_interrupted_step`].
-    Interrupted(InterruptedCall),
-}
-
 /// Steps of many instances, one after the other on this thread: what is around the calls is noted once for all of them.
 pub struct StepRound {
-    note: OuterNote,
+    note: NoteGuard,
     mailbox: CurrentMailboxGuard,
     control: u64,
     memory: StepMemory,
@@ -159,7 +138,7 @@ impl StepRound {
     #[inline]
     pub fn begin(memory: &mut StepMemory) -> Option<Self> {
         (!call_notes_are_shared()).then(|| StepRound {
-            note: OuterNote::take(),
+            note: NoteGuard::take(),
             mailbox: CurrentMailboxGuard::take(),
             control: expected_control(),
             memory: std::mem::take(memory),
@@ -175,8 +154,8 @@ impl StepRound {
 }
 
 impl Instance {
-    /// Sets inputs, steps from `time` to `time + step` [s], and gets outputs. What one of the calls changes around itself is put back
-    /// after the last one, so the numbers may only be copied.
+    /// Sets inputs, steps from `time` to `time + step` [s], and gets outputs; or does the rest of it that [`step_in_row`](Self::step_in_row)
+    /// left. What one of the calls changes around itself is put back after the last one, so the numbers may only be copied.
     ///
     /// # Errors
     /// Those of the calls; also when the step ends early.
@@ -188,12 +167,31 @@ impl Instance {
         step: f64,
         outputs: &mut [f64],
     ) -> Result<(), CallError> {
-        self.make_calls_from(0, calls, inputs, time, step, outputs)
+        let first = match self.interrupted.take() {
+            None => 0,
+            Some(interrupted) => self.judge_interrupted_call(interrupted, calls.set, time, step)? + 1,
+        };
+        let (set, get) = calls.calls.split_at(calls.set);
+        self.batch_step_calls(|CallBatch(instance)| {
+            for call in set.iter().skip(first) {
+                let references = call.references(&calls.references);
+                instance.set_numbers(call.storage, references, &inputs[call.values()])?;
+            }
+            if first <= calls.set {
+                instance.step(time, step)?;
+            }
+            for call in get.iter().skip(first.saturating_sub(calls.set + 1)) {
+                let references = call.references(&calls.references);
+                instance.get_numbers(call.storage, references, &mut outputs[call.values()])?;
+            }
+            Ok(())
+        })
     }
 
     /// The same for values in a row of numbers, from the places `inputs` and `outputs` on, with as little around the calls as a loop in C
-    /// has: the note of each call, a look at its status, at how the processor calculates and at memory behind the outputs. Now and then,
-    /// and where more is to be looked at, it leaves the step to [`execute_step_calls`](Self::execute_step_calls).
+    /// has: the note of each call, a look at its status, at how the processor calculates and at memory behind the outputs. Says whether
+    /// the step is done. Now and then, and where more is to be looked at, it leaves the step or the rest of it to
+    /// [`execute_step_calls`](Self::execute_step_calls).
     #[inline]
     pub fn step_in_row(
         &mut self,
@@ -203,7 +201,7 @@ impl Instance {
         [inputs, outputs]: [usize; 2],
         time: f64,
         step: f64,
-    ) -> DirectStep {
+    ) -> bool {
         let is_usual = calls.reals && !self.saved && !self.has_failed_fatally();
         let has_room = inputs + calls.inputs <= numbers.len() && outputs + calls.outputs <= numbers.len();
         let functions = match (&self.library.own, &self.library.interface) {
@@ -212,7 +210,7 @@ impl Instance {
             {
                 RealFunctions { set: values.set_real, step: own.do_step, get: values.get_real }
             }
-            _ => return DirectStep::NotDirect,
+            _ => return false,
         };
         self.steps.count_step();
         self.activity.become_current(&round.note);
@@ -228,8 +226,11 @@ impl Instance {
             self.restore_control(round.control);
         }
         match made {
-            Ok(()) => DirectStep::Done,
-            Err(interrupted) => DirectStep::Interrupted(interrupted),
+            Ok(()) => true,
+            Err(interrupted) => {
+                self.interrupted = Some(interrupted);
+                false
+            }
         }
     }
 
@@ -299,64 +300,34 @@ impl Instance {
         Ok(())
     }
 
-    /// Makes the rest of the calls after one that returned a warning.
+    /// Notes the status of a call that interrupted a step; its number if it was a warning. The call of number `set` is the step.
     ///
     /// # Errors
-    /// That of the call, if it returned anything else, or wrote too many values; those of the other calls.
+    /// That of the call, if it returned anything else, or wrote too many values.
     #[cold]
-    pub fn finish_interrupted_step(
+    fn judge_interrupted_call(
         &mut self,
         InterruptedCall { number, why }: InterruptedCall,
-        calls: &StepCalls,
-        inputs: &[f64],
+        set: usize,
         time: f64,
         step: f64,
-        outputs: &mut [f64],
-    ) -> Result<(), CallError> {
-        let call = match number.cmp(&calls.set) {
+    ) -> Result<usize, CallError> {
+        let call = match number.cmp(&set) {
             Ordering::Less => c"fmi2SetReal",
             Ordering::Equal => c"fmi2DoStep",
             Ordering::Greater => c"fmi2GetReal",
         };
-        match why {
+        let status = match why {
             Interruption::Overrun(count) => return Err(self.overrun_error(call, count)),
-            Interruption::Status(status) => {
-                self.record_status(call, status);
-                if number == calls.set {
-                    let version = self.description().version;
-                    self.step_status_fmi2(status, time, step)?.into_result(version)?;
-                } else if !is_success(status) {
-                    return Err(self.status_error(call, status));
-                }
-            }
+            Interruption::Status(status) => status,
+        };
+        self.record_status(call, status);
+        if number == set {
+            let version = self.description().version;
+            self.step_status_fmi2(status, time, step)?.into_result(version)?;
+        } else if !is_success(status) {
+            return Err(self.status_error(call, status));
         }
-        self.make_calls_from(number + 1, calls, inputs, time, step, outputs)
-    }
-
-    /// Makes the calls from that of a number on, with values of any form and of any version.
-    fn make_calls_from(
-        &mut self,
-        first: usize,
-        calls: &StepCalls,
-        inputs: &[f64],
-        time: f64,
-        step: f64,
-        outputs: &mut [f64],
-    ) -> Result<(), CallError> {
-        let (set, get) = calls.calls.split_at(calls.set);
-        self.batch_step_calls(|CallBatch(instance)| {
-            for call in set.iter().skip(first) {
-                let references = call.references(&calls.references);
-                instance.set_numbers(call.storage, references, &inputs[call.values()])?;
-            }
-            if first <= calls.set {
-                instance.step(time, step)?;
-            }
-            for call in get.iter().skip(first.saturating_sub(calls.set + 1)) {
-                let references = call.references(&calls.references);
-                instance.get_numbers(call.storage, references, &mut outputs[call.values()])?;
-            }
-            Ok(())
-        })
+        Ok(number)
     }
 }
