@@ -166,7 +166,7 @@ fn description_problems(found: &ModelDescription, xml: &str) -> Vec<String> {
     let variables: Vec<_> = variables.collect();
     let unknowns = found.outputs.iter().chain(&found.derivatives).chain(&found.initialUnknowns);
     let unknowns = unknowns.map(|it| (it.range.start, it.index));
-    validation::validation_problems(xml, found.validate(), &variables, unknowns)
+    validation::validation_problems(xml, || found.validate(), &variables, unknowns)
 }
 
 /// What variables refer to, by names and indices: a description may have a hundred thousand of each.

@@ -133,7 +133,7 @@ fn description_problems(document: &Document) -> Vec<String> {
     let unknowns = found.outputs.iter().chain(states).chain(&found.initialUnknowns);
     let unknowns = unknowns.chain(&found.eventIndicators);
     let unknowns = unknowns.map(|it| (it.range.start, it.valueReference));
-    validation::validation_problems(xml, found.validate(), &variables, unknowns)
+    validation::validation_problems(xml, || found.validate(), &variables, unknowns)
 }
 
 /// A variable of the file, which may be an array.

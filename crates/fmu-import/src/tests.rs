@@ -338,3 +338,29 @@ fn damage(cases: usize) {
 fn random_damage_is_survived() {
     damage(5_000);
 }
+
+/// Structured names are checked by a parser that is not made for threads.
+#[test]
+fn descriptions_are_read_by_many_threads_at_once() {
+    let named = |index: usize| {
+        format!(
+            "<ScalarVariable name=\"der(body.wheel[{index}].x,2)\" valueReference=\"{}\" \
+             causality=\"local\"><Real/></ScalarVariable>\n",
+            index + 3
+        )
+    };
+    let names: String = (0..200).map(named).collect();
+    let text = XML
+        .replace("modelName=\"m\"", "modelName=\"m\" variableNamingConvention=\"structured\"")
+        .replace("</ModelVariables>", &(names + "</ModelVariables>"));
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                for _ in 0..50 {
+                    let found = fmi2::parse(&text, FmiInterface::CoSimulation).expect("a legal description");
+                    assert_eq!((found.variables.len(), &found.problems), (203, &Vec::new()));
+                }
+            });
+        }
+    });
+}

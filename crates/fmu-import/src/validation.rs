@@ -1,6 +1,7 @@
 //! Turns validation errors of fmi-rs into sentences with variables and lines.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::{Mutex, PoisonError};
 
 use fmi_rs::model_description::ValidationError;
 use roxmltree::{Document, Node};
@@ -20,14 +21,21 @@ pub(crate) struct StructureVariable<'a> {
     pub clocked: bool,
 }
 
-/// One sentence for each kind of mistake in `text`. `unknowns` are the places of entries of the model structure [B], with the ids of
+/// The checks of fmi-rs run one after the other: its parser of structured names, made by Flex and Bison, has one state for the process.
+static CHECKING: Mutex<()> = Mutex::new(());
+
+/// One sentence for each kind of mistake that `check` finds in `text`. `unknowns` are the places of entries of the model structure [B], with the ids of
 /// their variables.
 pub(crate) fn validation_problems(
     text: &str,
-    found: Vec<ValidationError>,
+    check: impl FnOnce() -> Vec<ValidationError>,
     variables: &[StructureVariable],
     unknowns: impl Iterator<Item = (usize, u32)>,
 ) -> Vec<String> {
+    let found = {
+        let _turn = CHECKING.lock().unwrap_or_else(PoisonError::into_inner);
+        check()
+    };
     if found.is_empty() {
         return Vec::new();
     }
