@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use assessment::baseline::BaselineOutcome;
 use assessment::check::CheckVerdict;
 use cosim::coupling::CouplingSummary;
+use cosim::exchange::ConcurrencySummary;
 use cosim::exchange::NodeStepTiming;
 use cosim::master::RunProgress;
 use cosim::system::NodePlan;
@@ -125,6 +126,12 @@ pub struct RunReport {
     pub nodes: Vec<NodeReport>,
     /// What the coupling did: passes through loops, parts of steps, errors of connections.
     pub coupling: CouplingSummary,
+    /// What was gained by nodes that stepped at the same time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub concurrency: Option<ConcurrencySummary>,
+    /// Two nodes of this process that could step at the same time, and took long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub independent_nodes: Option<[String; 2]>,
     /// What it was made with.
     #[serde(flatten)]
     pub provenance: RunProvenance,
@@ -284,6 +291,8 @@ impl RunReport {
             // Connectors, which come last, do nothing that takes effort.
             nodes: plan.system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
             coupling: CouplingSummary::default(),
+            concurrency: None,
+            independent_nodes: None,
             provenance: RunProvenance::new(scenario, plan),
             files: Vec::new(),
             laps: Vec::new(),
@@ -333,6 +342,8 @@ impl RunReport {
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
         self.coupling = progress.coupling.clone();
+        self.concurrency = progress.concurrency.clone();
+        self.independent_nodes = progress.independent_nodes.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
             node.set_step_timing(effort, progress.deadline.is_some());
         }

@@ -10,6 +10,9 @@ use super::harness::{Ended, Lab, limit, signal, signalled, trackside, wait_until
 
 tests! {
     an_fmu_in_a_process_of_its_own_gives_the_same_bits: Compiler,
+    isolated_fmus_step_at_the_same_time: Compiler,
+    one_that_takes_the_outputs_of_another_waits_for_them: Compiler,
+    the_first_failure_in_the_order_is_told: Compiler,
     clocks_and_events_are_the_same_in_another_process: Compiler,
     a_failure_there_ends_the_run_with_node_call_and_time: Compiler,
     a_failure_before_the_first_step_is_told: Compiler,
@@ -96,6 +99,64 @@ fn an_fmu_in_a_process_of_its_own_gives_the_same_bits() {
         lab.write("drive.toml", drive.check("clock", "time >= 0").text());
         same(&lab, "drive.toml", lab.path(".").as_path());
     }
+}
+
+/// Two FMUs of `misbehave.c` in processes of their own, and these tables.
+fn two_isolated_fmus(fmu: &str, keys: [&str; 2], more: &str) -> String {
+    let nodes = ["one", "other"].into_iter().zip(keys).map(|(name, keys)| {
+        format!("[[fmu]]\nname = \"{name}\"\npath = \"{fmu}\"\nisolate = true\nsandbox = false\ncall_limit = 20.0\n{keys}\n")
+    });
+    format!("[time]\nstep = 0.1\nstop = 1.0\n\n{}\n{more}", nodes.collect::<Vec<_>>().join("\n"))
+}
+
+fn isolated_fmus_step_at_the_same_time() {
+    for coupling in ["", "[coupling]\nalgorithm = \"jacobi\"\n"] {
+        let lab = lab();
+        let folder = lab.path("meeting");
+        std::fs::create_dir(&folder).expect("a folder");
+        lab.write("meet.fmu", compile(&[&format!("-DMEETING=\"{}\"", folder.display())]));
+        let own = "start = { u = 0.0 }";
+        lab.write("case.toml", two_isolated_fmus("meet.fmu", [own, own], coupling));
+        lab.trackside(&["run", "case.toml", "--out", "out", "--csv", "--rerun", "off"]).expect(0);
+        assert!(lab.has("meeting/one-9") && lab.has("meeting/other-9"));
+        let report = lab.report("out");
+        assert_eq!(report["concurrency"]["nodes"], serde_json::json!(["one", "other"]));
+        let nodes = report["nodes"].as_array().expect("nodes");
+        assert!(
+            nodes.iter().all(|node| node["calls"] == 10 && node["seconds"].as_f64() > Some(0.0)),
+            "{nodes:?}"
+        );
+        assert!(lab.read("out/report.html").contains("At the same time"));
+    }
+}
+
+fn one_that_takes_the_outputs_of_another_waits_for_them() {
+    let lab = lab();
+    lab.write("relay.fmu", relay());
+    let node = |name| {
+        let start = if name == "a" { "start = { gear = \"reverse\" }\n" } else { "" };
+        format!("[[fmu]]\nname = \"{name}\"\npath = \"relay.fmu\"\nunconnected = \"start\"\n{start}")
+    };
+    // `b` and `d` step at the same time, between `a` and `c`.
+    let connect =
+        ["b.x = a.x_out", "c.x = b.x_out", "d.x = a.x_out", "c.text = d.text_out", "d.text = a.text_out"]
+            .map(|pair| {
+                let (to, from) = pair.split_once(" = ").expect("a pair");
+                format!("[[connect]]\nfrom = \"{from}\"\nto = \"{to}\"\n")
+            });
+    let nodes = ["a", "b", "c", "d"].map(node).join("\n");
+    lab.write("case.toml", format!("[time]\nstep = 0.1\nstop = 2.0\n\n{nodes}\n{}", connect.join("\n")));
+    same(&lab, "case.toml", lab.path(".").as_path());
+}
+
+fn the_first_failure_in_the_order_is_told() {
+    // The other one fails at once, in the same step.
+    let late = "start = { u = 0.0, fault = \"sleep\", at = 0.5 }\ncall_limit = 1.0";
+    let soon = "start = { u = 0.0, fault = \"crash\", at = 0.5 }";
+    let text = two_isolated_fmus("misbehave.fmu", [late, soon], "").replacen("call_limit = 20.0\n", "", 1);
+    let (lab, ended) = run(&text, &[]);
+    ended.expect(3).says(&["node `one`: fmi2DoStep at t = 0.5 s", "did not return within `call_limit`"]);
+    assert_eq!(lab.report("out")["steps"], 5);
 }
 
 fn clocks_and_events_are_the_same_in_another_process() {

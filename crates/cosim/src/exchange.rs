@@ -1,5 +1,6 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
+mod concurrent;
 mod effort;
 mod exact;
 mod extrapolated;
@@ -18,6 +19,8 @@ use diagnostics::Error;
 use fmu_import::{CallError, StepMemory};
 use recording::{AllVariables, Columns, Row};
 
+pub use self::concurrent::ConcurrencySummary;
+use self::concurrent::ConcurrentSteps;
 pub use self::effort::NodeStepTiming;
 use self::effort::TimingCollector;
 pub use self::initial::TearValue;
@@ -69,6 +72,7 @@ pub struct ExchangeState {
     /// The inputs that are extrapolated within a step, by node.
     pub extrapolated: Vec<Vec<ExtrapolatedInput>>,
     plain: DirectConnections,
+    concurrent: ConcurrentSteps,
     /// Whether a node has messages.
     message_flag: bool,
     /// So many messages of FMUs of this process were seen.
@@ -95,6 +99,7 @@ impl ExchangeState {
             stop: None,
             extrapolated,
             plain,
+            concurrent: ConcurrentSteps::default(),
             message_flag,
             seen_messages: 0,
             step_memory: StepMemory::default(),
@@ -130,7 +135,8 @@ impl<'a> Exchange<'a> {
     /// Prepares the exchange between the nodes of a system.
     #[must_use]
     pub fn new(system: &'a mut System, nodes: &'a mut [Box<dyn Node>]) -> Self {
-        let state = ExchangeState::new(system);
+        let mut state = ExchangeState::new(system);
+        state.concurrent = ConcurrentSteps::new(&system.nodes, &system.order, nodes);
         Self::resume_from_state(system, nodes, state)
     }
 

@@ -7,7 +7,9 @@ use fmu_import::{CallError, FmuMessage, MessageLevel, SUMMARY};
 use recording::{AllVariables, Column, EventLevel, NumberIndex, RunEvent, Sink, is_exact_in_f64};
 
 use crate::coupling::{CouplingAlgorithm, CouplingSummary};
-use crate::exchange::{Exchange, NodeStepTiming, NodeTermination, StepInterruption, call_failure_error};
+use crate::exchange::{
+    ConcurrencySummary, Exchange, NodeStepTiming, NodeTermination, StepInterruption, call_failure_error,
+};
 use crate::node::{Node, SAME};
 use crate::system::System;
 
@@ -24,6 +26,10 @@ pub struct RunProgress {
     pub efforts: Vec<NodeStepTiming>,
     /// What the coupling did.
     pub coupling: CouplingSummary,
+    /// What nodes gained that stepped at the same time.
+    pub concurrency: Option<ConcurrencySummary>,
+    /// Two FMUs of this process that took long and could step at the same time.
+    pub independent_nodes: Option<[String; 2]>,
     /// How long a node may take for a communication step; longer ones are counted.
     pub deadline: Option<Duration>,
 }
@@ -97,6 +103,8 @@ pub fn run_observed(
     progress.deadline.into_iter().for_each(|deadline| exchange.set_deadline(deadline));
     let result = simulate(&mut exchange, coupling, sink, progress, tick, observer);
     progress.efforts = exchange.node_timings().to_vec();
+    progress.concurrency = exchange.concurrency_summary();
+    progress.independent_nodes = exchange.independent_slow_nodes();
     progress.coupling = coupling.coupling_summary();
     progress.notices = exchange.notices().to_vec();
     result

@@ -1,7 +1,8 @@
 //! Gives everything that is stepped one interface: FMUs, generated signals and recorded tables.
 //!
 //! A node takes numbers, steps, and gives numbers. What only some nodes can do beside that is a capability, which a node has or has not:
-//! [`Stateful`], [`TypedValues`], [`ExtrapolatedInputs`], [`DirectionalDerivatives`], [`TunableParameters`], [`FaultInjection`]. Each
+//! [`Stateful`], [`TypedValues`], [`ExtrapolatedInputs`], [`ConcurrentStep`], [`DirectionalDerivatives`], [`TunableParameters`],
+//! [`FaultInjection`]. Each
 //! function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
 mod driver;
@@ -17,6 +18,7 @@ mod sub_stepping;
 use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Duration;
 
 use diagnostics::{Error, ErrorCollector};
 use fmu_import::{CallError, Fmu, FmuMessage, Instance, StepRound};
@@ -141,6 +143,11 @@ pub trait Node: Send {
         self.inner_mut()?.extrapolated_inputs()
     }
 
+    /// Its step in two parts, of a node that steps while others do. One that changes what the node inside does in a step has none.
+    fn as_concurrent_step(&mut self) -> Option<&mut dyn ConcurrentStep> {
+        None
+    }
+
     /// The derivatives of its outputs, of a node that may know them.
     fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
         self.inner_mut()?.as_directional_derivatives()
@@ -222,6 +229,18 @@ pub trait ExtrapolatedInputs {
         polynomials: &[InputPolynomial],
         span: Range<f64>,
     ) -> Result<(), CallError>;
+}
+
+/// A node that steps while others do: it has a process of its own.
+pub trait ConcurrentStep {
+    /// Begins [`Node::do_step`]. The next call of the node is [`finish_step`](Self::finish_step).
+    fn begin_step(&mut self, clock: &CommunicationClock, tick: u64);
+
+    /// Waits for the end of the step that was begun, with these arguments; how long it took.
+    ///
+    /// # Errors
+    /// As of [`Node::do_step`].
+    fn finish_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<Duration, CallError>;
 }
 
 /// A node that knows how its outputs change with its inputs.

@@ -1,5 +1,6 @@
 //! Exchanges packets of numbers and bytes with the process at the other end, in turns.
 
+use std::cell::Cell;
 use std::sync::atomic::Ordering::SeqCst;
 use std::time::{Duration, Instant};
 
@@ -32,11 +33,13 @@ pub struct ProcessChannel {
     memory: SharedMemory,
     /// 0 for the host, 1 for the guest.
     side: usize,
+    /// How long this side waited for its turn of late.
+    expected_wait: Cell<Duration>,
 }
 
 impl ProcessChannel {
     pub(crate) fn new(memory: SharedMemory, side: usize) -> Self {
-        ProcessChannel { memory, side }
+        ProcessChannel { memory, side, expected_wait: Cell::new(Duration::ZERO) }
     }
 
     /// The part of the memory that stays as it is while the two exchange messages, for what the guest is doing.
@@ -99,22 +102,40 @@ impl ProcessChannel {
         }
     }
 
+    /// Waits until it is this side's turn: awake where that was soon of late, else asleep at once, so that others have the core.
     fn wait_for_turn<E>(&self, look: &mut impl FnMut() -> Result<(), E>) -> Result<(), E> {
-        let mine = || self.memory.turn_counter().load(SeqCst) as usize % 2 == self.side;
         let begin = Instant::now();
+        let waited = match self.wait_awake(begin) {
+            true => Ok(()),
+            false => self.wait_asleep(look),
+        };
+        self.expected_wait.set((self.expected_wait.get() + begin.elapsed()) / 2);
+        waited
+    }
+
+    fn is_my_turn(&self) -> bool {
+        self.memory.turn_counter().load(SeqCst) as usize % 2 == self.side
+    }
+
+    /// Whether the turn came soon.
+    fn wait_awake(&self, begin: Instant) -> bool {
+        let longest = if self.expected_wait.get() > AWAKE { Duration::ZERO } else { AWAKE };
         loop {
             for _ in 0..SPINS {
-                if mine() {
-                    return Ok(());
+                if self.is_my_turn() {
+                    return true;
                 }
                 std::hint::spin_loop();
             }
+            if begin.elapsed() > longest {
+                return false;
+            }
             // On a busy machine the other side may wait for this core.
             rustix::thread::sched_yield();
-            if begin.elapsed() > AWAKE {
-                break;
-            }
         }
+    }
+
+    fn wait_asleep<E>(&self, look: &mut impl FnMut() -> Result<(), E>) -> Result<(), E> {
         let (turn, asleep) = (self.memory.turn_counter(), self.memory.sleep_flag(self.side));
         loop {
             asleep.store(1, SeqCst);
@@ -125,7 +146,7 @@ impl ProcessChannel {
             }
             let _ = futex::wait(turn, Flags::empty(), seen, Some(&NAP));
             asleep.store(0, SeqCst);
-            if !mine() {
+            if !self.is_my_turn() {
                 look()?;
             }
         }

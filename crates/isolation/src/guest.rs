@@ -87,8 +87,7 @@ impl IsolatedGuest {
         Ok(IsolatedGuest { child, channel: ProcessChannel::new(memory, 0), output, end: None })
     }
 
-    /// Asks, and waits for the answer. `should_cancel` is asked every 10 ms, with the note of the guest; when it says true, the guest is
-    /// ended.
+    /// Asks, and waits for the answer: [`send_request`](Self::send_request) and [`receive_answer`](Self::receive_answer).
     ///
     /// # Errors
     /// When the guest has ended, or is ended.
@@ -99,6 +98,48 @@ impl IsolatedGuest {
         answer: &mut ChannelPacket,
         mut should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
     ) -> Result<(), NoAnswerReason> {
+        self.send_request(numbers, bytes, &mut should_cancel)?;
+        self.receive_answer(answer, should_cancel)
+    }
+
+    /// Asks. `should_cancel` is asked every 10 ms while the guest takes a long question, with the note of the guest; when it says true,
+    /// the guest is ended.
+    ///
+    /// # Errors
+    /// When the guest has ended, or is ended.
+    pub fn send_request(
+        &mut self,
+        numbers: &[f64],
+        bytes: &[u8],
+        should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
+    ) -> Result<(), NoAnswerReason> {
+        self.exchange_watched(should_cancel, |channel, look| channel.send(numbers, bytes, look))
+    }
+
+    /// Waits for the answer to what was asked last. `should_cancel` is as in [`send_request`](Self::send_request).
+    ///
+    /// # Errors
+    /// When the guest has ended, or is ended.
+    pub fn receive_answer(
+        &mut self,
+        answer: &mut ChannelPacket,
+        should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
+    ) -> Result<(), NoAnswerReason> {
+        self.exchange_watched(should_cancel, |channel, look| match channel.receive(answer, look)? {
+            true => Ok(()),
+            false => Err(NoAnswerReason::InvalidAnswer),
+        })
+    }
+
+    /// Uses the channel while the guest is watched.
+    fn exchange_watched(
+        &mut self,
+        mut should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
+        exchange: impl FnOnce(
+            &ProcessChannel,
+            &mut dyn FnMut() -> Result<(), NoAnswerReason>,
+        ) -> Result<(), NoAnswerReason>,
+    ) -> Result<(), NoAnswerReason> {
         if let Some(end) = self.end {
             return Err(end);
         }
@@ -108,11 +149,7 @@ impl IsolatedGuest {
             _ if should_cancel(&|| read_guest_note(channel)) => Err(NoAnswerReason::Cancelled),
             _ => Ok(()),
         };
-        let answered = channel
-            .send(numbers, bytes, &mut look)
-            .and_then(|()| channel.receive(answer, &mut look))
-            .and_then(|meant| if meant { Ok(()) } else { Err(NoAnswerReason::InvalidAnswer) });
-        answered.inspect_err(|end| self.end_process(*end))
+        exchange(channel, &mut look).inspect_err(|end| self.end_process(*end))
     }
 
     fn end_process(&mut self, end: NoAnswerReason) {

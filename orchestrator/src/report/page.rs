@@ -120,11 +120,21 @@ impl RunReportPage<'_> {
             "" => String::new(),
             fmi => format!(", FMI {fmi}"),
         };
+        let concurrency = report.concurrency.as_ref().map(|gain| {
+            let [steps, wall] = [gain.step_seconds, gain.wall_seconds].map(format_seconds);
+            format!("{}: {steps} of steps in {wall}, and other nodes meanwhile", gain.nodes.join(", "))
+        });
+        let independent = report.independent_nodes.as_ref().map(|[one, other]| {
+            format!(
+                "{one} and {other} need nothing of each other within a step: with `isolate = true` in the [[fmu]] of one of them they step at the same time"
+            )
+        });
         let late = |late| format!("{late} of {} communication points", report.steps);
         vec![
             ("Scenario", report.scenario.clone()),
             ("Simulated", format!("{} in {} steps", format_seconds(report.sim_seconds), report.steps)),
             ("Took", format!("{wall}, {:.0} times real time", report.realtime_factor)),
+            ("At the same time", concurrency.or(independent).unwrap_or_default()),
             ("Command", made.command.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ")),
             ("Set from outside", made.set.join(", ")),
             ("Seed", format!("{} ({})", made.seed, made.generator)),

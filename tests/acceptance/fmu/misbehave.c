@@ -118,6 +118,21 @@ static void wander(void) {
     if (chdir("/") != 0) abort();
 }
 
+#if defined MEETING
+/* Steps only while the other of `one` and `other` steps, too: each leaves a file in this folder for each step, and waits for that of the other. */
+static void meet(const Model *m) {
+    static int steps;
+    char path[2][256];
+    for (int i = 0; i < 2; i++) snprintf(path[i], sizeof path[i], "%s/%s-%d", MEETING, i ? "other" : "one", steps);
+    FILE *file = fopen(path[strcmp(m->name, "other") == 0], "w");
+    if (file == NULL) abort();
+    fclose(file);
+    for (int i = 0; i < 2; i++)
+        while (access(path[i], F_OK) != 0) usleep(100);
+    steps++;
+}
+#endif
+
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                       const Callbacks *callbacks, int visible, int logging) {
     if (strcmp(guid, "{misbehave}") != 0 || strcmp(name, "refused") == 0) {
@@ -177,6 +192,9 @@ int fmi2DoStep(void *c, double time, double step, int keep) {
     if (is(m, "another process") && !m->started++) start_another(0);
     if (is(m, "another session") && !m->started++) start_another(1);
     if (is(m, "another session and sleep") && !m->started++) start_another(1);
+#if defined MEETING
+    meet(m);
+#endif
     change(m);
     if (is(m, "sleep") || is(m, "another session and sleep")) {
         leave_number("sleeping.pid");

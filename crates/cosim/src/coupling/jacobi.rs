@@ -26,6 +26,6 @@ impl CouplingAlgorithm for JacobiCoupling {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), StepInterruption> {
         let order = exchange.node_order();
         order.iter().try_for_each(|&node| exchange.gather_inputs(node))?;
-        order.iter().try_for_each(|&node| exchange.step_node(node))
+        exchange.step_nodes_from_gathered_inputs()
     }
 }

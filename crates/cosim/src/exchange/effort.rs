@@ -30,6 +30,12 @@ impl NodeStepTiming {
         self.times.quantile(share).map(|time| time.min(self.longest.as_secs_f64()))
     }
 
+    /// The mean time of a step.
+    #[must_use]
+    pub fn mean_step_time(&self) -> Duration {
+        self.time.div_f64(self.calls.max(1) as f64)
+    }
+
     fn finish_step(&mut self, weight: u32, deadline: Option<Duration>) {
         let time = std::mem::take(&mut self.now);
         self.time += time * weight;
@@ -174,6 +180,14 @@ impl TimingCollector {
     #[inline]
     pub fn count_step(&mut self, node: usize) {
         self.calls[node] += 1;
+    }
+
+    /// Counts this time, which ends now, as that of a node that was at work beside others.
+    pub fn add_node_time(&mut self, node: usize, time: Duration) {
+        if self.looks {
+            self.all[node].now += time;
+            self.since = Instant::now();
+        }
     }
 
     /// Counts the time from here on as that of a node.

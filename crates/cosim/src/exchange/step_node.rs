@@ -12,6 +12,9 @@ impl Exchange<'_> {
     /// # Errors
     /// As of [`gather_inputs`](Self::gather_inputs) and [`step_node`](Self::step_node).
     pub fn step_nodes_in_order(&mut self) -> Result<(), StepInterruption> {
+        if !self.state.concurrent.is_empty() {
+            return self.step_nodes_concurrently(true);
+        }
         let (clock, tick) = self.part;
         let time = clock.time_at(tick);
         let mut round =
@@ -35,6 +38,17 @@ impl Exchange<'_> {
             self.state.message_flag |= fmu_import::has_new_messages(&mut self.state.seen_messages);
         }
         Ok(())
+    }
+
+    /// Lets all nodes step from the inputs that they gathered.
+    ///
+    /// # Errors
+    /// As of [`step_node`](Self::step_node).
+    pub fn step_nodes_from_gathered_inputs(&mut self) -> Result<(), StepInterruption> {
+        match self.state.concurrent.is_empty() {
+            true => self.order.iter().try_for_each(|&node| self.step_node(node)),
+            false => self.step_nodes_concurrently(false),
+        }
     }
 
     /// Hands a node its inputs, lets it go to the end of the step, and reads its outputs into the row: [`do_step`](Self::do_step) and

@@ -65,6 +65,12 @@ pub(super) struct IsolatedNode {
     can_save: bool,
     takes_input_derivatives: bool,
     talk: ChannelPacket,
+    /// When it was asked last.
+    request_begin: Instant,
+    /// The step that was begun: whether its request was sent.
+    begun_step: Option<Result<(), CallError>>,
+    /// How long it was busy with what it was asked last.
+    response_duration: Duration,
     messages: Vec<FmuMessage>,
     lacks: Vec<String>,
 }
@@ -129,6 +135,9 @@ impl IsolatedNode {
             can_save: false,
             takes_input_derivatives: false,
             talk: ChannelPacket::default(),
+            request_begin: Instant::now(),
+            begun_step: None,
+            response_duration: Duration::ZERO,
             messages: Vec::new(),
             lacks: Vec::new(),
             setup,
@@ -167,8 +176,14 @@ impl IsolatedNode {
         Ok(())
     }
 
-    /// Asks the process, with the inputs that it does not know yet.
+    /// Asks the process, with the inputs that it does not know yet, and waits for its response.
     fn send_command(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, FmuRefusal> {
+        self.send_request(command)?;
+        self.receive_response()
+    }
+
+    /// Asks the process, with the inputs that it does not know yet.
+    fn send_request(&mut self, command: GuestCommand) -> Result<(), CallError> {
         let inputs = std::mem::take(&mut self.has_new_inputs);
         self.has_outputs = false;
         let request = GuestRequest {
@@ -178,27 +193,21 @@ impl IsolatedNode {
         };
         // They are those of one step.
         self.inputs.others.extrapolation = None;
-        let unfit = |error: postcard::Error| CallError::new("its process", error.to_string());
-        let bytes = postcard::to_stdvec(&request).map_err(unfit)?;
-        let numbers = if inputs { self.inputs.numbers.as_slice() } else { &[] };
-        let IsolatedNode { guest, talk, host, isolation, .. } = self;
-        let limit = isolation.call_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
-        let begin = Instant::now();
-        let late = || limit.is_some_and(|limit| begin.elapsed() > limit);
-        let (name, mut next) = (&self.setup.name, host.patience);
-        let give_up = |note: &dyn Fn() -> [u8; NOTE]| {
-            if begin.elapsed() > next {
-                report_long_call(name, &CrashNote::from_note_bytes(&note()), begin.elapsed());
-                next *= 2;
-            }
-            late() || (host.give_up)()
-        };
-        guest
-            .request_answer(numbers, &bytes, talk, give_up)
-            .map_err(|end| lost_process_error(guest, end, late()))?;
-        let response = postcard::from_bytes::<GuestResponse>(&talk.bytes);
-        let GuestResponse { outcome, messages } = response.map_err(unfit)?;
+        let bytes = postcard::to_stdvec(&request).map_err(unfit_message_error)?;
+        self.request_begin = Instant::now();
+        self.exchange_watched(|guest, values, _, should_cancel| {
+            let numbers = if inputs { values } else { &[] };
+            guest.send_request(numbers, &bytes, should_cancel)
+        })
+    }
+
+    /// Waits for the response to the last request.
+    fn receive_response(&mut self) -> Result<GuestCommandOutcome, FmuRefusal> {
+        self.exchange_watched(|guest, _, talk, should_cancel| guest.receive_answer(talk, should_cancel))?;
+        let response = postcard::from_bytes::<GuestResponse>(&self.talk.bytes);
+        let GuestResponse { outcome, messages, duration } = response.map_err(unfit_message_error)?;
         self.messages.extend(messages);
+        self.response_duration = duration;
         let outcome = outcome?;
         if let GuestCommandOutcome::Outputs(others) = outcome {
             std::mem::swap(&mut self.outputs.numbers, &mut self.talk.numbers);
@@ -209,13 +218,33 @@ impl IsolatedNode {
         Ok(outcome)
     }
 
-    fn call_guest(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, CallError> {
-        self.send_command(command).map_err(|refusal| match refusal {
-            FmuRefusal::Early(error) | FmuRefusal::Call(error) => error,
-            FmuRefusal::Start(start, what) => {
-                CallError::new("its start value", format!("`{}`: {what}", start.name))
+    /// Exchanges a message with the process, which may take as long as its isolation allows, and is reported where that is long.
+    fn exchange_watched(
+        &mut self,
+        exchange: impl FnOnce(
+            &mut IsolatedGuest,
+            &[f64],
+            &mut ChannelPacket,
+            &mut dyn FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
+        ) -> Result<(), NoAnswerReason>,
+    ) -> Result<(), CallError> {
+        let IsolatedNode { setup, guest, inputs, talk, host, isolation, request_begin: begin, .. } = self;
+        let limit = isolation.call_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
+        let late = || limit.is_some_and(|limit| begin.elapsed() > limit);
+        let mut next = host.patience;
+        let mut should_cancel = |note: &dyn Fn() -> [u8; NOTE]| {
+            if begin.elapsed() > next {
+                report_long_call(&setup.name, &CrashNote::from_note_bytes(&note()), begin.elapsed());
+                next *= 2;
             }
-        })
+            late() || (host.give_up)()
+        };
+        exchange(guest, &inputs.numbers, talk, &mut should_cancel)
+            .map_err(|end| lost_process_error(guest, end, late()))
+    }
+
+    fn call_guest(&mut self, command: GuestCommand) -> Result<GuestCommandOutcome, CallError> {
+        self.send_command(command).map_err(call_error)
     }
 
     /// Goes on after a failure, if it may: with the outputs as they are, or from communication point `tick` on in a new process.
@@ -258,17 +287,22 @@ impl IsolatedNode {
     }
 
     fn try_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
+        self.request_step(clock, tick)?;
+        self.receive_response().map(drop).map_err(call_error)
+    }
+
+    /// Asks the process to step, after what it has to do by a fault.
+    fn request_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
         match self.injected.take() {
             Some(InjectedFault::Wait(seconds)) => drop(self.call_guest(GuestCommand::Wait(seconds))?),
             Some(InjectedFault::Crash) => {
-                let crashed = self.call_guest(GuestCommand::Crash).map(|_| ());
-                return crashed.map_err(|error| {
+                self.call_guest(GuestCommand::Crash).map_err(|error| {
                     CallError::new(error.call, format!("crashed, a fault of the scenario: {}", error.what))
-                });
+                })?;
             }
             None => {}
         }
-        self.call_guest(GuestCommand::DoStep(*clock, tick)).map(|_| ())
+        self.send_request(GuestCommand::DoStep(*clock, tick))
     }
 
     /// Starts again at a time [s], with the start values and the inputs of this step.
@@ -308,8 +342,9 @@ impl IsolatedNode {
 impl Drop for IsolatedNode {
     fn drop(&mut self) {
         let request = GuestRequest { dropped: Vec::new(), inputs: None, command: GuestCommand::Exit };
-        // The folder goes after the process.
-        let left = postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.shut_down(&bytes));
+        // The folder goes after the process. One that is still busy with a step takes no request.
+        let left = self.begun_step.is_none()
+            && postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.shut_down(&bytes));
         if !left {
             let name = &self.setup.name;
             let what = "did not end well after the run, whose results are complete";
@@ -350,6 +385,20 @@ fn report_long_call(name: &str, CrashNote { call, time, .. }: &CrashNote, since:
     let since = since.as_secs_f64();
     let text = format!("\nnode `{name}`: {call}{at} has been running for {since:.0} s");
     print_to_stderr(&text);
+}
+
+/// The refusal of a call, as its error.
+fn call_error(refusal: FmuRefusal) -> CallError {
+    match refusal {
+        FmuRefusal::Early(error) | FmuRefusal::Call(error) => error,
+        FmuRefusal::Start(start, what) => {
+            CallError::new("its start value", format!("`{}`: {what}", start.name))
+        }
+    }
+}
+
+fn unfit_message_error(error: postcard::Error) -> CallError {
+    CallError::new("its process", error.to_string())
 }
 
 fn invalid_response_error() -> CallError {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use diagnostics::{Error, print_to_stderr};
 use fmu_import::{CallError, Fmu, FmuMessage, MessageLevel, OpenError};
@@ -48,14 +48,16 @@ pub fn serve_host_process(host: u32) -> Result<(), Error> {
             return Ok(());
         }
         let end = matches!(request.command, GuestCommand::Terminate);
+        let begin = Instant::now();
         let outcome = respond_to_request(&mut served, request, &mut talk.numbers);
+        let duration = begin.elapsed();
         let messages = served.as_mut().map(|served| served.node.take_messages());
         let mut messages = messages.unwrap_or_default();
         if end {
             let changed = fmu_import::take_process_change_reports().into_iter();
             messages.extend(changed.map(|what| FmuMessage::new(MessageLevel::Warning, "", &what)));
         }
-        let response = GuestResponse { outcome, messages };
+        let response = GuestResponse { outcome, messages, duration };
         send_response(&channel, &talk, &response, look)?;
     }
 }

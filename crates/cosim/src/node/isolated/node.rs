@@ -1,17 +1,18 @@
 //! Makes the process of an FMU a node like others.
 
 use std::ops::Range;
+use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::{CallError, FmuMessage};
 
 use super::protocol::{GuestCommand, GuestCommandOutcome, NonNumericValues, StepPolynomials};
-use super::{IsolatedNode, NodeValues, invalid_response_error};
+use super::{IsolatedNode, NodeValues, call_error, invalid_response_error};
 use crate::clock::CommunicationClock;
 use crate::node::fmu::FmuNodeStateBytes;
 use crate::node::{
-    DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial, Node,
-    NodeState, Stateful, TunableParameters, TypedValues,
+    ConcurrentStep, DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault,
+    InputPolynomial, Node, NodeState, Stateful, TunableParameters, TypedValues,
 };
 use crate::system::{FmuFailurePolicy, StartValue};
 
@@ -74,10 +75,8 @@ impl Node for IsolatedNode {
     }
 
     fn do_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<(), CallError> {
-        if self.frozen {
-            return Ok(());
-        }
-        self.try_step(clock, tick).or_else(|failure| self.recover_from_failure(failure, clock, tick))
+        self.begin_step(clock, tick);
+        self.finish_step(clock, tick).map(drop)
     }
 
     fn terminate(&mut self) -> Result<(), CallError> {
@@ -107,6 +106,10 @@ impl Node for IsolatedNode {
         if self.takes_input_derivatives { Some(self) } else { None }
     }
 
+    fn as_concurrent_step(&mut self) -> Option<&mut dyn ConcurrentStep> {
+        Some(self)
+    }
+
     fn as_directional_derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
         Some(self)
     }
@@ -117,6 +120,25 @@ impl Node for IsolatedNode {
 
     fn as_fault_injection(&mut self) -> Option<&mut dyn FaultInjection> {
         Some(self)
+    }
+}
+
+impl ConcurrentStep for IsolatedNode {
+    fn begin_step(&mut self, clock: &CommunicationClock, tick: u64) {
+        if !self.frozen {
+            self.begun_step = Some(self.request_step(clock, tick));
+        }
+    }
+
+    fn finish_step(&mut self, clock: &CommunicationClock, tick: u64) -> Result<Duration, CallError> {
+        let Some(request) = self.begun_step.take() else { return Ok(Duration::ZERO) };
+        let response = request.and_then(|()| self.receive_response().map(drop).map_err(call_error));
+        match response {
+            Ok(()) => Ok(self.response_duration),
+            Err(failure) => {
+                self.recover_from_failure(failure, clock, tick).map(|()| self.request_begin.elapsed())
+            }
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The messages between a host and the process of an FMU: requests and their responses. Numbers travel beside them.
 
 use std::ops::Range;
+use std::time::Duration;
 
 use fmu_import::{FmuLocation, FmuMessage};
 use serde::{Deserialize, Serialize};
@@ -78,6 +79,8 @@ pub(super) enum GuestCommand {
 pub(super) struct GuestResponse {
     pub outcome: Result<GuestCommandOutcome, FmuRefusal>,
     pub messages: Vec<FmuMessage>,
+    /// How long it took.
+    pub duration: Duration,
 }
 
 #[derive(Debug, Serialize, Deserialize)]

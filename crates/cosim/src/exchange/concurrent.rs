@@ -1,0 +1,301 @@
+//! Lets nodes in processes of their own step while others do: each begins when its inputs are there, and ends when another node, or the end
+//! of the communication step, needs its outputs. All take the values that they take one after the other.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::{Exchange, NodeStepTiming, StepInterruption, set_inputs};
+use crate::clock::StepBoundary;
+use crate::node::Node;
+use crate::system::{NodeBody, NodePlan};
+
+/// The hand-over to a process is little beside steps that take longer than this.
+const WORTH_A_PROCESS: Duration = Duration::from_micros(100);
+
+/// What was gained by nodes that stepped at the same time.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct ConcurrencySummary {
+    /// The nodes.
+    pub nodes: Vec<String>,
+    /// The time of all their steps, one after the other [s].
+    pub step_seconds: f64,
+    /// The time from the begin of the first one to the end of the last one, in all communication steps [s].
+    pub wall_seconds: f64,
+}
+
+/// What is done next in a communication step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ScheduledAction {
+    /// A node gets its inputs and begins its step.
+    Begin(usize),
+    /// The step of a node is awaited, and its outputs are read.
+    Finish(usize),
+    /// A node of this process steps.
+    Step(usize),
+}
+
+/// The nodes that step beside others.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ConcurrentSteps {
+    /// For each node whether it steps beside others; empty where none does.
+    nodes: Vec<bool>,
+    schedule: Vec<ScheduledAction>,
+    /// How many steps go on, and since when the first of them does.
+    begun: usize,
+    since: Option<Instant>,
+    step_time: Duration,
+    wall_time: Duration,
+}
+
+impl ConcurrentSteps {
+    /// Those of these nodes, which have this order.
+    pub fn new(plans: &[NodePlan], order: &[usize], nodes: &mut [Box<dyn Node>]) -> Self {
+        let is_concurrent = |(plan, node): (&NodePlan, &mut Box<dyn Node>)| {
+            let is_extrapolated =
+                plan.connections.iter().any(|connection| connection.extrapolation.is_some());
+            !is_extrapolated && node.as_concurrent_step().is_some()
+        };
+        let nodes: Vec<_> = plans.iter().zip(nodes).map(is_concurrent).collect();
+        if !nodes.contains(&true) {
+            return ConcurrentSteps::default();
+        }
+        let sources: Vec<Vec<_>> =
+            plans.iter().map(|plan| nodes_of_new_values(plan, plans).collect()).collect();
+        let schedule = schedule_steps(order, &nodes, &sources);
+        ConcurrentSteps { nodes, schedule, ..ConcurrentSteps::default() }
+    }
+
+    /// Whether no node steps beside others.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    fn summary(&self, plans: &[NodePlan]) -> Option<ConcurrencySummary> {
+        let nodes = plans.iter().zip(&self.nodes).filter(|(_, is_concurrent)| **is_concurrent);
+        let nodes: Vec<_> = nodes.map(|(plan, _)| plan.name.clone()).collect();
+        let [step_seconds, wall_seconds] = [self.step_time, self.wall_time].map(|time| time.as_secs_f64());
+        (!nodes.is_empty()).then_some(ConcurrencySummary { nodes, step_seconds, wall_seconds })
+    }
+}
+
+/// The actions of a communication step: those nodes begin as early as they can that are `concurrent`, the others step meanwhile, and
+/// nobody is awaited as long as there is something to do. `sources` are the nodes that each one waits for.
+fn schedule_steps(order: &[usize], concurrent: &[bool], sources: &[Vec<usize>]) -> Vec<ScheduledAction> {
+    let mut is_done = vec![false; concurrent.len()];
+    let (mut waiting, mut begun, mut schedule) = (order.to_vec(), Vec::new(), Vec::new());
+    while !waiting.is_empty() || !begun.is_empty() {
+        let is_ready =
+            |node: &&usize| sources[**node].iter().all(|source| is_done[*source] || source == *node);
+        let next = waiting.iter().filter(is_ready).min_by_key(|node| !concurrent[**node]).copied();
+        match next {
+            Some(node) if concurrent[node] => {
+                begun.push(node);
+                schedule.push(ScheduledAction::Begin(node));
+            }
+            Some(node) => {
+                is_done[node] = true;
+                schedule.push(ScheduledAction::Step(node));
+            }
+            None => {
+                // The first one that the first waiting node waits for; an order that loops breaks as it stands.
+                let needed =
+                    waiting.first().and_then(|node| begun.iter().position(|it| sources[*node].contains(it)));
+                match (needed, begun.is_empty()) {
+                    (_, true) => {
+                        let node = waiting.remove(0);
+                        is_done[node] = true;
+                        schedule.push(ScheduledAction::Step(node));
+                    }
+                    (needed, false) => {
+                        let node = begun.remove(needed.unwrap_or(0));
+                        is_done[node] = true;
+                        schedule.push(ScheduledAction::Finish(node));
+                    }
+                }
+            }
+        }
+        waiting.retain(|node| Some(*node) != next);
+    }
+    schedule
+}
+
+/// The nodes whose values of the end of a step this node takes in that step.
+fn nodes_of_new_values<'a>(plan: &'a NodePlan, plans: &'a [NodePlan]) -> impl Iterator<Item = usize> + 'a {
+    let numbers = plan.connections.iter().filter(|connection| connection.source.at == StepBoundary::End);
+    let numbers = numbers.filter_map(|connection| {
+        plans.iter().position(|from| from.outputs.indices().any(|output| output == connection.source.index))
+    });
+    let texts = plan.texts.connections.iter().filter(|source| source.at == StepBoundary::End);
+    let texts = texts.filter_map(|source| {
+        plans.iter().position(|from| from.texts.outputs.indices().any(|output| output == source.index))
+    });
+    numbers.chain(texts)
+}
+
+/// Whether a node takes new values of another one, also through others.
+fn waits_for(sources: &[Vec<usize>], node: usize, other: usize) -> bool {
+    let (mut seen, mut open) = (vec![false; sources.len()], vec![node]);
+    while let Some(node) = open.pop() {
+        if node == other {
+            return true;
+        }
+        if !std::mem::replace(&mut seen[node], true) {
+            open.extend(&sources[node]);
+        }
+    }
+    false
+}
+
+/// The first failure in the order of the nodes, by its place: the one that ends the step when they step one after the other.
+#[derive(Default)]
+struct FirstFailure(Option<(usize, StepInterruption)>);
+
+impl FirstFailure {
+    /// Takes the result of a node.
+    fn note(&mut self, order: &[usize], node: usize, result: Result<(), StepInterruption>) {
+        if let Err(interruption) = result
+            && !self.is_before(order, node)
+        {
+            let place = order.iter().position(|other| *other == node).unwrap_or(order.len());
+            self.0 = Some((place, interruption));
+        }
+    }
+
+    /// Whether there is one, of a node before this one.
+    fn is_before(&self, order: &[usize], node: usize) -> bool {
+        self.0.as_ref().is_some_and(|(place, _)| order.iter().take(*place).all(|other| *other != node))
+    }
+}
+
+impl Exchange<'_> {
+    /// What was gained by nodes that stepped at the same time, where some can.
+    #[must_use]
+    pub fn concurrency_summary(&self) -> Option<ConcurrencySummary> {
+        self.state.concurrent.summary(self.plans)
+    }
+
+    /// The two FMUs of this process that took the most time of those that could step at the same time, where that is worth a process.
+    pub(crate) fn independent_slow_nodes(&mut self) -> Option<[String; 2]> {
+        let times: Vec<_> = self.node_timings().iter().map(NodeStepTiming::mean_step_time).collect();
+        let is_slow = |node: &usize| {
+            let is_fmu = matches!(self.plans[*node].body, NodeBody::Fmu { .. });
+            is_fmu
+                && !self.state.concurrent.nodes.get(*node).is_some_and(|it| *it)
+                && times[*node] > WORTH_A_PROCESS
+        };
+        let mut slow: Vec<_> = (0..self.plans.len()).filter(is_slow).collect();
+        slow.sort_by_key(|node| std::cmp::Reverse(times[*node]));
+        let sources: Vec<_> = match slow.len() {
+            0 | 1 => return None,
+            _ => self.plans.iter().map(|plan| nodes_of_new_values(plan, self.plans).collect()).collect(),
+        };
+        let pairs = slow
+            .iter()
+            .enumerate()
+            .flat_map(|(place, one)| slow[place + 1..].iter().map(move |other| (*one, *other)));
+        let independent = |(one, other): &(usize, usize)| {
+            !waits_for(&sources, *one, *other) && !waits_for(&sources, *other, *one)
+        };
+        let (one, other) = pairs.into_iter().find(independent)?;
+        Some([one, other].map(|node| self.plans[node].name.clone()))
+    }
+
+    /// Lets all nodes step; `gathers` says that each takes its inputs then. When one fails, those after it in the order are no longer
+    /// begun, and those before it are: the failure that is told is that of nodes that step one after the other.
+    ///
+    /// # Errors
+    /// As of [`step_node`](Self::step_node). No step goes on then.
+    pub(super) fn step_nodes_concurrently(&mut self, gathers: bool) -> Result<(), StepInterruption> {
+        let mut first = FirstFailure::default();
+        let mut begun = vec![false; self.plans.len()];
+        for place in 0..self.state.concurrent.schedule.len() {
+            match self.state.concurrent.schedule[place] {
+                ScheduledAction::Finish(node) => {
+                    if begun[node] {
+                        first.note(self.order, node, self.finish_node_step(node));
+                    }
+                }
+                ScheduledAction::Begin(node) | ScheduledAction::Step(node) => {
+                    if !first.is_before(self.order, node) {
+                        let result = self.begin_or_step_node(node, gathers);
+                        begun[node] = result.is_ok();
+                        first.note(self.order, node, result);
+                    }
+                }
+            }
+        }
+        first.0.map_or(Ok(()), |(_, interruption)| Err(interruption))
+    }
+
+    /// Begins the step of a node that steps beside others; another one does its step.
+    fn begin_or_step_node(&mut self, node: usize, gathers: bool) -> Result<(), StepInterruption> {
+        if gathers {
+            self.gather_inputs(node)?;
+        }
+        match self.state.concurrent.nodes[node] {
+            true => self.begin_node_step(node),
+            false => self.step_node(node),
+        }
+    }
+
+    /// Hands a node its inputs and begins its step.
+    fn begin_node_step(&mut self, node: usize) -> Result<(), StepInterruption> {
+        let (clock, tick) = self.part;
+        self.state.efforts.count_step(node);
+        self.call_node(node, |plan, node, row| {
+            set_inputs(plan, node, row)?;
+            node.as_concurrent_step().into_iter().for_each(|step| step.begin_step(&clock, tick));
+            Ok(())
+        })?;
+        self.state.efforts.stop_timing_node();
+        self.state.concurrent.begun += 1;
+        self.state.concurrent.since.get_or_insert_with(Instant::now);
+        Ok(())
+    }
+
+    /// Waits for the end of the step of a node, and reads its outputs.
+    fn finish_node_step(&mut self, node: usize) -> Result<(), StepInterruption> {
+        let (clock, tick) = self.part;
+        self.state.efforts.stop_timing_node();
+        let finished = match self.nodes[node].as_concurrent_step() {
+            Some(step) => step.finish_step(&clock, tick),
+            None => Ok(Duration::ZERO),
+        };
+        self.state.concurrent.begun -= 1;
+        if self.state.concurrent.begun == 0
+            && let Some(since) = self.state.concurrent.since.take()
+        {
+            self.state.concurrent.wall_time += since.elapsed();
+        }
+        match finished {
+            Ok(duration) => {
+                self.state.concurrent.step_time += duration;
+                self.state.efforts.add_node_time(node, duration);
+            }
+            Err(error) => self.handle_step_error(node, error)?,
+        }
+        self.read_outputs(node)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ScheduledAction::{Begin, Finish, Step};
+    use super::*;
+
+    #[test]
+    fn a_node_begins_as_early_as_it_can_and_is_awaited_as_late() {
+        // 0 feeds 1 and 2, both feed 3; 4 is on its own.
+        let sources = [vec![], vec![0], vec![0], vec![1, 2], vec![]];
+        let order = [0, 1, 2, 3, 4];
+        let schedule = |concurrent: [bool; 5]| schedule_steps(&order, &concurrent, &sources);
+        assert_eq!(schedule([false; 5]), order.map(Step));
+        let both = [false, true, true, false, false];
+        assert_eq!(schedule(both), [Step(0), Begin(1), Begin(2), Step(4), Finish(1), Finish(2), Step(3)]);
+        // The one in this process steps meanwhile.
+        let second = [false, false, true, false, true];
+        assert_eq!(schedule(second), [Begin(4), Step(0), Begin(2), Step(1), Finish(2), Step(3), Finish(4)]);
+    }
+}
