@@ -10,7 +10,7 @@ use diagnostics::{Error, ErrorCollector, Spanned};
 use scenario::bundle::{BundleLayout, SCENARIO, ScenarioBundle};
 use scenario::document::VariantSelection;
 use scenario::plan::{AxisValues, RunPlan, SweepAxis, SweepPlan};
-use scenario::resolve::{self, Overrides};
+use scenario::resolve::{self, FmuCache, Overrides};
 use scenario::{BuildArtifacts, Scenario};
 
 use super::assignment::VariantAssignment;
@@ -95,11 +95,13 @@ fn resolve_first_and_last_variant(
             vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span())).or_else(by_hand);
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
-    let resolve = |values: SweepTable| {
+    let mut cache = FmuCache::default();
+    let mut resolve = |values: SweepTable| {
         let mut variant = SweepPlanFolder::row_overrides(&values, 0);
         variant.iter_mut().for_each(|it| it.place = place(&it.name));
         let overrides = options.overrides.with_variant(&variant, folder);
-        RunPlan::resolve(scenario, built, &overrides.map_err(Error::invalid_input)?, PathBuf::new())
+        let overrides = overrides.map_err(Error::invalid_input)?;
+        RunPlan::resolve_cached(scenario, built, &overrides, PathBuf::new(), &mut cache)
     };
     let mut mistakes = ErrorCollector::default();
     let first = mistakes.ok_or_record(resolve(assignment.first_or_last_values(false)));
