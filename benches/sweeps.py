@@ -3,6 +3,7 @@
 
 usage: sweeps.py [--variants N] [--peer-variants N] [--jobs N] [--rounds N] [--program trackside] [--venv DIR]
        sweeps.py --leak [--variants N] [--program trackside]
+       sweeps.py --scaling [--variants N] [--rounds N] [--program trackside]
 
 Each variant has another mass, other grip and another seed. Both sides run the same three FMUs with the same start values, exchange the
 same values at the same 1,000 steps, add noise of the same width to four signals, and judge the same five checks. Both take turns,
@@ -10,6 +11,7 @@ and the table has medians of wall time. fmpy may run fewer variants: its time is
 trackside does: isolate FMUs that crash, check units, write a table and a page. `--venv DIR` makes an environment with fmpy there.
 
 `--leak` runs all variants in one worker, and prints the memory of its processes after a tenth of them and at the end.
+`--scaling` runs them in one worker and in two, by turns, with the plan, the table and the page, and prints how much faster two are.
 """
 
 import argparse
@@ -271,6 +273,19 @@ def leak(arguments, folder):
         print(f"{name}, after {moment:.1f} s: {sizes}")
 
 
+def scaling(arguments, folder):
+    """One worker and two by turns."""
+    case, _ = written(arguments, folder, arguments.variants)
+    ratios = []
+    for number in range(arguments.rounds):
+        seconds = []
+        for arguments.jobs in (1, 2):
+            seconds.append(trackside(arguments, case, folder / f"out{number}_{arguments.jobs}")[0])
+        ratios.append(seconds[0] / seconds[1])
+    told = ", ".join(f"{ratio:.2f}" for ratio in sorted(ratios))
+    print(f"{arguments.variants} variants: two workers {statistics.median(ratios):.2f} times faster than one ({told})")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--variants", type=int)
@@ -280,6 +295,7 @@ def main():
     parser.add_argument("--program", default="target/release/trackside", type=os.path.abspath)
     parser.add_argument("--venv")
     parser.add_argument("--leak", action="store_true")
+    parser.add_argument("--scaling", action="store_true")
     parser.add_argument("--fmus", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     arguments.variants = arguments.variants or (20_000 if arguments.leak else 1000)
@@ -288,7 +304,7 @@ def main():
         fmpy(arguments)
         return
     with tempfile.TemporaryDirectory() as folder:
-        (leak if arguments.leak else compare)(arguments, Path(folder))
+        (leak if arguments.leak else scaling if arguments.scaling else compare)(arguments, Path(folder))
 
 
 if __name__ == "__main__":
