@@ -147,6 +147,18 @@ fn one_that_takes_the_outputs_of_another_waits_for_them() {
     let nodes = ["a", "b", "c", "d"].map(node).join("\n");
     lab.write("case.toml", format!("[time]\nstep = 0.1\nstop = 2.0\n\n{nodes}\n{}", connect.join("\n")));
     same(&lab, "case.toml", lab.path(".").as_path());
+    // `first` goes first, and takes what `tank` gave in the step before.
+    let ring = Scenario::new()
+        .time(0.1, 1.0)
+        .fmu("tank", "misbehave.fmu", "at = 9.0")
+        .fmu("first", "relay.fmu", "")
+        .key("unconnected = 'start'")
+        .connect("tank.y", "first.x")
+        .connect("first.x_out", "tank.u");
+    lab.write("ring.toml", ring.check("clock", "time >= 0").text());
+    let inspected = lab.trackside(&["inspect", "ring.toml"]).expect(0);
+    assert!(inspected.stdout.contains("one step late"), "{}", inspected.stdout);
+    same(&lab, "ring.toml", lab.path(".").as_path());
 }
 
 fn the_first_failure_in_the_order_is_told() {

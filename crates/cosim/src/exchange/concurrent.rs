@@ -81,44 +81,53 @@ impl ConcurrentSteps {
 }
 
 /// The actions of a communication step: those nodes begin as early as they can that are `concurrent`, the others step meanwhile, and
-/// nobody is awaited as long as there is something to do. `sources` are the nodes that each one waits for.
+/// nobody is awaited as long as there is something to do. `sources` are the nodes whose values of the end of the step each one takes: of one
+/// before it in the order the new ones, of one behind it those of the step before, which that one may not write over until they are taken.
 fn schedule_steps(order: &[usize], concurrent: &[bool], sources: &[Vec<usize>]) -> Vec<ScheduledAction> {
+    let places = places_in_order(order);
+    let is_before = |one: usize, other: usize| places[one] < places[other];
     let mut is_done = vec![false; concurrent.len()];
     let (mut waiting, mut begun, mut schedule) = (order.to_vec(), Vec::new(), Vec::new());
-    while !waiting.is_empty() || !begun.is_empty() {
-        let is_ready =
-            |node: &&usize| sources[**node].iter().all(|source| is_done[*source] || source == *node);
-        let next = waiting.iter().filter(is_ready).min_by_key(|node| !concurrent[**node]).copied();
-        match next {
-            Some(node) if concurrent[node] => {
-                begun.push(node);
-                schedule.push(ScheduledAction::Begin(node));
+    loop {
+        let is_ready = |node: &&usize| {
+            let has_sources =
+                sources[**node].iter().all(|source| is_done[*source] || !is_before(*source, **node));
+            let is_taken =
+                |receiver: &&usize| is_before(**receiver, **node) && sources[**receiver].contains(node);
+            has_sources && !waiting.iter().any(|receiver| is_taken(&receiver))
+        };
+        let ready = waiting.iter().filter(is_ready).min_by_key(|node| !concurrent[**node]).copied();
+        if let Some(node) = ready {
+            waiting.retain(|other| *other != node);
+            match concurrent[node] {
+                true => begun.push(node),
+                false => is_done[node] = true,
             }
-            Some(node) => {
-                is_done[node] = true;
-                schedule.push(ScheduledAction::Step(node));
-            }
-            None => {
-                // The first one that the first waiting node waits for; an order that loops breaks as it stands.
-                let needed =
-                    waiting.first().and_then(|node| begun.iter().position(|it| sources[*node].contains(it)));
-                match (needed, begun.is_empty()) {
-                    (_, true) => {
-                        let node = waiting.remove(0);
-                        is_done[node] = true;
-                        schedule.push(ScheduledAction::Step(node));
-                    }
-                    (needed, false) => {
-                        let node = begun.remove(needed.unwrap_or(0));
-                        is_done[node] = true;
-                        schedule.push(ScheduledAction::Finish(node));
-                    }
-                }
-            }
+            schedule.push(if concurrent[node] {
+                ScheduledAction::Begin(node)
+            } else {
+                ScheduledAction::Step(node)
+            });
+        } else if !begun.is_empty() {
+            // One that the first waiting node waits for.
+            let is_needed =
+                |node: &usize| waiting.first().is_some_and(|first| sources[*first].contains(node));
+            let node = begun.remove(begun.iter().position(is_needed).unwrap_or(0));
+            is_done[node] = true;
+            schedule.push(ScheduledAction::Finish(node));
+        } else {
+            // The first waiting node waits for begun ones only, since the nodes before it are done or begun.
+            debug_assert!(waiting.is_empty(), "{order:?} {sources:?}");
+            return schedule;
         }
-        waiting.retain(|node| Some(*node) != next);
     }
-    schedule
+}
+
+/// The place of each node in the order.
+fn places_in_order(order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(place, node)| places[*node] = place);
+    places
 }
 
 /// The nodes whose values of the end of a step this node takes in that step.
@@ -187,10 +196,14 @@ impl Exchange<'_> {
         };
         let mut slow: Vec<_> = (0..self.plans.len()).filter(is_slow).collect();
         slow.sort_by_key(|node| std::cmp::Reverse(times[*node]));
-        let sources: Vec<_> = match slow.len() {
-            0 | 1 => return None,
-            _ => self.plans.iter().map(|plan| nodes_of_new_values(plan, self.plans).collect()).collect(),
-        };
+        if slow.len() < 2 {
+            return None;
+        }
+        let places = places_in_order(self.order);
+        let sources = self.plans.iter().enumerate().map(|(node, plan)| {
+            nodes_of_new_values(plan, self.plans).filter(|source| places[*source] < places[node]).collect()
+        });
+        let sources: Vec<Vec<_>> = sources.collect();
         let pairs = slow
             .iter()
             .enumerate()
@@ -297,5 +310,43 @@ mod tests {
         // The one in this process steps meanwhile.
         let second = [false, false, true, false, true];
         assert_eq!(schedule(second), [Begin(4), Step(0), Begin(2), Step(1), Finish(2), Step(3), Finish(4)]);
+    }
+
+    /// A node takes the values of its sources from the row, and writes its own there: the same row comes out as one after the other.
+    #[test]
+    fn any_schedule_gives_the_values_of_nodes_that_step_one_after_the_other() {
+        use rand::{RngExt as _, SeedableRng as _};
+        let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+        for _ in 0..2_000 {
+            let count = random.random_range(1..8);
+            let mut order: Vec<usize> = (0..count).collect();
+            (0..count).for_each(|place| order.swap(place, random.random_range(0..count)));
+            let concurrent: Vec<_> = (0..count).map(|_| random.random_bool(0.5)).collect();
+            let mut sources = vec![Vec::new(); count];
+            for (node, from) in (0..count).flat_map(|node| (0..count).map(move |from| (node, from))) {
+                if random.random_bool(0.3) {
+                    sources[node].push(from);
+                }
+            }
+            let step = |node: usize, row: &[u64]| {
+                let inputs = sources[node].iter().map(|from| row[*from]);
+                inputs
+                    .fold(row[node] + node as u64 + 1, |sum, value| sum.wrapping_mul(31).wrapping_add(value))
+            };
+            let (mut plain, mut scheduled) = (vec![0; count], vec![0; count]);
+            let mut waiting = vec![None; count];
+            for _ in 0..3 {
+                order.iter().for_each(|node| plain[*node] = step(*node, &plain));
+                for action in schedule_steps(&order, &concurrent, &sources) {
+                    match action {
+                        Begin(node) => waiting[node] = Some(step(node, &scheduled)),
+                        Finish(node) => scheduled[node] = waiting[node].take().expect("it has begun"),
+                        Step(node) => scheduled[node] = step(node, &scheduled),
+                    }
+                }
+                assert_eq!(scheduled, plain, "{order:?} {concurrent:?} {sources:?}");
+                assert!(waiting.iter().all(Option::is_none));
+            }
+        }
     }
 }
