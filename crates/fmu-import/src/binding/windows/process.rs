@@ -22,6 +22,8 @@ const LOOK: Duration = Duration::from_millis(10);
 const SHORTEST_NAP: Duration = Duration::from_micros(50);
 /// The first start after an update of Wine takes some seconds.
 const START: Duration = Duration::from_secs(60);
+/// A process that ends within this time before it answers is started once more.
+const QUICK_END: Duration = Duration::from_secs(10);
 /// A library that is unloaded gets this time.
 const FAREWELL: Duration = Duration::from_secs(5);
 
@@ -77,6 +79,15 @@ impl WindowsProcess {
     /// # Errors
     /// In a sentence, when it does not start.
     pub fn start(setup: &WineSetup) -> Result<Self, String> {
+        let begin = Instant::now();
+        // Where many start at once, Wine now and then ends before it runs the program.
+        Self::try_start(setup).or_else(|why| match begin.elapsed() < QUICK_END {
+            true => Self::try_start(setup),
+            false => Err(why),
+        })
+    }
+
+    fn try_start(setup: &WineSetup) -> Result<Self, String> {
         let failed = |error: io::Error| format!("Wine does not start: {error}");
         let memory = SharedMemory::new(memory_size(setup.bits)).map_err(failed)?;
         let errors = rustix::fs::memfd_create("trackside-wine", rustix::fs::MemfdFlags::CLOEXEC)
