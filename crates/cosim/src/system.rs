@@ -227,6 +227,22 @@ impl NodePlan {
     pub fn is_connector(&self) -> bool {
         matches!(self.body, NodeBody::Inlet | NodeBody::Outlet)
     }
+
+    /// The node among `plans` that gives each connected input its value, numbers first, and at which end of the step it is taken.
+    pub fn connected_sources<'a>(
+        &'a self,
+        plans: &'a [NodePlan],
+    ) -> impl Iterator<Item = (usize, StepBoundary)> + 'a {
+        let numbers = self.connections.iter().filter_map(|NumberConnection { source, .. }| {
+            let gives = |plan: &NodePlan| plan.outputs.positions().contains(&source.index.position());
+            Some((plans.iter().position(gives)?, source.at))
+        });
+        let texts = self.texts.connections.iter().filter_map(|source| {
+            let gives = |plan: &NodePlan| plan.texts.outputs.positions().contains(&source.index.position());
+            Some((plans.iter().position(gives)?, source.at))
+        });
+        numbers.chain(texts)
+    }
 }
 
 /// Indices of a node's texts in the row.

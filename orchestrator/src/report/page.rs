@@ -121,12 +121,13 @@ impl RunReportPage<'_> {
             fmi => format!(", FMI {fmi}"),
         };
         let concurrency = report.concurrency.as_ref().map(|gain| {
-            let [steps, wall] = [gain.step_seconds, gain.wall_seconds].map(format_seconds);
-            format!("{}: {steps} of steps in {wall}, and other nodes meanwhile", gain.nodes.join(", "))
+            let nodes = format_seconds(report.nodes.iter().map(|node| node.seconds).sum());
+            format!("{} beside the others: all nodes took {nodes}, the run {wall}", gain.nodes.join(", "))
         });
         let independent = report.independent_nodes.as_ref().map(|[one, other]| {
             format!(
-                "{one} and {other} need nothing of each other within a step: with `isolate = true` in the [[fmu]] of one of them they step at the same time"
+                "`{one}` and `{other}` need nothing of each other within a step: with `isolate = true` in the [[fmu]] of one of them, \
+                 they step at the same time"
             )
         });
         let late = |late| format!("{late} of {} communication points", report.steps);

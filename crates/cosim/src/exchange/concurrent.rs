@@ -35,15 +35,19 @@ enum ScheduledAction {
     Step(usize),
 }
 
-/// The nodes that step beside others.
+impl ScheduledAction {
+    fn node(self) -> usize {
+        let (ScheduledAction::Begin(node) | ScheduledAction::Finish(node) | ScheduledAction::Step(node)) =
+            self;
+        node
+    }
+}
+
+/// The nodes that step beside others, and what they gained.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ConcurrentSteps {
-    /// For each node whether it steps beside others; empty where none does.
-    nodes: Vec<bool>,
+    /// What each communication step is made of; empty where no node steps beside another one.
     schedule: Vec<ScheduledAction>,
-    /// How many steps go on, and since when the first of them does.
-    begun: usize,
-    since: Option<Instant>,
     step_time: Duration,
     wall_time: Duration,
 }
@@ -56,27 +60,34 @@ impl ConcurrentSteps {
                 plan.connections.iter().any(|connection| connection.extrapolation.is_some());
             !is_extrapolated && node.as_concurrent_step().is_some()
         };
-        let nodes: Vec<_> = plans.iter().zip(nodes).map(is_concurrent).collect();
-        if !nodes.contains(&true) {
+        let concurrent: Vec<_> = plans.iter().zip(nodes).map(is_concurrent).collect();
+        if !concurrent.contains(&true) {
             return ConcurrentSteps::default();
         }
-        let sources: Vec<Vec<_>> =
-            plans.iter().map(|plan| nodes_of_new_values(plan, plans).collect()).collect();
-        let schedule = schedule_steps(order, &nodes, &sources);
-        ConcurrentSteps { nodes, schedule, ..ConcurrentSteps::default() }
+        let schedule = schedule_steps(order, &concurrent, &sources_at_step_end(plans));
+        let is_of_fmu = |action: &&ScheduledAction| matches!(plans[action.node()].body, NodeBody::Fmu { .. });
+        let of_fmus: Vec<_> = schedule.iter().filter(is_of_fmu).collect();
+        // Else each FMU waits for the one before it.
+        let overlaps = of_fmus.windows(2).any(|pair| {
+            matches!(pair[0], ScheduledAction::Begin(_)) && !matches!(pair[1], ScheduledAction::Finish(_))
+        });
+        ConcurrentSteps {
+            schedule: if overlaps { schedule } else { Vec::new() },
+            ..ConcurrentSteps::default()
+        }
     }
 
     /// Whether no node steps beside others.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
+        self.schedule.is_empty()
     }
 
     fn summary(&self, plans: &[NodePlan]) -> Option<ConcurrencySummary> {
-        let nodes = plans.iter().zip(&self.nodes).filter(|(_, is_concurrent)| **is_concurrent);
-        let nodes: Vec<_> = nodes.map(|(plan, _)| plan.name.clone()).collect();
+        let begun = self.schedule.iter().filter(|action| matches!(action, ScheduledAction::Begin(_)));
+        let nodes = begun.map(|action| plans[action.node()].name.clone()).collect();
         let [step_seconds, wall_seconds] = [self.step_time, self.wall_time].map(|time| time.as_secs_f64());
-        (!nodes.is_empty()).then_some(ConcurrencySummary { nodes, step_seconds, wall_seconds })
+        (!self.is_empty()).then_some(ConcurrencySummary { nodes, step_seconds, wall_seconds })
     }
 }
 
@@ -99,15 +110,13 @@ fn schedule_steps(order: &[usize], concurrent: &[bool], sources: &[Vec<usize>]) 
         let ready = waiting.iter().filter(is_ready).min_by_key(|node| !concurrent[**node]).copied();
         if let Some(node) = ready {
             waiting.retain(|other| *other != node);
-            match concurrent[node] {
-                true => begun.push(node),
-                false => is_done[node] = true,
-            }
-            schedule.push(if concurrent[node] {
-                ScheduledAction::Begin(node)
+            if concurrent[node] {
+                begun.push(node);
+                schedule.push(ScheduledAction::Begin(node));
             } else {
-                ScheduledAction::Step(node)
-            });
+                is_done[node] = true;
+                schedule.push(ScheduledAction::Step(node));
+            }
         } else if !begun.is_empty() {
             // One that the first waiting node waits for.
             let is_needed =
@@ -130,17 +139,13 @@ fn places_in_order(order: &[usize]) -> Vec<usize> {
     places
 }
 
-/// The nodes whose values of the end of a step this node takes in that step.
-fn nodes_of_new_values<'a>(plan: &'a NodePlan, plans: &'a [NodePlan]) -> impl Iterator<Item = usize> + 'a {
-    let numbers = plan.connections.iter().filter(|connection| connection.source.at == StepBoundary::End);
-    let numbers = numbers.filter_map(|connection| {
-        plans.iter().position(|from| from.outputs.indices().any(|output| output == connection.source.index))
+/// The nodes whose values of the end of a step each node takes in that step.
+fn sources_at_step_end(plans: &[NodePlan]) -> Vec<Vec<usize>> {
+    let sources = plans.iter().map(|plan| {
+        let sources = plan.connected_sources(plans).filter(|(_, at)| *at == StepBoundary::End);
+        sources.map(|(node, _)| node).collect()
     });
-    let texts = plan.texts.connections.iter().filter(|source| source.at == StepBoundary::End);
-    let texts = texts.filter_map(|source| {
-        plans.iter().position(|from| from.texts.outputs.indices().any(|output| output == source.index))
-    });
-    numbers.chain(texts)
+    sources.collect()
 }
 
 /// Whether a node takes new values of another one, also through others.
@@ -189,9 +194,7 @@ impl Exchange<'_> {
     pub(crate) fn independent_slow_nodes(&mut self) -> Option<[String; 2]> {
         let times: Vec<_> = self.node_timings().iter().map(NodeStepTiming::mean_step_time).collect();
         let is_slow = |node: &usize| {
-            let is_fmu = matches!(self.plans[*node].body, NodeBody::Fmu { .. });
-            is_fmu
-                && !self.state.concurrent.nodes.get(*node).is_some_and(|it| *it)
+            matches!(self.plans[*node].body, NodeBody::Fmu { isolation: None, .. })
                 && times[*node] > WORTH_A_PROCESS
         };
         let mut slow: Vec<_> = (0..self.plans.len()).filter(is_slow).collect();
@@ -200,10 +203,11 @@ impl Exchange<'_> {
             return None;
         }
         let places = places_in_order(self.order);
-        let sources = self.plans.iter().enumerate().map(|(node, plan)| {
-            nodes_of_new_values(plan, self.plans).filter(|source| places[*source] < places[node]).collect()
-        });
-        let sources: Vec<Vec<_>> = sources.collect();
+        let mut sources = sources_at_step_end(self.plans);
+        // Those behind it in the order give it values of the step before.
+        for (node, sources) in sources.iter_mut().enumerate() {
+            sources.retain(|source| places[*source] < places[node]);
+        }
         let pairs = slow
             .iter()
             .enumerate()
@@ -222,35 +226,36 @@ impl Exchange<'_> {
     /// As of [`step_node`](Self::step_node). No step goes on then.
     pub(super) fn step_nodes_concurrently(&mut self, gathers: bool) -> Result<(), StepInterruption> {
         let mut first = FirstFailure::default();
-        let mut begun = vec![false; self.plans.len()];
+        let (mut begun, mut since) = (Vec::new(), None);
         for place in 0..self.state.concurrent.schedule.len() {
-            match self.state.concurrent.schedule[place] {
-                ScheduledAction::Finish(node) => {
-                    if begun[node] {
-                        first.note(self.order, node, self.finish_node_step(node));
-                    }
+            let action = self.state.concurrent.schedule[place];
+            let node = action.node();
+            let result = match action {
+                ScheduledAction::Finish(_) if begun.contains(&node) => {
+                    begun.retain(|other| *other != node);
+                    self.finish_node_step(node)
                 }
-                ScheduledAction::Begin(node) | ScheduledAction::Step(node) => {
-                    if !first.is_before(self.order, node) {
-                        let result = self.begin_or_step_node(node, gathers);
-                        begun[node] = result.is_ok();
-                        first.note(self.order, node, result);
-                    }
+                ScheduledAction::Begin(_) | ScheduledAction::Step(_)
+                    if !first.is_before(self.order, node) =>
+                {
+                    let gathered = if gathers { self.gather_inputs(node) } else { Ok(()) };
+                    gathered.and_then(|()| match action {
+                        ScheduledAction::Begin(_) => {
+                            since.get_or_insert_with(Instant::now);
+                            self.begin_node_step(node).inspect(|()| begun.push(node))
+                        }
+                        _ => self.step_node(node),
+                    })
                 }
+                _ => Ok(()),
+            };
+            if begun.is_empty() {
+                let wall: Option<Instant> = since.take();
+                self.state.concurrent.wall_time += wall.map(|since| since.elapsed()).unwrap_or_default();
             }
+            first.note(self.order, node, result);
         }
         first.0.map_or(Ok(()), |(_, interruption)| Err(interruption))
-    }
-
-    /// Begins the step of a node that steps beside others; another one does its step.
-    fn begin_or_step_node(&mut self, node: usize, gathers: bool) -> Result<(), StepInterruption> {
-        if gathers {
-            self.gather_inputs(node)?;
-        }
-        match self.state.concurrent.nodes[node] {
-            true => self.begin_node_step(node),
-            false => self.step_node(node),
-        }
     }
 
     /// Hands a node its inputs and begins its step.
@@ -263,8 +268,6 @@ impl Exchange<'_> {
             Ok(())
         })?;
         self.state.efforts.stop_timing_node();
-        self.state.concurrent.begun += 1;
-        self.state.concurrent.since.get_or_insert_with(Instant::now);
         Ok(())
     }
 
@@ -276,12 +279,6 @@ impl Exchange<'_> {
             Some(step) => step.finish_step(&clock, tick),
             None => Ok(Duration::ZERO),
         };
-        self.state.concurrent.begun -= 1;
-        if self.state.concurrent.begun == 0
-            && let Some(since) = self.state.concurrent.since.take()
-        {
-            self.state.concurrent.wall_time += since.elapsed();
-        }
         match finished {
             Ok(duration) => {
                 self.state.concurrent.step_time += duration;

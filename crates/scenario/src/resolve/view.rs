@@ -352,15 +352,8 @@ pub(super) fn node_graph(nodes: &[NodePlan], order: &[usize], coupling: &Couplin
     let rank = |node: usize| order.iter().position(|it| *it == node);
     let mut edges = Vec::new();
     for (to, plan) in nodes.iter().enumerate() {
-        let numbers = plan.connections.iter().map(|link| link.source.index);
-        let givers = numbers.filter_map(|source| {
-            nodes.iter().position(|it| it.outputs.positions().contains(&source.position()))
-        });
-        let texts = plan.texts.connections.iter().map(|source| source.index);
-        let speakers = texts.filter_map(|source| {
-            nodes.iter().position(|it| it.texts.outputs.positions().contains(&source.position()))
-        });
-        edges.extend(givers.chain(speakers).filter_map(|from| rank(from).zip(rank(to))));
+        let sources = plan.connected_sources(nodes);
+        edges.extend(sources.filter_map(|(from, _)| rank(from).zip(rank(to))));
     }
     edges.sort_unstable();
     edges.dedup();
