@@ -16,7 +16,8 @@ tests! {
 /// The table of a folder, whose trials all have to agree.
 fn table(folder: &Path, more: &[&str]) -> String {
     let folder = folder.to_str().expect("a name");
-    let printed = python().run("plain_loop", &[&[folder, "--steps", "20", "--jobs", "2"], more].concat());
+    let printed = python()
+        .run("plain_loop", &[&[folder, "--steps", "20", "--jobs", "2", "--seconds", "60"], more].concat());
     printed.stdout
 }
 

@@ -59,10 +59,11 @@ def main() -> int:
     words.add_argument("--prefix", type=Path, help="the folder of Wine that the plain loop uses")
     options = words.parse_args()
     counts, reasons, paths = Counter(), Counter(), archives(options.folders)
-    with tempfile.TemporaryDirectory(prefix="plain-loop-") as options.scratch, open(
-        options.list, "w", encoding="utf-8"
-    ) as table:
-        machines = Machines(Path(options.scratch), options.prefix)
+    with (
+        tempfile.TemporaryDirectory(prefix="plain-loop-") as options.scratch,
+        Machines(Path(options.scratch), options.prefix) as machines,
+        open(options.list, "w", encoding="utf-8") as table,
+    ):
         print("archive", "interface", "FMI", "tool", "run by", "outcome", "detail", sep="\t", file=table)
         pool = ThreadPoolExecutor(options.jobs)
         for path, outcomes in zip(paths, pool.map(lambda path: outcomes_of(machines, options, path), paths)):

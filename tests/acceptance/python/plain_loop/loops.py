@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import zipfile
 from pathlib import Path
 from urllib.parse import quote
@@ -45,24 +46,48 @@ def finished(command, seconds: float, **more):
 
 
 class Machines:
-    """The loop in C for each machine that can be had here."""
+    """The loop in C for each machine that can be had here, compiled when it is first asked for."""
 
     def __init__(self, folder: Path, prefix: Path | None):
-        source = HERE.parent.parent / "fmu/plain_loop.c"
-        flags = ["-O1", "-ffp-contract=off", str(source), "-o"]
-        own, windows = folder / "plain_loop", folder / "plain_loop.exe"
-        # Some libraries use the mathematical functions of C without saying that they need them.
-        subprocess.run(["cc", *flags, str(own), "-Wl,--no-as-needed", "-ldl", "-lm", "-lpthread"], check=True)
-        self.loops = {"linux": own, "sources": own}
         found = [shutil.which("wine64"), shutil.which("wine"), "/usr/lib/wine/wine64"]
         self.wine = next((it for it in found if it and os.path.exists(it)), None)
         self.environment = dict(os.environ) | {"WINEPREFIX": str(prefix or folder / "prefix"), "WINEDEBUG": "-all"}
+        self.folder, self.lock, self.loops = folder, threading.Lock(), {}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        """Ends the server of Wine, which outlives its programs by seconds and still writes into its folder."""
+        if self.loops.get("wine64"):
+            servers = [shutil.which("wineserver"), str(Path(os.path.realpath(self.wine)).with_name("wineserver"))]
+            server = next(it for it in servers if it and os.path.exists(it))
+            for how in ("-k", "-w"):
+                subprocess.run([server, how], env=self.environment, check=False)
+
+    def loop(self, way: str) -> Path | None:
+        machine = "linux" if way == "sources" else way
+        with self.lock:
+            if machine not in self.loops:
+                self.loops[machine] = self.compiled(machine)
+            return self.loops[machine]
+
+    def compiled(self, machine: str) -> Path | None:
+        source = HERE.parent.parent / "fmu/plain_loop.c"
+        flags = ["-O1", "-ffp-contract=off", str(source), "-o"]
+        if machine == "linux":
+            loop = self.folder / "plain_loop"
+            # Some libraries use the mathematical functions of C without saying that they need them.
+            subprocess.run(["cc", *flags, str(loop), "-Wl,--no-as-needed", "-ldl", "-lm", "-lpthread"], check=True)
+            return loop
         compiler = shutil.which("x86_64-w64-mingw32-gcc")
-        if self.wine and compiler:
-            subprocess.run([compiler, *flags, str(windows)], check=True)
-            self.loops["wine64"] = windows
-            # Wine makes its folder at the first start, which takes seconds.
-            subprocess.run([self.wine, str(windows)], env=self.environment, stderr=subprocess.DEVNULL, check=False)
+        if machine != "wine64" or not self.wine or not compiler:
+            return None
+        loop = self.folder / "plain_loop.exe"
+        subprocess.run([compiler, *flags, str(loop)], check=True)
+        # Wine makes its folder at the first start, which takes seconds.
+        subprocess.run([self.wine, str(loop)], env=self.environment, stderr=subprocess.DEVNULL, check=False)
+        return loop
 
 
 class PlainLoop:
@@ -91,7 +116,7 @@ class PlainLoop:
             shutil.rmtree(self.unpacked, ignore_errors=True)
 
     def bare_calls(self, integrator_steps: int):
-        loop = self.machines.loops.get(self.way)
+        loop = self.machines.loop(self.way)
         if loop is None:
             raise Refused("there is no plain loop for this machine")
         library = self.library()
