@@ -26,8 +26,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 SYSTEMS = ROOT / "target" / "systems"
 DEBIAN, UBUNTU = "http://deb.debian.org/debian", "http://archive.ubuntu.com/ubuntu"
-# Suite, archive, Python. Their glibc: 2.31, 2.36, 2.41, 2.35, 2.39.
+# Suite, archive, Python. That of the first one is too old for the wheel, its glibc is older than that of RHEL 8.
 KNOWN = {
+    "ubuntu18": ("bionic", UBUNTU, "3.6"),
     "debian11": ("bullseye", DEBIAN, "3.9"),
     "debian12": ("bookworm", DEBIAN, "3.11"),
     "debian13": ("trixie", DEBIAN, "3.13"),
@@ -91,7 +92,8 @@ def main() -> None:
     failed = False
     for name in arguments.system or KNOWN:
         base = base_system(name)
-        for way in arguments.way or WAYS:
+        ways = ["deb"] if name == "ubuntu18" else arguments.way or WAYS
+        for way in ways:
             try:
                 print(trial(way, name, base, arguments.dist), flush=True)
             except TrialError as error:

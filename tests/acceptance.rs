@@ -235,6 +235,8 @@ mod manoeuvres;
 #[path = "acceptance/tires.rs"]
 mod tires;
 // Folders of results, and all that can happen to them.
+#[path = "acceptance/releasing.rs"]
+mod releasing;
 #[path = "acceptance/results.rs"]
 mod results;
 // States of FMUs that are saved and restored.
@@ -339,6 +341,7 @@ fn main() -> ExitCode {
     python_sessions::register(&mut tests);
     recordings::register(&mut tests);
     reference_fmus::register(&mut tests);
+    releasing::register(&mut tests);
     results::register(&mut tests);
     ros_bags::register(&mut tests);
     signals::register(&mut tests);
