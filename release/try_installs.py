@@ -112,7 +112,9 @@ def base_system(name: str) -> Path:
         # Ubuntu's keys are no part of Debian, and nothing of these folders is kept.
         command = ["debootstrap", "--variant=minbase", "--no-check-gpg", "--include=python3,python3-venv"]
         command += ["--components=main,universe"] if archive == UBUNTU else []
-        done = subprocess.run([*command, suite, str(folder), archive], capture_output=True, text=True)
+        # All of Ubuntu's scripts are this one; an older debootstrap lacks the names of newer suites.
+        script = ["/usr/share/debootstrap/scripts/gutsy"] if archive == UBUNTU else []
+        done = subprocess.run([*command, suite, str(folder), archive, *script], capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"expected a system {suite} of debootstrap, found exit code {done.returncode}: {done.stdout[-500:]}")
         shutil.copy2("/etc/resolv.conf", folder / "etc/resolv.conf")
