@@ -197,13 +197,14 @@ def by_pipx(system: System, dist: Path) -> Steps:
 
 
 def by_folder(system: System, dist: Path) -> Steps:
-    """The folder of `python/bundle.py`, without network, with the viewer."""
+    """The folder of `python/bundle.py`, without network, with the viewer, for which there is no Python 3.9."""
     bundle = SYSTEMS / "offline"
     python = KNOWN[system.name][2]
+    extra = "pandas" if python == "3.9" else "viewer"
 
     def prepare() -> None:
         shutil.rmtree(bundle, ignore_errors=True)
-        command = [sys.executable, ROOT / "python/bundle.py", only(dist, "trackside-*x86_64.whl"), bundle, "--python", python]
+        command = [sys.executable, ROOT / "python/bundle.py", only(dist, "trackside-*x86_64.whl"), bundle, "--python", python, "--extra", extra]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             raise TrialError(f"bundle.py: {done.stderr[-500:]}")
@@ -211,10 +212,10 @@ def by_folder(system: System, dist: Path) -> Steps:
         system.run("python3 -m venv venv", user=USER)
 
     def install() -> None:
-        system.run('venv/bin/pip install --quiet --no-index --find-links offline "trackside[viewer]"', user=USER, network=False)
+        system.run(f'venv/bin/pip install --quiet --no-index --find-links offline "trackside[{extra}]"', user=USER, network=False)
 
     def run() -> None:
-        system.run(f"PATH=$PWD/venv/bin:$PATH\n{FIRST_PICTURE}\nrerun --version", user=USER, network=False)
+        system.run(f"PATH=$PWD/venv/bin:$PATH\n{FIRST_PICTURE}\n{'rerun --version' if extra == 'viewer' else 'true'}", user=USER, network=False)
 
     return bundle, prepare, install, run
 
