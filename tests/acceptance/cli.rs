@@ -321,13 +321,14 @@ fn view_opens_the_matching_viewer_or_explains_its_installation() {
             std::fs::set_permissions(path, PermissionsExt::from_mode(0o755)).expect("a program");
         }
         let mut command = trackside(&lab.path(""));
-        command.args(["view", run]).env("PATH", lab.path("bin"));
+        command.args(["view", run]).env("PATH", lab.path("bin")).env_remove("VIRTUAL_ENV");
         Ended::of(command.output().expect("it starts"))
     };
     let install = "pip install rerun-sdk==0.36.3";
     view("run", None).expect(2).says(&["no Rerun viewer", install]);
     view("run", Some("0.20.0")).expect(2).says(&["is version 0.20.0, expected 0.36.3", install]);
     view("nowhere", Some("0.36.3")).expect(2).says(&["nowhere has no recording"]);
+    view("run", Some("0.41.0")).expect(0).says(&["is version 0.41.0", "0.32 to 0.41 open them"]);
     view("run", Some("0.36.3")).expect(0);
     assert_eq!(lab.read("opened").trim(), "opens run/run.rrd");
 }

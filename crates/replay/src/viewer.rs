@@ -3,13 +3,16 @@
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use diagnostics::Error;
 
 use crate::comparison::{RunComparison, RunDifferences};
+use program::{SearchPlaces, find_viewer};
 
-/// The version of the recordings; a viewer reads only its own version.
+mod program;
+
+/// The version of the recordings.
 pub const VERSION: &str = "0.36.3";
 
 /// What to know before the first start of the viewer.
@@ -20,9 +23,11 @@ const TELEMETRY: &str = "the viewer sends anonymous usage data from its second s
 /// user should know before.
 ///
 /// # Errors
-/// When there is no such recording, no viewer or one of another version, and when the viewer fails.
+/// When there is no such recording, no viewer that opens it, and when the viewer fails.
 pub fn view_run(run: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
-    open_recording(&recording_file(run)?, note)
+    let recording = recording_file(run)?;
+    let viewer = find_viewer(&SearchPlaces::of_this_process(), note)?;
+    open_recording(&viewer, &recording, note)
 }
 
 /// Puts two runs into one recording and opens it at the first difference, or with `save` only writes it. `note` gets its oddities.
@@ -36,9 +41,10 @@ pub fn compare_runs(
     differences: RunDifferences,
     note: &mut dyn FnMut(&str),
 ) -> Result<(), Error> {
-    if save.is_none() {
-        find_viewer()?;
-    }
+    let viewer = match save {
+        None => Some(find_viewer(&SearchPlaces::of_this_process(), note)?),
+        Some(_) => None,
+    };
     let mut comparison = RunComparison::open(a, b, differences)?;
     let failed = |error: std::io::Error| Error::output_failure(&std::env::temp_dir(), error);
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
@@ -50,12 +56,11 @@ pub fn compare_runs(
         return Err(error);
     }
     comparison.notes.iter().for_each(|it| note(it));
-    if save.is_some() { Ok(()) } else { open_recording(&path, note) }
+    viewer.map_or(Ok(()), |viewer| open_recording(&viewer, &path, note))
 }
 
 /// Opens a recording.
-fn open_recording(recording: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
-    let viewer = find_viewer()?;
+fn open_recording(viewer: &Path, recording: &Path, note: &mut dyn FnMut(&str)) -> Result<(), Error> {
     let variable = |name| std::env::var_os(name).filter(|it| !it.is_empty()).map(PathBuf::from);
     let settings = variable("XDG_CONFIG_HOME").or(variable("HOME").map(|it| it.join(".config")));
     if settings.is_some_and(|settings| is_first_start(&settings)) {
@@ -86,28 +91,6 @@ fn recording_file(run: &Path) -> Result<PathBuf, Error> {
         "expected a folder with run.rrd, such as target/runs/limit_handling, or a file .rrd or .mcap; \
          `trackside run --rerun save` makes one",
     ))
-}
-
-/// The viewer on the search path, if it is the right one.
-fn find_viewer() -> Result<&'static str, Error> {
-    const VIEWER: &str = "rerun";
-    let install = format!(
-        "install it: pip install rerun-sdk=={VERSION}; report.html beside the recording plays the run in any browser"
-    );
-    let output = Command::new(VIEWER).arg("--version").stdin(Stdio::null()).output();
-    let Ok(output) = output else {
-        return Err(
-            Error::invalid_input("there is no Rerun viewer (`rerun`) on the search path").with_help(install)
-        );
-    };
-    let text = String::from_utf8_lossy(&output.stdout);
-    // `rerun-cli 0.36.3 [rustc ...]`
-    let found = text.split_whitespace().nth(1).unwrap_or("unknown");
-    if found == VERSION {
-        return Ok(VIEWER);
-    }
-    let message = format!("the Rerun viewer on the search path is version {found}, expected {VERSION}");
-    Err(Error::invalid_input(message).with_help(install))
 }
 
 #[cfg(test)]
