@@ -31,7 +31,7 @@ class Picture:
 
 PICTURES = {
     "report": Picture(
-        'extends = "../../scenarios/double_lane_change.toml"\n[[check]]\nname = "corners hard"\nthat = "max(abs(plant.a_y)) > 8"\n',
+        'extends = "../../scenarios/double_lane_change.toml"\n[[check]]\nname = "corners hard"\nthat = "max(abs(plant.a_y)) > 9"\n',
         "report.html",
         1400,
         1000,
