@@ -3,18 +3,21 @@
 
     python3 release/crates.py [--verify] [--publish]
     python3 release/crates.py --api [--check]
+    python3 release/crates.py --semver
 
 The names `units`, `tire` or `plugin` are not free, so a copy of the libraries below `target/crates` has others; in code they keep
 theirs. Without arguments nothing is compiled: cargo checks manifests, versions and files. `--verify` builds each package by itself.
 
 `--api` writes the public interface of each library to `release/api`, one line for each item. With `--check` it compares instead, and
-prints what differs. It needs cargo-public-api in `target/ci-tools` (.ci/run) or in the path.
+prints what differs. It needs cargo-public-api in `target/ci-tools` (.ci/run) or in the path. `--semver` has cargo-semver-checks compare
+each library with the version that is published, and ends if the new version promises more than it holds.
 """
 
 from __future__ import annotations
 
 import argparse
 import difflib
+import json
 import os
 import re
 import shutil
@@ -39,6 +42,7 @@ def main() -> None:
     parser.add_argument("--publish", action="store_true", help="publish them, the ones that others need first")
     parser.add_argument("--api", action="store_true", help="write the listings of the public interfaces")
     parser.add_argument("--check", action="store_true", help="with --api: compare with the listings, and write nothing")
+    parser.add_argument("--semver", action="store_true", help="compare with the published versions")
     arguments = parser.parse_args()
     if arguments.api:
         api(arguments.check)
@@ -51,6 +55,10 @@ def main() -> None:
     shutil.copy2(ROOT / "Cargo.lock", WORK / "Cargo.lock")
     for name in crates:
         copy_crate(name, workspace)
+    check_rust_versions(crates)
+    if arguments.semver:
+        semver()
+        return
     command = ["cargo", "publish" if arguments.publish else "package", "--workspace", "--allow-dirty"]
     command += [] if arguments.verify or arguments.publish else ["--no-verify"]
     code = subprocess.run(command, cwd=WORK).returncode
@@ -82,6 +90,19 @@ def api(check: bool) -> None:
         )
 
 
+def semver() -> None:
+    """Compare the copies with what is published, from the second version of a library on."""
+    for name in LIBRARIES:
+        ask = ["cargo", "info", "--registry", "crates-io", PREFIX + name]
+        answer = subprocess.run(ask, cwd=ROOT, capture_output=True, text=True)
+        if answer.returncode == 0:
+            run(["cargo", "semver-checks", "--all-features", "--package", PREFIX + name], folder=WORK)
+        elif "could not find" in answer.stderr:
+            print(f"{PREFIX}{name}: no version is published yet, so there is nothing to compare with")
+        else:
+            sys.exit(f"expected an answer of the registry about {PREFIX}{name}, found: {answer.stderr}")
+
+
 def listings() -> dict[str, str]:
     """The public interface of each library with all its features, without what each type has of the compiler and by `derive`."""
     wrapper = target_folder(ROOT) / "rustdoc-json"
@@ -105,10 +126,10 @@ def listings() -> dict[str, str]:
     return found
 
 
-def run(command: list[str], variables: dict[str, str] | None = None, **options: object) -> subprocess.CompletedProcess:
+def run(command: list[str], variables: dict[str, str] | None = None, folder: Path = ROOT, **options: object) -> subprocess.CompletedProcess:
     """Run a command, which must succeed."""
     try:
-        ended = subprocess.run(command, cwd=ROOT, env=variables, **options)
+        ended = subprocess.run(command, cwd=folder, env=variables, **options)
     except FileNotFoundError:
         sys.exit(f"expected the program {command[0]}, found none: cargo install --locked cargo-public-api@{PUBLIC_API}")
     if ended.returncode != 0:
@@ -119,6 +140,30 @@ def run(command: list[str], variables: dict[str, str] | None = None, **options: 
 def target_folder(workspace: Path) -> Path:
     """Where cargo builds a workspace."""
     return Path(os.environ.get("CARGO_TARGET_DIR", workspace / "target"))
+
+
+def check_rust_versions(crates: list[str]) -> None:
+    """End if a crate promises an older Rust than one of its dependencies, which cargo does not look at."""
+    ask = ["cargo", "metadata", "--format-version", "1", "--all-features"]
+    packages = json.loads(run(ask, folder=WORK, stdout=subprocess.PIPE, text=True).stdout)["packages"]
+    needs = {f"{it['name']} {it['version']}": version_numbers(it["rust_version"] or "0") for it in packages}
+    wrong = []
+    for name in crates:
+        ask = ["cargo", "tree", "--edges", "normal,build", "--all-features", "--prefix", "none", "--format", "{p}", "--package", PREFIX + name]
+        lines = run(ask, folder=WORK, stdout=subprocess.PIPE, text=True).stdout.splitlines()
+        used = {f"{words[0]} {words[1].removeprefix('v')}" for words in map(str.split, lines) if words}
+        promised = manifest(name)["package"]["rust-version"]
+        most = max(used, key=needs.__getitem__)
+        if needs[most] > version_numbers(promised):
+            wrong.append(f"{name}: expected a rust-version of at least {'.'.join(map(str, needs[most]))} as of {most}, found {promised}")
+    if wrong:
+        sys.exit("\n".join(wrong))
+
+
+def version_numbers(text: str) -> list[int]:
+    """The numbers of a version of Rust, without the last one where it says nothing."""
+    numbers = [int(number) for number in text.split(".")]
+    return numbers[:2] if numbers[2:] == [0] else numbers
 
 
 def manifest(name: str) -> dict[str, object]:
@@ -142,7 +187,7 @@ def workspace_manifest(workspace: dict[str, dict[str, object]], crates: list[str
     """The manifest above the copies: the same versions and lints, without what is not copied."""
     text = (ROOT / "Cargo.toml").read_text()
     version = workspace["package"]["version"]
-    lines = ["[workspace]", 'resolver = "3"', f"members = {crates!r}", ""]
+    lines = ["[workspace]", 'resolver = "2"', f"members = {crates!r}", ""]
     kept = False
     for line in text.splitlines():
         if line.startswith("["):
