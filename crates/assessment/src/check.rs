@@ -240,8 +240,9 @@ fn judge_results(
     if let Ok(row) = &found {
         monitor.push_sample(0.0, row);
     }
-    let verdict =
-        verdict_from_outcome(plan, &ConditionOutcome { at: None, first: None, ..monitor.outcome() });
+    let mut outcome = monitor.outcome();
+    (outcome.at, outcome.first) = (None, None);
+    let verdict = verdict_from_outcome(plan, &outcome);
     match found {
         Ok(_) => verdict,
         Err(reason) => CheckVerdict { reason: Some(reason), ..verdict },

@@ -53,6 +53,7 @@ pub enum StepInterruption {
 
 /// The end of a run by a node at the end of a step.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct NodeTermination {
     /// The index of the node.
     pub node: usize,

@@ -12,6 +12,7 @@ use crate::clock::StepBoundary;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Extrapolate")]
+#[non_exhaustive]
 pub enum ExtrapolationOrder {
     /// A straight line through the last two values.
     Linear,

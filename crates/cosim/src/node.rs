@@ -258,6 +258,7 @@ pub trait TunableParameters {
 
 /// What a node does in its next step on demand.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum InjectedFault {
     /// It waits for this time first [s].
     Wait(f64),

@@ -159,6 +159,7 @@ impl<S> From<ColumnIndex<S>> for SignalOperand<S> {
 /// A mistake in the text of a condition.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
+#[non_exhaustive]
 pub struct ParseError {
     /// The expected and the found word.
     pub message: String,
@@ -174,6 +175,7 @@ pub struct ParseError {
 
 /// A signal whose unit is needed and not known.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct UnitlessSignal {
     /// The name of the signal.
     pub signal: String,

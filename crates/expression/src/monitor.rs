@@ -242,6 +242,7 @@ impl ReductionState {
 
 /// The outcome of a condition over its window.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ConditionOutcome {
     /// Whether the condition held, at every sample or for the window as a whole.
     pub passed: bool,

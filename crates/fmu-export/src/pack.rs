@@ -46,6 +46,7 @@ impl FmiVersion {
 
 /// Failure to pack a library.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PackError {
     /// The library does not load or is no FMU of ours.
     #[error("{path}: not a library made with fmu-export: {source}")]

@@ -13,6 +13,7 @@ pub enum MemberKind {
 
 /// A variable of a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Member {
     /// The name by which it finds the other one.
     pub name: &'static str,
@@ -54,6 +55,7 @@ impl Member {
 /// );
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Terminal {
     /// Its name, unique in the model.
     pub name: &'static str,

@@ -110,6 +110,7 @@ pub struct RealInputs<'a> {
 
 /// What an FMU says about a completed step of the integrator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CompletedStep {
     /// Whether there is an event to handle: a step event.
     pub event: bool,

@@ -71,6 +71,7 @@ impl std::fmt::Display for FmiInterface {
 
 /// A continuous state of an FMU for model exchange.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ContinuousState {
     /// Its name, or what it is to be called where the description does not name it.
     pub name: String,
@@ -86,6 +87,7 @@ pub struct ContinuousState {
 
 /// The differential equations of an FMU for model exchange.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct EquationStructure {
     /// The continuous states, in the order in which they travel.
     pub states: Vec<ContinuousState>,
@@ -97,6 +99,7 @@ pub struct EquationStructure {
 
 /// What an FMU says about itself.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct FmuDescription {
     /// The version of FMI that it is made for.
     pub version: FmiVersion,
@@ -267,6 +270,7 @@ pub enum IntervalVariability {
 
 /// The ticks of a clock.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ClockAttributes {
     /// When it ticks.
     pub interval: IntervalVariability,

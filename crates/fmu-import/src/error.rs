@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Why an archive is no FMU that can run here.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OpenError {
     /// The file is not there or cannot be read.
     #[error("cannot read {path}: {source}")]

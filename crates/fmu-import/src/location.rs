@@ -10,6 +10,7 @@ use crate::FmiInterface;
 
 /// Where an opened FMU is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FmuLocation {
     pub(crate) path: PathBuf,
     pub(crate) sha256: String,

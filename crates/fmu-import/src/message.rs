@@ -21,6 +21,7 @@ pub const SUMMARY: &str = "summary";
 
 /// A message that an FMU logged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FmuMessage {
     level: MessageLevel,
     /// The category that it came with.

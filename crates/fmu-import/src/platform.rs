@@ -59,6 +59,7 @@ pub(crate) fn misnamed_library_note(folder: &Path, about: &FmuDescription) -> Op
 
 /// Where the library for this machine comes from.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum LibraryOrigin {
     /// It is in the unpacked archive.
     Archive(PathBuf),

@@ -39,6 +39,7 @@ const SCHEME: u32 = 1;
 
 /// The sources of an FMU, and how they are compiled.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct CompilationPlan {
     configuration: BuildConfiguration,
     compiler: Compiler,
@@ -48,6 +49,7 @@ pub struct CompilationPlan {
 
 /// A library that was compiled from sources.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CompiledLibrary {
     /// Where it is kept, or why it is not.
     kept: Result<PathBuf, String>,

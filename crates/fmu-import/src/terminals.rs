@@ -59,6 +59,7 @@ impl std::fmt::Display for MemberKind {
 
 /// A variable of a terminal.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct TerminalMember {
     /// Its name in the terminal; a sequence needs none.
     pub name: Option<String>,
@@ -79,6 +80,7 @@ pub struct TerminalStream {
 
 /// A group of variables that are connected at once.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Terminal {
     /// Its name, unique among its siblings.
     pub name: String,

@@ -18,6 +18,7 @@ use squarem::{EmPath, LogCovarianceChart};
 
 /// Whether the state before the first measurement is estimated as well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InitialStateUpdate {
     /// It is known as well as given.
     Fixed,

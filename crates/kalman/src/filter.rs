@@ -12,6 +12,7 @@ use crate::gaussian::{Gaussian, product, symmetric_part};
 
 /// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Innovation<const M: usize> {
     /// Measured minus predicted, ν.
     pub residual: SVector<f64, M>,
@@ -26,6 +27,7 @@ pub struct Innovation<const M: usize> {
 
 /// Failure to use a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UpdateError {
     /// The residual or its covariance holds an infinity or NaN: the measurement or the filter is
     /// broken.

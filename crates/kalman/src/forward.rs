@@ -13,6 +13,7 @@ use crate::step::{LinearStep, NoiseParameters};
 
 /// Failure of a pass over a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PassError {
     /// The measurement of a step could not be used.
     Update {
@@ -61,6 +62,7 @@ impl Error for PassError {
 
 /// Agreement of one step with its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StepFit {
     /// Normalised innovation squared (NIS): χ² with `observed` degrees of freedom if the model is right.
     pub nis: f64,

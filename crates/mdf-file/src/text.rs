@@ -50,7 +50,8 @@ pub(crate) fn decode_latin1(bytes: &[u8]) -> String {
 
 /// The text up to the longest length that is kept.
 pub(crate) fn truncate_text(text: &str) -> &str {
-    &text[..text.floor_char_boundary(KEPT)]
+    let end = (0..=KEPT.min(text.len())).rev().find(|end| text.is_char_boundary(*end));
+    &text[..end.unwrap_or(0)]
 }
 
 /// The content of the first element `TX`; all of it if it is no XML.

@@ -23,6 +23,7 @@ pub type OwnedInputSignal = InputSignal<String>;
 
 /// Failure to load a plugin.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum LoadError {
     /// The library does not load.
     Open(PathBuf, libloading::Error),

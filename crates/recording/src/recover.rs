@@ -100,7 +100,7 @@ pub fn recover_recording(broken: &Path, into: &Path, unchecked: bool) -> Result<
         }
         return Err(error);
     }
-    let partial = into.with_added_extension("partial");
+    let partial = tail::add_extension(into, "partial");
     let written = write_recovered_file(&mut records, &plan, broken, &partial);
     let recovered = written.inspect_err(|_| drop(std::fs::remove_file(&partial)))?;
     std::fs::rename(&partial, into).map_err(|error| Error::output_failure(into, error))?;

@@ -44,7 +44,7 @@ fn has_driving(at: &TireCharacteristics) -> bool {
 }
 
 fn describe_tire(c: &Coefficients, at: &TireCharacteristics) -> String {
-    let TireCharacteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z } = *at;
+    let TireCharacteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z, .. } = *at;
     let across = match has_cornering(at) {
         true => format!("lateral friction {:.3} and {:.2} kN/rad", lateral.friction, C_alpha / 1e3),
         false => "no cornering".to_owned(),

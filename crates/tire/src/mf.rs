@@ -50,6 +50,7 @@ pub struct MfTire<T = f64> {
 
 /// What a tire gives beside its forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TireForceDetails<T = f64> {
     /// Friction factors of the pure curves [-].
     pub mu: [T; 2],

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 /// Why a unit text cannot be read; every position is a byte index into the text.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum UnitError {
     /// A word is in no table.
     #[error("unknown unit `{word}` at byte {at} of `{text}`: {}", suggestion_text(*.meant))]

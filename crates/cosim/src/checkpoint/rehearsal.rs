@@ -11,6 +11,7 @@ use crate::system::System;
 
 /// A value that is not what it was.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct OutputDifference {
     /// The node that does not go on as it did.
     pub node: String,

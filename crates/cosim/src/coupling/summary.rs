@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a coupling did.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CouplingSummary {
     /// The loops that it solved.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -15,6 +16,7 @@ pub struct CouplingSummary {
 
 /// The solution of a loop.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LoopSummary {
     /// The inputs that were guessed until they fitted.
     pub inputs: Vec<String>,
@@ -28,6 +30,7 @@ pub struct LoopSummary {
 
 /// The division of communication steps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DivisionSummary {
     /// Parts that were done.
     pub parts: u64,

@@ -15,6 +15,7 @@ const WORTH_A_PROCESS: Duration = Duration::from_micros(100);
 
 /// What was gained by nodes that stepped at the same time.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ConcurrencySummary {
     /// The nodes.
     pub nodes: Vec<String>,

@@ -7,6 +7,7 @@ use super::histogram::DurationHistogram;
 
 /// How often a node was stepped, and how long that took. Of many short steps one in 64 is measured, and stands for those before it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct NodeStepTiming {
     /// Number of steps.
     pub calls: u64,

@@ -20,6 +20,7 @@ pub struct CallFault {
 
 /// What happens to a step.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum CallFaultKind {
     /// It is refused when it is as long as the communication step.
     Discard,

@@ -8,6 +8,7 @@ use crate::system::StartValue;
 
 /// What an FMU refused before the first step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum FmuRefusal {
     /// A call before there is a time.
     Early(CallError),

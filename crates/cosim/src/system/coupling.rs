@@ -22,6 +22,7 @@ pub struct CouplingProperties {
 /// Coupling algorithm.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Algorithm {
     /// The nodes step one after the other; each sees the new values of the nodes before it.
     #[default]
@@ -67,6 +68,7 @@ impl Algorithm {
 /// Method that solves a loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LoopSolverMethod {
     /// Newton's method. The derivatives come from the FMUs where all of a loop give them, else from differences; between two steps and
     /// two passes they are corrected by what was seen (Broyden).
@@ -83,6 +85,7 @@ pub enum LoopSolverMethod {
 /// Estimate of the error of the coupling.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ErrorEstimate {
     /// Each step is done once as a whole and once in two halves, which count (Richardson). All FMUs have to save and restore their
     /// states.

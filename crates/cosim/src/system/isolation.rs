@@ -9,6 +9,7 @@ use serde::Deserialize;
 /// What a failure of an isolated FMU does.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FmuFailurePolicy {
     /// It ends the run.
     #[default]

@@ -7,6 +7,7 @@ use crate::gaussian::symmetric_part;
 
 /// Which entries of a covariance are estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CovarianceStructure<const D: usize> {
     /// None: the covariance is known.
     Fixed,

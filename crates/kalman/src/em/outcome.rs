@@ -11,6 +11,7 @@ use crate::step::NoiseParameters;
 
 /// How an estimation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EmStatus {
     /// A step of EM gained less than the tolerance.
     Converged,
@@ -23,6 +24,7 @@ pub enum EmStatus {
 /// A step of EM after which the recording was less probable, which contradicts theory: numbers
 /// were lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LikelihoodFall {
     /// Number of the evaluation.
     pub evaluation: usize,
@@ -32,6 +34,7 @@ pub struct LikelihoodFall {
 
 /// Noises that were estimated.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct EmEstimate<const N: usize, const M: usize> {
     /// The most probable start, Q and R.
     pub parameters: NoiseParameters<N, M>,
@@ -55,6 +58,7 @@ pub struct EmEstimate<const N: usize, const M: usize> {
 
 /// Failure to estimate noises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EmError {
     /// A pass over the recording failed.
     Pass(PassError),

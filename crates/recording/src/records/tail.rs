@@ -17,7 +17,15 @@ const EXTENSIONS: [&str; 2] = ["tail2", "tail"];
 
 /// The files beside a recording.
 pub(crate) fn tail_paths(recording: &Path) -> [PathBuf; 2] {
-    EXTENSIONS.map(|extension| recording.with_added_extension(extension))
+    EXTENSIONS.map(|extension| add_extension(recording, extension))
+}
+
+/// The path with one more extension.
+pub(crate) fn add_extension(path: &Path, extension: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    PathBuf::from(name)
 }
 
 /// Adds a piece to the contents of a file: a chunk that is not compressed.

@@ -16,6 +16,7 @@ const POINTS: u32 = 2000;
 
 /// The largest force in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FrictionPeak {
     /// Force divided by load [-].
     pub friction: f64,
@@ -25,6 +26,7 @@ pub struct FrictionPeak {
 
 /// What a tire is like at a load, its own inflation pressure and 16.7 m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TireCharacteristics {
     /// Load [N].
     pub F_z: f64,
