@@ -61,6 +61,8 @@
 //! println!("{}", mistake.message);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! In the registry this crate is `trackside-expression`; the name in code stays.
 #![forbid(unsafe_code)]
 
 mod bound;

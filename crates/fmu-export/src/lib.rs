@@ -18,7 +18,7 @@
 //! crate-type = ["cdylib"]
 //!
 //! [dependencies]
-//! fmu-export = { path = "../crates/fmu-export" }
+//! trackside-fmu-export = "0.1" # in code: fmu_export
 //! serde = { version = "1", features = ["derive"] }
 //! ```
 //!
@@ -129,6 +129,10 @@
 //! [`Model`] states the contract. The library keeps the rules of FMI 2.0 for it: calls that a state does not
 //! allow, wrong types, unknown value references, null pointers and texts that are not UTF-8 fail with
 //! `fmi2Error` and a message, and change nothing.
+//!
+//! # Features
+//!
+//! `pack`: the module `pack`, which makes archives of built libraries. A model does without.
 //!
 //! # Tests and memory
 //!

@@ -48,6 +48,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! In the registry this crate is `trackside-fmu-import`; the name in code stays.
+//!
 //! # States
 //! An instance whose FMU [can](Instance::can_save) do so saves its state as an [`FmuState`]. Restoring it goes back, dropping
 //! it forgets it. The FMU learns at each step whether it must be able to go back, see [`Instance::set_keeps_earlier_states`].

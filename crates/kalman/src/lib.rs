@@ -5,29 +5,32 @@
 //! a filter allocates nothing. Symbols are those of the field: state x with covariance P, transition F, process
 //! noise Q, measurement matrix H, measurement noise R, innovation ν with covariance S.
 //!
-//! # One step
+//! # A filter
 //!
-//! A filter of a position and its speed, of which the position is measured:
+//! It estimates a position and its speed, of which the position is measured, every 0.1 s:
 //!
 //! ```
 //! use kalman::{Gaussian, discretise, measurement_update, predict};
 //! use nalgebra::{SMatrix, SVector};
 //!
-//! # fn main() -> Result<(), kalman::UpdateError> {
 //! // Constant velocity; the velocity walks randomly and the position is measured.
 //! let A = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 0.0, 0.0);
-//! let Q_c = SMatrix::from_diagonal(&SVector::from([0.0, 0.5]));
+//! let Q_c = SMatrix::from_diagonal(&SVector::from([0.0, 0.05]));
 //! let H = SMatrix::<f64, 1, 2>::new(1.0, 0.0);
-//! let R = SMatrix::<f64, 1, 1>::new(1e-2);
+//! let R = SMatrix::<f64, 1, 1>::new(1e-4);
+//! let (F, Q_d) = discretise(&A, &Q_c, 0.1);
 //!
-//! let start = Gaussian { mean: SVector::zeros(), cov: SMatrix::identity() };
-//! let (F, Q_d) = discretise(&A, &Q_c, 0.01);
-//! let prior = predict(&start, F * start.mean, &F, &Q_d);
-//! let residual = SVector::from([0.2]) - H * prior.mean;
-//! let (posterior, innovation) = measurement_update(&prior, &residual, &H, &R)?;
-//! assert!(posterior.cov[(0, 0)] < prior.cov[(0, 0)] && innovation.nis < 1.0);
-//! # Ok(())
-//! # }
+//! let mut state = Gaussian { mean: SVector::zeros(), cov: SMatrix::identity() };
+//! for y in [0.11, 0.19, 0.31, 0.40, 0.49, 0.61, 0.70] {
+//!     let prior = predict(&state, F * state.mean, &F, &Q_d);
+//!     let residual = SVector::from([y]) - H * prior.mean;
+//!     let (posterior, innovation) = measurement_update(&prior, &residual, &H, &R)?;
+//!     println!("{:.3} m, {:.3} m/s, NIS {:.2}", posterior.mean[0], posterior.mean[1], innovation.nis);
+//!     state = posterior;
+//! }
+//! assert!((state.mean[1] - 1.0).abs() < 3.0 * state.cov[(1, 1)].sqrt());
+//! assert!(state.cov[(1, 1)].sqrt() < 0.15);
+//! # Ok::<(), kalman::UpdateError>(())
 //! ```
 //!
 //! An extended filter has the same calls: `mean_after` is then the integrated state, F the transition matrix
@@ -68,6 +71,8 @@
 //!
 //! [`augmented`] is an extended filter over any kind of number, such as those with derivatives: rates and their derivatives go in, sensors
 //! may err, and each may have coloured noise, whose states are added to those of the model.
+//!
+//! In the registry this crate is `trackside-kalman`; the name in code stays.
 #![forbid(unsafe_code)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 

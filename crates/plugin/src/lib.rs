@@ -59,6 +59,11 @@
 //! - **Threads**: a plugin calls back on the thread of the call. The program ignores other threads and fails the call.
 //! - **Life**: the library stays loaded until the process ends. Its threads may outlive each call.
 //!
+//! # Features
+//!
+//! `load`: the side of the program, `Plugin` and `LoadError`. A plugin does without. In the registry this crate is `trackside-plugin`; the name
+//! in code stays.
+//!
 //! # Tests and memory
 //!
 //! `cargo test -p plugin` calls the example `mean` across the boundary, with valgrind too where it is installed. With a

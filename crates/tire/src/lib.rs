@@ -31,6 +31,8 @@
 //! # Ok::<(), tire::BadCoefficient>(())
 //! ```
 //!
+//! In the registry this crate is `trackside-tire`; the name in code stays.
+//!
 //! `MagicFormula` is the simple form with four coefficients. Files (`.tir`) are read by another crate.
 #![forbid(unsafe_code)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]

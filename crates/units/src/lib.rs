@@ -15,6 +15,8 @@
 //!
 //! Angles are a dimension of their own, as in FMI: `rad/s` and `1/s` do not convert into each other. Temperatures with a shifted
 //! zero (`degC`, `degF`) stand alone only.
+//!
+//! In the registry this crate is `trackside-units`; the name in code stays.
 #![forbid(unsafe_code)]
 
 pub mod display;
