@@ -25,7 +25,7 @@
 //!     let prior = predict(&state, F * state.mean, &F, &Q_d);
 //!     let residual = SVector::from([y]) - H * prior.mean;
 //!     let (posterior, innovation) = measurement_update(&prior, &residual, &H, &R)?;
-//!     println!("{:.3} m, {:.3} m/s, NIS {:.2}", posterior.mean[0], posterior.mean[1], innovation.nis);
+//!     assert!(innovation.nis < 10.8, "beyond the 99.9 % quantile of chi squared");
 //!     state = posterior;
 //! }
 //! assert!((state.mean[1] - 1.0).abs() < 3.0 * state.cov[(1, 1)].sqrt());
