@@ -137,8 +137,10 @@ def compile_windows_host() -> None:
     folder = SHARE / "windows-host" / "x86_64"
     folder.mkdir(parents=True)
     library, program = folder / "bcryptprimitives.dll", folder / "trackside-windows-host.exe"
-    run([compiler, "-O2", "-s", "-shared", sources / "bcryptprimitives.c", "-o", library, "-ladvapi32"])
-    run([compiler, "-O2", "-s", "-mwindows", sources / "windows_host.c", "-o", program])
+    # The same bytes at any time.
+    flags = ["-O2", "-s", "-Wl,--no-insert-timestamp"]
+    run([compiler, *flags, "-shared", sources / "bcryptprimitives.c", "-o", library, "-ladvapi32"])
+    run([compiler, *flags, "-mwindows", sources / "windows_host.c", "-o", program])
 
 
 def reads_own_files(scenario: Path) -> bool:
