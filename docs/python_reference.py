@@ -31,7 +31,8 @@ def python_reference(folder: Path) -> str:
 
 def exports_of(module: griffe.Module) -> list[griffe.Object]:
     """What a module exports, by its `__all__` or its names."""
-    names = module.exports if module.exports is not None else [name for name, it in module.members.items() if not name.startswith("_") and not it.is_alias]
+    own = [name for name, it in module.members.items() if not name.startswith("_") and not it.is_alias]
+    names = own if module.exports is None else module.exports
     members = [module.members[str(name)] for name in names]
     return [member.final_target if member.is_alias else member for member in members]
 
@@ -44,7 +45,7 @@ def entry(member: griffe.Object, owner: str = "") -> list[str]:
     parts = [f"{'####' if owner else '###'} {name}", f"```python\n{declaration(member)}\n```", text_of(member)]
     if member.is_class:
         public = [it for it in member.members.values() if not it.name.startswith("_") and not it.is_alias]
-        parts.append("\n".join(row for it in public if it.is_attribute for row in [attribute(it)]))
+        parts.append("\n".join(attribute(it) for it in public if it.is_attribute))
         parts += [part for it in public if it.is_function for part in entry(it, name)]
     return parts
 

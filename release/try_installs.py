@@ -79,6 +79,16 @@ class System:
             raise TrialError(f"expected a report.html with pictures below /home/user, found {len(pages)} pages")
 
 
+@dataclass
+class Installation:
+    """How a file of the release gets into a system: what is prepared outside of the time, the installation, and a run to its page."""
+
+    file: Path
+    prepare: Callable[[], object]
+    install: Callable[[], object]
+    run: Callable[[], object]
+
+
 def main() -> None:
     """Make the systems, run the trials, and print a row for each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -88,6 +98,8 @@ def main() -> None:
     arguments = parser.parse_args()
     if os.geteuid() != 0:
         sys.exit("expected root, since debootstrap and chroot need it")
+    if shutil.which("debootstrap") is None:
+        sys.exit("expected the program debootstrap, found none: apt-get install debootstrap")
     print("| file | MB | system | glibc | Python | installed after | first picture after |\n|---|---|---|---|---|---|---|", flush=True)
     failed = False
     for name in arguments.system or KNOWN:
@@ -135,23 +147,21 @@ def trial(way: str, name: str, base: Path, dist: Path) -> str:
     (copy / "home/user").mkdir()
     os.chown(copy / "home/user", USER, USER)
     system = System(name, copy)
-    file, prepare, install, first_picture = WAYS[way](system, dist)
-    prepare()
+    installation = WAYS[way](system, dist)
+    installation.prepare()
     begin = time.monotonic()
-    install()
+    installation.install()
     installed = time.monotonic()
-    first_picture()
+    installation.run()
     picture = time.monotonic()
     system.expect_picture()
     glibc = re.search(r"(\d+\.\d+)$", system.run("ldd --version | head -n 1").strip())
     python = system.run("python3 --version").split()[1]
+    file = installation.file
     size = sum(path.stat().st_size for path in ([file] if file.is_file() else file.iterdir())) / 1e6
     shutil.rmtree(copy)
     seconds = f"{installed - begin:.1f} s | {picture - begin:.1f} s"
     return f"| {way}: {file.name} | {size:.1f} | {name} | {glibc[1] if glibc else '?'} | {python} | {seconds} |"
-
-
-Steps = tuple[Path, Callable[[], object], Callable[[], object], Callable[[], object]]
 
 
 def only(dist: Path, pattern: str) -> Path:
@@ -162,8 +172,8 @@ def only(dist: Path, pattern: str) -> Path:
     return found[0]
 
 
-def wheel_by(system: System, dist: Path, install: str, run: str = FIRST_PICTURE, before: str = "true") -> Steps:
-    """Steps that install the wheel by a command, in which WHEEL stands for it."""
+def wheel_by(system: System, dist: Path, install: str, run: str = FIRST_PICTURE, before: str = "true") -> Installation:
+    """An installation of the wheel by a command, in which WHEEL stands for it."""
     wheel = only(dist, "trackside-*x86_64.whl")
 
     def prepare() -> None:
@@ -171,7 +181,7 @@ def wheel_by(system: System, dist: Path, install: str, run: str = FIRST_PICTURE,
         system.run(before, user=USER)
 
     named = f"./{wheel.name}"
-    return (
+    return Installation(
         wheel,
         prepare,
         lambda: system.run(install.replace("WHEEL", named), user=USER),
@@ -179,24 +189,24 @@ def wheel_by(system: System, dist: Path, install: str, run: str = FIRST_PICTURE,
     )
 
 
-def by_wheel(system: System, dist: Path) -> Steps:
+def by_wheel(system: System, dist: Path) -> Installation:
     """`pip install` in a clean environment; its own making is no part of the time."""
     return wheel_by(system, dist, "venv/bin/pip install --quiet WHEEL", f"PATH=$PWD/venv/bin:$PATH\n{FIRST_PICTURE}", "python3 -m venv venv")
 
 
-def by_uvx(system: System, dist: Path) -> Steps:
+def by_uvx(system: System, dist: Path) -> Installation:
     """`uvx` runs the program of the wheel without an environment of the user."""
     run = FIRST_PICTURE.replace("trackside ", "tools/bin/uvx --quiet --from WHEEL trackside ")
     return wheel_by(system, dist, "true", run, "python3 -m venv tools && tools/bin/pip install --quiet uv")
 
 
-def by_pipx(system: System, dist: Path) -> Steps:
+def by_pipx(system: System, dist: Path) -> Installation:
     """`pipx install`."""
     run = f"PATH=$HOME/.local/bin:$PATH\n{FIRST_PICTURE}"
     return wheel_by(system, dist, "tools/bin/pipx install --quiet WHEEL", run, "python3 -m venv tools && tools/bin/pip install --quiet pipx")
 
 
-def by_folder(system: System, dist: Path) -> Steps:
+def by_folder(system: System, dist: Path) -> Installation:
     """The folder of `python/bundle.py`, without network, with the viewer, for which there is no Python 3.9."""
     bundle = SYSTEMS / "offline"
     python = KNOWN[system.name][2]
@@ -217,16 +227,21 @@ def by_folder(system: System, dist: Path) -> Steps:
     def run() -> None:
         system.run(f"PATH=$PWD/venv/bin:$PATH\n{FIRST_PICTURE}\n{'rerun --version' if extra == 'viewer' else 'true'}", user=USER, network=False)
 
-    return bundle, prepare, install, run
+    return Installation(bundle, prepare, install, run)
 
 
-def by_deb(system: System, dist: Path) -> Steps:
+def by_deb(system: System, dist: Path) -> Installation:
     """The Debian package, used by somebody who is not root."""
     package = only(dist, "trackside_*_amd64.deb")
-    return package, lambda: system.add(package), lambda: system.run(f"dpkg --install {package.name}"), lambda: system.run(FIRST_PICTURE, user=USER)
+    return Installation(
+        package,
+        lambda: system.add(package),
+        lambda: system.run(f"dpkg --install {package.name}"),
+        lambda: system.run(FIRST_PICTURE, user=USER),
+    )
 
 
-def by_dockerfile(system: System, dist: Path) -> Steps:
+def by_dockerfile(system: System, dist: Path) -> Installation:
     """The steps of `Dockerfile`, where its image is this system: `trackside test` of a folder that is mounted at /work."""
     copies, commands, user = dockerfile()
     wheel = only(dist, "trackside-*x86_64.whl")
@@ -252,7 +267,7 @@ def by_dockerfile(system: System, dist: Path) -> Steps:
         system.run("trackside examples limit_handling --out /work && trackside test /work", user=identity, folder="/work")
         shutil.copytree(system.root / "work", system.root / "home/user/work")
 
-    return wheel, prepare, install, run
+    return Installation(wheel, prepare, install, run)
 
 
 def dockerfile() -> tuple[list[tuple[str, str]], list[str], str]:
@@ -263,7 +278,7 @@ def dockerfile() -> tuple[list[tuple[str, str]], list[str], str]:
     return copies, [rest for key, rest in words if key == "RUN"], next(rest for key, rest in words if key == "USER")
 
 
-WAYS: dict[str, Callable[[System, Path], Steps]] = {
+WAYS: dict[str, Callable[[System, Path], Installation]] = {
     "wheel": by_wheel,
     "uvx": by_uvx,
     "pipx": by_pipx,

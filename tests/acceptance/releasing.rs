@@ -31,7 +31,7 @@ fn dist() -> Lab {
     lab
 }
 
-fn python(script: &str, words: &[&str]) -> Ended {
+fn run_script(script: &str, words: &[&str]) -> Ended {
     let mut command = Command::new("python3");
     command.arg(Path::new(ROOT).join(script)).args(words);
     command.envs([("DEBFULLNAME", "Some Body"), ("DEBEMAIL", "some@body.example")]);
@@ -40,7 +40,7 @@ fn python(script: &str, words: &[&str]) -> Ended {
 
 fn a_release_is_made_of_a_wheel() {
     let dist = dist();
-    python("release/assemble.py", &["Unreleased", dist.path("").to_str().expect("a name")]).expect(0);
+    run_script("release/assemble.py", &["Unreleased", dist.path("").to_str().expect("a name")]).expect(0);
 
     let package = concat!("trackside_", env!("CARGO_PKG_VERSION"), "_amd64.deb");
     let listed = Command::new("dpkg-deb").arg("--contents").arg(dist.path(package)).output();
@@ -69,14 +69,14 @@ fn a_release_of_another_version_is_refused() {
     let dist = dist();
     let folder = dist.path("");
     let folder = folder.to_str().expect("a name");
-    python("release/assemble.py", &["99.0.0", folder])
+    run_script("release/assemble.py", &["99.0.0", folder])
         .expect(1)
         .says(&["expected the version of Cargo.toml", "found 99.0.0"]);
     assert!(!dist.has("SHA256SUMS"));
 }
 
 fn the_libraries_are_packaged() {
-    let packaged = python("release/crates.py", &[]).expect(0).stdout;
+    let packaged = run_script("release/crates.py", &[]).expect(0).stdout;
     for library in ["fmu-import", "fmu-export", "cosim", "kalman", "tire", "units", "expression", "plugin"] {
         let file = format!("trackside-{library}-{}.crate", env!("CARGO_PKG_VERSION"));
         assert!(packaged.contains(&file), "{file} in:\n{packaged}");

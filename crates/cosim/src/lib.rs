@@ -11,9 +11,9 @@
 //! use fmu_import::CallError;
 //!
 //! /// A room of 360 kJ/K, which loses 100 W/K to the frost outside.
-//! struct Room { power: f64, temperature: f64 }
+//! struct ThermalMass { power: f64, temperature: f64 }
 //!
-//! impl Node for Room {
+//! impl Node for ThermalMass {
 //!     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
 //!         self.power = inputs[0];
 //!         Ok(())
@@ -29,9 +29,9 @@
 //! }
 //!
 //! /// A heater of 1 kW for each kelvin below 21 degC.
-//! struct Heater { temperature: f64 }
+//! struct ProportionalHeater { temperature: f64 }
 //!
-//! impl Node for Heater {
+//! impl Node for ProportionalHeater {
 //!     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
 //!         self.temperature = inputs[0];
 //!         Ok(())
@@ -47,8 +47,8 @@
 //!
 //! let clock = CommunicationClock { start: 0.0, step: 10.0, steps: 720 };
 //! let mut builder = SystemBuilder::new(clock, Algorithm::GaussSeidel);
-//! builder.add_node("room", Box::new(Room { power: 0.0, temperature: 5.0 }), &["power"], &["temperature"])?;
-//! builder.add_node("heater", Box::new(Heater { temperature: 5.0 }), &["temperature"], &["power"])?;
+//! builder.add_node("room", Box::new(ThermalMass { power: 0.0, temperature: 5.0 }), &["power"], &["temperature"])?;
+//! builder.add_node("heater", Box::new(ProportionalHeater { temperature: 5.0 }), &["temperature"], &["power"])?;
 //! builder.declare_feedthrough("heater.power", "heater.temperature")?;
 //! builder.connect("room.temperature", "heater.temperature")?.connect("heater.power", "room.power")?;
 //! let mut execution = builder.build()?;
