@@ -9,7 +9,7 @@ The names `units`, `tire` or `plugin` are not free, so a copy of the libraries b
 theirs. Without arguments nothing is compiled: cargo checks manifests, versions and files. `--verify` builds each package by itself.
 
 `--api` writes the public interface of each library to `release/api`, one line for each item. With `--check` it compares instead, and
-prints what differs. It needs cargo-public-api in `target/ci-tools` (.ci/run) or in the path. `--semver` has cargo-semver-checks compare
+prints what differs. It needs cargo-public-api in the path. `--semver` has cargo-semver-checks compare
 each library with the version that is published, and ends if the new version promises more than it holds.
 """
 
@@ -116,8 +116,7 @@ def listings() -> dict[str, str]:
     for name in LIBRARIES:
         command += ["--package", name]
     run(command, {**os.environ, **variables})
-    tool = ROOT / "target" / "ci-tools" / "bin" / "cargo-public-api"
-    program = str(tool) if tool.is_file() else "cargo-public-api"
+    program = "cargo-public-api"
     found = {}
     for name in LIBRARIES:
         file = target_folder(ROOT) / "doc" / f"{name.replace('-', '_')}.json"
