@@ -135,6 +135,8 @@ mod extending;
 // Failures of FMUs, and the recordings they leave.
 #[path = "acceptance/failing_fmu.rs"]
 mod failing_fmu;
+#[path = "acceptance/fastest_lap.rs"]
+mod fastest_lap;
 // Signals that end runs.
 #[path = "acceptance/signals.rs"]
 mod signals;
@@ -307,6 +309,7 @@ fn main() -> ExitCode {
     escapes::register(&mut tests);
     extending::register(&mut tests);
     failing_fmu::register(&mut tests);
+    fastest_lap::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
     first_suite::register(&mut tests);

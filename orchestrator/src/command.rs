@@ -9,6 +9,7 @@ mod explain;
 mod init;
 mod inspect;
 mod isolated;
+mod lap;
 mod pack;
 mod progress;
 mod recover;
@@ -72,6 +73,9 @@ pub enum CliCommand {
     Convert(convert::ConvertArguments),
     /// Look at a tire: key figures and a page with curves of a `.tir` file, or of two side by side; convert its axes.
     Tire(tire::TireArguments),
+    /// Find the fastest lap of a car on a track, with what each parameter is worth, and an interval from what is not known; exit code 4 when
+    /// the search does not converge.
+    Lap(Box<lap::LapArguments>),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::RecoverArguments),
     /// Print the JSON schema of scenario files, for editors.
@@ -106,6 +110,7 @@ impl CliCommand {
             CliCommand::Why(arguments) => why::run_why_command(arguments),
             CliCommand::Convert(arguments) => convert::run_convert_command(arguments),
             CliCommand::Tire(arguments) => tire::run_tire_command(arguments),
+            CliCommand::Lap(arguments) => lap::run_lap_command(arguments),
             CliCommand::Recover(arguments) => recover::run_recover_command(arguments),
             CliCommand::Schema(arguments) => schema::run_schema_command(arguments),
             CliCommand::Examples(arguments) => examples::run_examples_command(arguments),

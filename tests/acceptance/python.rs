@@ -25,6 +25,7 @@ const PACKAGES: &[&str] = &[
     "numpy",
     "pandas",
     "scipy",
+    "casadi==3.8.2",
     "polars",
     "pyarrow",
     "tombi==1.9.6",

@@ -21,6 +21,19 @@ pub fn format_significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// A duration [s] as minutes and seconds with some decimals, such as `1:23.456`; `–` for what is none.
+pub fn format_lap_time(duration: f64, decimals: usize) -> String {
+    if !(duration.is_finite() && duration >= 0.0) {
+        return "–".into();
+    }
+    // A rounded second may carry into a minute.
+    let scale = 10_f64.powi(decimals as i32);
+    let rounded = (duration * scale).round() / scale;
+    let minutes = (rounded / 60.0).floor();
+    let width = if decimals > 0 { decimals + 3 } else { 2 };
+    format!("{minutes:.0}:{:0width$.decimals$}", rounded - 60.0 * minutes)
+}
+
 /// Decimals of a value of which two digits of the uncertainty are written; four digits of the value where that is unknown.
 pub fn decimals_for_std(value: f64, std: f64) -> usize {
     let (digits, size) = if std.is_finite() && std > 0.0 { (1.0, std) } else { (3.0, value.abs()) };
@@ -42,6 +55,19 @@ pub fn with_std(value: f64, std: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lap_time_has_minutes_and_thousandths() {
+        for (duration, text) in [
+            (83.456, "1:23.456"),
+            (37.0, "0:37.000"),
+            (59.999_6, "1:00.000"),
+            (605.25, "10:05.250"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(format_lap_time(duration, 3), text);
+        }
+    }
 
     #[test]
     fn numbers_are_written_with_their_significant_digits() {

@@ -1,20 +1,12 @@
 //! Writes lap times as people read them, for the terminal and the page of a run.
 
+use numerics::text::format_lap_time;
 use recording::overview::CompletedLap;
 
+/// Decimals of a lap time.
+pub const DECIMALS: usize = 3;
 /// Laps with a line of their own at most.
 const MOST_LINES: usize = 12;
-
-/// A duration [s] as minutes, seconds and thousandths: `1:23.456`; `–` for what is none.
-pub fn lap_time_text(duration: f64) -> String {
-    if !(duration.is_finite() && duration >= 0.0) {
-        return "–".to_owned();
-    }
-    // A rounded second may carry into a minute.
-    let thousandths = (1e3 * duration).round() as u64;
-    let (minutes, rest) = (thousandths / 60_000, thousandths % 60_000);
-    format!("{minutes}:{:02}.{:03}", rest / 1_000, rest % 1_000)
-}
 
 /// Each lap with its time, the fastest of several marked; of many laps the first ones and the fastest.
 pub fn lap_time_lines(laps: &[CompletedLap]) -> Vec<String> {
@@ -22,7 +14,7 @@ pub fn lap_time_lines(laps: &[CompletedLap]) -> Vec<String> {
     let fastest = fastest.filter(|_| laps.len() > 1);
     let line = |lap: &CompletedLap| {
         let mark = if fastest == Some(lap) { ", the fastest" } else { "" };
-        format!("lap {}: {}{mark}", lap.number, lap_time_text(lap.duration))
+        format!("lap {}: {}{mark}", lap.number, format_lap_time(lap.duration, DECIMALS))
     };
     let mut lines: Vec<_> = laps.iter().take(MOST_LINES).map(line).collect();
     if let Some(left) = laps.len().checked_sub(MOST_LINES).filter(|left| *left > 0) {
@@ -35,19 +27,6 @@ pub fn lap_time_lines(laps: &[CompletedLap]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_lap_time_has_minutes_and_thousandths() {
-        for (duration, text) in [
-            (83.456, "1:23.456"),
-            (37.0, "0:37.000"),
-            (59.999_6, "1:00.000"),
-            (605.25, "10:05.250"),
-            (f64::NAN, "–"),
-        ] {
-            assert_eq!(lap_time_text(duration), text);
-        }
-    }
 
     #[test]
     fn the_fastest_of_several_laps_is_marked() {

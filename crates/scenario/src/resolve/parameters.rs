@@ -1,44 +1,19 @@
 //! Reads files of parameters, which several FMUs and analyses share.
 
 use std::collections::HashSet;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use cosim::system::NodeBody;
-use diagnostics::{Error, ErrorCollector, SourceFiles, TextFile, suggest};
+use diagnostics::{Error, ErrorCollector, suggest};
 use fmu_import::description::Variable;
-use serde::Deserialize as _;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::ResolveDiagnostics;
 use super::node_draft::NodeDraft;
 use crate::document::{self, Scenario, UnusedParameters};
-use crate::text_of::{self, TextCache};
-
-/// The largest file of parameters [B].
-const LARGEST: u64 = 64 << 20;
+use crate::parameter_file::{FileParameter, ParameterFile, read_parameter_text};
+use crate::text_of::TextCache;
 
 /// So many values that no FMU has are told by name.
 const MOST_NAMES: usize = 12;
-
-/// A value of a file.
-pub(super) struct FileParameter {
-    /// The keys that lead to it, with dots in between.
-    pub name: String,
-    /// The span of its last key.
-    pub key: Range<usize>,
-    pub value: toml::Value,
-    /// The span of the value.
-    pub span: Range<usize>,
-}
-
-/// A file.
-pub(super) struct ParameterFile {
-    path: PathBuf,
-    pub source: Arc<SourceFiles>,
-    pub values: Vec<FileParameter>,
-}
 
 /// The files that a scenario names, and the texts of those that values name.
 #[derive(Default)]
@@ -57,12 +32,9 @@ impl ParameterFiles {
             if !known.insert(path.clone()) {
                 continue;
             }
-            let text = diagnostics::read_text_bounded(&path, LARGEST).map_err(|error| {
-                let path = path.display();
-                scenario.error_at(word, format!("the parameters {path} cannot be read: {error}"))
-            });
+            let text = read_parameter_text(&path).map_err(|message| scenario.error_at(word, message));
             let Some(text) = mistakes.ok_or_record(text) else { continue };
-            let file = parse_file(path, text, &read.texts, mistakes);
+            let file = ParameterFile::parse(path, text, &read.texts, mistakes);
             read.files.extend(mistakes.ok_or_record(file));
         }
         read
@@ -147,52 +119,4 @@ fn unused_note(file: &ParameterFile, unused: &[&FileParameter]) -> Option<String
     let path = file.path.display();
     (!names.is_empty())
         .then(|| format!("{path}: no FMU with this file takes {}{more}: left out", names.join(", ")))
-}
-
-/// The values of a text, each with the places of its key and of itself.
-fn parse_file(
-    path: PathBuf,
-    text: String,
-    texts: &TextCache,
-    mistakes: &mut ErrorCollector,
-) -> Result<ParameterFile, Error> {
-    // A byte order mark is as long as three blanks.
-    let text = text.replacen('\u{feff}', "   ", 1);
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let source = SourceFiles::from_generated(TextFile::new(path.clone(), text.clone()));
-    let (table, errors) = DeTable::parse_recoverable(&text);
-    let end = text.len();
-    if let Some(error) = errors.first() {
-        return Err(source.error_at(error.span().unwrap_or(end..end), error.message(), "here"));
-    }
-    let mut values = Vec::new();
-    visit_dotted_entries(table.get_ref(), "", &mut |name, key, value| {
-        let span = value.span();
-        let read = toml::Value::deserialize(ValueDeserializer::from(value.clone()));
-        let read = read.map_err(|error| error.message().to_owned()).and_then(|value| {
-            text_of::text_file_path(&value).map_or(Ok(value.clone()), |file| {
-                texts.read_text(&folder.join(file)).map(toml::Value::String)
-            })
-        });
-        let read = read.map_err(|message| source.error_at(span.clone(), message, ""));
-        let value = mistakes.ok_or_record(read);
-        values.extend(value.map(|value| FileParameter { name, key, value, span }));
-    });
-    Ok(ParameterFile { path, source: Arc::new(source), values })
-}
-
-/// Takes the name of a value, the span of its key, and the value.
-type ParameterVisitor<'v, 'a> = &'v mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>);
-
-/// Calls `take` for each value with its name and the span of its key.
-fn visit_dotted_entries<'a>(table: &DeTable<'a>, prefix: &str, take: ParameterVisitor<'_, 'a>) {
-    for (key, value) in table {
-        let name = format!("{prefix}{}", key.get_ref());
-        match value.get_ref() {
-            DeValue::Table(inner) if !text_of::is_text_file_reference(inner) => {
-                visit_dotted_entries(inner, &format!("{name}."), take);
-            }
-            _ => take(name, key.span(), value),
-        }
-    }
 }

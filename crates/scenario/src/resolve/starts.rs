@@ -11,9 +11,10 @@ use fmu_import::description::{FmiType, StorageType, Variable, describe_items};
 use fmu_import::{Causality, Value, Variability, from_hex};
 
 use super::dotted_keys::flatten_dotted_keys;
-use super::parameters::{FileParameter, ParameterFiles};
+use super::parameters::ParameterFiles;
 use super::{Override, OverrideValue, Overrides};
 use crate::document::{self, Scenario, split_number_and_unit};
+use crate::parameter_file::FileParameter;
 use crate::text_of::{self, TextCache};
 
 /// Where start values come from besides the entries of FMUs.

@@ -20,7 +20,9 @@ use super::RunPictures;
 use super::driven_map::{DrivenMap, driven_map, thinned_points};
 use super::pictures::{trace_names, worst_trace_value};
 use crate::report::TestPicture;
-use crate::report::laps::lap_time_text;
+use numerics::text::format_lap_time;
+
+use crate::report::laps;
 use crate::report::text::shorten_list;
 use quantized::QuantizedValues;
 
@@ -362,7 +364,7 @@ fn test_title(test: &TestPicture) -> String {
 }
 
 fn lap_data(lap: &CompletedLap) -> LapData {
-    let name = format!("lap {}: {}", lap.number, lap_time_text(lap.duration));
+    let name = format!("lap {}: {}", lap.number, format_lap_time(lap.duration, laps::DECIMALS));
     LapData { name, span: [lap.end - lap.duration, lap.end] }
 }
 

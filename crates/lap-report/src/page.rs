@@ -1,0 +1,160 @@
+//! Fills the template of the page: headline, facts, tables and figures.
+
+use askama::Template;
+use html_page::{Markup, filters};
+use lap::{Corner, InteriorPointStatus, LapNode, LapOptimum, ParameterWorth};
+use numerics::text::{format_lap_time, format_significant};
+use track::TrackLine;
+use units::STANDARD_GRAVITY;
+use units::display::unit_text;
+
+use crate::LapPage;
+use crate::curves::{gg_figure, lap_time_figure, station_figures};
+use crate::map::track_map;
+use crate::texts::{format_small_difference, format_time_difference, format_time_interval};
+
+/// Rows of parameters that are seen at once.
+const FIRST_ROWS: usize = 15;
+/// Longest bar of a parameter [px].
+const BAR: f64 = 90.0;
+
+#[derive(Template)]
+#[template(path = "lap.html")]
+struct LapTemplate<'a> {
+    title: String,
+    page: &'a LapPage<'a>,
+    status: &'static str,
+    has_converged: bool,
+    /// Fastest and slowest speed [km/h].
+    speeds: [f64; 2],
+    interval: Option<[String; 2]>,
+    map: Markup,
+    curves: Vec<Markup>,
+    gg: Markup,
+    corners: Vec<CornerRow>,
+    worth: Vec<WorthRow>,
+    histogram: Option<Markup>,
+}
+
+/// A corner in its table.
+struct CornerRow {
+    number: usize,
+    /// Stations of its begin, its apex and its end [m].
+    stations: [f64; 3],
+    /// Slowest speed [km/h].
+    speed: f64,
+    /// Time in it [s].
+    time: f64,
+    /// Largest lateral acceleration [g].
+    a_y: f64,
+}
+
+/// A parameter in its table.
+struct WorthRow {
+    name: &'static str,
+    value: String,
+    seconds: String,
+    by_corner: Vec<String>,
+    /// Length [px] of its bar, and the class of its colour.
+    bar: f64,
+    bar_class: &'static str,
+}
+
+/// The page of a lap.
+pub fn lap_page(page: &LapPage) -> String {
+    let optimum = page.optimum;
+    let has_converged = optimum.status == InteriorPointStatus::Converged;
+    let interval =
+        page.solved_interval().map(|it| format_time_interval([0.025, 0.975].map(|share| it.quantile(share))));
+    html_page::render_page(&LapTemplate {
+        title: headline(optimum, interval.as_ref()),
+        page,
+        status: status_text(optimum.status),
+        has_converged,
+        speeds: extreme_speeds(&optimum.nodes),
+        interval,
+        map: track_map(page).figure_with_legend("Driven line"),
+        curves: station_figures(page),
+        gg: gg_figure(page),
+        corners: (1..).zip(page.corners).map(|(number, corner)| corner_row(page, number, corner)).collect(),
+        worth: worth_rows(page.worth),
+        histogram: page.solved_interval().map(|it| lap_time_figure(it, optimum.lap_time)),
+    })
+}
+
+/// The lap time, with its interval.
+fn headline(optimum: &LapOptimum, interval: Option<&[String; 2]>) -> String {
+    let time = format_lap_time(optimum.lap_time, 3);
+    let ends = interval.map_or(String::new(), |[from, to]| format!(" [{from}, {to}]"));
+    match optimum.status {
+        InteriorPointStatus::Converged => format!("Fastest lap {time}{ends}"),
+        _ => format!("Lap {time}{ends}, not the fastest"),
+    }
+}
+
+fn status_text(status: InteriorPointStatus) -> &'static str {
+    match status {
+        InteriorPointStatus::Converged => "converged",
+        InteriorPointStatus::IterationLimit => "ended at the largest number of steps",
+        InteriorPointStatus::Stalled => "ended where no step made the lap better",
+    }
+}
+
+fn extreme_speeds(nodes: &[LapNode]) -> [f64; 2] {
+    let speeds = nodes.iter().map(|node| 3.6 * node.variables.v_x);
+    let [low, high] = speeds.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    [high, low]
+}
+
+fn corner_row(page: &LapPage, number: usize, corner: &Corner) -> CornerRow {
+    let nodes = &page.optimum.nodes;
+    let of_corner = || corner.nodes(nodes.len()).map(|k| &nodes[k]);
+    CornerRow {
+        number,
+        stations: [nodes[corner.first].s, nodes[corner.apex].s, end_station(page.line, nodes, corner)],
+        speed: 3.6 * of_corner().map(|node| node.variables.v_x).fold(f64::INFINITY, f64::min),
+        time: corner_time(page.optimum, corner),
+        a_y: of_corner().map(|node| node.variables.a_y.abs()).fold(0.0, f64::max) / STANDARD_GRAVITY,
+    }
+}
+
+fn end_station(line: &TrackLine, nodes: &[LapNode], corner: &Corner) -> f64 {
+    nodes.get(corner.end).map_or(line.length(), |node| node.s)
+}
+
+/// The time in a corner [s], which may go on behind the end of a closed line.
+fn corner_time(optimum: &LapOptimum, corner: &Corner) -> f64 {
+    let begin = optimum.nodes[corner.first].t;
+    let end = optimum.nodes.get(corner.end).map_or(optimum.lap_time, |node| node.t);
+    if corner.end > corner.first { end - begin } else { optimum.lap_time - begin + end }
+}
+
+fn worth_rows(worth: &[ParameterWorth]) -> Vec<WorthRow> {
+    let sizes = worth.iter().map(|it| it.seconds_per_percent.abs());
+    let largest = sizes.filter(|size| size.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
+    let row = |it: &ParameterWorth| {
+        let share = it.seconds_per_percent.abs() / largest;
+        let unit = unit_text(it.unit);
+        WorthRow {
+            name: it.name,
+            value: format!("{} {unit}", format_significant(it.value, 4)).trim_end().to_owned(),
+            seconds: format_time_difference(it.seconds_per_percent),
+            by_corner: it.by_corner.iter().map(|seconds| format_small_difference(*seconds)).collect(),
+            bar: if share.is_finite() { BAR * share } else { 0.0 },
+            bar_class: if it.seconds_per_percent < 0.0 { "best-value" } else { "fail" },
+        }
+    };
+    worth.iter().map(row).collect()
+}
+
+impl LapTemplate<'_> {
+    /// Rows that are seen at once, and the rest.
+    fn worth_parts(&self) -> [&[WorthRow]; 2] {
+        let (first, rest) = self.worth.split_at(self.worth.len().min(FIRST_ROWS));
+        [first, rest]
+    }
+
+    fn draws(&self) -> usize {
+        self.page.interval.map_or(0, |it| it.lap_times.len() + it.unsolved)
+    }
+}

@@ -1,0 +1,154 @@
+//! Describes the car of a lap: a body on four tires with quasi-steady load transfer, and what its actuators can do.
+#![allow(non_snake_case, reason = "forces and lengths are written as in the equations")]
+
+use tire::Number;
+use track::RoadGeometry;
+use vehicle::{Aerodynamics, G, VehicleBody};
+
+use crate::node::{NodeMotion, NodeVariables};
+use crate::tires::{LapSlip, LapTire, StageNumber, TirePeaks};
+
+/// Share of the weight within which a driving force turns into a braking one: they act at other axles, and derivatives have to
+/// exist between them.
+const SPLIT_WIDTH: f64 = 0.005;
+
+/// A car that is driven at its limit.
+///
+/// Each axle has two tires with the same slips. Load moves between the axles by the longitudinal force and within them by the lateral
+/// acceleration, both without delay; without track widths none moves within them, and the car is a single track.
+#[derive(Clone, Debug)]
+pub struct LapCar {
+    /// Rigid body.
+    pub body: VehicleBody,
+    /// Drag and downforce.
+    pub aero: Aerodynamics,
+    /// Track widths of the axles [m]; without one no load moves across.
+    pub track_widths: [f64; 2],
+    /// Roll stiffness of the axles [N m/rad], by which they share the load that moves across; without one by their load.
+    pub roll_stiffness: [f64; 2],
+    /// Part of a braking force that acts at the front [-].
+    pub brake_front_share: f64,
+    /// Part of a driving force that acts at the front [-].
+    pub drive_front_share: f64,
+    /// A tire of the front and one of the rear axle, as they are on the left side.
+    pub tires: [LapTire; 2],
+    /// What the actuators can do.
+    pub limits: ActuatorLimits,
+}
+
+/// Bounds of what driver, engine and brakes do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActuatorLimits {
+    /// Largest steering angle of the front wheels [rad].
+    pub delta: f64,
+    /// Largest steering rate of the front wheels [rad/s].
+    pub delta_rate: f64,
+    /// Largest rate of the longitudinal force [N/s].
+    pub F_x_rate: f64,
+    /// Largest driving force [N].
+    pub drive_force: f64,
+    /// Largest braking force [N], positive.
+    pub brake_force: f64,
+    /// Largest power at the wheels [W].
+    pub power: f64,
+}
+
+impl LapCar {
+    /// Splits a longitudinal force [N] into those that are asked of the front and the rear axle.
+    #[inline]
+    pub fn split_force<T: Number>(&self, F_x: T) -> [T; 2] {
+        let width = SPLIT_WIDTH * self.body.m * G;
+        let root = (F_x * F_x + width * width).sqrt();
+        let front =
+            (F_x + root) * (0.5 * self.drive_front_share) + (F_x - root) * (0.5 * self.brake_front_share);
+        [front, F_x - front]
+    }
+
+    /// Load that a lateral acceleration of 1 m/s² moves from one wheel of each axle to the other [N].
+    fn load_transfer_gains(&self) -> [f64; 2] {
+        let [k_f, k_r] = self.roll_stiffness;
+        let front = if k_f + k_r > 0.0 { k_f / (k_f + k_r) } else { self.body.l_r / self.body.wheelbase() };
+        let gain = |share: f64, width: f64| {
+            if width > 0.0 { share * self.body.m * self.body.h / width } else { 0.0 }
+        };
+        [gain(front, self.track_widths[0]), gain(1.0 - front, self.track_widths[1])]
+    }
+
+    /// Peaks of the tires of both axles under their load at rest.
+    pub fn tire_peaks(&self) -> [TirePeaks; 2] {
+        let loads = self.body.static_loads();
+        [0, 1].map(|axle| self.tires[axle].peaks(0.5 * loads[axle], 20.0))
+    }
+
+    /// The motion at a node, by the station s of the line instead of time.
+    ///
+    /// With ṡ = (v_x cos ξ − v_y sin ξ) / (1 − n κ): n' = (v_x sin ξ + v_y cos ξ) / ṡ, ξ' = r / ṡ − κ, and Newton's and Euler's
+    /// equations in body axes, each over ṡ (R. Lot and F. Biral, IFAC Proceedings 47 (2014), 7559).
+    #[inline]
+    pub fn motion<T: StageNumber>(&self, z: &NodeVariables<T>, road: &RoadGeometry) -> NodeMotion<T> {
+        let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
+        let L = l_f + l_r;
+        let NodeVariables { n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, .. } = *z;
+        let curvature = road.kappa * road.bank.cos();
+        let (sin_xi, cos_xi) = xi.sin_cos();
+        let slowness = (-n * curvature + 1.0) / (v_x * cos_xi - v_y * sin_xi);
+
+        let drag = self.aero.drag(v_x);
+        let [down_f, down_r] = self.aero.downforce(v_x);
+        let pressing =
+            (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * m;
+        let moved = (F_x - drag) * (h / L);
+        let loads = [down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L)];
+        let gains = self.load_transfer_gains();
+        let across: [T; 2] = [0, 1].map(|axle| capped_transfer(z.a_y * gains[axle], loads[axle] * 0.5));
+        // ISO-W: the slip angle is positive while the contact point moves to the left.
+        let alphas = [((v_y + r * l_f) / v_x).atan() - delta, ((v_y - r * l_r) / v_x).atan()];
+        let kappas = [z.kappa_f, z.kappa_r];
+        let [[F_xf, F_yf], [F_xr, F_yr]] = [0, 1].map(|axle| {
+            let left = LapSlip {
+                kappa: kappas[axle],
+                alpha: alphas[axle],
+                F_z: loads[axle] * 0.5 - across[axle],
+                v_x,
+            };
+            let right = LapSlip { alpha: -alphas[axle], F_z: loads[axle] * 0.5 + across[axle], ..left };
+            let [left_x, left_y] = T::tire_forces(&self.tires[axle], left);
+            // The right tire is the mirror image of the left one.
+            let [right_x, right_y] = T::tire_forces(&self.tires[axle], right);
+            [left_x + right_x, left_y - right_y]
+        });
+        let (sin_delta, cos_delta) = delta.sin_cos();
+        let lateral_f = F_yf * cos_delta + F_xf * sin_delta;
+        let a_x = (F_xf * cos_delta - F_yf * sin_delta + F_xr - drag) / m;
+        let a_y = (lateral_f + F_yr) / m;
+        let rates = [
+            v_x * sin_xi + v_y * cos_xi,
+            r - slowness.recip() * curvature,
+            a_x + v_y * r - G * road.grade.sin(),
+            a_y - v_x * r - G * road.bank.sin(),
+            (lateral_f * l_f - F_yr * l_r) / I_zz,
+            delta_rate,
+            F_x_rate,
+        ];
+        let [asked_f, asked_r] = self.split_force(F_x);
+        let weight = m * G;
+        NodeMotion {
+            slowness,
+            slopes: rates.map(|rate| rate * slowness),
+            force_residuals: [(F_xf - asked_f) / weight, (F_xr - asked_r) / weight, (a_y - z.a_y) / G],
+            alphas,
+            power: F_x * v_x,
+            a_x,
+        }
+    }
+}
+
+/// The load that moves across an axle [N], which a wheel cannot have less of than none: y / (1 + y⁸)^⅛ of what each wheel carries, with
+/// what is asked as y. It is the load itself to 1 % as long as the inner wheel keeps a fourth of its own.
+fn capped_transfer<T: Number>(asked: T, carried: T) -> T {
+    let share = asked / carried;
+    let square = share * share;
+    let fourth = square * square;
+    let root = (fourth * fourth + 1.0).sqrt().sqrt().sqrt();
+    asked / root
+}

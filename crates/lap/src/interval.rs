@@ -1,0 +1,84 @@
+//! Turns what is not known of a car into an interval of its lap time: one fastest lap for each draw of its parameters.
+
+use rayon::prelude::*;
+use track::TrackLine;
+
+use crate::interior_point::InteriorPointStatus;
+use crate::optimum::LapOptimum;
+use crate::parameters::{CarParameters, ParameterKey};
+use crate::{Error, LapOptions};
+
+/// Values of some parameters, those of one draw.
+pub type ParameterDraw = Vec<(&'static ParameterKey, f64)>;
+
+/// Lap times of the draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LapTimeInterval {
+    /// Lap times of the draws that were solved [s], from the fastest on.
+    pub lap_times: Vec<f64>,
+    /// Lateral deviation of each node in the draws [m]: the 2.5 % and the 97.5 % quantile.
+    pub deviations: Vec<[f64; 2]>,
+    /// Draws whose search did not converge, or that are no car.
+    pub unsolved: usize,
+}
+
+impl LapTimeInterval {
+    /// A quantile of the lap times [s], from 0 to 1, linear between the draws.
+    ///
+    /// # Panics
+    /// Without a draw that was solved.
+    pub fn quantile(&self, share: f64) -> f64 {
+        quantile(&self.lap_times, share)
+    }
+}
+
+/// A quantile of sorted values, linear between them.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let low = place.floor() as usize;
+    let high = (low + 1).min(sorted.len() - 1);
+    sorted[low] + (place - low as f64) * (sorted[high] - sorted[low])
+}
+
+impl LapOptimum {
+    /// The fastest laps of cars with these draws, each from this lap.
+    ///
+    /// # Errors
+    /// As [`LapOptimum::find`]; when no draw was solved.
+    pub fn lap_time_interval(
+        &self,
+        parameters: &CarParameters,
+        draws: &[ParameterDraw],
+        line: &TrackLine,
+        options: &LapOptions,
+        on_solved: impl Fn() + Sync,
+    ) -> Result<LapTimeInterval, Error> {
+        let solve = |draw: &ParameterDraw| {
+            let mut drawn = parameters.clone();
+            let is_car = draw.iter().all(|(key, value)| drawn.set_number(key, *value).is_ok());
+            let lap = match drawn.car() {
+                Ok((car, _)) if is_car => Some(self.find_similar(&car, line, options)?),
+                _ => None,
+            };
+            on_solved();
+            Ok(lap.filter(|lap| lap.status == InteriorPointStatus::Converged))
+        };
+        let laps: Vec<Option<LapOptimum>> = draws.par_iter().map(solve).collect::<Result<_, Error>>()?;
+        let solved: Vec<&LapOptimum> = laps.iter().flatten().collect();
+        if solved.is_empty() {
+            return Err(Error::Options(format!("none of {} draws was solved", draws.len())));
+        }
+        let mut lap_times: Vec<f64> = solved.iter().map(|lap| lap.lap_time).collect();
+        lap_times.sort_by(f64::total_cmp);
+        let band = |k: usize| {
+            let mut values: Vec<f64> = solved.iter().map(|lap| lap.nodes[k].variables.n).collect();
+            values.sort_by(f64::total_cmp);
+            [quantile(&values, 0.025), quantile(&values, 0.975)]
+        };
+        Ok(LapTimeInterval {
+            deviations: (0..self.nodes.len()).map(band).collect(),
+            unsolved: draws.len() - solved.len(),
+            lap_times,
+        })
+    }
+}

@@ -1,0 +1,160 @@
+//! Solves the linear systems of Newton's method for stages: block by block along the chain, with the signs of its eigenvalues.
+#![allow(non_snake_case, reason = "matrices as in the literature")]
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::ldlt::SymmetricFactors;
+use crate::stages::{EQUATIONS, STATES, StageModel, StageVector, StagedProblem, VARIABLES};
+
+/// Unknowns and multipliers of a stage: its unknowns, those of its equations, those of its ties to the stage behind it.
+pub const BLOCK: usize = VARIABLES + EQUATIONS + STATES;
+/// Row where the multipliers of the ties begin.
+pub const TIES: usize = VARIABLES + EQUATIONS;
+
+/// Keeps the blocks regular where equations depend on one another.
+const EQUATION_DAMPING: f64 = 1e-10;
+
+/// A right side, or a solution.
+pub type BlockVector = SVector<f64, BLOCK>;
+type Block = SMatrix<f64, BLOCK, BLOCK>;
+type TieGradient = SMatrix<f64, STATES, VARIABLES>;
+/// Rows of the ties from the last stage to the first, as far as they reach into a stage.
+type ClosingRows = SMatrix<f64, STATES, BLOCK>;
+
+/// The factors of the symmetric system [W Jᵀ; J −ε]. Its blocks form a chain, which is eliminated from its first stage on; the last one
+/// borders all others, as a closed chain ties it to the first.
+pub struct NewtonFactors {
+    stages: Vec<SymmetricFactors<BLOCK>>,
+    /// What ties each stage but the last two to the last one: rows of its ties.
+    closing: Vec<ClosingRows>,
+    /// What ties the stage before the last one to it: rows of the last.
+    to_last: Block,
+    last: SymmetricFactors<BLOCK>,
+    /// Derivatives of the ties by the unknowns of the stage behind.
+    tie_gradients: Vec<TieGradient>,
+    negative_eigenvalues: usize,
+}
+
+impl NewtonFactors {
+    /// Factors the system with these Hessians, to whose diagonals `damping` is added; `None` where a block is singular.
+    pub fn new(
+        problem: &impl StagedProblem,
+        models: &[StageModel],
+        hessians: &[SMatrix<f64, VARIABLES, VARIABLES>],
+        damping: f64,
+    ) -> Option<Self> {
+        let count = models.len();
+        let half = 0.5 * problem.step();
+        let block = |k: usize| {
+            let tie = if problem.is_tied(k) { Some(-half) } else { None };
+            stage_block(&models[k], &hessians[k], tie, damping)
+        };
+        let tie_gradients: Vec<TieGradient> =
+            models.iter().map(|it| unit_states() - it.slopes * half).collect();
+        let mut stages = Vec::with_capacity(count - 1);
+        let mut closing = Vec::with_capacity(count - 1);
+        let (mut last, mut current) = (block(count - 1), block(0));
+        let mut rows = ClosingRows::zeros();
+        if problem.is_closed() {
+            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&tie_gradients[0]);
+        }
+        let mut negative_eigenvalues = 0;
+        for k in 0..count - 2 {
+            let factors = SymmetricFactors::new(&current)?;
+            negative_eigenvalues += factors.negative_eigenvalues();
+            let eliminated = factors.solve(&rows.transpose());
+            let mut among_ties = last.fixed_view_mut::<STATES, STATES>(TIES, TIES);
+            among_ties -= rows * eliminated;
+            closing.push(rows);
+            let next = &tie_gradients[k + 1];
+            current = block(k + 1);
+            let mut view = current.fixed_view_mut::<VARIABLES, VARIABLES>(0, 0);
+            view -= next.transpose() * tie_inverse(&factors) * next;
+            let from_ties = eliminated.fixed_view::<STATES, STATES>(TIES, 0).transpose();
+            rows = ClosingRows::zeros();
+            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&-(from_ties * next));
+            stages.push(factors);
+        }
+        let mut to_last = Block::zeros();
+        to_last.fixed_view_mut::<STATES, BLOCK>(TIES, 0).copy_from(&rows);
+        let mut view = to_last.fixed_view_mut::<VARIABLES, STATES>(0, TIES);
+        view += tie_gradients[count - 1].transpose();
+        let factors = SymmetricFactors::new(&current)?;
+        negative_eigenvalues += factors.negative_eigenvalues();
+        last -= to_last * factors.solve(&to_last.transpose());
+        stages.push(factors);
+        let last = SymmetricFactors::new(&(0.5 * (last + last.transpose())))?;
+        negative_eigenvalues += last.negative_eigenvalues();
+        Some(NewtonFactors { stages, closing, to_last, last, tie_gradients, negative_eigenvalues })
+    }
+
+    /// Whether the Hessian is positive definite where the equations hold: as many negative eigenvalues as equations.
+    pub fn has_right_inertia(&self) -> bool {
+        self.negative_eigenvalues == (EQUATIONS + STATES) * (self.stages.len() + 1)
+    }
+
+    /// Solves the system for one right side.
+    pub fn solve(&self, right: &[BlockVector]) -> Vec<BlockVector> {
+        let end = right.len() - 1;
+        let mut b = right.to_vec();
+        for k in 0..end - 1 {
+            let solved = self.stages[k].solve(&b[k]);
+            let mut rows = b[end].fixed_rows_mut::<STATES>(TIES);
+            rows -= self.closing[k] * solved;
+            let ties = solved.fixed_rows::<STATES>(TIES).into_owned();
+            let mut rows = b[k + 1].fixed_rows_mut::<VARIABLES>(0);
+            rows -= self.tie_gradients[k + 1].transpose() * ties;
+        }
+        let solved = self.stages[end - 1].solve(&b[end - 1]);
+        b[end] -= self.to_last * solved;
+        let mut x = vec![BlockVector::zeros(); right.len()];
+        x[end] = self.last.solve(&b[end]);
+        x[end - 1] = self.stages[end - 1].solve(&(b[end - 1] - self.to_last.transpose() * x[end]));
+        let closing_multipliers = x[end].fixed_rows::<STATES>(TIES).into_owned();
+        for k in (0..end - 1).rev() {
+            let mut rest = b[k] - self.closing[k].transpose() * closing_multipliers;
+            let behind: StageVector = x[k + 1].fixed_rows::<VARIABLES>(0).into_owned();
+            let mut rows = rest.fixed_rows_mut::<STATES>(TIES);
+            rows -= self.tie_gradients[k + 1] * behind;
+            x[k] = self.stages[k].solve(&rest);
+        }
+        x
+    }
+}
+
+/// The block of a stage. A stage without a tie has multipliers of 0 for it.
+fn stage_block(
+    model: &StageModel,
+    hessian: &SMatrix<f64, VARIABLES, VARIABLES>,
+    minus_half_step: Option<f64>,
+    damping: f64,
+) -> Block {
+    let mut block = Block::zeros();
+    block.fixed_view_mut::<VARIABLES, VARIABLES>(0, 0).copy_from(hessian);
+    for i in 0..VARIABLES {
+        block[(i, i)] += damping;
+    }
+    block.fixed_view_mut::<EQUATIONS, VARIABLES>(VARIABLES, 0).copy_from(&model.equations);
+    block.fixed_view_mut::<VARIABLES, EQUATIONS>(0, VARIABLES).copy_from(&model.equations.transpose());
+    if let Some(factor) = minus_half_step {
+        let gradient = model.slopes * factor - unit_states();
+        block.fixed_view_mut::<STATES, VARIABLES>(TIES, 0).copy_from(&gradient);
+        block.fixed_view_mut::<VARIABLES, STATES>(0, TIES).copy_from(&gradient.transpose());
+    }
+    for i in VARIABLES..BLOCK {
+        block[(i, i)] = if i < TIES || minus_half_step.is_some() { -EQUATION_DAMPING } else { -1.0 };
+    }
+    block
+}
+
+/// The states of a stage as a function of its unknowns.
+fn unit_states() -> TieGradient {
+    TieGradient::identity()
+}
+
+/// The part of the inverse of a block that belongs to its ties.
+fn tie_inverse(factors: &SymmetricFactors<BLOCK>) -> SMatrix<f64, STATES, STATES> {
+    let mut units = SMatrix::<f64, BLOCK, STATES>::zeros();
+    units.fixed_view_mut::<STATES, STATES>(TIES, 0).copy_from(&SMatrix::identity());
+    factors.solve(&units).fixed_view::<STATES, STATES>(TIES, 0).into_owned()
+}

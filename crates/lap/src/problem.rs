@@ -1,0 +1,331 @@
+//! States the fastest lap as a problem of stages: scaled unknowns at equidistant nodes of a line, and a start for the search.
+#![allow(non_snake_case, reason = "forces are written as in the equations")]
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::Derivative;
+use track::{AccelerationLimits, GgvDiagram, RoadGeometry, SpeedBounds, SpeedProfile, TrackLine};
+use vehicle::G;
+
+use crate::car::LapCar;
+use crate::interior_point::StagePoint;
+use crate::node::{NodeMotion, NodeVariables};
+use crate::stages::{
+    EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
+    VARIABLES,
+};
+use crate::tires::{StageDual, StageNumber, TirePeaks};
+use crate::{Error, LapOptions};
+
+/// Functions of a stage: cost, slopes, equations, inequalities.
+const OUTPUTS: usize = 1 + STATES + EQUATIONS + INEQUALITIES;
+/// What steering and pedals at their fastest cost, as a share of the time: so little that the lap time does not feel it, and enough that
+/// only one solution is the best.
+const SMOOTHNESS: f64 = 3e-2;
+/// Sizes of the unknowns [m, rad, m/s, m/s, rad/s, rad, N, rad/s, N/s, -, -, m/s²]. They are the same for all cars, so that the laps of two
+/// can be compared.
+const SCALE: [f64; VARIABLES] = [5.0, 0.3, 30.0, 2.0, 1.0, 0.1, 1e4, 1.0, 5e4, 0.1, 0.1, 10.0];
+/// Slowest speed of a lap [m/s].
+const SLOWEST: f64 = 2.0;
+/// Share of the grip of the tires that the start of the search uses.
+const START_GRIP: f64 = 0.75;
+/// How far an open lap may begin from straight ahead [rad, m/s, rad/s].
+const START_TOLERANCE: f64 = 1e-3;
+/// Lateral acceleration that no car reaches [m/s²].
+const MOST_ACCELERATION: f64 = 100.0;
+/// What has to be left of the radius of a bend at the inner edge [-]: 1 − n κ.
+const LEAST_RADIUS_SHARE: f64 = 0.1;
+
+/// The fastest lap of a car on a line with widths.
+pub struct LapProblem<'a> {
+    car: &'a LapCar,
+    closed: bool,
+    step: f64,
+    roads: Vec<RoadGeometry>,
+    /// Bounds of the lateral deviation at each node [m].
+    deviations: Vec<[f64; 2]>,
+    top_speed: f64,
+    start_speed: Option<f64>,
+    peaks: [TirePeaks; 2],
+}
+
+impl<'a> LapProblem<'a> {
+    /// The lap of a car on this line.
+    ///
+    /// # Errors
+    /// When the line has no widths and none are told, when it is too narrow, or when its bends are tighter than it is wide.
+    pub fn new(car: &'a LapCar, line: &TrackLine, options: &LapOptions) -> Result<Self, Error> {
+        let nodes = options.nodes.unwrap_or_else(|| default_nodes(line.length()));
+        if nodes < 10 {
+            return Err(Error::Options(format!("expected at least 10 nodes, found {nodes}")));
+        }
+        let intervals = if line.is_closed() { nodes } else { nodes - 1 };
+        let step = line.length() / intervals as f64;
+        let stations: Vec<f64> = (0..nodes).map(|k| step * k as f64).collect();
+        let roads: Vec<RoadGeometry> = stations.iter().map(|s| line.road_at(*s)).collect();
+        let mut deviations = Vec::with_capacity(nodes);
+        for (s, road) in stations.iter().zip(&roads) {
+            deviations.push(deviation_bounds(line, *s, road, options)?);
+        }
+        let limits = &car.limits;
+        let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
+        let top_speed = if drag > 0.0 { (limits.power / drag).cbrt() } else { f64::INFINITY };
+        let top_speed = (1.2 * top_speed).clamp(10.0 * SLOWEST, 150.0);
+        Ok(LapProblem {
+            car,
+            closed: line.is_closed(),
+            step,
+            roads,
+            deviations,
+            top_speed,
+            start_speed: options.start_speed,
+            peaks: car.tire_peaks(),
+        })
+    }
+
+    /// Unknowns of a stage in their units.
+    pub fn unscaled(&self, x: &StageVector) -> NodeVariables {
+        let z: [f64; VARIABLES] = std::array::from_fn(|i| x[i] * SCALE[i]);
+        z.into()
+    }
+
+    /// The motion of the car at a node.
+    pub fn motion(&self, z: &NodeVariables, stage: usize) -> NodeMotion {
+        self.car.motion(z, &self.roads[stage])
+    }
+
+    /// The way along the line that a node stands for [m]: half a step at an end.
+    pub fn way(&self, stage: usize) -> f64 {
+        let is_end = !self.closed && (stage == 0 || stage + 1 == self.roads.len());
+        if is_end { 0.5 * self.step } else { self.step }
+    }
+
+    /// Bounds of the lateral deviation at a node [m].
+    pub fn deviation_bounds(&self, stage: usize) -> [f64; 2] {
+        self.deviations[stage]
+    }
+
+    /// What a stage adds to the Lagrangian, but for the terms that no parameter of the car changes.
+    pub fn lagrangian(&self, points: &[StagePoint], stage: usize) -> f64 {
+        let point = &points[stage];
+        let values = self.values(&point.x, stage);
+        let StageBounds { lower, upper } = self.bounds(stage);
+        let before = self.previous(stage);
+        let tied = |k: usize| if self.is_tied(k) { points[k].ties } else { SVector::zeros() };
+        values.cost - (tied(stage) + tied(before)).dot(&values.slopes) * (0.5 * self.step)
+            + point.equations.dot(&values.equations)
+            + point.inequalities.dot(&values.inequalities)
+            + point.lower.dot(&(lower - point.x))
+            + point.upper.dot(&(point.x - upper))
+    }
+
+    fn outputs<T: StageNumber>(&self, z: [T; VARIABLES], stage: usize) -> [T; OUTPUTS] {
+        let motion = self.car.motion(&z.into(), &self.roads[stage]);
+        let limits = &self.car.limits;
+        let variables = NodeVariables::from(z);
+        let [steering, pedals] =
+            [variables.delta_rate / limits.delta_rate, variables.F_x_rate / limits.F_x_rate];
+        let rates = steering * steering + pedals * pedals;
+        let slope = |i: usize| motion.slopes[i] / SCALE[i];
+        let beyond_peak = |axle: usize| {
+            let share = motion.alphas[axle] / self.peaks[axle].alpha;
+            share * share - 1.0
+        };
+        [
+            motion.slowness * (rates * SMOOTHNESS + 1.0) * self.way(stage),
+            slope(0),
+            slope(1),
+            slope(2),
+            slope(3),
+            slope(4),
+            slope(5),
+            slope(6),
+            motion.force_residuals[0],
+            motion.force_residuals[1],
+            motion.force_residuals[2],
+            motion.power / limits.power - 1.0,
+            beyond_peak(0),
+            beyond_peak(1),
+        ]
+    }
+
+    /// Where the search starts: on the line, by a speed profile that leaves the tires a reserve, with the steady-state angles for it.
+    ///
+    /// # Errors
+    /// Where the car cannot drive the line at all.
+    pub fn start(&self, line: &TrackLine) -> Result<Vec<StageVector>, Error> {
+        let ggv = self.start_diagram()?;
+        let bounds = SpeedBounds { start: self.start_speed, ..SpeedBounds::default() };
+        let profile = SpeedProfile::fastest_on_line(line, &ggv, &bounds)?;
+        let body = self.car.body;
+        let weight = body.m * G;
+        let stiffness = [0, 1].map(|axle| self.peaks[axle].mu_y * 2.0 / self.peaks[axle].alpha);
+        let stage = |k: usize| {
+            let s = self.step * k as f64;
+            let (v_x, road) = (profile.speed_at(s).max(2.0 * SLOWEST), &self.roads[k]);
+            let F_x =
+                body.m * profile.acceleration_at(s) + self.car.aero.drag(v_x) + weight * road.grade.sin();
+            let alphas = stiffness.map(|it| road.lateral_acceleration(v_x) / G / it);
+            let r = v_x * road.kappa;
+            let asked = self.car.split_force(F_x);
+            let kappa = |axle: usize| {
+                let peaks = &self.peaks[axle];
+                (asked[axle] / (0.5 * weight * peaks.mu_x * 2.0) * peaks.kappa)
+                    .clamp(-peaks.kappa, peaks.kappa)
+            };
+            let v_y = body.l_r * r - alphas[1] * v_x;
+            let z: [f64; VARIABLES] = NodeVariables {
+                n: 0.0,
+                xi: -v_y / v_x,
+                v_x,
+                v_y,
+                r,
+                delta: body.wheelbase() * road.kappa + alphas[0] - alphas[1],
+                F_x,
+                delta_rate: 0.0,
+                F_x_rate: 0.0,
+                kappa_f: kappa(0),
+                kappa_r: kappa(1),
+                a_y: road.lateral_acceleration(v_x),
+            }
+            .into();
+            StageVector::from_fn(|i, _| z[i] / SCALE[i])
+        };
+        Ok((0..self.roads.len()).map(stage).collect())
+    }
+
+    /// What the car reaches for certain, over its speed.
+    fn start_diagram(&self) -> Result<GgvDiagram, Error> {
+        /// Speeds of the diagram.
+        const ROWS: usize = 40;
+        let [front, rear] = &self.peaks;
+        let (body, limits) = (&self.car.body, &self.car.limits);
+        let across = START_GRIP * front.mu_y.min(rear.mu_y);
+        let along = START_GRIP * front.mu_x.min(rear.mu_x);
+        let drive_share = self.car.drive_front_share.max(1.0 - self.car.drive_front_share);
+        let row = |i: usize| {
+            let v = self.top_speed * i as f64 / ROWS as f64;
+            let downforce = self.car.aero.downforce(v).iter().sum::<f64>() / body.m;
+            AccelerationLimits {
+                lateral: across * (G + downforce).max(0.0),
+                drive: (along * 0.5 / drive_share * (G + downforce)).max(0.0),
+                brake: (0.8 * along * (G + downforce)).clamp(0.0, limits.brake_force / body.m),
+                engine: (limits.power / v.max(1.0)).min(limits.drive_force) / body.m,
+                drag: self.car.aero.drag(v) / body.m,
+                downforce,
+                ..AccelerationLimits::at_speed(v)
+            }
+        };
+        Ok(GgvDiagram::new((0..=ROWS).map(row).collect(), 2.0)?)
+    }
+}
+
+/// Nodes every 4 m, as far as that is possible with at least 200 and at most 2000.
+fn default_nodes(length: f64) -> usize {
+    (length / 4.0).ceil().clamp(200.0, 2000.0) as usize
+}
+
+fn deviation_bounds(
+    line: &TrackLine,
+    s: f64,
+    road: &RoadGeometry,
+    options: &LapOptions,
+) -> Result<[f64; 2], Error> {
+    /// Way to both sides of a line that has to be kept [m].
+    const LINE_WIDTH: f64 = 0.01;
+    let [left, right] = if options.keeps_line {
+        [LINE_WIDTH; 2]
+    } else {
+        let widths = line.widths_at(s).or(options.half_width.map(|half| [half; 2]));
+        let Some(widths) = widths else { return Err(Error::NoWidths) };
+        widths.map(|width| width - options.margin)
+    };
+    if left + right < 2.0 * LINE_WIDTH {
+        let width = left + right + 2.0 * options.margin;
+        return Err(Error::Narrow { s, width, margin: options.margin });
+    }
+    // The line's own normals must not cross on the road.
+    let most = (1.0 - LEAST_RADIUS_SHARE) / road.kappa.abs().max(1e-9);
+    let bounds = if road.kappa > 0.0 { [-right, left.min(most)] } else { [-right.min(most), left] };
+    if bounds[1] - bounds[0] < 2.0 * LINE_WIDTH {
+        return Err(Error::Tight { s, radius: 1.0 / road.kappa.abs() });
+    }
+    Ok(bounds)
+}
+
+impl StagedProblem for LapProblem<'_> {
+    fn stages(&self) -> usize {
+        self.roads.len()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    fn step(&self) -> f64 {
+        self.step
+    }
+
+    fn bounds(&self, stage: usize) -> StageBounds {
+        let limits = &self.car.limits;
+        let around = |most: f64| [-most, most];
+        let mut speeds = [SLOWEST, self.top_speed];
+        if let Some(start) = self.start_speed.filter(|_| !self.closed && stage == 0) {
+            speeds[1] = start.clamp(1.01 * SLOWEST, self.top_speed);
+        }
+        let mut bounds: [[f64; 2]; VARIABLES] = [
+            self.deviations[stage],
+            around(1.2),
+            speeds,
+            around(30.0),
+            around(6.0),
+            around(limits.delta),
+            [-limits.brake_force, limits.drive_force],
+            around(limits.delta_rate),
+            around(limits.F_x_rate),
+            around(self.peaks[0].kappa),
+            around(self.peaks[1].kappa),
+            around(MOST_ACCELERATION),
+        ];
+        if !self.closed && stage == 0 {
+            // Sideways motion would be speed on top of the one that the start has.
+            [bounds[1], bounds[3], bounds[4]] = [around(START_TOLERANCE); 3];
+        }
+        let [lower, upper] = [0, 1].map(|side| StageVector::from_fn(|i, _| bounds[i][side] / SCALE[i]));
+        StageBounds { lower, upper }
+    }
+
+    fn values(&self, x: &StageVector, stage: usize) -> StageValues {
+        stage_values(&self.outputs(std::array::from_fn(|i| x[i] * SCALE[i]), stage))
+    }
+
+    fn model(&self, x: &StageVector, stage: usize) -> StageModel {
+        let z: [StageDual; VARIABLES] = std::array::from_fn(|i| {
+            let mut unit = StageVector::zeros();
+            unit[i] = SCALE[i];
+            StageDual::new(x[i] * SCALE[i], Derivative::some(unit.transpose()), Derivative::none())
+        });
+        let outputs = self.outputs(z, stage);
+        let slope = |of: usize, by: usize| outputs[of].v1.0.map_or(0.0, |gradient| gradient[by]);
+        let equations = 1 + STATES;
+        let inequalities = equations + EQUATIONS;
+        StageModel {
+            values: stage_values(&outputs.map(|it| it.re)),
+            gradient: SVector::from_fn(|by, _| slope(0, by)),
+            slopes: SMatrix::from_fn(|i, by| slope(1 + i, by)),
+            equations: SMatrix::from_fn(|i, by| slope(equations + i, by)),
+            inequalities: SMatrix::from_fn(|i, by| slope(inequalities + i, by)),
+            hessians: outputs.map(|it| it.v2.0.unwrap_or_default()),
+        }
+    }
+}
+
+fn stage_values(outputs: &[f64; OUTPUTS]) -> StageValues {
+    let equations = 1 + STATES;
+    let inequalities = equations + EQUATIONS;
+    StageValues {
+        cost: outputs[0],
+        slopes: SVector::from_fn(|i, _| outputs[1 + i]),
+        equations: SVector::from_fn(|i, _| outputs[equations + i]),
+        inequalities: SVector::from_fn(|i, _| outputs[inequalities + i]),
+    }
+}

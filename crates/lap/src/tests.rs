@@ -1,0 +1,284 @@
+//! Laps with known answers: closed forms, symmetries, and derivatives against differences.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use std::fmt::Write as _;
+
+use approx::assert_relative_eq;
+use tire::MagicFormula;
+use track::TrackLine;
+use vehicle::{Aerodynamics, G, VehicleBody};
+
+use crate::car::{ActuatorLimits, LapCar};
+use crate::interior_point::InteriorPointStatus;
+use crate::optimum::LapOptimum;
+use crate::parameters::{CarParameters, ParameterKey};
+use crate::problem::LapProblem;
+use crate::stages::{StageVector, StagedProblem, VARIABLES};
+use crate::{Error, LapOptions};
+
+/// A rear-wheel-drive car without drag.
+fn car() -> LapCar {
+    let tire = MagicFormula { B: 12.0, C: 1.5, D: 1.1, E: 0.3, ..MagicFormula::default() };
+    LapCar {
+        body: VehicleBody { m: 1250.0, I_zz: 1850.0, l_f: 1.18, l_r: 1.27, h: 0.47 },
+        aero: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() },
+        track_widths: [0.0; 2],
+        roll_stiffness: [0.0; 2],
+        brake_front_share: 0.62,
+        drive_front_share: 0.0,
+        tires: [tire.into(), tire.into()],
+        limits: ActuatorLimits {
+            delta: 0.5,
+            delta_rate: 1.0,
+            F_x_rate: 60e3,
+            drive_force: 4000.0,
+            brake_force: 15e3,
+            power: 190e3,
+        },
+    }
+}
+
+/// A table of points with a width of 10 m.
+fn line(points: impl Iterator<Item = [f64; 2]>) -> TrackLine {
+    let mut text = String::from("x_m,y_m,left_m,right_m\n");
+    for [x, y] in points {
+        writeln!(text, "{x},{y},5,5").expect("a text takes everything");
+    }
+    TrackLine::from_table_text(&text).expect("a line")
+}
+
+fn circle(radius: f64) -> TrackLine {
+    line((0..=120).map(move |i| {
+        let angle = std::f64::consts::TAU * f64::from(i % 120) / 120.0;
+        [radius * angle.cos(), radius * angle.sin()]
+    }))
+}
+
+/// An oval with half circles, whose y axis may be mirrored.
+fn oval(mirror: f64) -> TrackLine {
+    let (radius, straight) = (30.0, 120.0);
+    let bend = move |centre: f64, from: f64| {
+        (0..30).map(move |i| {
+            let angle = (from + 180.0 * f64::from(i) / 30.0).to_radians();
+            [centre + radius * angle.cos(), mirror * radius * angle.sin()]
+        })
+    };
+    let way = move |from: f64, to: f64, y: f64| {
+        (0..20).map(move |i| [from + (to - from) * f64::from(i) / 20.0, mirror * y])
+    };
+    let half = 0.5 * straight;
+    let points = way(-half, half, -radius)
+        .chain(bend(half, -90.0))
+        .chain(way(half, -half, radius))
+        .chain(bend(-half, 90.0))
+        .chain(std::iter::once([-half, -mirror * radius]));
+    line(points)
+}
+
+fn options(nodes: usize) -> LapOptions {
+    LapOptions { nodes: Some(nodes), ..LapOptions::default() }
+}
+
+fn find(car: &LapCar, line: &TrackLine, options: &LapOptions) -> LapOptimum {
+    let lap = LapOptimum::find(car, line, options).expect("a problem");
+    assert_eq!(lap.status, InteriorPointStatus::Converged, "{:.1e}", lap.optimality_error);
+    lap
+}
+
+/// With a constant force: t = (√(v² + 2 a s) − v) / a.
+#[test]
+fn a_straight_takes_the_time_of_constant_acceleration() {
+    let straight = line((0..=20).map(|i| [f64::from(i) * 10.0, 0.0]));
+    let start = 20.0;
+    let options = LapOptions { start_speed: Some(start), ..options(100) };
+    let lap = find(&car(), &straight, &options);
+    let a = 4000.0 / 1250.0;
+    let expected = ((start * start + 2.0 * a * 200.0_f64).sqrt() - start) / a;
+    assert_relative_eq!(lap.lap_time, expected, max_relative = 2e-4);
+}
+
+/// Tires give at most μ m g: v² / R ≤ μ g. Stiff tires reach that at slip angles of 2°, by which the front ones brake a little.
+#[test]
+fn a_circle_is_driven_at_the_grip_of_the_tires() {
+    let radius = 60.0;
+    let options = LapOptions { keeps_line: true, ..options(100) };
+    let tire = MagicFormula { B: 60.0, C: 1.5, D: 1.1, E: 0.3, ..MagicFormula::default() };
+    let car = LapCar { tires: [tire.into(), tire.into()], ..car() };
+    let lap = find(&car, &circle(radius), &options);
+    let least = std::f64::consts::TAU * radius / (1.1 * G * radius).sqrt();
+    assert!(lap.lap_time > least && lap.lap_time < 1.01 * least, "{} s, at least {least} s", lap.lap_time);
+    let speeds = lap.nodes.iter().map(|node| node.variables.v_x);
+    let [slowest, fastest] = [speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max)];
+    assert_relative_eq!(slowest, fastest, max_relative = 1e-3);
+    // On the inner edge the way is shorter, and the speed falls with the root of its radius.
+    let free = find(&car, &circle(radius), &LapOptions { keeps_line: false, ..options });
+    let inner = (radius - 5.0 + 0.9) / radius;
+    assert_relative_eq!(free.lap_time, lap.lap_time * inner.sqrt(), max_relative = 2e-3);
+}
+
+#[test]
+fn a_mirrored_track_takes_as_long() {
+    let [lap, mirrored] = [1.0, -1.0].map(|mirror| find(&car(), &oval(mirror), &options(150)));
+    assert_relative_eq!(lap.lap_time, mirrored.lap_time, max_relative = 1e-6);
+    assert_relative_eq!(lap.nodes[40].variables.n, -mirrored.nodes[40].variables.n, epsilon = 1e-2);
+    let on_line = find(&car(), &oval(1.0), &LapOptions { keeps_line: true, ..options(150) });
+    assert!(on_line.lap_time > lap.lap_time + 0.5, "{} {}", on_line.lap_time, lap.lap_time);
+}
+
+#[test]
+fn more_nodes_change_little() {
+    let [coarse, fine] = [150, 400].map(|nodes| find(&car(), &oval(1.0), &options(nodes)).lap_time);
+    assert_relative_eq!(coarse, fine, max_relative = 1e-3);
+}
+
+#[test]
+fn load_that_moves_across_costs_time() {
+    let wide = LapCar { track_widths: [1.5; 2], roll_stiffness: [60e3, 40e3], ..car() };
+    let sports = tire::MfTire::new(tire::Coefficients::sports_tire()).expect("a tire");
+    let on = |car: LapCar| LapCar { tires: [sports.clone().into(), sports.clone().into()], ..car };
+    let [single, dual] = [on(car()), on(wide)].map(|car| find(&car, &oval(1.0), &options(150)).lap_time);
+    assert!(dual > single + 0.05, "{single} {dual}");
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    let (car, line) = (LapCar { track_widths: [1.5; 2], ..car() }, oval(1.0));
+    let problem = LapProblem::new(&car, &line, &options(50)).expect("a problem");
+    let x = StageVector::from([0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1, 0.2, -0.3, -0.2, -0.4, 0.6]);
+    let stage = 17;
+    let model = problem.model(&x, stage);
+    let side = |i: usize, by: f64| {
+        let mut moved = x;
+        moved[i] += by;
+        problem.model(&moved, stage)
+    };
+    let h = 1e-5;
+    for i in 0..VARIABLES {
+        let (ahead, behind) = (side(i, h), side(i, -h));
+        let numeric = |of: &dyn Fn(&crate::stages::StageModel) -> f64| (of(&ahead) - of(&behind)) / (2.0 * h);
+        assert_relative_eq!(model.gradient[i], numeric(&|it| it.values.cost), epsilon = 1e-6);
+        for j in 0..crate::stages::STATES {
+            assert_relative_eq!(
+                model.slopes[(j, i)],
+                numeric(&|it| it.values.slopes[j]),
+                epsilon = 1e-6,
+                max_relative = 1e-5
+            );
+            for k in 0..VARIABLES {
+                let exact = model.hessians[1 + j][(i, k)];
+                assert_relative_eq!(
+                    exact,
+                    numeric(&|it| it.slopes[(j, k)]),
+                    epsilon = 1e-5,
+                    max_relative = 1e-4
+                );
+            }
+        }
+        for j in 0..crate::stages::EQUATIONS {
+            let exact = model.equations[(j, i)];
+            assert_relative_eq!(
+                exact,
+                numeric(&|it| it.values.equations[j]),
+                epsilon = 1e-6,
+                max_relative = 1e-5
+            );
+        }
+        for j in 0..crate::stages::INEQUALITIES {
+            let exact = model.inequalities[(j, i)];
+            assert_relative_eq!(
+                exact,
+                numeric(&|it| it.values.inequalities[j]),
+                epsilon = 1e-6,
+                max_relative = 1e-5
+            );
+        }
+    }
+}
+
+fn parameters() -> CarParameters {
+    let mut parameters = CarParameters::default();
+    let values = [
+        ("body.m", 1250.0),
+        ("body.I_zz", 1850.0),
+        ("body.l_f", 1.18),
+        ("body.l_r", 1.27),
+        ("body.h", 0.47),
+        ("drive.power_max", 190e3),
+        ("aero.area", 1.95),
+        ("aero.C_d", 0.34),
+        ("tire_f.D", 1.1),
+        ("tire_r.D", 1.15),
+    ];
+    for (name, value) in values {
+        parameters.set_number(ParameterKey::find(name).expect("a key"), value).expect("in its range");
+    }
+    parameters
+}
+
+#[test]
+fn the_worth_of_a_parameter_is_that_of_another_search() {
+    let (line, options) = (oval(1.0), options(150));
+    let lap = find(&parameters().car().expect("a car").0, &line, &options);
+    let corners = lap.corners(true);
+    assert_eq!(corners.len(), 2, "{corners:?}");
+    let worth = lap.parameter_worth(&parameters(), &line, &options, &corners).expect("numbers");
+    for name in ["body.m", "tire_f.D", "tire_r.D", "drive.power_max", "body.l_f", "brake.front_share"] {
+        let told = worth.iter().find(|it| it.name == name).expect("a parameter of the car");
+        let mut more = parameters();
+        let key = ParameterKey::find(name).expect("a key");
+        more.set_number(key, 1.01 * key.value(&parameters())).expect("in its range");
+        let other = lap.find_similar(&more.car().expect("a car").0, &line, &options).expect("a lap");
+        assert_eq!(other.status, InteriorPointStatus::Converged);
+        let difference = other.lap_time - lap.lap_time;
+        assert!(
+            (told.seconds_per_percent - difference).abs() < 0.05 * difference.abs() + 2e-4,
+            "{name}: {} s, another search {difference} s",
+            told.seconds_per_percent
+        );
+        assert_relative_eq!(
+            told.by_corner.iter().sum::<f64>(),
+            told.seconds_per_percent,
+            max_relative = 1e-9
+        );
+    }
+    let unknown = worth.iter().any(|it| it.name.starts_with("tire_f.L"));
+    assert!(!unknown, "a car without .tir files has no scale factors");
+}
+
+#[test]
+fn a_search_from_a_similar_lap_finds_the_same() {
+    let line = oval(1.0);
+    let lap = find(&car(), &line, &options(150));
+    let heavier = LapCar { body: VehicleBody { m: 1300.0, ..car().body }, ..car() };
+    let warm = lap.find_similar(&heavier, &line, &options(150)).expect("a lap");
+    let cold = find(&heavier, &line, &options(150));
+    assert_relative_eq!(warm.lap_time, cold.lap_time, max_relative = 1e-6);
+    assert!(warm.iterations < cold.iterations, "{} {}", warm.iterations, cold.iterations);
+}
+
+#[test]
+fn draws_give_an_interval() {
+    let (line, options) = (oval(1.0), options(100));
+    let lap = find(&parameters().car().expect("a car").0, &line, &options);
+    let key = ParameterKey::find("tire_r.D").expect("a key");
+    let draws: Vec<_> = (0..=10).map(|i| vec![(key, 1.1 + 0.01 * f64::from(i))]).collect();
+    let interval = lap.lap_time_interval(&parameters(), &draws, &line, &options, || ()).expect("laps");
+    assert_eq!((interval.lap_times.len(), interval.unsolved), (11, 0));
+    assert!(interval.quantile(0.025) < lap.lap_time && lap.lap_time < interval.quantile(0.975));
+    let wrong = [vec![(key, -1.0)]];
+    assert!(lap.lap_time_interval(&parameters(), &wrong, &line, &options, || ()).is_err());
+}
+
+#[test]
+fn what_is_no_lap_is_told() {
+    let bare = TrackLine::from_table_text("x,y\n0,0\n50,0\n100,50\n50,100\n0,100\n-50,50").expect("a line");
+    let error = |line: &TrackLine, options: &LapOptions| LapOptimum::find(&car(), line, options).map(|_| ());
+    assert_eq!(error(&bare, &options(50)), Err(Error::NoWidths));
+    let wide = LapOptions { margin: 6.0, ..options(50) };
+    assert!(matches!(error(&oval(1.0), &wide), Err(Error::Narrow { .. })));
+    assert!(matches!(error(&oval(1.0), &options(5)), Err(Error::Options(_))));
+    assert_eq!(
+        CarParameters::default().car().map(|_| ()).expect_err("no numbers"),
+        "the car has no body.m, body.I_zz, body.l_f, body.l_r, body.h, drive.power_max"
+    );
+}

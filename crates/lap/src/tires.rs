@@ -1,0 +1,203 @@
+//! Evaluates tires with second derivatives: by few dual numbers within, and the chain rule around them.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::{Derivative, Dual2SVec64};
+use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
+
+use crate::stages::VARIABLES;
+
+/// Numbers with first and second derivatives by the unknowns of a stage.
+pub type StageDual = Dual2SVec64<VARIABLES>;
+
+/// What the forces of a tire depend on here: longitudinal slip, slip angle, load and speed.
+const INPUTS: usize = 4;
+type SlipDual = Dual2SVec64<INPUTS>;
+
+/// A tire of the car, by the simple formula or by the coefficients of a file.
+#[derive(Clone, Debug)]
+pub struct LapTire(TireFormula);
+
+#[derive(Clone, Debug)]
+enum TireFormula {
+    Simple { plain: MagicFormula, dual: MagicFormula<SlipDual> },
+    Coefficients { plain: Box<MfTire>, dual: Box<MfTire<SlipDual>> },
+}
+
+impl From<MagicFormula> for LapTire {
+    fn from(plain: MagicFormula) -> Self {
+        LapTire(TireFormula::Simple { plain, dual: plain.cast() })
+    }
+}
+
+impl From<MfTire> for LapTire {
+    fn from(plain: MfTire) -> Self {
+        let dual = Box::new(plain.cast());
+        LapTire(TireFormula::Coefficients { plain: Box::new(plain), dual })
+    }
+}
+
+/// Where a tire is operated, as far as the fastest lap needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct LapSlip<T> {
+    /// Longitudinal slip [-].
+    pub kappa: T,
+    /// Slip angle [rad] in ISO-W.
+    pub alpha: T,
+    /// Load [N].
+    pub F_z: T,
+    /// Speed [m/s].
+    pub v_x: T,
+}
+
+impl<T: Number> LapSlip<T> {
+    fn operating_point(self) -> TireOperatingPoint<T> {
+        let LapSlip { kappa, alpha, F_z, v_x } = self;
+        TireOperatingPoint { kappa, alpha, F_z, v_x, ..TireOperatingPoint::default() }
+    }
+}
+
+/// A number that the equations of a stage calculate with.
+pub trait StageNumber: Number {
+    /// Longitudinal and lateral force of a tire [N].
+    fn tire_forces(tire: &LapTire, slip: LapSlip<Self>) -> [Self; 2];
+}
+
+impl StageNumber for f64 {
+    fn tire_forces(tire: &LapTire, slip: LapSlip<f64>) -> [f64; 2] {
+        match &tire.0 {
+            TireFormula::Simple { plain, .. } => plain.F_xy(&slip.operating_point()),
+            TireFormula::Coefficients { plain, .. } => plain.F_xy(&slip.operating_point()),
+        }
+    }
+}
+
+impl StageNumber for StageDual {
+    fn tire_forces(tire: &LapTire, slip: LapSlip<StageDual>) -> [StageDual; 2] {
+        let inputs = [slip.kappa, slip.alpha, slip.F_z, slip.v_x];
+        let input = |i: usize| {
+            let mut unit = SVector::<f64, INPUTS>::zeros();
+            unit[i] = 1.0;
+            SlipDual::new(inputs[i].re, Derivative::some(unit.transpose()), Derivative::none())
+        };
+        let inner = LapSlip { kappa: input(0), alpha: input(1), F_z: input(2), v_x: input(3) };
+        let forces = match &tire.0 {
+            TireFormula::Simple { dual, .. } => dual.F_xy(&inner.operating_point()),
+            TireFormula::Coefficients { dual, .. } => dual.F_xy(&inner.operating_point()),
+        };
+        let gradients = SMatrix::<f64, INPUTS, VARIABLES>::from_fn(|i, j| {
+            inputs[i].v1.0.map_or(0.0, |gradient| gradient[j])
+        });
+        forces.map(|force| compose(&force, &inputs, &gradients))
+    }
+}
+
+/// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx.
+fn compose(f: &SlipDual, u: &[StageDual; INPUTS], gradients: &SMatrix<f64, INPUTS, VARIABLES>) -> StageDual {
+    let first = f.v1.0.unwrap_or_default();
+    let second = f.v2.0.unwrap_or_default();
+    let mut hessian = gradients.transpose() * (second * gradients);
+    for (slope, input) in first.iter().zip(u) {
+        if let Some(curvature) = input.v2.0 {
+            hessian += curvature * *slope;
+        }
+    }
+    StageDual::new(f.re, Derivative::some(first * gradients), Derivative::some(hessian))
+}
+
+/// Slips at which a tire transmits the most, and what it transmits there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TirePeaks {
+    /// Slip angle [rad] of the largest lateral force.
+    pub alpha: f64,
+    /// Longitudinal slip [-] of the largest longitudinal force.
+    pub kappa: f64,
+    /// Largest lateral force over the load [-].
+    pub mu_y: f64,
+    /// Largest longitudinal force over the load [-].
+    pub mu_x: f64,
+}
+
+/// Largest slips at which a peak is looked for [rad, -].
+const MOST_SLIP: f64 = 0.5;
+/// Steps of that search.
+const SLIP_STEPS: usize = 100;
+/// Halvings of the step around the peak: it has to move smoothly with the parameters of the tire.
+const REFINEMENTS: usize = 40;
+
+impl LapTire {
+    /// The peaks under a load [N] at a speed [m/s]; at the largest slip looked at where there is none.
+    pub fn peaks(&self, F_z: f64, v_x: f64) -> TirePeaks {
+        let free = LapSlip { kappa: 0.0, alpha: 0.0, F_z, v_x };
+        let across = |slip: f64| f64::tire_forces(self, LapSlip { alpha: -slip, ..free })[1] / F_z;
+        let along = |slip: f64| f64::tire_forces(self, LapSlip { kappa: slip, ..free })[0] / F_z;
+        let (alpha, kappa) = (peak_slip(across), peak_slip(along));
+        TirePeaks { alpha, kappa, mu_y: across(alpha), mu_x: along(kappa) }
+    }
+}
+
+/// The slip of the largest force: the best of a grid, and a search by golden sections around it.
+fn peak_slip(force: impl Fn(f64) -> f64) -> f64 {
+    let step = MOST_SLIP / SLIP_STEPS as f64;
+    let best = (1..=SLIP_STEPS)
+        .max_by(|a, b| force(step * *a as f64).total_cmp(&force(step * *b as f64)))
+        .unwrap_or(SLIP_STEPS);
+    if best == SLIP_STEPS {
+        return MOST_SLIP;
+    }
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut low, mut high) = (step * (best - 1) as f64, step * (best + 1) as f64);
+    for _ in 0..REFINEMENTS {
+        let (left, right) = (high - golden * (high - low), low + golden * (high - low));
+        if force(left) > force(right) { high = right } else { low = left }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use tire::Coefficients;
+
+    use super::*;
+
+    #[test]
+    fn composed_derivatives_are_those_of_differences() {
+        let tires = [
+            LapTire::from(MagicFormula::default()),
+            LapTire::from(MfTire::new(Coefficients::sports_tire()).expect("a tire")),
+        ];
+        // Inputs that are curved functions of two unknowns.
+        fn slip<T: Number>(a: T, b: T) -> LapSlip<T> {
+            LapSlip {
+                kappa: a * b * 0.5 + 0.02,
+                alpha: a.sin() * 0.3 - b * 0.1,
+                F_z: a * a * 500.0 + b * 300.0 + 3500.0,
+                v_x: b * 2.0 + 25.0,
+            }
+        }
+        let unknown = |value: f64, i: usize| {
+            let mut unit = SVector::<f64, VARIABLES>::zeros();
+            unit[i] = 1.0;
+            StageDual::new(value, Derivative::some(unit.transpose()), Derivative::none())
+        };
+        for tire in &tires {
+            let (a, b) = (0.15, 0.3);
+            let dual = StageDual::tire_forces(tire, slip(unknown(a, 0), unknown(b, 1)));
+            for axis in 0..2 {
+                let at = |a: f64, b: f64| f64::tire_forces(tire, slip(a, b))[axis];
+                let h = 1e-4;
+                assert_relative_eq!(dual[axis].re, at(a, b), max_relative = 1e-12);
+                let gradient = dual[axis].v1.0.expect("a gradient");
+                let hessian = dual[axis].v2.0.expect("a Hessian");
+                let d_a = (at(a + h, b) - at(a - h, b)) / (2.0 * h);
+                assert_relative_eq!(gradient[0], d_a, max_relative = 1e-4);
+                let d_ab = (at(a + h, b + h) - at(a + h, b - h) - at(a - h, b + h) + at(a - h, b - h))
+                    / (4.0 * h * h);
+                assert_relative_eq!(hessian[(0, 1)], d_ab, max_relative = 1e-3);
+                let d_bb = (at(a, b + h) - 2.0 * at(a, b) + at(a, b - h)) / (h * h);
+                assert_relative_eq!(hessian[(1, 1)], d_bb, max_relative = 1e-3);
+            }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! `trackside lap`: the fastest lap of a car on a track, with what each parameter is worth, and an interval from what is not known.
+
+mod car_file;
+mod results;
+mod variation;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnostics::{Error, escape_for_terminal};
+use indicatif::ProgressBar;
+use lap::{InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
+use lap_report::LapPage;
+use numerics::text::format_lap_time;
+use track::TrackLine;
+
+use self::car_file::CarFile;
+use self::results::LapFiles;
+use self::variation::VariationArguments;
+use super::{print_text, print_to_stderr};
+
+/// The largest track [B].
+const LARGEST: u64 = 64 << 20;
+/// Exit code of a lap that is not known to be the fastest.
+const DOUBTFUL: u8 = 4;
+/// Parameters whose worth is printed.
+const PRINTED_PARAMETERS: usize = 10;
+
+/// Arguments of `trackside lap`.
+#[derive(Args)]
+pub struct LapArguments {
+    /// The car: a file of parameters, such as the one that plant and driver have.
+    car: PathBuf,
+    /// The track: a table of its line with widths.
+    track: PathBuf,
+    /// Sets a parameter of the car, such as body.m=1300 or "body.m=1300 kg".
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Nodes along the line [default: one every 4 m, from 200 to 2000].
+    #[arg(long, value_name = "N")]
+    nodes: Option<usize>,
+    /// Way from the centre of gravity to an edge that is kept [m] [default: half of the wider track width and 0.15 m, or 0.9 m].
+    #[arg(long, value_name = "M")]
+    margin: Option<f64>,
+    /// Way from the line to both edges [m], for a track without widths.
+    #[arg(long, value_name = "M")]
+    half_width: Option<f64>,
+    /// Keeps the car on the line, as by a log: its speed alone is free.
+    #[arg(long)]
+    on_line: bool,
+    /// Highest speed at the beginning of an open track [m/s].
+    #[arg(long, value_name = "V")]
+    start_speed: Option<f64>,
+    #[command(flatten)]
+    variation: VariationArguments,
+    /// The folder of the results [default: target/laps/CAR_TRACK].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Finds the lap, prints it and writes its files.
+///
+/// # Errors
+/// When the car, the track or an option is wrong, or a file cannot be written.
+pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
+    let car_file = CarFile::read(&arguments.car, &arguments.set)?;
+    let draws = arguments.variation.draws(&car_file)?;
+    let line = read_track(&arguments.track)?;
+    let (car, messages) = car_file.car()?;
+    for message in &messages {
+        print_to_stderr(&escape_for_terminal(message));
+    }
+    let options = arguments.options(car.track_widths)?;
+    let wrong = |error: lap::Error| track_error(&arguments.track, &error);
+    let optimum = LapOptimum::find(&car, &line, &options).map_err(wrong)?;
+    let corners = optimum.corners(line.is_closed());
+    let is_found = optimum.status == InteriorPointStatus::Converged;
+    let worth = match is_found {
+        true => optimum.parameter_worth(&car_file.parameters, &line, &options, &corners).map_err(wrong)?,
+        false => Vec::new(),
+    };
+    let interval = match draws {
+        Some(draws) if is_found => {
+            let bar = ProgressBar::new(draws.len() as u64);
+            let solved = || bar.inc(1);
+            let interval = optimum
+                .lap_time_interval(&car_file.parameters, &draws, &line, &options, solved)
+                .map_err(wrong);
+            bar.finish_and_clear();
+            Some(interval?)
+        }
+        _ => None,
+    };
+    let page = LapPage {
+        car: &file_name(&arguments.car),
+        track: &file_name(&arguments.track),
+        line: &line,
+        optimum: &optimum,
+        corners: &corners,
+        worth: &worth,
+        interval: interval.as_ref(),
+        messages: &messages,
+    };
+    print_text(&summary(&page));
+    let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
+    for path in LapFiles::write(&folder, &page)? {
+        print_text(&format!("  {}\n", path.display()));
+    }
+    if !is_found {
+        print_to_stderr(&format!(
+            "error: the search did not converge after {} steps, with an error of {:.1e}: the lap is not the fastest; try --nodes with \
+             another number, and look at the numbers of the car",
+            optimum.iterations, optimum.optimality_error
+        ));
+        return Ok(DOUBTFUL);
+    }
+    Ok(0)
+}
+
+impl LapArguments {
+    fn options(&self, track_widths: [f64; 2]) -> Result<LapOptions, Error> {
+        let wider = track_widths[0].max(track_widths[1]);
+        let default = if wider > 0.0 { 0.5 * wider + 0.15 } else { LapOptions::default().margin };
+        let options = LapOptions {
+            nodes: self.nodes,
+            margin: self.margin.unwrap_or(default),
+            half_width: self.half_width,
+            keeps_line: self.on_line,
+            start_speed: self.start_speed,
+        };
+        let numbers = [
+            ("--margin", Some(options.margin), 0.0),
+            ("--half-width", options.half_width, 0.0),
+            ("--start-speed", options.start_speed, 0.0),
+        ];
+        for (name, number, least) in numbers {
+            if number.is_some_and(|number| !(number.is_finite() && number >= least)) {
+                let found = number.unwrap_or_default();
+                return Err(Error::invalid_input(format!(
+                    "{name}: expected a number of at least {least}, found {found}"
+                )));
+            }
+        }
+        Ok(options)
+    }
+}
+
+fn read_track(path: &Path) -> Result<TrackLine, Error> {
+    let name = path.display();
+    let bytes = diagnostics::read_bounded(path, LARGEST)
+        .map_err(|error| Error::invalid_input(format!("the track {name} cannot be read: {error}")))?;
+    TrackLine::from_table_text(&text_encoding::decode_text(&bytes))
+        .map_err(|error| Error::invalid_input(format!("{name}: {error}")))
+}
+
+fn track_error(path: &Path, error: &lap::Error) -> Error {
+    let message = Error::invalid_input(format!("{}: {error}", path.display()));
+    match error {
+        lap::Error::NoWidths => message.with_help(
+            "add the columns left_m and right_m to the table, or tell --half-width; --on-line needs no widths",
+        ),
+        lap::Error::Narrow { .. } => message.with_help("tell a smaller --margin, or --on-line"),
+        _ => message,
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// `target/laps/CAR_TRACK`. A car is often called `car.toml`: then the name of its folder tells which.
+fn default_folder(car: &Path, track: &Path) -> PathBuf {
+    let stem =
+        |path: &Path| path.file_stem().map_or_else(String::new, |it| it.to_string_lossy().into_owned());
+    let folder = car.canonicalize().ok().and_then(|path| path.parent().map(file_name));
+    let car = match folder {
+        Some(folder) if stem(car) == "car" => folder,
+        _ => stem(car),
+    };
+    PathBuf::from(format!("target/laps/{car}_{}", stem(track)))
+}
+
+/// Lap time, corners and worth of parameters as text.
+fn summary(page: &LapPage) -> String {
+    let LapPage { optimum, line, .. } = page;
+    let mut text = format!(
+        "{}  {} on {}, {:.0} m, {} nodes\n",
+        format_lap_time(optimum.lap_time, 3),
+        page.car,
+        page.track,
+        line.length(),
+        optimum.nodes.len()
+    );
+    if let Some(interval) = page.interval {
+        text += &interval_line(interval);
+    }
+    let count = optimum.nodes.len();
+    for (i, corner) in page.corners.iter().enumerate() {
+        let node = |k: usize| &optimum.nodes[k % count];
+        text += &format!(
+            "  corner {:<3} at {:>5.0} m  {:>5.1} km/h\n",
+            i + 1,
+            node(corner.apex).s,
+            node(corner.apex).variables.v_x * 3.6
+        );
+    }
+    if !page.worth.is_empty() {
+        text += "  one percent more of        s per lap\n";
+    }
+    for worth in page.worth.iter().take(PRINTED_PARAMETERS) {
+        text += &format!("    {:<22} {:>+11.4}\n", worth.name, worth.seconds_per_percent);
+    }
+    text
+}
+
+fn interval_line(interval: &LapTimeInterval) -> String {
+    let [low, high] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 3));
+    let unsolved = match interval.unsolved {
+        0 => String::new(),
+        count => format!("; {count} more were not solved"),
+    };
+    format!("  95 % of {} draws: {low} to {high}{unsolved}\n", interval.lap_times.len())
+}

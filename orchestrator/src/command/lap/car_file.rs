@@ -1,0 +1,142 @@
+//! Reads the car of a lap from a file of parameters and from `--set`.
+
+use std::ops::Range;
+use std::path::Path;
+
+use diagnostics::{Error, ErrorCollector, suggest};
+use lap::{CarParameters, LapCar, PARAMETER_KEYS, ParameterKey, TEXT_KEYS};
+use scenario::{ParameterFile, number_in_unit};
+
+/// Names of parameters that are left out and told.
+const MOST_NAMES: usize = 12;
+
+/// A car as its file has it.
+pub struct CarFile {
+    /// What the lap needs of it.
+    pub parameters: CarParameters,
+    file: ParameterFile,
+    /// Names that the lap has no use for.
+    unused: Vec<String>,
+}
+
+impl CarFile {
+    /// Reads the file; what `--set` says goes before it.
+    ///
+    /// # Errors
+    /// With the line of a value that is wrong.
+    pub fn read(path: &Path, settings: &[String]) -> Result<Self, Error> {
+        let file = ParameterFile::read(path)?;
+        let mut car = CarFile { parameters: CarParameters::default(), file, unused: Vec::new() };
+        let mut mistakes = ErrorCollector::default();
+        for i in 0..car.file.values.len() {
+            let set = car.set_from_file(i);
+            mistakes.ok_or_record(set);
+        }
+        for setting in settings {
+            mistakes.ok_or_record(set_from_argument(&mut car.parameters, setting));
+        }
+        mistakes.into_result().map(|()| car)
+    }
+
+    fn set_from_file(&mut self, i: usize) -> Result<(), Error> {
+        let value = &self.file.values[i];
+        let error =
+            |span: &Range<usize>, message: String| self.file.source.error_at(span.clone(), message, "");
+        if let Some(axle) = TEXT_KEYS.iter().position(|name| *name == value.name) {
+            let text = value.value.as_str();
+            let text = text.ok_or_else(|| error(&value.span, format!("`{}` is a text", value.name)))?;
+            self.parameters.set_tire_text(axle, text);
+            return Ok(());
+        }
+        let Some(key) = ParameterKey::find(&value.name) else {
+            if let Some(close) = misspelt_name(&value.name) {
+                let message = format!("`{}` is no parameter of a car", value.name);
+                return Err(error(&value.key, message).with_help(format!("did you mean `{close}`?")));
+            }
+            self.unused.push(value.name.clone());
+            return Ok(());
+        };
+        let number = value.number_in(key.unit).and_then(|number| self.parameters.set_number(key, number));
+        number.map_err(|message| {
+            self.file.source.error_at(value.span.clone(), format!("`{}`: {message}", key.name), "")
+        })
+    }
+
+    /// The car, and what has to be told of it.
+    ///
+    /// # Errors
+    /// When a parameter is missing or a tire is none.
+    pub fn car(&self) -> Result<(LapCar, Vec<String>), Error> {
+        let path = self.file.path.display();
+        let missing = self.parameters.missing_names();
+        if !missing.is_empty() {
+            let message = format!("{path}: the car has no {}", missing.join(", "));
+            return Err(Error::invalid_input(message)
+                .with_help(format!("add it to the file, or tell --set {}=...", missing[0])));
+        }
+        let (car, told) =
+            self.parameters.car().map_err(|message| Error::invalid_input(format!("{path}: {message}")))?;
+        let mut messages: Vec<String> = told.into_iter().map(|message| message.to_string()).collect();
+        if !self.unused.is_empty() {
+            let names = suggest::join_first(&self.unused, MOST_NAMES);
+            messages.push(format!("note: {path}: the lap has no use for {names}"));
+        }
+        Ok((car, messages))
+    }
+}
+
+/// Groups whose names all come from plants and drivers of ours.
+const KNOWN_GROUPS: [&str; 3] = ["body", "aero", "limit"];
+/// Names in these groups that a lap has no use for.
+const NAMES_OF_OTHERS: [&str; 11] = [
+    "body.I_xx",
+    "body.I_yy",
+    "aero.map",
+    "aero.ride_height_f",
+    "aero.ride_height_r",
+    "limit.a_y",
+    "limit.alpha_f",
+    "limit.anti_windup",
+    "limit.r",
+    "limit.r_rate",
+    "limit.v",
+];
+
+/// The name that is meant by one that nothing has, as far as that can be known.
+fn misspelt_name(name: &str) -> Option<&'static str> {
+    let is_foreign = name.split_once('.').is_none_or(|(group, _)| !KNOWN_GROUPS.contains(&group));
+    if is_foreign || NAMES_OF_OTHERS.contains(&name) {
+        return None;
+    }
+    suggest::closest_name(name, PARAMETER_KEYS.iter().map(|key| key.name).chain(NAMES_OF_OTHERS))
+}
+
+fn set_from_argument(parameters: &mut CarParameters, setting: &str) -> Result<(), Error> {
+    let wrong = |message: String| Error::invalid_input(format!("--set {setting}: {message}"));
+    let (name, value) = setting.split_once('=').ok_or_else(|| wrong("expected KEY=VALUE".to_owned()))?;
+    let key = find_key(name.trim()).map_err(wrong)?;
+    let number = number_of_text(value.trim(), key.unit).map_err(wrong)?;
+    parameters.set_number(key, number).map_err(wrong)
+}
+
+/// The key of a name, which may have the name of a node before it.
+///
+/// # Errors
+/// In words, with the nearest name.
+pub fn find_key(name: &str) -> Result<&'static ParameterKey, String> {
+    let behind_node = name.split_once('.').and_then(|(_, rest)| ParameterKey::find(rest));
+    ParameterKey::find(name).or(behind_node).ok_or_else(|| {
+        let close = suggest::did_you_mean(name, PARAMETER_KEYS.iter().map(|key| key.name));
+        let close = close.map_or_else(String::new, |close| format!("; {close}"));
+        format!("a lap has no parameter `{name}`{close}")
+    })
+}
+
+/// A number as it is typed, perhaps with a unit.
+///
+/// # Errors
+/// In words.
+pub fn number_of_text(text: &str, unit: &str) -> Result<f64, String> {
+    let number = text.parse().map_or_else(|_| toml::Value::String(text.to_owned()), toml::Value::Float);
+    number_in_unit(&number, unit)
+}

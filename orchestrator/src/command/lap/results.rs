@@ -1,0 +1,124 @@
+//! Writes a fastest lap: its nodes as a table, its numbers as JSON, and its page.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+use lap::{InteriorPointStatus, LapNode};
+use lap_report::LapPage;
+use orchestrator::nofollow;
+use serde_json::json;
+
+/// The files of a lap.
+pub struct LapFiles;
+
+/// A column of the table.
+struct LapColumn {
+    name: &'static str,
+    value: fn(&LapNode) -> f64,
+}
+
+const fn column(name: &'static str, value: fn(&LapNode) -> f64) -> LapColumn {
+    LapColumn { name, value }
+}
+
+/// The first four make the table a track of its own: the driven line, with the road beside it.
+const COLUMNS: [LapColumn; 22] = [
+    column("x_m", |it| it.position[0]),
+    column("y_m", |it| it.position[1]),
+    column("left_m", |it| it.edges.map_or(f64::NAN, |edges| edges[0])),
+    column("right_m", |it| it.edges.map_or(f64::NAN, |edges| edges[1])),
+    column("s [m]", |it| it.s),
+    column("t [s]", |it| it.t),
+    column("psi [rad]", |it| it.psi),
+    column("n [m]", |it| it.variables.n),
+    column("xi [rad]", |it| it.variables.xi),
+    column("v_x [m/s]", |it| it.variables.v_x),
+    column("v_y [m/s]", |it| it.variables.v_y),
+    column("r [rad/s]", |it| it.variables.r),
+    column("delta [rad]", |it| it.variables.delta),
+    column("F_x [N]", |it| it.variables.F_x),
+    column("delta_rate [rad/s]", |it| it.variables.delta_rate),
+    column("F_x_rate [N/s]", |it| it.variables.F_x_rate),
+    column("kappa_f [1]", |it| it.variables.kappa_f),
+    column("kappa_r [1]", |it| it.variables.kappa_r),
+    column("alpha_f [rad]", |it| it.alphas[0]),
+    column("alpha_r [rad]", |it| it.alphas[1]),
+    column("a_x [m/s2]", |it| it.a_x),
+    column("a_y [m/s2]", |it| it.variables.a_y),
+];
+
+impl LapFiles {
+    /// Writes `lap.html`, `lap.csv` and `lap.json` and returns where they are.
+    ///
+    /// # Errors
+    /// When the folder or a file cannot be written.
+    pub fn write(folder: &Path, page: &LapPage) -> Result<[PathBuf; 3], Error> {
+        std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
+        let texts = [
+            ("lap.html", lap_report::lap_page(page)),
+            ("lap.csv", table(&page.optimum.nodes)),
+            ("lap.json", format!("{:#}\n", numbers(page))),
+        ];
+        let mut paths = texts.each_ref().map(|_| PathBuf::new());
+        for (path, (name, text)) in paths.iter_mut().zip(texts) {
+            *path = folder.join(name);
+            nofollow::write_without_following_links(path, text)
+                .map_err(|error| Error::output_failure(path, error))?;
+        }
+        Ok(paths)
+    }
+}
+
+fn table(nodes: &[LapNode]) -> String {
+    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
+    let mut text = names.join(",") + "\n";
+    for node in nodes {
+        let fields: Vec<String> =
+            COLUMNS.iter().map(|column| format!("{:?}", (column.value)(node))).collect();
+        text += &(fields.join(",") + "\n");
+    }
+    text
+}
+
+/// The 2.5 %, 50 % and 97.5 % quantiles of the lap time [s].
+fn quantiles(interval: &lap::LapTimeInterval) -> [f64; 3] {
+    [0.025, 0.5, 0.975].map(|share| interval.quantile(share))
+}
+
+fn numbers(page: &LapPage) -> serde_json::Value {
+    let optimum = page.optimum;
+    let status = match optimum.status {
+        InteriorPointStatus::Converged => "converged",
+        InteriorPointStatus::IterationLimit => "iteration limit",
+        InteriorPointStatus::Stalled => "stalled",
+    };
+    let corner = |corner: &lap::Corner| {
+        let node = |k: usize| optimum.nodes[k % optimum.nodes.len()].s;
+        json!({
+            "begin": node(corner.first), "apex": node(corner.apex), "end": node(corner.end),
+            "v_x": optimum.nodes[corner.apex].variables.v_x,
+        })
+    };
+    let worth = |worth: &lap::ParameterWorth| {
+        json!({
+            "name": worth.name, "value": worth.value, "unit": worth.unit,
+            "seconds_per_percent": worth.seconds_per_percent, "by_corner": worth.by_corner,
+        })
+    };
+    let interval = page.interval.map(|interval| {
+        json!({
+            "quantiles": quantiles(interval),
+            "lap_times": interval.lap_times,
+            "unsolved": interval.unsolved,
+        })
+    });
+    json!({
+        "car": page.car, "track": page.track,
+        "lap_time": optimum.lap_time, "status": status,
+        "iterations": optimum.iterations, "optimality_error": optimum.optimality_error,
+        "nodes": optimum.nodes.len(), "length": page.line.length(),
+        "corners": page.corners.iter().map(corner).collect::<Vec<_>>(),
+        "worth": page.worth.iter().map(worth).collect::<Vec<_>>(),
+        "interval": interval,
+    })
+}

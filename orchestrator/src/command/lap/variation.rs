@@ -1,0 +1,114 @@
+//! Draws parameters of a car: rows of a file, such as the one of an identification, or evenly from ranges.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use diagnostics::Error;
+use lap::{ParameterDraw, ParameterKey};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64;
+
+use super::car_file::{CarFile, find_key, number_of_text};
+
+/// The largest file of draws [B].
+const LARGEST: u64 = 256 << 20;
+
+/// Arguments for what is not known of a car.
+#[derive(Args)]
+pub struct VariationArguments {
+    /// Draws of parameters, a row for each, such as the tires_draws.csv of an identification: the lap time gets an interval.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
+    draws: Option<PathBuf>,
+    /// A range within which a parameter is not known, such as body.m=1230..1270: the lap time gets an interval.
+    #[arg(long, value_name = "KEY=LOW..HIGH")]
+    vary: Vec<String>,
+    /// Number of draws [default: 200, or as many as the file has if that is less].
+    #[arg(long, value_name = "N")]
+    samples: Option<usize>,
+    /// Seed of the draws from ranges.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Draws where no number is told.
+const DEFAULT_SAMPLES: usize = 200;
+
+/// A range of a parameter.
+struct ParameterRange {
+    key: &'static ParameterKey,
+    low: f64,
+    high: f64,
+}
+
+impl VariationArguments {
+    /// The draws, if any are asked for.
+    ///
+    /// # Errors
+    /// When a range or the file is wrong.
+    pub fn draws(&self, car: &CarFile) -> Result<Option<Vec<ParameterDraw>>, Error> {
+        let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
+        if samples == 0 {
+            return Err(Error::invalid_input("--samples: expected at least 1, found 0"));
+        }
+        if let Some(path) = &self.draws {
+            return read_draws(path, samples).map(Some);
+        }
+        if self.vary.is_empty() {
+            return match self.samples {
+                Some(_) => {
+                    Err(Error::invalid_input("--samples: expected --draws or --vary with it, found none"))
+                }
+                None => Ok(None),
+            };
+        }
+        let ranges = self.vary.iter().map(|text| parse_range(text, car)).collect::<Result<Vec<_>, _>>()?;
+        let mut random = Pcg64::seed_from_u64(self.seed);
+        let draw = |_| ranges.iter().map(|it| (it.key, random.random_range(it.low..=it.high))).collect();
+        Ok(Some((0..samples).map(draw).collect()))
+    }
+}
+
+fn parse_range(text: &str, car: &CarFile) -> Result<ParameterRange, Error> {
+    let wrong = |message: String| Error::invalid_input(format!("--vary {text}: {message}"));
+    let (name, range) = text.split_once('=').ok_or_else(|| wrong("expected KEY=LOW..HIGH".to_owned()))?;
+    let (low, high) =
+        range.split_once("..").ok_or_else(|| wrong("expected LOW..HIGH after the =".to_owned()))?;
+    let key = find_key(name.trim()).map_err(wrong)?;
+    let bound = |text: &str| {
+        let number = number_of_text(text.trim(), key.unit)?;
+        car.parameters.clone().set_number(key, number).map(|()| number)
+    };
+    let (low, high) = (bound(low).map_err(wrong)?, bound(high).map_err(wrong)?);
+    if low > high {
+        return Err(wrong(format!("expected the lower number first, found {low} before {high}")));
+    }
+    Ok(ParameterRange { key, low, high })
+}
+
+/// The first rows of a file of draws: those of an identification are in no order.
+fn read_draws(path: &std::path::Path, samples: usize) -> Result<Vec<ParameterDraw>, Error> {
+    let name = path.display();
+    let wrong = |message: String| Error::invalid_input(format!("{name}: {message}"));
+    let text = diagnostics::read_text_bounded(path, LARGEST)
+        .map_err(|error| wrong(format!("the draws cannot be read: {error}")))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
+    let keys = header.iter().map(find_key).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+    let mut draws = Vec::new();
+    for row in reader.records().take(samples) {
+        let row = row.map_err(|error| wrong(error.to_string()))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let mut draw = ParameterDraw::new();
+        for (key, field) in keys.iter().zip(&row) {
+            let number = field
+                .parse()
+                .map_err(|_| wrong(format!("line {line}: expected a number, found `{field}`")))?;
+            draw.push((*key, number));
+        }
+        draws.push(draw);
+    }
+    if draws.is_empty() {
+        return Err(wrong("expected a row for each draw, found none".to_owned()));
+    }
+    Ok(draws)
+}

@@ -1,0 +1,152 @@
+//! Finds fastest laps by `trackside lap`, and compares them with those of CasADi and IPOPT.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::harness::{Lab, ROOT};
+use super::python::python;
+
+tests! {
+    a_lap_has_a_time_a_table_and_a_page,
+    a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval,
+    casadi_and_ipopt_find_the_same_lap: Python,
+    draws_of_an_identification_give_an_interval,
+    what_is_wrong_is_told_with_its_place,
+}
+
+/// A car on tires by the simple formula; without track widths it is a single track.
+fn car(widths: &str) -> String {
+    format!(
+        "[body]\nm = 1250.0\nI_zz = 1850.0\nl_f = 1.18\nl_r = 1.27\nh = 0.47\n{widths}\n\
+         [roll]\nstiffness_f = 62e3\nstiffness_r = 44e3\n\
+         [aero]\narea = 1.95\nC_d = 0.34\nC_lf = 0.05\nC_lr = 0.08\n\
+         [brake]\nfront_share = 0.62\n[drive]\nfront_share = 0.0\npower_max = 190e3\n\
+         [limit]\nF_x_min = -15e3\nF_x_max = 9e3\nF_x_rate = 40e3\ndelta = 0.5\ndelta_rate = 1.0\n\
+         [tire_f]\nB = 12.0\nC = 1.5\nD = 1.1\nE = 0.3\n[tire_r]\nB = 12.0\nC = 1.5\nD = 1.15\nE = 0.3\n"
+    )
+}
+
+fn track(name: &str) -> String {
+    Path::new(ROOT).join("scenarios/tracks").join(name).display().to_string()
+}
+
+fn numbers(lab: &Lab) -> Value {
+    let text = std::fs::read_to_string(lab.path("out/lap.json")).expect("a file");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn a_lap_has_a_time_a_table_and_a_page() {
+    let lab = Lab::new();
+    lab.write("car.toml", car(""));
+    let arguments = ["lap", "car.toml", &track("oval.csv"), "--nodes", "120", "--out", "out"];
+    let ended = lab.trackside(&arguments).expect(0);
+    for words in [
+        "car.toml on oval.csv, 1185 m, 120 nodes",
+        "corner 2",
+        "one percent more of",
+        "tire_f.D",
+        "out/lap.html",
+    ] {
+        assert!(ended.stdout.contains(words), "{words} in {}", ended.stdout);
+    }
+    let found = numbers(&lab);
+    assert_eq!(found["status"], "converged");
+    let lap_time = found["lap_time"].as_f64().expect("a time");
+    assert!((28.0..34.0).contains(&lap_time), "{lap_time}");
+    let page = std::fs::read_to_string(lab.path("out/lap.html")).expect("a page");
+    assert!(!page.contains("NaN") && page.contains("What one percent is worth"));
+    // The driven line is a track: kept to, it takes as long; another optimum on it is no faster than the first.
+    let on_line = ["lap", "car.toml", "out/lap.csv", "--nodes", "120", "--on-line", "--out", "line"];
+    lab.trackside(&on_line).expect(0);
+    let text = std::fs::read_to_string(lab.path("line/lap.json")).expect("a file");
+    let kept: Value = serde_json::from_str(&text).expect("JSON");
+    let kept = kept["lap_time"].as_f64().expect("a time");
+    assert!((kept / lap_time - 1.0).abs() < 5e-3, "{kept} {lap_time}");
+}
+
+fn a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval() {
+    let lab = Lab::new();
+    let sheet = Path::new(ROOT).join("scenarios/cars/data_sheet/car.toml").display().to_string();
+    let track = track("oval.csv");
+    let ranges = ["--vary", "body.m=1200 kg..1300 kg", "--vary", "tire_f.LMUY=0.97..1.03", "--samples", "6"];
+    let arguments = [&["lap", &sheet, &track, "--nodes", "120", "--out", "out"], &ranges[..]].concat();
+    let ended = lab.trackside(&arguments).expect(0);
+    assert!(ended.stdout.contains("95 % of 6 draws: 0:3"), "{}", ended.stdout);
+    assert!(ended.stderr.contains("the lap has no use for body.I_xx"), "{}", ended.stderr);
+    let interval = numbers(&lab)["interval"].clone();
+    assert_eq!(
+        (interval["lap_times"].as_array().map(Vec::len), &interval["unsolved"]),
+        (Some(6), &Value::from(0))
+    );
+    let again = lab.trackside(&arguments).expect(0);
+    assert_eq!(ended.stdout, again.stdout, "the seed decides");
+}
+
+fn casadi_and_ipopt_find_the_same_lap() {
+    let lab = Lab::new();
+    for widths in ["", "track_f = 1.5\ntrack_r = 1.5"] {
+        lab.write("car.toml", car(widths));
+        let track = track("road_course.csv");
+        let arguments = ["lap", "car.toml", &track, "--nodes", "250", "--margin", "0.9", "--out", "out"];
+        lab.trackside(&arguments).expect(0);
+        let table = lab.path("out/lap.csv").display().to_string();
+        let car = lab.path("car.toml").display().to_string();
+        let peer = python().run("lap_peer.py", &[&car, &track, &table, "--margin", "0.9"]).stdout;
+        let peer: Value = serde_json::from_str(&peer).expect("JSON");
+        let difference = peer["lap_time_difference"].as_f64().expect("a number");
+        // Several minima lie near one another: they differ by how the car turns in while it brakes.
+        assert!(difference < 2e-4, "{peer}");
+        let deviation = peer["largest_deviation"].as_f64().expect("a number");
+        assert!(deviation < 0.3, "{peer}");
+    }
+}
+
+fn draws_of_an_identification_give_an_interval() {
+    let lab = Lab::new();
+    lab.write("car.toml", car(""));
+    lab.write("draws.csv", "plant.tire_f.D,plant.tire_r.D\n1.08,1.13\n1.10,1.15\n1.12,1.17\n");
+    let track = track("oval.csv");
+    let arguments = ["lap", "car.toml", &track, "--nodes", "120", "--draws", "draws.csv", "--out", "out"];
+    let ended = lab.trackside(&arguments).expect(0);
+    assert!(ended.stdout.contains("95 % of 3 draws"), "{}", ended.stdout);
+    lab.write("draws.csv", "plant.tire_f.D\n1.08\nmuch\n");
+    lab.trackside(&arguments).expect(2).says(&["draws.csv: line 3: expected a number, found `much`"]);
+    lab.write("draws.csv", "plant.tire_f.F\n1.08\n");
+    lab.trackside(&arguments).expect(2).says(&["no parameter `plant.tire_f.F`"]);
+}
+
+fn what_is_wrong_is_told_with_its_place() {
+    let lab = Lab::new();
+    let oval = track("oval.csv");
+    let good = car("");
+    for (old, new, words) in [
+        (
+            "m = 1250.0",
+            "mm = 1250.0",
+            &["car.toml:2", "`body.mm` is no parameter of a car", "did you mean `body.m`?"][..],
+        ),
+        ("m = 1250.0", "m = \"1250 N\"", &["car.toml:2", "expected a value in [kg], found one in [N]"]),
+        ("m = 1250.0", "m = -1.0", &["car.toml:2", "expected a number above 0, found -1"]),
+        ("l_f = 1.18\n", "", &["the car has no body.l_f", "--set body.l_f="]),
+        ("power_max = 190e3", "power_max = 190e3 W", &["car.toml"]),
+    ] {
+        lab.write("car.toml", good.replacen(old, new, 1));
+        lab.trackside(&["lap", "car.toml", &oval, "--out", "out"]).expect(2).says(words);
+    }
+    lab.write("car.toml", &good);
+    lab.write("bare.csv", "x,y\n0,0\n50,0\n100,50\n50,100\n0,100\n-50,50\n");
+    for (arguments, words) in [
+        (&["bare.csv"][..], &["bare.csv: expected the ways from the line to its edges", "--half-width"][..]),
+        (&[oval.as_str(), "--set", "body.M=3"], &["--set body.M=3", "no parameter `body.M`"]),
+        (&[oval.as_str(), "--set", "body.m=heavy"], &["--set body.m=heavy", "expected a number"]),
+        (&[oval.as_str(), "--vary", "body.m=1300..1200"], &["expected the lower number first"]),
+        (&[oval.as_str(), "--samples", "5"], &["expected --draws or --vary with it"]),
+        (&[oval.as_str(), "--margin", "9"], &["the road is", "tell a smaller --margin"]),
+        (&["nowhere.csv"], &["the track nowhere.csv cannot be read"]),
+    ] {
+        let all = [&["lap", "car.toml"], arguments, &["--out", "out"]].concat();
+        lab.trackside(&all).expect(2).says(words);
+    }
+    assert!(!lab.has("out"), "nothing is written for a lap that is none");
+}
