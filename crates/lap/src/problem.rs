@@ -1,6 +1,8 @@
 //! States the fastest lap as a problem of stages: scaled unknowns at equidistant nodes of a line, and a start for the search.
 #![allow(non_snake_case, reason = "forces are written as in the equations")]
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{SMatrix, SVector};
 use num_dual::Derivative;
 use track::{AccelerationLimits, GgvDiagram, RoadGeometry, SpeedBounds, SpeedProfile, TrackLine};
@@ -24,6 +26,8 @@ const SMOOTHNESS: f64 = 3e-2;
 /// Sizes of the unknowns [m, rad, m/s, m/s, rad/s, rad, N, rad/s, N/s, -, -, m/s²]. They are the same for all cars, so that the laps of two
 /// can be compared.
 const SCALE: [f64; VARIABLES] = [5.0, 0.3, 30.0, 2.0, 1.0, 0.1, 1e4, 1.0, 5e4, 0.1, 0.1, 10.0];
+/// Numbers of nodes that make sense: of more each is a few kilobytes.
+const NODES: RangeInclusive<usize> = 10..=50_000;
 /// Slowest speed of a lap [m/s].
 const SLOWEST: f64 = 2.0;
 /// Share of the grip of the tires that the start of the search uses.
@@ -55,8 +59,9 @@ impl<'a> LapProblem<'a> {
     /// When the line has no widths and none are told, when it is too narrow, or when its bends are tighter than it is wide.
     pub fn new(car: &'a LapCar, line: &TrackLine, options: &LapOptions) -> Result<Self, Error> {
         let nodes = options.nodes.unwrap_or_else(|| default_nodes(line.length()));
-        if nodes < 10 {
-            return Err(Error::Options(format!("expected at least 10 nodes, found {nodes}")));
+        if !NODES.contains(&nodes) {
+            let (least, most) = (NODES.start(), NODES.end());
+            return Err(Error::Options(format!("expected {least} to {most} nodes, found {nodes}")));
         }
         let intervals = if line.is_closed() { nodes } else { nodes - 1 };
         let step = line.length() / intervals as f64;

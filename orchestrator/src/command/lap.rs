@@ -15,7 +15,7 @@ use numerics::text::format_lap_time;
 use track::TrackLine;
 
 use self::car_file::CarFile;
-use self::results::LapFiles;
+use self::results::write_lap_files;
 use self::variation::VariationArguments;
 use super::{print_text, print_to_stderr};
 
@@ -103,7 +103,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     };
     print_text(&summary(&page));
     let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
-    for path in LapFiles::write(&folder, &page)? {
+    for path in write_lap_files(&folder, &page)? {
         print_text(&format!("  {}\n", path.display()));
     }
     if !is_found {
@@ -186,8 +186,8 @@ fn summary(page: &LapPage) -> String {
     let mut text = format!(
         "{}  {} on {}, {:.0} m, {} nodes\n",
         format_lap_time(optimum.lap_time, 3),
-        page.car,
-        page.track,
+        escape_for_terminal(page.car),
+        escape_for_terminal(page.track),
         line.length(),
         optimum.nodes.len()
     );

@@ -8,9 +8,6 @@ use lap_report::LapPage;
 use orchestrator::nofollow;
 use serde_json::json;
 
-/// The files of a lap.
-pub struct LapFiles;
-
 /// A column of the table.
 struct LapColumn {
     name: &'static str,
@@ -47,26 +44,24 @@ const COLUMNS: [LapColumn; 22] = [
     column("a_y [m/s2]", |it| it.variables.a_y),
 ];
 
-impl LapFiles {
-    /// Writes `lap.html`, `lap.csv` and `lap.json` and returns where they are.
-    ///
-    /// # Errors
-    /// When the folder or a file cannot be written.
-    pub fn write(folder: &Path, page: &LapPage) -> Result<[PathBuf; 3], Error> {
-        std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
-        let texts = [
-            ("lap.html", lap_report::lap_page(page)),
-            ("lap.csv", table(&page.optimum.nodes)),
-            ("lap.json", format!("{:#}\n", numbers(page))),
-        ];
-        let mut paths = texts.each_ref().map(|_| PathBuf::new());
-        for (path, (name, text)) in paths.iter_mut().zip(texts) {
-            *path = folder.join(name);
-            nofollow::write_without_following_links(path, text)
-                .map_err(|error| Error::output_failure(path, error))?;
-        }
-        Ok(paths)
+/// Writes `lap.html`, `lap.csv` and `lap.json` and returns where they are.
+///
+/// # Errors
+/// When the folder or a file cannot be written.
+pub fn write_lap_files(folder: &Path, page: &LapPage) -> Result<[PathBuf; 3], Error> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
+    let texts = [
+        ("lap.html", lap_report::lap_page(page)),
+        ("lap.csv", table(&page.optimum.nodes)),
+        ("lap.json", format!("{:#}\n", numbers(page))),
+    ];
+    let mut paths = texts.each_ref().map(|_| PathBuf::new());
+    for (path, (name, text)) in paths.iter_mut().zip(texts) {
+        *path = folder.join(name);
+        nofollow::write_without_following_links(path, text)
+            .map_err(|error| Error::output_failure(path, error))?;
     }
+    Ok(paths)
 }
 
 fn table(nodes: &[LapNode]) -> String {

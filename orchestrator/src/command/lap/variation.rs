@@ -30,6 +30,8 @@ pub struct VariationArguments {
     seed: u64,
 }
 
+/// Most draws.
+const MOST_SAMPLES: usize = 100_000;
 /// Draws where no number is told.
 const DEFAULT_SAMPLES: usize = 200;
 
@@ -47,8 +49,9 @@ impl VariationArguments {
     /// When a range or the file is wrong.
     pub fn draws(&self, car: &CarFile) -> Result<Option<Vec<ParameterDraw>>, Error> {
         let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
-        if samples == 0 {
-            return Err(Error::invalid_input("--samples: expected at least 1, found 0"));
+        if !(1..=MOST_SAMPLES).contains(&samples) {
+            let message = format!("--samples: expected 1 to {MOST_SAMPLES}, found {samples}");
+            return Err(Error::invalid_input(message));
         }
         if let Some(path) = &self.draws {
             return read_draws(path, samples).map(Some);
