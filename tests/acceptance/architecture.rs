@@ -145,10 +145,11 @@ fn crates_depend_on_lower_crates_only() {
     }
 }
 
-/// Cars and tires are known to the program in its command for tire files alone.
+/// Cars and tires are known to the program in its commands for tire files and laps alone.
 fn what_steps_and_records_knows_no_car() {
     let ours = ours();
-    let cars = ["car-file", "kalman", "lap", "lap-report", "tire", "tire-file", "tire-report", "track", "vehicle"];
+    let cars =
+        ["car-file", "kalman", "lap", "lap-report", "tire", "tire-file", "tire-report", "track", "vehicle"];
     for package in ["cosim", "expression", "recording", "replay", "scenario", "sweep", "system"] {
         let known = cars.iter().find(|car| ours[package].contains(**car));
         assert!(known.is_none(), "{package} depends on {known:?}");

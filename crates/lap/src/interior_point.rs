@@ -317,7 +317,6 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     /// Hessians of the Lagrangian with the barrier, and minus the gradients and residuals.
-    #[expect(clippy::type_complexity, reason = "one of each for every stage")]
     fn newton_equations(
         &self,
         linearisation: &Linearisation,

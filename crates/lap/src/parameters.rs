@@ -250,7 +250,7 @@ impl CarParameters {
 
     /// Roll stiffness of both axles: rate i² t² / 2 of the springs and that of the bar, or as it was told.
     fn axle_roll_stiffness(&self) -> [f64; 2] {
-        if self.spring_rate.iter().any(|rate| *rate == 0.0) {
+        if self.spring_rate.contains(&0.0) {
             return self.roll_stiffness;
         }
         [0, 1].map(|axle| {

@@ -135,7 +135,7 @@ fn more_nodes_change_little() {
 fn load_that_moves_across_costs_time() {
     let wide = LapCar { track_widths: [1.5; 2], roll_stiffness: [60e3, 40e3], ..car() };
     let sports = tire::MfTire::new(tire::Coefficients::sports_tire()).expect("a tire");
-    let on = |car: LapCar| LapCar { tires: [sports.clone().into(), sports.clone().into()], ..car };
+    let on = |car: LapCar| LapCar { tires: [sports.into(), sports.into()], ..car };
     let [single, dual] = [on(car()), on(wide)].map(|car| find(&car, &oval(1.0), &options(150)).lap_time);
     assert!(dual > single + 0.05, "{single} {dual}");
 }

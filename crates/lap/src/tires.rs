@@ -20,13 +20,13 @@ pub struct LapTire(TireFormula);
 
 #[derive(Clone, Debug)]
 enum TireFormula {
-    Simple { plain: MagicFormula, dual: MagicFormula<SlipDual> },
+    Simple { plain: MagicFormula, dual: Box<MagicFormula<SlipDual>> },
     Coefficients { plain: Box<MfTire>, dual: Box<MfTire<SlipDual>> },
 }
 
 impl From<MagicFormula> for LapTire {
     fn from(plain: MagicFormula) -> Self {
-        LapTire(TireFormula::Simple { plain, dual: plain.cast() })
+        LapTire(TireFormula::Simple { plain, dual: Box::new(plain.cast()) })
     }
 }
 
@@ -184,12 +184,12 @@ mod tests {
         for tire in &tires {
             let (a, b) = (0.15, 0.3);
             let dual = StageDual::tire_forces(tire, slip(unknown(a, 0), unknown(b, 1)));
-            for axis in 0..2 {
+            for (axis, force) in dual.iter().enumerate() {
                 let at = |a: f64, b: f64| f64::tire_forces(tire, slip(a, b))[axis];
                 let h = 1e-4;
-                assert_relative_eq!(dual[axis].re, at(a, b), max_relative = 1e-12);
-                let gradient = dual[axis].v1.0.expect("a gradient");
-                let hessian = dual[axis].v2.0.expect("a Hessian");
+                assert_relative_eq!(force.re, at(a, b), max_relative = 1e-12);
+                let gradient = force.v1.0.expect("a gradient");
+                let hessian = force.v2.0.expect("a Hessian");
                 let d_a = (at(a + h, b) - at(a - h, b)) / (2.0 * h);
                 assert_relative_eq!(gradient[0], d_a, max_relative = 1e-4);
                 let d_ab = (at(a + h, b + h) - at(a + h, b - h) - at(a - h, b + h) + at(a - h, b - h))
