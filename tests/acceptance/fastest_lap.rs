@@ -136,6 +136,7 @@ fn what_is_wrong_is_told_with_its_place() {
     }
     lab.write("car.toml", &good);
     lab.write("bare.csv", "x,y\n0,0\n50,0\n100,50\n50,100\n0,100\n-50,50\n");
+    lab.write("open.csv", "x_m,y_m,left_m,right_m\n0,0,5,5\n100,0,5,5\n200,0,5,5\n300,0,5,5\n");
     for (arguments, words) in [
         (&["bare.csv"][..], &["bare.csv: expected the ways from the line to its edges", "--half-width"][..]),
         (&[oval.as_str(), "--set", "body.M=3"], &["--set body.M=3", "no parameter `body.M`"]),
@@ -143,6 +144,8 @@ fn what_is_wrong_is_told_with_its_place() {
         (&[oval.as_str(), "--vary", "body.m=1300..1200"], &["expected the lower number first"]),
         (&[oval.as_str(), "--samples", "5"], &["expected --draws or --vary with it"]),
         (&[oval.as_str(), "--margin", "9"], &["the road is", "tell a smaller --margin"]),
+        (&[oval.as_str(), "--start-speed", "20"], &["oval.csv: a closed line has no start"]),
+        (&["open.csv", "--start-speed", "0"], &["expected a start speed of at least 3 m/s, found 0 m/s"]),
         (&["nowhere.csv"], &["the track nowhere.csv cannot be read"]),
     ] {
         let all = [&["lap", "car.toml"], arguments, &["--out", "out"]].concat();

@@ -1,6 +1,7 @@
 //! Finds the peaks and the slip angles of the two tires of an axle.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use numerics::golden_section::argmax;
 use tire::{MfTire, Tire, TireOperatingPoint};
 use vehicle::MagicFormula;
 
@@ -65,7 +66,7 @@ impl TireAxle {
             let [left, right] = self.lateral_wheel_forces(angle, load, moved);
             left.min(right)
         };
-        let slip_angle = argmax(weaker);
+        let slip_angle = argmax(weaker, MOST);
         LateralPeak { force: weaker(slip_angle), slip_angle }
     }
 
@@ -85,28 +86,6 @@ impl TireAxle {
         let F_z = 0.5 * load.max(1.0);
         let weaker =
             |kappa: f64| self.wheel_forces(kappa, 0.0, F_z)[0].min(-self.wheel_forces(-kappa, 0.0, F_z)[0]);
-        weaker(argmax(weaker)) / F_z
+        weaker(argmax(weaker, MOST)) / F_z
     }
-}
-
-/// The argument of the largest value of a function with one peak in 0..[`MOST`], by golden-section search.
-fn argmax(function: impl Fn(f64) -> f64) -> f64 {
-    /// Leaves 1e-7 of the range: the value at the peak is right to the square of it.
-    const PARTS: usize = 34;
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (0.0, MOST);
-    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_a, mut at_b) = (function(a), function(b));
-    for _ in 0..PARTS {
-        if at_a > at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - golden * (high - low);
-            at_a = function(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + golden * (high - low);
-            at_b = function(b);
-        }
-    }
-    0.5 * (low + high)
 }

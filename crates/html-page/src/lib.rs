@@ -4,6 +4,7 @@
 //! by [`XmlEscaper`], but for [`Markup`].
 
 mod axis;
+mod equal_scale;
 mod escape;
 pub mod filters;
 mod plot;
@@ -13,6 +14,7 @@ use askama::Template;
 pub use askama::filters::Safe;
 pub use axis::PlotAxis;
 
+pub use equal_scale::{EqualScale, ScaledPlot};
 pub use escape::{XmlEscaper, escape_xml, script_json};
 pub use plot::{CssClass, Plot, PlotLabel, PlotLayer, PlotLayerShape};
 pub use svg::plots_to_svg_file;

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use crate::axis::AxisTick;
+use crate::axis::{AxisTick, PlotAxis};
 use crate::escape::escape_xml;
 use crate::plot::{Plot, PlotLabel, PlotLayer, PlotLayerShape};
 use crate::{Markup, STYLE, Safe};
 
 /// Space for the labels of the axes [px]: left at least, right, top, bottom.
-const MARGIN: [f64; 4] = [70.0, 24.0, 10.0, 44.0];
+pub(crate) const MARGIN: [f64; 4] = [70.0, 24.0, 10.0, 44.0];
 /// Width of a digit, height of a line, and space for the label of the upward axis [px].
 const DIGIT: f64 = 7.0;
 const LINE: f64 = 12.0;
@@ -19,6 +19,17 @@ const SPACING: [f64; 2] = [55.0, 30.0];
 /// Width of a number [px].
 fn number_text_width(text: &str) -> f64 {
     DIGIT * text.chars().count() as f64
+}
+
+/// Ticks of an upward axis of a height [px].
+pub(crate) fn upward_ticks(axis: &PlotAxis, height: f64) -> Vec<AxisTick> {
+    axis.ticks(height, SPACING[1], |_| LINE)
+}
+
+/// Space for the numbers of an upward axis and its label [px].
+pub(crate) fn left_margin(upward_ticks: &[AxisTick]) -> f64 {
+    let widths = upward_ticks.iter().map(|(_, text)| LABEL + number_text_width(text));
+    widths.fold(MARGIN[0], f64::max)
 }
 
 /// A plot with what its drawing rests on: the upward ticks, and from their width the place of the drawing area.
@@ -35,9 +46,8 @@ impl<'a> SvgDrawing<'a> {
     fn new(plot: &'a Plot) -> Self {
         let [full_width, full_height] = plot.size;
         let height = full_height - MARGIN[2] - MARGIN[3];
-        let y_ticks = plot.y.ticks(height, SPACING[1], |_| LINE);
-        let widths = y_ticks.iter().map(|(_, text)| LABEL + number_text_width(text));
-        let left = widths.fold(MARGIN[0], f64::max);
+        let y_ticks = upward_ticks(&plot.y, height);
+        let left = left_margin(&y_ticks);
         Self { plot, y_ticks, left, area: [full_width - left - MARGIN[1], height] }
     }
 

@@ -1,11 +1,10 @@
 //! Draws the curves of a lap over the station, its g-g diagram, and how the times of its draws spread.
 
-use html_page::{Markup, Plot, PlotAxis};
+use html_page::{EqualScale, Markup, Plot, PlotAxis};
 use lap::LapTimeInterval;
 use units::STANDARD_GRAVITY;
 
 use crate::LapPage;
-use crate::equal_scale::EqualScale;
 use crate::phase::{DrivingPhase, add_phase_dots};
 
 /// Sizes of a curve over the station and of the histogram [px].

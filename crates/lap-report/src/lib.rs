@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod curves;
-mod equal_scale;
 mod map;
 mod page;
 mod phase;

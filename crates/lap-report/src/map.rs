@@ -1,10 +1,9 @@
 //! Draws the track from above: its edges, its line, and the driven line by what the tires do.
 
-use html_page::Plot;
+use html_page::{EqualScale, Plot, ScaledPlot};
 use lap::{Corner, LapNode};
 
 use crate::LapPage;
-use crate::equal_scale::{EqualScale, ScaledPlot};
 use crate::phase::{DrivingPhase, add_phase_line};
 
 const SIZE: EqualScale = EqualScale { width: 800.0, heights: [180.0, 560.0], space: 36.0 };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use lap::{CarParameters, InteriorPointStatus, LapOptions, LapTimeInterval, ParameterKey};
+use lap::{CarParameters, InteriorPointStatus, LapOptions, LapTimeInterval};
 use numerics::text::format_lap_time;
 
 use super::*;
@@ -16,8 +16,7 @@ struct OvalLap {
 }
 
 fn car_parameters() -> CarParameters {
-    let mut parameters = CarParameters::default();
-    for (name, value) in [
+    CarParameters::from_numbers(&[
         ("body.m", 1250.0),
         ("body.I_zz", 1850.0),
         ("body.l_f", 1.18),
@@ -26,11 +25,8 @@ fn car_parameters() -> CarParameters {
         ("drive.power_max", 190e3),
         ("limit.F_x_max", 9e3),
         ("limit.F_x_min", -15e3),
-    ] {
-        let key = ParameterKey::find(name).expect("a parameter");
-        parameters.set_number(key, value).expect("a number in its range");
-    }
-    parameters
+    ])
+    .expect("in their ranges")
 }
 
 /// Two straights of 120 m and two half circles of 25 m.

@@ -6,8 +6,9 @@
 use std::error::Error;
 use std::time::Instant;
 
-use lap::{CarParameters, LapOptimum, LapOptions, ParameterDraw, ParameterKey};
+use lap::{CarParameters, LapCar, LapOptimum, LapOptions, ParameterDraw, ParameterKey};
 use track::TrackLine;
+use vehicle::VehicleBody;
 
 /// Repetitions of a search; the median counts.
 const REPETITIONS: usize = 5;
@@ -24,9 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, width) in [("single track", 0.0), ("load moves across", 1.5)] {
         let parameters = parameters(width)?;
         let (car, _) = parameters.car()?;
-        let mut heavier = parameters.clone();
-        set(&mut heavier, "body.m", 1.01 * 1250.0)?;
-        let (heavier, _) = heavier.car()?;
+        let heavier = LapCar { body: VehicleBody { m: 1.01 * car.body.m, ..car.body }, ..car.clone() };
         let lap = LapOptimum::find(&car, &line, &options)?;
         let cold = median_seconds(|| LapOptimum::find(&car, &line, &options).map(drop))?;
         let warm = median_seconds(|| lap.find_similar(&heavier, &line, &options).map(drop))?;
@@ -55,14 +54,9 @@ fn median_seconds(mut search: impl FnMut() -> Result<(), lap::Error>) -> Result<
     Ok(seconds[REPETITIONS / 2])
 }
 
-fn set(parameters: &mut CarParameters, name: &str, value: f64) -> Result<(), String> {
-    parameters.set_number(ParameterKey::find(name).ok_or("no such parameter")?, value)
-}
-
 /// A rear-wheel-drive car on tires by the simple formula.
 fn parameters(width: f64) -> Result<CarParameters, String> {
-    let mut parameters = CarParameters::default();
-    for (name, value) in [
+    CarParameters::from_numbers(&[
         ("body.m", 1250.0),
         ("body.I_zz", 1850.0),
         ("body.l_f", 1.18),
@@ -78,10 +72,7 @@ fn parameters(width: f64) -> Result<CarParameters, String> {
         ("drive.power_max", 190e3),
         ("tire_f.D", 1.1),
         ("tire_r.D", 1.15),
-    ] {
-        set(&mut parameters, name, value)?;
-    }
-    Ok(parameters)
+    ])
 }
 
 /// Frictions of both axles, evenly by the golden ratio within 3 % of their values.

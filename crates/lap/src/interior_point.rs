@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-use crate::newton_system::{BLOCK, BlockVector, NewtonFactors, TIES};
+use crate::newton_system::{BLOCK, BlockVector, DEFECTS, NewtonFactors};
 use crate::stages::{
     EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
     VARIABLES,
@@ -44,30 +44,30 @@ pub enum InteriorPointStatus {
 
 /// Unknowns, slacks and multipliers of a stage.
 #[derive(Clone, Copy, Debug)]
-pub struct StagePoint {
+pub struct StageIterate {
     /// Unknowns.
     pub x: StageVector,
     /// Slacks of the inequalities, above 0.
     slacks: SVector<f64, INEQUALITIES>,
     /// Multipliers of the inequalities, above 0.
-    pub inequalities: SVector<f64, INEQUALITIES>,
+    pub inequality_multipliers: SVector<f64, INEQUALITIES>,
     /// Multipliers of the equations.
-    pub equations: SVector<f64, EQUATIONS>,
-    /// Multipliers of the ties to the stage behind.
-    pub ties: SVector<f64, STATES>,
+    pub equation_multipliers: SVector<f64, EQUATIONS>,
+    /// Multipliers of the defects between it and the stage behind.
+    pub defect_multipliers: SVector<f64, STATES>,
     /// Multipliers of the lower bounds, above 0.
-    pub lower: StageVector,
+    pub lower_multipliers: StageVector,
     /// Multipliers of the upper bounds, above 0.
-    pub upper: StageVector,
+    pub upper_multipliers: StageVector,
 }
 
 /// Where a minimisation ended.
 #[derive(Clone, Debug)]
 pub struct InteriorPointSolution {
     /// The stages.
-    pub points: Vec<StagePoint>,
+    pub points: Vec<StageIterate>,
     /// The stages on the central path, where the barrier was [`CENTRAL_BARRIER`]: from there a similar problem is near.
-    pub central_points: Vec<StagePoint>,
+    pub central_points: Vec<StageIterate>,
     /// How it ended.
     pub status: InteriorPointStatus,
     /// Largest error of the conditions of optimality, scaled.
@@ -99,32 +99,36 @@ pub const CENTRAL_BARRIER: f64 = 1e-6;
 const SIMILAR_MARGIN: f64 = 1e-6;
 
 /// Starting points for [`minimise_stages`] from the central points of a similar problem.
-pub fn similar_points(problem: &impl StagedProblem, central: &[StagePoint]) -> Vec<StagePoint> {
-    let point = |(stage, point): (usize, &StagePoint)| {
+pub fn similar_points(problem: &impl StagedProblem, central: &[StageIterate]) -> Vec<StageIterate> {
+    let point = |(stage, point): (usize, &StageIterate)| {
         let StageBounds { lower, upper } = problem.bounds(stage);
         let margin = (upper - lower) * SIMILAR_MARGIN;
         let x = StageVector::from_fn(|i, _| point.x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
-        StagePoint { x, ..*point }
+        StageIterate { x, ..*point }
     };
     central.iter().enumerate().map(point).collect()
 }
 
 /// Starting points for [`minimise_stages`] that know unknowns alone.
-pub fn start_points(problem: &impl StagedProblem, unknowns: &[StageVector], barrier: f64) -> Vec<StagePoint> {
+pub fn start_points(
+    problem: &impl StagedProblem,
+    unknowns: &[StageVector],
+    barrier: f64,
+) -> Vec<StageIterate> {
     let point = |(stage, x): (usize, &StageVector)| {
         let StageBounds { lower, upper } = problem.bounds(stage);
         let margin = (upper - lower) * START_MARGIN;
         let x = StageVector::from_fn(|i, _| x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
         let values = problem.values(&x, stage);
         let slacks = values.inequalities.map(|value| (-value).max(LEAST_SLACK));
-        StagePoint {
+        StageIterate {
             x,
             slacks,
-            inequalities: slacks.map(|slack| barrier / slack),
-            equations: SVector::zeros(),
-            ties: SVector::zeros(),
-            lower: (x - lower).map(|gap| barrier / gap),
-            upper: (upper - x).map(|gap| barrier / gap),
+            inequality_multipliers: slacks.map(|slack| barrier / slack),
+            equation_multipliers: SVector::zeros(),
+            defect_multipliers: SVector::zeros(),
+            lower_multipliers: (x - lower).map(|gap| barrier / gap),
+            upper_multipliers: (upper - x).map(|gap| barrier / gap),
         }
     };
     unknowns.iter().enumerate().map(point).collect()
@@ -133,7 +137,7 @@ pub fn start_points(problem: &impl StagedProblem, unknowns: &[StageVector], barr
 /// Minimises from starting points, those of [`start_points`] or of the solution of a similar problem.
 pub fn minimise_stages(
     problem: &impl StagedProblem,
-    start: Vec<StagePoint>,
+    start: Vec<StageIterate>,
     limits: InteriorPointLimits,
 ) -> InteriorPointSolution {
     let mut search = InteriorPointSearch::new(problem, start, limits);
@@ -159,11 +163,11 @@ pub fn minimise_stages(
 struct InteriorPointSearch<'a, P> {
     problem: &'a P,
     bounds: Vec<StageBounds>,
-    points: Vec<StagePoint>,
+    points: Vec<StageIterate>,
     barrier: f64,
     least_barrier: f64,
     filter: Vec<FilterEntry>,
-    central_points: Option<Vec<StagePoint>>,
+    central_points: Option<Vec<StageIterate>>,
     most_violation: f64,
     small_violation: f64,
 }
@@ -184,7 +188,7 @@ struct Merit {
 /// The functions at a point, to second order.
 struct Linearisation {
     models: Vec<StageModel>,
-    ties: Vec<SVector<f64, STATES>>,
+    defects: Vec<SVector<f64, STATES>>,
 }
 
 /// Errors of the conditions of optimality.
@@ -204,11 +208,11 @@ impl OptimalityErrors {
 struct StageStep {
     x: StageVector,
     slacks: SVector<f64, INEQUALITIES>,
-    inequalities: SVector<f64, INEQUALITIES>,
-    equations: SVector<f64, EQUATIONS>,
-    ties: SVector<f64, STATES>,
-    lower: StageVector,
-    upper: StageVector,
+    inequality_multipliers: SVector<f64, INEQUALITIES>,
+    equation_multipliers: SVector<f64, EQUATIONS>,
+    defect_multipliers: SVector<f64, STATES>,
+    lower_multipliers: StageVector,
+    upper_multipliers: StageVector,
 }
 
 /// How far a step may go.
@@ -222,7 +226,7 @@ fn states(x: &StageVector) -> SVector<f64, STATES> {
 }
 
 impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
-    fn new(problem: &'a P, points: Vec<StagePoint>, limits: InteriorPointLimits) -> Self {
+    fn new(problem: &'a P, points: Vec<StageIterate>, limits: InteriorPointLimits) -> Self {
         let mut search = InteriorPointSearch {
             problem,
             bounds: (0..problem.stages()).map(|stage| problem.bounds(stage)).collect(),
@@ -244,14 +248,14 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         let models: Vec<StageModel> =
             self.points.par_iter().enumerate().map(|(k, point)| self.problem.model(&point.x, k)).collect();
         let values: Vec<StageValues> = models.iter().map(|it| it.values).collect();
-        let ties = self.tie_residuals(&self.points, &values);
-        Linearisation { models, ties }
+        let defects = self.defects(&self.points, &values);
+        Linearisation { models, defects }
     }
 
-    /// x_{k+1} − x_k − h (f_k + f_{k+1}) / 2, and 0 for a stage without a tie.
-    fn tie_residuals(&self, points: &[StagePoint], values: &[StageValues]) -> Vec<SVector<f64, STATES>> {
+    /// x_{k+1} − x_k − h (f_k + f_{k+1}) / 2, and 0 for a stage without one behind it.
+    fn defects(&self, points: &[StageIterate], values: &[StageValues]) -> Vec<SVector<f64, STATES>> {
         let residual = |k: usize| {
-            if !self.problem.is_tied(k) {
+            if !self.problem.has_defect(k) {
                 return SVector::zeros();
             }
             let next = self.problem.next(k);
@@ -261,17 +265,26 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         (0..points.len()).map(residual).collect()
     }
 
-    fn merit(&self, points: &[StagePoint]) -> Merit {
+    fn merit(&self, points: &[StageIterate]) -> Merit {
         let values: Vec<StageValues> =
             points.par_iter().enumerate().map(|(k, point)| self.problem.values(&point.x, k)).collect();
+        self.merit_of_values(points, &values, &self.defects(points, &values))
+    }
+
+    fn merit_of_values(
+        &self,
+        points: &[StageIterate],
+        values: &[StageValues],
+        defects: &[SVector<f64, STATES>],
+    ) -> Merit {
         let mut merit = Merit { cost: 0.0, violation: 0.0 };
-        for ((point, value), bounds) in points.iter().zip(&values).zip(&self.bounds) {
+        for ((point, value), bounds) in points.iter().zip(values).zip(&self.bounds) {
             let gaps = (point.x - bounds.lower).component_mul(&(bounds.upper - point.x));
             let logarithms = gaps.map(f64::ln).sum() + point.slacks.map(f64::ln).sum();
             merit.cost += value.cost - self.barrier * logarithms;
             merit.violation += value.equations.abs().sum() + (value.inequalities + point.slacks).abs().sum();
         }
-        merit.violation += self.tie_residuals(points, &values).iter().map(|it| it.abs().sum()).sum::<f64>();
+        merit.violation += defects.iter().map(|it| it.abs().sum()).sum::<f64>();
         merit
     }
 
@@ -327,12 +340,12 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
             let mut gradient = model.gradient;
             for i in 0..VARIABLES {
                 let (below, above) = (point.x[i] - bounds.lower[i], bounds.upper[i] - point.x[i]);
-                hessian[(i, i)] += point.lower[i] / below + point.upper[i] / above;
+                hessian[(i, i)] += point.lower_multipliers[i] / below + point.upper_multipliers[i] / above;
                 gradient[i] += self.barrier / above - self.barrier / below;
             }
             for j in 0..INEQUALITIES {
                 let row = model.inequalities.row(j).transpose();
-                let weight = point.inequalities[j] / point.slacks[j];
+                let weight = point.inequality_multipliers[j] / point.slacks[j];
                 let residual = model.values.inequalities[j] + point.slacks[j];
                 hessian += row * row.transpose() * weight;
                 gradient += row * (self.barrier / point.slacks[j] + weight * residual);
@@ -340,25 +353,30 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
             let mut right = BlockVector::zeros();
             right.fixed_rows_mut::<VARIABLES>(0).copy_from(&-gradient);
             right.fixed_rows_mut::<EQUATIONS>(VARIABLES).copy_from(&-model.values.equations);
-            right.fixed_rows_mut::<STATES>(TIES).copy_from(&-linearisation.ties[k]);
+            right.fixed_rows_mut::<STATES>(DEFECTS).copy_from(&-linearisation.defects[k]);
             (hessian, right)
         };
         (0..self.points.len()).into_par_iter().map(stage).unzip()
     }
 
-    /// Multipliers of the slopes of a stage: of the ties to both neighbours.
+    /// Multipliers of the slopes of a stage: of the defects to both sides.
     fn slope_multipliers(&self, k: usize) -> SVector<f64, STATES> {
         let before = self.problem.previous(k);
         let half = -0.5 * self.problem.step();
-        let own = if self.problem.is_tied(k) { self.points[k].ties } else { SVector::zeros() };
-        let behind = if self.problem.is_tied(before) { self.points[before].ties } else { SVector::zeros() };
+        let own =
+            if self.problem.has_defect(k) { self.points[k].defect_multipliers } else { SVector::zeros() };
+        let behind = if self.problem.has_defect(before) {
+            self.points[before].defect_multipliers
+        } else {
+            SVector::zeros()
+        };
         (own + behind) * half
     }
 
     fn lagrangian_hessian(&self, k: usize, model: &StageModel) -> SMatrix<f64, VARIABLES, VARIABLES> {
         let point = &self.points[k];
         let slopes = self.slope_multipliers(k);
-        let others = slopes.iter().chain(&point.equations).chain(&point.inequalities);
+        let others = slopes.iter().chain(&point.equation_multipliers).chain(&point.inequality_multipliers);
         let weights = std::iter::once(1.0).chain(others.copied());
         model
             .hessians
@@ -378,13 +396,17 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
             StageStep {
                 x,
                 slacks,
-                inequalities: SVector::from_fn(|j, _| {
-                    towards(point.inequalities[j], point.slacks[j], slacks[j])
+                inequality_multipliers: SVector::from_fn(|j, _| {
+                    towards(point.inequality_multipliers[j], point.slacks[j], slacks[j])
                 }),
-                equations: solved.fixed_rows::<EQUATIONS>(VARIABLES) - point.equations,
-                ties: solved.fixed_rows::<STATES>(TIES) - point.ties,
-                lower: SVector::from_fn(|i, _| towards(point.lower[i], point.x[i] - bounds.lower[i], x[i])),
-                upper: SVector::from_fn(|i, _| towards(point.upper[i], bounds.upper[i] - point.x[i], -x[i])),
+                equation_multipliers: solved.fixed_rows::<EQUATIONS>(VARIABLES) - point.equation_multipliers,
+                defect_multipliers: solved.fixed_rows::<STATES>(DEFECTS) - point.defect_multipliers,
+                lower_multipliers: SVector::from_fn(|i, _| {
+                    towards(point.lower_multipliers[i], point.x[i] - bounds.lower[i], x[i])
+                }),
+                upper_multipliers: SVector::from_fn(|i, _| {
+                    towards(point.upper_multipliers[i], bounds.upper[i] - point.x[i], -x[i])
+                }),
             }
         };
         solution.iter().enumerate().map(step).collect()
@@ -402,12 +424,12 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
             for i in 0..VARIABLES {
                 shorten(&mut lengths.primal, point.x[i] - bounds.lower[i], step.x[i]);
                 shorten(&mut lengths.primal, bounds.upper[i] - point.x[i], -step.x[i]);
-                shorten(&mut lengths.dual, point.lower[i], step.lower[i]);
-                shorten(&mut lengths.dual, point.upper[i], step.upper[i]);
+                shorten(&mut lengths.dual, point.lower_multipliers[i], step.lower_multipliers[i]);
+                shorten(&mut lengths.dual, point.upper_multipliers[i], step.upper_multipliers[i]);
             }
             for j in 0..INEQUALITIES {
                 shorten(&mut lengths.primal, point.slacks[j], step.slacks[j]);
-                shorten(&mut lengths.dual, point.inequalities[j], step.inequalities[j]);
+                shorten(&mut lengths.dual, point.inequality_multipliers[j], step.inequality_multipliers[j]);
             }
         }
         lengths
@@ -428,7 +450,8 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     /// Shortens a step until the filter accepts it, and takes it; false where even a short one is refused.
     fn line_search(&mut self, linearisation: &Linearisation, steps: &[StageStep]) -> bool {
         let longest = self.longest_steps(steps);
-        let before = self.merit(&self.points);
+        let values: Vec<StageValues> = linearisation.models.iter().map(|it| it.values).collect();
+        let before = self.merit_of_values(&self.points, &values, &linearisation.defects);
         let descent = self.descent(linearisation, steps);
         let mut length = longest.primal;
         while length >= SHORTEST_STEP * longest.primal {
@@ -468,8 +491,8 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         is_better
     }
 
-    fn moved_points(&self, steps: &[StageStep], primal: f64, dual: f64) -> Vec<StagePoint> {
-        let moved = |((point, step), bounds): ((&StagePoint, &StageStep), &StageBounds)| {
+    fn moved_points(&self, steps: &[StageStep], primal: f64, dual: f64) -> Vec<StageIterate> {
+        let moved = |((point, step), bounds): ((&StageIterate, &StageStep), &StageBounds)| {
             let x = point.x + step.x * primal;
             // Multipliers far from those of the barrier would spoil the Hessian.
             let near = |multiplier: f64, gap: f64| {
@@ -477,16 +500,19 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
                 multiplier.clamp(central / MULTIPLIER_RANGE, central * MULTIPLIER_RANGE)
             };
             let slacks = point.slacks + step.slacks * primal;
-            let inequalities = point.inequalities + step.inequalities * dual;
-            let (lower, upper) = (point.lower + step.lower * dual, point.upper + step.upper * dual);
-            StagePoint {
+            let inequalities = point.inequality_multipliers + step.inequality_multipliers * dual;
+            let (lower, upper) = (
+                point.lower_multipliers + step.lower_multipliers * dual,
+                point.upper_multipliers + step.upper_multipliers * dual,
+            );
+            StageIterate {
                 x,
                 slacks,
-                inequalities: SVector::from_fn(|j, _| near(inequalities[j], slacks[j])),
-                equations: point.equations + step.equations * primal,
-                ties: point.ties + step.ties * primal,
-                lower: SVector::from_fn(|i, _| near(lower[i], x[i] - bounds.lower[i])),
-                upper: SVector::from_fn(|i, _| near(upper[i], bounds.upper[i] - x[i])),
+                inequality_multipliers: SVector::from_fn(|j, _| near(inequalities[j], slacks[j])),
+                equation_multipliers: point.equation_multipliers + step.equation_multipliers * primal,
+                defect_multipliers: point.defect_multipliers + step.defect_multipliers * primal,
+                lower_multipliers: SVector::from_fn(|i, _| near(lower[i], x[i] - bounds.lower[i])),
+                upper_multipliers: SVector::from_fn(|i, _| near(upper[i], bounds.upper[i] - x[i])),
             }
         };
         self.points.iter().zip(steps).zip(&self.bounds).map(moved).collect()
@@ -519,18 +545,18 @@ impl Linearisation {
         let mut multipliers = 0.0;
         for (k, (point, model)) in search.points.iter().zip(&self.models).enumerate() {
             let bounds = &search.bounds[k];
-            let before = &search.points[search.problem.previous(k)].ties;
+            let before = &search.points[search.problem.previous(k)].defect_multipliers;
             let mut gradient = model.gradient
-                + model.equations.transpose() * point.equations
-                + model.inequalities.transpose() * point.inequalities
+                + model.equations.transpose() * point.equation_multipliers
+                + model.inequalities.transpose() * point.inequality_multipliers
                 + model.slopes.transpose() * search.slope_multipliers(k)
-                - point.lower
-                + point.upper;
+                - point.lower_multipliers
+                + point.upper_multipliers;
             for i in 0..STATES {
-                if search.problem.is_tied(k) {
-                    gradient[i] -= point.ties[i];
+                if search.problem.has_defect(k) {
+                    gradient[i] -= point.defect_multipliers[i];
                 }
-                if search.problem.is_tied(search.problem.previous(k)) {
+                if search.problem.has_defect(search.problem.previous(k)) {
                     gradient[i] += before[i];
                 }
             }
@@ -538,23 +564,23 @@ impl Linearisation {
             let inequalities = model.values.inequalities + point.slacks;
             errors.primal = errors
                 .primal
-                .max(self.ties[k].amax())
+                .max(self.defects[k].amax())
                 .max(model.values.equations.amax())
                 .max(inequalities.amax());
-            let lower = (point.x - bounds.lower).component_mul(&point.lower);
-            let upper = (bounds.upper - point.x).component_mul(&point.upper);
-            let slacks = point.slacks.component_mul(&point.inequalities);
+            let lower = (point.x - bounds.lower).component_mul(&point.lower_multipliers);
+            let upper = (bounds.upper - point.x).component_mul(&point.upper_multipliers);
+            let slacks = point.slacks.component_mul(&point.inequality_multipliers);
             let away = |product: f64| (product - barrier).abs();
             errors.complementarity = errors
                 .complementarity
                 .max(lower.map(away).max())
                 .max(upper.map(away).max())
                 .max(slacks.map(away).max());
-            multipliers += point.ties.abs().sum()
-                + point.equations.abs().sum()
-                + point.inequalities.sum()
-                + point.lower.sum()
-                + point.upper.sum();
+            multipliers += point.defect_multipliers.abs().sum()
+                + point.equation_multipliers.abs().sum()
+                + point.inequality_multipliers.sum()
+                + point.lower_multipliers.sum()
+                + point.upper_multipliers.sum();
         }
         // Large multipliers make large gradients, which cancel with a rounding error of their own.
         let mean = multipliers / (search.points.len() * (BLOCK + VARIABLES + INEQUALITIES)) as f64;

@@ -1,5 +1,6 @@
 //! Turns what is not known of a car into an interval of its lap time: one fastest lap for each draw of its parameters.
 
+use numerics::statistics::{central_95_percent_interval, quantile};
 use rayon::prelude::*;
 use track::TrackLine;
 
@@ -23,21 +24,10 @@ pub struct LapTimeInterval {
 }
 
 impl LapTimeInterval {
-    /// A quantile of the lap times [s], from 0 to 1, linear between the draws.
-    ///
-    /// # Panics
-    /// Without a draw that was solved.
+    /// A quantile of the lap times [s], from 0 to 1, linear between the draws; NaN without a draw that was solved.
     pub fn quantile(&self, share: f64) -> f64 {
         quantile(&self.lap_times, share)
     }
-}
-
-/// A quantile of sorted values, linear between them.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let low = place.floor() as usize;
-    let high = (low + 1).min(sorted.len() - 1);
-    sorted[low] + (place - low as f64) * (sorted[high] - sorted[low])
 }
 
 impl LapOptimum {
@@ -71,9 +61,7 @@ impl LapOptimum {
         let mut lap_times: Vec<f64> = solved.iter().map(|lap| lap.lap_time).collect();
         lap_times.sort_by(f64::total_cmp);
         let band = |k: usize| {
-            let mut values: Vec<f64> = solved.iter().map(|lap| lap.nodes[k].variables.n).collect();
-            values.sort_by(f64::total_cmp);
-            [quantile(&values, 0.025), quantile(&values, 0.975)]
+            central_95_percent_interval(solved.iter().map(|lap| lap.nodes[k].variables.n).collect())
         };
         Ok(LapTimeInterval {
             deviations: (0..self.nodes.len()).map(band).collect(),

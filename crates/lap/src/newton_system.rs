@@ -6,10 +6,10 @@ use nalgebra::{SMatrix, SVector};
 use crate::ldlt::SymmetricFactors;
 use crate::stages::{EQUATIONS, STATES, StageModel, StageVector, StagedProblem, VARIABLES};
 
-/// Unknowns and multipliers of a stage: its unknowns, those of its equations, those of its ties to the stage behind it.
+/// Unknowns and multipliers of a stage: its unknowns, those of its equations, those of its defects against the stage behind.
 pub const BLOCK: usize = VARIABLES + EQUATIONS + STATES;
-/// Row where the multipliers of the ties begin.
-pub const TIES: usize = VARIABLES + EQUATIONS;
+/// Row where the multipliers of the defects begin.
+pub const DEFECTS: usize = VARIABLES + EQUATIONS;
 
 /// Keeps the blocks regular where equations depend on one another.
 const EQUATION_DAMPING: f64 = 1e-10;
@@ -17,21 +17,21 @@ const EQUATION_DAMPING: f64 = 1e-10;
 /// A right side, or a solution.
 pub type BlockVector = SVector<f64, BLOCK>;
 type Block = SMatrix<f64, BLOCK, BLOCK>;
-type TieGradient = SMatrix<f64, STATES, VARIABLES>;
-/// Rows of the ties from the last stage to the first, as far as they reach into a stage.
+type DefectJacobian = SMatrix<f64, STATES, VARIABLES>;
+/// Rows of the defects between the last stage and the first, as far as they reach into a stage.
 type ClosingRows = SMatrix<f64, STATES, BLOCK>;
 
 /// The factors of the symmetric system [W Jᵀ; J −ε]. Its blocks form a chain, which is eliminated from its first stage on; the last one
-/// borders all others, as a closed chain ties it to the first.
+/// borders all others, as a closed chain couples it with the first.
 pub struct NewtonFactors {
     stages: Vec<SymmetricFactors<BLOCK>>,
-    /// What ties each stage but the last two to the last one: rows of its ties.
+    /// What couples each stage but the last two with the last one: rows of its defects.
     closing: Vec<ClosingRows>,
-    /// What ties the stage before the last one to it: rows of the last.
+    /// What couples the stage before the last one with it: rows of the last.
     to_last: Block,
     last: SymmetricFactors<BLOCK>,
-    /// Derivatives of the ties by the unknowns of the stage behind.
-    tie_gradients: Vec<TieGradient>,
+    /// Derivatives of the defects by the unknowns of the stage behind.
+    defect_jacobians: Vec<DefectJacobian>,
     negative_eigenvalues: usize,
 }
 
@@ -46,46 +46,46 @@ impl NewtonFactors {
         let count = models.len();
         let half = 0.5 * problem.step();
         let block = |k: usize| {
-            let tie = if problem.is_tied(k) { Some(-half) } else { None };
-            stage_block(&models[k], &hessians[k], tie, damping)
+            let factor = if problem.has_defect(k) { Some(-half) } else { None };
+            stage_block(&models[k], &hessians[k], factor, damping)
         };
-        let tie_gradients: Vec<TieGradient> =
+        let defect_jacobians: Vec<DefectJacobian> =
             models.iter().map(|it| unit_states() - it.slopes * half).collect();
         let mut stages = Vec::with_capacity(count - 1);
         let mut closing = Vec::with_capacity(count - 1);
         let (mut last, mut current) = (block(count - 1), block(0));
         let mut rows = ClosingRows::zeros();
         if problem.is_closed() {
-            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&tie_gradients[0]);
+            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&defect_jacobians[0]);
         }
         let mut negative_eigenvalues = 0;
         for k in 0..count - 2 {
             let factors = SymmetricFactors::new(&current)?;
             negative_eigenvalues += factors.negative_eigenvalues();
             let eliminated = factors.solve(&rows.transpose());
-            let mut among_ties = last.fixed_view_mut::<STATES, STATES>(TIES, TIES);
-            among_ties -= rows * eliminated;
+            let mut among_defects = last.fixed_view_mut::<STATES, STATES>(DEFECTS, DEFECTS);
+            among_defects -= rows * eliminated;
             closing.push(rows);
-            let next = &tie_gradients[k + 1];
+            let next = &defect_jacobians[k + 1];
             current = block(k + 1);
             let mut view = current.fixed_view_mut::<VARIABLES, VARIABLES>(0, 0);
-            view -= next.transpose() * tie_inverse(&factors) * next;
-            let from_ties = eliminated.fixed_view::<STATES, STATES>(TIES, 0).transpose();
+            view -= next.transpose() * defect_inverse(&factors) * next;
+            let from_defects = eliminated.fixed_view::<STATES, STATES>(DEFECTS, 0).transpose();
             rows = ClosingRows::zeros();
-            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&-(from_ties * next));
+            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&-(from_defects * next));
             stages.push(factors);
         }
         let mut to_last = Block::zeros();
-        to_last.fixed_view_mut::<STATES, BLOCK>(TIES, 0).copy_from(&rows);
-        let mut view = to_last.fixed_view_mut::<VARIABLES, STATES>(0, TIES);
-        view += tie_gradients[count - 1].transpose();
+        to_last.fixed_view_mut::<STATES, BLOCK>(DEFECTS, 0).copy_from(&rows);
+        let mut view = to_last.fixed_view_mut::<VARIABLES, STATES>(0, DEFECTS);
+        view += defect_jacobians[count - 1].transpose();
         let factors = SymmetricFactors::new(&current)?;
         negative_eigenvalues += factors.negative_eigenvalues();
         last -= to_last * factors.solve(&to_last.transpose());
         stages.push(factors);
         let last = SymmetricFactors::new(&(0.5 * (last + last.transpose())))?;
         negative_eigenvalues += last.negative_eigenvalues();
-        Some(NewtonFactors { stages, closing, to_last, last, tie_gradients, negative_eigenvalues })
+        Some(NewtonFactors { stages, closing, to_last, last, defect_jacobians, negative_eigenvalues })
     }
 
     /// Whether the Hessian is positive definite where the equations hold: as many negative eigenvalues as equations.
@@ -99,30 +99,30 @@ impl NewtonFactors {
         let mut b = right.to_vec();
         for k in 0..end - 1 {
             let solved = self.stages[k].solve(&b[k]);
-            let mut rows = b[end].fixed_rows_mut::<STATES>(TIES);
+            let mut rows = b[end].fixed_rows_mut::<STATES>(DEFECTS);
             rows -= self.closing[k] * solved;
-            let ties = solved.fixed_rows::<STATES>(TIES).into_owned();
+            let defects = solved.fixed_rows::<STATES>(DEFECTS).into_owned();
             let mut rows = b[k + 1].fixed_rows_mut::<VARIABLES>(0);
-            rows -= self.tie_gradients[k + 1].transpose() * ties;
+            rows -= self.defect_jacobians[k + 1].transpose() * defects;
         }
         let solved = self.stages[end - 1].solve(&b[end - 1]);
         b[end] -= self.to_last * solved;
         let mut x = vec![BlockVector::zeros(); right.len()];
         x[end] = self.last.solve(&b[end]);
         x[end - 1] = self.stages[end - 1].solve(&(b[end - 1] - self.to_last.transpose() * x[end]));
-        let closing_multipliers = x[end].fixed_rows::<STATES>(TIES).into_owned();
+        let closing_multipliers = x[end].fixed_rows::<STATES>(DEFECTS).into_owned();
         for k in (0..end - 1).rev() {
             let mut rest = b[k] - self.closing[k].transpose() * closing_multipliers;
             let behind: StageVector = x[k + 1].fixed_rows::<VARIABLES>(0).into_owned();
-            let mut rows = rest.fixed_rows_mut::<STATES>(TIES);
-            rows -= self.tie_gradients[k + 1] * behind;
+            let mut rows = rest.fixed_rows_mut::<STATES>(DEFECTS);
+            rows -= self.defect_jacobians[k + 1] * behind;
             x[k] = self.stages[k].solve(&rest);
         }
         x
     }
 }
 
-/// The block of a stage. A stage without a tie has multipliers of 0 for it.
+/// The block of a stage. A stage without one behind it has multipliers of 0 for its defects.
 fn stage_block(
     model: &StageModel,
     hessian: &SMatrix<f64, VARIABLES, VARIABLES>,
@@ -138,23 +138,23 @@ fn stage_block(
     block.fixed_view_mut::<VARIABLES, EQUATIONS>(0, VARIABLES).copy_from(&model.equations.transpose());
     if let Some(factor) = minus_half_step {
         let gradient = model.slopes * factor - unit_states();
-        block.fixed_view_mut::<STATES, VARIABLES>(TIES, 0).copy_from(&gradient);
-        block.fixed_view_mut::<VARIABLES, STATES>(0, TIES).copy_from(&gradient.transpose());
+        block.fixed_view_mut::<STATES, VARIABLES>(DEFECTS, 0).copy_from(&gradient);
+        block.fixed_view_mut::<VARIABLES, STATES>(0, DEFECTS).copy_from(&gradient.transpose());
     }
     for i in VARIABLES..BLOCK {
-        block[(i, i)] = if i < TIES || minus_half_step.is_some() { -EQUATION_DAMPING } else { -1.0 };
+        block[(i, i)] = if i < DEFECTS || minus_half_step.is_some() { -EQUATION_DAMPING } else { -1.0 };
     }
     block
 }
 
 /// The states of a stage as a function of its unknowns.
-fn unit_states() -> TieGradient {
-    TieGradient::identity()
+fn unit_states() -> DefectJacobian {
+    DefectJacobian::identity()
 }
 
-/// The part of the inverse of a block that belongs to its ties.
-fn tie_inverse(factors: &SymmetricFactors<BLOCK>) -> SMatrix<f64, STATES, STATES> {
+/// The part of the inverse of a block that belongs to its defects.
+fn defect_inverse(factors: &SymmetricFactors<BLOCK>) -> SMatrix<f64, STATES, STATES> {
     let mut units = SMatrix::<f64, BLOCK, STATES>::zeros();
-    units.fixed_view_mut::<STATES, STATES>(TIES, 0).copy_from(&SMatrix::identity());
-    factors.solve(&units).fixed_view::<STATES, STATES>(TIES, 0).into_owned()
+    units.fixed_view_mut::<STATES, STATES>(DEFECTS, 0).copy_from(&SMatrix::identity());
+    factors.solve(&units).fixed_view::<STATES, STATES>(DEFECTS, 0).into_owned()
 }

@@ -3,7 +3,7 @@
 
 use crate::stages::{EQUATIONS, STATES, VARIABLES};
 
-/// What is unknown at a node: seven states, two rates that drive them, and three quantities that equations tie to them.
+/// What is unknown at a node: seven states, two rates that drive them, and three quantities that follow from them by equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeVariables<T = f64> {
     /// Lateral deviation from the line [m], positive to its left.

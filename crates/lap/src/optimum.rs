@@ -5,7 +5,7 @@ use track::TrackLine;
 
 use crate::car::LapCar;
 use crate::interior_point::{
-    CENTRAL_BARRIER, InteriorPointLimits, InteriorPointStatus, StagePoint, minimise_stages, similar_points,
+    CENTRAL_BARRIER, InteriorPointLimits, InteriorPointStatus, StageIterate, minimise_stages, similar_points,
     start_points,
 };
 use crate::node::NodeVariables;
@@ -52,9 +52,9 @@ pub struct LapOptimum {
     /// The nodes.
     pub nodes: Vec<LapNode>,
     /// Unknowns and multipliers.
-    points: Vec<StagePoint>,
+    points: Vec<StageIterate>,
     /// Those from which the search for a similar car starts.
-    central_points: Vec<StagePoint>,
+    central_points: Vec<StageIterate>,
 }
 
 /// How often a search that stalls begins anew where it is, with the multipliers of the barrier.
@@ -101,17 +101,18 @@ impl LapOptimum {
     fn solve(
         problem: &LapProblem,
         line: &TrackLine,
-        start: Vec<StagePoint>,
+        start: Vec<StageIterate>,
         limits: InteriorPointLimits,
     ) -> Self {
         let solution = minimise_stages(problem, start, limits);
         let mut nodes = Vec::with_capacity(solution.points.len());
-        let mut t = 0.0;
+        let (mut t, mut lap_time) = (0.0, 0.0);
         let mut slowness_before = None;
         for (k, point) in solution.points.iter().enumerate() {
             let s = problem.step() * k as f64;
             let variables = problem.unscaled(&point.x);
             let motion = problem.motion(&variables, k);
+            lap_time += problem.way(k) * motion.slowness;
             if let Some(before) = slowness_before.replace(motion.slowness) {
                 t += 0.5 * problem.step() * (before + motion.slowness);
             }
@@ -131,13 +132,8 @@ impl LapOptimum {
                 alphas: motion.alphas,
             });
         }
-        let lap_time = solution
-            .points
-            .iter()
-            .enumerate()
-            .map(|(k, point)| problem.way(k) * problem.motion(&problem.unscaled(&point.x), k).slowness);
         LapOptimum {
-            lap_time: lap_time.sum(),
+            lap_time,
             status: solution.status,
             iterations: solution.iterations,
             optimality_error: solution.optimality_error,

@@ -171,6 +171,19 @@ impl ParameterKey {
 }
 
 impl CarParameters {
+    /// A car of these numbers, by their names, in SI units.
+    ///
+    /// # Errors
+    /// In words, when there is no such parameter, or when a number is out of its range.
+    pub fn from_numbers(numbers: &[(&str, f64)]) -> Result<Self, String> {
+        let mut parameters = CarParameters::default();
+        for (name, value) in numbers {
+            let key = ParameterKey::find(name).ok_or_else(|| format!("a lap has no parameter `{name}`"))?;
+            parameters.set_number(key, *value).map_err(|message| format!("`{name}`: {message}"))?;
+        }
+        Ok(parameters)
+    }
+
     /// Sets a number in SI units.
     ///
     /// # Errors

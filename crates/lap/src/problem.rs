@@ -9,7 +9,7 @@ use track::{AccelerationLimits, GgvDiagram, RoadGeometry, SpeedBounds, SpeedProf
 use vehicle::G;
 
 use crate::car::LapCar;
-use crate::interior_point::StagePoint;
+use crate::interior_point::StageIterate;
 use crate::node::{NodeMotion, NodeVariables};
 use crate::stages::{
     EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
@@ -30,6 +30,8 @@ const SCALE: [f64; VARIABLES] = [5.0, 0.3, 30.0, 2.0, 1.0, 0.1, 1e4, 1.0, 5e4, 0
 const NODES: RangeInclusive<usize> = 10..=50_000;
 /// Slowest speed of a lap [m/s].
 const SLOWEST: f64 = 2.0;
+/// Slowest speed at the start of an open line [m/s]: above the slowest one at all, as a search needs room between bounds.
+const SLOWEST_START: f64 = 1.5 * SLOWEST;
 /// Share of the grip of the tires that the start of the search uses.
 const START_GRIP: f64 = 0.75;
 /// How far an open lap may begin from straight ahead [rad, m/s, rad/s].
@@ -63,6 +65,7 @@ impl<'a> LapProblem<'a> {
             let (least, most) = (NODES.start(), NODES.end());
             return Err(Error::Options(format!("expected {least} to {most} nodes, found {nodes}")));
         }
+        check_start_speed(options.start_speed, line)?;
         let intervals = if line.is_closed() { nodes } else { nodes - 1 };
         let step = line.length() / intervals as f64;
         let stations: Vec<f64> = (0..nodes).map(|k| step * k as f64).collect();
@@ -110,17 +113,18 @@ impl<'a> LapProblem<'a> {
     }
 
     /// What a stage adds to the Lagrangian, but for the terms that no parameter of the car changes.
-    pub fn lagrangian(&self, points: &[StagePoint], stage: usize) -> f64 {
+    pub fn lagrangian(&self, points: &[StageIterate], stage: usize) -> f64 {
         let point = &points[stage];
         let values = self.values(&point.x, stage);
         let StageBounds { lower, upper } = self.bounds(stage);
         let before = self.previous(stage);
-        let tied = |k: usize| if self.is_tied(k) { points[k].ties } else { SVector::zeros() };
-        values.cost - (tied(stage) + tied(before)).dot(&values.slopes) * (0.5 * self.step)
-            + point.equations.dot(&values.equations)
-            + point.inequalities.dot(&values.inequalities)
-            + point.lower.dot(&(lower - point.x))
-            + point.upper.dot(&(point.x - upper))
+        let multipliers =
+            |k: usize| if self.has_defect(k) { points[k].defect_multipliers } else { SVector::zeros() };
+        values.cost - (multipliers(stage) + multipliers(before)).dot(&values.slopes) * (0.5 * self.step)
+            + point.equation_multipliers.dot(&values.equations)
+            + point.inequality_multipliers.dot(&values.inequalities)
+            + point.lower_multipliers.dot(&(lower - point.x))
+            + point.upper_multipliers.dot(&(point.x - upper))
     }
 
     fn outputs<T: StageNumber>(&self, z: [T; VARIABLES], stage: usize) -> [T; OUTPUTS] {
@@ -224,6 +228,20 @@ impl<'a> LapProblem<'a> {
     }
 }
 
+/// A speed that is too low would be raised, and one of a closed line would do nothing.
+fn check_start_speed(speed: Option<f64>, line: &TrackLine) -> Result<(), Error> {
+    let Some(speed) = speed else { return Ok(()) };
+    if line.is_closed() {
+        return Err(Error::Options("a closed line has no start, so there is no start speed".to_owned()));
+    }
+    if !(speed.is_finite() && speed >= SLOWEST_START) {
+        return Err(Error::Options(format!(
+            "expected a start speed of at least {SLOWEST_START} m/s, found {speed} m/s"
+        )));
+    }
+    Ok(())
+}
+
 /// Nodes every 4 m, as far as that is possible with at least 200 and at most 2000.
 fn default_nodes(length: f64) -> usize {
     (length / 4.0).ceil().clamp(200.0, 2000.0) as usize
@@ -275,7 +293,7 @@ impl StagedProblem for LapProblem<'_> {
         let around = |most: f64| [-most, most];
         let mut speeds = [SLOWEST, self.top_speed];
         if let Some(start) = self.start_speed.filter(|_| !self.closed && stage == 0) {
-            speeds[1] = start.clamp(1.01 * SLOWEST, self.top_speed);
+            speeds[1] = start.min(self.top_speed);
         }
         let mut bounds: [[f64; 2]; VARIABLES] = [
             self.deviations[stage],

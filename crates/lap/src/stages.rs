@@ -54,8 +54,8 @@ pub struct StageBounds {
     pub upper: StageVector,
 }
 
-/// Stages at equal distances, closed or with ends. Collocation by trapezoids ties the states of neighbours:
-/// x_{k+1} − x_k = h (f_k + f_{k+1}) / 2.
+/// Stages at equal distances, closed or with ends. Collocation by trapezoids asks that the defects between neighbours
+/// are 0: x_{k+1} − x_k − h (f_k + f_{k+1}) / 2.
 pub trait StagedProblem: Sync {
     /// Number of stages, three at least.
     fn stages(&self) -> usize;
@@ -80,8 +80,8 @@ pub trait StagedProblem: Sync {
         (stage + self.stages() - 1) % self.stages()
     }
 
-    /// Whether a stage is tied to the one behind it.
-    fn is_tied(&self, stage: usize) -> bool {
+    /// Whether a stage has defects, against the one behind it.
+    fn has_defect(&self, stage: usize) -> bool {
         self.is_closed() || stage + 1 < self.stages()
     }
 }

@@ -196,8 +196,7 @@ fn derivatives_are_those_of_differences() {
 }
 
 fn parameters() -> CarParameters {
-    let mut parameters = CarParameters::default();
-    let values = [
+    CarParameters::from_numbers(&[
         ("body.m", 1250.0),
         ("body.I_zz", 1850.0),
         ("body.l_f", 1.18),
@@ -208,11 +207,8 @@ fn parameters() -> CarParameters {
         ("aero.C_d", 0.34),
         ("tire_f.D", 1.1),
         ("tire_r.D", 1.15),
-    ];
-    for (name, value) in values {
-        parameters.set_number(ParameterKey::find(name).expect("a key"), value).expect("in its range");
-    }
-    parameters
+    ])
+    .expect("in their ranges")
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, Dual2SVec64};
+use numerics::golden_section::argmax;
 use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
 
 use crate::stages::VARIABLES;
@@ -120,10 +121,6 @@ pub struct TirePeaks {
 
 /// Largest slips at which a peak is looked for [rad, -].
 const MOST_SLIP: f64 = 0.5;
-/// Steps of that search.
-const SLIP_STEPS: usize = 100;
-/// Halvings of the step around the peak: it has to move smoothly with the parameters of the tire.
-const REFINEMENTS: usize = 40;
 
 impl LapTire {
     /// The peaks under a load [N] at a speed [m/s]; at the largest slip looked at where there is none.
@@ -131,27 +128,9 @@ impl LapTire {
         let free = LapSlip { kappa: 0.0, alpha: 0.0, F_z, v_x };
         let across = |slip: f64| f64::tire_forces(self, LapSlip { alpha: -slip, ..free })[1] / F_z;
         let along = |slip: f64| f64::tire_forces(self, LapSlip { kappa: slip, ..free })[0] / F_z;
-        let (alpha, kappa) = (peak_slip(across), peak_slip(along));
+        let (alpha, kappa) = (argmax(across, MOST_SLIP), argmax(along, MOST_SLIP));
         TirePeaks { alpha, kappa, mu_y: across(alpha), mu_x: along(kappa) }
     }
-}
-
-/// The slip of the largest force: the best of a grid, and a search by golden sections around it.
-fn peak_slip(force: impl Fn(f64) -> f64) -> f64 {
-    let step = MOST_SLIP / SLIP_STEPS as f64;
-    let best = (1..=SLIP_STEPS)
-        .max_by(|a, b| force(step * *a as f64).total_cmp(&force(step * *b as f64)))
-        .unwrap_or(SLIP_STEPS);
-    if best == SLIP_STEPS {
-        return MOST_SLIP;
-    }
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (step * (best - 1) as f64, step * (best + 1) as f64);
-    for _ in 0..REFINEMENTS {
-        let (left, right) = (high - golden * (high - low), low + golden * (high - low));
-        if force(left) > force(right) { high = right } else { low = left }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
 pub mod convergence;
+pub mod golden_section;
 pub mod identifiability;
 pub mod importance;
 pub mod levenberg_marquardt;

@@ -128,17 +128,10 @@ impl LapArguments {
             keeps_line: self.on_line,
             start_speed: self.start_speed,
         };
-        let numbers = [
-            ("--margin", Some(options.margin), 0.0),
-            ("--half-width", options.half_width, 0.0),
-            ("--start-speed", options.start_speed, 0.0),
-        ];
-        for (name, number, least) in numbers {
-            if number.is_some_and(|number| !(number.is_finite() && number >= least)) {
-                let found = number.unwrap_or_default();
-                return Err(Error::invalid_input(format!(
-                    "{name}: expected a number of at least {least}, found {found}"
-                )));
+        for (name, number) in [("--margin", Some(options.margin)), ("--half-width", options.half_width)] {
+            if let Some(found) = number.filter(|number| !(number.is_finite() && *number >= 0.0)) {
+                let message = format!("{name}: expected a number of at least 0, found {found}");
+                return Err(Error::invalid_input(message));
             }
         }
         Ok(options)

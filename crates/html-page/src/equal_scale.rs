@@ -1,20 +1,12 @@
 //! Makes plots in which a unit is as long to the right as upwards.
 
-use html_page::{Plot, PlotAxis};
-
-/// What the drawing of a plot keeps for its axes [px]: to the left at least, to the right, above and below together.
-const LEFT: f64 = 70.0;
-const RIGHT: f64 = 24.0;
-const ABOVE_AND_BELOW: f64 = 54.0;
-/// To the left it keeps a label and the longest number; ticks are so far apart upwards, a line of text is so high [px].
-const LABEL: f64 = 30.0;
-const DIGIT: f64 = 7.0;
-const TICK_SPACING: f64 = 30.0;
-const LINE: f64 = 12.0;
+use crate::axis::PlotAxis;
+use crate::plot::Plot;
+use crate::svg::{MARGIN, left_margin, upward_ticks};
 
 /// The size of such a plot [px].
 #[derive(Clone, Copy)]
-pub(crate) struct EqualScale {
+pub struct EqualScale {
     /// Its width, with the axes.
     pub width: f64,
     /// Least and largest height of the drawing, without the axes.
@@ -23,9 +15,11 @@ pub(crate) struct EqualScale {
     pub space: f64,
 }
 
-/// A plot and its scale [px per unit].
-pub(crate) struct ScaledPlot {
+/// A plot with its scale.
+pub struct ScaledPlot {
+    /// The plot, empty.
     pub plot: Plot,
+    /// Pixels for a unit.
     pub scale: f64,
 }
 
@@ -39,20 +33,19 @@ impl EqualScale {
         let around = |label: &str, middle: f64, length: f64| {
             PlotAxis::linear(label, middle - 0.5 * length, middle + 0.5 * length)
         };
-        let mut left = LEFT;
+        let [least_left, right, above, below] = MARGIN;
+        let mut left = least_left;
         loop {
-            let width = self.width - left - RIGHT;
+            let width = self.width - left - right;
             let inside = width - 2.0 * self.space;
             let wanted = inside * y_extent / x_extent + 2.0 * self.space;
             let height = wanted.clamp(self.heights[0], self.heights[1]).round();
             let scale = (inside / x_extent).min((height - 2.0 * self.space) / y_extent);
             let y_axis = around(labels[1], y, height / scale);
-            let numbers = y_axis.ticks(height, TICK_SPACING, |_| LINE);
-            let longest = numbers.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
-            let needed = LABEL + DIGIT * longest as f64;
+            let needed = left_margin(&upward_ticks(&y_axis, height));
             if needed <= left {
                 let x_axis = around(labels[0], x, width / scale);
-                let plot = Plot::new([self.width, height + ABOVE_AND_BELOW], x_axis, y_axis);
+                let plot = Plot::new([self.width, height + above + below], x_axis, y_axis);
                 return ScaledPlot { plot, scale };
             }
             left = needed;
