@@ -289,6 +289,9 @@ impl CarParameters {
     }
 }
 
+/// The radius [m] of a wheel that rolls under a load [N]; none where the load crushes it.
 fn effective_radius(tire: &MfTire, F_z: f64) -> Option<f64> {
-    tire.effective_radius(&TireOperatingPoint { F_z, v_x: 20.0, ..TireOperatingPoint::default() })
+    let radius =
+        tire.effective_radius(&TireOperatingPoint { F_z, v_x: 20.0, ..TireOperatingPoint::default() });
+    radius.filter(|radius| *radius > 0.0)
 }

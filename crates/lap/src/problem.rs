@@ -30,6 +30,8 @@ const SCALE: [f64; VARIABLES] = [5.0, 0.3, 30.0, 2.0, 1.0, 0.1, 1e4, 1.0, 5e4, 0
 const NODES: RangeInclusive<usize> = 10..=50_000;
 /// Slowest speed of a lap [m/s].
 const SLOWEST: f64 = 2.0;
+/// Least friction of a tire [-]: below that of wet ice.
+const LEAST_FRICTION: f64 = 0.02;
 /// Slowest speed at the start of an open line [m/s]: above the slowest one at all, as a search needs room between bounds.
 const SLOWEST_START: f64 = 1.5 * SLOWEST;
 /// Share of the grip of the tires that the start of the search uses.
@@ -74,6 +76,8 @@ impl<'a> LapProblem<'a> {
         for (s, road) in stations.iter().zip(&roads) {
             deviations.push(deviation_bounds(line, *s, road, options)?);
         }
+        let peaks = car.tire_peaks();
+        check_friction(&peaks)?;
         let limits = &car.limits;
         let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
         let top_speed = if drag > 0.0 { (limits.power / drag).cbrt() } else { f64::INFINITY };
@@ -86,7 +90,7 @@ impl<'a> LapProblem<'a> {
             deviations,
             top_speed,
             start_speed: options.start_speed,
-            peaks: car.tire_peaks(),
+            peaks,
         })
     }
 
@@ -226,6 +230,19 @@ impl<'a> LapProblem<'a> {
         };
         Ok(GgvDiagram::new((0..=ROWS).map(row).collect(), 2.0)?)
     }
+}
+
+/// Tires without friction under the load of the car leave nothing to search for.
+fn check_friction(peaks: &[TirePeaks; 2]) -> Result<(), Error> {
+    for (peak, axle) in peaks.iter().zip(["front", "rear"]) {
+        let friction = peak.mu_x.min(peak.mu_y);
+        if !(friction.is_finite() && friction >= LEAST_FRICTION) {
+            return Err(Error::Options(format!(
+                "expected tires with a friction of at least {LEAST_FRICTION} under the car, found {friction:.3} at the {axle} axle"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// A speed that is too low would be raised, and one of a closed line would do nothing.
