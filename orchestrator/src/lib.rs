@@ -16,6 +16,7 @@ mod options;
 pub mod package;
 mod real_time;
 mod recorder;
+pub mod relative_path;
 pub mod report;
 mod run;
 mod run_folder;

@@ -12,6 +12,7 @@ tests! {
     a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval,
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
+    the_fastest_lap_is_driven_in_the_plant,
     what_is_wrong_is_told_with_its_place,
 }
 
@@ -116,6 +117,23 @@ fn draws_of_an_identification_give_an_interval() {
     lab.trackside(&arguments).expect(2).says(&["no parameter `plant.tire_f.F`"]);
 }
 
+fn the_fastest_lap_is_driven_in_the_plant() {
+    let lab = Lab::new();
+    for widths in ["", "track_f = 1.5\ntrack_r = 1.5"] {
+        lab.write("car.toml", car(widths));
+        let track = track("oval.csv");
+        lab.trackside(&["lap", "car.toml", &track, "--set", "body.m=1300 kg", "--out", "out"]).expect(0);
+        let least = numbers(&lab)["lap_time"].as_f64().expect("a time");
+        let share = "driver.profile.share=0.9";
+        lab.trackside(&["run", "out/drive.toml", "--set", share, "--out", "run"]).expect(0);
+        let report: Value =
+            serde_json::from_str(&std::fs::read_to_string(lab.path("run/report.json")).expect("a file"))
+                .expect("JSON");
+        let driven = report["laps"][1]["duration"].as_f64().expect("a second lap");
+        assert!((0.9 * driven / least - 1.0).abs() < 0.01, "{driven} {least}");
+    }
+}
+
 fn what_is_wrong_is_told_with_its_place() {
     let lab = Lab::new();
     let oval = track("oval.csv");
@@ -140,6 +158,7 @@ fn what_is_wrong_is_told_with_its_place() {
     for (arguments, words) in [
         (&["bare.csv"][..], &["bare.csv: expected the ways from the line to its edges", "--half-width"][..]),
         (&[oval.as_str(), "--set", "body.M=3"], &["--set body.M=3", "no parameter `body.M`"]),
+        (&[oval.as_str(), "--set", "tire_f.D=0.001"], &["a friction of at least 0.02", "at the front axle"]),
         (&[oval.as_str(), "--set", "body.m=heavy"], &["--set body.m=heavy", "expected a number"]),
         (&[oval.as_str(), "--vary", "body.m=1300..1200"], &["expected the lower number first"]),
         (&[oval.as_str(), "--samples", "5"], &["expected --draws or --vary with it"]),

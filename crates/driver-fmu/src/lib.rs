@@ -121,6 +121,14 @@ impl Model for DriverModel {
             .min(0.05)
             .max(1.0)
             .at(|d| &mut d.settings.grip),
+        parameter(
+            "profile.share",
+            "1",
+            "Share of the speeds in the table of the track, such as that of a fastest lap, that the speed profile has; 0 plans it by grip",
+        )
+        .min(0.0)
+        .max(1.5)
+        .at(|d| &mut d.settings.speed_share),
         parameter("body.m", "kg", "Mass").min(1.0).at(|d| &mut d.settings.car.body.m),
         parameter("body.l_f", "m", "Centre of gravity to front axle")
             .min(0.01)

@@ -25,6 +25,8 @@ pub struct DriveSettings {
     pub limit: CommandLimits,
     /// Share of the grip that the speed profile uses [-].
     pub grip: f64,
+    /// Share of the speeds of the track's table that the speed profile takes [-]; 0 for one by the grip.
+    pub speed_share: f64,
 }
 
 impl Default for DriveSettings {
@@ -35,6 +37,7 @@ impl Default for DriveSettings {
             car: DriverCar::default(),
             limit: CommandLimits::default(),
             grip: 0.85,
+            speed_share: 0.0,
         }
     }
 }
@@ -66,7 +69,7 @@ impl DrivePlan {
     pub fn prepare(settings: &DriveSettings) -> Result<Self, String> {
         let track = settings.track.load_if_path("track.csv")?;
         let (source_settings, settings) = (settings.clone(), DriveSettings { track, ..settings.clone() });
-        let DriveSettings { car, limit, grip, .. } = &settings;
+        let DriveSettings { car, limit, grip, speed_share, .. } = &settings;
         let line = read_line(&settings.track).map_err(|error| format!("track.csv: {error}"))?;
         check_curvature(&line, car.body.wheelbase(), limit.delta)
             .map_err(|error| format!("track.csv: {error}"))?;
@@ -75,8 +78,11 @@ impl DrivePlan {
         let ggv = ggv_diagram(car, &axles, limit).map_err(of_car)?;
         let handling = steady_state_handling(car, &axles).map_err(of_car)?;
         let bounds = SpeedBounds { top: limit.v, start: None, end: Some(0.0) };
-        let profile = SpeedProfile::fastest_on_line(&line, &ggv.with_grip(*grip), &bounds)
-            .map_err(|error| format!("track.csv: {error}"))?;
+        let profile = match *speed_share > 0.0 {
+            true => SpeedProfile::from_line(&line, *speed_share, limit.v),
+            false => SpeedProfile::fastest_on_line(&line, &ggv.with_grip(*grip), &bounds),
+        };
+        let profile = profile.map_err(|error| format!("track.csv: {error}"))?;
         let front_slip = peak_front_slip(car, &axles);
         Ok(DrivePlan { source_settings, line, ggv, profile, handling, front_slip, settings })
     }

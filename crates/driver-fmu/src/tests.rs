@@ -55,6 +55,19 @@ fn a_flying_lap_takes_the_time_of_the_profile_and_stays_on_the_track() {
 }
 
 #[test]
+fn the_speeds_of_the_table_are_driven() {
+    let row = |line: &str| match line.strip_suffix(", 3") {
+        Some(point) => format!("{point}, 3, 8\n"),
+        None => line.replace("half_width", "half_width, v_x [m/s]") + "\n",
+    };
+    let mut driver = driver(&TRIANGLE.lines().map(row).collect::<String>());
+    driver.settings.speed_share = 0.9;
+    let from = PlanarState { v_x: 7.2, ..PlanarState::default() };
+    let rows = drive(driver, from, 20.0);
+    assert!(rows.iter().all(|(state, output)| output.v_ref == 7.2 && (state.v_x - 7.2).abs() < 0.1));
+}
+
+#[test]
 fn a_car_at_rest_beside_the_line_starts_and_comes_to_it() {
     let from = PlanarState { Y: 1.5, ..PlanarState::default() };
     let rows = drive(driver(TRIANGLE), from, 6.0);
@@ -133,6 +146,9 @@ fn tracks_that_cannot_be_driven_are_refused() {
         let found = message(&mut driver(track));
         assert!(found.contains(wanted), "{track:?}: {found}");
     }
+    let mut without_speeds = driver(TRIANGLE);
+    without_speeds.settings.speed_share = 0.9;
+    assert!(message(&mut without_speeds).contains("track.csv: expected a column of speeds"));
     let mut slippery = driver(TRIANGLE);
     slippery.settings.car.plain[1].D = -1.0;
     assert!(message(&mut slippery).contains("the parameters of the car give no limits"));

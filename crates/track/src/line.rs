@@ -31,6 +31,7 @@ pub struct TrackLine {
     length: f64,
     knots: Vec<LineKnot>,
     has_widths: bool,
+    has_speeds: bool,
 }
 
 /// What a line knows at one of its equidistant knots.
@@ -41,6 +42,7 @@ struct LineKnot {
     widths: [f64; 2],
     bank: f64,
     grade: f64,
+    speed: f64,
 }
 
 /// A place on the line.
@@ -67,7 +69,7 @@ impl TrackLine {
     ///
     /// A first spline over the lengths of the chords gives the length of the line, a second one through equidistant points of
     /// the first is over that length (|r'| = 1 but for the fourth order of the distance of its knots): a station is found
-    /// without a search. Widths, bank and grade are linear between the points.
+    /// without a search. Widths, bank, grade and speed are linear between the points.
     ///
     /// # Errors
     /// When there are fewer than four points, two consecutive ones are the same, or one is not finite.
@@ -93,8 +95,8 @@ impl TrackLine {
                 knot.moment[axis] = moment;
             }
         }
-        let has_widths = survey.widths.is_some();
-        Ok(TrackLine { closed: survey.closed, step, length, knots, has_widths })
+        let (has_widths, has_speeds) = (survey.widths.is_some(), survey.speed.is_some());
+        Ok(TrackLine { closed: survey.closed, step, length, knots, has_widths, has_speeds })
     }
 
     /// Whether the end is the beginning.
@@ -167,6 +169,12 @@ impl TrackLine {
         let (knot, next, t) = self.surrounding_knots(s);
         let side = |i: usize| knot.widths[i] + t * (next.widths[i] - knot.widths[i]);
         self.has_widths.then(|| [side(0), side(1)])
+    }
+
+    /// The speeds that the table of the line tells for its knots [m/s], NaN beside a point without a number; none for a table
+    /// without speeds.
+    pub(crate) fn knot_speeds(&self) -> Option<impl Iterator<Item = f64> + '_> {
+        self.has_speeds.then(|| self.knots.iter().map(|it| it.speed))
     }
 
     /// Position and its first two derivatives by the station.
@@ -311,6 +319,7 @@ impl ChordSpline {
             widths,
             bank: survey.bank.as_deref().map_or(0.0, mix),
             grade: mix(&self.grades),
+            speed: survey.speed.as_deref().map_or(0.0, mix),
         }
     }
 }

@@ -78,6 +78,26 @@ impl SpeedProfile {
         })
     }
 
+    /// A share [-] of the speeds that the table of the line tells, up to a highest speed [m/s].
+    ///
+    /// # Errors
+    /// When the table has no speeds, or where one is no number above 0.
+    pub fn from_line(line: &TrackLine, share: f64, top: f64) -> Result<Self, Error> {
+        let no_speeds =
+            || Error::Table("expected a column of speeds, such as `v_x [m/s]`, found none".to_owned());
+        let speeds = line.knot_speeds().ok_or_else(no_speeds)?;
+        let square = |(speed, s): (f64, f64)| match speed > 0.0 {
+            true => Ok((share * speed).min(top).powi(2)),
+            false => Err(Error::Place { s, message: "expected a speed above 0 m/s in the table".to_owned() }),
+        };
+        Ok(SpeedProfile {
+            closed: line.is_closed(),
+            step: line.knot_spacing(),
+            length: line.length(),
+            squares: speeds.zip(line.knot_stations()).map(square).collect::<Result<_, _>>()?,
+        })
+    }
+
     /// Speed at a station [m/s].
     #[must_use]
     pub fn speed_at(&self, s: f64) -> f64 {

@@ -17,6 +17,8 @@ pub struct TrackSurvey {
     pub height: Option<Vec<f64>>,
     /// Grade [rad], for each point; positive uphill. It goes before the heights.
     pub grade: Option<Vec<f64>>,
+    /// Speed of somebody who drove or planned the line [m/s], for each point; NaN where the table has no number.
+    pub speed: Option<Vec<f64>>,
 }
 
 /// What a column is.
@@ -31,10 +33,11 @@ enum ColumnMeaning {
     HalfWidth,
     Bank,
     Grade,
+    Speed,
 }
 
 /// Spellings of the columns, without their units.
-const NAMES: [(ColumnMeaning, &[&str]); 9] = [
+const NAMES: [(ColumnMeaning, &[&str]); 10] = [
     (ColumnMeaning::X, &["x", "x_ref", "east", "easting", "pos_x", "center_x", "x_center"]),
     (ColumnMeaning::Y, &["y", "y_ref", "north", "northing", "pos_y", "center_y", "y_center"]),
     (ColumnMeaning::Z, &["z", "height", "elevation", "altitude"]),
@@ -44,6 +47,7 @@ const NAMES: [(ColumnMeaning, &[&str]); 9] = [
     (ColumnMeaning::HalfWidth, &["half_width"]),
     (ColumnMeaning::Bank, &["bank", "banking", "cross_slope"]),
     (ColumnMeaning::Grade, &["grade", "slope", "gradient"]),
+    (ColumnMeaning::Speed, &["v_x", "vx", "v", "speed", "velocity"]),
 ];
 
 /// How the numbers of a column become SI units.
@@ -64,7 +68,12 @@ impl ColumnScale {
 }
 
 /// Ends of names that are units.
-const UNITS: [(&str, ColumnScale); 7] = [
+const UNITS: [(&str, ColumnScale); 12] = [
+    ("_m/s", ColumnScale::Factor(1.0)),
+    ("_mps", ColumnScale::Factor(1.0)),
+    ("_km/h", ColumnScale::Factor(1.0 / 3.6)),
+    ("_kmh", ColumnScale::Factor(1.0 / 3.6)),
+    ("_kph", ColumnScale::Factor(1.0 / 3.6)),
     ("_m", ColumnScale::Factor(1.0)),
     ("_km", ColumnScale::Factor(1e3)),
     ("_rad", ColumnScale::Factor(1.0)),
@@ -92,10 +101,11 @@ impl TrackSurvey {
     /// Reads a table: a row for each point, with fields between commas, semicolons, tabs or blanks.
     ///
     /// Columns are named by a first row, which may be a comment: `x`, `y`, and, where known, `left` and `right` (or
-    /// `width`, `half_width`), `bank`, `grade`, `z`, each also with a unit (`x_m`, `bank [deg]`, `grade_percent`) and as
-    /// public track databases spell them (`w_tr_left_m`). Other columns are skipped. Without names there are two columns, x
-    /// and y. Comments start with `#` or `//`; the comments `# closed` and `# open` say how the line ends. Without one it
-    /// is closed when the way from the last point to the first is at most twice the median way between two points.
+    /// `width`, `half_width`), `bank`, `grade`, `z`, `v_x`, each also with a unit (`x_m`, `bank [deg]`, `grade_percent`,
+    /// `vx_mps`) and as public track databases spell them (`w_tr_left_m`). Other columns are skipped. Without names there
+    /// are two columns, x and y. Comments start with `#` or `//`; the comments `# closed` and `# open` say how the line
+    /// ends. Without one it is closed when the way from the last point to the first is at most twice the median way
+    /// between two points.
     ///
     /// # Errors
     /// With the line of the text: columns that are missing or there twice, fields that are no numbers, points that repeat
@@ -166,7 +176,8 @@ impl SurveyReader {
         let count = |of| columns.iter().flatten().filter(|it: &&SurveyColumn| it.meaning == of).count();
         for (meaning, spellings) in NAMES {
             let (name, found) = (spellings[0], count(meaning));
-            if found > 1 {
+            // A log has speeds of several sensors: the first one counts.
+            if found > 1 && meaning != ColumnMeaning::Speed {
                 return Err(format!("expected one column `{name}`, found {found} in {names:?}"));
             }
             if found == 0 && matches!(meaning, ColumnMeaning::X | ColumnMeaning::Y) {
@@ -194,6 +205,10 @@ impl SurveyReader {
         for ((field, column), name) in found.iter().zip(columns).zip(&self.header) {
             let Some(SurveyColumn { meaning, scale }) = column else { continue };
             let number = field.parse::<f64>().ok().filter(|it| it.is_finite());
+            if *meaning == ColumnMeaning::Speed {
+                values[*meaning as usize].get_or_insert(number.map_or(f64::NAN, |it| scale.to_si(it)));
+                continue;
+            }
             let number = number
                 .ok_or_else(|| wrong(format!("expected a number in column `{name}`, found `{field}`")))?;
             values[*meaning as usize] = Some(scale.to_si(number));
@@ -222,6 +237,7 @@ impl SurveyReader {
         keep(&mut survey.bank, of(ColumnMeaning::Bank));
         keep(&mut survey.grade, of(ColumnMeaning::Grade));
         keep(&mut survey.height, of(ColumnMeaning::Z));
+        keep(&mut survey.speed, of(ColumnMeaning::Speed));
         if let Some(widths) = widths {
             survey.widths.get_or_insert_default().push(widths);
         }
@@ -241,7 +257,7 @@ impl SurveyReader {
             // The file repeats its first point as the last one.
             survey.points.pop();
             survey.widths.as_mut().map(Vec::pop);
-            for list in [&mut survey.bank, &mut survey.grade, &mut survey.height] {
+            for list in [&mut survey.bank, &mut survey.grade, &mut survey.height, &mut survey.speed] {
                 list.as_mut().map(Vec::pop);
             }
         }

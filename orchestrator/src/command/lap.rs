@@ -1,6 +1,7 @@
 //! `trackside lap`: the fastest lap of a car on a track, with what each parameter is worth, and an interval from what is not known.
 
 mod car_file;
+mod drive_scenario;
 mod results;
 mod variation;
 
@@ -103,7 +104,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     };
     print_text(&summary(&page));
     let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
-    for path in write_lap_files(&folder, &page)? {
+    for path in write_lap_files(&folder, &page, &car_file, &car)? {
         print_text(&format!("  {}\n", path.display()));
     }
     if !is_found {

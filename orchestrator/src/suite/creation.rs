@@ -19,12 +19,12 @@ use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
 
+use crate::relative_path::{real_path, relative_path};
 use collection::{FmuCollection, FmuFiles};
 use experiment::{ExperimentOptions, case_experiment};
 use fmu_case::{FmuCase, InputTables};
 use reference::ReferenceResults;
 use system_case::SystemPart;
-use toml_text::{real_path, relative_path};
 
 /// The folder of the suite with the recordings of references and first runs.
 const RECORDINGS: &str = "reference";

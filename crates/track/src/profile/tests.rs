@@ -45,6 +45,25 @@ fn a_circle_is_driven_at_the_limit_of_the_tires() {
 }
 
 #[test]
+fn speeds_of_the_table_are_taken_by_a_share_and_up_to_the_top() {
+    let points = (0..=300).map(|i| [f64::from(i), 0.0]).collect();
+    // v² = 100 + 2 · 2 s: an acceleration of 2 m/s².
+    let speeds: Vec<f64> = (0..=300).map(|i| (100.0 + 4.0 * f64::from(i)).sqrt()).collect();
+    let survey = TrackSurvey { points, speed: Some(speeds), ..TrackSurvey::default() };
+    let line = TrackLine::from_survey(&survey).expect("a line");
+    let profile = SpeedProfile::from_line(&line, 0.5, 100.0).expect("a profile");
+    assert_relative_eq!(profile.speed_at(150.0), 0.5 * 700.0_f64.sqrt(), max_relative = 1e-9);
+    assert_relative_eq!(profile.acceleration_at(150.5), 0.25 * 2.0, max_relative = 1e-9);
+    let limited = SpeedProfile::from_line(&line, 1.0, 20.0).expect("a profile");
+    assert_relative_eq!(limited.speed_range()[1], 20.0);
+    let message = |line: &TrackLine| SpeedProfile::from_line(line, 1.0, 20.0).expect_err("no").to_string();
+    assert!(message(&straight(300.0)).contains("expected a column of speeds"));
+    let survey = TrackSurvey { speed: Some(vec![f64::NAN; 301]), ..survey };
+    let unknown = TrackLine::from_survey(&survey).expect("a line");
+    assert!(message(&unknown).contains("expected a speed above 0 m/s"), "{}", message(&unknown));
+}
+
+#[test]
 fn on_a_circle_the_grip_for_driving_against_drag_is_missing_laterally() {
     let (lateral, drive, c) = (9.0, 5.0, 0.004);
     let row = |v: f64| AccelerationLimits {

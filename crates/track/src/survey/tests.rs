@@ -45,6 +45,16 @@ fn units_become_metres_and_radians() {
 }
 
 #[test]
+fn speeds_come_from_lines_that_others_planned() {
+    let planned = "# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n\
+                   0; 0; 0; 0; 0; 20; 1\n1; 9; 0; 0; 0; 21; 1\n2; 18; 0; 0; 0; 22; 1\n3; 27; 0; 0; 0; 23; 1\n";
+    assert_eq!(read(planned).speed, Some(vec![20.0, 21.0, 22.0, 23.0]));
+    let logged = "x,y,v [km/h],speed\n0,0,36,9\n9,0,,9\n18,0,72,9\n27,0,72,9\n";
+    let speed = read(logged).speed.expect("speeds");
+    assert!((speed[0] - 10.0).abs() < 1e-12 && speed[1].is_nan() && (speed[2] - 20.0).abs() < 1e-12);
+}
+
+#[test]
 fn a_line_is_closed_by_its_points_or_by_a_word() {
     let repeated = format!("x,y,left,right\n{ROWS}0,0,4,5\n");
     let survey = read(&repeated);

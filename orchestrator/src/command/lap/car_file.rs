@@ -14,6 +14,8 @@ const MOST_NAMES: usize = 12;
 pub struct CarFile {
     /// What the lap needs of it.
     pub parameters: CarParameters,
+    /// What `--set` said, in SI units.
+    pub settings: Vec<(&'static ParameterKey, f64)>,
     file: ParameterFile,
     /// Names that the lap has no use for.
     unused: Vec<String>,
@@ -26,14 +28,16 @@ impl CarFile {
     /// With the line of a value that is wrong.
     pub fn read(path: &Path, settings: &[String]) -> Result<Self, Error> {
         let file = ParameterFile::read(path)?;
-        let mut car = CarFile { parameters: CarParameters::default(), file, unused: Vec::new() };
+        let mut car =
+            CarFile { parameters: CarParameters::default(), settings: Vec::new(), file, unused: Vec::new() };
         let mut mistakes = ErrorCollector::default();
         for i in 0..car.file.values.len() {
             let set = car.set_from_file(i);
             mistakes.ok_or_record(set);
         }
         for setting in settings {
-            mistakes.ok_or_record(set_from_argument(&mut car.parameters, setting));
+            let set = car.set_from_argument(setting);
+            mistakes.ok_or_record(set);
         }
         mistakes.into_result().map(|()| car)
     }
@@ -60,6 +64,22 @@ impl CarFile {
         number.map_err(|message| {
             self.file.source.error_at(value.span.clone(), format!("`{}`: {message}", key.name), "")
         })
+    }
+
+    fn set_from_argument(&mut self, setting: &str) -> Result<(), Error> {
+        let wrong = |message: String| Error::invalid_input(format!("--set {setting}: {message}"));
+        let (name, value) = setting.split_once('=').ok_or_else(|| wrong("expected KEY=VALUE".to_owned()))?;
+        let key = find_key(name.trim()).map_err(wrong)?;
+        let number = number_of_text(value.trim(), key.unit).map_err(wrong)?;
+        self.parameters.set_number(key, number).map_err(wrong)?;
+        self.settings.retain(|(set, _)| set.name != key.name);
+        self.settings.push((key, number));
+        Ok(())
+    }
+
+    /// Where the file is.
+    pub fn path(&self) -> &Path {
+        &self.file.path
     }
 
     /// The car, and what has to be told of it.
@@ -109,14 +129,6 @@ fn misspelt_name(name: &str) -> Option<&'static str> {
         return None;
     }
     suggest::closest_name(name, PARAMETER_KEYS.iter().map(|key| key.name).chain(NAMES_OF_OTHERS))
-}
-
-fn set_from_argument(parameters: &mut CarParameters, setting: &str) -> Result<(), Error> {
-    let wrong = |message: String| Error::invalid_input(format!("--set {setting}: {message}"));
-    let (name, value) = setting.split_once('=').ok_or_else(|| wrong("expected KEY=VALUE".to_owned()))?;
-    let key = find_key(name.trim()).map_err(wrong)?;
-    let number = number_of_text(value.trim(), key.unit).map_err(wrong)?;
-    parameters.set_number(key, number).map_err(wrong)
 }
 
 /// The key of a name, which may have the name of a node before it.

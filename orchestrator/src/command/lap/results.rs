@@ -3,16 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
-use lap::{InteriorPointStatus, LapNode};
+use lap::{InteriorPointStatus, LapCar, LapNode};
 use lap_report::LapPage;
 use orchestrator::nofollow;
 use serde_json::json;
+
+use super::car_file::CarFile;
+use super::drive_scenario::drive_files;
 
 /// A column of the table.
 struct LapColumn {
     name: &'static str,
     value: fn(&LapNode) -> f64,
 }
+
+/// Columns that a track without widths has not.
+const EDGE_COLUMNS: [&str; 2] = ["left_m", "right_m"];
 
 const fn column(name: &'static str, value: fn(&LapNode) -> f64) -> LapColumn {
     LapColumn { name, value }
@@ -44,32 +50,45 @@ const COLUMNS: [LapColumn; 22] = [
     column("a_y [m/s2]", |it| it.variables.a_y),
 ];
 
-/// Writes `lap.html`, `lap.csv` and `lap.json` and returns where they are.
+/// Writes `lap.html`, `lap.csv` and `lap.json`, of a lap that is the fastest also the files that drive it, and returns
+/// where they are.
 ///
 /// # Errors
 /// When the folder or a file cannot be written.
-pub fn write_lap_files(folder: &Path, page: &LapPage) -> Result<[PathBuf; 3], Error> {
+pub fn write_lap_files(
+    folder: &Path,
+    page: &LapPage,
+    car_file: &CarFile,
+    car: &LapCar,
+) -> Result<Vec<PathBuf>, Error> {
     std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
-    let texts = [
+    let mut texts = vec![
         ("lap.html", lap_report::lap_page(page)),
         ("lap.csv", table(&page.optimum.nodes)),
         ("lap.json", format!("{:#}\n", numbers(page))),
     ];
-    let mut paths = texts.each_ref().map(|_| PathBuf::new());
-    for (path, (name, text)) in paths.iter_mut().zip(texts) {
-        *path = folder.join(name);
-        nofollow::write_without_following_links(path, text)
-            .map_err(|error| Error::output_failure(path, error))?;
+    if page.optimum.status == InteriorPointStatus::Converged {
+        texts.extend(drive_files(folder, car_file, car, page));
+    }
+    let mut paths = Vec::with_capacity(texts.len());
+    for (name, text) in texts {
+        let path = folder.join(name);
+        nofollow::write_without_following_links(&path, text)
+            .map_err(|error| Error::output_failure(&path, error))?;
+        paths.push(path);
     }
     Ok(paths)
 }
 
 fn table(nodes: &[LapNode]) -> String {
-    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
+    let has_edges = nodes.iter().all(|node| node.edges.is_some());
+    let is_there = |column: &&LapColumn| has_edges || !EDGE_COLUMNS.contains(&column.name);
+    let columns: Vec<&LapColumn> = COLUMNS.iter().filter(is_there).collect();
+    let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
     let mut text = names.join(",") + "\n";
     for node in nodes {
         let fields: Vec<String> =
-            COLUMNS.iter().map(|column| format!("{:?}", (column.value)(node))).collect();
+            columns.iter().map(|column| format!("{:?}", (column.value)(node))).collect();
         text += &(fields.join(",") + "\n");
     }
     text

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 
-use super::toml_text::real_path;
+use crate::relative_path::real_path;
 
 /// Files that are looked at, at most.
 const MOST_FILES: usize = 500_000;
