@@ -131,6 +131,18 @@ fn the_fastest_lap_is_driven_in_the_plant() {
                 .expect("JSON");
         let driven = report["laps"][1]["duration"].as_f64().expect("a second lap");
         assert!((0.9 * driven / least - 1.0).abs() < 0.01, "{driven} {least}");
+        // The recording is laid beside the lap: the same time, and every corner loses some of it.
+        let beside = ["lap", "car.toml", &track, "--set", "body.m=1300 kg", "--log", "run", "--out", "out"];
+        let ended = lab.trackside(&beside).expect(0);
+        assert!(ended.stdout.contains("lap 2 of 2 in run.mcap, +3."), "{}", ended.stdout);
+        let found = numbers(&lab)["driven"].clone();
+        let logged = found["lap_time"].as_f64().expect("a time");
+        assert!((logged - driven).abs() < 2e-3, "{logged} {driven}");
+        let lost = found["time_lost_by_corner"].as_array().expect("corners");
+        let sum: f64 = lost.iter().filter_map(Value::as_f64).sum();
+        assert!((sum - (logged - least)).abs() < 1e-9 && lost.len() == 2, "{lost:?}");
+        let page = std::fs::read_to_string(lab.path("out/lap.html")).expect("a page");
+        assert!(page.contains("The fastest of 2 laps in run.mcap") && !page.contains("NaN"));
     }
 }
 
@@ -154,6 +166,7 @@ fn what_is_wrong_is_told_with_its_place() {
     }
     lab.write("car.toml", &good);
     lab.write("bare.csv", "x,y\n0,0\n50,0\n100,50\n50,100\n0,100\n-50,50\n");
+    lab.write("far.csv", "t,x,y\n0,600,0\n1,650,0\n2,700,0\n");
     lab.write("open.csv", "x_m,y_m,left_m,right_m\n0,0,5,5\n100,0,5,5\n200,0,5,5\n300,0,5,5\n");
     for (arguments, words) in [
         (&["bare.csv"][..], &["bare.csv: expected the ways from the line to its edges", "--half-width"][..]),
@@ -166,6 +179,15 @@ fn what_is_wrong_is_told_with_its_place() {
         (&[oval.as_str(), "--start-speed", "20"], &["oval.csv: a closed line has no start"]),
         (&["open.csv", "--start-speed", "0"], &["expected a start speed of at least 3 m/s, found 0 m/s"]),
         (&["nowhere.csv"], &["the track nowhere.csv cannot be read"]),
+        (
+            &[oval.as_str(), "--log", "open.csv"],
+            &["open.csv: expected columns plant.X and plant.Y", "--log-position"],
+        ),
+        (
+            &[oval.as_str(), "--log", "open.csv", "--log-position", "x_m,y_m"],
+            &["expected a time", "--log-time"],
+        ),
+        (&[oval.as_str(), "--log", "far.csv"], &["far.csv: expected positions on the track", "(650 m, 0 m)"]),
     ] {
         let all = [&["lap", "car.toml"], arguments, &["--out", "out"]].concat();
         lab.trackside(&all).expect(2).says(words);

@@ -4,8 +4,8 @@ use html_page::{EqualScale, Markup, Plot, PlotAxis};
 use lap::LapTimeInterval;
 use units::STANDARD_GRAVITY;
 
-use crate::LapPage;
 use crate::phase::{DrivingPhase, add_phase_dots};
+use crate::{LapPage, LoggedLap};
 
 /// Sizes of a curve over the station and of the histogram [px].
 const SIZE: [f64; 2] = [1080.0, 250.0];
@@ -14,6 +14,9 @@ const GG_SIZE: EqualScale = EqualScale { width: 560.0, heights: [200.0, 460.0], 
 
 /// Room for the numbers of the corners above a curve, over its height [-].
 const NUMBERS: f64 = 0.12;
+
+/// Class of the log in curves and on the map: a colour that nothing beside it has.
+pub(crate) const LOG_CLASS: &str = "c3";
 
 /// Fewest and most bars of the histogram.
 const BARS: [f64; 2] = [5.0, 30.0];
@@ -26,14 +29,43 @@ pub(crate) fn station_figures(page: &LapPage) -> Vec<Markup> {
     let speed = page.values_over_station(|k| 3.6 * nodes[k].variables.v_x);
     let force = page.values_over_station(|k| 1e-3 * nodes[k].variables.F_x);
     let delta = page.values_over_station(|k| nodes[k].variables.delta.to_degrees());
-    vec![
-        station_plot(page, "speed [km/h]", &speed, "c0").figure_with_legend("Speed"),
+    let mut figures = Vec::new();
+    figures.extend(time_gap_figure(page));
+    figures.extend([
+        speed_plot(page, &speed).figure_with_legend("Speed"),
         station_plot(page, "F_x [kN]", &force, "c1")
             .figure_with_legend("Longitudinal force F_x: power above 0, brakes below"),
         station_plot(page, "delta [deg]", &delta, "c3")
             .figure_with_legend("Steering angle delta of the front wheels: left above 0"),
         deviation_plot(page).figure_with_legend("Lateral deviation from the line of the track: left above 0"),
-    ]
+    ]);
+    figures
+}
+
+/// How far the log is behind the fastest lap.
+fn time_gap_figure(page: &LapPage) -> Option<Markup> {
+    let LoggedLap { lap, .. } = page.driven?;
+    let gaps = lap.time_gaps(page.optimum);
+    let stations = page.optimum.nodes.iter().map(|node| node.s);
+    let mut curve: Vec<_> = stations.zip(gaps).collect();
+    if page.line.is_closed() {
+        curve.push((page.line.length(), lap.lap_time - page.optimum.lap_time));
+    }
+    Some(
+        station_plot(page, "behind [s]", &curve, LOG_CLASS)
+            .figure_with_legend("Time behind the fastest lap: it rises where the log loses time"),
+    )
+}
+
+/// The speed, with that of the log.
+fn speed_plot(page: &LapPage, speed: &[(f64, f64)]) -> Plot {
+    let driven = page.driven_values_over_station(|node| 3.6 * node.speed);
+    let mut plot = empty_station_plot(page, "speed [km/h]", speed.iter().chain(&driven).map(|point| point.1));
+    plot.add_line(speed, "c0", if page.driven.is_some() { "fastest lap" } else { "" });
+    if page.driven.is_some() {
+        plot.add_line(&driven, LOG_CLASS, "log");
+    }
+    plot
 }
 
 /// A plot over the station with marks at the corners.
@@ -64,7 +96,9 @@ fn deviation_plot(page: &LapPage) -> Plot {
     let nodes = &page.optimum.nodes;
     let room = page.values_over_station(|k| nodes[k].deviation_bounds);
     let curve = page.values_over_station(|k| nodes[k].variables.n);
-    let values = room.iter().flat_map(|point| point.1).chain(curve.iter().map(|point| point.1));
+    let driven = page.driven_values_over_station(|node| node.n);
+    let lines = curve.iter().chain(&driven).map(|point| point.1);
+    let values = room.iter().flat_map(|point| point.1).chain(lines);
     let mut plot = empty_station_plot(page, "deviation [m]", values);
     plot.add_band(&room, "data", "room for the centre of gravity");
     plot.add_line(&[(plot.x.low(), 0.0), (plot.x.high(), 0.0)], "data hair", "line of the track");
@@ -72,7 +106,10 @@ fn deviation_plot(page: &LapPage) -> Plot {
         let band = page.values_over_station(|k| interval.deviations[k]);
         plot.add_band(&band, "c1", "95 % of the draws");
     }
-    plot.add_line(&curve, "c0", "this lap");
+    plot.add_line(&curve, "c0", if page.driven.is_some() { "fastest lap" } else { "this lap" });
+    if page.driven.is_some() {
+        plot.add_line(&driven, LOG_CLASS, "log");
+    }
     plot
 }
 

@@ -10,7 +10,7 @@ mod texts;
 #[cfg(test)]
 mod tests;
 
-use lap::{Corner, LapOptimum, LapTimeInterval, ParameterWorth};
+use lap::{Corner, DrivenLap, DrivenNode, LapOptimum, LapTimeInterval, ParameterWorth};
 use track::TrackLine;
 
 pub use page::lap_page;
@@ -32,11 +32,32 @@ pub struct LapPage<'a> {
     pub worth: &'a [ParameterWorth],
     /// Lap times of cars drawn from what is known of this one.
     pub interval: Option<&'a LapTimeInterval>,
+    /// A lap that was driven, beside the fastest one.
+    pub driven: Option<&'a LoggedLap>,
     /// Notes and warnings about the car and its tires.
     pub messages: &'a [String],
 }
 
+/// The fastest lap of a log.
+pub struct LoggedLap {
+    /// Name of the log's file.
+    pub log: String,
+    /// The lap.
+    pub lap: DrivenLap,
+}
+
 impl LapPage<'_> {
+    /// Values of the nodes of the driven lap over their stations [m], up to its end.
+    fn driven_values_over_station<T>(&self, value: impl Fn(&DrivenNode) -> T) -> Vec<(f64, T)> {
+        let Some(LoggedLap { lap, .. }) = self.driven else { return Vec::new() };
+        let stations = self.optimum.nodes.iter().map(|node| node.s);
+        let mut points: Vec<_> = stations.zip(lap.nodes.iter().map(&value)).collect();
+        if self.line.is_closed() {
+            points.push((self.line.length(), value(&lap.end)));
+        }
+        points
+    }
+
     /// The draws, if one of them was solved.
     fn solved_interval(&self) -> Option<&LapTimeInterval> {
         self.interval.filter(|interval| !interval.lap_times.is_empty())

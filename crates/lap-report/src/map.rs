@@ -4,6 +4,7 @@ use html_page::{EqualScale, Plot, ScaledPlot};
 use lap::{Corner, LapNode};
 
 use crate::LapPage;
+use crate::curves::LOG_CLASS;
 use crate::phase::{DrivingPhase, add_phase_line};
 
 const SIZE: EqualScale = EqualScale { width: 800.0, heights: [180.0, 560.0], space: 36.0 };
@@ -36,6 +37,10 @@ pub(crate) fn track_map(page: &LapPage) -> Plot {
     plot.add_line(&left, "truth hair", "");
     plot.add_dashed_line(&beside_line(&|_| 0.0), "truth hair", "line of the track");
     add_phase_line(&mut plot, &driven, &DrivingPhase::of_nodes(nodes));
+    if let Some(logged) = page.driven {
+        let positions = logged.lap.nodes.iter().chain([&logged.lap.end]).map(|node| node.position);
+        plot.add_dashed_line(&positions.map(|[x, y]| (x, y)).collect::<Vec<_>>(), LOG_CLASS, "log");
+    }
     if let Some(first) = driven.first() {
         plot.add_dots(&[*first], 5.0, "truth", "start");
     }

@@ -8,10 +8,10 @@ use track::TrackLine;
 use units::STANDARD_GRAVITY;
 use units::display::unit_text;
 
-use crate::LapPage;
 use crate::curves::{gg_figure, lap_time_figure, station_figures};
 use crate::map::track_map;
 use crate::texts::{format_small_difference, format_time_difference, format_time_interval};
+use crate::{LapPage, LoggedLap};
 
 /// Rows of parameters that are seen at once.
 const FIRST_ROWS: usize = 15;
@@ -47,6 +47,16 @@ struct CornerRow {
     time: f64,
     /// Largest lateral acceleration [g].
     a_y: f64,
+    /// The corner in the log.
+    driven: Option<DrivenCornerRow>,
+}
+
+/// What a log does in a corner.
+struct DrivenCornerRow {
+    /// Slowest speed [km/h].
+    speed: f64,
+    /// Time that is lost to the fastest lap, with its sign.
+    lost: String,
 }
 
 /// A parameter in its table.
@@ -115,6 +125,10 @@ fn corner_row(page: &LapPage, number: usize, corner: &Corner) -> CornerRow {
         speed: 3.6 * of_corner().map(|node| node.variables.v_x).fold(f64::INFINITY, f64::min),
         time: corner_time(page.optimum, corner),
         a_y: of_corner().map(|node| node.variables.a_y.abs()).fold(0.0, f64::max) / STANDARD_GRAVITY,
+        driven: page.driven.map(|LoggedLap { lap, .. }| DrivenCornerRow {
+            speed: 3.6 * lap.slowest_speed(corner),
+            lost: format_time_difference(lap.time_lost(page.optimum, corner)),
+        }),
     }
 }
 
@@ -152,6 +166,23 @@ impl LapTemplate<'_> {
     fn worth_parts(&self) -> [&[WorthRow]; 2] {
         let (first, rest) = self.worth.split_at(self.worth.len().min(FIRST_ROWS));
         [first, rest]
+    }
+
+    /// How the lap of the log and the fastest one differ.
+    fn driven_sentence(&self) -> Option<String> {
+        let LoggedLap { log, lap } = self.page.driven?;
+        let difference = lap.lap_time - self.page.optimum.lap_time;
+        let size = format_significant(difference.abs(), 3);
+        let verdict = match difference >= 0.0 {
+            true => format!("{size} s more than the fastest lap"),
+            false => {
+                format!("{size} s less than the fastest lap: the car that drove can do more than this one")
+            }
+        };
+        let time = format_lap_time(lap.lap_time, 3);
+        let which =
+            if lap.count == 1 { "The lap".to_owned() } else { format!("The fastest of {} laps", lap.count) };
+        Some(format!("{which} in {log} takes {time}, {verdict}."))
     }
 
     fn draws(&self) -> usize {

@@ -72,6 +72,7 @@ impl OvalLap {
             corners: &self.corners,
             worth: &self.worth,
             interval: None,
+            driven: None,
             messages: &[],
         }
     }

@@ -7,6 +7,7 @@
 
 mod car;
 mod corners;
+mod driven_lap;
 mod interior_point;
 mod interval;
 mod ldlt;
@@ -21,6 +22,7 @@ mod worth;
 
 pub use car::{ActuatorLimits, LapCar};
 pub use corners::Corner;
+pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};
 pub use interior_point::InteriorPointStatus;
 pub use interval::{LapTimeInterval, ParameterDraw};
 pub use node::NodeVariables;
@@ -80,6 +82,9 @@ pub enum Error {
     /// An option.
     #[error("{0}")]
     Options(String),
+    /// A log that does not fit the track.
+    #[error("{0}")]
+    Log(String),
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@ use track::TrackLine;
 use vehicle::{Aerodynamics, G, VehicleBody};
 
 use crate::car::{ActuatorLimits, LapCar};
+use crate::corners::Corner;
+use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
 use crate::optimum::LapOptimum;
 use crate::parameters::{CarParameters, ParameterKey};
@@ -277,4 +279,46 @@ fn what_is_no_lap_is_told() {
         CarParameters::default().car().map(|_| ()).expect_err("no numbers"),
         "the car has no body.m, body.I_zz, body.l_f, body.l_r, body.h, drive.power_max"
     );
+}
+
+#[test]
+fn a_log_is_laid_beside_the_fastest_lap() {
+    let (radius, speeds) = (50.0, [15.0, 20.0, 18.0]);
+    let track = circle(radius);
+    let optimum = LapOptimum::find(&car(), &track, &options(60)).expect("a problem");
+    // Three laps at constant speeds, 2 m to the right of the line, from 10 m before the start, with a gap in the log.
+    let driven = radius + 2.0;
+    let mut samples = Vec::new();
+    let (mut t, mut angle) = (0.0, -10.0 / radius);
+    while angle < 3.1 * std::f64::consts::TAU {
+        let position = [driven * f64::cos(angle), driven * f64::sin(angle)];
+        samples.push(PositionSample { t, position });
+        let lap = (angle / std::f64::consts::TAU).clamp(0.0, 2.0) as usize;
+        t += 0.01;
+        angle += 0.01 * speeds[lap] / driven;
+    }
+    samples[700].position[0] = f64::NAN;
+    let lap = DrivenLap::find_fastest(&samples, &track, &optimum).expect("a lap");
+    assert_eq!((lap.number, lap.count), (2, 3));
+    let exact = std::f64::consts::TAU * driven / 20.0;
+    assert_relative_eq!(lap.lap_time, exact, max_relative = 1e-3);
+    for node in &lap.nodes[1..] {
+        // The lap begins between two samples, with the speed of the lap before up to the second one.
+        assert_relative_eq!(node.speed, 20.0, max_relative = 5e-3);
+        assert_relative_eq!(node.n, -2.0, max_relative = 1e-2);
+    }
+    let whole = Corner { first: 0, apex: 0, end: 0 };
+    let difference = lap.lap_time - optimum.lap_time;
+    assert_relative_eq!(lap.time_lost(&optimum, &whole), difference, max_relative = 1e-12);
+    let halves = [Corner { first: 0, apex: 5, end: 30 }, Corner { first: 30, apex: 40, end: 0 }];
+    let lost: f64 = halves.iter().map(|corner| lap.time_lost(&optimum, corner)).sum();
+    assert_relative_eq!(lost, difference, max_relative = 1e-12);
+    let message = |samples: &[PositionSample]| {
+        DrivenLap::find_fastest(samples, &track, &optimum).expect_err("no lap").to_string()
+    };
+    let part = message(&samples[..1000]);
+    assert!(part.contains("found 45.9 %") && part.contains("from s = 304 m on"), "{part}");
+    let far = samples.iter().map(|it| PositionSample { position: [it.position[0] + 500.0, 0.0], ..*it });
+    assert!(message(&far.collect::<Vec<_>>()).contains("more than 50 m beside it"));
+    assert!(message(&[]).contains("found none"));
 }

@@ -2,6 +2,7 @@
 
 mod car_file;
 mod drive_scenario;
+mod driven_log;
 mod results;
 mod variation;
 
@@ -10,12 +11,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
-use lap_report::LapPage;
+use lap::{DrivenLap, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
+use lap_report::{LapPage, LoggedLap};
 use numerics::text::format_lap_time;
 use track::TrackLine;
 
 use self::car_file::CarFile;
+use self::driven_log::{DrivenLog, DrivenLogArguments};
 use self::results::write_lap_files;
 use self::variation::VariationArguments;
 use super::{print_text, print_to_stderr};
@@ -54,6 +56,8 @@ pub struct LapArguments {
     start_speed: Option<f64>,
     #[command(flatten)]
     variation: VariationArguments,
+    #[command(flatten)]
+    log: DrivenLogArguments,
     /// The folder of the results [default: target/laps/CAR_TRACK].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -67,6 +71,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let car_file = CarFile::read(&arguments.car, &arguments.set)?;
     let draws = arguments.variation.draws(&car_file)?;
     let line = read_track(&arguments.track)?;
+    let log = arguments.log.read()?;
     let (car, messages) = car_file.car()?;
     for message in &messages {
         print_to_stderr(&escape_for_terminal(message));
@@ -92,6 +97,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         }
         _ => None,
     };
+    let driven = log.as_ref().map(|log| driven_lap(log, &line, &optimum)).transpose()?;
     let page = LapPage {
         car: &file_name(&arguments.car),
         track: &file_name(&arguments.track),
@@ -100,6 +106,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         corners: &corners,
         worth: &worth,
         interval: interval.as_ref(),
+        driven: driven.as_ref(),
         messages: &messages,
     };
     print_text(&summary(&page));
@@ -147,6 +154,12 @@ fn read_track(path: &Path) -> Result<TrackLine, Error> {
         .map_err(|error| Error::invalid_input(format!("{name}: {error}")))
 }
 
+fn driven_lap(log: &DrivenLog, line: &TrackLine, optimum: &LapOptimum) -> Result<LoggedLap, Error> {
+    let lap = DrivenLap::find_fastest(&log.samples, line, optimum)
+        .map_err(|error| Error::invalid_input(format!("{}: {error}", log.path.display())))?;
+    Ok(LoggedLap { log: file_name(&log.path), lap })
+}
+
 fn track_error(path: &Path, error: &lap::Error) -> Error {
     let message = Error::invalid_input(format!("{}: {error}", path.display()));
     match error {
@@ -188,15 +201,25 @@ fn summary(page: &LapPage) -> String {
     if let Some(interval) = page.interval {
         text += &interval_line(interval);
     }
-    let count = optimum.nodes.len();
-    for (i, corner) in page.corners.iter().enumerate() {
-        let node = |k: usize| &optimum.nodes[k % count];
+    if let Some(LoggedLap { log, lap }) = page.driven {
         text += &format!(
-            "  corner {:<3} at {:>5.0} m  {:>5.1} km/h\n",
-            i + 1,
-            node(corner.apex).s,
-            node(corner.apex).variables.v_x * 3.6
+            "  {} lap {} of {} in {}, {:+.3} s\n",
+            format_lap_time(lap.lap_time, 3),
+            lap.number,
+            lap.count,
+            escape_for_terminal(log),
+            lap.lap_time - optimum.lap_time
         );
+    }
+    for (i, corner) in page.corners.iter().enumerate() {
+        let node = &optimum.nodes[corner.apex];
+        let speed = 3.6 * node.variables.v_x;
+        text += &format!("  corner {:<3} at {:>5.0} m  {speed:>5.1} km/h", i + 1, node.s);
+        if let Some(LoggedLap { lap, .. }) = page.driven {
+            let (slowest, lost) = (3.6 * lap.slowest_speed(corner), lap.time_lost(optimum, corner));
+            text += &format!("  log {slowest:>5.1} km/h  {lost:+.3} s");
+        }
+        text += "\n";
     }
     if !page.worth.is_empty() {
         text += "  one percent more of        s per lap\n";

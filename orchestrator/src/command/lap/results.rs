@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 use lap::{InteriorPointStatus, LapCar, LapNode};
-use lap_report::LapPage;
+use lap_report::{LapPage, LoggedLap};
 use orchestrator::nofollow;
 use serde_json::json;
 
@@ -126,6 +126,14 @@ fn numbers(page: &LapPage) -> serde_json::Value {
             "unsolved": interval.unsolved,
         })
     });
+    let driven = page.driven.map(|LoggedLap { log, lap }| {
+        let lost: Vec<f64> = page.corners.iter().map(|corner| lap.time_lost(optimum, corner)).collect();
+        json!({
+            "log": log, "lap": lap.number, "laps": lap.count, "lap_time": lap.lap_time,
+            "time_lost_by_corner": lost,
+            "time_gaps": lap.time_gaps(optimum),
+        })
+    });
     json!({
         "car": page.car, "track": page.track,
         "lap_time": optimum.lap_time, "status": status,
@@ -134,5 +142,6 @@ fn numbers(page: &LapPage) -> serde_json::Value {
         "corners": page.corners.iter().map(corner).collect::<Vec<_>>(),
         "worth": page.worth.iter().map(worth).collect::<Vec<_>>(),
         "interval": interval,
+        "driven": driven,
     })
 }

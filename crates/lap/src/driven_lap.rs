@@ -1,0 +1,210 @@
+//! Finds the fastest complete lap in the positions of a log, and when and how fast it passed the nodes of a fastest lap.
+
+use track::TrackLine;
+
+use crate::Error;
+use crate::corners::Corner;
+use crate::optimum::LapOptimum;
+
+/// Position of the car at a time, both as logged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionSample {
+    /// Time [s].
+    pub t: f64,
+    /// Position in the frame of the track [m].
+    pub position: [f64; 2],
+}
+
+/// A lap that somebody drove, at the stations of the nodes of a fastest lap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivenLap {
+    /// Number of the lap among the complete ones, from 1 on.
+    pub number: usize,
+    /// How many complete laps there are.
+    pub count: usize,
+    /// Time of the lap [s].
+    pub lap_time: f64,
+    /// The car at each node.
+    pub nodes: Vec<DrivenNode>,
+    /// The car at the end of the lap.
+    pub end: DrivenNode,
+}
+
+/// A driven car where it passes the station of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrivenNode {
+    /// Time since the first node [s].
+    pub t: f64,
+    /// Position [m].
+    pub position: [f64; 2],
+    /// Lateral deviation from the line [m].
+    pub n: f64,
+    /// Speed over ground [m/s], from the way between the nodes on both sides.
+    pub speed: f64,
+}
+
+/// A sample beside the line.
+struct ProjectedSample {
+    t: f64,
+    position: [f64; 2],
+    /// Way along the line, which goes on over the start of a closed one [m].
+    distance: f64,
+    n: f64,
+}
+
+/// Samples before the start of a lap, or behind its end, that count as there [m].
+const TOLERANCE: f64 = 1.0;
+/// Deviation beyond which a car is not on the track [m].
+const OFF_TRACK: f64 = 50.0;
+
+impl DrivenLap {
+    /// The fastest complete lap of a log, beside a fastest lap on the same line. A sample that is not finite, or not later than the one
+    /// before, is left out.
+    ///
+    /// # Errors
+    /// When the log has no complete lap on this line.
+    pub fn find_fastest(
+        samples: &[PositionSample],
+        line: &TrackLine,
+        optimum: &LapOptimum,
+    ) -> Result<Self, Error> {
+        let projected = project_samples(samples, line)?;
+        let stations: Vec<f64> =
+            optimum.nodes.iter().map(|node| node.s).chain(line.is_closed().then(|| line.length())).collect();
+        let (Some(first), Some(last)) = (projected.first(), projected.last()) else {
+            return Err(Error::Log("expected positions with rising times, found none".to_owned()));
+        };
+        let length = line.length();
+        let begins: Vec<f64> = match line.is_closed() {
+            true => {
+                let lap = ((first.distance - TOLERANCE) / length).ceil();
+                let ways = (0..).map(|k| length * (lap + f64::from(k)));
+                ways.take_while(|begin| begin + length <= last.distance + TOLERANCE).collect()
+            }
+            false => vec![0.0],
+        };
+        let laps: Vec<DrivenLap> = begins
+            .iter()
+            .filter_map(|begin| Self::at_stations(&projected, &stations, *begin, line))
+            .collect();
+        let count = laps.len();
+        let fastest = laps.into_iter().enumerate().min_by(|a, b| a.1.lap_time.total_cmp(&b.1.lap_time));
+        let covered = 100.0 * (last.distance - first.distance) / length;
+        let (number, lap) = fastest.ok_or_else(|| {
+            Error::Log(format!(
+                "expected a lap from the start of the track to its end, found {covered:.1} % of its {length:.0} m, from s = {:.0} m on",
+                line.wrap_station(first.distance)
+            ))
+        })?;
+        Ok(DrivenLap { number: number + 1, count, ..lap })
+    }
+
+    /// A lap from a way on, where the car passes the stations; none where it does not pass all.
+    fn at_stations(
+        samples: &[ProjectedSample],
+        stations: &[f64],
+        begin: f64,
+        line: &TrackLine,
+    ) -> Option<Self> {
+        let mut nodes = Vec::with_capacity(stations.len());
+        let mut at = 0;
+        let (first, last) = (samples.first()?, samples.last()?);
+        for s in stations {
+            let distance = begin + s;
+            let within = distance.clamp(first.distance, last.distance.max(first.distance));
+            if (within - distance).abs() > TOLERANCE {
+                return None;
+            }
+            while at + 1 < samples.len() && samples[at + 1].distance < within {
+                at += 1;
+            }
+            let (a, b) = (&samples[at], samples.get(at + 1).unwrap_or(&samples[at]));
+            let way = b.distance - a.distance;
+            let share = if way > 0.0 { ((within - a.distance) / way).clamp(0.0, 1.0) } else { 0.0 };
+            let between = |a: f64, b: f64| a + share * (b - a);
+            nodes.push(DrivenNode {
+                t: between(a.t, b.t),
+                position: [0, 1].map(|axis| between(a.position[axis], b.position[axis])),
+                n: between(a.n, b.n),
+                speed: 0.0,
+            });
+        }
+        if nodes.iter().any(|node| node.n.abs() > OFF_TRACK) {
+            return None;
+        }
+        let start = nodes.first()?.t;
+        let speeds: Vec<f64> = (0..nodes.len())
+            .map(|k| {
+                let [a, b] = [k.saturating_sub(1), (k + 1).min(nodes.len() - 1)];
+                let ways = nodes[a..=b].windows(2);
+                let way: f64 = ways.map(|pair| distance_between(pair[0].position, pair[1].position)).sum();
+                way / (nodes[b].t - nodes[a].t)
+            })
+            .collect();
+        for (node, speed) in nodes.iter_mut().zip(speeds) {
+            (node.t, node.speed) = (node.t - start, speed);
+        }
+        let end = *nodes.last()?;
+        if line.is_closed() {
+            nodes.pop();
+        }
+        Some(DrivenLap { number: 0, count: 0, lap_time: end.t, nodes, end })
+    }
+
+    /// Time behind the fastest lap at each node [s].
+    pub fn time_gaps(&self, optimum: &LapOptimum) -> Vec<f64> {
+        self.nodes.iter().zip(&optimum.nodes).map(|(driven, best)| driven.t - best.t).collect()
+    }
+
+    /// Slowest speed in a corner [m/s].
+    pub fn slowest_speed(&self, corner: &Corner) -> f64 {
+        corner.nodes(self.nodes.len()).map(|k| self.nodes[k].speed).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Time that is lost to the fastest lap in a corner [s].
+    pub fn time_lost(&self, optimum: &LapOptimum, corner: &Corner) -> f64 {
+        let gaps = self.time_gaps(optimum);
+        let total = self.lap_time - optimum.lap_time;
+        let end = gaps.get(corner.end).copied().unwrap_or(total);
+        // A corner of a closed line may go on over its start.
+        let behind_start = if corner.end <= corner.first { total } else { 0.0 };
+        behind_start + end - gaps[corner.first]
+    }
+}
+
+fn project_samples(samples: &[PositionSample], line: &TrackLine) -> Result<Vec<ProjectedSample>, Error> {
+    let mut projected: Vec<ProjectedSample> = Vec::with_capacity(samples.len());
+    let mut s_before = None;
+    for sample in samples {
+        let is_finite = sample.t.is_finite() && sample.position.iter().all(|it| it.is_finite());
+        if !is_finite || projected.last().is_some_and(|before| sample.t <= before.t) {
+            continue;
+        }
+        let station = match s_before {
+            Some(s) => line.follow_point(s, sample.position),
+            None => line.locate_point(sample.position, None),
+        };
+        let moved = s_before.map_or(0.0, |s| line.station_change(s, station.s));
+        let distance = projected.last().map_or(station.s, |before| before.distance) + moved;
+        s_before = Some(station.s);
+        projected.push(ProjectedSample {
+            t: sample.t,
+            position: sample.position,
+            distance,
+            n: station.lateral,
+        });
+    }
+    let far = projected.iter().filter(|sample| sample.n.abs() > OFF_TRACK).count();
+    if 2 * far > projected.len() {
+        let [x, y] = projected[projected.len() / 2].position;
+        return Err(Error::Log(format!(
+            "expected positions on the track, found most of them more than {OFF_TRACK} m beside it, such as ({x:.0} m, {y:.0} m): log and track \
+             need one origin and one direction of their axes"
+        )));
+    }
+    Ok(projected)
+}
+
+fn distance_between(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
