@@ -13,6 +13,7 @@ tests! {
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
     the_fastest_lap_is_driven_in_the_plant,
+    the_fastest_setup_is_faster_by_an_interval,
     what_is_wrong_is_told_with_its_place,
 }
 
@@ -146,6 +147,30 @@ fn the_fastest_lap_is_driven_in_the_plant() {
     }
 }
 
+fn the_fastest_setup_is_faster_by_an_interval() {
+    let lab = Lab::new();
+    lab.write("car.toml", car("track_f = 1.5\ntrack_r = 1.5"));
+    let track = track("oval.csv");
+    let options =
+        ["--nodes", "120", "--setup", "brake.front_share=0.5..0.8", "--setup", "body.h=400 mm..0.5"];
+    let draws = ["--vary", "tire_f.D=1.08..1.12", "--samples", "4", "--out", "out"];
+    let ended = lab.trackside(&[&["lap", "car.toml", &track], &options[..], &draws].concat()).expect(0);
+    assert!(ended.stdout.contains("with the fastest set-up, 0."), "{}", ended.stdout);
+    let setup = numbers(&lab)["setup"].clone();
+    let gain = setup["seconds_faster"].as_f64().expect("a gain");
+    let interval = [0, 1].map(|end| setup["seconds_faster_95_percent"][end].as_f64().expect("an end"));
+    assert!(0.0 < interval[0] && interval[0] < gain && gain < interval[1], "{setup}");
+    assert_eq!(setup["parameters"][1]["value"], 0.4, "a low centre of gravity loses no grip");
+    // The set-up as a file gives the lap time that was told.
+    let told = setup["lap_time"].as_f64().expect("a time");
+    let brake = format!("brake.front_share={}", setup["parameters"][0]["value"]);
+    let again =
+        ["lap", "car.toml", &track, "--nodes", "120", "--set", &brake, "--set", "body.h=0.4", "--out", "out"];
+    lab.trackside(&again).expect(0);
+    let found = numbers(&lab)["lap_time"].as_f64().expect("a time");
+    assert!((found - told).abs() < 1e-4, "{found} {told}");
+}
+
 fn what_is_wrong_is_told_with_its_place() {
     let lab = Lab::new();
     let oval = track("oval.csv");
@@ -178,6 +203,11 @@ fn what_is_wrong_is_told_with_its_place() {
         (&[oval.as_str(), "--margin", "9"], &["the road is", "tell a smaller --margin"]),
         (&[oval.as_str(), "--start-speed", "20"], &["oval.csv: a closed line has no start"]),
         (&["open.csv", "--start-speed", "0"], &["expected a start speed of at least 3 m/s, found 0 m/s"]),
+        (
+            &[oval.as_str(), "--setup", "body.m=3..3"],
+            &["--setup body.m=3..3: expected two different numbers"],
+        ),
+        (&[oval.as_str(), "--setup", "tire_f.LKY=0.9..1"], &["the tires of this car have no such parameter"]),
         (&["nowhere.csv"], &["the track nowhere.csv cannot be read"]),
         (
             &[oval.as_str(), "--log", "open.csv"],

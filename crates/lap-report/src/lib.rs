@@ -10,7 +10,10 @@ mod texts;
 #[cfg(test)]
 mod tests;
 
-use lap::{Corner, DrivenLap, DrivenNode, LapOptimum, LapTimeInterval, ParameterWorth};
+use lap::{
+    Corner, DrivenLap, DrivenNode, LapOptimum, LapTimeInterval, ParameterRange, ParameterWorth, SetupOptimum,
+};
+use numerics::statistics::quantile;
 use track::TrackLine;
 
 pub use page::lap_page;
@@ -32,10 +35,39 @@ pub struct LapPage<'a> {
     pub worth: &'a [ParameterWorth],
     /// Lap times of cars drawn from what is known of this one.
     pub interval: Option<&'a LapTimeInterval>,
+    /// The fastest set-up of the car.
+    pub setup: Option<&'a FastestSetup>,
     /// A lap that was driven, beside the fastest one.
     pub driven: Option<&'a LoggedLap>,
     /// Notes and warnings about the car and its tires.
     pub messages: &'a [String],
+}
+
+/// The fastest set-up, beside that of the car.
+pub struct FastestSetup {
+    /// Ranges of its parameters.
+    pub ranges: Vec<ParameterRange>,
+    /// Their values in the car.
+    pub before: Vec<f64>,
+    /// The fastest set-up.
+    pub setup: SetupOptimum,
+    /// Lap times with it of the cars drawn from what is known of this one.
+    pub interval: Option<LapTimeInterval>,
+}
+
+impl FastestSetup {
+    /// How much faster the set-up is [s].
+    pub fn seconds_faster(&self, optimum: &LapOptimum) -> f64 {
+        optimum.lap_time - self.setup.lap.lap_time
+    }
+
+    /// The 2.5 % and the 97.5 % quantile of how much faster it is [s], over the draws that were solved with both set-ups.
+    pub fn gain_quantiles(&self, before: Option<&LapTimeInterval>) -> Option<[f64; 2]> {
+        let draws = before?.by_draw.iter().zip(&self.interval.as_ref()?.by_draw);
+        let mut gains: Vec<f64> = draws.filter_map(|(before, now)| Some((*before)? - (*now)?)).collect();
+        gains.sort_by(f64::total_cmp);
+        (!gains.is_empty()).then(|| [0.025, 0.975].map(|share| quantile(&gains, share)))
+    }
 }
 
 /// The fastest lap of a log.

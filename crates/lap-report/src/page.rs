@@ -2,7 +2,8 @@
 
 use askama::Template;
 use html_page::{Markup, filters};
-use lap::{Corner, InteriorPointStatus, LapNode, LapOptimum, ParameterWorth};
+use lap::{Corner, InteriorPointStatus, LapNode, LapOptimum, ParameterRange, ParameterWorth};
+use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
 use track::TrackLine;
 use units::STANDARD_GRAVITY;
@@ -11,7 +12,7 @@ use units::display::unit_text;
 use crate::curves::{gg_figure, lap_time_figure, station_figures};
 use crate::map::track_map;
 use crate::texts::{format_small_difference, format_time_difference, format_time_interval};
-use crate::{LapPage, LoggedLap};
+use crate::{FastestSetup, LapPage, LoggedLap};
 
 /// Rows of parameters that are seen at once.
 const FIRST_ROWS: usize = 15;
@@ -33,6 +34,7 @@ struct LapTemplate<'a> {
     gg: Markup,
     corners: Vec<CornerRow>,
     worth: Vec<WorthRow>,
+    setup: Vec<SetupRow>,
     histogram: Option<Markup>,
 }
 
@@ -57,6 +59,15 @@ struct DrivenCornerRow {
     speed: f64,
     /// Time that is lost to the fastest lap, with its sign.
     lost: String,
+}
+
+/// A parameter of the fastest set-up: its value in the car, in the set-up, and its range, with the unit.
+struct SetupRow {
+    name: &'static str,
+    before: String,
+    now: String,
+    range: String,
+    is_at_bound: bool,
 }
 
 /// A parameter in its table.
@@ -88,6 +99,7 @@ pub fn lap_page(page: &LapPage) -> String {
         gg: gg_figure(page),
         corners: (1..).zip(page.corners).map(|(number, corner)| corner_row(page, number, corner)).collect(),
         worth: worth_rows(page.worth),
+        setup: page.setup.map_or_else(Vec::new, setup_rows),
         histogram: page.solved_interval().map(|it| lap_time_figure(it, optimum.lap_time)),
     })
 }
@@ -161,7 +173,40 @@ fn worth_rows(worth: &[ParameterWorth]) -> Vec<WorthRow> {
     worth.iter().map(row).collect()
 }
 
+fn setup_rows(setup: &FastestSetup) -> Vec<SetupRow> {
+    let row = |(k, range): (usize, &ParameterRange)| {
+        let unit = unit_text(range.key.unit);
+        let text = |value: f64| format!("{} {unit}", format_significant(value, 4)).trim_end().to_owned();
+        let now = setup.setup.values[k];
+        SetupRow {
+            name: range.key.name,
+            before: text(setup.before[k]),
+            now: text(now),
+            range: format!("{} – {}", format_significant(range.low, 4), text(range.high)),
+            is_at_bound: now == range.low || now == range.high,
+        }
+    };
+    setup.ranges.iter().enumerate().map(row).collect()
+}
+
 impl LapTemplate<'_> {
+    /// How much faster the fastest set-up is.
+    fn setup_sentence(&self) -> Option<String> {
+        let setup = self.page.setup?;
+        let time = format_lap_time(setup.setup.lap.lap_time, 3);
+        let faster = setup.seconds_faster(self.page.optimum);
+        let interval = setup
+            .gain_quantiles(self.page.interval)
+            .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
+        let doubt = match setup.setup.status {
+            OptimisationStatus::Converged => "",
+            _ => " The search for it did not converge: there may be a faster one.",
+        };
+        Some(format!(
+            "Of all set-ups within the ranges the fastest one laps in {time}: {faster:.3} s{interval} faster.{doubt}"
+        ))
+    }
+
     /// Rows that are seen at once, and the rest.
     fn worth_parts(&self) -> [&[WorthRow]; 2] {
         let (first, rest) = self.worth.split_at(self.worth.len().min(FIRST_ROWS));

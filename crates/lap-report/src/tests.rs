@@ -72,6 +72,7 @@ impl OvalLap {
             corners: &self.corners,
             worth: &self.worth,
             interval: None,
+            setup: None,
             driven: None,
             messages: &[],
         }
@@ -124,7 +125,12 @@ fn the_page_shows_the_interval_and_the_messages() {
     let lap_times: Vec<f64> = (0..40).map(|i| time + 0.01 * f64::from(i - 20)).collect();
     let deviations =
         lap.optimum.nodes.iter().map(|node| [node.variables.n - 0.2, node.variables.n + 0.2]).collect();
-    let mut interval = LapTimeInterval { lap_times, deviations, unsolved: 2 };
+    let mut interval = LapTimeInterval {
+        by_draw: lap_times.iter().copied().map(Some).collect(),
+        lap_times,
+        deviations,
+        unsolved: 2,
+    };
     let messages = ["tire_f.tir: LMUX & more".to_owned()];
     let body = page_body(&LapPage { interval: Some(&interval), messages: &messages, ..lap.page() });
     let [from, to] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 1));

@@ -94,7 +94,7 @@ const SHORTEST_STEP: f64 = 1e-4;
 const MOST_DAMPING: f64 = 1e12;
 
 /// Barrier parameter of the points from which the search for a similar problem starts.
-pub const CENTRAL_BARRIER: f64 = 1e-6;
+pub const CENTRAL_BARRIER: f64 = 1e-5;
 /// Share of the way between its bounds that a point of a similar problem keeps from each.
 const SIMILAR_MARGIN: f64 = 1e-6;
 

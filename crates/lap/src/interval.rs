@@ -17,6 +17,8 @@ pub type ParameterDraw = Vec<(&'static ParameterKey, f64)>;
 pub struct LapTimeInterval {
     /// Lap times of the draws that were solved [s], from the fastest on.
     pub lap_times: Vec<f64>,
+    /// Lap time of each draw [s], in their order; none where it was not solved.
+    pub by_draw: Vec<Option<f64>>,
     /// Lateral deviation of each node in the draws [m]: the 2.5 % and the 97.5 % quantile.
     pub deviations: Vec<[f64; 2]>,
     /// Draws whose search did not converge, or that are no car.
@@ -65,6 +67,7 @@ impl LapOptimum {
         };
         Ok(LapTimeInterval {
             deviations: (0..self.nodes.len()).map(band).collect(),
+            by_draw: laps.iter().map(|lap| lap.as_ref().map(|lap| lap.lap_time)).collect(),
             unsolved: draws.len() - solved.len(),
             lap_times,
         })

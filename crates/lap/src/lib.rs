@@ -16,6 +16,7 @@ mod node;
 mod optimum;
 mod parameters;
 mod problem;
+mod setup;
 mod stages;
 mod tires;
 mod worth;
@@ -27,7 +28,8 @@ pub use interior_point::InteriorPointStatus;
 pub use interval::{LapTimeInterval, ParameterDraw};
 pub use node::NodeVariables;
 pub use optimum::{LapNode, LapOptimum};
-pub use parameters::{CarParameters, PARAMETER_KEYS, ParameterKey, TEXT_KEYS};
+pub use parameters::{CarParameters, PARAMETER_KEYS, ParameterKey, ParameterRange, TEXT_KEYS};
+pub use setup::SetupOptimum;
 pub use tires::{LapTire, TirePeaks};
 pub use worth::ParameterWorth;
 

@@ -76,6 +76,17 @@ pub struct ParameterKey {
     field: fn(&mut CarParameters) -> &mut f64,
 }
 
+/// A range of a parameter, in SI units.
+#[derive(Clone, Copy)]
+pub struct ParameterRange {
+    /// The parameter.
+    pub key: &'static ParameterKey,
+    /// Its least value.
+    pub low: f64,
+    /// Its largest value.
+    pub high: f64,
+}
+
 const fn key(
     name: &'static str,
     unit: &'static str,
@@ -155,7 +166,7 @@ impl ParameterKey {
     }
 
     /// Whether a car on its tires has this parameter at all.
-    fn is_used(&self, parameters: &CarParameters) -> bool {
+    pub fn is_used(&self, parameters: &CarParameters) -> bool {
         let simple = matches!(self.name.rsplit_once('.'), Some(("tire_f" | "tire_r", "B" | "C" | "D" | "E")));
         let of_file = self.name.starts_with("tire_") && !simple;
         let has_springs = parameters.spring_rate.iter().all(|rate| *rate > 0.0);

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use approx::assert_relative_eq;
+use numerics::convergence::OptimisationStatus;
 use tire::MagicFormula;
 use track::TrackLine;
 use vehicle::{Aerodynamics, G, VehicleBody};
@@ -13,7 +14,7 @@ use crate::corners::Corner;
 use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
 use crate::optimum::LapOptimum;
-use crate::parameters::{CarParameters, ParameterKey};
+use crate::parameters::{CarParameters, ParameterKey, ParameterRange};
 use crate::problem::LapProblem;
 use crate::stages::{StageVector, StagedProblem, VARIABLES};
 use crate::{Error, LapOptions};
@@ -321,4 +322,37 @@ fn a_log_is_laid_beside_the_fastest_lap() {
     let far = samples.iter().map(|it| PositionSample { position: [it.position[0] + 500.0, 0.0], ..*it });
     assert!(message(&far.collect::<Vec<_>>()).contains("more than 50 m beside it"));
     assert!(message(&[]).contains("found none"));
+}
+
+#[test]
+fn the_fastest_setup_is_that_of_a_scan() {
+    let parameters = CarParameters::from_numbers(&[
+        ("body.m", 1250.0),
+        ("body.I_zz", 1850.0),
+        ("body.l_f", 1.18),
+        ("body.l_r", 1.27),
+        ("body.h", 0.47),
+        ("brake.front_share", 0.75),
+        ("drive.power_max", 190e3),
+        ("tire_f.D", 1.1),
+        ("tire_r.D", 1.15),
+    ])
+    .expect("a car");
+    let (track, options) = (oval(1.0), options(80));
+    let (car, _) = parameters.car().expect("a car");
+    let lap = find(&car, &track, &options);
+    let range = |name, low, high| ParameterRange { key: ParameterKey::find(name).expect("a key"), low, high };
+    let brake = range("brake.front_share", 0.5, 0.95);
+    let ranges = [brake, range("body.m", 1200.0, 1300.0)];
+    let setup = lap.fastest_setup(&parameters, &ranges, &track, &options).expect("a set-up");
+    assert_eq!(setup.status, OptimisationStatus::Converged, "{setup:?}");
+    assert_eq!(setup.values[1], 1200.0);
+    assert!((0.55..0.9).contains(&setup.values[0]), "{:?}", setup.values);
+    for i in 0..=10 {
+        let mut scanned = setup.parameters.clone();
+        scanned.set_number(brake.key, 0.5 + 0.045 * f64::from(i)).expect("a share");
+        let (car, _) = scanned.car().expect("a car");
+        let other = lap.find_similar(&car, &track, &options).expect("a problem");
+        assert!(setup.lap.lap_time < other.lap_time + 1e-4, "{i}: {} {}", setup.lap.lap_time, other.lap_time);
+    }
 }

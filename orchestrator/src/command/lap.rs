@@ -4,6 +4,7 @@ mod car_file;
 mod drive_scenario;
 mod driven_log;
 mod results;
+mod setup_ranges;
 mod variation;
 
 use std::path::{Path, PathBuf};
@@ -11,14 +12,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{DrivenLap, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
-use lap_report::{LapPage, LoggedLap};
-use numerics::text::format_lap_time;
+use lap::{CarParameters, DrivenLap, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
+use lap_report::{FastestSetup, LapPage, LoggedLap};
+use numerics::convergence::OptimisationStatus;
+use numerics::text::{format_lap_time, format_significant};
 use track::TrackLine;
 
 use self::car_file::CarFile;
 use self::driven_log::{DrivenLog, DrivenLogArguments};
 use self::results::write_lap_files;
+use self::setup_ranges::SetupArguments;
 use self::variation::VariationArguments;
 use super::{print_text, print_to_stderr};
 
@@ -57,6 +60,8 @@ pub struct LapArguments {
     #[command(flatten)]
     variation: VariationArguments,
     #[command(flatten)]
+    setup: SetupArguments,
+    #[command(flatten)]
     log: DrivenLogArguments,
     /// The folder of the results [default: target/laps/CAR_TRACK].
     #[arg(long, value_name = "DIR")]
@@ -70,6 +75,7 @@ pub struct LapArguments {
 pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let car_file = CarFile::read(&arguments.car, &arguments.set)?;
     let draws = arguments.variation.draws(&car_file)?;
+    let ranges = arguments.setup.ranges(&car_file, draws.as_deref())?;
     let line = read_track(&arguments.track)?;
     let log = arguments.log.read()?;
     let (car, messages) = car_file.car()?;
@@ -85,17 +91,23 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         true => optimum.parameter_worth(&car_file.parameters, &line, &options, &corners).map_err(wrong)?,
         false => Vec::new(),
     };
-    let interval = match draws {
-        Some(draws) if is_found => {
-            let bar = ProgressBar::new(draws.len() as u64);
-            let solved = || bar.inc(1);
-            let interval = optimum
-                .lap_time_interval(&car_file.parameters, &draws, &line, &options, solved)
-                .map_err(wrong);
-            bar.finish_and_clear();
-            Some(interval?)
+    let interval_of = |lap: &LapOptimum, parameters: &CarParameters| {
+        let Some(draws) = &draws else { return Ok(None) };
+        let bar = ProgressBar::new(draws.len() as u64);
+        let interval = lap.lap_time_interval(parameters, draws, &line, &options, || bar.inc(1));
+        bar.finish_and_clear();
+        interval.map(Some).map_err(wrong)
+    };
+    let interval = if is_found { interval_of(&optimum, &car_file.parameters)? } else { None };
+    let setup = match is_found && !ranges.is_empty() {
+        true => {
+            let parameters = &car_file.parameters;
+            let before = ranges.iter().map(|range| range.key.value(parameters)).collect();
+            let setup = optimum.fastest_setup(parameters, &ranges, &line, &options).map_err(wrong)?;
+            let interval = interval_of(&setup.lap, &setup.parameters)?;
+            Some(FastestSetup { ranges, before, setup, interval })
         }
-        _ => None,
+        false => None,
     };
     let driven = log.as_ref().map(|log| driven_lap(log, &line, &optimum)).transpose()?;
     let page = LapPage {
@@ -106,6 +118,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         corners: &corners,
         worth: &worth,
         interval: interval.as_ref(),
+        setup: setup.as_ref(),
         driven: driven.as_ref(),
         messages: &messages,
     };
@@ -120,6 +133,12 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
              another number, and look at the numbers of the car",
             optimum.iterations, optimum.optimality_error
         ));
+        return Ok(DOUBTFUL);
+    }
+    if setup.is_some_and(|it| it.setup.status != OptimisationStatus::Converged) {
+        print_to_stderr(
+            "error: the search for the fastest set-up did not converge: there may be a faster one; try narrower ranges",
+        );
         return Ok(DOUBTFUL);
     }
     Ok(0)
@@ -221,11 +240,32 @@ fn summary(page: &LapPage) -> String {
         }
         text += "\n";
     }
+    if let Some(setup) = page.setup {
+        text += &setup_lines(setup, page);
+    }
     if !page.worth.is_empty() {
         text += "  one percent more of        s per lap\n";
     }
     for worth in page.worth.iter().take(PRINTED_PARAMETERS) {
         text += &format!("    {:<22} {:>+11.4}\n", worth.name, worth.seconds_per_percent);
+    }
+    text
+}
+
+/// The fastest set-up, and how much faster it is.
+fn setup_lines(setup: &FastestSetup, page: &LapPage) -> String {
+    let (time, faster) = (format_lap_time(setup.setup.lap.lap_time, 3), setup.seconds_faster(page.optimum));
+    let interval = setup
+        .gain_quantiles(page.interval)
+        .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
+    let mut text = format!("  {time} with the fastest set-up, {faster:.3} s faster{interval}\n");
+    for (k, range) in setup.ranges.iter().enumerate() {
+        let [before, now, low, high] = [setup.before[k], setup.setup.values[k], range.low, range.high]
+            .map(|it| format_significant(it, 4));
+        text += &format!(
+            "    {:<22} {before:>9} to {now:>9} {} in {low}..{high}\n",
+            range.key.name, range.key.unit
+        );
     }
     text
 }

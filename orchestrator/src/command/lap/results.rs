@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
-use lap::{InteriorPointStatus, LapCar, LapNode};
+use lap::{InteriorPointStatus, LapCar, LapNode, ParameterRange};
 use lap_report::{LapPage, LoggedLap};
+use numerics::convergence::OptimisationStatus;
 use orchestrator::nofollow;
 use serde_json::json;
 
@@ -70,6 +71,11 @@ pub fn write_lap_files(
     if page.optimum.status == InteriorPointStatus::Converged {
         texts.extend(drive_files(folder, car_file, car, page));
     }
+    if let Some(setup) = page.setup {
+        let line = |(range, value): (&ParameterRange, &f64)| format!("{} = {value:?}\n", range.key.name);
+        let lines: String = setup.ranges.iter().zip(&setup.setup.values).map(line).collect();
+        texts.push(("setup.toml", format!("# The fastest set-up, in SI units.\n{lines}")));
+    }
     let mut paths = Vec::with_capacity(texts.len());
     for (name, text) in texts {
         let path = folder.join(name);
@@ -126,6 +132,23 @@ fn numbers(page: &LapPage) -> serde_json::Value {
             "unsolved": interval.unsolved,
         })
     });
+    let setup = page.setup.map(|setup| {
+        let parameter = |k: usize| {
+            let ParameterRange { key, low, high } = setup.ranges[k];
+            json!({
+                "name": key.name, "unit": key.unit, "before": setup.before[k], "value": setup.setup.values[k],
+                "low": low, "high": high,
+            })
+        };
+        json!({
+            "lap_time": setup.setup.lap.lap_time,
+            "has_converged": setup.setup.status == OptimisationStatus::Converged,
+            "searches": setup.setup.searches,
+            "parameters": (0..setup.ranges.len()).map(parameter).collect::<Vec<_>>(),
+            "seconds_faster": setup.seconds_faster(optimum),
+            "seconds_faster_95_percent": setup.gain_quantiles(page.interval),
+        })
+    });
     let driven = page.driven.map(|LoggedLap { log, lap }| {
         let lost: Vec<f64> = page.corners.iter().map(|corner| lap.time_lost(optimum, corner)).collect();
         json!({
@@ -142,6 +165,7 @@ fn numbers(page: &LapPage) -> serde_json::Value {
         "corners": page.corners.iter().map(corner).collect::<Vec<_>>(),
         "worth": page.worth.iter().map(worth).collect::<Vec<_>>(),
         "interval": interval,
+        "setup": setup,
         "driven": driven,
     })
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use diagnostics::Error;
-use lap::{ParameterDraw, ParameterKey};
+use lap::{ParameterDraw, ParameterRange};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
@@ -35,13 +35,6 @@ const MOST_SAMPLES: usize = 100_000;
 /// Draws where no number is told.
 const DEFAULT_SAMPLES: usize = 200;
 
-/// A range of a parameter.
-struct ParameterRange {
-    key: &'static ParameterKey,
-    low: f64,
-    high: f64,
-}
-
 impl VariationArguments {
     /// The draws, if any are asked for.
     ///
@@ -64,15 +57,20 @@ impl VariationArguments {
                 None => Ok(None),
             };
         }
-        let ranges = self.vary.iter().map(|text| parse_range(text, car)).collect::<Result<Vec<_>, _>>()?;
+        let range = |text: &String| parse_range("--vary", text, car);
+        let ranges = self.vary.iter().map(range).collect::<Result<Vec<_>, _>>()?;
         let mut random = Pcg64::seed_from_u64(self.seed);
         let draw = |_| ranges.iter().map(|it| (it.key, random.random_range(it.low..=it.high))).collect();
         Ok(Some((0..samples).map(draw).collect()))
     }
 }
 
-fn parse_range(text: &str, car: &CarFile) -> Result<ParameterRange, Error> {
-    let wrong = |message: String| Error::invalid_input(format!("--vary {text}: {message}"));
+/// The range `KEY=LOW..HIGH` of an option.
+///
+/// # Errors
+/// When it is none, or is beyond what the parameter can be.
+pub fn parse_range(option: &str, text: &str, car: &CarFile) -> Result<ParameterRange, Error> {
+    let wrong = |message: String| Error::invalid_input(format!("{option} {text}: {message}"));
     let (name, range) = text.split_once('=').ok_or_else(|| wrong("expected KEY=LOW..HIGH".to_owned()))?;
     let (low, high) =
         range.split_once("..").ok_or_else(|| wrong("expected LOW..HIGH after the =".to_owned()))?;
