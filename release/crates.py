@@ -3,14 +3,14 @@
 
     python3 release/crates.py [--verify] [--publish]
     python3 release/crates.py --api [--check]
-    python3 release/crates.py --semver
+    python3 release/crates.py --semver [--since COMMIT]
 
 The names `units`, `tire` or `plugin` are not free, so a copy of the libraries below `target/crates` has others; in code they keep
 theirs. Without arguments nothing is compiled: cargo checks manifests, versions and files. `--verify` builds each package by itself.
 
 `--api` writes the public interface of each library to `release/api`, one line for each item. With `--check` it compares instead, and
 prints what differs. It needs cargo-public-api in the path. `--semver` has cargo-semver-checks compare
-each library with the version that is published, and ends if the new version promises more than it holds.
+each library with the version that is published, or with a commit, and ends if the new version promises more than it holds.
 """
 
 from __future__ import annotations
@@ -43,9 +43,14 @@ def main() -> None:
     parser.add_argument("--api", action="store_true", help="write the listings of the public interfaces")
     parser.add_argument("--check", action="store_true", help="with --api: compare with the listings, and write nothing")
     parser.add_argument("--semver", action="store_true", help="compare with the published versions")
+    parser.add_argument("--since", metavar="COMMIT", help="with --semver: compare with a commit in place of the published versions")
     arguments = parser.parse_args()
     if arguments.api:
         api(arguments.check)
+        return
+    if arguments.semver and arguments.since:
+        packages = [word for name in LIBRARIES for word in ("--package", name)]
+        run(["cargo", "semver-checks", "--all-features", "--baseline-rev", arguments.since, *packages])
         return
     workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]
     crates = needed(LIBRARIES)
