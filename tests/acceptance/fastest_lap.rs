@@ -106,16 +106,27 @@ fn casadi_and_ipopt_find_the_same_lap() {
 
 fn draws_of_an_identification_give_an_interval() {
     let lab = Lab::new();
-    lab.write("car.toml", car(""));
-    lab.write("draws.csv", "plant.tire_f.D,plant.tire_r.D\n1.08,1.13\n1.10,1.15\n1.12,1.17\n");
+    let scenarios = Path::new(ROOT).join("scenarios");
+    let drive = scenarios.join("tires_from_driving.toml").display().to_string();
+    lab.trackside(&["run", &drive, "--out", "tires"]).expect(0);
+    let demo = scenarios.join("cars/demo/car.toml").display().to_string();
     let track = track("oval.csv");
-    let arguments = ["lap", "car.toml", &track, "--nodes", "120", "--draws", "draws.csv", "--out", "out"];
-    let ended = lab.trackside(&arguments).expect(0);
-    assert!(ended.stdout.contains("95 % of 3 draws"), "{}", ended.stdout);
+    let car = ["lap", &demo, &track, "--set", "drive.power_max=120 kW", "--nodes", "120", "--out", "out"];
+    let draws = ["--draws", "tires/tires_draws.csv", "--samples", "10"];
+    let ended = lab.trackside(&[&car[..], &draws].concat()).expect(0);
+    assert!(ended.stdout.contains("95 % of 10 draws"), "{}", ended.stdout);
+    // The drive leaves little of the tires open, and the tires that it was driven with are within.
+    let found = numbers(&lab);
+    let lap_time = found["lap_time"].as_f64().expect("a time");
+    let ends = [0, 2].map(|k| found["interval"]["quantiles"][k].as_f64().expect("a quantile"));
+    assert!(ends[0] < ends[1] && ends[1] - ends[0] < 0.1, "{ends:?}");
+    assert!((ends[0] - 0.05..ends[1] + 0.05).contains(&lap_time), "{lap_time} {ends:?}");
     lab.write("draws.csv", "plant.tire_f.D\n1.08\nmuch\n");
-    lab.trackside(&arguments).expect(2).says(&["draws.csv: line 3: expected a number, found `much`"]);
+    let wrong = ["--draws", "draws.csv"];
+    let told = lab.trackside(&[&car[..], &wrong].concat()).expect(2);
+    told.says(&["draws.csv: line 3: expected a number, found `much`"]);
     lab.write("draws.csv", "plant.tire_f.F\n1.08\n");
-    lab.trackside(&arguments).expect(2).says(&["no parameter `plant.tire_f.F`"]);
+    lab.trackside(&[&car[..], &wrong].concat()).expect(2).says(&["no parameter `plant.tire_f.F`"]);
 }
 
 fn the_fastest_lap_is_driven_in_the_plant() {
@@ -191,6 +202,9 @@ fn what_is_wrong_is_told_with_its_place() {
     }
     lab.write("car.toml", &good);
     lab.write("bare.csv", "x,y\n0,0\n50,0\n100,50\n50,100\n0,100\n-50,50\n");
+    lab.write("back.csv", "t,x,y\n0,100,0\n1,40,0\n2,10,0\n");
+    std::fs::create_dir(lab.path("same")).expect("a folder");
+    std::fs::copy(track("oval.csv"), lab.path("same/lap.csv")).expect("a file");
     lab.write("far.csv", "t,x,y\n0,600,0\n1,650,0\n2,700,0\n");
     lab.write("open.csv", "x_m,y_m,left_m,right_m\n0,0,5,5\n100,0,5,5\n200,0,5,5\n300,0,5,5\n");
     for (arguments, words) in [
@@ -208,6 +222,12 @@ fn what_is_wrong_is_told_with_its_place() {
             &["--setup body.m=3..3: expected two different numbers"],
         ),
         (&[oval.as_str(), "--setup", "tire_f.LKY=0.9..1"], &["the tires of this car have no such parameter"]),
+        (
+            &[oval.as_str(), "--log", "back.csv"],
+            &["back.csv: expected a lap", "90 m against the direction of the track"],
+        ),
+        (&[oval.as_str(), "--out", "far.csv"], &["far.csv: expected a folder, found a file", "--out DIR"]),
+        (&["same/lap.csv", "--out", "same"], &["same/lap.csv would be overwritten by the results"]),
         (&["nowhere.csv"], &["the track nowhere.csv cannot be read"]),
         (
             &[oval.as_str(), "--log", "open.csv"],
@@ -219,7 +239,8 @@ fn what_is_wrong_is_told_with_its_place() {
         ),
         (&[oval.as_str(), "--log", "far.csv"], &["far.csv: expected positions on the track", "(650 m, 0 m)"]),
     ] {
-        let all = [&["lap", "car.toml"], arguments, &["--out", "out"]].concat();
+        let out: &[&str] = if arguments.contains(&"--out") { &[] } else { &["--out", "out"] };
+        let all = [&["lap", "car.toml"], arguments, out].concat();
         lab.trackside(&all).expect(2).says(words);
     }
     assert!(!lab.has("out"), "nothing is written for a lap that is none");

@@ -61,6 +61,17 @@ impl FastestSetup {
         optimum.lap_time - self.setup.lap.lap_time
     }
 
+    /// The same in words, such as `0.182 s faster`.
+    pub fn gain_text(&self, optimum: &LapOptimum) -> String {
+        let faster = self.seconds_faster(optimum);
+        let size = format!("{:.3}", faster.abs());
+        match size.as_str() {
+            "0.000" => "as fast as the car's own".to_owned(),
+            _ if faster > 0.0 => format!("{size} s faster"),
+            _ => format!("{size} s slower, as the car's own is out of the ranges"),
+        }
+    }
+
     /// The 2.5 % and the 97.5 % quantile of how much faster it is [s], over the draws that were solved with both set-ups.
     pub fn gain_quantiles(&self, before: Option<&LapTimeInterval>) -> Option<[f64; 2]> {
         let draws = before?.by_draw.iter().zip(&self.interval.as_ref()?.by_draw);

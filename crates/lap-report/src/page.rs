@@ -194,7 +194,7 @@ impl LapTemplate<'_> {
     fn setup_sentence(&self) -> Option<String> {
         let setup = self.page.setup?;
         let time = format_lap_time(setup.setup.lap.lap_time, 3);
-        let faster = setup.seconds_faster(self.page.optimum);
+        let gain = setup.gain_text(self.page.optimum);
         let interval = setup
             .gain_quantiles(self.page.interval)
             .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
@@ -203,7 +203,7 @@ impl LapTemplate<'_> {
             _ => " The search for it did not converge: there may be a faster one.",
         };
         Some(format!(
-            "Of all set-ups within the ranges the fastest one laps in {time}: {faster:.3} s{interval} faster.{doubt}"
+            "Of all set-ups within the ranges the fastest one laps in {time}, {gain}{interval}.{doubt}"
         ))
     }
 

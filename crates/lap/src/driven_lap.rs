@@ -28,6 +28,8 @@ pub struct DrivenLap {
     pub nodes: Vec<DrivenNode>,
     /// The car at the end of the lap.
     pub end: DrivenNode,
+    /// Longest time between two samples of the lap [s].
+    pub longest_gap: f64,
 }
 
 /// A driven car where it passes the station of a node.
@@ -52,8 +54,10 @@ struct ProjectedSample {
     n: f64,
 }
 
-/// Samples before the start of a lap, or behind its end, that count as there [m].
+/// A log that begins so near behind the start, or ends so near before the end, has the whole lap [m].
 const TOLERANCE: f64 = 1.0;
+/// So many of its samples a log is continued by at its ends, as fast as it is there.
+const CONTINUED_SAMPLES: f64 = 1.5;
 /// Deviation beyond which a car is not on the track [m].
 const OFF_TRACK: f64 = 50.0;
 
@@ -77,9 +81,8 @@ impl DrivenLap {
         let length = line.length();
         let begins: Vec<f64> = match line.is_closed() {
             true => {
-                let lap = ((first.distance - TOLERANCE) / length).ceil();
-                let ways = (0..).map(|k| length * (lap + f64::from(k)));
-                ways.take_while(|begin| begin + length <= last.distance + TOLERANCE).collect()
+                let laps = (first.distance / length).floor() as i64..=(last.distance / length).floor() as i64;
+                laps.map(|lap| length * lap as f64).collect()
             }
             false => vec![0.0],
         };
@@ -89,13 +92,8 @@ impl DrivenLap {
             .collect();
         let count = laps.len();
         let fastest = laps.into_iter().enumerate().min_by(|a, b| a.1.lap_time.total_cmp(&b.1.lap_time));
-        let covered = 100.0 * (last.distance - first.distance) / length;
-        let (number, lap) = fastest.ok_or_else(|| {
-            Error::Log(format!(
-                "expected a lap from the start of the track to its end, found {covered:.1} % of its {length:.0} m, from s = {:.0} m on",
-                line.wrap_station(first.distance)
-            ))
-        })?;
+        let (number, lap) =
+            fastest.ok_or_else(|| Error::Log(no_lap_message(first, last, line, projected.len())))?;
         Ok(DrivenLap { number: number + 1, count, ..lap })
     }
 
@@ -108,19 +106,26 @@ impl DrivenLap {
     ) -> Option<Self> {
         let mut nodes = Vec::with_capacity(stations.len());
         let mut at = 0;
-        let (first, last) = (samples.first()?, samples.last()?);
+        let mut longest_gap: f64 = 0.0;
         for s in stations {
             let distance = begin + s;
-            let within = distance.clamp(first.distance, last.distance.max(first.distance));
-            if (within - distance).abs() > TOLERANCE {
-                return None;
-            }
-            while at + 1 < samples.len() && samples[at + 1].distance < within {
+            while at + 2 < samples.len() && samples[at + 1].distance < distance {
                 at += 1;
+                if !nodes.is_empty() {
+                    longest_gap = longest_gap.max(samples[at + 1].t - samples[at].t);
+                }
             }
-            let (a, b) = (&samples[at], samples.get(at + 1).unwrap_or(&samples[at]));
+            let (a, b) = (samples.get(at)?, samples.get(at + 1)?);
             let way = b.distance - a.distance;
-            let share = if way > 0.0 { ((within - a.distance) / way).clamp(0.0, 1.0) } else { 0.0 };
+            let wanted = if way > 0.0 { (distance - a.distance) / way } else { 0.0 };
+            let share = wanted.clamp(-CONTINUED_SAMPLES, 1.0 + CONTINUED_SAMPLES);
+            let is_near = (distance - a.distance).abs().min((distance - b.distance).abs()) <= TOLERANCE;
+            // A car that has just started, or that stands behind the line, is not continued.
+            let share = match share == wanted && way > 0.0 {
+                true => share,
+                false if is_near => wanted.clamp(0.0, 1.0),
+                false => return None,
+            };
             let between = |a: f64, b: f64| a + share * (b - a);
             nodes.push(DrivenNode {
                 t: between(a.t, b.t),
@@ -148,7 +153,7 @@ impl DrivenLap {
         if line.is_closed() {
             nodes.pop();
         }
-        Some(DrivenLap { number: 0, count: 0, lap_time: end.t, nodes, end })
+        Some(DrivenLap { number: 0, count: 0, lap_time: end.t, nodes, end, longest_gap })
     }
 
     /// Time behind the fastest lap at each node [s].
@@ -169,6 +174,28 @@ impl DrivenLap {
         // A corner of a closed line may go on over its start.
         let behind_start = if corner.end <= corner.first { total } else { 0.0 };
         behind_start + end - gaps[corner.first]
+    }
+}
+
+/// Why a log has no complete lap, by the way from its first sample to its last.
+fn no_lap_message(
+    first: &ProjectedSample,
+    last: &ProjectedSample,
+    line: &TrackLine,
+    samples: usize,
+) -> String {
+    let (way, length, s) = (last.distance - first.distance, line.length(), line.wrap_station(first.distance));
+    let expected = "expected a lap from the start of the track to its end";
+    match way {
+        _ if way.abs() < 0.01 * length => format!(
+            "{expected}, found {samples} positions within {:.1} m: perhaps they are in degrees or kilometres",
+            way.abs()
+        ),
+        _ if way < 0.0 => format!("{expected}, found {:.0} m against the direction of the track", -way),
+        _ => format!(
+            "{expected}, found {:.1} % of its {length:.0} m, from s = {s:.0} m on",
+            100.0 * way / length
+        ),
     }
 }
 

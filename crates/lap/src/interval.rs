@@ -36,7 +36,7 @@ impl LapOptimum {
     /// The fastest laps of cars with these draws, each from this lap.
     ///
     /// # Errors
-    /// As [`LapOptimum::find`]; when no draw was solved.
+    /// When no draw was solved.
     pub fn lap_time_interval(
         &self,
         parameters: &CarParameters,
@@ -49,13 +49,13 @@ impl LapOptimum {
             let mut drawn = parameters.clone();
             let is_car = draw.iter().all(|(key, value)| drawn.set_number(key, *value).is_ok());
             let lap = match drawn.car() {
-                Ok((car, _)) if is_car => Some(self.find_similar(&car, line, options)?),
+                Ok((car, _)) if is_car => self.find_similar(&car, line, options).ok(),
                 _ => None,
             };
             on_solved();
-            Ok(lap.filter(|lap| lap.status == InteriorPointStatus::Converged))
+            lap.filter(|lap| lap.status == InteriorPointStatus::Converged)
         };
-        let laps: Vec<Option<LapOptimum>> = draws.par_iter().map(solve).collect::<Result<_, Error>>()?;
+        let laps: Vec<Option<LapOptimum>> = draws.par_iter().map(solve).collect();
         let solved: Vec<&LapOptimum> = laps.iter().flatten().collect();
         if solved.is_empty() {
             return Err(Error::Options(format!("none of {} draws was solved", draws.len())));

@@ -102,7 +102,7 @@ const SHARE: [f64; 2] = [0.0, 1.0];
 const ANY: [f64; 2] = [f64::MIN, f64::MAX];
 
 /// All numbers that a car of a lap has.
-pub const PARAMETER_KEYS: [ParameterKey; 46] = [
+pub const PARAMETER_KEYS: [ParameterKey; 50] = [
     key("body.m", "kg", POSITIVE, |p| &mut p.body.m),
     key("body.I_zz", "kg.m2", POSITIVE, |p| &mut p.body.I_zz),
     key("body.l_f", "m", POSITIVE, |p| &mut p.body.l_f),
@@ -137,10 +137,14 @@ pub const PARAMETER_KEYS: [ParameterKey; 46] = [
     key("tire_f.C", "1", POSITIVE, |p| &mut p.simple_tires[0].C),
     key("tire_f.D", "1", POSITIVE, |p| &mut p.simple_tires[0].D),
     key("tire_f.E", "1", ANY, |p| &mut p.simple_tires[0].E),
+    key("tire_f.S_h", "rad", ANY, |p| &mut p.simple_tires[0].S_h),
+    key("tire_f.S_v", "1", ANY, |p| &mut p.simple_tires[0].S_v),
     key("tire_r.B", "1/rad", POSITIVE, |p| &mut p.simple_tires[1].B),
     key("tire_r.C", "1", POSITIVE, |p| &mut p.simple_tires[1].C),
     key("tire_r.D", "1", POSITIVE, |p| &mut p.simple_tires[1].D),
     key("tire_r.E", "1", ANY, |p| &mut p.simple_tires[1].E),
+    key("tire_r.S_h", "rad", ANY, |p| &mut p.simple_tires[1].S_h),
+    key("tire_r.S_v", "1", ANY, |p| &mut p.simple_tires[1].S_v),
     key("tire_f.LMUX", "1", POSITIVE, |p| &mut p.tires[0].LMUX),
     key("tire_f.LMUY", "1", POSITIVE, |p| &mut p.tires[0].LMUY),
     key("tire_f.LKX", "1", POSITIVE, |p| &mut p.tires[0].LKX),
@@ -167,7 +171,8 @@ impl ParameterKey {
 
     /// Whether a car on its tires has this parameter at all.
     pub fn is_used(&self, parameters: &CarParameters) -> bool {
-        let simple = matches!(self.name.rsplit_once('.'), Some(("tire_f" | "tire_r", "B" | "C" | "D" | "E")));
+        let coefficient = self.name.strip_prefix("tire_f.").or(self.name.strip_prefix("tire_r."));
+        let simple = matches!(coefficient, Some("B" | "C" | "D" | "E" | "S_h" | "S_v"));
         let of_file = self.name.starts_with("tire_") && !simple;
         let has_springs = parameters.spring_rate.iter().all(|rate| *rate > 0.0);
         let of_springs = self.name.starts_with("spring.") || self.name.starts_with("bar.");

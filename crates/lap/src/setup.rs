@@ -57,6 +57,11 @@ impl LapOptimum {
         let start = DVector::from_iterator(ranges.len(), ranges.iter().map(share));
         let [lower, upper] = [0.0, 1.0].map(|bound| DVector::from_element(ranges.len(), bound));
         let minimum = minimise_sqp(&objective, &lower, &upper, &start, LIMITS);
+        if !minimum.model.cost.is_finite() {
+            let message =
+                "the lap time has no derivatives within the ranges of the set-up: tell narrower ones";
+            return Err(Error::Options(message.to_owned()));
+        }
         let parameters = objective.parameters_at(&minimum.x)?;
         let lap = objective.fastest_lap(&parameters)?;
         let lap =

@@ -12,15 +12,19 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{CarParameters, DrivenLap, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
+use lap::{
+    CarParameters, DrivenLap, DrivenNode, InteriorPointStatus, LapNode, LapOptimum, LapOptions,
+    LapTimeInterval,
+};
 use lap_report::{FastestSetup, LapPage, LoggedLap};
 use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
+use orchestrator::relative_path::real_path;
 use track::TrackLine;
 
 use self::car_file::CarFile;
 use self::driven_log::{DrivenLog, DrivenLogArguments};
-use self::results::write_lap_files;
+use self::results::{RESULT_FILES, write_lap_files};
 use self::setup_ranges::SetupArguments;
 use self::variation::VariationArguments;
 use super::{print_text, print_to_stderr};
@@ -29,6 +33,12 @@ use super::{print_text, print_to_stderr};
 const LARGEST: u64 = 64 << 20;
 /// Exit code of a lap that is not known to be the fastest.
 const DOUBTFUL: u8 = 4;
+/// Way beside the road from which on a log is doubted [m]: more than a car that runs wide.
+const BESIDE_ROAD: f64 = 3.0;
+/// Time without a position that is told [s].
+const LONG_GAP: f64 = 0.5;
+/// Share of the least lap time below which a log is not of this car.
+const SURELY_FASTER: f64 = 0.98;
 /// Parameters whose worth is printed.
 const PRINTED_PARAMETERS: usize = 10;
 
@@ -83,10 +93,15 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         print_to_stderr(&escape_for_terminal(message));
     }
     let options = arguments.options(car.track_widths)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
+    let logs = log.as_ref().map(|log| log.path.as_path());
+    let inputs = [Some(arguments.car.as_path()), Some(&arguments.track), arguments.variation.file(), logs];
+    check_output_folder(&folder, &inputs)?;
     let wrong = |error: lap::Error| track_error(&arguments.track, &error);
     let optimum = LapOptimum::find(&car, &line, &options).map_err(wrong)?;
     let corners = optimum.corners(line.is_closed());
     let is_found = optimum.status == InteriorPointStatus::Converged;
+    let driven = log.as_ref().map(|log| driven_lap(log, &line, &optimum)).transpose()?;
     let worth = match is_found {
         true => optimum.parameter_worth(&car_file.parameters, &line, &options, &corners).map_err(wrong)?,
         false => Vec::new(),
@@ -103,13 +118,14 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         true => {
             let parameters = &car_file.parameters;
             let before = ranges.iter().map(|range| range.key.value(parameters)).collect();
-            let setup = optimum.fastest_setup(parameters, &ranges, &line, &options).map_err(wrong)?;
+            let setup = optimum
+                .fastest_setup(parameters, &ranges, &line, &options)
+                .map_err(|error| Error::invalid_input(format!("--setup: {error}")))?;
             let interval = interval_of(&setup.lap, &setup.parameters)?;
             Some(FastestSetup { ranges, before, setup, interval })
         }
         false => None,
     };
-    let driven = log.as_ref().map(|log| driven_lap(log, &line, &optimum)).transpose()?;
     let page = LapPage {
         car: &file_name(&arguments.car),
         track: &file_name(&arguments.track),
@@ -123,7 +139,6 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         messages: &messages,
     };
     print_text(&summary(&page));
-    let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
     for path in write_lap_files(&folder, &page, &car_file, &car)? {
         print_text(&format!("  {}\n", path.display()));
     }
@@ -176,7 +191,57 @@ fn read_track(path: &Path) -> Result<TrackLine, Error> {
 fn driven_lap(log: &DrivenLog, line: &TrackLine, optimum: &LapOptimum) -> Result<LoggedLap, Error> {
     let lap = DrivenLap::find_fastest(&log.samples, line, optimum)
         .map_err(|error| Error::invalid_input(format!("{}: {error}", log.path.display())))?;
-    Ok(LoggedLap { log: file_name(&log.path), lap })
+    let name = file_name(&log.path);
+    for note in log_notes(&lap, line, optimum) {
+        print_to_stderr(&format!("note: {}: {note}", escape_for_terminal(&name)));
+    }
+    Ok(LoggedLap { log: name, lap })
+}
+
+/// What is odd about a lap of a log.
+fn log_notes(lap: &DrivenLap, line: &TrackLine, optimum: &LapOptimum) -> Vec<String> {
+    let mut notes = Vec::new();
+    let beyond = |(node, best): (&DrivenNode, &LapNode)| {
+        line.widths_at(best.s).map_or(0.0, |[left, right]| (node.n - left).max(-right - node.n))
+    };
+    let beyond: Vec<f64> = lap.nodes.iter().zip(&optimum.nodes).map(beyond).collect();
+    let farthest = beyond.iter().copied().fold(0.0, f64::max);
+    if farthest > BESIDE_ROAD {
+        let share = 100.0 * beyond.iter().filter(|it| **it > 0.0).count() as f64 / beyond.len() as f64;
+        notes.push(format!(
+            "{share:.0} % of the lap is beside the road, up to {farthest:.1} m: perhaps log and track have other origins"
+        ));
+    }
+    if lap.longest_gap > LONG_GAP {
+        notes.push(format!(
+            "{:.1} s of the lap have no position: its speeds are means there",
+            lap.longest_gap
+        ));
+    }
+    if lap.lap_time < SURELY_FASTER * optimum.lap_time {
+        notes.push(
+            "faster than this car can be: perhaps its time has another unit, or the car has".to_owned(),
+        );
+    }
+    notes
+}
+
+/// The folder is one, or can be, and no result goes over what was read.
+fn check_output_folder(folder: &Path, inputs: &[Option<&Path>]) -> Result<(), Error> {
+    let wrong = |message: String| Error::invalid_input(message).with_help("tell another folder: --out DIR");
+    if folder.exists() && !folder.is_dir() {
+        return Err(wrong(format!("{}: expected a folder, found a file", folder.display())));
+    }
+    for name in RESULT_FILES {
+        let result = real_path(&folder.join(name));
+        if inputs.iter().flatten().any(|input| real_path(input) == result) {
+            return Err(wrong(format!(
+                "{} would be overwritten by the results",
+                folder.join(name).display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn track_error(path: &Path, error: &lap::Error) -> Error {
@@ -254,11 +319,11 @@ fn summary(page: &LapPage) -> String {
 
 /// The fastest set-up, and how much faster it is.
 fn setup_lines(setup: &FastestSetup, page: &LapPage) -> String {
-    let (time, faster) = (format_lap_time(setup.setup.lap.lap_time, 3), setup.seconds_faster(page.optimum));
+    let (time, gain) = (format_lap_time(setup.setup.lap.lap_time, 3), setup.gain_text(page.optimum));
     let interval = setup
         .gain_quantiles(page.interval)
         .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
-    let mut text = format!("  {time} with the fastest set-up, {faster:.3} s faster{interval}\n");
+    let mut text = format!("  {time} with the fastest set-up, {gain}{interval}\n");
     for (k, range) in setup.ranges.iter().enumerate() {
         let [before, now, low, high] = [setup.before[k], setup.setup.values[k], range.low, range.high]
             .map(|it| format_significant(it, 4));

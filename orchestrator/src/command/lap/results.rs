@@ -18,6 +18,10 @@ struct LapColumn {
     value: fn(&LapNode) -> f64,
 }
 
+/// Names of all files of a lap.
+pub const RESULT_FILES: [&str; 6] =
+    ["lap.html", "lap.csv", "lap.json", "set.toml", "drive.toml", "setup.toml"];
+
 /// Columns that a track without widths has not.
 const EDGE_COLUMNS: [&str; 2] = ["left_m", "right_m"];
 

@@ -1,6 +1,6 @@
 //! Draws parameters of a car: rows of a file, such as the one of an identification, or evenly from ranges.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
@@ -36,6 +36,11 @@ const MOST_SAMPLES: usize = 100_000;
 const DEFAULT_SAMPLES: usize = 200;
 
 impl VariationArguments {
+    /// The file of draws.
+    pub fn file(&self) -> Option<&Path> {
+        self.draws.as_deref()
+    }
+
     /// The draws, if any are asked for.
     ///
     /// # Errors
@@ -87,7 +92,7 @@ pub fn parse_range(option: &str, text: &str, car: &CarFile) -> Result<ParameterR
 }
 
 /// The first rows of a file of draws: those of an identification are in no order.
-fn read_draws(path: &std::path::Path, samples: usize) -> Result<Vec<ParameterDraw>, Error> {
+fn read_draws(path: &Path, samples: usize) -> Result<Vec<ParameterDraw>, Error> {
     let name = path.display();
     let wrong = |message: String| Error::invalid_input(format!("{name}: {message}"));
     let text = diagnostics::read_text_bounded(path, LARGEST)
