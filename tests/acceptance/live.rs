@@ -26,12 +26,14 @@ struct Viewer {
 }
 
 impl Viewer {
-    /// Starts a viewer that chooses its port itself.
+    /// Starts a viewer at a free port. Two that choose theirs themselves at the same time may choose the same, and one never listens.
     fn start(folder: &Path) -> Result<Self, String> {
         let log = folder.join("viewer.log");
         let file = |what| File::create(&log).map_err(|error| format!("{what}: {error}"));
+        let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
+        let free = free.map_err(|error| format!("no free port: {error}"))?.port().to_string();
         let mut rerun = python().rerun();
-        rerun.args(["--headless", "--memory-limit", "300MB", "--port", "auto"]);
+        rerun.args(["--headless", "--memory-limit", "300MB", "--port", &free]);
         rerun.env("XDG_RUNTIME_DIR", folder).env("RUST_LOG", "info").env("NO_COLOR", "1");
         rerun.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file("no log of the viewer")?);
         let process = rerun.spawn().map_err(|error| format!("the viewer does not start: {error}"))?;
