@@ -4,8 +4,8 @@ use html_page::{EqualScale, Markup, Plot, PlotAxis};
 use lap::LapTimeInterval;
 use units::STANDARD_GRAVITY;
 
+use crate::LapPage;
 use crate::phase::{DrivingPhase, add_phase_dots};
-use crate::{LapPage, LoggedLap};
 
 /// Sizes of a curve over the station and of the histogram [px].
 const SIZE: [f64; 2] = [1080.0, 250.0];
@@ -44,13 +44,8 @@ pub(crate) fn station_figures(page: &LapPage) -> Vec<Markup> {
 
 /// How far the log is behind the fastest lap.
 fn time_gap_figure(page: &LapPage) -> Option<Markup> {
-    let LoggedLap { lap, .. } = page.driven?;
-    let gaps = lap.time_gaps(page.optimum);
-    let stations = page.optimum.nodes.iter().map(|node| node.s);
-    let mut curve: Vec<_> = stations.zip(gaps).collect();
-    if page.line.is_closed() {
-        curve.push((page.line.length(), lap.lap_time - page.optimum.lap_time));
-    }
+    page.driven?;
+    let curve = page.driven_values_over_station(|node, best| node.t - best);
     Some(
         station_plot(page, "behind [s]", &curve, LOG_CLASS)
             .figure_with_legend("Time behind the fastest lap: it rises where the log loses time"),
@@ -59,7 +54,7 @@ fn time_gap_figure(page: &LapPage) -> Option<Markup> {
 
 /// The speed, with that of the log.
 fn speed_plot(page: &LapPage, speed: &[(f64, f64)]) -> Plot {
-    let driven = page.driven_values_over_station(|node| 3.6 * node.speed);
+    let driven = page.driven_values_over_station(|node, _| 3.6 * node.speed);
     let mut plot = empty_station_plot(page, "speed [km/h]", speed.iter().chain(&driven).map(|point| point.1));
     plot.add_line(speed, "c0", if page.driven.is_some() { "fastest lap" } else { "" });
     if page.driven.is_some() {
@@ -96,7 +91,7 @@ fn deviation_plot(page: &LapPage) -> Plot {
     let nodes = &page.optimum.nodes;
     let room = page.values_over_station(|k| nodes[k].deviation_bounds);
     let curve = page.values_over_station(|k| nodes[k].variables.n);
-    let driven = page.driven_values_over_station(|node| node.n);
+    let driven = page.driven_values_over_station(|node, _| node.n);
     let lines = curve.iter().chain(&driven).map(|point| point.1);
     let values = room.iter().flat_map(|point| point.1).chain(lines);
     let mut plot = empty_station_plot(page, "deviation [m]", values);

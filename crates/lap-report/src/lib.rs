@@ -13,7 +13,7 @@ mod tests;
 use lap::{
     Corner, DrivenLap, DrivenNode, LapOptimum, LapTimeInterval, ParameterRange, ParameterWorth, SetupOptimum,
 };
-use numerics::statistics::quantile;
+use numerics::statistics::central_95_percent_interval;
 use track::TrackLine;
 
 pub use page::lap_page;
@@ -61,23 +61,24 @@ impl FastestSetup {
         optimum.lap_time - self.setup.lap.lap_time
     }
 
-    /// The same in words, such as `0.182 s faster`.
-    pub fn gain_text(&self, optimum: &LapOptimum) -> String {
-        let faster = self.seconds_faster(optimum);
+    /// The same in words, with the interval over the draws: `0.182 s faster [0.174, 0.190]`.
+    pub fn gain_text(&self, page: &LapPage) -> String {
+        let faster = self.seconds_faster(page.optimum);
         let size = format!("{:.3}", faster.abs());
-        match size.as_str() {
+        let words = match size.as_str() {
             "0.000" => "as fast as the car's own".to_owned(),
             _ if faster > 0.0 => format!("{size} s faster"),
             _ => format!("{size} s slower, as the car's own is out of the ranges"),
-        }
+        };
+        let interval = self.gain_interval(page.interval);
+        words + &interval.map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"))
     }
 
-    /// The 2.5 % and the 97.5 % quantile of how much faster it is [s], over the draws that were solved with both set-ups.
-    pub fn gain_quantiles(&self, before: Option<&LapTimeInterval>) -> Option<[f64; 2]> {
+    /// The 95 % interval of how much faster it is [s], over the draws that were solved with both set-ups.
+    pub fn gain_interval(&self, before: Option<&LapTimeInterval>) -> Option<[f64; 2]> {
         let draws = before?.by_draw.iter().zip(&self.interval.as_ref()?.by_draw);
-        let mut gains: Vec<f64> = draws.filter_map(|(before, now)| Some((*before)? - (*now)?)).collect();
-        gains.sort_by(f64::total_cmp);
-        (!gains.is_empty()).then(|| [0.025, 0.975].map(|share| quantile(&gains, share)))
+        let gains: Vec<f64> = draws.filter_map(|(before, now)| Some((*before)? - (*now)?)).collect();
+        (!gains.is_empty()).then(|| central_95_percent_interval(gains))
     }
 }
 
@@ -90,13 +91,13 @@ pub struct LoggedLap {
 }
 
 impl LapPage<'_> {
-    /// Values of the nodes of the driven lap over their stations [m], up to its end.
-    fn driven_values_over_station<T>(&self, value: impl Fn(&DrivenNode) -> T) -> Vec<(f64, T)> {
+    /// Values of the nodes of the driven lap, each with the time of the fastest lap there [s], over their stations [m], up to its end.
+    fn driven_values_over_station(&self, value: impl Fn(&DrivenNode, f64) -> f64) -> Vec<(f64, f64)> {
         let Some(LoggedLap { lap, .. }) = self.driven else { return Vec::new() };
-        let stations = self.optimum.nodes.iter().map(|node| node.s);
-        let mut points: Vec<_> = stations.zip(lap.nodes.iter().map(&value)).collect();
+        let nodes = self.optimum.nodes.iter().zip(&lap.nodes);
+        let mut points: Vec<_> = nodes.map(|(best, driven)| (best.s, value(driven, best.t))).collect();
         if self.line.is_closed() {
-            points.push((self.line.length(), value(&lap.end)));
+            points.push((self.line.length(), value(&lap.end, self.optimum.lap_time)));
         }
         points
     }

@@ -135,7 +135,7 @@ fn corner_row(page: &LapPage, number: usize, corner: &Corner) -> CornerRow {
         number,
         stations: [nodes[corner.first].s, nodes[corner.apex].s, end_station(page.line, nodes, corner)],
         speed: 3.6 * of_corner().map(|node| node.variables.v_x).fold(f64::INFINITY, f64::min),
-        time: corner_time(page.optimum, corner),
+        time: corner.duration(nodes.len(), |k| nodes[k].t, page.optimum.lap_time),
         a_y: of_corner().map(|node| node.variables.a_y.abs()).fold(0.0, f64::max) / STANDARD_GRAVITY,
         driven: page.driven.map(|LoggedLap { lap, .. }| DrivenCornerRow {
             speed: 3.6 * lap.slowest_speed(corner),
@@ -146,13 +146,6 @@ fn corner_row(page: &LapPage, number: usize, corner: &Corner) -> CornerRow {
 
 fn end_station(line: &TrackLine, nodes: &[LapNode], corner: &Corner) -> f64 {
     nodes.get(corner.end).map_or(line.length(), |node| node.s)
-}
-
-/// The time in a corner [s], which may go on behind the end of a closed line.
-fn corner_time(optimum: &LapOptimum, corner: &Corner) -> f64 {
-    let begin = optimum.nodes[corner.first].t;
-    let end = optimum.nodes.get(corner.end).map_or(optimum.lap_time, |node| node.t);
-    if corner.end > corner.first { end - begin } else { optimum.lap_time - begin + end }
 }
 
 fn worth_rows(worth: &[ParameterWorth]) -> Vec<WorthRow> {
@@ -194,17 +187,12 @@ impl LapTemplate<'_> {
     fn setup_sentence(&self) -> Option<String> {
         let setup = self.page.setup?;
         let time = format_lap_time(setup.setup.lap.lap_time, 3);
-        let gain = setup.gain_text(self.page.optimum);
-        let interval = setup
-            .gain_quantiles(self.page.interval)
-            .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
+        let gain = setup.gain_text(self.page);
         let doubt = match setup.setup.status {
             OptimisationStatus::Converged => "",
             _ => " The search for it did not converge: there may be a faster one.",
         };
-        Some(format!(
-            "Of all set-ups within the ranges the fastest one laps in {time}, {gain}{interval}.{doubt}"
-        ))
+        Some(format!("Of all set-ups within the ranges the fastest one laps in {time}, {gain}.{doubt}"))
     }
 
     /// Rows that are seen at once, and the rest.

@@ -23,6 +23,14 @@ impl Corner {
         let first = self.first;
         (0..length).map(move |i| (first + i) % count)
     }
+
+    /// The time in it [s], of the time at each of so many nodes, from 0 on, to the time of the lap. It may go on behind the end of a closed
+    /// line.
+    pub fn duration(&self, count: usize, time_at: impl Fn(usize) -> f64, lap_time: f64) -> f64 {
+        let begin = time_at(self.first);
+        let end = if self.end < count { time_at(self.end) } else { lap_time };
+        if self.end > self.first { end - begin } else { lap_time - begin + end }
+    }
 }
 
 impl LapOptimum {

@@ -1,6 +1,6 @@
 //! Finds the fastest complete lap in the positions of a log, and when and how fast it passed the nodes of a fastest lap.
 
-use track::TrackLine;
+use track::{TrackLine, point_distance};
 
 use crate::Error;
 use crate::corners::Corner;
@@ -142,7 +142,7 @@ impl DrivenLap {
             .map(|k| {
                 let [a, b] = [k.saturating_sub(1), (k + 1).min(nodes.len() - 1)];
                 let ways = nodes[a..=b].windows(2);
-                let way: f64 = ways.map(|pair| distance_between(pair[0].position, pair[1].position)).sum();
+                let way: f64 = ways.map(|pair| point_distance(pair[0].position, pair[1].position)).sum();
                 way / (nodes[b].t - nodes[a].t)
             })
             .collect();
@@ -156,24 +156,20 @@ impl DrivenLap {
         Some(DrivenLap { number: 0, count: 0, lap_time: end.t, nodes, end, longest_gap })
     }
 
-    /// Time behind the fastest lap at each node [s].
-    pub fn time_gaps(&self, optimum: &LapOptimum) -> Vec<f64> {
-        self.nodes.iter().zip(&optimum.nodes).map(|(driven, best)| driven.t - best.t).collect()
+    /// Time behind the fastest lap at a node [s].
+    pub fn time_gap(&self, optimum: &LapOptimum, node: usize) -> f64 {
+        self.nodes[node].t - optimum.nodes[node].t
+    }
+
+    /// Time that is lost to the fastest lap in a corner [s].
+    pub fn time_lost(&self, optimum: &LapOptimum, corner: &Corner) -> f64 {
+        let total = self.lap_time - optimum.lap_time;
+        corner.duration(self.nodes.len(), |k| self.time_gap(optimum, k), total)
     }
 
     /// Slowest speed in a corner [m/s].
     pub fn slowest_speed(&self, corner: &Corner) -> f64 {
         corner.nodes(self.nodes.len()).map(|k| self.nodes[k].speed).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Time that is lost to the fastest lap in a corner [s].
-    pub fn time_lost(&self, optimum: &LapOptimum, corner: &Corner) -> f64 {
-        let gaps = self.time_gaps(optimum);
-        let total = self.lap_time - optimum.lap_time;
-        let end = gaps.get(corner.end).copied().unwrap_or(total);
-        // A corner of a closed line may go on over its start.
-        let behind_start = if corner.end <= corner.first { total } else { 0.0 };
-        behind_start + end - gaps[corner.first]
     }
 }
 
@@ -230,8 +226,4 @@ fn project_samples(samples: &[PositionSample], line: &TrackLine) -> Result<Vec<P
         )));
     }
     Ok(projected)
-}
-
-fn distance_between(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
 }

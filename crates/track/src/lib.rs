@@ -41,4 +41,4 @@ pub use profile::{SpeedBounds, SpeedProfile};
 pub use projection::LineStation;
 pub use speed::{SpeedCommand, SpeedLaw};
 pub use steering::{HeadingAndSpeed, PathSteeringLaw, SteadyStateHandling, TireLoadCondition};
-pub use survey::TrackSurvey;
+pub use survey::{TrackSurvey, point_distance};

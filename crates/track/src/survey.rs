@@ -298,7 +298,9 @@ fn has_column(columns: &[Option<SurveyColumn>], meaning: ColumnMeaning) -> bool 
     columns.iter().flatten().any(|it| it.meaning == meaning)
 }
 
-pub(crate) fn point_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// Distance of two points [m].
+#[must_use]
+pub fn point_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 

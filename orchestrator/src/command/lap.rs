@@ -12,10 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{
-    CarParameters, DrivenLap, DrivenNode, InteriorPointStatus, LapNode, LapOptimum, LapOptions,
-    LapTimeInterval,
-};
+use lap::{CarParameters, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
 use lap_report::{FastestSetup, LapPage, LoggedLap};
 use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
@@ -23,7 +20,7 @@ use orchestrator::relative_path::real_path;
 use track::TrackLine;
 
 use self::car_file::CarFile;
-use self::driven_log::{DrivenLog, DrivenLogArguments};
+use self::driven_log::DrivenLogArguments;
 use self::results::{RESULT_FILES, write_lap_files};
 use self::setup_ranges::SetupArguments;
 use self::variation::VariationArguments;
@@ -33,12 +30,6 @@ use super::{print_text, print_to_stderr};
 const LARGEST: u64 = 64 << 20;
 /// Exit code of a lap that is not known to be the fastest.
 const DOUBTFUL: u8 = 4;
-/// Way beside the road from which on a log is doubted [m]: more than a car that runs wide.
-const BESIDE_ROAD: f64 = 3.0;
-/// Time without a position that is told [s].
-const LONG_GAP: f64 = 0.5;
-/// Share of the least lap time below which a log is not of this car.
-const SURELY_FASTER: f64 = 0.98;
 /// Parameters whose worth is printed.
 const PRINTED_PARAMETERS: usize = 10;
 
@@ -101,7 +92,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let optimum = LapOptimum::find(&car, &line, &options).map_err(wrong)?;
     let corners = optimum.corners(line.is_closed());
     let is_found = optimum.status == InteriorPointStatus::Converged;
-    let driven = log.as_ref().map(|log| driven_lap(log, &line, &optimum)).transpose()?;
+    let driven = log.as_ref().map(|log| log.fastest_lap(&line, &optimum)).transpose()?;
     let worth = match is_found {
         true => optimum.parameter_worth(&car_file.parameters, &line, &options, &corners).map_err(wrong)?,
         false => Vec::new(),
@@ -186,44 +177,6 @@ fn read_track(path: &Path) -> Result<TrackLine, Error> {
         .map_err(|error| Error::invalid_input(format!("the track {name} cannot be read: {error}")))?;
     TrackLine::from_table_text(&text_encoding::decode_text(&bytes))
         .map_err(|error| Error::invalid_input(format!("{name}: {error}")))
-}
-
-fn driven_lap(log: &DrivenLog, line: &TrackLine, optimum: &LapOptimum) -> Result<LoggedLap, Error> {
-    let lap = DrivenLap::find_fastest(&log.samples, line, optimum)
-        .map_err(|error| Error::invalid_input(format!("{}: {error}", log.path.display())))?;
-    let name = file_name(&log.path);
-    for note in log_notes(&lap, line, optimum) {
-        print_to_stderr(&format!("note: {}: {note}", escape_for_terminal(&name)));
-    }
-    Ok(LoggedLap { log: name, lap })
-}
-
-/// What is odd about a lap of a log.
-fn log_notes(lap: &DrivenLap, line: &TrackLine, optimum: &LapOptimum) -> Vec<String> {
-    let mut notes = Vec::new();
-    let beyond = |(node, best): (&DrivenNode, &LapNode)| {
-        line.widths_at(best.s).map_or(0.0, |[left, right]| (node.n - left).max(-right - node.n))
-    };
-    let beyond: Vec<f64> = lap.nodes.iter().zip(&optimum.nodes).map(beyond).collect();
-    let farthest = beyond.iter().copied().fold(0.0, f64::max);
-    if farthest > BESIDE_ROAD {
-        let share = 100.0 * beyond.iter().filter(|it| **it > 0.0).count() as f64 / beyond.len() as f64;
-        notes.push(format!(
-            "{share:.0} % of the lap is beside the road, up to {farthest:.1} m: perhaps log and track have other origins"
-        ));
-    }
-    if lap.longest_gap > LONG_GAP {
-        notes.push(format!(
-            "{:.1} s of the lap have no position: its speeds are means there",
-            lap.longest_gap
-        ));
-    }
-    if lap.lap_time < SURELY_FASTER * optimum.lap_time {
-        notes.push(
-            "faster than this car can be: perhaps its time has another unit, or the car has".to_owned(),
-        );
-    }
-    notes
 }
 
 /// The folder is one, or can be, and no result goes over what was read.
@@ -319,11 +272,8 @@ fn summary(page: &LapPage) -> String {
 
 /// The fastest set-up, and how much faster it is.
 fn setup_lines(setup: &FastestSetup, page: &LapPage) -> String {
-    let (time, gain) = (format_lap_time(setup.setup.lap.lap_time, 3), setup.gain_text(page.optimum));
-    let interval = setup
-        .gain_quantiles(page.interval)
-        .map_or_else(String::new, |[low, high]| format!(" [{low:.3}, {high:.3}]"));
-    let mut text = format!("  {time} with the fastest set-up, {gain}{interval}\n");
+    let (time, gain) = (format_lap_time(setup.setup.lap.lap_time, 3), setup.gain_text(page));
+    let mut text = format!("  {time} with the fastest set-up, {gain}\n");
     for (k, range) in setup.ranges.iter().enumerate() {
         let [before, now, low, high] = [setup.before[k], setup.setup.values[k], range.low, range.high]
             .map(|it| format_significant(it, 4));

@@ -15,42 +15,13 @@ const LEAST_SHARE: f64 = 0.7;
 /// Step [s].
 const STEP: f64 = 1e-3;
 
-/// Nodes, connections and diagrams that every drive has.
-const COUPLING: &str = r#"
-[[connect]]
-from = "driver.delta"
-to = "plant.delta"
-at = "start"
+/// What the driver measures of the car.
+const MEASURED: [&str; 6] = ["X", "Y", "psi", "v_x", "v_y", "r"];
+/// What it commands.
+const COMMANDED: [&str; 2] = ["delta", "F_x"];
 
-[[connect]]
-from = "driver.F_x"
-to = "plant.F_x"
-at = "start"
-
-[[connect]]
-from = "plant.X"
-to = "driver.X"
-
-[[connect]]
-from = "plant.Y"
-to = "driver.Y"
-
-[[connect]]
-from = "plant.psi"
-to = "driver.psi"
-
-[[connect]]
-from = "plant.v_x"
-to = "driver.v_x"
-
-[[connect]]
-from = "plant.v_y"
-to = "driver.v_y"
-
-[[connect]]
-from = "plant.r"
-to = "driver.r"
-
+/// Diagrams that every drive has.
+const DIAGRAMS: &str = r#"
 [[view.plot]]
 title = "Speed"
 unit = "km/h"
@@ -104,6 +75,9 @@ fn scenario_text(parameters: &[String], car: &LapCar, page: &LapPage) -> String 
     };
     let (l_f, l_r) = (car.body.l_f, car.body.l_r);
     let half_width = 0.5 * car.track_widths[0].max(car.track_widths[1]);
+    let measured = MEASURED.map(|name| connection("plant", "driver", name, ""));
+    let commanded = COMMANDED.map(|name| connection("driver", "plant", name, "at = \"start\"\n"));
+    let connections = commanded.concat() + &measured.concat();
     let track = track_tables(first.edges.is_some(), line.is_closed(), half_width);
     format!(
         r#"# Drives the fastest lap in the plant: `trackside run drive.toml`. `trackside sweep drive.toml` finds the largest share
@@ -153,9 +127,13 @@ tolerance = 0.01
 
 [sweep.collect]
 lap_time = "last(driver.lap_time)"
-{COUPLING}"#,
+{connections}{DIAGRAMS}"#,
         -l_r
     )
+}
+
+fn connection(from: &str, to: &str, name: &str, more: &str) -> String {
+    format!("\n[[connect]]\nfrom = \"{from}.{name}\"\nto = \"{to}.{name}\"\n{more}")
 }
 
 /// The check of the edges and their picture, where the track has them.

@@ -150,7 +150,7 @@ fn numbers(page: &LapPage) -> serde_json::Value {
             "searches": setup.setup.searches,
             "parameters": (0..setup.ranges.len()).map(parameter).collect::<Vec<_>>(),
             "seconds_faster": setup.seconds_faster(optimum),
-            "seconds_faster_95_percent": setup.gain_quantiles(page.interval),
+            "seconds_faster_95_percent": setup.gain_interval(page.interval),
         })
     });
     let driven = page.driven.map(|LoggedLap { log, lap }| {
@@ -158,7 +158,7 @@ fn numbers(page: &LapPage) -> serde_json::Value {
         json!({
             "log": log, "lap": lap.number, "laps": lap.count, "lap_time": lap.lap_time,
             "time_lost_by_corner": lost,
-            "time_gaps": lap.time_gaps(optimum),
+            "time_gaps": (0..lap.nodes.len()).map(|k| lap.time_gap(optimum, k)).collect::<Vec<_>>(),
         })
     });
     json!({
