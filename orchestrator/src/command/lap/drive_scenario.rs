@@ -33,8 +33,8 @@ signals = [{ signal = "driver.lateral_deviation" }]
 
 [[view.xy_plot]]
 title = "g-g diagram"
-x = { label = "to the left [m/s2]", range = [20.0, -20.0] }
-y = { label = "forward [m/s2]", range = [-20.0, 20.0] }
+x = { label = "a_y, positive to the left [m/s2]", range = [-20.0, 20.0] }
+y = { label = "a_x [m/s2]", range = [-20.0, 20.0] }
 circle = 9.81
 points = [{ label = "car", x = "plant.a_y", y = "plant.a_x" }]
 "#;
