@@ -23,6 +23,7 @@ mod supervised;
 mod sweep;
 mod test;
 mod tire;
+mod track;
 mod view;
 mod why;
 
@@ -76,6 +77,8 @@ pub enum CliCommand {
     /// Find the fastest lap of a car on a track, with what each parameter is worth, and an interval from what is not known; exit code 4 when
     /// the search does not converge.
     Lap(Box<lap::LapArguments>),
+    /// Make a track of the positions in a log: its laps, and the mean line of them.
+    Track(track::TrackArguments),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::RecoverArguments),
     /// Print the JSON schema of scenario files, for editors.
@@ -111,6 +114,7 @@ impl CliCommand {
             CliCommand::Convert(arguments) => convert::run_convert_command(arguments),
             CliCommand::Tire(arguments) => tire::run_tire_command(arguments),
             CliCommand::Lap(arguments) => lap::run_lap_command(arguments),
+            CliCommand::Track(arguments) => track::run_track_command(arguments),
             CliCommand::Recover(arguments) => recover::run_recover_command(arguments),
             CliCommand::Schema(arguments) => schema::run_schema_command(arguments),
             CliCommand::Examples(arguments) => examples::run_examples_command(arguments),

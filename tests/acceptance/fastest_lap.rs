@@ -2,19 +2,26 @@
 
 use std::path::Path;
 
+use recording::table::{ColumnRequest, ReadRequest, TimeSeriesTable};
 use serde_json::Value;
+use track::{TrackLine, TrackSurvey};
 
 use super::harness::{Lab, ROOT};
 use super::python::python;
+use super::requirement::logs_of_others;
 
 tests! {
     a_lap_has_a_time_a_table_and_a_page,
     a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval,
+    a_log_in_degrees_becomes_a_track_beside_whose_fastest_lap_it_lies,
+    a_vbox_of_others_becomes_an_open_track: Logs,
+    tracks_of_others_bend_as_their_cars_turned: Logs,
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
     the_fastest_lap_is_driven_in_the_plant,
     the_fastest_setup_is_faster_by_an_interval,
     what_is_wrong_is_told_with_its_place,
+    what_is_wrong_with_the_log_of_a_track_is_told,
 }
 
 /// A car on tires by the simple formula; without track widths it is a single track.
@@ -180,6 +187,149 @@ fn the_fastest_setup_is_faster_by_an_interval() {
     lab.trackside(&again).expect(0);
     let found = numbers(&lab)["lap_time"].as_f64().expect("a time");
     assert!((found - told).abs() < 1e-4, "{found} {told}");
+}
+
+/// Rows of time, latitude and longitude of a drive round the oval at 20 m/s, near Melbourne.
+fn drive_in_degrees(way: std::ops::Range<u32>) -> String {
+    let text = std::fs::read_to_string(track("oval.csv")).expect("a file");
+    let line = TrackLine::from_table_text(&text).expect("a line");
+    let row = |i: u32| {
+        let [x, y] = line.point_at((2.0 * f64::from(i)) % line.length()).point;
+        // Lengths of a degree at 37.85 degrees of latitude, by WGS 84.
+        let (latitude, longitude) = (-37.85 + y / 110_991.0, 144.97 + x / 88_001.0);
+        format!("{:.1},{latitude:.8},{longitude:.8}\n", 0.1 * f64::from(i))
+    };
+    "Time [s],GPS Latitude,GPS Longitude\n".to_owned() + &way.map(row).collect::<String>()
+}
+
+fn a_log_in_degrees_becomes_a_track_beside_whose_fastest_lap_it_lies() {
+    let lab = Lab::new();
+    lab.write("session.csv", drive_in_degrees(100..2000));
+    let ended = lab.trackside(&["track", "session.csv", "--half-width", "5", "--out", "track.csv"]).expect(0);
+    for words in ["0:59.", "lap 2 from t = ", "closed, the mean of 3 laps", "track.csv"] {
+        assert!(ended.stdout.contains(words), "{words} in {}", ended.stdout);
+    }
+    let table = std::fs::read_to_string(lab.path("track.csv")).expect("a table");
+    assert!(table.starts_with("# closed\n# origin -37.8"), "{table}");
+    lab.write("car.toml", car(""));
+    let beside = ["lap", "car.toml", "track.csv", "--nodes", "150", "--log", "session.csv", "--out", "out"];
+    lab.trackside(&beside).expect(0);
+    let found = numbers(&lab);
+    let logged = found["driven"]["lap_time"].as_f64().expect("a time");
+    let way = found["length"].as_f64().expect("a length");
+    assert!((logged - 59.27).abs() < 0.1 && (way - 1185.0).abs() < 3.0, "{logged} {way}");
+    // The line of the lap is a track with the same origin.
+    let again = ["lap", "car.toml", "out/lap.csv", "--nodes", "150", "--on-line", "--log", "session.csv"];
+    lab.trackside(&[&again[..], &["--out", "again"]].concat()).expect(0);
+    // Without the origin, nobody knows where the degrees are.
+    lab.write("bare.csv", table.replacen("# origin", "# somewhere", 1));
+    lab.trackside(&["lap", "car.toml", "bare.csv", "--log", "session.csv"]).expect(2).says(&[
+        "session.csv: the positions are in degrees",
+        "bare.csv",
+        "# origin LATITUDE LONGITUDE",
+    ]);
+}
+
+fn a_vbox_of_others_becomes_an_open_track() {
+    let lab = Lab::new();
+    let log = logs_of_others().join("vbo/vbox_hd2.vbo");
+    let log = log.display().to_string();
+    let ended = lab.trackside(&["track", &log, "--out", "track.csv"]).expect(0);
+    assert!(ended.stdout.contains("open, no place is passed twice"), "{}", ended.stdout);
+    assert!(ended.stderr.contains("--half-width"), "{}", ended.stderr);
+    lab.write("car.toml", car(""));
+    let lap = ["lap", "car.toml", "track.csv", "--half-width", "5", "--start-speed", "60", "--nodes", "300"];
+    lab.trackside(&[&lap[..], &["--log", &log, "--out", "out"]].concat()).expect(0);
+    let driven = numbers(&lab)["driven"]["lap_time"].as_f64().expect("a time");
+    // 2,914 rows at 25 Hz.
+    assert!((driven - 116.4).abs() < 0.2, "{driven}");
+}
+
+/// Doppler headings and yaw rates do not know the positions.
+fn tracks_of_others_bend_as_their_cars_turned() {
+    let lab = Lab::new();
+    let vbox = logs_of_others().join("vbo/vbox_hd2.vbo");
+    let rows = read_columns(&vbox, None, ["lat", "long", "velocity", "heading"]);
+    // Over ten rows; the heading [deg] counts clockwise, the speed is in km/h.
+    let curvature = |i: usize| {
+        let [before, after] = [&rows[i - 5], &rows[i + 5]];
+        let turn = (before.values[3] - after.values[3]).to_radians().sin().asin();
+        turn / (after.t - before.t) / (rows[i].values[2] / 3.6)
+    };
+    let difference = curvature_difference(&lab, &vbox, &[], &rows, curvature);
+    assert!(difference < 1e-3, "{difference}");
+
+    let race = logs_of_others().join("../av21_putnam_park.csv");
+    let rows = read_columns(&race, Some("time(s)"), ["x(m)", "y(m)", "vx(m/s)", "omega(rad/s)"]);
+    let columns = ["--position", "x(m),y(m)", "--time", "time(s)"];
+    let curvature = |i: usize| rows[i].values[3] / rows[i].values[2];
+    let difference = curvature_difference(&lab, &race, &columns, &rows, curvature);
+    assert!(difference < 1e-3, "{difference}");
+}
+
+/// A time and the values of four columns.
+struct LogRow {
+    t: f64,
+    values: [f64; 4],
+}
+
+fn read_columns(path: &Path, time: Option<&str>, columns: [&str; 4]) -> Vec<LogRow> {
+    let column = |name: &str| ColumnRequest {
+        name: name.to_owned(),
+        column: name.to_owned(),
+        ..ColumnRequest::default()
+    };
+    let columns = columns.map(column).to_vec();
+    let request = ReadRequest { time: time.map(str::to_owned), columns, ..ReadRequest::default() };
+    let mut table = TimeSeriesTable::read(path, &request).expect("a log");
+    let times = table.clock_times().swap_remove(table.column_clock(0));
+    times.into_iter().map(|t| LogRow { t, values: [0, 1, 2, 3].map(|i| table.value_at(i, t)) }).collect()
+}
+
+/// The median difference between the curvature of the track of a log and the one that its car had where it drove faster than 10 m/s or
+/// km/h [1/m].
+fn curvature_difference(
+    lab: &Lab,
+    log: &Path,
+    options: &[&str],
+    rows: &[LogRow],
+    curvature: impl Fn(usize) -> f64,
+) -> f64 {
+    let log = log.display().to_string();
+    lab.trackside(&[&["track", &log, "--out", "track.csv"], options].concat()).expect(0);
+    let text = std::fs::read_to_string(lab.path("track.csv")).expect("a table");
+    let survey = TrackSurvey::from_table_text(&text).expect("a table");
+    let line = TrackLine::from_survey(&survey).expect("a line");
+    let difference = |i: usize| {
+        let [a, b, speed, _] = rows[i].values;
+        let position = survey.plane.map_or([a, b], |plane| plane.position(a, b));
+        let station = line.locate_point(position, None);
+        let is_driven = speed > 10.0 && station.lateral.abs() < 3.0;
+        is_driven.then(|| (station.kappa - curvature(i)).abs())
+    };
+    let mut differences: Vec<f64> = (5..rows.len() - 5).step_by(5).filter_map(difference).collect();
+    differences.sort_unstable_by(f64::total_cmp);
+    differences[differences.len() / 2]
+}
+
+fn what_is_wrong_with_the_log_of_a_track_is_told() {
+    let lab = Lab::new();
+    lab.write("session.csv", drive_in_degrees(100..700));
+    lab.write("standing.csv", "t,x,y\n0,1,1\n1,1,1\n2,1,1\n");
+    lab.write("other.csv", "t,east,north\n0,1,1\n1,30,1\n2,60,1\n");
+    for (arguments, words) in [
+        (&["standing.csv"][..], &["standing.csv: expected the positions of a drive", "over 0 m"][..]),
+        (&["other.csv"], &["expected columns plant.X and plant.Y", "--position LATITUDE,LONGITUDE"]),
+        (&["other.csv", "--position", "east"], &["--position east: expected two columns"]),
+        (&["other.csv", "--position", "east,up"], &["up"]),
+        (&["session.csv", "--start", "1"], &["--start 1: expected two numbers"]),
+        (&["session.csv", "--start", "-30,144"], &["expected a start on the way of the log"]),
+        (&["session.csv", "--noise=-1"], &["--noise: expected a number of at least 0, found -1"]),
+        (&["session.csv", "--out", "session.csv"], &["session.csv would be overwritten", "--out FILE"]),
+        (&["nowhere.csv"], &["nowhere.csv"]),
+    ] {
+        lab.trackside(&[&["track"], arguments].concat()).expect(2).says(words);
+    }
 }
 
 fn what_is_wrong_is_told_with_its_place() {

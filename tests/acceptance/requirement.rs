@@ -35,8 +35,8 @@ pub enum Requirement {
     ReferenceFmus,
     /// FMUs as others have made them, each with a scenario.
     Cases,
-    /// Bags of ROS that others have made.
-    Bags,
+    /// Logs that others have made.
+    Logs,
     /// What cargo needs to build for Windows.
     WindowsTarget,
     /// Wine, and the compiler for what runs under it.
@@ -52,6 +52,11 @@ pub fn explain() {
     for reason in ANSWERS.iter().filter_map(|answer| answer.get()?.as_ref()) {
         eprintln!("some tests do not run: {reason}");
     }
+}
+
+/// The folder of logs that others have made, a folder for each format.
+pub fn logs_of_others() -> PathBuf {
+    Path::new(ROOT).join("../shared/data/corpus")
 }
 
 impl Requirement {
@@ -70,7 +75,7 @@ impl Requirement {
             Requirement::SmallDisk => "mount",
             Requirement::ReferenceFmus => "Reference FMUs",
             Requirement::Cases => "cases",
-            Requirement::Bags => "bags",
+            Requirement::Logs => "logs of others",
             Requirement::WindowsTarget => "Rust for Windows",
             Requirement::Wine => "Wine",
         }
@@ -78,8 +83,8 @@ impl Requirement {
 
     /// Whether its tests are for `--include-ignored` alone: few machines have it, or it takes minutes.
     pub fn is_rare(self) -> bool {
-        use Requirement::{Bags, Cases, Masters, ReferenceFmus, Slurm, Valgrind, WindowsTarget};
-        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Bags | WindowsTarget)
+        use Requirement::{Cases, Logs, Masters, ReferenceFmus, Slurm, Valgrind, WindowsTarget};
+        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Logs | WindowsTarget)
     }
 
     /// Whether its tests are left out even then: containers without privileges cannot start the daemons of Slurm, and few machines
@@ -120,7 +125,7 @@ impl Requirement {
             Requirement::Viewer => live::missing_viewer(),
             Requirement::ReferenceFmus => absent(&reference_fmus()),
             Requirement::Cases => absent(&cases()),
-            Requirement::Bags => absent(&super::ros_bags::others()),
+            Requirement::Logs => absent(&logs_of_others()),
             Requirement::WindowsTarget => super::targets::missing_windows_target(),
             Requirement::Wine => missing_wine(),
         }

@@ -7,10 +7,11 @@ use serde_json::Value;
 
 use super::harness::{Lab, ROOT};
 use super::python::python;
+use super::requirement::logs_of_others;
 
 tests! {
     bags_have_the_values_that_other_readers_find: Python,
-    bags_of_others_have_the_values_that_other_readers_find: Python + Bags,
+    bags_of_others_have_the_values_that_other_readers_find: Python + Logs,
     bags_are_played_back_and_inspected: Python,
     bags_that_cannot_be_read_are_refused_with_the_cure,
 }
@@ -124,7 +125,7 @@ fn bags_have_the_values_that_other_readers_find() {
 fn bags_of_others_have_the_values_that_other_readers_find() {
     let shared = Path::new(ROOT).join("../shared");
     let mut bags = vec![shared.join("cases/logs/mcap_ros2/drive.mcap")];
-    for file in std::fs::read_dir(others()).expect("a folder") {
+    for file in std::fs::read_dir(logs_of_others().join("mcap")).expect("a folder") {
         bags.push(file.expect("a file").path());
     }
     compare_all(&Lab::new(), &bags);
@@ -202,9 +203,4 @@ fn bags_that_cannot_be_read_are_refused_with_the_cure() {
         lab.write("case.toml", drive(file, ""));
         lab.trackside(&["run", "case.toml"]).expect(2).says(&[says, "case.toml:6:"]);
     }
-}
-
-/// The folder of logs that others have made.
-pub fn others() -> PathBuf {
-    Path::new(ROOT).join("../shared/data/corpus/mcap")
 }

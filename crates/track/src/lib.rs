@@ -24,6 +24,7 @@
 
 mod angle;
 mod error;
+mod geodesy;
 mod ggv;
 mod line;
 mod profile;
@@ -35,6 +36,7 @@ mod survey;
 
 pub use angle::wrap_angle;
 pub use error::Error;
+pub use geodesy::LocalPlane;
 pub use ggv::{AccelerationLimits, GgvDiagram, RoadGeometry};
 pub use line::{LinePoint, TrackLine};
 pub use profile::{SpeedBounds, SpeedProfile};

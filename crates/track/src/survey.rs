@@ -1,6 +1,8 @@
 //! Reads tables of the points of a centre line, as track databases and loggers write them.
 
-use crate::Error;
+use std::fmt::Write as _;
+
+use crate::{Error, LocalPlane};
 
 /// Points of a line as they stand in a table.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,6 +21,8 @@ pub struct TrackSurvey {
     pub grade: Option<Vec<f64>>,
     /// Speed of somebody who drove or planned the line [m/s], for each point; NaN where the table has no number.
     pub speed: Option<Vec<f64>>,
+    /// Where on the Earth the origin is, with x to the east and y to the north.
+    pub plane: Option<LocalPlane>,
 }
 
 /// What a column is.
@@ -105,7 +109,7 @@ impl TrackSurvey {
     /// `vx_mps`) and as public track databases spell them (`w_tr_left_m`). Other columns are skipped. Without names there
     /// are two columns, x and y. Comments start with `#` or `//`; the comments `# closed` and `# open` say how the line
     /// ends. Without one it is closed when the way from the last point to the first is at most twice the median way
-    /// between two points.
+    /// between two points. A comment `# origin 43.8 -88.0` has the latitude and longitude [deg] of the origin.
     ///
     /// # Errors
     /// With the line of the text: columns that are missing or there twice, fields that are no numbers, points that repeat
@@ -116,6 +120,25 @@ impl TrackSurvey {
             rows.read_line(number + 1, line.trim().trim_start_matches('\u{feff}'))?;
         }
         rows.into_survey()
+    }
+
+    /// The points and widths as a table that [`Self::from_table_text`] reads, to the millimetre.
+    #[must_use]
+    pub fn table_text(&self) -> String {
+        let mut text = format!("# {}\n", if self.closed { "closed" } else { "open" });
+        if let Some(plane) = &self.plane {
+            text += &plane.comment();
+        }
+        text += if self.widths.is_some() { "x_m,y_m,left_m,right_m\n" } else { "x_m,y_m\n" };
+        for (i, [x, y]) in self.points.iter().enumerate() {
+            let _ = write!(text, "{x:.3},{y:.3}");
+            if let Some(widths) = &self.widths {
+                let [left, right] = widths[i];
+                let _ = write!(text, ",{left:.3},{right:.3}");
+            }
+            text.push('\n');
+        }
+        text
     }
 }
 
@@ -139,6 +162,11 @@ impl SurveyReader {
             match comment.trim().to_lowercase().as_str() {
                 "closed" => self.closed = Some(true),
                 "open" => self.closed = Some(false),
+                words if words.starts_with("origin ") => {
+                    self.survey.plane = Some(LocalPlane::parse(words).ok_or_else(|| {
+                        wrong(format!("expected `# origin LATITUDE LONGITUDE` in degrees, found `{line}`"))
+                    })?);
+                }
                 _ if !self.survey.points.is_empty() => {}
                 _ => {
                     let names = split_on_separator_or_whitespace(comment);

@@ -3,6 +3,7 @@
 mod car_file;
 mod drive_scenario;
 mod driven_log;
+pub mod position_log;
 mod results;
 mod setup_ranges;
 mod variation;
@@ -17,7 +18,7 @@ use lap_report::{FastestSetup, LapPage, LoggedLap};
 use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
 use orchestrator::relative_path::real_path;
-use track::TrackLine;
+use track::{TrackLine, TrackSurvey};
 
 use self::car_file::CarFile;
 use self::driven_log::DrivenLogArguments;
@@ -77,8 +78,10 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let car_file = CarFile::read(&arguments.car, &arguments.set)?;
     let draws = arguments.variation.draws(&car_file)?;
     let ranges = arguments.setup.ranges(&car_file, draws.as_deref())?;
-    let line = read_track(&arguments.track)?;
-    let log = arguments.log.read()?;
+    let survey = read_track(&arguments.track)?;
+    let line = TrackLine::from_survey(&survey)
+        .map_err(|error| Error::invalid_input(format!("{}: {error}", arguments.track.display())))?;
+    let log = arguments.log.read(&arguments.track, survey.plane)?;
     let (car, messages) = car_file.car()?;
     for message in &messages {
         print_to_stderr(&escape_for_terminal(message));
@@ -130,7 +133,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         messages: &messages,
     };
     print_text(&summary(&page));
-    for path in write_lap_files(&folder, &page, &car_file, &car)? {
+    for path in write_lap_files(&folder, &page, &car_file, &car, survey.plane)? {
         print_text(&format!("  {}\n", path.display()));
     }
     if !is_found {
@@ -171,11 +174,11 @@ impl LapArguments {
     }
 }
 
-fn read_track(path: &Path) -> Result<TrackLine, Error> {
+fn read_track(path: &Path) -> Result<TrackSurvey, Error> {
     let name = path.display();
     let bytes = diagnostics::read_bounded(path, LARGEST)
         .map_err(|error| Error::invalid_input(format!("the track {name} cannot be read: {error}")))?;
-    TrackLine::from_table_text(&text_encoding::decode_text(&bytes))
+    TrackSurvey::from_table_text(&text_encoding::decode_text(&bytes))
         .map_err(|error| Error::invalid_input(format!("{name}: {error}")))
 }
 

@@ -8,6 +8,7 @@ use lap_report::{LapPage, LoggedLap};
 use numerics::convergence::OptimisationStatus;
 use orchestrator::nofollow;
 use serde_json::json;
+use track::LocalPlane;
 
 use super::car_file::CarFile;
 use super::drive_scenario::drive_files;
@@ -65,11 +66,12 @@ pub fn write_lap_files(
     page: &LapPage,
     car_file: &CarFile,
     car: &LapCar,
+    plane: Option<LocalPlane>,
 ) -> Result<Vec<PathBuf>, Error> {
     std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
     let mut texts = vec![
         ("lap.html", lap_report::lap_page(page)),
-        ("lap.csv", table(&page.optimum.nodes)),
+        ("lap.csv", plane.map_or_else(String::new, |plane| plane.comment()) + &table(&page.optimum.nodes)),
         ("lap.json", format!("{:#}\n", numbers(page))),
     ];
     if page.optimum.status == InteriorPointStatus::Converged {
