@@ -6,6 +6,7 @@ mod car;
 mod closed_loop;
 mod curve;
 mod doctor;
+mod fastest_lap;
 mod prediction;
 mod rules;
 mod shared;
@@ -22,6 +23,7 @@ pub use car::{ClosedLoopCarConfig, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{CurveConfig, FixedParameters, OneCurve};
 pub use doctor::DoctorConfig;
+pub use fastest_lap::FastestLapConfig;
 use plugin::ConfigError;
 pub use prediction::PredictionConfig;
 use schemars::JsonSchema;
@@ -50,6 +52,8 @@ pub enum IdentifyConfig {
     Doctor(DoctorConfig),
     /// Identifies a car that predicts drives, and judges it on parts that were not fitted.
     Prediction(Box<PredictionConfig>),
+    /// Finds the fastest lap of a car on a track, and the time that a drive loses to it.
+    FastestLap(Box<FastestLapConfig>),
     /// Finds the excitation that identifies each parameter.
     ExcitationStudy(SyntheticExcitation),
     /// Finds the parameters that matter at each slip.
@@ -71,6 +75,7 @@ enum IdentifyTask {
     Bench,
     Doctor,
     Prediction,
+    FastestLap,
     ExcitationStudy,
     SensitivityStudy,
 }
@@ -94,6 +99,7 @@ impl IdentifyConfig {
             IdentifyTask::Bench => Self::Bench(parse_settings(&rest)?),
             IdentifyTask::Doctor => Self::Doctor(parse_settings(&rest)?),
             IdentifyTask::Prediction => Self::Prediction(parse_settings(&rest)?),
+            IdentifyTask::FastestLap => Self::FastestLap(parse_settings(&rest)?),
             IdentifyTask::ExcitationStudy => Self::ExcitationStudy(parse_settings(&rest)?),
             IdentifyTask::SensitivityStudy => Self::SensitivityStudy(parse_settings(&rest)?),
         };
@@ -109,6 +115,7 @@ impl IdentifyConfig {
             Self::Bench(bench) => bench.check(),
             Self::Doctor(doctor) => doctor.check(),
             Self::Prediction(prediction) => prediction.check(),
+            Self::FastestLap(lap) => lap.check(),
             Self::ExcitationStudy(excitation) => study::check_excitation(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),
         }

@@ -4,6 +4,7 @@ mod bench;
 mod closed_loop;
 mod curve;
 mod doctor;
+mod fastest_lap;
 #[cfg(test)]
 mod hostile;
 mod prediction;
@@ -58,8 +59,12 @@ impl Analysis for Identify {
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
         InputSignal::optional("ground_speed", "m/s", "speed over ground, as of GNSS"),
-        InputSignal::optional("x", "m", "place on the ground; with y it stands for the course"),
-        InputSignal::optional("y", "m", "place on the ground, to the left of the axis of x"),
+        InputSignal::optional(
+            "x",
+            "m",
+            "position on the ground; with y it stands for the course, or is that of a lap on its track",
+        ),
+        InputSignal::optional("y", "m", "position on the ground, to the left of the axis of x"),
         InputSignal::optional("gear", "", "gear"),
         InputSignal::optional("lap", "", "number of the lap"),
         InputSignal::optional("log", "", "number of the log, from 1, where a table has several paths"),
@@ -83,6 +88,7 @@ impl Analysis for Identify {
             }
             IdentifyConfig::Doctor(_) => Ok(doctor::check_has_drive_signal(request)?),
             IdentifyConfig::Prediction(config) => Ok(prediction::check_required_signals(&config, request)?),
+            IdentifyConfig::FastestLap(_) => Ok(fastest_lap::check_position(request)?),
             IdentifyConfig::Bench(_)
             | IdentifyConfig::ExcitationStudy(_)
             | IdentifyConfig::SensitivityStudy(_) => Ok(()),
@@ -97,6 +103,7 @@ impl Analysis for Identify {
             IdentifyConfig::Bench(config) => bench::run_bench_fit(&config, host)?,
             IdentifyConfig::Doctor(config) => doctor::run_doctor(&config, request, host),
             IdentifyConfig::Prediction(config) => prediction::run_prediction(&config, request, host)?,
+            IdentifyConfig::FastestLap(config) => fastest_lap::find_fastest_lap(&config, request, host)?,
             IdentifyConfig::ExcitationStudy(study) => excitation_study(&study, host)?,
             IdentifyConfig::SensitivityStudy(study) => sensitivity_study(&study, host),
         };

@@ -84,6 +84,12 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"excitation_study\"\nlevels = [0.1, 0.0]", "levels.1"),
         ("task = \"excitation_study\"\ntruth = { B = 1.0 }", "truth"),
         ("task = \"sensitivity_study\"\nspread = 1.0", "spread"),
+        ("task = \"fastest_lap\"", "parameters"),
+        ("task = \"fastest_lap\"\nnodes = 3", "nodes"),
+        ("task = \"fastest_lap\"\nhalf_width = 0.0", "half_width"),
+        ("task = \"fastest_lap\"\nfiles.line = \"x,y\"", "files"),
+        ("task = \"fastest_lap\"\nparameters = { \"body.m\" = -1.0 }", "parameters"),
+        ("task = \"fastest_lap\"\nparameters = { \"body.m\" = 1200.0 }", "parameters"),
     ] {
         let error = IdentifyConfig::parse(text).expect_err(text);
         assert_eq!(error.key_path(), key, "{text}: {error}");

@@ -120,7 +120,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tire-inference", &["elementary", "numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
     ("drive-prediction", &["kalman", "numerics", "preparation", "rating", "vehicle"]),
-    ("identify", &["drive-doctor", "drive-inference", "drive-prediction", "html-page", "numerics", "plugin", "preparation", "tire", "tire-bench", "tire-inference", "units", "vehicle"]),
+    ("identify", &["drive-doctor", "drive-inference", "drive-prediction", "html-page", "lap", "lap-report", "numerics", "plugin", "preparation", "tire", "tire-bench", "tire-inference", "track", "units", "vehicle"]),
     ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
     ("system-fmu", &["fmu-export", "system"]),
     ("python-model", &["fmu-export", "python"]),

@@ -1,10 +1,12 @@
-//! Writes the page of a fastest lap: its time, a map, curves along the track, corners, and what parameters are worth.
+//! Writes a fastest lap as a page, a table and numbers: its time, a map, curves along the track, corners, and what parameters are worth.
 #![forbid(unsafe_code)]
 
 mod curves;
 mod map;
+mod numbers;
 mod page;
 mod phase;
+mod table;
 mod texts;
 
 #[cfg(test)]
@@ -16,7 +18,9 @@ use lap::{
 use numerics::statistics::central_95_percent_interval;
 use track::TrackLine;
 
+pub use numbers::lap_numbers;
 pub use page::lap_page;
+pub use table::lap_table;
 
 /// What the page of a lap shows.
 #[derive(Clone, Copy)]

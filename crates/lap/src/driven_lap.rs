@@ -4,7 +4,7 @@ use track::{TrackLine, point_distance};
 
 use crate::Error;
 use crate::corners::Corner;
-use crate::optimum::LapOptimum;
+use crate::optimum::{LapNode, LapOptimum};
 
 /// Position of the car at a time, both as logged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub struct DrivenLap {
     pub number: usize,
     /// How many complete laps there are.
     pub count: usize,
+    /// Time of the log at the first node [s].
+    pub begin: f64,
     /// Time of the lap [s].
     pub lap_time: f64,
     /// The car at each node.
@@ -58,6 +60,12 @@ struct ProjectedSample {
 const TOLERANCE: f64 = 1.0;
 /// So many of its samples a log is continued by at its ends, as fast as it is there.
 const CONTINUED_SAMPLES: f64 = 1.5;
+/// Way beside the road from which on a log is doubted [m]: more than a car that runs wide.
+const BESIDE_ROAD: f64 = 3.0;
+/// Time without a position that is told [s].
+const LONG_GAP: f64 = 0.5;
+/// Share of the least lap time below which a log is not of this car.
+const SURELY_FASTER: f64 = 0.98;
 /// Deviation beyond which a car is not on the track [m].
 const OFF_TRACK: f64 = 50.0;
 
@@ -153,7 +161,7 @@ impl DrivenLap {
         if line.is_closed() {
             nodes.pop();
         }
-        Some(DrivenLap { number: 0, count: 0, lap_time: end.t, nodes, end, longest_gap })
+        Some(DrivenLap { number: 0, count: 0, begin: start, lap_time: end.t, nodes, end, longest_gap })
     }
 
     /// Time behind the fastest lap at a node [s].
@@ -165,6 +173,36 @@ impl DrivenLap {
     pub fn time_lost(&self, optimum: &LapOptimum, corner: &Corner) -> f64 {
         let total = self.lap_time - optimum.lap_time;
         corner.duration(self.nodes.len(), |k| self.time_gap(optimum, k), total)
+    }
+
+    /// What is odd about it, in words.
+    pub fn doubts(&self, line: &TrackLine, optimum: &LapOptimum) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let beside_road = |(node, best): (&DrivenNode, &LapNode)| {
+            line.widths_at(best.s).map_or(0.0, |[left, right]| (node.n - left).max(-right - node.n))
+        };
+        let beside_road: Vec<f64> = self.nodes.iter().zip(&optimum.nodes).map(beside_road).collect();
+        let farthest = beside_road.iter().copied().fold(0.0, f64::max);
+        if farthest > BESIDE_ROAD {
+            let share = beside_road.iter().filter(|it| **it > 0.0).count() as f64 / beside_road.len() as f64;
+            doubts.push(format!(
+            "{:.0} % of the lap is beside the road, up to {farthest:.1} m: does the log have the origin of the track?",
+            100.0 * share
+        ));
+        }
+        if self.longest_gap > LONG_GAP {
+            doubts.push(format!(
+                "the positions of the lap have a gap of {:.1} s: speeds there are means over the gap",
+                self.longest_gap
+            ));
+        }
+        if self.lap_time < SURELY_FASTER * optimum.lap_time {
+            doubts.push(
+                "the lap is faster than this car can be: is its time in another unit, or was it another car?"
+                    .to_owned(),
+            );
+        }
+        doubts
     }
 
     /// Slowest speed in a corner [m/s].

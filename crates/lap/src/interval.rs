@@ -4,13 +4,11 @@ use numerics::statistics::{central_95_percent_interval, quantile};
 use rayon::prelude::*;
 use track::TrackLine;
 
+use crate::draws::ParameterDraw;
 use crate::interior_point::InteriorPointStatus;
 use crate::optimum::LapOptimum;
-use crate::parameters::{CarParameters, ParameterKey};
+use crate::parameters::CarParameters;
 use crate::{Error, LapOptions};
-
-/// Values of some parameters, those of one draw.
-pub type ParameterDraw = Vec<(&'static ParameterKey, f64)>;
 
 /// Lap times of the draws.
 #[derive(Clone, Debug, PartialEq)]

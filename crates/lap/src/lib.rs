@@ -7,6 +7,7 @@
 
 mod car;
 mod corners;
+mod draws;
 mod driven_lap;
 mod interior_point;
 mod interval;
@@ -25,9 +26,10 @@ mod worth;
 
 pub use car::{ActuatorLimits, LapCar};
 pub use corners::Corner;
+pub use draws::{ParameterDraw, draw_from_ranges, parameter_draws};
 pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};
 pub use interior_point::InteriorPointStatus;
-pub use interval::{LapTimeInterval, ParameterDraw};
+pub use interval::LapTimeInterval;
 pub use logged_track::{LoggedLapLine, LoggedTrack, LoggedTrackOptions};
 pub use node::NodeVariables;
 pub use optimum::{LapNode, LapOptimum};
@@ -49,6 +51,14 @@ pub struct LapOptions {
     pub keeps_line: bool,
     /// Highest speed at the beginning of an open line [m/s].
     pub start_speed: Option<f64>,
+}
+
+impl LapOptions {
+    /// The margin of a car with these track widths [m], 0 where they are not known: half of the wider one and 0.15 m for the tires.
+    pub fn usual_margin(track_widths: [f64; 2]) -> f64 {
+        let wider = track_widths[0].max(track_widths[1]);
+        if wider > 0.0 { 0.5 * wider + 0.15 } else { LapOptions::default().margin }
+    }
 }
 
 impl Default for LapOptions {

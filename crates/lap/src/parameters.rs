@@ -164,6 +164,12 @@ impl ParameterKey {
         PARAMETER_KEYS.iter().find(|key| key.name == name)
     }
 
+    /// The key of a name that may have the name of a node before it.
+    pub fn find_of_node(name: &str) -> Option<&'static ParameterKey> {
+        let behind_node = name.split_once('.').and_then(|(_, rest)| Self::find(rest));
+        Self::find(name).or(behind_node)
+    }
+
     /// The value in these parameters; NaN where it has to be told and was not, infinite where there is no limit.
     pub fn value(&self, parameters: &CarParameters) -> f64 {
         *(self.field)(&mut parameters.clone())

@@ -65,6 +65,10 @@ const DOCTOR: [ParameterKeyPair; 8] = [
 /// # Errors
 /// When a value that is taken is no number, when the task has no car, or when a drive under control has one that is driven in front.
 pub(super) fn apply_shared_parameters(config: &mut Table, task: &IdentifyTask) -> Result<(), ConfigError> {
+    if matches!(task, IdentifyTask::FastestLap) {
+        // It has parameters by the same names.
+        return Ok(());
+    }
     let Some(given) = config.remove("parameters") else { return Ok(()) };
     let wrong = |message: String| ConfigError::at_key("parameters", message);
     let Value::Table(given) = given else {
@@ -79,9 +83,10 @@ pub(super) fn apply_shared_parameters(config: &mut Table, task: &IdentifyTask) -
         IdentifyTask::Doctor => DOCTOR.to_vec(),
         IdentifyTask::Curve
         | IdentifyTask::Bench
+        | IdentifyTask::FastestLap
         | IdentifyTask::ExcitationStudy
         | IdentifyTask::SensitivityStudy => {
-            let tasks = "\"tires\", \"closed_loop\", \"prediction\" and \"doctor\"";
+            let tasks = "\"tires\", \"closed_loop\", \"prediction\", \"fastest_lap\" and \"doctor\"";
             return Err(wrong(format!("expected none: of the tasks, {tasks} have a car")));
         }
     };

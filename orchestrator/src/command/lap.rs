@@ -155,11 +155,9 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
 
 impl LapArguments {
     fn options(&self, track_widths: [f64; 2]) -> Result<LapOptions, Error> {
-        let wider = track_widths[0].max(track_widths[1]);
-        let default = if wider > 0.0 { 0.5 * wider + 0.15 } else { LapOptions::default().margin };
         let options = LapOptions {
             nodes: self.nodes,
-            margin: self.margin.unwrap_or(default),
+            margin: self.margin.unwrap_or_else(|| LapOptions::usual_margin(track_widths)),
             half_width: self.half_width,
             keeps_line: self.on_line,
             start_speed: self.start_speed,

@@ -136,8 +136,7 @@ fn misspelt_name(name: &str) -> Option<&'static str> {
 /// # Errors
 /// In words, with the nearest name.
 pub fn find_key(name: &str) -> Result<&'static ParameterKey, String> {
-    let behind_node = name.split_once('.').and_then(|(_, rest)| ParameterKey::find(rest));
-    ParameterKey::find(name).or(behind_node).ok_or_else(|| {
+    ParameterKey::find_of_node(name).ok_or_else(|| {
         let close = suggest::did_you_mean(name, PARAMETER_KEYS.iter().map(|key| key.name));
         let close = close.map_or_else(String::new, |close| format!("; {close}"));
         format!("a lap has no parameter `{name}`{close}")

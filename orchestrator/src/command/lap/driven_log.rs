@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
-use lap::{DrivenLap, DrivenNode, LapNode, LapOptimum};
+use lap::{DrivenLap, LapOptimum};
 use lap_report::LoggedLap;
 use track::{LocalPlane, TrackLine};
 
@@ -26,12 +26,6 @@ pub struct DrivenLogArguments {
     log_time: Option<String>,
 }
 
-/// Way beside the road from which on a log is doubted [m]: more than a car that runs wide.
-const BESIDE_ROAD: f64 = 3.0;
-/// Time without a position that is told [s].
-const LONG_GAP: f64 = 0.5;
-/// Share of the least lap time below which a log is not of this car.
-const SURELY_FASTER: f64 = 0.98;
 impl DrivenLogArguments {
     /// The positions of the log on the plane of the track, if one is named.
     ///
@@ -67,39 +61,9 @@ impl PositionLog {
     pub fn fastest_lap(&self, line: &TrackLine, optimum: &LapOptimum) -> Result<LoggedLap, Error> {
         let lap = DrivenLap::find_fastest(&self.samples, line, optimum)
             .map_err(|error| Error::invalid_input(format!("{}: {error}", self.path.display())))?;
-        for note in doubts(&lap, line, optimum) {
+        for note in lap.doubts(line, optimum) {
             print_to_stderr(&escape_for_terminal(&format!("note: {}: {note}", self.path.display())));
         }
         Ok(LoggedLap { log: file_name(&self.path), lap })
     }
-}
-
-/// What is odd about a lap of a log.
-fn doubts(lap: &DrivenLap, line: &TrackLine, optimum: &LapOptimum) -> Vec<String> {
-    let mut doubts = Vec::new();
-    let beside_road = |(node, best): (&DrivenNode, &LapNode)| {
-        line.widths_at(best.s).map_or(0.0, |[left, right]| (node.n - left).max(-right - node.n))
-    };
-    let beside_road: Vec<f64> = lap.nodes.iter().zip(&optimum.nodes).map(beside_road).collect();
-    let farthest = beside_road.iter().copied().fold(0.0, f64::max);
-    if farthest > BESIDE_ROAD {
-        let share = beside_road.iter().filter(|it| **it > 0.0).count() as f64 / beside_road.len() as f64;
-        doubts.push(format!(
-            "{:.0} % of the lap is beside the road, up to {farthest:.1} m: does the log have the origin of the track?",
-            100.0 * share
-        ));
-    }
-    if lap.longest_gap > LONG_GAP {
-        doubts.push(format!(
-            "the positions of the lap have a gap of {:.1} s: speeds there are means over the gap",
-            lap.longest_gap
-        ));
-    }
-    if lap.lap_time < SURELY_FASTER * optimum.lap_time {
-        doubts.push(
-            "the lap is faster than this car can be: is its time in another unit, or was it another car?"
-                .to_owned(),
-        );
-    }
-    doubts
 }

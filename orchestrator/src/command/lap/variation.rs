@@ -1,12 +1,10 @@
-//! Draws parameters of a car: rows of a file, such as the one of an identification, or evenly from ranges.
+//! Reads what is not known of a car: draws from a file, such as the one of an identification, or ranges.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
 use lap::{ParameterDraw, ParameterRange};
-use rand::{RngExt as _, SeedableRng as _};
-use rand_pcg::Pcg64;
 
 use super::car_file::{CarFile, find_key, number_of_text};
 
@@ -64,9 +62,7 @@ impl VariationArguments {
         }
         let range = |text: &String| parse_range("--vary", text, car);
         let ranges = self.vary.iter().map(range).collect::<Result<Vec<_>, _>>()?;
-        let mut random = Pcg64::seed_from_u64(self.seed);
-        let draw = |_| ranges.iter().map(|it| (it.key, random.random_range(it.low..=it.high))).collect();
-        Ok(Some((0..samples).map(draw).collect()))
+        Ok(Some(lap::draw_from_ranges(&ranges, samples, self.seed)))
     }
 }
 
@@ -97,24 +93,5 @@ fn read_draws(path: &Path, samples: usize) -> Result<Vec<ParameterDraw>, Error> 
     let wrong = |message: String| Error::invalid_input(format!("{name}: {message}"));
     let text = diagnostics::read_text_bounded(path, LARGEST)
         .map_err(|error| wrong(format!("the draws cannot be read: {error}")))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
-    let keys = header.iter().map(find_key).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-    let mut draws = Vec::new();
-    for row in reader.records().take(samples) {
-        let row = row.map_err(|error| wrong(error.to_string()))?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let mut draw = ParameterDraw::new();
-        for (key, field) in keys.iter().zip(&row) {
-            let number = field
-                .parse()
-                .map_err(|_| wrong(format!("line {line}: expected a number, found `{field}`")))?;
-            draw.push((*key, number));
-        }
-        draws.push(draw);
-    }
-    if draws.is_empty() {
-        return Err(wrong("expected a row for each draw, found none".to_owned()));
-    }
-    Ok(draws)
+    lap::parameter_draws(&text, samples, find_key).map_err(wrong)
 }
