@@ -162,7 +162,7 @@ pub struct AxleForce<T> {
 impl<T: Scalar> AxleForce<T> {
     /// Of a friction coefficient with its slope that no load changes.
     #[inline(always)]
-    fn proportional(F_z: T, mu: T, slope: T) -> Self {
+    fn proportional(F_z: T, [mu, slope]: [T; 2]) -> Self {
         Self { force: F_z * mu, by_slip: F_z * slope, by_load: mu }
     }
 
@@ -315,6 +315,13 @@ pub fn friction_and_slope<T: Scalar>(TireParameters { B, C, D, E }: &TireParamet
     T::apply_function::<ValueAndSlope, 5, 2>([&slip, B, C, D, E])
 }
 
+/// The same on another road, where friction is a factor of that of the tire. Not a `map`: closures are not always inlined into the code
+/// for wide vectors.
+#[inline(always)]
+pub fn scale_friction<T: Scalar>([mu, slope]: [T; 2], friction: T) -> [T; 2] {
+    [mu * friction, slope * friction]
+}
+
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
 #[inline(always)]
 pub fn linearise_steady_slip<T: Scalar, const BIASED: bool>(
@@ -334,7 +341,7 @@ pub fn linearise_steady_slip<T: Scalar, const BIASED: bool>(
     let mut front = friction_and_slope(&tires.front, alpha_f + u.delta);
     let mut rear = friction_and_slope(&tires.rear, alpha_r);
     if BIASED {
-        [front, rear] = [front, rear].map(|axle| axle.map(|it| it * u.friction));
+        (front, rear) = (scale_friction(front, u.friction), scale_friction(rear, u.friction));
     }
 
     let mut loads = AxleLoads::new(car, u, [v_x, xi_x], front[0]);
@@ -346,7 +353,7 @@ pub fn linearise_steady_slip<T: Scalar, const BIASED: bool>(
     let [front, rear] = if BIASED {
         car.axle_forces(&loads, [front, rear])
     } else {
-        [(F_zf, front), (F_zr, rear)].map(|(F_z, [mu, slope])| AxleForce::proportional(F_z, mu, slope))
+        [AxleForce::proportional(F_zf, front), AxleForce::proportional(F_zr, rear)]
     };
 
     // Changes of F_yf and F_yr with v_y: by the slip of the front axle, of the rear axle, and by the load that the steered

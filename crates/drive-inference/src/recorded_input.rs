@@ -265,10 +265,12 @@ pub struct TrueInputs<'a, T> {
 impl<T: Scalar> InputSegment<CarInput<T>> for TrueInputs<'_, T> {
     #[inline(always)]
     fn equivalent_ends(&self, part: [f64; 2]) -> [CarInput<T>; 2] {
-        self.recorded.equivalent_ends(part).map(|recorded| match self.errors {
-            Some(errors) => errors.correct_input(&recorded),
-            None => recorded.with_force_factor(self.force_factor),
-        })
+        // No closure: those are not always inlined into the code for wide vectors.
+        let [start, end] = self.recorded.equivalent_ends(part);
+        match self.errors {
+            Some(errors) => [errors.correct_input(&start), errors.correct_input(&end)],
+            None => [start.with_force_factor(self.force_factor), end.with_force_factor(self.force_factor)],
+        }
     }
 }
 

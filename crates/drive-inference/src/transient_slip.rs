@@ -8,7 +8,7 @@ use numerics::scalar::Scalar;
 
 use crate::car::{
     AxleLoads, CarInput, CarLinearisation, FilterCarParameters, absolute, friction_and_slope,
-    linearise_motion, slip_angle_and_derivative, slip_speed,
+    linearise_motion, scale_friction, slip_angle_and_derivative, slip_speed,
 };
 use crate::tires::Tires;
 
@@ -49,8 +49,8 @@ pub fn linearise_transient_slip<T: Scalar>(
 ) -> CarLinearisation<T, MOVING, STATES> {
     let [v_x, v_y, r, alpha_f, alpha_r, xi_x] = *x;
     let zero = v_x.constant(0.0);
-    let front = friction_and_slope(&tires.front, alpha_f).map(|it| it * u.friction);
-    let rear = friction_and_slope(&tires.rear, alpha_r).map(|it| it * u.friction);
+    let front = scale_friction(friction_and_slope(&tires.front, alpha_f), u.friction);
+    let rear = scale_friction(friction_and_slope(&tires.rear, alpha_r), u.friction);
     let loads = AxleLoads::new(car, u, [v_x, xi_x], front[0]);
     let loads = car.degressive_loads(u, [v_x, xi_x], front[0], &loads);
     let AxleLoads { drag, by_v, by_xi, .. } = loads;
