@@ -216,7 +216,8 @@ impl ResidualRows {
         for a in 0..self.groups.len() {
             let from = DIRECTIONS * a;
             for b in a..self.groups.len() {
-                let products = derivative_products(residuals(a), residuals(b));
+                let pair = DerivativeProducts { a: residuals(a), b: residuals(b) };
+                let products = pulp::Arch::new().dispatch(pair);
                 let to = DIRECTIONS * b;
                 for i in 0..DIRECTIONS.min(n - from) {
                     for j in 0..DIRECTIONS.min(n - to) {
@@ -246,17 +247,26 @@ fn sum_gradient(residuals: &[ResidualDerivatives]) -> [f64; DIRECTIONS] {
     sum
 }
 
-fn derivative_products(
-    a: &[ResidualDerivatives],
-    b: &[ResidualDerivatives],
-) -> [[f64; DIRECTIONS]; DIRECTIONS] {
-    let mut sum = [[0.0; DIRECTIONS]; DIRECTIONS];
-    for (a, b) in a.iter().zip(b) {
-        for (i, sum) in sum.iter_mut().enumerate() {
-            for (j, sum) in sum.iter_mut().enumerate() {
-                *sum += a.mean[i] * b.mean[j] + a.variance[i] * b.variance[j];
+/// Σ of the products of the derivatives of the same residuals along two groups of directions. Not a closure: those are not always inlined
+/// into the code for wide vectors.
+struct DerivativeProducts<'a> {
+    a: &'a [ResidualDerivatives],
+    b: &'a [ResidualDerivatives],
+}
+
+impl pulp::WithSimd for DerivativeProducts<'_> {
+    type Output = [[f64; DIRECTIONS]; DIRECTIONS];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        let mut sum = [[0.0; DIRECTIONS]; DIRECTIONS];
+        for (a, b) in self.a.iter().zip(self.b) {
+            for i in 0..DIRECTIONS {
+                for j in 0..DIRECTIONS {
+                    sum[i][j] += a.mean[i] * b.mean[j] + a.variance[i] * b.variance[j];
+                }
             }
         }
+        sum
     }
-    sum
 }
