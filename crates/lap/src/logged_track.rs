@@ -53,10 +53,13 @@ pub struct LoggedLapLine {
     pub lap_time: f64,
     /// Length of its way [m].
     pub length: f64,
-    /// Whether it counts for the line: its way is about as long as that of the others, and has no long gap.
+    /// Whether it counts for the line: its way is about as long as that of the others, beside theirs and without a long gap, and it is not
+    /// much slower.
     pub counts: bool,
 }
 
+/// Fewest positions of a line.
+const FEWEST_POINTS: usize = 10;
 /// Positions nearer than this to the one before are taken together [m].
 const THINNING: f64 = 1.0;
 /// Faster than any car [m/s]: such a position is an error of the receiver.
@@ -73,6 +76,14 @@ const GATE_ANGLE: f64 = 0.7;
 const SHORTEST_LAP: f64 = 100.0;
 /// Difference of the length from the median with which a lap counts.
 const LENGTH_TOLERANCE: f64 = 0.03;
+/// Time over that of the fastest lap with which a lap counts: a slower one has stood in the pits, or beside the track.
+const SLOWEST: f64 = 1.5;
+/// Way across the line within which two laps are of the same road [m]: as wide as a track, less than from there to the pits.
+const ROAD: f64 = 12.0;
+/// Longest way of a car that turns round, rolls back or stands while its receiver drifts [m].
+const LONGEST_LOOP: f64 = 60.0;
+/// Places for the start that are tried.
+const TRIED_GATES: usize = 50;
 /// Longest way without a position in a lap that counts [m].
 const LONGEST_GAP: f64 = 100.0;
 /// Way of the same lap that is laid before its beginning and behind its end, so that its line is smooth there [m].
@@ -109,7 +120,7 @@ impl LoggedTrack {
     pub fn find(samples: &[PositionSample], options: &LoggedTrackOptions) -> Result<Self, Error> {
         let mut way = Way::new(samples);
         let length = way.points.last().map_or(0.0, |point| point.distance);
-        if way.points.len() < 10 || length < SHORTEST_LAP {
+        if way.points.len() < FEWEST_POINTS || length < SHORTEST_LAP {
             return Err(Error::Log(format!(
                 "expected the positions of a drive, found {} that are a metre apart, over {length:.0} m",
                 way.points.len()
@@ -164,6 +175,28 @@ impl Way {
             group.push(sample);
         }
         way.push_mean(&group);
+        way.without_loops()
+    }
+
+    /// The way without those of a car that turns round, rolls back or stands while its receiver drifts: they end where they began, so the rest
+    /// goes on from there.
+    fn without_loops(&self) -> Self {
+        let mut way = Way { times: Vec::new(), points: Vec::new() };
+        let mut i = 0;
+        while let Some(here) = self.points.get(i) {
+            let distance = way.points.last().map_or(0.0, |before: &WayPoint| {
+                before.distance + point_distance(before.position, here.position)
+            });
+            way.times.push(self.times[i]);
+            way.points.push(WayPoint { distance, position: here.position });
+            let ahead =
+                self.points[i + 1..].iter().take_while(|it| it.distance - here.distance < LONGEST_LOOP);
+            let returns = ahead.enumerate().filter(|(_, there)| {
+                let chord = point_distance(here.position, there.position);
+                there.distance - here.distance > 3.0 * (chord + THINNING)
+            });
+            i += returns.last().map_or(1, |(skipped, _)| skipped + 1);
+        }
         way
     }
 
@@ -245,9 +278,13 @@ impl Way {
             let [a, b] = [i.saturating_sub(3), (i + 3).min(self.points.len() - 1)];
             (self.points[b].distance - self.points[a].distance) / (self.times[b] - self.times[a])
         };
-        let best = starts.into_iter().map(|i| (passes(i), speed(i), i));
-        let best = best.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
-        (best.0 > 1).then(|| self.gate_at(best.2))
+        let mut best: Vec<(usize, f64, usize)> =
+            starts.into_iter().map(|i| (passes(i), speed(i), i)).filter(|it| it.0 > 1).collect();
+        best.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+        // Near a fork or in a bend a place is near the way more often than it is crossed.
+        let tried = best.into_iter().take(TRIED_GATES).map(|it| self.gate_at(it.2));
+        let crossed = tried.map(|gate| (self.crossings(gate).len(), gate)).rev();
+        crossed.max_by_key(|it| it.0).filter(|it| it.0 > 1).map(|it| it.1)
     }
 
     /// Of a log that ends where it began, as exports of one lap do: goes on as it began, and the start of the lap. None where it ends elsewhere.
@@ -260,15 +297,14 @@ impl Way {
         }
         let duration = (self.times[last] - self.times[0]) * (1.0 + gap / self.points[last].distance);
         let length = self.points[last].distance + gap;
-        let begin: Vec<usize> =
-            (0..=last).take_while(|i| self.points[*i].distance < 2.0 * GATE_RADIUS).collect();
-        let again = begin.iter().map(|i| (self.times[*i] + duration, self.points[*i]));
+        let near = self.points.partition_point(|point| point.distance < 2.0 * GATE_RADIUS);
+        let again = (0..(near + 2).min(last)).map(|i| (self.times[i] + duration, self.points[i]));
         let again: Vec<(f64, WayPoint)> = again.collect();
         for (t, point) in again {
             self.times.push(t);
             self.points.push(WayPoint { distance: point.distance + length, ..point });
         }
-        Some(self.gate_at(begin.len() / 2))
+        Some(self.gate_at(1.max(near / 2)))
     }
 
     fn crossings(&self, gate: Gate) -> Vec<Crossing> {
@@ -302,12 +338,22 @@ impl Way {
         crossings
     }
 
-    /// The whole way of a log that passes no place twice.
+    /// The longest way without a gap of a log that has no lap.
     fn open_track(&self, least_noise: f64) -> Result<LoggedTrack, Error> {
-        let length = self.points.last().map_or(0.0, |point| point.distance);
+        let parts = self.points.chunk_by(|a, b| b.distance - a.distance <= LONGEST_GAP);
+        let way_of =
+            |part: &[WayPoint]| part.last().zip(part.first()).map_or(0.0, |(b, a)| b.distance - a.distance);
+        let part = parts.max_by(|a, b| way_of(a).total_cmp(&way_of(b))).unwrap_or_default();
+        let length = way_of(part);
+        if part.len() < FEWEST_POINTS || length < SHORTEST_LAP {
+            return Err(Error::Log(format!(
+                "expected a drive without a gap of {LONGEST_GAP} m in its positions, found {length:.0} m of one"
+            )));
+        }
         let count = (length / LINE_STEP).ceil();
-        let line = smooth_line(&self.points, 0.0, length / count, count as usize, least_noise)
-            .ok_or_else(no_line)?;
+        let begin = part[0].distance;
+        let line =
+            smooth_line(part, begin, length / count, count as usize, least_noise).ok_or_else(no_line)?;
         let survey = TrackSurvey { points: line.positions, closed: false, ..TrackSurvey::default() };
         let length = TrackLine::from_survey(&survey)?.length();
         Ok(LoggedTrack { survey, laps: Vec::new(), length, noise: line.noise, spread: 0.0 })
@@ -322,25 +368,32 @@ impl Way {
         let mut lengths: Vec<f64> = laps.iter().map(|lap| lap.length).collect();
         lengths.sort_unstable_by(f64::total_cmp);
         let median = lengths[(lengths.len() - 1) / 2];
+        let fastest =
+            laps.iter().filter(|lap| lap.counts).map(|lap| lap.lap_time).fold(f64::INFINITY, f64::min);
         for lap in &mut laps {
-            lap.counts &= (lap.length - median).abs() <= LENGTH_TOLERANCE * median;
+            lap.counts &=
+                (lap.length - median).abs() <= LENGTH_TOLERANCE * median && lap.lap_time <= SLOWEST * fastest;
         }
-        let counted: Vec<&[Crossing]> =
-            crossings.windows(2).zip(&laps).filter(|(_, lap)| lap.counts).map(|(ends, _)| ends).collect();
+        let counted: Vec<usize> = (0..laps.len()).filter(|i| laps[*i].counts).collect();
         if counted.is_empty() {
-            return Err(Error::Log(format!(
-                "expected a lap without a gap of {LONGEST_GAP} m in its positions, found none of {}",
-                laps.len()
-            )));
+            return self.open_track(options.least_noise);
         }
-        let lines: Vec<(TrackLine, f64)> = counted
-            .par_iter()
-            .map(|ends| self.lap_line(ends, options.least_noise))
-            .collect::<Result<_, _>>()?;
+        let lines = counted.par_iter().map(|i| self.lap_line(&crossings[*i..*i + 2], options.least_noise));
+        let lines: Vec<(TrackLine, f64)> = lines.collect::<Result<_, _>>()?;
         let noise = (lines.iter().map(|(_, noise)| noise * noise).sum::<f64>() / lines.len() as f64).sqrt();
         let lines: Vec<TrackLine> = lines.into_iter().map(|(line, _)| line).collect();
-        let (survey, spread) = mean_line(&lines, options.half_car_width);
+        let road = largest_road(&lines);
+        for (k, i) in counted.into_iter().enumerate() {
+            laps[i].counts = road.laps.iter().any(|lap| lap.lap == k);
+        }
+        let (survey, spread) = road.mean_line(options.half_car_width);
         let length = TrackLine::from_survey(&survey)?.length();
+        if (length - median).abs() > 2.0 * LENGTH_TOLERANCE * median {
+            return Err(Error::Log(format!(
+                "expected a line as long as the laps, {median:.0} m, found one of {length:.0} m: positions are too far from one another, or a lap \
+                 goes back; cut the log to some good laps"
+            )));
+        }
         Ok(LoggedTrack { survey, laps, length, noise, spread })
     }
 
@@ -384,28 +437,71 @@ impl Way {
     }
 }
 
-/// The mean of closed lines across the first one, with the ways to the outermost ones, and the farthest way between two of them [m].
-fn mean_line(lines: &[TrackLine], half_car_width: f64) -> (TrackSurvey, f64) {
-    let reference = &lines[0];
-    let count = (reference.length() / LINE_STEP).ceil() as usize;
-    let stations: Vec<f64> = (0..count).map(|i| reference.length() * i as f64 / count as f64).collect();
-    let laterals: Vec<Vec<f64>> =
-        lines[1..].iter().map(|line| laterals_at(reference, line, &stations)).collect();
-    let mut survey = TrackSurvey { closed: true, ..TrackSurvey::default() };
-    let mut widths = Vec::with_capacity(count);
-    let mut spread: f64 = 0.0;
-    for (i, s) in stations.into_iter().enumerate() {
-        let here: Vec<f64> = laterals.iter().map(|lap| lap[i]).chain([0.0]).collect();
-        let mean = here.iter().sum::<f64>() / here.len() as f64;
-        let (left, right) = here.iter().fold((mean, mean), |(left, right), n| (left.max(*n), right.min(*n)));
-        spread = spread.max(left - right);
-        widths.push([left - mean + half_car_width, mean - right + half_car_width]);
-        let place = reference.point_at(s);
-        let (sin, cos) = place.psi.sin_cos();
-        survey.points.push([place.point[0] - mean * sin, place.point[1] + mean * cos]);
+/// Laps on the same road: beside one of them, the reference.
+struct LapsOfRoad<'a> {
+    reference: &'a TrackLine,
+    /// Stations of the reference [m].
+    stations: Vec<f64>,
+    laps: Vec<LapBeside>,
+}
+
+/// A lap beside the reference.
+struct LapBeside {
+    /// Its number among all lines.
+    lap: usize,
+    /// Lateral deviations at the stations of the reference [m].
+    laterals: Vec<f64>,
+}
+
+/// The most laps that are on the same road as one of them; of equally many those that are nearest to it.
+fn largest_road(lines: &[TrackLine]) -> LapsOfRoad<'_> {
+    let beside = |reference: &TrackLine, stations: &[f64]| {
+        let laps = lines.iter().enumerate().map(|(lap, line)| {
+            let is_reference = std::ptr::eq(line, reference);
+            let laterals =
+                if is_reference { vec![0.0; stations.len()] } else { laterals_at(reference, line, stations) };
+            LapBeside { lap, laterals }
+        });
+        let farthest = |it: &LapBeside| it.laterals.iter().fold(0.0, |far, n| f64::max(far, n.abs()));
+        let near: Vec<(f64, LapBeside)> =
+            laps.map(|it| (farthest(&it), it)).filter(|it| it.0 <= ROAD).collect();
+        let sum: f64 = near.iter().map(|it| it.0).sum();
+        (sum, near.into_iter().map(|it| it.1).collect::<Vec<LapBeside>>())
+    };
+    let road = |reference: &'_ TrackLine| {
+        let count = (reference.length() / LINE_STEP).ceil() as usize;
+        let stations: Vec<f64> = (0..count).map(|i| reference.length() * i as f64 / count as f64).collect();
+        let (sum, laps) = beside(reference, &stations);
+        (sum, stations, laps)
+    };
+    let roads: Vec<_> = lines.par_iter().map(road).collect();
+    let best = roads
+        .into_iter()
+        .zip(lines)
+        .min_by(|((sum_a, _, a), _), ((sum_b, _, b), _)| b.len().cmp(&a.len()).then(sum_a.total_cmp(sum_b)));
+    let ((_, stations, laps), reference) = best.unwrap_or(((0.0, Vec::new(), Vec::new()), &lines[0]));
+    LapsOfRoad { reference, stations, laps }
+}
+
+impl LapsOfRoad<'_> {
+    /// The mean of the laps across the reference, with the ways to the outermost ones, and the farthest way between two of them [m].
+    fn mean_line(&self, half_car_width: f64) -> (TrackSurvey, f64) {
+        let mut survey = TrackSurvey { closed: true, ..TrackSurvey::default() };
+        let mut widths = Vec::with_capacity(self.stations.len());
+        let mut spread: f64 = 0.0;
+        for (i, s) in self.stations.iter().enumerate() {
+            let here = self.laps.iter().map(|lap| lap.laterals[i]);
+            let mean = here.clone().sum::<f64>() / self.laps.len() as f64;
+            let (left, right) = here.fold((mean, mean), |(left, right), n| (left.max(n), right.min(n)));
+            spread = spread.max(left - right);
+            widths.push([left - mean + half_car_width, mean - right + half_car_width]);
+            let place = self.reference.point_at(*s);
+            let (sin, cos) = place.psi.sin_cos();
+            survey.points.push([place.point[0] - mean * sin, place.point[1] + mean * cos]);
+        }
+        survey.widths = (self.laps.len() > 1).then_some(widths);
+        (survey, spread)
     }
-    survey.widths = (lines.len() > 1).then_some(widths);
-    (survey, spread)
 }
 
 /// Lateral deviations of a closed line from another one [m], at stations of the other.
@@ -417,8 +513,12 @@ fn laterals_at(reference: &TrackLine, line: &TrackLine, stations: &[f64]) -> Vec
     for s in line.knot_stations().skip(1) {
         let here = reference.follow_point(last.s, line.point_at(s).point);
         along += reference.station_change(last.s, here.s);
-        projected.push([along, here.lateral]);
         last = here;
+        // Where it goes back, its way from there on counts.
+        while projected.len() > 1 && projected.last().is_some_and(|it| it[0] >= along) {
+            projected.pop();
+        }
+        projected.push([along, here.lateral]);
     }
     let [first_s, first_n] = projected[0];
     projected.push([first_s + length, first_n]);

@@ -12,6 +12,9 @@ use orchestrator::relative_path::real_path;
 use super::lap::position_log::{PositionColumns, PositionLog};
 use super::{print_text, print_to_stderr};
 
+/// Positions that err by more are of no use for a line [m].
+const MOST_NOISE: f64 = 10.0;
+
 /// Arguments of `trackside track`.
 #[derive(Args)]
 pub struct TrackArguments {
@@ -74,7 +77,9 @@ pub fn run_track_command(arguments: &TrackArguments) -> Result<u8, Error> {
             "note: one lap does not tell how wide the road is: tell --half-width, here or with `trackside lap`, or keep to the line with --on-line",
         );
     } else if arguments.half_width.is_none() {
-        print_to_stderr("note: the widths are as far as the laps went; the road may be wider");
+        print_to_stderr(
+            "note: the widths are as far as the laps went: the road may be wider, and narrower where the positions err; --half-width tells it",
+        );
     }
     if let Some(folder) = out.parent() {
         std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
@@ -92,6 +97,10 @@ impl TrackArguments {
             ("--car-width", Some(self.car_width)),
             ("--noise", Some(self.noise)),
         ];
+        if self.noise > MOST_NOISE {
+            let message = format!("--noise: expected at most {MOST_NOISE} m, found {}", self.noise);
+            return Err(Error::invalid_input(message));
+        }
         for (name, number) in numbers {
             if let Some(found) = number.filter(|number| !(number.is_finite() && *number >= 0.0)) {
                 let message = format!("{name}: expected a number of at least 0, found {found}");
@@ -123,7 +132,11 @@ fn summary(track: &LoggedTrack) -> String {
             i + 1,
             lap.begin,
             lap.length,
-            if lap.counts { "" } else { ", left out: longer or shorter than the others, or with a gap" }
+            if lap.counts {
+                ""
+            } else {
+                ", left out: of another length, beside the others, slow, or with a gap"
+            }
         );
     }
     let counted = track.laps.iter().filter(|lap| lap.counts).count();
@@ -133,7 +146,7 @@ fn summary(track: &LoggedTrack) -> String {
         1 => "closed, the line of one lap".to_owned(),
         _ => format!("closed, the mean of {counted} laps, which are up to {:.2} m apart", track.spread),
     };
-    text += &format!("; the positions scatter by {:.2} m about their lap\n", track.noise);
+    text += &format!("; the positions lie {:.2} m beside the line of their lap\n", track.noise);
     escape_for_terminal(&text).into_owned()
 }
 

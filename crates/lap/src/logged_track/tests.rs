@@ -130,6 +130,55 @@ fn standing_spikes_and_laps_of_another_length_do_not_count() {
     assert!(farthest < 0.4, "{farthest}");
 }
 
+/// Times of samples that are put behind one another.
+fn at_ten_hertz(positions: impl IntoIterator<Item = [f64; 2]>) -> Vec<PositionSample> {
+    let sample = |(i, position)| PositionSample { t: 0.1 * i as f64, position };
+    positions.into_iter().enumerate().map(sample).collect()
+}
+
+#[test]
+fn a_car_that_rolls_back_stands_or_turns_round_leaves_no_loop() {
+    let line = road_course();
+    let drive: Vec<[f64; 2]> =
+        drive(&line, 100.0, 100.0 + 3.4 * line.length(), |_| 0.0).iter().map(|it| it.position).collect();
+    let at = 300;
+    let back: Vec<[f64; 2]> = drive[at - 10..at].iter().rev().copied().collect();
+    let circle = (0..40).map(|i| {
+        let angle = 0.2 * f64::from(i);
+        [drive[at][0] + 5.0 * (angle.cos() - 1.0), drive[at][1] + 5.0 * angle.sin()]
+    });
+    let wander = (0..300).map(|i| {
+        let angle = 0.37 * f64::from(i);
+        [drive[at][0] + 1.5 * angle.sin(), drive[at][1] + 1.5 * (1.7 * angle).cos()]
+    });
+    for stay in [[&back[..], &drive[at - 10..at]].concat(), circle.collect(), wander.collect()] {
+        let track = find(&at_ten_hertz([&drive[..at], &stay, &drive[at..]].concat()));
+        let (farthest, _) = deviations(&track.survey, &line);
+        assert!((track.length - line.length()).abs() < 5.0 && farthest < 0.6, "{} {farthest}", track.length);
+        assert!(track.spread < 4.0, "{}", track.spread);
+    }
+}
+
+#[test]
+fn laps_beside_the_others_and_of_another_layout_do_not_count() {
+    let line = road_course();
+    let length = line.length();
+    // The second of four laps goes through the pits, 15 m aside over 400 m.
+    let pits = |s: f64| match s - 1.5 * length {
+        s if (0.0..400.0).contains(&s) => 15.0 * (4.0 * (std::f64::consts::PI * s / 400.0).sin()).min(1.0),
+        _ => 0.0,
+    };
+    let track = find(&drive(&line, 100.0, 100.0 + 4.4 * length, pits));
+    let counted: Vec<bool> = track.laps.iter().map(|lap| lap.counts).collect();
+    assert_eq!(counted.iter().filter(|counts| !**counts).count(), 1, "{:?}", track.laps);
+    let (farthest, _) = deviations(&track.survey, &line);
+    assert!(farthest < 0.4, "{farthest}");
+    // A line of a hill that was driven three times, with the recorder off on the way down.
+    let hill: Vec<[f64; 2]> = drive(&line, 0.0, 800.0, |_| 0.0).iter().map(|it| it.position).collect();
+    let track = find(&at_ten_hertz([&hill[..], &hill, &hill].concat()));
+    assert!(!track.survey.closed && (track.length - 800.0).abs() < 10.0, "{}", track.length);
+}
+
 #[test]
 fn a_drive_without_a_lap_is_an_open_line() {
     let line = road_course();

@@ -48,7 +48,7 @@ impl PositionLog {
     pub fn read(path: &Path, columns: &PositionColumns, plane: Option<LocalPlane>) -> Result<Self, Error> {
         let path = if path.is_dir() { path.join("run.mcap") } else { path.to_owned() };
         let titles = read_titles(&path).map_err(table_error)?;
-        let position = columns.position_columns(&path, &titles)?;
+        let names = columns.position_columns(&path, &titles)?;
         let time = columns.time_column(&path, &titles)?;
         let column = |column: String| ColumnRequest {
             name: column.clone(),
@@ -56,10 +56,12 @@ impl PositionLog {
             gaps: GapRule::Drop,
             ..ColumnRequest::default()
         };
-        let are_degrees =
-            position.iter().zip([&LATITUDES[..], &LONGITUDES]).all(|(name, known)| is_called(name, known));
-        let request = ReadRequest { time, columns: position.map(column).to_vec(), ..ReadRequest::default() };
+        let request =
+            ReadRequest { time, columns: names.clone().map(column).to_vec(), ..ReadRequest::default() };
         let mut table = TimeSeriesTable::read(&path, &request).map_err(table_error)?;
+        let has_degrees =
+            |column| table.column_unit(column).is_some_and(|unit| unit.eq_ignore_ascii_case("deg"));
+        let are_degrees = (has_degrees(0) && has_degrees(1)) || are_coordinates(&names);
         let unit = if are_degrees { "deg" } else { "m" };
         let factors = [unit_factor(&path, &table, 0, unit)?, unit_factor(&path, &table, 1, unit)?];
         let times = table.clock_times().swap_remove(table.column_clock(0));
@@ -94,7 +96,10 @@ impl PositionColumns<'_> {
                 let message = format!("{option} {told}: expected two columns with a comma in between");
                 return Err(Error::invalid_input(message));
             };
-            return Ok([first.to_owned(), second.to_owned()]);
+            // Some say longitude and latitude, as x and y.
+            let names = [first, second].map(str::to_owned);
+            let swapped = [second, first].map(str::to_owned);
+            return Ok(if are_coordinates(&swapped) { swapped } else { names });
         }
         for names in POSITIONS {
             let found = check_columns_exist(path, &names, &CsvDialect::default());
@@ -130,9 +135,18 @@ impl PositionColumns<'_> {
 }
 
 fn is_called(name: &str, known: &[&str]) -> bool {
-    let letters: String =
-        name.chars().filter(char::is_ascii_alphabetic).map(|letter| letter.to_ascii_lowercase()).collect();
-    known.contains(&letters.as_str())
+    known.contains(&letters(name).as_str())
+}
+
+/// Whether columns that are told are a latitude and a longitude by their names, such as `GPS_Lat` and `lon_deg`.
+fn are_coordinates([latitude, longitude]: &[String; 2]) -> bool {
+    let [latitude, longitude] = [letters(latitude), letters(longitude)];
+    let is_direction = latitude.contains("lateral") || longitude.contains("longitudinal");
+    !is_direction && latitude.contains("lat") && (longitude.contains("lon") || longitude.contains("lng"))
+}
+
+fn letters(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphabetic).map(|letter| letter.to_ascii_lowercase()).collect()
 }
 
 fn is_on_the_earth([latitude, longitude]: [f64; 2]) -> bool {
