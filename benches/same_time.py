@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares two FMUs in one process with one or both in processes of their own, which step at the same time: wall time, nothing recorded.
 
-usage: concurrent.py PROGRAM [--times 20,50,100,200,500] [--rounds N] [--coupling gauss_seidel|jacobi]
+usage: same_time.py PROGRAM [--times 20,50,100,200,500] [--rounds N] [--coupling gauss_seidel|jacobi]
 
 Each FMU does the same work in each step; a loop in this process measures how much of it takes the wanted time [us]. The three ways take turns, and each
 is a whole run less one of a single step. The table has medians of the rounds. It needs a C compiler.
