@@ -134,6 +134,13 @@ fn draws_of_an_identification_give_an_interval() {
     told.says(&["draws.csv: line 3: expected a number, found `much`"]);
     lab.write("draws.csv", "plant.tire_f.F\n1.08\n");
     lab.trackside(&[&car[..], &wrong].concat()).expect(2).says(&["no parameter `plant.tire_f.F`"]);
+    // Draws of the simple formula say nothing of a car on tires of a file: an interval of no width would be none.
+    let sheet = scenarios.join("cars/data_sheet/car.toml").display().to_string();
+    let on_file = ["lap", &sheet, &track, "--nodes", "120", "--out", "out"];
+    for known in [&["--draws", "tires/tires_draws.csv"], &["--vary", "tire_f.D=1..1.1"]] {
+        let told = lab.trackside(&[&on_file[..], known].concat()).expect(2);
+        told.says(&["changes nothing in this car", "lap a car without tire_f.tir"]);
+    }
 }
 
 fn the_fastest_lap_is_driven_in_the_plant() {
@@ -372,7 +379,7 @@ fn what_is_wrong_is_told_with_its_place() {
             &[oval.as_str(), "--setup", "body.m=3..3"],
             &["--setup body.m=3..3: expected two different numbers"],
         ),
-        (&[oval.as_str(), "--setup", "tire_f.LKY=0.9..1"], &["the tires of this car have no such parameter"]),
+        (&[oval.as_str(), "--setup", "tire_f.LKY=0.9..1"], &["`tire_f.LKY` changes nothing in this car"]),
         (
             &[oval.as_str(), "--log", "back.csv"],
             &["back.csv: expected a lap", "90 m against the direction of the track"],

@@ -3,7 +3,7 @@
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use crate::parameters::{ParameterKey, ParameterRange};
+use crate::parameters::{CarParameters, ParameterKey, ParameterRange};
 
 /// Values of some parameters, those of one draw.
 pub type ParameterDraw = Vec<(&'static ParameterKey, f64)>;
@@ -44,4 +44,18 @@ pub fn parameter_draws(
         return Err("expected a row for each draw, found none".to_owned());
     }
     Ok(draws)
+}
+
+/// Whether each parameter of the draws changes the car that they make together.
+///
+/// # Errors
+/// In words, with the first one that does not.
+pub fn check_draws_change_car(draws: &[ParameterDraw], car: &CarParameters) -> Result<(), String> {
+    let mut drawn = car.clone();
+    let first = draws.first().into_iter().flatten();
+    for (key, value) in first.clone() {
+        // A number beyond its range is no car, and the draw is told as one that was not solved.
+        let _ = drawn.set_number(key, *value);
+    }
+    first.into_iter().try_for_each(|(key, _)| key.check_changes_car(&drawn))
 }

@@ -26,7 +26,7 @@ mod worth;
 
 pub use car::{ActuatorLimits, LapCar};
 pub use corners::Corner;
-pub use draws::{ParameterDraw, draw_from_ranges, parameter_draws};
+pub use draws::{ParameterDraw, check_draws_change_car, draw_from_ranges, parameter_draws};
 pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};
 pub use interior_point::InteriorPointStatus;
 pub use interval::LapTimeInterval;

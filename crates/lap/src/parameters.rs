@@ -190,6 +190,27 @@ impl ParameterKey {
             _ => true,
         }
     }
+
+    /// Refuses a parameter without effect: draws of it alone would give an interval of no width, as if all were known.
+    ///
+    /// # Errors
+    /// In words, when the car has no such parameter, or another one goes before it.
+    pub fn check_changes_car(&self, car: &CarParameters) -> Result<(), String> {
+        if self.is_used(car) {
+            return Ok(());
+        }
+        let name = self.name;
+        let factor = matches!(name.rsplit('.').next(), Some("LMUX" | "LMUY" | "LKX" | "LKY"));
+        let why = match name.split_once('.') {
+            Some(("tire_f" | "tire_r", _)) if factor => "no .tir file is told for its tires",
+            Some(("tire_f" | "tire_r", _)) => {
+                "its tires are those of a .tir file; lap a car without tire_f.tir and tire_r.tir"
+            }
+            Some(("roll", _)) => "its springs and bars say how stiff it is in roll",
+            _ => "it has not spring.rate_f and spring.rate_r",
+        };
+        Err(format!("`{name}` changes nothing in this car: {why}"))
+    }
 }
 
 impl CarParameters {

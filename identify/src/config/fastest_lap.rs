@@ -103,11 +103,13 @@ impl FastestLapConfig {
                 || format!("a lap has no parameter `{name}`; it has such as body.m, tire_f.LMUY, aero.C_d");
             ParameterKey::find_of_node(name).ok_or_else(unknown)
         };
+        let car = self.car_parameters()?;
         if let Some(text) = self.text_of("draws")? {
             let wrong = |message| ConfigError::at_key("files", format!("draws: {message}"));
-            return lap::parameter_draws(text, samples, find).map(Some).map_err(wrong);
+            let draws = lap::parameter_draws(text, samples, find).map_err(wrong)?;
+            lap::check_draws_change_car(&draws, &car).map_err(wrong)?;
+            return Ok(Some(draws));
         }
-        let car = self.car_parameters()?;
         let range = |(name, [low, high]): (&String, &[f64; 2])| {
             let wrong =
                 |message: String| ConfigError { path: vec!["vary".to_owned(), name.clone()], message };
@@ -121,7 +123,12 @@ impl FastestLapConfig {
             }
         };
         let ranges: Vec<ParameterRange> = self.vary.iter().map(range).collect::<Result<_, _>>()?;
-        Ok((!ranges.is_empty()).then(|| lap::draw_from_ranges(&ranges, samples, self.seed)))
+        if ranges.is_empty() {
+            return Ok(None);
+        }
+        let draws = lap::draw_from_ranges(&ranges, samples, self.seed);
+        lap::check_draws_change_car(&draws, &car).map_err(|message| ConfigError::at_key("vary", message))?;
+        Ok(Some(draws))
     }
 
     /// Nodes, edges and start of the lap.

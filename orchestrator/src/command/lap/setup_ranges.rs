@@ -38,9 +38,7 @@ impl SetupArguments {
             let wrong = |message: &str| Error::invalid_input(format!("--setup {text}: {message}"));
             let range = parse_range("--setup", text, car)?;
             let is_same = |name: &str| name == range.key.name;
-            if !range.key.is_used(&car.parameters) {
-                return Err(wrong("the tires of this car have no such parameter"));
-            }
+            range.key.check_changes_car(&car.parameters).map_err(|message| wrong(&message))?;
             if range.low == range.high {
                 return Err(wrong("expected two different numbers"));
             }

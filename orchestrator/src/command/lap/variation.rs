@@ -50,7 +50,10 @@ impl VariationArguments {
             return Err(Error::invalid_input(message));
         }
         if let Some(path) = &self.draws {
-            return read_draws(path, samples).map(Some);
+            let draws = read_draws(path, samples)?;
+            lap::check_draws_change_car(&draws, &car.parameters)
+                .map_err(|why| Error::invalid_input(format!("{}: {why}", path.display())))?;
+            return Ok(Some(draws));
         }
         if self.vary.is_empty() {
             return match self.samples {
@@ -62,7 +65,10 @@ impl VariationArguments {
         }
         let range = |text: &String| parse_range("--vary", text, car);
         let ranges = self.vary.iter().map(range).collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(lap::draw_from_ranges(&ranges, samples, self.seed)))
+        let draws = lap::draw_from_ranges(&ranges, samples, self.seed);
+        lap::check_draws_change_car(&draws, &car.parameters)
+            .map_err(|why| Error::invalid_input(format!("--vary: {why}")))?;
+        Ok(Some(draws))
     }
 }
 
