@@ -25,8 +25,13 @@ pub struct LapTimeInterval {
 
 impl LapTimeInterval {
     /// A quantile of the lap times [s], from 0 to 1, linear between the draws; NaN without a draw that was solved.
+    ///
+    /// It is that at p (n + 1) of n draws (type 6 of Hyndman and Fan 1996): one more draw, as the truth is where draws are right, is below it with
+    /// the probability p. The usual quantile at p (n − 1) lets the middle 95 % of 100 draws hold 93.1 %. With fewer than 39 draws these are all.
     pub fn quantile(&self, share: f64) -> f64 {
-        quantile(&self.lap_times, share)
+        let count = self.lap_times.len() as f64;
+        let place = (share * (count + 1.0) - 1.0) / f64::max(count - 1.0, 1.0);
+        quantile(&self.lap_times, place.clamp(0.0, 1.0))
     }
 }
 
