@@ -18,7 +18,8 @@ const TIMES: [&str; 4] = ["t", "time", "Time", "timestamp"];
 /// How columns of a latitude are called, in small letters without anything but letters.
 const LATITUDES: [&str; 4] = ["latitude", "lat", "gpslatitude", "gpslat"];
 /// How columns of a longitude are called.
-const LONGITUDES: [&str; 6] = ["longitude", "long", "lon", "lng", "gpslongitude", "gpslong"];
+const LONGITUDES: [&str; 8] =
+    ["longitude", "long", "lon", "lng", "gpslongitude", "gpslong", "gpslon", "gpslng"];
 
 /// Which columns of a log are read.
 pub struct PositionColumns<'a> {
