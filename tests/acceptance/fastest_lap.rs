@@ -216,6 +216,12 @@ fn a_log_in_degrees_becomes_a_track_beside_whose_fastest_lap_it_lies() {
     for words in ["0:59.", "lap 2 from t = ", "closed, the mean of 3 laps", "track.csv"] {
         assert!(ended.stdout.contains(words), "{words} in {}", ended.stdout);
     }
+    assert!(!ended.stderr.contains("note"), "{}", ended.stderr);
+    let rows = (0..1000).map(|i| f64::from(i) / 80.0);
+    let rows = rows.map(|a| format!("{:.0},{},{}\n", 8e4 * a, 200.0 * a.cos(), 150.0 * a.sin()));
+    lab.write("milliseconds.csv", "t,x,y\n".to_owned() + &rows.collect::<String>());
+    let ended = lab.trackside(&["track", "milliseconds.csv", "--out", "slow.csv"]).expect(0);
+    assert!(ended.stderr.contains("such as milliseconds?"), "{}", ended.stderr);
     let table = std::fs::read_to_string(lab.path("track.csv")).expect("a table");
     assert!(table.starts_with("# closed\n# origin -37.8"), "{table}");
     lab.write("car.toml", car(""));

@@ -15,6 +15,9 @@ use super::{print_text, print_to_stderr};
 /// Positions that err by more are of no use for a line [m].
 const MOST_NOISE: f64 = 10.0;
 
+/// Mean speed below which nobody laps [m/s].
+const SLOWEST_SPEED: f64 = 1.0;
+
 /// Arguments of `trackside track`.
 #[derive(Args)]
 pub struct TrackArguments {
@@ -72,6 +75,11 @@ pub fn run_track_command(arguments: &TrackArguments) -> Result<u8, Error> {
         track.survey.widths = Some(vec![[half; 2]; track.survey.points.len()]);
     }
     print_text(&summary(&track));
+    if track.laps.iter().any(|lap| lap.counts && lap.length < SLOWEST_SPEED * lap.lap_time) {
+        print_to_stderr(
+            "note: laps are driven at less than 1 m/s: is the time in another unit, such as milliseconds?",
+        );
+    }
     if track.survey.widths.is_none() {
         print_to_stderr(
             "note: one lap does not tell how wide the road is: tell --half-width, here or with `trackside lap`, or keep to the line with --on-line",
