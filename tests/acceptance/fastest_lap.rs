@@ -336,7 +336,7 @@ fn what_is_wrong_with_the_log_of_a_track_is_told() {
         (&["other.csv", "--position", "east"], &["--position east: expected two columns"]),
         (&["other.csv", "--position", "east,up"], &["up"]),
         (&["session.csv", "--start", "1"], &["--start 1: expected two numbers"]),
-        (&["session.csv", "--start", "-30,144"], &["expected a start on the way of the log"]),
+        (&["session.csv", "--start", "-30,144"], &["expected a start beside the path of the log"]),
         (&["session.csv", "--noise", "1e9"], &["--noise: expected at most 10 m"]),
         (&["session.csv", "--noise=-1"], &["--noise: expected a number of at least 0, found -1"]),
         (&["session.csv", "--out", "session.csv"], &["session.csv would be overwritten", "--out FILE"]),

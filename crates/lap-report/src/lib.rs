@@ -21,6 +21,7 @@ use track::TrackLine;
 pub use numbers::lap_numbers;
 pub use page::lap_page;
 pub use table::lap_table;
+pub use texts::interval_text;
 
 /// What the page of a lap shows.
 #[derive(Clone, Copy)]

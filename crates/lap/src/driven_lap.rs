@@ -233,14 +233,22 @@ fn no_lap_message(
     }
 }
 
+/// The samples that are finite, and later than the one before.
+pub(crate) fn rising_samples(samples: &[PositionSample]) -> Vec<&PositionSample> {
+    let mut rising: Vec<&PositionSample> = Vec::with_capacity(samples.len());
+    for sample in samples {
+        let is_finite = sample.t.is_finite() && sample.position.iter().all(|it| it.is_finite());
+        if is_finite && rising.last().is_none_or(|before| sample.t > before.t) {
+            rising.push(sample);
+        }
+    }
+    rising
+}
+
 fn project_samples(samples: &[PositionSample], line: &TrackLine) -> Result<Vec<ProjectedSample>, Error> {
     let mut projected: Vec<ProjectedSample> = Vec::with_capacity(samples.len());
     let mut s_before = None;
-    for sample in samples {
-        let is_finite = sample.t.is_finite() && sample.position.iter().all(|it| it.is_finite());
-        if !is_finite || projected.last().is_some_and(|before| sample.t <= before.t) {
-            continue;
-        }
+    for sample in rising_samples(samples) {
         let station = match s_before {
             Some(s) => line.follow_point(s, sample.position),
             None => line.locate_point(sample.position, None),

@@ -1,13 +1,13 @@
-//! Draws a smooth line through noisy positions: a smoothing spline, as the Kalman smoother of a curvature that walks randomly along the way.
+//! Draws a smooth line through noisy positions: a smoothing spline, as the Kalman smoother of a curvature that walks randomly along the path.
 
 use kalman::{FilteredRecording, Gaussian, LinearStep, NoiseParameters, filter_forward, smooth_recording};
 use nalgebra::{Matrix1, Matrix1x3, Matrix3, Vector1, Vector3};
 use numerics::golden_section::argmax;
 
-/// A position and how far along the way it stands, both measured [m].
+/// A position and its distance along the path, both measured [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WayPoint {
-    /// Distance along the way [m].
+pub struct PathPoint {
+    /// Distance along the path [m].
     pub distance: f64,
     /// Position [m].
     pub position: [f64; 2],
@@ -35,13 +35,13 @@ struct SampledLine {
 
 /// Draws the line through points with rising distances, at the distances `begin + (i + ½) step` for i below `count`.
 ///
-/// Of each coordinate the third derivative along the way is white noise of intensity q, and positions are measured with variance r. The
+/// Of each coordinate the third derivative along the path is white noise of intensity q, and positions are measured with variance r. The
 /// smoother of this process is the quintic smoothing spline (Wahba 1978). The likelihood of both coordinates chooses q / r; but
 /// receivers have errors that go on from one position to the next, which a likelihood takes for bends of the road. So the line is at
 /// least as smooth as leaves the positions `least_noise` [m] beside it. Points within one step count as one, at their mean. None
 /// where the filter loses its covariance.
 pub fn smooth_line(
-    points: &[WayPoint],
+    points: &[PathPoint],
     begin: f64,
     step: f64,
     count: usize,
@@ -96,7 +96,7 @@ fn residual_variance(steps: &[LinearStep<3, 1>], states: &[Gaussian<3>]) -> f64 
 
 /// One coordinate at the middles of the steps. Where a step has no point, it measures nothing.
 fn sample_points(
-    points: &[WayPoint],
+    points: &[PathPoint],
     begin: f64,
     step: f64,
     count: usize,

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use track::{TrackLine, TrackSurvey, point_distance, wrap_angle};
 
 use crate::Error;
-use crate::driven_lap::PositionSample;
-use crate::line_smoother::{WayPoint, smooth_line};
+use crate::driven_lap::{PositionSample, rising_samples};
+use crate::line_smoother::{PathPoint, smooth_line};
 
 /// What is told of the laps of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +22,8 @@ pub struct LoggedTrackOptions {
 
 impl Default for LoggedTrackOptions {
     fn default() -> Self {
-        // With 5 cm the curvature is nearest to that of yaw rates and Doppler headings in drives of a VBOX, a RaceChrono and an
-        // autonomous race car: with 1 cm it is twice as rough, with 20 cm the hairpins are flat.
+        // Of 0, 0.02, 0.05, 0.1 and 0.2 m it brings the curvature nearest to Doppler headings and yaw rates, or within 2 % of the nearest, in drives of
+        // a VBOX, a RaceChrono and an autonomous race car.
         LoggedTrackOptions { start: None, half_car_width: 1.0, least_noise: 0.05 }
     }
 }
@@ -31,7 +31,7 @@ impl Default for LoggedTrackOptions {
 /// The line of a track as a log has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedTrack {
-    /// The mean line of the laps that count, closed; of a log without a lap its whole way, open. With several laps the widths are as far as
+    /// The mean line of the laps that count, closed; of a log without a lap its whole path, open. With several laps the widths are as far as
     /// they went to both sides, with the car.
     pub survey: TrackSurvey,
     /// All complete laps, in the order of the log.
@@ -40,7 +40,7 @@ pub struct LoggedTrack {
     pub length: f64,
     /// Standard deviation of the positions about the line of their lap [m].
     pub noise: f64,
-    /// Farthest way between two laps, across the line [m].
+    /// Largest distance between two laps, across the line [m].
     pub spread: f64,
 }
 
@@ -51,10 +51,10 @@ pub struct LoggedLapLine {
     pub begin: f64,
     /// Time of the lap [s].
     pub lap_time: f64,
-    /// Length of its way [m].
+    /// Length of its path [m].
     pub length: f64,
-    /// Whether it counts for the line: its way is about as long as that of the others, beside theirs and without a long gap, and it is not
-    /// much slower.
+    /// Whether it counts for the line: its path is about as long as those of the others, on the same road and without a long gap, and it is
+    /// not much slower.
     pub counts: bool,
 }
 
@@ -72,7 +72,7 @@ const START_STEP: f64 = 5.0;
 const GATE_RADIUS: f64 = 15.0;
 /// ... in a direction that differs by less than this [rad] ...
 const GATE_ANGLE: f64 = 0.7;
-/// ... after a way of at least this [m].
+/// ... after a distance of at least this [m].
 const SHORTEST_LAP: f64 = 100.0;
 /// Difference of the length from the median with which a lap counts.
 const LENGTH_TOLERANCE: f64 = 0.03;
@@ -80,19 +80,20 @@ const LENGTH_TOLERANCE: f64 = 0.03;
 const SLOWEST: f64 = 1.5;
 /// Way across the line within which two laps are of the same road [m]: as wide as a track, less than from there to the pits.
 const ROAD: f64 = 12.0;
-/// Longest way of a car that turns round, rolls back or stands while its receiver drifts [m].
+/// Longest path of a car that turns round, rolls back or stands while its receiver drifts [m].
 const LONGEST_LOOP: f64 = 60.0;
 /// Places for the start that are tried.
 const TRIED_GATES: usize = 50;
-/// Longest way without a position in a lap that counts [m].
+/// Longest distance without a position in a lap that counts [m].
 const LONGEST_GAP: f64 = 100.0;
 /// Way of the same lap that is laid before its beginning and behind its end, so that its line is smooth there [m].
 const OVERLAP: f64 = 300.0;
 
-/// Positions along the way.
-struct Way {
+/// Positions of a log along the path that it drove.
+#[derive(Default)]
+struct LoggedPath {
     times: Vec<f64>,
-    points: Vec<WayPoint>,
+    points: Vec<PathPoint>,
 }
 
 /// A line across the track.
@@ -102,11 +103,11 @@ struct Gate {
     heading: f64,
 }
 
-/// Where the way crosses a gate.
+/// Where the path crosses a gate.
 #[derive(Clone, Copy)]
 struct Crossing {
     t: f64,
-    point: WayPoint,
+    point: PathPoint,
     /// The first position behind it.
     next: usize,
 }
@@ -118,41 +119,35 @@ impl LoggedTrack {
     /// # Errors
     /// When there are too few positions for a line, or no lap passes the start that is told.
     pub fn find(samples: &[PositionSample], options: &LoggedTrackOptions) -> Result<Self, Error> {
-        let mut way = Way::new(samples);
-        let length = way.points.last().map_or(0.0, |point| point.distance);
-        if way.points.len() < FEWEST_POINTS || length < SHORTEST_LAP {
+        let mut path = LoggedPath::new(samples);
+        let length = path.points.last().map_or(0.0, |point| point.distance);
+        if path.points.len() < FEWEST_POINTS || length < SHORTEST_LAP {
             return Err(Error::Log(format!(
                 "expected the positions of a drive, found {} that are a metre apart, over {length:.0} m",
-                way.points.len()
+                path.points.len()
             )));
         }
         let gate = match options.start {
-            Some(start) => Some(way.gate_near(start)?),
-            None => way.find_gate().or_else(|| way.close_single_lap()),
+            Some(start) => Some(path.gate_near(start)?),
+            None => path.find_gate().or_else(|| path.close_single_lap()),
         };
-        let crossings = gate.map_or_else(Vec::new, |gate| way.crossings(gate));
+        let crossings = gate.map_or_else(Vec::new, |gate| path.crossings(gate));
         if crossings.len() < 2 {
             return match options.start {
                 Some(_) => Err(Error::Log(format!(
                     "expected laps from this start, found that the log passes it {} times; without one, a log that has no lap gives an open line",
                     crossings.len()
                 ))),
-                None => way.open_track(options.least_noise),
+                None => path.open_track(options.least_noise),
             };
         }
-        way.closed_track(&crossings, options)
+        path.closed_track(&crossings, options)
     }
 }
 
-impl Way {
+impl LoggedPath {
     fn new(samples: &[PositionSample]) -> Self {
-        let mut finite: Vec<&PositionSample> = Vec::with_capacity(samples.len());
-        for sample in samples {
-            let is_finite = sample.t.is_finite() && sample.position.iter().all(|it| it.is_finite());
-            if is_finite && finite.last().is_none_or(|before| sample.t > before.t) {
-                finite.push(sample);
-            }
-        }
+        let finite = rising_samples(samples);
         let is_jump = |a: &PositionSample, b: &PositionSample| {
             point_distance(a.position, b.position) > THINNING + JUMP_SPEED * (b.t - a.t)
         };
@@ -163,32 +158,28 @@ impl Way {
         };
         let kept: Vec<&PositionSample> =
             (0..finite.len()).filter(|i| !is_spike(*i)).map(|i| finite[i]).collect();
-        let mut way = Way { times: Vec::new(), points: Vec::new() };
+        let mut path = LoggedPath::default();
         let mut group = Vec::new();
         for sample in kept {
             if group.first().is_some_and(|first: &&PositionSample| {
                 point_distance(first.position, sample.position) >= THINNING
             }) {
-                way.push_mean(&group);
+                path.push_mean(&group);
                 group.clear();
             }
             group.push(sample);
         }
-        way.push_mean(&group);
-        way.without_loops()
+        path.push_mean(&group);
+        path.without_loops()
     }
 
-    /// The way without those of a car that turns round, rolls back or stands while its receiver drifts: they end where they began, so the rest
-    /// goes on from there.
+    /// The path without the loops of a car that turns round, rolls back or stands while its receiver drifts: a loop ends where it began, so
+    /// the rest goes on from there.
     fn without_loops(&self) -> Self {
-        let mut way = Way { times: Vec::new(), points: Vec::new() };
+        let mut path = LoggedPath::default();
         let mut i = 0;
         while let Some(here) = self.points.get(i) {
-            let distance = way.points.last().map_or(0.0, |before: &WayPoint| {
-                before.distance + point_distance(before.position, here.position)
-            });
-            way.times.push(self.times[i]);
-            way.points.push(WayPoint { distance, position: here.position });
+            path.push(self.times[i], here.position);
             let ahead =
                 self.points[i + 1..].iter().take_while(|it| it.distance - here.distance < LONGEST_LOOP);
             let returns = ahead.enumerate().filter(|(_, there)| {
@@ -197,7 +188,7 @@ impl Way {
             });
             i += returns.last().map_or(1, |(skipped, _)| skipped + 1);
         }
-        way
+        path
     }
 
     /// Adds the mean of some positions.
@@ -208,19 +199,26 @@ impl Way {
         let mean = |value: &dyn Fn(&PositionSample) -> f64| {
             group.iter().map(|sample| value(sample)).sum::<f64>() / group.len() as f64
         };
-        let position = [0, 1].map(|axis| mean(&|sample| sample.position[axis]));
-        let distance = self
-            .points
-            .last()
-            .map_or(0.0, |before| before.distance + point_distance(before.position, position));
-        self.times.push(mean(&|sample| sample.t));
-        self.points.push(WayPoint { distance, position });
+        self.push(mean(&|sample| sample.t), [0, 1].map(|axis| mean(&|sample| sample.position[axis])));
+    }
+
+    fn push(&mut self, t: f64, position: [f64; 2]) {
+        let distance = match self.points.last() {
+            Some(before) => before.distance + point_distance(before.position, position),
+            None => 0.0,
+        };
+        self.times.push(t);
+        self.points.push(PathPoint { distance, position });
+    }
+
+    /// Three positions before and three behind, as far as there are any.
+    fn neighbours(&self, i: usize) -> [usize; 2] {
+        [i.saturating_sub(3), (i + 3).min(self.points.len() - 1)]
     }
 
     /// Direction of travel at a position [rad], over its neighbours.
     fn heading(&self, i: usize) -> f64 {
-        let [a, b] =
-            [i.saturating_sub(3), (i + 3).min(self.points.len() - 1)].map(|i| self.points[i].position);
+        let [a, b] = self.neighbours(i).map(|i| self.points[i].position);
         (b[1] - a[1]).atan2(b[0] - a[0])
     }
 
@@ -234,7 +232,7 @@ impl Way {
         let nearest = nearest.filter(|i| distance(i) <= GATE_RADIUS);
         nearest.map(|i| Gate { position: start, ..self.gate_at(i) }).ok_or_else(|| {
             Error::Log(format!(
-                "expected a start on the way of the log, found ({:.1} m, {:.1} m) more than {GATE_RADIUS} m beside it",
+                "expected a start beside the path of the log, found ({:.1} m, {:.1} m) more than {GATE_RADIUS} m beside it",
                 start[0], start[1]
             ))
         })
@@ -275,13 +273,13 @@ impl Way {
             near.windows(2).filter(is_new).count() + 1
         };
         let speed = |i: usize| {
-            let [a, b] = [i.saturating_sub(3), (i + 3).min(self.points.len() - 1)];
+            let [a, b] = self.neighbours(i);
             (self.points[b].distance - self.points[a].distance) / (self.times[b] - self.times[a])
         };
         let mut best: Vec<(usize, f64, usize)> =
             starts.into_iter().map(|i| (passes(i), speed(i), i)).filter(|it| it.0 > 1).collect();
         best.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
-        // Near a fork or in a bend a place is near the way more often than it is crossed.
+        // Near a fork or in a bend the path may come near a place without crossing its gate.
         let tried = best.into_iter().take(TRIED_GATES).map(|it| self.gate_at(it.2));
         let crossed = tried.map(|gate| (self.crossings(gate).len(), gate)).rev();
         crossed.max_by_key(|it| it.0).filter(|it| it.0 > 1).map(|it| it.1)
@@ -299,17 +297,17 @@ impl Way {
         let length = self.points[last].distance + gap;
         let near = self.points.partition_point(|point| point.distance < 2.0 * GATE_RADIUS);
         let again = (0..(near + 2).min(last)).map(|i| (self.times[i] + duration, self.points[i]));
-        let again: Vec<(f64, WayPoint)> = again.collect();
+        let again: Vec<(f64, PathPoint)> = again.collect();
         for (t, point) in again {
             self.times.push(t);
-            self.points.push(WayPoint { distance: point.distance + length, ..point });
+            self.points.push(PathPoint { distance: point.distance + length, ..point });
         }
         Some(self.gate_at(1.max(near / 2)))
     }
 
     fn crossings(&self, gate: Gate) -> Vec<Crossing> {
         let (sin, cos) = gate.heading.sin_cos();
-        let along_and_beside = |point: &WayPoint| {
+        let along_and_beside = |point: &PathPoint| {
             let [x, y] = [0, 1].map(|axis| point.position[axis] - gate.position[axis]);
             [x * cos + y * sin, y * cos - x * sin]
         };
@@ -324,7 +322,7 @@ impl Way {
             let [a, b] = [next - 1, next].map(|i| self.points[i]);
             let crossing = Crossing {
                 t: between(self.times[next - 1], self.times[next]),
-                point: WayPoint {
+                point: PathPoint {
                     distance: between(a.distance, b.distance),
                     position: [0, 1].map(|axis| between(a.position[axis], b.position[axis])),
                 },
@@ -338,13 +336,13 @@ impl Way {
         crossings
     }
 
-    /// The longest way without a gap of a log that has no lap.
+    /// The longest path without a gap of a log that has no lap.
     fn open_track(&self, least_noise: f64) -> Result<LoggedTrack, Error> {
         let parts = self.points.chunk_by(|a, b| b.distance - a.distance <= LONGEST_GAP);
-        let way_of =
-            |part: &[WayPoint]| part.last().zip(part.first()).map_or(0.0, |(b, a)| b.distance - a.distance);
-        let part = parts.max_by(|a, b| way_of(a).total_cmp(&way_of(b))).unwrap_or_default();
-        let length = way_of(part);
+        let length_of =
+            |part: &[PathPoint]| part.last().zip(part.first()).map_or(0.0, |(b, a)| b.distance - a.distance);
+        let part = parts.max_by(|a, b| length_of(a).total_cmp(&length_of(b))).unwrap_or_default();
+        let length = length_of(part);
         if part.len() < FEWEST_POINTS || length < SHORTEST_LAP {
             return Err(Error::Log(format!(
                 "expected a drive without a gap of {LONGEST_GAP} m in its positions, found {length:.0} m of one"
@@ -382,11 +380,11 @@ impl Way {
         let lines: Vec<(TrackLine, f64)> = lines.collect::<Result<_, _>>()?;
         let noise = (lines.iter().map(|(_, noise)| noise * noise).sum::<f64>() / lines.len() as f64).sqrt();
         let lines: Vec<TrackLine> = lines.into_iter().map(|(line, _)| line).collect();
-        let road = largest_road(&lines);
+        let group = LapGroup::largest(&lines);
         for (k, i) in counted.into_iter().enumerate() {
-            laps[i].counts = road.laps.iter().any(|lap| lap.lap == k);
+            laps[i].counts = group.laps.iter().any(|it| it.lap == k);
         }
-        let (survey, spread) = road.mean_line(options.half_car_width);
+        let (survey, spread) = group.mean_line(options.half_car_width);
         let length = TrackLine::from_survey(&survey)?.length();
         if (length - median).abs() > 2.0 * LENGTH_TOLERANCE * median {
             return Err(Error::Log(format!(
@@ -411,7 +409,7 @@ impl Way {
 
     /// The closed line of a lap, and the standard deviation of its positions about it [m].
     ///
-    /// A lap ends beside where it began, as receivers drift and drivers differ. The way between is spread over the lap, each position
+    /// A lap ends beside where it began, as receivers drift and drivers differ. The difference is spread over the lap, each position moved
     /// by its share of the length: the compass rule of surveyors (Bowditch).
     fn lap_line(&self, ends: &[Crossing], least_noise: f64) -> Result<(TrackLine, f64), Error> {
         let [begin, end] = [ends[0].point, ends[1].point];
@@ -420,12 +418,12 @@ impl Way {
         let lap = self.points[ends[0].next..ends[1].next].iter().map(|point| {
             let distance = point.distance - begin.distance;
             let position = [0, 1].map(|axis| point.position[axis] - misclosure[axis] * distance / length);
-            WayPoint { distance, position }
+            PathPoint { distance, position }
         });
-        let lap: Vec<WayPoint> = lap.collect();
+        let lap: Vec<PathPoint> = lap.collect();
         let round =
-            |by: f64| lap.iter().map(move |point| WayPoint { distance: point.distance + by, ..*point });
-        let points: Vec<WayPoint> = round(-length).chain(round(0.0)).chain(round(length)).collect();
+            |by: f64| lap.iter().map(move |point| PathPoint { distance: point.distance + by, ..*point });
+        let points: Vec<PathPoint> = round(-length).chain(round(0.0)).chain(round(length)).collect();
         let count = (length / LINE_STEP).ceil() as usize;
         let step = length / count as f64;
         let overlap = ((OVERLAP / step).ceil() as usize).min(count);
@@ -437,54 +435,55 @@ impl Way {
     }
 }
 
-/// Laps on the same road: beside one of them, the reference.
-struct LapsOfRoad<'a> {
+/// The laps that are on the road of one of them.
+struct LapGroup<'a> {
     reference: &'a TrackLine,
     /// Stations of the reference [m].
     stations: Vec<f64>,
-    laps: Vec<LapBeside>,
+    laps: Vec<LapOffsets>,
+    /// Sum over the laps of their largest distance from the reference [m].
+    distance: f64,
 }
 
-/// A lap beside the reference.
-struct LapBeside {
+/// A lap beside the reference of its group.
+struct LapOffsets {
     /// Its number among all lines.
     lap: usize,
     /// Lateral deviations at the stations of the reference [m].
     laterals: Vec<f64>,
 }
 
-/// The most laps that are on the same road as one of them; of equally many those that are nearest to it.
-fn largest_road(lines: &[TrackLine]) -> LapsOfRoad<'_> {
-    let beside = |reference: &TrackLine, stations: &[f64]| {
-        let laps = lines.iter().enumerate().map(|(lap, line)| {
-            let is_reference = std::ptr::eq(line, reference);
-            let laterals =
-                if is_reference { vec![0.0; stations.len()] } else { laterals_at(reference, line, stations) };
-            LapBeside { lap, laterals }
-        });
-        let farthest = |it: &LapBeside| it.laterals.iter().fold(0.0, |far, n| f64::max(far, n.abs()));
-        let near: Vec<(f64, LapBeside)> =
-            laps.map(|it| (farthest(&it), it)).filter(|it| it.0 <= ROAD).collect();
-        let sum: f64 = near.iter().map(|it| it.0).sum();
-        (sum, near.into_iter().map(|it| it.1).collect::<Vec<LapBeside>>())
-    };
-    let road = |reference: &'_ TrackLine| {
-        let count = (reference.length() / LINE_STEP).ceil() as usize;
-        let stations: Vec<f64> = (0..count).map(|i| reference.length() * i as f64 / count as f64).collect();
-        let (sum, laps) = beside(reference, &stations);
-        (sum, stations, laps)
-    };
-    let roads: Vec<_> = lines.par_iter().map(road).collect();
-    let best = roads
-        .into_iter()
-        .zip(lines)
-        .min_by(|((sum_a, _, a), _), ((sum_b, _, b), _)| b.len().cmp(&a.len()).then(sum_a.total_cmp(sum_b)));
-    let ((_, stations, laps), reference) = best.unwrap_or(((0.0, Vec::new(), Vec::new()), &lines[0]));
-    LapsOfRoad { reference, stations, laps }
-}
+impl<'a> LapGroup<'a> {
+    /// The group with the most laps; of equally large ones that whose laps are nearest to the reference.
+    fn largest(lines: &'a [TrackLine]) -> Self {
+        let groups: Vec<Self> = lines.par_iter().map(|reference| Self::of(reference, lines)).collect();
+        let better = |best: Self, other: Self| {
+            let is_better = other.laps.len() > best.laps.len()
+                || (other.laps.len() == best.laps.len() && other.distance < best.distance);
+            if is_better { other } else { best }
+        };
+        groups.into_iter().reduce(better).unwrap_or_else(|| Self::of(&lines[0], lines))
+    }
 
-impl LapsOfRoad<'_> {
-    /// The mean of the laps across the reference, with the ways to the outermost ones, and the farthest way between two of them [m].
+    fn of(reference: &'a TrackLine, lines: &[TrackLine]) -> Self {
+        let count = (reference.length() / LINE_STEP).ceil() as usize;
+        let stations = (0..count).map(|i| reference.length() * i as f64 / count as f64).collect();
+        let mut group = LapGroup { reference, stations, laps: Vec::new(), distance: 0.0 };
+        for (lap, line) in lines.iter().enumerate() {
+            let laterals = match std::ptr::eq(line, reference) {
+                true => vec![0.0; count],
+                false => laterals_at(reference, line, &group.stations),
+            };
+            let farthest = laterals.iter().fold(0.0, |farthest, n| f64::max(farthest, n.abs()));
+            if farthest <= ROAD {
+                group.laps.push(LapOffsets { lap, laterals });
+                group.distance += farthest;
+            }
+        }
+        group
+    }
+
+    /// The mean of the laps across the reference, with widths that hold all of them, and the largest distance between two of them [m].
     fn mean_line(&self, half_car_width: f64) -> (TrackSurvey, f64) {
         let mut survey = TrackSurvey { closed: true, ..TrackSurvey::default() };
         let mut widths = Vec::with_capacity(self.stations.len());
@@ -514,7 +513,7 @@ fn laterals_at(reference: &TrackLine, line: &TrackLine, stations: &[f64]) -> Vec
         let here = reference.follow_point(last.s, line.point_at(s).point);
         along += reference.station_change(last.s, here.s);
         last = here;
-        // Where it goes back, its way from there on counts.
+        // Where it goes back, what it drives from there on counts.
         while projected.len() > 1 && projected.last().is_some_and(|it| it[0] >= along) {
             projected.pop();
         }

@@ -33,8 +33,8 @@ impl LocalPlane {
 
     /// The plane of `origin LATITUDE LONGITUDE`, if it is one.
     pub(crate) fn parse(words: &str) -> Option<Self> {
-        let numbers: Option<Vec<f64>> =
-            words.split_whitespace().skip(1).map(|word| word.parse().ok()).collect();
+        let numbers = words.strip_prefix("origin ")?.split_whitespace();
+        let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();
         let &[latitude, longitude] = numbers.as_deref()? else { return None };
         (latitude.abs() <= 90.0 && longitude.abs() <= 360.0).then_some(LocalPlane { latitude, longitude })
     }

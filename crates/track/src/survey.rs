@@ -159,14 +159,14 @@ impl SurveyReader {
         let wrong = |message: String| Error::Line { line: number, message };
         let comment = line.strip_prefix('#').or_else(|| line.strip_prefix("//"));
         if let Some(comment) = comment {
-            match comment.trim().to_lowercase().as_str() {
+            let words = comment.trim().to_lowercase();
+            if let Some(plane) = LocalPlane::parse(&words) {
+                self.survey.plane = Some(plane);
+                return Ok(());
+            }
+            match words.as_str() {
                 "closed" => self.closed = Some(true),
                 "open" => self.closed = Some(false),
-                words if words.starts_with("origin ") => {
-                    self.survey.plane = Some(LocalPlane::parse(words).ok_or_else(|| {
-                        wrong(format!("expected `# origin LATITUDE LONGITUDE` in degrees, found `{line}`"))
-                    })?);
-                }
                 _ if !self.survey.points.is_empty() => {}
                 _ => {
                     let names = split_on_separator_or_whitespace(comment);

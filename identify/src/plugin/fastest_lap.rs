@@ -1,12 +1,13 @@
 //! Finds the fastest lap of the car, with an interval from what is not known of it, and lays the lap of a drive beside it.
 
-use lap::{DrivenLap, InteriorPointStatus, LapOptimum, LapTimeInterval, PositionSample};
-use lap_report::{LapPage, LoggedLap, lap_numbers, lap_page, lap_table};
+use lap::{DrivenLap, InteriorPointStatus, LapOptimum, PositionSample};
+use lap_report::{LapPage, LoggedLap, interval_text, lap_numbers, lap_page, lap_table};
 use numerics::text::format_lap_time;
 use plugin::{
     AnalysisRequest, AnalysisServices, Diagram, DiagramLayer, DiagramLayerRole, DiagramLayerShape,
     ResultSummary, ResultTable, Signal,
 };
+use preparation::Interpolation;
 use serde::Serialize;
 use serde_json::{Value, json};
 use track::TrackLine;
@@ -94,23 +95,13 @@ fn driven_lap(
     optimum: &LapOptimum,
 ) -> Result<Option<LoggedLap>, String> {
     let Some((x, y)) = request.find_signal("x").zip(request.find_signal("y")) else { return Ok(None) };
-    let sample = |(i, t): (usize, &f64)| {
-        let next = y.time.partition_point(|time| time < t).clamp(1, y.time.len().max(2) - 1);
-        let y = interpolate(&y, next, *t)?;
-        Some(PositionSample { t: *t, position: [x.values[i], y] })
-    };
-    let samples: Vec<PositionSample> = x.time.iter().enumerate().filter_map(sample).collect();
+    // Each coordinate may have times of its own.
+    let ys = Interpolation::Linear.resample(y.time, y.values, x.time);
+    let samples = x.time.iter().zip(x.values).zip(ys);
+    let samples: Vec<PositionSample> =
+        samples.map(|((t, x), y)| PositionSample { t: *t, position: [*x, y] }).collect();
     let lap = DrivenLap::find_fastest(&samples, line, optimum).map_err(|error| error.to_string())?;
     Ok(Some(LoggedLap { log: "the drive".to_owned(), lap }))
-}
-
-/// The value between the sample `next` and the one before; the samples of both coordinates can have times of their own.
-fn interpolate(signal: &Signal, next: usize, t: f64) -> Option<f64> {
-    let (times, values) = (signal.time, signal.values);
-    let ([a, b], [at_a, at_b]) =
-        ([*times.get(next - 1)?, *times.get(next)?], [*values.get(next - 1)?, *values.get(next)?]);
-    let share = if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 1.0 };
-    Some(at_a + share * (at_b - at_a))
 }
 
 fn summary(page: &LapPage) -> Vec<String> {
@@ -121,7 +112,7 @@ fn summary(page: &LapPage) -> Vec<String> {
         _ => format!("The search for the fastest lap did not converge; its last lap takes {time}."),
     }];
     if let Some(interval) = page.interval {
-        sentences.push(interval_sentence(interval));
+        sentences.push(format!("{}.", interval_text(interval)));
     }
     if let Some(LoggedLap { lap, .. }) = page.driven {
         let [driven, gap] = [lap.lap_time, (lap.lap_time - optimum.lap_time).abs()];
@@ -135,18 +126,6 @@ fn summary(page: &LapPage) -> Vec<String> {
         sentences.extend(lap.doubts(page.line, optimum).into_iter().map(|doubt| format!("Note: {doubt}.")));
     }
     sentences
-}
-
-fn interval_sentence(interval: &LapTimeInterval) -> String {
-    let [low, high] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 3));
-    let unsolved = match interval.unsolved {
-        0 => String::new(),
-        count => format!("; {count} more were not solved"),
-    };
-    format!(
-        "By what is not known of it, {low} to {high} (95 % of {} draws{unsolved}).",
-        interval.lap_times.len()
-    )
 }
 
 fn tables(page: &LapPage) -> Vec<ResultTable> {

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{CarParameters, InteriorPointStatus, LapOptimum, LapOptions, LapTimeInterval};
-use lap_report::{FastestSetup, LapPage, LoggedLap};
+use lap::{CarParameters, InteriorPointStatus, LapOptimum, LapOptions};
+use lap_report::{FastestSetup, LapPage, LoggedLap, interval_text};
 use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
 use orchestrator::relative_path::real_path;
@@ -162,13 +162,22 @@ impl LapArguments {
             keeps_line: self.on_line,
             start_speed: self.start_speed,
         };
-        for (name, number) in [("--margin", Some(options.margin)), ("--half-width", options.half_width)] {
-            if let Some(found) = number.filter(|number| !(number.is_finite() && *number >= 0.0)) {
-                let message = format!("{name}: expected a number of at least 0, found {found}");
-                return Err(Error::invalid_input(message));
-            }
-        }
+        check_not_negative("--margin", options.margin)?;
+        check_not_negative("--half-width", options.half_width.unwrap_or_default())?;
         Ok(options)
+    }
+}
+
+/// Refuses a number of an option that is negative or not finite.
+///
+/// # Errors
+/// When it is one.
+pub fn check_not_negative(option: &str, number: f64) -> Result<(), Error> {
+    match number.is_finite() && number >= 0.0 {
+        true => Ok(()),
+        false => {
+            Err(Error::invalid_input(format!("{option}: expected a number of at least 0, found {number}")))
+        }
     }
 }
 
@@ -237,7 +246,7 @@ fn summary(page: &LapPage) -> String {
         optimum.nodes.len()
     );
     if let Some(interval) = page.interval {
-        text += &interval_line(interval);
+        text += &format!("  {}\n", interval_text(interval));
     }
     if let Some(LoggedLap { log, lap }) = page.driven {
         text += &format!(
@@ -284,13 +293,4 @@ fn setup_lines(setup: &FastestSetup, page: &LapPage) -> String {
         );
     }
     text
-}
-
-fn interval_line(interval: &LapTimeInterval) -> String {
-    let [low, high] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 3));
-    let unsolved = match interval.unsolved {
-        0 => String::new(),
-        count => format!("; {count} more were not solved"),
-    };
-    format!("  95 % of {} draws: {low} to {high}{unsolved}\n", interval.lap_times.len())
 }

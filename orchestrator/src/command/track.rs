@@ -9,6 +9,7 @@ use numerics::text::format_lap_time;
 use orchestrator::nofollow::write_without_following_links;
 use orchestrator::relative_path::real_path;
 
+use super::lap::check_not_negative;
 use super::lap::position_log::{PositionColumns, PositionLog};
 use super::{print_text, print_to_stderr};
 
@@ -100,20 +101,12 @@ pub fn run_track_command(arguments: &TrackArguments) -> Result<u8, Error> {
 
 impl TrackArguments {
     fn check(&self) -> Result<(), Error> {
-        let numbers = [
-            ("--half-width", self.half_width),
-            ("--car-width", Some(self.car_width)),
-            ("--noise", Some(self.noise)),
-        ];
+        check_not_negative("--half-width", self.half_width.unwrap_or_default())?;
+        check_not_negative("--car-width", self.car_width)?;
+        check_not_negative("--noise", self.noise)?;
         if self.noise > MOST_NOISE {
             let message = format!("--noise: expected at most {MOST_NOISE} m, found {}", self.noise);
             return Err(Error::invalid_input(message));
-        }
-        for (name, number) in numbers {
-            if let Some(found) = number.filter(|number| !(number.is_finite() && *number >= 0.0)) {
-                let message = format!("{name}: expected a number of at least 0, found {found}");
-                return Err(Error::invalid_input(message));
-            }
         }
         Ok(())
     }

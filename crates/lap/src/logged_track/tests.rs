@@ -234,7 +234,7 @@ fn what_is_no_drive_is_told() {
     assert!(error(&[], None).contains("found 0"));
     let line = road_course();
     let drive = drive(&line, 0.0, 2.5 * line.length(), |_| 0.0);
-    assert!(error(&drive, Some([1e4, 0.0])).contains("expected a start on the way"));
+    assert!(error(&drive, Some([1e4, 0.0])).contains("expected a start beside the path"));
     let once: Vec<PositionSample> = drive[..400].to_vec();
     assert!(error(&once, Some(drive[200].position)).contains("passes it 1 times"));
 }

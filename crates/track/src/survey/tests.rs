@@ -15,6 +15,17 @@ fn message(text: &str) -> String {
 }
 
 #[test]
+fn an_origin_is_two_numbers_and_no_other_words() {
+    let plane = |comment: &str| read(&format!("{comment}\nx,y\n0,0\n50,0\n100,50\n50,100\n")).plane;
+    assert_eq!(plane("# origin -37.85 144.97"), Some(LocalPlane { latitude: -37.85, longitude: 144.97 }));
+    for comment in
+        ["# origin of the data: a survey of 2019", "# origin 37.85", "# origin 137.85 144.97", "# 1 2"]
+    {
+        assert_eq!(plane(comment), None, "{comment}");
+    }
+}
+
+#[test]
 fn headers_of_many_spellings_mean_the_same() {
     for header in [
         "x,y,left,right",
