@@ -295,6 +295,21 @@ proptest! {
     }
 }
 
+/// Locked wheels that slide sideways and slowly: the falling branch of the tire's curve must not drive them.
+#[test]
+fn a_car_that_slides_to_a_stop_forgets_where_it_began() {
+    let car = car();
+    let input = DualTrackInput { F_x: -10e3, delta: -0.3, mu: [0.2, 1.0, 0.2, 1.0], ..DualTrackInput::default() };
+    for v_x in [-0.1, 0.0, 0.3] {
+        let slide = |v_y| {
+            let planar = Planar { v_x, v_y, r: -0.6, ..Planar::default() };
+            after(&car, DualTrackState { planar, ..car.straight_rolling_state(v_x) }, input, 0.3)
+        };
+        let apart = SVector::<f64, STATES>::from(slide(0.9)) - SVector::from(slide(0.9 + 1e-9));
+        assert!(apart.amax() < 1e-3, "at {v_x} m/s: {apart}");
+    }
+}
+
 /// Random states and inputs, also absurd ones: 20 000 of them, each advanced by five sub-steps.
 #[test]
 fn no_state_and_no_input_gives_nan() {
