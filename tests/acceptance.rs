@@ -215,6 +215,9 @@ mod ros_bags;
 // Analyses, and mistakes in them.
 #[path = "acceptance/plugins.rs"]
 mod plugins;
+// Instructions of small workloads, by valgrind.
+#[path = "acceptance/instructions.rs"]
+mod instructions;
 // Memory errors in our FMUs, by valgrind.
 #[path = "acceptance/memory.rs"]
 mod memory;
@@ -320,6 +323,7 @@ fn main() -> ExitCode {
     hostile_inputs::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
+    instructions::register(&mut tests);
     interop::register(&mut tests);
     isolated::register(&mut tests);
     killed::register(&mut tests);

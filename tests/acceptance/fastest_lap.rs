@@ -6,7 +6,7 @@ use recording::table::{ColumnRequest, ReadRequest, TimeSeriesTable};
 use serde_json::Value;
 use track::{TrackLine, TrackSurvey};
 
-use super::harness::{Lab, ROOT};
+use super::harness::{Ended, Lab, ROOT};
 use super::python::python;
 use super::requirement::logs_of_others;
 
@@ -19,6 +19,7 @@ tests! {
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
     the_fastest_lap_is_driven_in_the_plant,
+    the_fastest_lap_drives_as_a_ghost_in_the_replay: Python,
     the_fastest_setup_is_faster_by_an_interval,
     what_is_wrong_is_told_with_its_place,
     what_is_wrong_with_the_log_of_a_track_is_told,
@@ -169,6 +170,45 @@ fn the_fastest_lap_is_driven_in_the_plant() {
         assert!((sum - (logged - least)).abs() < 1e-9 && lost.len() == 2, "{lost:?}");
         let page = std::fs::read_to_string(lab.path("out/lap.html")).expect("a page");
         assert!(page.contains("The fastest of 2 laps in run.mcap") && !page.contains("NaN"));
+    }
+}
+
+fn the_fastest_lap_drives_as_a_ghost_in_the_replay() {
+    let python = python();
+    let lab = Lab::new();
+    // A car that goes along the line at 20 m/s, for a lap and a half.
+    let mut drive = "t,X,Y,psi\n".to_owned();
+    let survey = std::fs::read_to_string(track("oval.csv")).expect("a track");
+    let line = TrackLine::from_table_text(&survey).expect("a line");
+    for k in 0..180 {
+        let t = 0.5 * f64::from(k);
+        let point = line.point_at(line.wrap_station(20.0 * t));
+        drive += &format!("{t},{:?},{:?},{:?}\n", point.point[0], point.point[1], point.psi);
+    }
+    lab.write("drive.csv", drive);
+    lab.write("car.toml", car(""));
+    lab.write(
+        "ghost.toml",
+        format!(
+            "[time]\nstep = 0.5\nstop = 89.0\n[[table]]\nname = \"log\"\npath = \"drive.csv\"\ntime = \"t\"\n\
+             [table.columns]\nX = {{ column = \"X\", unit = \"m\" }}\nY = {{ column = \"Y\", unit = \"m\" }}\n\
+             psi = {{ column = \"psi\", unit = \"rad\" }}\n\
+             [view]\npose = {{ x = \"log.X\", y = \"log.Y\", heading = \"log.psi\" }}\n\
+             [[analysis]]\nname = \"limit\"\ncrate = \"identify\"\nparameters = \"car.toml\"\n\
+             signals = {{ x = \"log.X\", y = \"log.Y\" }}\nfiles = {{ track = {:?} }}\n\
+             [analysis.config]\ntask = \"fastest_lap\"\nnodes = 120\n",
+            track("oval.csv")
+        ),
+    );
+    lab.trackside(&["run", "ghost.toml", "--out", "out", "--rerun", "save"]).expect(0);
+    let entities = |words: &[&str]| {
+        let mut rerun = python.rerun();
+        rerun.args(words).arg(lab.path("out/run.rrd"));
+        Ended::of(rerun.output().expect("it starts")).expect(0).stdout
+    };
+    let found = entities(&["rrd", "stats"]);
+    for entity in ["/world/versus/car/body", "/world/versus/path/line", "/signals/limit/ghost/psi"] {
+        assert!(found.contains(entity), "no {entity} in {found}");
     }
 }
 

@@ -27,6 +27,8 @@ pub enum Requirement {
     Browser,
     /// valgrind.
     Valgrind,
+    /// The compiler and its options that the golden counts of instructions hold for.
+    CompilerOfCounts,
     /// Slurm, which this user may start.
     Slurm,
     /// File systems of any size, which a program may mount in namespaces of its own.
@@ -71,6 +73,7 @@ impl Requirement {
             Requirement::Viewer => "viewer",
             Requirement::Browser => "chromium",
             Requirement::Valgrind => "valgrind",
+            Requirement::CompilerOfCounts => "compiler of counts",
             Requirement::Slurm => "Slurm",
             Requirement::SmallDisk => "mount",
             Requirement::ReferenceFmus => "Reference FMUs",
@@ -83,14 +86,19 @@ impl Requirement {
 
     /// Whether its tests are for `--include-ignored` alone: few machines have it, or it takes minutes.
     pub fn is_rare(self) -> bool {
-        use Requirement::{Cases, Logs, Masters, ReferenceFmus, Slurm, Valgrind, WindowsTarget};
-        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Logs | WindowsTarget)
+        use Requirement::{
+            Cases, CompilerOfCounts, Logs, Masters, ReferenceFmus, Slurm, Valgrind, WindowsTarget,
+        };
+        matches!(
+            self,
+            Masters | Valgrind | CompilerOfCounts | Slurm | ReferenceFmus | Cases | Logs | WindowsTarget
+        )
     }
 
-    /// Whether its tests are left out even then: containers without privileges cannot start the daemons of Slurm, and few machines
-    /// have Rust's library for Windows.
+    /// Whether its tests are left out even then: containers without privileges cannot start the daemons of Slurm, few machines
+    /// have Rust's library for Windows, and counts of instructions are those of one compiler.
     pub fn may_be_absent(self) -> bool {
-        matches!(self, Requirement::Slurm | Requirement::WindowsTarget)
+        matches!(self, Requirement::Slurm | Requirement::WindowsTarget | Requirement::CompilerOfCounts)
     }
 
     /// Why it is missing, if it is. The answer is found once.
@@ -102,6 +110,7 @@ impl Requirement {
         match self {
             Requirement::Compiler => starts("cc", "compiles FMUs and plugins that misbehave"),
             Requirement::Valgrind => starts("valgrind", "looks for errors and leaks in our FMUs"),
+            Requirement::CompilerOfCounts => super::instructions::other_compiler(),
             Requirement::Browser => match super::player::browser() {
                 None => Some("chromium is not installed, which plays reports".to_owned()),
                 Some(_) => python::environment().as_ref().err().cloned(),

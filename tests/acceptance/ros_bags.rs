@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use recording::survey::SurveyExtent;
 use recording::table::{ColumnType, ReadRequest, TimeSeriesTable, read_titles, survey_file};
 use serde_json::Value;
 
@@ -82,7 +83,7 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
             assert_eq!(found, *value, "{at} {} row {row}, by {judge}", judged.name);
         }
     }
-    let survey = survey_file(bag).unwrap_or_else(|error| panic!("{at}: {error}"));
+    let survey = survey_file(bag, SurveyExtent::Whole).unwrap_or_else(|error| panic!("{at}: {error}"));
     assert!(survey.warnings.is_empty(), "{at}: {:?}", survey.warnings);
     let mut found: Vec<&str> = survey.channels.iter().map(|it| it.name.as_str()).collect();
     let mut right = names.clone();

@@ -78,7 +78,7 @@ fn lm(folder: &Path, judge: bool) -> Result<(), Box<dyn Error>> {
     let first = time.iter().filter(|t| **t < time[0] + 220.0).count();
     let training = signals.first_rows(first);
     let clock = Instant::now();
-    let plain = fit_sideslip_model(&setup, std::slice::from_ref(&training), None)?;
+    let plain = fit_sideslip_model(&setup, std::slice::from_ref(&training), None, &mut |_| true)?;
     println!(
         "250 LM, 0 to 220 s without v_y ({:.1} s, converged {}):\n{plain}",
         clock.elapsed().as_secs_f64(),
@@ -87,7 +87,7 @@ fn lm(folder: &Path, judge: bool) -> Result<(), Box<dyn Error>> {
     let map = BankMap::learn(&setup, &plain, &training);
     println!("lap {:?} m", map.as_ref().map(|map| map.lap));
     let shown = training.clone().with_channel(SensorChannel::LateralSpeed, &column("vy_mps")[..first]);
-    compare(&plain, &fit_sideslip_model(&setup, &[shown], None)?);
+    compare(&plain, &fit_sideslip_model(&setup, &[shown], None, &mut |_| true)?);
     let counts = |row: usize| v_x[row] > 12.0 && (50..rows - 50).contains(&row);
     let truth = [v_x.as_slice(), v_y.as_slice()];
     for (name, map) in [("no map of the bank", None), ("a map of the bank", map.as_ref())] {
@@ -139,7 +139,7 @@ fn dart(folder: &Path, judged: &str) -> Result<(), Box<dyn Error>> {
     for name in logs.into_iter().filter(|name| *name != judged) {
         training.push(load(name, true)?.0);
     }
-    let fitted = fit_sideslip_model(&setup, &training, None)?;
+    let fitted = fit_sideslip_model(&setup, &training, None, &mut |_| true)?;
     println!("DART, all logs but {judged}, with v_y (converged {}):\n{fitted}", fitted.converged);
     let (signals, [v_x, v_y]) = load(judged, false)?;
     let truth = [v_x.as_slice(), v_y.as_slice()];

@@ -125,7 +125,7 @@ fn setup() -> EstimatorSetup {
 }
 
 fn fitted(drive: &Simulated) -> SideslipFit {
-    fit_sideslip_model(&setup(), &[drive.signals()], None).expect("it is a drive")
+    fit_sideslip_model(&setup(), &[drive.signals()], None, &mut |_| true).expect("it is a drive")
 }
 
 #[test]
@@ -201,7 +201,8 @@ fn sensors_may_be_missing_slow_or_interrupted() {
         ),
     ];
     for (name, signals) in cases {
-        let fit = fit_sideslip_model(&setup(), std::slice::from_ref(&signals), None).expect(name);
+        let fit =
+            fit_sideslip_model(&setup(), std::slice::from_ref(&signals), None, &mut |_| true).expect(name);
         let [error, inside] = judge(&filter_sideslip(&setup(), &fit, &signals, None), &drive.v_y);
         println!("{name}: {error:.4} m/s, {inside:.3}");
         assert!(error < 0.5 * rms(&drive.v_y), "{name}: {error} of {}", rms(&drive.v_y));
@@ -245,9 +246,10 @@ fn estimates_are_causal_and_do_not_see_v_y() {
 #[test]
 fn what_cannot_be_fitted_is_told() {
     let drive = simulate(3, 10.0);
-    let told =
-        |signals: SensorSignals| fit_sideslip_model(&setup(), &[signals], None).expect_err("it is no drive");
-    assert_eq!(fit_sideslip_model(&setup(), &[], None).expect_err("nothing"), Error::NoDrives);
+    let told = |signals: SensorSignals| {
+        fit_sideslip_model(&setup(), &[signals], None, &mut |_| true).expect_err("it is no drive")
+    };
+    assert_eq!(fit_sideslip_model(&setup(), &[], None, &mut |_| true).expect_err("nothing"), Error::NoDrives);
     let blind = SensorSignals::new(STEP, &drive.delta).with_channel(SensorChannel::Speed, &drive.speed);
     assert_eq!(told(blind).to_string(), "drive 1: expected 200 values of yaw rate or more, found 0");
     let still = drive.signals().with_channel(SensorChannel::Speed, &vec![1.0; drive.v_x.len()]);
@@ -272,7 +274,8 @@ fn a_race_car_of_1964() {
     let setup = EstimatorSetup::road_car(support::lm_body());
     let first = truth.motion.t.iter().filter(|t| **t < truth.motion.t[0] + 220.0).count();
     let training = signals.first_rows(first);
-    let found = fit_sideslip_model(&setup, std::slice::from_ref(&training), None).expect("it is a drive");
+    let found = fit_sideslip_model(&setup, std::slice::from_ref(&training), None, &mut |_| true)
+        .expect("it is a drive");
     assert!(found.converged);
     let map = BankMap::learn(&setup, &found, &training).expect("it is driven in laps");
     assert!((map.lap - 3100.0).abs() < 10.0, "{}", map.lap);

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let cold = median_seconds(|| LapOptimum::find(&car, &line, &options).map(drop))?;
         let warm = median_seconds(|| lap.find_similar(&heavier, &line, &options).map(drop))?;
         let begin = Instant::now();
-        let interval = lap.lap_time_interval(&parameters, &draws()?, &line, &options, || ())?;
+        let interval = lap.lap_time_interval(&parameters, &draws()?, &line, &options, || true)?;
         println!(
             "{name}: {:.3} s, {:?}, {} steps; search {cold:.2} s, from a similar lap {warm:.2} s, {DRAWS} draws {:.1} s, {} unsolved",
             lap.lap_time,

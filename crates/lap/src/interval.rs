@@ -1,5 +1,7 @@
 //! Turns what is not known of a car into an interval of its lap time: one fastest lap for each draw of its parameters.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use numerics::statistics::{central_95_percent_interval, quantile};
 use rayon::prelude::*;
 use track::TrackLine;
@@ -36,7 +38,8 @@ impl LapTimeInterval {
 }
 
 impl LapOptimum {
-    /// The fastest laps of cars with these draws, each from this lap.
+    /// The fastest laps of cars with these draws, each from this lap. `on_solved` is called after each, on any thread; `false` leaves out
+    /// those that have not begun.
     ///
     /// # Errors
     /// When no draw was solved.
@@ -46,16 +49,20 @@ impl LapOptimum {
         draws: &[ParameterDraw],
         line: &TrackLine,
         options: &LapOptions,
-        on_solved: impl Fn() + Sync,
+        on_solved: impl Fn() -> bool + Sync,
     ) -> Result<LapTimeInterval, Error> {
+        let is_cancelled = AtomicBool::new(false);
         let solve = |draw: &ParameterDraw| {
+            if is_cancelled.load(Ordering::Relaxed) {
+                return None;
+            }
             let mut drawn = parameters.clone();
             let is_car = draw.iter().all(|(key, value)| drawn.set_number(key, *value).is_ok());
             let lap = match drawn.car() {
                 Ok((car, _)) if is_car => self.find_similar(&car, line, options).ok(),
                 _ => None,
             };
-            on_solved();
+            is_cancelled.fetch_or(!on_solved(), Ordering::Relaxed);
             lap.filter(|lap| lap.status == InteriorPointStatus::Converged)
         };
         let laps: Vec<Option<LapOptimum>> = draws.par_iter().map(solve).collect();

@@ -261,11 +261,11 @@ fn draws_give_an_interval() {
     let lap = find(&parameters().car().expect("a car").0, &line, &options);
     let key = ParameterKey::find("tire_r.D").expect("a key");
     let draws: Vec<_> = (0..=10).map(|i| vec![(key, 1.1 + 0.01 * f64::from(i))]).collect();
-    let interval = lap.lap_time_interval(&parameters(), &draws, &line, &options, || ()).expect("laps");
+    let interval = lap.lap_time_interval(&parameters(), &draws, &line, &options, || true).expect("laps");
     assert_eq!((interval.lap_times.len(), interval.unsolved), (11, 0));
     assert!(interval.quantile(0.025) < lap.lap_time && lap.lap_time < interval.quantile(0.975));
     let wrong = [vec![(key, -1.0)]];
-    assert!(lap.lap_time_interval(&parameters(), &wrong, &line, &options, || ()).is_err());
+    assert!(lap.lap_time_interval(&parameters(), &wrong, &line, &options, || true).is_err());
 }
 
 #[test]

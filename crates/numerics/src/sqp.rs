@@ -9,6 +9,8 @@ mod qp;
 mod search;
 mod secant;
 
+use std::ops::ControlFlow;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::convergence::OptimisationStatus;
@@ -118,6 +120,19 @@ pub fn minimise_sqp(
     start: &DVector<f64>,
     limits: SqpLimits,
 ) -> SqpMinimum {
+    minimise_sqp_observed(objective, lower, upper, start, limits, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Minimises as [`minimise_sqp`] does, and shows the KKT residual at the start and after each step. A break ends the search as
+/// if it were at its limit of iterations.
+pub fn minimise_sqp_observed(
+    objective: &dyn Objective,
+    lower: &DVector<f64>,
+    upper: &DVector<f64>,
+    start: &DVector<f64>,
+    limits: SqpLimits,
+    observe: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> SqpMinimum {
     let mut search = SqpMinimisation::new(objective, lower, upper);
     let start = DVector::from_fn(start.len(), |i, _| start[i].clamp(lower[i], upper[i]));
     let mut point = search.evaluate(start);
@@ -131,6 +146,9 @@ pub fn minimise_sqp(
     while iterations < limits.iterations {
         if residual <= limits.target || drowned_steps > DROWNED {
             status = OptimisationStatus::Converged;
+            break;
+        }
+        if observe(residual).is_break() {
             break;
         }
         iterations += 1;

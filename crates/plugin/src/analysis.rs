@@ -38,7 +38,8 @@ pub trait AnalysisServices {
     fn report_progress(&mut self, share: f64, task: &str) -> bool;
 
     /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first. Recordings
-    /// begin at 0 s: earlier rows are left out.
+    /// begin at 0 s: earlier rows are left out. A group with `X` and `Y` in m and `psi` in rad is also drawn as a second body in the
+    /// replay of a scenario with a `[view]` pose.
     fn record_signals(&mut self, group: &str, signals: &[Signal]);
 
     /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.

@@ -13,7 +13,7 @@ use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReader
 use ::mcap::{MAGIC, McapError, records::op};
 
 pub(crate) use self::content::{
-    ChunkHeader, RecordContent, is_own_file_header, metadata_checksum_entry, verify_metadata,
+    ChunkHeader, McapStatistics, RecordContent, is_own_file_header, metadata_checksum_entry, verify_metadata,
 };
 
 /// A record or a chunk that would take more memory than this [B] is not read.

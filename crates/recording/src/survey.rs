@@ -8,6 +8,18 @@ use serde_json::json;
 
 pub use self::tally::{ChannelStatistics, TimeGapCounts};
 
+/// How much of a large log is surveyed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SurveyExtent {
+    /// All of it.
+    Whole,
+    /// The first [`BEGINNING`] bytes, where the file has an index that tells how much there is. Other files are read as a whole.
+    Beginning,
+}
+
+/// The length of the beginning of a large log [B].
+pub const BEGINNING: u64 = 64 << 20;
+
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
 pub struct LogSurvey {
@@ -21,6 +33,8 @@ pub struct LogSurvey {
     pub left_out: Vec<String>,
     /// Damage of the file.
     pub warnings: Vec<String>,
+    /// The bytes of the file, where only its beginning was read: then statistics are those of the beginning.
+    pub unread_size: Option<u64>,
 }
 
 /// A channel of a log.
@@ -32,6 +46,8 @@ pub struct ChannelSurvey {
     pub unit: Option<String>,
     /// What was counted.
     pub tally: ChannelStatistics,
+    /// The rows that the index of the file tells, where only its beginning was read.
+    pub indexed_rows: Option<u64>,
 }
 
 impl LogSurvey {
@@ -42,6 +58,15 @@ impl LogSurvey {
         // Writing into a string cannot fail.
         for (name, value) in [("format", &self.format), ("time", &self.time)] {
             let _ = writeln!(text, "{name:<18} {value}");
+        }
+        if let Some(size) = self.unread_size {
+            let [read, all] = [BEGINNING, size].map(|bytes| bytes >> 20);
+            let _ = writeln!(
+                text,
+                "{:<18} the first {read} of {all} MiB: times, ranges and gaps are those of this part, rows are those of the index; \
+                 `--all` reads it as a whole",
+                "read"
+            );
         }
         let widest = self.channels.iter().map(|it| it.name.chars().count());
         // Longer names stand out of their column: a width must be below 65,536.
@@ -67,6 +92,7 @@ impl LogSurvey {
             "channels": self.channels.iter().map(ChannelSurvey::to_json).collect::<Vec<_>>(),
             "left_out": self.left_out,
             "warnings": self.warnings,
+            "complete": self.unread_size.is_none(),
         })
     }
 }
@@ -108,7 +134,8 @@ impl ChannelSurvey {
         if let Some(unit) = self.unit.as_ref().filter(|it| units::Unit::parse(it).is_err()) {
             notes.push(format!("[{unit}] is no known unit: say `unit`"));
         }
-        if values < rows {
+        let values = &self.indexed_rows.unwrap_or(*values);
+        if self.indexed_rows.is_none() && values < rows {
             notes.push(format!("{} rows without a value", rows - values));
         }
         if let TimeGapCounts { count, longest: Some((longest, at)) } = self.tally.gap_count() {
@@ -137,7 +164,7 @@ impl ChannelSurvey {
         json!({
             "name": self.name,
             "unit": self.unit,
-            "rows": rows,
+            "rows": self.indexed_rows.unwrap_or(*rows),
             "values": values,
             "step": self.tally.median_step(),
             "first_time": times.map(|it| it.0),

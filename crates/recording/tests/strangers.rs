@@ -50,7 +50,7 @@ const FILES: &[Expected] = &[
 ];
 
 fn read(path: &Path, expected: &Expected) -> Result<(), TestError> {
-    let survey = table::survey_file(path)?;
+    let survey = table::survey_file(path, recording::survey::SurveyExtent::Whole)?;
     assert_eq!(survey.format, expected.format);
     for (name, unit, rows, range) in expected.channels {
         let channel = survey.channels.iter().find(|it| it.name == *name);

@@ -16,6 +16,7 @@ use diagrams::AnalysisDiagrams;
 use drawing::RunDrawing;
 use layout::ViewerLayout;
 use run_slot::RunNamespace;
+use scene::GhostPath;
 pub use target::RecordingTarget;
 use timeline::TimePoints;
 use transport::RecordingTransport;
@@ -275,10 +276,17 @@ impl Sink for RerunSink {
 
     fn push_derived_columns(&mut self, derived: &AnalysisColumns) -> Result<(), Error> {
         self.send_after_rows(|sink, stream| {
-            sink.layout.add_analysis_charts(derived);
             let clock = &sink.drawing.clock;
             let time_points: TimePoints =
                 derived.time.iter().map(|time| clock.time_point_at(*time)).collect();
+            match sink.drawing.scene.as_ref().zip(GhostPath::among(derived)) {
+                // Curves of a position tell nobody anything.
+                Some((scene, path)) => {
+                    let name = format!("{} {}", derived.analysis, derived.group);
+                    scene.send_ghost(stream, &name, &path, &time_points)?;
+                }
+                None => sink.layout.add_analysis_charts(derived),
+            }
             signals::send_derived_columns(stream, derived, &time_points)
         })
     }

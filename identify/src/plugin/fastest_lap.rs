@@ -1,6 +1,11 @@
 //! Finds the fastest lap of the car, with an interval from what is not known of it, and lays the lap of a drive beside it.
 
-use lap::{DrivenLap, InteriorPointStatus, LapOptimum, PositionSample};
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use lap::{DrivenLap, InteriorPointStatus, LapNode, LapOptimum, PositionSample};
 use lap_report::{LapPage, LoggedLap, interval_text, lap_numbers, lap_page, lap_table};
 use numerics::text::format_lap_time;
 use plugin::{
@@ -12,11 +17,17 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use track::TrackLine;
 
-use super::report_progress;
+use super::{CANCELLED, report_progress};
 use crate::config::FastestLapConfig;
 
 /// Rows of the table of parameters.
 const PARAMETER_ROWS: usize = 10;
+
+/// Positions of the ghost in the replay [1/s].
+const GHOST_RATE: f64 = 50.0;
+
+/// Time between two reports of the progress.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
 /// What checks and the report read.
 #[derive(Serialize)]
@@ -64,8 +75,10 @@ pub(super) fn find_fastest_lap(
         worth = optimum.parameter_worth(&parameters, &line, &options, &corners).map_err(told)?;
     }
     if let Some(draws) = draws.filter(|_| has_converged) {
-        report_progress(host, 0.2, "finding the fastest laps of the draws")?;
-        let found = optimum.lap_time_interval(&parameters, &draws, &line, &options, || ());
+        let search = |on_solved: &(dyn Fn() -> bool + Sync)| {
+            optimum.lap_time_interval(&parameters, &draws, &line, &options, on_solved)
+        };
+        let found = with_draw_progress(search, draws.len(), host)?;
         interval = Some(found.map_err(told)?);
     }
     let page = LapPage {
@@ -84,8 +97,38 @@ pub(super) fn find_fastest_lap(
     host.write_file("lap.csv", &lap_table(&optimum.nodes));
     add_speed_diagram(&page, host);
     record_driven_lap(&page, host);
+    record_ghost(&page, host);
     let words = ResultSummary { summary: summary(&page), sound: has_converged, tables: tables(&page) };
     Ok(json!(FastestLapResult { words, numbers: lap_numbers(&page) }))
+}
+
+/// Searches on a thread of its own, which counts the draws that are done; this one reports them.
+///
+/// # Errors
+/// When the program asked to give up.
+fn with_draw_progress<T: Send>(
+    search: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send,
+    draws: usize,
+    host: &mut dyn AnalysisServices,
+) -> Result<T, String> {
+    let done = AtomicUsize::new(0);
+    let is_cancelled = AtomicBool::new(false);
+    let on_done = || {
+        done.fetch_add(1, Ordering::Relaxed);
+        !is_cancelled.load(Ordering::Relaxed)
+    };
+    let found = thread::scope(|scope| {
+        let search = scope.spawn(|| search(&on_done));
+        while !search.is_finished() {
+            let share = 0.2 + 0.8 * done.load(Ordering::Relaxed) as f64 / draws as f64;
+            if report_progress(host, share, "finding the fastest laps of the draws").is_err() {
+                is_cancelled.store(true, Ordering::Relaxed);
+            }
+            thread::sleep(PROGRESS_INTERVAL);
+        }
+        search.join().unwrap_or_else(|panic| resume_unwind(panic))
+    });
+    if is_cancelled.into_inner() { Err(CANCELLED.to_owned()) } else { Ok(found) }
 }
 
 /// The fastest lap of the drive, if it has positions.
@@ -185,4 +228,29 @@ fn record_driven_lap(page: &LapPage, host: &mut dyn AnalysisServices) {
     let signals =
         [signal("v_x", "m/s", &v_x[..]), signal("n", "m", &n[..]), signal("time_gap", "s", &gap[..])];
     host.record_signals("fastest_lap", &signals);
+}
+
+/// The car of the fastest lap, which starts with the driven lap and is drawn beside the car of the drive.
+fn record_ghost(page: &LapPage, host: &mut dyn AnalysisServices) {
+    let Some(LoggedLap { lap, .. }) = page.driven else { return };
+    let nodes = &page.optimum.nodes;
+    // It waits at the start until the lap begins.
+    let waits = nodes.first().filter(|_| lap.begin > 0.0);
+    let stamps: Vec<f64> =
+        waits.map(|_| 0.0).into_iter().chain(nodes.iter().map(|node| lap.begin + node.t)).collect();
+    let frames = (GHOST_RATE * nodes.last().map_or(0.0, |node| node.t)).floor() as usize;
+    let moving = (0..=frames).map(|frame| lap.begin + frame as f64 / GHOST_RATE);
+    let time: Vec<f64> = waits.map(|_| 0.0).into_iter().chain(moving).collect();
+    let values = |of: fn(&LapNode) -> f64| {
+        let at_stamps: Vec<f64> = waits.into_iter().chain(nodes).map(of).collect();
+        Interpolation::Linear.resample(&stamps, &at_stamps, &time)
+    };
+    let x = values(|node| node.position[0]);
+    let y = values(|node| node.position[1]);
+    let psi = values(|node| node.psi);
+    let signal = |name, unit, values| Signal { name, unit, time: &time, values };
+    host.record_signals(
+        "ghost",
+        &[signal("X", "m", &x[..]), signal("Y", "m", &y[..]), signal("psi", "rad", &psi[..])],
+    );
 }

@@ -38,14 +38,15 @@ pub(super) fn run_sideslip_estimation(
 ) -> Result<Value, String> {
     check_held_out_after_fitted(fitted, held)?;
     let setup = estimator_setup(car, config.least_speed);
-    report_progress(host, 0.1, "fitting tires without v_y")?;
     // A course with another clock or sign would make the car slide that does not.
     let is_doubted = log.serious_findings().any(|it| it.channels.contains(&"course"))
         || log.not_told.iter().any(|it| it.check == COURSE_CLOCK);
     let signals = |drive: &EvenDrive| sensor_signals(drive, !is_doubted);
     let training: Vec<SensorSignals> =
         fitted.iter().map(|drive| signals(drive).first_rows(end_of_counted_rows(drive))).collect();
-    let found = fit_sideslip_model(&setup, &training, None).map_err(|error| error.to_string())?;
+    let mut progress = |share| host.report_progress(0.1 + 0.6 * share, "fitting tires without v_y");
+    let found =
+        fit_sideslip_model(&setup, &training, None, &mut progress).map_err(|error| error.to_string())?;
     report_progress(host, 0.7, "estimating v_y")?;
     let judged_on = if held.is_empty() { fitted } else { held };
     let mut parts = Vec::new();

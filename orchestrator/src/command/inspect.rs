@@ -7,6 +7,7 @@ use diagnostics::Error;
 use fmu_import::Fmu;
 use orchestrator::inspect;
 use orchestrator::package::{self, BuildProgress};
+use recording::survey::SurveyExtent;
 use recording::table;
 use scenario::Scenario;
 use scenario::plan::RunPlan;
@@ -27,6 +28,9 @@ pub struct InspectArguments {
     /// Print JSON instead of lines.
     #[arg(long)]
     json: bool,
+    /// Read a large log as a whole: of one above 64 MiB with an index (MCAP, MDF, MoTeC, Parquet, Arrow) only the beginning is read.
+    #[arg(long)]
+    all: bool,
     /// Print the nodes of a scenario and their connections as a graph for Graphviz: `trackside inspect --dot SCENARIO | dot -Tsvg`.
     #[arg(long, conflicts_with = "json")]
     dot: bool,
@@ -53,7 +57,8 @@ pub fn run_inspect_command(arguments: &InspectArguments) -> Result<u8, Error> {
         return Err(Error::invalid_input(message));
     }
     if !is(&["fmu"]) && !table::is_fmu(file) {
-        let survey = table::survey_file(file).map_err(|it| Error::invalid_input(it.to_string()))?;
+        let extent = if arguments.all { SurveyExtent::Whole } else { SurveyExtent::Beginning };
+        let survey = table::survey_file(file, extent).map_err(|it| Error::invalid_input(it.to_string()))?;
         match arguments.json {
             true => print_json(&survey.to_json()),
             false => print_text(&survey.terminal_report()),

@@ -103,7 +103,11 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let interval_of = |lap: &LapOptimum, parameters: &CarParameters| {
         let Some(draws) = &draws else { return Ok(None) };
         let bar = ProgressBar::new(draws.len() as u64);
-        let interval = lap.lap_time_interval(parameters, draws, &line, &options, || bar.inc(1));
+        let on_solved = || {
+            bar.inc(1);
+            true
+        };
+        let interval = lap.lap_time_interval(parameters, draws, &line, &options, on_solved);
         bar.finish_and_clear();
         interval.map(Some).map_err(wrong)
     };

@@ -1,6 +1,7 @@
 //! Finds tires, car and noises from drives without v_y, with intervals.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
 use numerics::identifiability::MAX_WIDTH_WEAK;
@@ -44,6 +45,8 @@ pub enum Error {
     },
     /// The likelihood is not finite where the search starts.
     NoStart,
+    /// Whoever was told of the progress called it off.
+    Cancelled,
 }
 
 impl fmt::Display for Error {
@@ -63,6 +66,7 @@ impl fmt::Display for Error {
                 f,
                 "expected a finite likelihood at the first guess; look for wrong units or signs in the signals and the car's data"
             ),
+            Self::Cancelled => write!(f, "cancelled"),
         }
     }
 }
@@ -107,14 +111,16 @@ const LIMITS: SqpLimits = SqpLimits { iterations: 150, target: 2e-4, tolerance: 
 /// Half width of a 95 % interval.
 const Z_95: f64 = 1.959_964;
 
-/// Fits drives of one car, each with the map of the road that it is on, if there is one.
+/// Fits drives of one car, each with the map of the road that it is on, if there is one. `progress` receives the share done, again
+/// and again; `false` calls the fit off.
 ///
 /// # Errors
-/// If a drive lacks speed, yaw rate or rows that are fast enough, or nothing is finite at the first guess.
+/// If a drive lacks speed, yaw rate or rows that are fast enough, nothing is finite at the first guess, or it was called off.
 pub fn fit_sideslip_model(
     setup: &EstimatorSetup,
     drives: &[SensorSignals],
     map: Option<&BankMap>,
+    progress: &mut dyn FnMut(f64) -> bool,
 ) -> Result<SideslipFit, Error> {
     check_drives(setup, drives)?;
     let banks = |drive: &SensorSignals| map.map(|map| map.bank_along_drive(drive));
@@ -134,7 +140,17 @@ pub fn fit_sideslip_model(
     if !posterior.cost(&start).is_finite() {
         return Err(Error::NoStart);
     }
-    let minimum = sqp::minimise_sqp(&posterior, &corner(0), &corner(1), &start, LIMITS);
+    let mut share = ConvergedShare::default();
+    let mut is_cancelled = false;
+    let mut observe = |residual| {
+        is_cancelled = !progress(share.after_step(residual));
+        if is_cancelled { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let minimum =
+        sqp::minimise_sqp_observed(&posterior, &corner(0), &corner(1), &start, LIMITS, &mut observe);
+    if is_cancelled {
+        return Err(Error::Cancelled);
+    }
     let covariance = sandwich_covariance(&posterior, &minimum, &unknowns.map(|it| it.std));
     let parameters = posterior.parameters_at(&minimum.x);
     let intervals = std::array::from_fn(|i| {
@@ -162,6 +178,23 @@ pub fn fit_sideslip_model(
         logarithms: unknowns.map(|it| it.log),
         step: thinned[0].0.step,
     })
+}
+
+/// How far a search has come, by the logarithm of its residual: it falls about evenly, and never counts back.
+#[derive(Default)]
+struct ConvergedShare {
+    /// Residual at the start.
+    first: Option<f64>,
+    share: f64,
+}
+
+impl ConvergedShare {
+    fn after_step(&mut self, residual: f64) -> f64 {
+        let first = *self.first.get_or_insert(residual);
+        let all = (first / LIMITS.target).ln();
+        self.share = self.share.max((first / residual).ln() / all).clamp(0.0, 1.0);
+        self.share
+    }
 }
 
 /// Huber's sandwich H⁻¹ G H⁻¹, not below H⁻¹: G is the scatter of scores of blocks, H the information. Unknowns on a bound keep their prior's

@@ -19,10 +19,20 @@ pub(crate) enum RecordContent<'a> {
     Metadata(Metadata),
     /// Where and when the messages of a chunk are: the chunk's place, and its first and last time [ns].
     ChunkIndex(u64, [u64; 2]),
-    /// The number of all messages.
-    Statistics(u64),
+    Statistics(McapStatistics),
     /// Nothing that is read.
     Other,
+}
+
+/// What a writer counted.
+#[derive(Debug, Default)]
+pub(crate) struct McapStatistics {
+    /// The number of all messages.
+    pub messages: u64,
+    /// The first and the last time of a message [ns].
+    pub times: [u64; 2],
+    /// The messages of each channel.
+    pub by_channel: BTreeMap<u16, u64>,
 }
 
 /// A file within the file.
@@ -72,10 +82,26 @@ impl<'a> RecordContent<'a> {
                 let times = [it.read_u64()?, it.read_u64()?];
                 RecordContent::ChunkIndex(it.read_u64()?, times)
             }
-            op::STATISTICS => RecordContent::Statistics(it.read_u64()?),
+            op::STATISTICS => RecordContent::Statistics(McapStatistics::parse(&mut it)?),
             _ => RecordContent::Other,
         };
         Some(content)
+    }
+}
+
+impl McapStatistics {
+    fn parse(it: &mut RecordBodyReader) -> Option<Self> {
+        let messages = it.read_u64()?;
+        // The numbers of schemas, channels, attachments, metadata and chunks.
+        it.take_bytes(2 + 4 * 4)?;
+        let times = [it.read_u64()?, it.read_u64()?];
+        let bytes = it.read_u32()?;
+        let mut counts = RecordBodyReader(it.take_bytes(u64::from(bytes))?);
+        let mut by_channel = BTreeMap::new();
+        while !counts.0.is_empty() {
+            by_channel.insert(counts.read_u16()?, counts.read_u64()?);
+        }
+        Some(Self { messages, times, by_channel })
     }
 }
 

@@ -84,7 +84,7 @@ impl RecoveryPlan {
         let read = for_each_record(ending.data_end, &summary, &mut |opcode, body| {
             match RecordContent::parse(opcode, body).ok_or(RecordDamage::Form(opcode))? {
                 RecordContent::ChunkIndex(at, times) => self.index.push((at, times)),
-                RecordContent::Statistics(messages) => self.messages = Some(messages),
+                RecordContent::Statistics(it) => self.messages = Some(it.messages),
                 content => self.add_definition(content),
             }
             Ok::<_, RecordDamage>(true)

@@ -44,7 +44,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
         }
     }
     let _ = table::read_titles(&path);
-    let _ = table::survey_file(&path);
+    let _ = table::survey_file(&path, recording::survey::SurveyExtent::Whole);
     for column in ["car.c0", "/x.x", "/ros.x", "/ros.list.1", "car.missing"] {
         let wanted = ReadRequest { time: None, ..ReadRequest::from_names("", &[column]) };
         let Ok(mut table) = TimeSeriesTable::read(&path, &wanted) else { continue };

@@ -6,14 +6,14 @@ use re_sdk_types::archetypes::{Arrows3D, Boxes3D, LineStrips3D, Points3D, Transf
 use re_sdk_types::components::{Color, FillMode, Radius};
 use re_sdk_types::datatypes::Quaternion;
 use recording::view::{PoseColumns, ReplayView};
-use recording::{RecordedVariables, RoadSamples, Row};
+use recording::{AnalysisColumns, RecordedVariables, RoadSamples, Row};
 
 use super::arrows::VectorArrows;
 use super::ground::GroundPatch;
 use super::palette::with_opacity;
 use super::road::send_road_edges;
 use super::run_slot::RunNamespace;
-use super::timeline::TimePoint;
+use super::timeline::{TimePoint, TimePoints};
 use super::trace::{
     ColouredStrips, DistanceMarks, DrivenLine, MapBounds, STRIP_SAMPLES, SpeedRange, speed_color,
 };
@@ -29,6 +29,27 @@ const SCALE_PARTS: usize = 32;
 /// How opaque the body of another run is, of 255.
 const GHOST: u8 = 120;
 const GLASS: [u8; 3] = [28, 44, 58];
+
+/// Where a second body is, at each of its times.
+pub(super) struct GhostPath<'a> {
+    /// Position east [m].
+    x: &'a [f64],
+    /// Position north [m].
+    y: &'a [f64],
+    /// Heading [rad], counter-clockwise from x.
+    heading: &'a [f64],
+}
+
+impl<'a> GhostPath<'a> {
+    /// The path of columns `X` and `Y` in m and `psi` in rad, if they are among those of an analysis.
+    pub fn among(derived: &AnalysisColumns<'a>) -> Option<Self> {
+        let column = |name, unit| {
+            let it = derived.columns.iter().find(|it| (it.name, it.unit) == (name, unit))?;
+            it.values.iter().all(|value| value.is_finite()).then_some(it.values)
+        };
+        Some(Self { x: column("X", "m")?, y: column("Y", "m")?, heading: column("psi", "rad")? })
+    }
+}
 
 /// The three-dimensional part of a recording.
 pub(super) struct VehicleScene {
@@ -81,6 +102,37 @@ impl VehicleScene {
         self.road.as_ref().map_or(Ok(()), |road| send_road_edges(stream, road))?;
         send_chase_camera_frame(stream)?;
         self.ground.as_ref().map_or(Ok(()), |ground| ground.send_static(stream))
+    }
+
+    /// Draws a second body along a path that an analysis gives, under this name: its line, and the body itself at these time points. It steers
+    /// no wheel and has no arrows.
+    pub fn send_ghost(
+        &self,
+        stream: &RecordingStream,
+        name: &str,
+        path: &GhostPath,
+        time_points: &TimePoints,
+    ) -> RecordingStreamResult<()> {
+        let mut ghost = Self {
+            slot: RunNamespace(Some(name.to_owned())),
+            pose: PoseColumns { steer: None, speed: None, ..self.pose.clone() },
+            positions: Vec::new(),
+            headings: path.heading.iter().copied().map(yaw_quaternion).collect(),
+            steers: Vec::new(),
+            arrows: VectorArrows::new(Vec::new()),
+            ground: None,
+            road: None,
+            trace: DrivenLine::default(),
+            drawn: 0,
+        };
+        for (x, y) in path.x.iter().zip(path.y) {
+            let position = [*x as f32, *y as f32, 0.0];
+            ghost.positions.push(position);
+            ghost.trace.push(position, 0.0);
+        }
+        ghost.send_static(stream)?;
+        ghost.send(stream, &time_points.time_columns())?;
+        ghost.send_driven_line(stream)
     }
 
     /// The position of the body [m].

@@ -299,7 +299,8 @@ proptest! {
 #[test]
 fn a_car_that_slides_to_a_stop_forgets_where_it_began() {
     let car = car();
-    let input = DualTrackInput { F_x: -10e3, delta: -0.3, mu: [0.2, 1.0, 0.2, 1.0], ..DualTrackInput::default() };
+    let input =
+        DualTrackInput { F_x: -10e3, delta: -0.3, mu: [0.2, 1.0, 0.2, 1.0], ..DualTrackInput::default() };
     for v_x in [-0.1, 0.0, 0.3] {
         let slide = |v_y| {
             let planar = Planar { v_x, v_y, r: -0.6, ..Planar::default() };

@@ -175,7 +175,8 @@ impl TireDynamics {
             self.load_dependence.radii_and_relaxation_lengths(place.F_z, state.omega);
         let rim = state.omega * R_e;
         let speed = v_x.abs();
-        let at_slip = |sigma: T, slip: T, linear: f64| relaxation_length_at_slip(sigma, slip, place.mu * linear);
+        let at_slip =
+            |sigma: T, slip: T, linear: f64| relaxation_length_at_slip(sigma, slip, place.mu * linear);
         let slip_sigma_x = at_slip(sigma_x, state.kappa, self.linear.kappa);
         let slip_sigma_y = at_slip(sigma_y, state.tan_alpha, self.linear.tan_alpha);
         let kappa_rate = slip_rate(rim - v_x, state.kappa, speed, slip_sigma_x, SLIP_MAX.kappa);

@@ -7,7 +7,7 @@ use text_encoding::utf8_or_latin1;
 
 use super::file::CsvFile;
 use super::open_csv_text;
-use crate::survey::{ChannelStatistics, ChannelSurvey, LogSurvey};
+use crate::survey::{ChannelSurvey, LogSurvey};
 use crate::table::TableError;
 use crate::table::read_request::{CsvDialect, DecimalMark, Separator};
 use crate::table::title::time_unit_in_name;
@@ -27,7 +27,7 @@ pub fn survey_csv(path: &Path) -> Result<LogSurvey, TableError> {
     let channels = titles.map(|(place, title)| {
         let name = if title.plain.is_empty() { "" } else { file.unique_column_name(place) };
         let (name, unit) = (name.to_owned(), file.column_unit(place)?);
-        Ok(ChannelSurvey { name, unit, tally: ChannelStatistics::default() })
+        Ok(ChannelSurvey { name, unit, ..ChannelSurvey::default() })
     });
     let mut channels: Vec<ChannelSurvey> = channels.collect::<Result<_, TableError>>()?;
     let bare = |name: &str| {
@@ -68,7 +68,7 @@ pub fn survey_csv(path: &Path) -> Result<LogSurvey, TableError> {
     channels.retain(|it| !it.name.is_empty());
     let format = file.layout.describe_layout();
     let warnings = warning.into_iter().chain(file.unread_header_note()).collect();
-    Ok(LogSurvey { format, time, channels, left_out: Vec::new(), warnings })
+    Ok(LogSurvey { format, time, channels, warnings, ..LogSurvey::default() })
 }
 
 fn detect_decimal_mark(file: &CsvFile) -> Result<DecimalMark, TableError> {

@@ -14,6 +14,7 @@ use tempfile::NamedTempFile;
 
 use super::file::{ChannelsById, McapReader, MessageCallback};
 use super::{RecordingError, TableError};
+use crate::records::McapStatistics;
 
 /// A recording.
 pub struct MessageRecording {
@@ -145,6 +146,23 @@ impl MessageRecording {
         self.format = format.to_owned();
         self.files.push(MessageFile { content, ids, _unpacked: unpacked });
         Ok(())
+    }
+
+    /// The bytes of a single MCAP file with an index, and what its writer counted.
+    ///
+    /// # Errors
+    /// When its summary is damaged.
+    pub fn read_index(&self) -> Result<Option<(u64, McapStatistics)>, TableError> {
+        let [MessageFile { content: MessageStorage::Mcap(mcap), _unpacked: None, .. }] = &self.files[..]
+        else {
+            return Ok(None);
+        };
+        if !mcap.finished {
+            return Ok(None);
+        }
+        let size = std::fs::metadata(&mcap.path);
+        let size = size.map_err(|source| RecordingError::Read { path: mcap.path.clone(), source })?.len();
+        Ok(mcap.read_statistics()?.map(|statistics| (size, statistics)))
     }
 
     /// Hands over the messages of some channels, in the order of the files, until `take` says that it has enough.

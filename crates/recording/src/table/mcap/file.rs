@@ -10,7 +10,7 @@ use mcap::{Channel, MAGIC, McapError};
 
 use super::{RecordingError, TableError};
 use crate::records::{
-    self, ChecksumStatus, LARGEST, McapRecordReader, RecordContent, RecordDamage, RecordFrame,
+    self, ChecksumStatus, LARGEST, McapRecordReader, McapStatistics, RecordContent, RecordDamage, RecordFrame,
 };
 
 /// The channels by their numbers, which is the order in which most writers add them.
@@ -69,6 +69,25 @@ impl McapReader {
             Ok(true)
         })?;
         Ok(known.into_channels())
+    }
+
+    /// What the summary at the end counts, if the file has one with counts.
+    pub fn read_statistics(&self) -> Result<Option<McapStatistics>, RecordingError> {
+        let read = || {
+            let mut records = McapRecordReader::open(&self.path)?;
+            let mut statistics = None;
+            if let Some(ending) = records.read_trailer()? {
+                let (summary, _) = records.read_summary(&ending)?;
+                records::for_each_record(ending.data_end, &summary, &mut |opcode, data| {
+                    if let Some(RecordContent::Statistics(it)) = RecordContent::parse(opcode, data) {
+                        statistics = Some(it);
+                    }
+                    Ok::<_, RecordDamage>(true)
+                })?;
+            }
+            Ok(statistics)
+        };
+        read().map_err(|error: RecordDamage| self.damage_error(error))
     }
 
     fn read_summary_channels(&self) -> Result<ChannelsById, RecordingError> {

@@ -9,7 +9,8 @@ use super::bag::MessageRecording;
 use super::field::{ChannelValue, FieldError, MessageDecoder, MessageField, MessageRow};
 use super::nanoseconds_to_seconds;
 use super::stamp::{HeaderStampCheck, MessageTimes};
-use crate::survey::{ChannelStatistics, ChannelSurvey, LogSurvey};
+use crate::records::McapStatistics;
+use crate::survey::{BEGINNING, ChannelStatistics, ChannelSurvey, LogSurvey, SurveyExtent};
 use crate::table::TableError;
 
 /// So many different rows of a message are told apart, such as transforms between frames.
@@ -163,7 +164,7 @@ impl RowStatistics {
                 continue;
             }
             let tally = by_header.filter(|_| right).unwrap_or(by_log);
-            channels.push(ChannelSurvey { name, unit, tally });
+            channels.push(ChannelSurvey { name, unit, tally, indexed_rows: None });
         }
     }
 }
@@ -178,8 +179,13 @@ fn count_field_value(tally: &mut ChannelStatistics, stamp: f64, value: &Result<C
 }
 
 /// The survey of a recording: numbers and texts of messages.
-pub fn survey_message_recording(path: &Path) -> Result<LogSurvey, TableError> {
+pub fn survey_message_recording(path: &Path, extent: SurveyExtent) -> Result<LogSurvey, TableError> {
     let file = MessageRecording::open(path)?;
+    let index = match extent {
+        SurveyExtent::Whole => None,
+        SurveyExtent::Beginning => file.read_index()?.filter(|(size, _)| *size > BEGINNING),
+    };
+    let most = index.as_ref().map_or(u64::MAX, |_| BEGINNING);
     let (mut tracks, mut left_out) = (HashMap::new(), Vec::new());
     for (id, channel) in &file.channels {
         let topic = &channel.topic;
@@ -195,12 +201,14 @@ pub fn survey_message_recording(path: &Path) -> Result<LogSurvey, TableError> {
     }
     let ids: Vec<u16> = tracks.keys().copied().collect();
     let mut unread: HashMap<u16, (u64, String)> = HashMap::new();
+    let mut read = 0;
     file.visit_messages(&|id| ids.contains(&id), &mut |header, data| {
         let Some(track) = tracks.get_mut(&header.channel_id) else { return Ok(true) };
         if let Err(what) = track.add_message(&|measured| MessageTimes::new(header, measured), data) {
             unread.entry(header.channel_id).or_insert((0, what)).0 += 1;
         }
-        Ok(true)
+        read += data.len() as u64;
+        Ok(read < most)
     })?;
     let mut warnings = file.warnings.clone();
     for (id, (count, what)) in unread {
@@ -209,23 +217,37 @@ pub fn survey_message_recording(path: &Path) -> Result<LogSurvey, TableError> {
             .push(format!("{count} messages of `{topic}` do not fit their schema, the first one: {what}"));
     }
     let (mut channels, mut stamped) = (Vec::new(), Vec::new());
-    for track in tracks.into_values() {
+    for (id, track) in tracks {
+        let indexed = index.as_ref().and_then(|(_, counts)| counts.by_channel.get(&id).copied());
+        if let Some(count) = indexed.filter(|_| track.rows.is_empty()) {
+            left_out
+                .push(format!("`{}`: its {count} messages are not in the part that was read", track.topic));
+        }
+        // Messages of one topic may hold rows of several kinds, whose numbers no index tells.
+        let indexed = indexed.filter(|_| track.rows.len() == 1);
+        let before = channels.len();
         for rows in track.rows.into_values() {
             stamped
                 .extend(rows.stamp_check.recorder_delay_range().filter(|_| rows.stamp_check.is_accepted()));
             rows.append_channels(&track.topic, &mut channels, &mut left_out);
         }
+        channels[before..].iter_mut().for_each(|it| it.indexed_rows = indexed);
     }
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     left_out.sort();
     warnings.sort();
     let least = stamped.iter().map(|it| it.0).reduce(f64::min);
     let most = stamped.iter().map(|it| it.1).reduce(f64::max);
-    let time = match least.zip(most) {
+    let mut time = match least.zip(most) {
         None => "`log_time`".to_owned(),
         Some((least, most)) => format!(
             "`header.stamp` where a message has one ({least:.4} to {most:.4} s before `log_time`), or else `log_time`"
         ),
     };
-    Ok(LogSurvey { format: file.format.clone(), time, channels, left_out, warnings })
+    if let Some((_, McapStatistics { times, .. })) = &index {
+        let [first, last] = times.map(|time| nanoseconds_to_seconds(time.into()));
+        time += &format!("; `log_time` is from {first} to {last} s");
+    }
+    let unread_size = index.map(|(size, _)| size);
+    Ok(LogSurvey { format: file.format.clone(), time, channels, left_out, warnings, unread_size })
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::super::{ColumnType, ReadRequest, TimeSeriesTable};
 use super::{File, MS, Scrap, put, recording};
+use crate::survey::SurveyExtent;
 use crate::table::{read_titles, survey_file};
 
 const TRANSFORMS: &str = "geometry_msgs/TransformStamped[] transforms\n\
@@ -116,7 +117,7 @@ fn texts_and_integers_are_read_as_they_are() {
 #[test]
 fn a_survey_has_the_lists_that_do_not_change() {
     let scrap = drive("survey");
-    let survey = survey_file(&scrap.0).expect("it is sound");
+    let survey = survey_file(&scrap.0, SurveyExtent::Whole).expect("it is sound");
     let names: Vec<&str> = survey.channels.iter().map(|it| it.name.as_str()).collect();
     assert!(names.contains(&"/count.state") && names.contains(&"/speed.heading_rate"), "{names:?}");
     assert!(!names.iter().any(|name| name.starts_with("/count.list")), "{names:?}");
@@ -158,7 +159,7 @@ fn transforms_are_told_apart_by_their_frames() {
     assert_eq!(table.column_values(1), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
     let gone = scrap.error("/tf.transforms.map.x");
     assert!(gone.contains("it has /tf.transforms.odom.header.stamp.sec"), "{gone}");
-    let survey = survey_file(&scrap.0).expect("it is sound");
+    let survey = survey_file(&scrap.0, SurveyExtent::Whole).expect("it is sound");
     let count = |name: &str| survey.channels.iter().find(|it| it.name == name).map(|it| it.tally.values);
     assert_eq!((count("/tf.transforms.odom.x"), count("/tf.transforms.base.link.x")), (Some(3), Some(6)));
 }
