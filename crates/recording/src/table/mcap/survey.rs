@@ -246,7 +246,7 @@ pub fn survey_message_recording(path: &Path, extent: SurveyExtent) -> Result<Log
     };
     if let Some((_, McapStatistics { times, .. })) = &index {
         let [first, last] = times.map(|time| nanoseconds_to_seconds(time.into()));
-        time += &format!("; `log_time` is from {first} to {last} s");
+        time += &format!("; by the index, `log_time` goes from {first} to {last} s");
     }
     let unread_size = index.map(|(size, _)| size);
     Ok(LogSurvey { format: file.format.clone(), time, channels, left_out, warnings, unread_size })

@@ -119,7 +119,7 @@ fn a_large_recording_of_messages_tells_their_number_and_times_from_its_summary()
     let part = survey_of(&path, SurveyExtent::Beginning).expect("a recording");
     assert_eq!(part.channels.len(), 1);
     assert_eq!((part.channels[0].indexed_rows, part.channels[0].tally.rows), (Some(75), 64));
-    assert!(part.time.contains("from 0 to 79 s"), "{}", part.time);
+    assert!(part.time.contains("goes from 0 to 79 s"), "{}", part.time);
     assert!(part.left_out[0].contains("`/late`: its 5 messages"), "{:?}", part.left_out);
     let whole = survey_of(&path, SurveyExtent::Whole).expect("a recording");
     assert_eq!((whole.channels.len(), whole.unread_size), (2, None));
