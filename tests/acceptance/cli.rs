@@ -76,6 +76,7 @@ fn a_failing_command_prints_the_reason() {
         (&["inspect", "text.fmu"], "text.fmu is not an .fmu archive"),
         (&["inspect", "drive.xlsx"], "drive.xlsx is a ZIP archive"),
         (&["inspect", "--dot", "text.fmu"], "expected a scenario for `--dot`"),
+        (&["inspect", "--all", "text.fmu"], "expected a log for `--all`, found text.fmu"),
         (&["test", "nowhere"], "cannot read nowhere"),
         (&["test", "nowhere.toml"], "cannot read nowhere.toml"),
         (

@@ -63,7 +63,7 @@ impl LogSurvey {
             let [read, all] = [BEGINNING, size].map(|bytes| bytes >> 20);
             let _ = writeln!(
                 text,
-                "{:<18} the first {read} of {all} MiB: times, ranges and gaps are those of this part, rows are those of the index; \
+                "{:<18} the first {read} of {all} MiB: times, ranges, gaps and damage are those of this part, rows are those of the index; \
                  `--all` reads it as a whole",
                 "read"
             );

@@ -28,7 +28,7 @@ pub struct InspectArguments {
     /// Print JSON instead of lines.
     #[arg(long)]
     json: bool,
-    /// Read a large log as a whole: of one above 64 MiB with an index (MCAP, MDF, MoTeC, Parquet, Arrow) only the beginning is read.
+    /// Read a large log as a whole: of one above 64 MiB with an index (MCAP, MDF, MoTeC, Parquet) only the beginning is read.
     #[arg(long)]
     all: bool,
     /// Print the nodes of a scenario and their connections as a graph for Graphviz: `trackside inspect --dot SCENARIO | dot -Tsvg`.
@@ -49,14 +49,20 @@ pub fn run_inspect_command(arguments: &InspectArguments) -> Result<u8, Error> {
         let ending = file.extension().map(|it| it.to_ascii_lowercase());
         ending.is_some_and(|ending| endings.iter().any(|it| ending == *it))
     };
-    if is(&["toml", "ssp", "ssd"]) {
+    let is_scenario = is(&["toml", "ssp", "ssd"]);
+    let is_fmu = !is_scenario && (is(&["fmu"]) || table::is_fmu(file));
+    if arguments.all && (is_scenario || is_fmu) {
+        let message = format!("expected a log for `--all`, found {}", file.display());
+        return Err(Error::invalid_input(message));
+    }
+    if is_scenario {
         return inspect_scenario(file, arguments);
     }
     if arguments.dot || arguments.variant.is_some() {
         let message = format!("expected a scenario for `--dot` and `--variant`, found {}", file.display());
         return Err(Error::invalid_input(message));
     }
-    if !is(&["fmu"]) && !table::is_fmu(file) {
+    if !is_fmu {
         let extent = if arguments.all { SurveyExtent::Whole } else { SurveyExtent::Beginning };
         let survey = table::survey_file(file, extent).map_err(|it| Error::invalid_input(it.to_string()))?;
         match arguments.json {
