@@ -38,7 +38,7 @@ mod posterior_samples;
 mod prepared_drive;
 mod problem;
 mod profile;
-mod progress;
+pub mod progress;
 mod recorded_input;
 pub mod regression;
 mod regularisation;

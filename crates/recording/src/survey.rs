@@ -13,12 +13,12 @@ pub use self::tally::{ChannelStatistics, TimeGapCounts};
 pub enum SurveyExtent {
     /// All of it.
     Whole,
-    /// The first [`BEGINNING`] bytes, where the file has an index that tells how much there is. Other files are read as a whole.
+    /// The first [`BEGINNING_SIZE`] bytes, where the file has an index that tells how much there is. Other files are read as a whole.
     Beginning,
 }
 
 /// The length of the beginning of a large log [B].
-pub const BEGINNING: u64 = 64 << 20;
+pub const BEGINNING_SIZE: u64 = 64 << 20;
 
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
@@ -33,8 +33,8 @@ pub struct LogSurvey {
     pub left_out: Vec<String>,
     /// Damage of the file.
     pub warnings: Vec<String>,
-    /// The bytes of the file, where only its beginning was read: then statistics are those of the beginning.
-    pub unread_size: Option<u64>,
+    /// The size of the file [B], where only its beginning was read: then statistics are those of the beginning.
+    pub part_of: Option<u64>,
 }
 
 /// A channel of a log.
@@ -59,8 +59,8 @@ impl LogSurvey {
         for (name, value) in [("format", &self.format), ("time", &self.time)] {
             let _ = writeln!(text, "{name:<18} {value}");
         }
-        if let Some(size) = self.unread_size {
-            let [read, all] = [BEGINNING, size].map(|bytes| bytes >> 20);
+        if let Some(size) = self.part_of {
+            let [read, all] = [BEGINNING_SIZE, size].map(|bytes| bytes >> 20);
             let _ = writeln!(
                 text,
                 "{:<18} the first {read} of {all} MiB: times, ranges, gaps and damage are those of this part, rows are those of the index; \
@@ -92,7 +92,7 @@ impl LogSurvey {
             "channels": self.channels.iter().map(ChannelSurvey::to_json).collect::<Vec<_>>(),
             "left_out": self.left_out,
             "warnings": self.warnings,
-            "complete": self.unread_size.is_none(),
+            "complete": self.part_of.is_none(),
         })
     }
 }

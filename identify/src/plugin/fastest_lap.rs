@@ -1,10 +1,8 @@
 //! Finds the fastest lap of the car, with an interval from what is not known of it, and lays the lap of a drive beside it.
 
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread;
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use drive_inference::progress::with_progress;
 use lap::{DrivenLap, InteriorPointStatus, LapNode, LapOptimum, PositionSample};
 use lap_report::{LapPage, LoggedLap, interval_text, lap_numbers, lap_page, lap_table};
 use numerics::text::format_lap_time;
@@ -17,7 +15,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use track::TrackLine;
 
-use super::{CANCELLED, report_progress};
+use super::report_progress;
 use crate::config::FastestLapConfig;
 
 /// Rows of the table of parameters.
@@ -26,8 +24,8 @@ const PARAMETER_ROWS: usize = 10;
 /// Positions of the ghost in the replay [1/s].
 const GHOST_RATE: f64 = 50.0;
 
-/// Time between two reports of the progress.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+/// What the progress says during the search with draws.
+const DRAWS_STAGE: &str = "finding the fastest laps of the draws";
 
 /// What checks and the report read.
 #[derive(Serialize)]
@@ -75,10 +73,17 @@ pub(super) fn find_fastest_lap(
         worth = optimum.parameter_worth(&parameters, &line, &options, &corners).map_err(told)?;
     }
     if let Some(draws) = draws.filter(|_| has_converged) {
-        let search = |on_solved: &(dyn Fn() -> bool + Sync)| {
-            optimum.lap_time_interval(&parameters, &draws, &line, &options, on_solved)
-        };
-        let found = with_draw_progress(search, draws.len(), host)?;
+        let done = AtomicUsize::new(0);
+        let mut progress = |share: f64, what: &str| host.report_progress(share, what);
+        let found = with_progress(&mut progress, |progress| {
+            let on_solved = || {
+                let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / draws.len() as f64;
+                progress.report_stage(0.2 + 0.8 * share, DRAWS_STAGE).is_ok()
+            };
+            progress.report_stage(0.2, DRAWS_STAGE)?;
+            Ok(optimum.lap_time_interval(&parameters, &draws, &line, &options, on_solved))
+        });
+        let found = found.map_err(|error| error.to_string())?;
         interval = Some(found.map_err(told)?);
     }
     let page = LapPage {
@@ -100,35 +105,6 @@ pub(super) fn find_fastest_lap(
     record_ghost(&page, host);
     let words = ResultSummary { summary: summary(&page), sound: has_converged, tables: tables(&page) };
     Ok(json!(FastestLapResult { words, numbers: lap_numbers(&page) }))
-}
-
-/// Searches on a thread of its own, which counts the draws that are done; this one reports them.
-///
-/// # Errors
-/// When the program asked to give up.
-fn with_draw_progress<T: Send>(
-    search: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send,
-    draws: usize,
-    host: &mut dyn AnalysisServices,
-) -> Result<T, String> {
-    let done = AtomicUsize::new(0);
-    let is_cancelled = AtomicBool::new(false);
-    let on_done = || {
-        done.fetch_add(1, Ordering::Relaxed);
-        !is_cancelled.load(Ordering::Relaxed)
-    };
-    let found = thread::scope(|scope| {
-        let search = scope.spawn(|| search(&on_done));
-        while !search.is_finished() {
-            let share = 0.2 + 0.8 * done.load(Ordering::Relaxed) as f64 / draws as f64;
-            if report_progress(host, share, "finding the fastest laps of the draws").is_err() {
-                is_cancelled.store(true, Ordering::Relaxed);
-            }
-            thread::sleep(PROGRESS_INTERVAL);
-        }
-        search.join().unwrap_or_else(|panic| resume_unwind(panic))
-    });
-    if is_cancelled.into_inner() { Err(CANCELLED.to_owned()) } else { Ok(found) }
 }
 
 /// The fastest lap of the drive, if it has positions.
@@ -234,16 +210,15 @@ fn record_driven_lap(page: &LapPage, host: &mut dyn AnalysisServices) {
 fn record_ghost(page: &LapPage, host: &mut dyn AnalysisServices) {
     let Some(LoggedLap { lap, .. }) = page.driven else { return };
     let nodes = &page.optimum.nodes;
+    let stamps: Vec<f64> = nodes.iter().map(|node| node.t).collect();
+    let end = stamps.last().copied().unwrap_or_default();
+    let moving = (0..=(GHOST_RATE * end) as usize).map(|frame| lap.begin + frame as f64 / GHOST_RATE);
+    let time: Vec<f64> = (lap.begin > 0.0).then_some(0.0).into_iter().chain(moving).collect();
     // It waits at the start until the lap begins.
-    let waits = nodes.first().filter(|_| lap.begin > 0.0);
-    let stamps: Vec<f64> =
-        waits.map(|_| 0.0).into_iter().chain(nodes.iter().map(|node| lap.begin + node.t)).collect();
-    let frames = (GHOST_RATE * nodes.last().map_or(0.0, |node| node.t)).floor() as usize;
-    let moving = (0..=frames).map(|frame| lap.begin + frame as f64 / GHOST_RATE);
-    let time: Vec<f64> = waits.map(|_| 0.0).into_iter().chain(moving).collect();
+    let lap_time: Vec<f64> = time.iter().map(|t| (t - lap.begin).clamp(0.0, end)).collect();
     let values = |of: fn(&LapNode) -> f64| {
-        let at_stamps: Vec<f64> = waits.into_iter().chain(nodes).map(of).collect();
-        Interpolation::Linear.resample(&stamps, &at_stamps, &time)
+        let at_nodes: Vec<f64> = nodes.iter().map(of).collect();
+        Interpolation::Linear.resample(&stamps, &at_nodes, &lap_time)
     };
     let x = values(|node| node.position[0]);
     let y = values(|node| node.position[1]);

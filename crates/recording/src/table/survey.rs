@@ -8,31 +8,31 @@ use super::csv::survey_csv;
 use super::mcap::survey_message_recording;
 use super::title::time_unit_in_name;
 use super::{TableError, TableFileFormat, log};
-use crate::survey::{BEGINNING, ChannelStatistics, ChannelSurvey, LogSurvey, SurveyExtent};
+use crate::survey::{BEGINNING_SIZE, ChannelStatistics, ChannelSurvey, LogSurvey, SurveyExtent};
 
 /// Goes through a file of any format and size in constant memory, or through its beginning, and tells what is in it.
 ///
 /// # Errors
 /// When it cannot be read, or is no log.
 pub fn survey_file(path: &Path, extent: SurveyExtent) -> Result<LogSurvey, TableError> {
+    let size = std::fs::metadata(path).map_or(0, |about| about.len());
+    let large = (extent == SurveyExtent::Beginning && size > BEGINNING_SIZE).then_some(size);
     match TableFileFormat::detect(path)? {
-        TableFileFormat::Mcap => survey_message_recording(path, extent),
-        TableFileFormat::Log(log) => survey_log(path, *log, extent),
+        TableFileFormat::Mcap => survey_message_recording(path, large),
+        TableFileFormat::Log(log) => survey_log(path, *log, large),
         TableFileFormat::Csv => survey_csv(path),
     }
 }
 
-fn survey_log(path: &Path, mut log: LogFile, extent: SurveyExtent) -> Result<LogSurvey, TableError> {
+fn survey_log(path: &Path, mut log: LogFile, large: Option<u64>) -> Result<LogSurvey, TableError> {
     let found = log::ChannelIndex::new(path, &log);
     let titles = found.column_titles().into_iter();
     let mut channels: Vec<ChannelSurvey> = titles
         .map(|title| ChannelSurvey { name: title.name, unit: title.unit, ..ChannelSurvey::default() })
         .collect();
-    let size = std::fs::metadata(path).map_or(0, |about| about.len());
-    let is_cut = extent == SurveyExtent::Beginning && size > BEGINNING;
     // Each clock gets its part, whatever the order of the groups in the file.
-    let most = BEGINNING / log.clocks().len().max(1) as u64;
-    let mut unread_size = None;
+    let most = BEGINNING_SIZE / log.clocks().len().max(1) as u64;
+    let mut is_cut = false;
     let mut times = Vec::new();
     for clock in 0..log.clocks().len() {
         let time = log.clocks()[clock].time;
@@ -56,7 +56,7 @@ fn survey_log(path: &Path, mut log: LogFile, extent: SurveyExtent) -> Result<Log
                 .map_or(1.0, |unit| unit.factor),
             None => 1.0,
         };
-        let indexed = log.clocks()[clock].rows.filter(|_| is_cut);
+        let indexed = log.clocks()[clock].rows.filter(|_| large.is_some());
         let row_bytes = size_of::<f64>() as u64 * places.len() as u64;
         let mut row = 0u64;
         let taken = log.read_chunks(clock, &places, &mut |stretch: &[ChannelValues]| {
@@ -74,14 +74,15 @@ fn survey_log(path: &Path, mut log: LogFile, extent: SurveyExtent) -> Result<Log
         });
         taken.map_err(|error| TableError::Log { path: path.to_owned(), what: error.to_string() })?;
         if let Some(rows) = indexed.filter(|rows| *rows > row) {
-            unread_size = Some(size);
+            is_cut = true;
             places.iter().for_each(|place| channels[*place].indexed_rows = Some(rows));
         }
     }
     times.dedup();
     let (left_out, warnings) = (log.skipped_contents(), log.warnings());
+    let part_of = large.filter(|_| is_cut);
     let (format, time) = (log.format.to_owned(), times.join(", "));
-    Ok(LogSurvey { format, time, channels, left_out, warnings, unread_size })
+    Ok(LogSurvey { format, time, channels, left_out, warnings, part_of })
 }
 
 fn count_values(

@@ -69,23 +69,30 @@ pub(super) struct VehicleScene {
 impl VehicleScene {
     /// The scene of a scenario that has a moving body.
     pub fn new(view: &ReplayView, slot: &RunNamespace) -> Option<Self> {
+        let mut scene = Self::of_body(slot.clone(), view.pose.clone()?);
         // Of the second run only the body and its line are drawn; more would hide the first one.
-        let (arrows, road) = match slot.is_first() {
-            true => (view.arrows.clone(), view.track.clone()),
-            false => (Vec::new(), None),
-        };
-        Some(Self {
-            slot: slot.clone(),
-            pose: view.pose.clone()?,
-            arrows: VectorArrows::new(arrows),
-            road: road.map(RoadSamples::new),
+        if slot.is_first() {
+            scene.arrows = VectorArrows::new(view.arrows.clone());
+            scene.road = view.track.clone().map(RoadSamples::new);
+            scene.ground = Some(GroundPatch::default());
+        }
+        Some(scene)
+    }
+
+    /// A body and its line, and nothing around them.
+    fn of_body(slot: RunNamespace, pose: PoseColumns) -> Self {
+        Self {
+            slot,
+            pose,
+            arrows: VectorArrows::new(Vec::new()),
+            road: None,
             positions: Vec::new(),
             headings: Vec::new(),
             steers: Vec::new(),
-            ground: slot.is_first().then(GroundPatch::default),
+            ground: None,
             trace: DrivenLine::default(),
             drawn: 0,
-        })
+        }
     }
 
     /// Sends the parts that are fixed in their frames.
@@ -113,18 +120,9 @@ impl VehicleScene {
         path: &GhostPath,
         time_points: &TimePoints,
     ) -> RecordingStreamResult<()> {
-        let mut ghost = Self {
-            slot: RunNamespace(Some(name.to_owned())),
-            pose: PoseColumns { steer: None, speed: None, ..self.pose.clone() },
-            positions: Vec::new(),
-            headings: path.heading.iter().copied().map(yaw_quaternion).collect(),
-            steers: Vec::new(),
-            arrows: VectorArrows::new(Vec::new()),
-            ground: None,
-            road: None,
-            trace: DrivenLine::default(),
-            drawn: 0,
-        };
+        let pose = PoseColumns { steer: None, speed: None, ..self.pose.clone() };
+        let mut ghost = Self::of_body(RunNamespace(Some(name.to_owned())), pose);
+        ghost.headings.extend(path.heading.iter().copied().map(yaw_quaternion));
         for (x, y) in path.x.iter().zip(path.y) {
             let position = [*x as f32, *y as f32, 0.0];
             ghost.positions.push(position);

@@ -148,21 +148,17 @@ impl MessageRecording {
         Ok(())
     }
 
-    /// The bytes of a single MCAP file with an index, and what its writer counted.
+    /// What the writer of a single, finished MCAP file counted.
     ///
     /// # Errors
     /// When its summary is damaged.
-    pub fn read_index(&self) -> Result<Option<(u64, McapStatistics)>, TableError> {
-        let [MessageFile { content: MessageStorage::Mcap(mcap), _unpacked: None, .. }] = &self.files[..]
-        else {
-            return Ok(None);
-        };
-        if !mcap.finished {
-            return Ok(None);
+    pub fn read_statistics(&self) -> Result<Option<McapStatistics>, TableError> {
+        match &self.files[..] {
+            [MessageFile { content: MessageStorage::Mcap(mcap), _unpacked: None, .. }] if mcap.finished => {
+                Ok(mcap.read_statistics()?)
+            }
+            _ => Ok(None),
         }
-        let size = std::fs::metadata(&mcap.path);
-        let size = size.map_err(|source| RecordingError::Read { path: mcap.path.clone(), source })?.len();
-        Ok(mcap.read_statistics()?.map(|statistics| (size, statistics)))
     }
 
     /// Hands over the messages of some channels, in the order of the files, until `take` says that it has enough.

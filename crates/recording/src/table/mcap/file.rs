@@ -71,39 +71,42 @@ impl McapReader {
         Ok(known.into_channels())
     }
 
-    /// What the summary at the end counts, if the file has one with counts.
+    /// What the summary at the end of a finished file counts, if it has counts.
     pub fn read_statistics(&self) -> Result<Option<McapStatistics>, RecordingError> {
-        let read = || {
-            let mut records = McapRecordReader::open(&self.path)?;
-            let mut statistics = None;
-            if let Some(ending) = records.read_trailer()? {
-                let (summary, _) = records.read_summary(&ending)?;
-                records::for_each_record(ending.data_end, &summary, &mut |opcode, data| {
-                    if let Some(RecordContent::Statistics(it)) = RecordContent::parse(opcode, data) {
-                        statistics = Some(it);
-                    }
-                    Ok::<_, RecordDamage>(true)
-                })?;
+        let mut statistics = None;
+        self.visit_summary(&mut |opcode, data| {
+            if let RecordContent::Statistics(it) =
+                RecordContent::parse(opcode, data).ok_or(RecordDamage::Form(opcode))?
+            {
+                statistics = Some(it);
             }
-            Ok(statistics)
-        };
-        read().map_err(|error: RecordDamage| self.damage_error(error))
+            Ok(())
+        })?;
+        Ok(statistics)
     }
 
     fn read_summary_channels(&self) -> Result<ChannelsById, RecordingError> {
-        let read = || {
+        let mut known = ChannelRegistry::default();
+        self.visit_summary(&mut |opcode, data| known.add_record(opcode, data))?;
+        Ok(known.into_channels())
+    }
+
+    /// Hands over the records of the summary at the end.
+    fn visit_summary(
+        &self,
+        take: &mut dyn FnMut(u8, &[u8]) -> Result<(), RecordDamage>,
+    ) -> Result<(), RecordingError> {
+        let mut read = || {
             let mut records = McapRecordReader::open(&self.path)?;
             let at = records.length;
             let none = RecordDamage::Expected { expected: "a footer at the end of the file", at };
             let ending = records.read_trailer()?.ok_or(none)?;
             let (summary, _) = records.read_summary(&ending)?;
-            let mut known = ChannelRegistry::default();
             records::for_each_record(ending.data_end, &summary, &mut |opcode, data| {
-                known.add_record(opcode, data).map(|()| true)
-            })?;
-            Ok(known.into_channels())
+                take(opcode, data).map(|()| true)
+            })
         };
-        read().map_err(|error: RecordDamage| self.damage_error(error))
+        read().map(|_| ()).map_err(|error: RecordDamage| self.damage_error(error))
     }
 
     /// Hands over the messages, in the order of the file, until `take` says that it has enough.

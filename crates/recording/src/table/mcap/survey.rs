@@ -10,7 +10,7 @@ use super::field::{ChannelValue, FieldError, MessageDecoder, MessageField, Messa
 use super::nanoseconds_to_seconds;
 use super::stamp::{HeaderStampCheck, MessageTimes};
 use crate::records::McapStatistics;
-use crate::survey::{BEGINNING, ChannelStatistics, ChannelSurvey, LogSurvey, SurveyExtent};
+use crate::survey::{BEGINNING_SIZE, ChannelStatistics, ChannelSurvey, LogSurvey};
 use crate::table::TableError;
 
 /// So many different rows of a message are told apart, such as transforms between frames.
@@ -178,14 +178,15 @@ fn count_field_value(tally: &mut ChannelStatistics, stamp: f64, value: &Result<C
     }
 }
 
-/// The survey of a recording: numbers and texts of messages.
-pub fn survey_message_recording(path: &Path, extent: SurveyExtent) -> Result<LogSurvey, TableError> {
+/// The survey of a recording: numbers and texts of messages. Given the size of a large file [B], only the beginning of one with an index is
+/// read.
+pub fn survey_message_recording(path: &Path, large: Option<u64>) -> Result<LogSurvey, TableError> {
     let file = MessageRecording::open(path)?;
-    let index = match extent {
-        SurveyExtent::Whole => None,
-        SurveyExtent::Beginning => file.read_index()?.filter(|(size, _)| *size > BEGINNING),
+    let index = match large {
+        Some(size) => file.read_statistics()?.map(|counts| (size, counts)),
+        None => None,
     };
-    let most = index.as_ref().map_or(u64::MAX, |_| BEGINNING);
+    let most = index.as_ref().map_or(u64::MAX, |_| BEGINNING_SIZE);
     let (mut tracks, mut left_out) = (HashMap::new(), Vec::new());
     for (id, channel) in &file.channels {
         let topic = &channel.topic;
@@ -210,6 +211,8 @@ pub fn survey_message_recording(path: &Path, extent: SurveyExtent) -> Result<Log
         read += data.len() as u64;
         Ok(read < most)
     })?;
+    // Attachments can make a file large whose messages are few.
+    let index = index.filter(|_| read >= most);
     let mut warnings = file.warnings.clone();
     for (id, (count, what)) in unread {
         let topic = &file.channels[&id].topic;
@@ -248,6 +251,6 @@ pub fn survey_message_recording(path: &Path, extent: SurveyExtent) -> Result<Log
         let [first, last] = times.map(|time| nanoseconds_to_seconds(time.into()));
         time += &format!("; by the index, `log_time` goes from {first} to {last} s");
     }
-    let unread_size = index.map(|(size, _)| size);
-    Ok(LogSurvey { format: file.format.clone(), time, channels, left_out, warnings, unread_size })
+    let part_of = index.map(|(size, _)| size);
+    Ok(LogSurvey { format: file.format.clone(), time, channels, left_out, warnings, part_of })
 }

@@ -3,7 +3,7 @@
 use super::survey_file as survey_of;
 use mdf_file::{MdfCell, MdfColumn, MdfColumnType, MdfDescription, MdfWriter};
 
-use crate::survey::{BEGINNING, LogSurvey, SurveyExtent};
+use crate::survey::{BEGINNING_SIZE, LogSurvey, SurveyExtent};
 
 fn survey(name: &str, bytes: &[u8]) -> LogSurvey {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -57,7 +57,7 @@ fn a_log_of_a_data_logger_is_told_with_its_own_clock() {
 }
 
 /// Rows of 64 channels that make more than the beginning of a file.
-const MANY_ROWS: u64 = BEGINNING / (64 * 8) + 60_000;
+const MANY_ROWS: u64 = BEGINNING_SIZE / (64 * 8) + 60_000;
 
 #[test]
 fn of_a_large_file_with_an_index_the_beginning_is_read_and_rows_are_those_of_the_index() {
@@ -79,7 +79,7 @@ fn of_a_large_file_with_an_index_the_beginning_is_read_and_rows_are_those_of_the
     }
     writer.finish().expect("an end");
     let part = survey_of(&path, SurveyExtent::Beginning).expect("a log");
-    assert!(part.unread_size.is_some_and(|size| size > BEGINNING));
+    assert!(part.part_of.is_some_and(|size| size > BEGINNING_SIZE));
     let channel = &part.channels[7];
     assert_eq!(channel.indexed_rows, Some(MANY_ROWS));
     assert!(channel.tally.rows < MANY_ROWS && channel.tally.rows > 100_000, "{}", channel.tally.rows);
@@ -89,7 +89,7 @@ fn of_a_large_file_with_an_index_the_beginning_is_read_and_rows_are_those_of_the
     }
     assert_eq!(part.to_json()["complete"], false);
     let whole = survey_of(&path, SurveyExtent::Whole).expect("a log");
-    assert_eq!((whole.channels[7].tally.rows, whole.unread_size), (MANY_ROWS, None));
+    assert_eq!((whole.channels[7].tally.rows, whole.part_of), (MANY_ROWS, None));
 }
 
 #[test]
@@ -122,5 +122,5 @@ fn a_large_recording_of_messages_tells_their_number_and_times_from_its_summary()
     assert!(part.time.contains("goes from 0 to 79 s"), "{}", part.time);
     assert!(part.left_out[0].contains("`/late`: its 5 messages"), "{:?}", part.left_out);
     let whole = survey_of(&path, SurveyExtent::Whole).expect("a recording");
-    assert_eq!((whole.channels.len(), whole.unread_size), (2, None));
+    assert_eq!((whole.channels.len(), whole.part_of), (2, None));
 }
