@@ -80,31 +80,26 @@ impl McapReader {
             {
                 statistics = Some(it);
             }
-            Ok(())
+            Ok(true)
         })?;
         Ok(statistics)
     }
 
     fn read_summary_channels(&self) -> Result<ChannelsById, RecordingError> {
         let mut known = ChannelRegistry::default();
-        self.visit_summary(&mut |opcode, data| known.add_record(opcode, data))?;
+        self.visit_summary(&mut |opcode, data| known.add_record(opcode, data).map(|()| true))?;
         Ok(known.into_channels())
     }
 
     /// Hands over the records of the summary at the end.
-    fn visit_summary(
-        &self,
-        take: &mut dyn FnMut(u8, &[u8]) -> Result<(), RecordDamage>,
-    ) -> Result<(), RecordingError> {
+    fn visit_summary(&self, take: &mut records::RecordCallback<RecordDamage>) -> Result<(), RecordingError> {
         let mut read = || {
             let mut records = McapRecordReader::open(&self.path)?;
             let at = records.length;
             let none = RecordDamage::Expected { expected: "a footer at the end of the file", at };
             let ending = records.read_trailer()?.ok_or(none)?;
             let (summary, _) = records.read_summary(&ending)?;
-            records::for_each_record(ending.data_end, &summary, &mut |opcode, data| {
-                take(opcode, data).map(|()| true)
-            })
+            records::for_each_record(ending.data_end, &summary, take)
         };
         read().map(|_| ()).map_err(|error: RecordDamage| self.damage_error(error))
     }
