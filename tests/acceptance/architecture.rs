@@ -90,7 +90,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
     ("track", &["vehicle"]),
-    ("lap", &["kalman", "numerics", "tire", "tire-file", "track", "vehicle"]),
+    ("lap", &["car-file", "kalman", "numerics", "tire", "tire-file", "track", "vehicle"]),
     ("lap-report", &["html-page", "lap", "numerics", "track", "units"]),
     ("kalman", &["elementary"]),
     ("manoeuvre", &["units"]),

@@ -95,8 +95,20 @@ fn a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval() {
 
 fn casadi_and_ipopt_find_the_same_lap() {
     let lab = Lab::new();
-    for widths in ["", "track_f = 1.5\ntrack_r = 1.5"] {
-        lab.write("car.toml", car(widths));
+    let heights = [0.02, 0.15].into_iter().flat_map(|front| [0.02, 0.15].map(|rear| [front, rear]));
+    let planes = heights.map(|[front, rear]| {
+        let coefficients = [0.4 + front - 0.5 * rear, 1.1 - 6.0 * front, 1.0 - 2.0 * (rear - front)];
+        format!("{front}, {rear}, {}, {}, {}\n", coefficients[0], coefficients[1], coefficients[2])
+    });
+    let map = format!(
+        "ride_height_f = 0.07\nride_height_r = 0.09\nmap = \"\"\"\nride_height_f [m], ride_height_r [m], C_d, C_lf, C_lr\n{}\"\"\"",
+        planes.collect::<String>()
+    );
+    let both_axles = car("track_f = 1.5\ntrack_r = 1.5");
+    let platform = both_axles
+        .replace("[aero]", &format!("[ride]\nstiffness_f = 70e3\nstiffness_r = 80e3\n[aero]\n{map}"));
+    for text in [car(""), both_axles, platform] {
+        lab.write("car.toml", text);
         let track = track("road_course.csv");
         let arguments = ["lap", "car.toml", &track, "--nodes", "250", "--margin", "0.9", "--out", "out"];
         lab.trackside(&arguments).expect(0);

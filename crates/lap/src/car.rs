@@ -3,9 +3,11 @@
 
 use tire::Number;
 use track::RoadGeometry;
-use vehicle::{Aerodynamics, G, VehicleBody};
+use vehicle::{G, VehicleBody};
 
+use crate::aero::{LapAero, SpringLoad};
 use crate::node::{NodeMotion, NodeVariables};
+use crate::spline::BSplineCurve;
 use crate::tires::{LapSlip, LapTire, StageNumber, TirePeaks};
 
 /// Share of the weight within which a driving force turns into a braking one: they act at other axles, and derivatives have to
@@ -21,19 +23,41 @@ pub struct LapCar {
     /// Rigid body.
     pub body: VehicleBody,
     /// Drag and downforce.
-    pub aero: Aerodynamics,
+    pub aero: LapAero,
     /// Track widths of the axles [m]; without one no load moves across.
     pub track_widths: [f64; 2],
     /// Roll stiffness of the axles [N m/rad], by which they share the load that moves across; without one by their load.
     pub roll_stiffness: [f64; 2],
-    /// Part of a braking force that acts at the front [-].
-    pub brake_front_share: f64,
+    /// Part of a braking force that acts at the front.
+    pub brake_balance: BrakeBalance,
     /// Part of a driving force that acts at the front [-].
     pub drive_front_share: f64,
     /// A tire of the front and one of the rear axle, as they are on the left side.
     pub tires: [LapTire; 2],
+    /// What the engine can give at the wheels [W] over the speed [m/s], where it is not the same at all speeds.
+    pub engine_power: Option<BSplineCurve>,
     /// What the actuators can do.
     pub limits: ActuatorLimits,
+}
+
+/// How the axles share a braking force.
+#[derive(Clone, Debug)]
+pub enum BrakeBalance {
+    /// Part of the front axle [-].
+    FrontShare(f64),
+    /// Force at the front axle [N] over that of both, each without its sign.
+    FrontForce(BSplineCurve),
+}
+
+impl BrakeBalance {
+    /// Force at the front axle [N] of a braking force [N], both without sign.
+    #[inline]
+    fn front_force<T: Number>(&self, force: T) -> T {
+        match self {
+            BrakeBalance::FrontShare(share) => force * *share,
+            BrakeBalance::FrontForce(curve) => curve.value(force),
+        }
+    }
 }
 
 /// Bounds of what driver, engine and brakes do.
@@ -59,9 +83,20 @@ impl LapCar {
     pub fn split_force<T: Number>(&self, F_x: T) -> [T; 2] {
         let width = SPLIT_WIDTH * self.body.m * G;
         let root = (F_x * F_x + width * width).sqrt();
-        let front =
-            (F_x + root) * (0.5 * self.drive_front_share) + (F_x - root) * (0.5 * self.brake_front_share);
+        let braking = self.brake_balance.front_force((root - F_x) * 0.5);
+        let front = (F_x + root) * (0.5 * self.drive_front_share) - braking;
         [front, F_x - front]
+    }
+
+    /// Largest power at the wheels [W] at a speed [m/s].
+    pub fn available_power(&self, v_x: f64) -> f64 {
+        self.engine_power.as_ref().map_or(self.limits.power, |engine| engine.value(v_x))
+    }
+
+    /// Power at the wheels beyond what the engine can give, over the largest one [-].
+    pub fn excess_power<T: Number>(&self, power: T, v_x: T) -> T {
+        let most = self.limits.power;
+        self.engine_power.as_ref().map_or(power / most - 1.0, |engine| (power - engine.value(v_x)) / most)
     }
 
     /// Load that a lateral acceleration of 1 m/s² moves from one wheel of each axle to the other [N].
@@ -93,10 +128,10 @@ impl LapCar {
         let (sin_xi, cos_xi) = xi.sin_cos();
         let slowness = (-n * curvature + 1.0) / (v_x * cos_xi - v_y * sin_xi);
 
-        let drag = self.aero.drag(v_x);
-        let [down_f, down_r] = self.aero.downforce(v_x);
         let pressing =
             (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * m;
+        let load = |pressure: T| SpringLoad { pressure, pressing, F_x };
+        let (drag, [down_f, down_r]) = self.aero.drag_and_downforce(&self.body, v_x, load);
         let moved = (F_x - drag) * (h / L);
         let loads = [down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L)];
         let gains = self.load_transfer_gains();

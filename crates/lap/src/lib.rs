@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets, which rustdoc takes for links")]
 
+mod aero;
 mod car;
 mod corners;
 mod draws;
@@ -20,11 +21,13 @@ mod optimum;
 mod parameters;
 mod problem;
 mod setup;
+mod spline;
 mod stages;
 mod tires;
 mod worth;
 
-pub use car::{ActuatorLimits, LapCar};
+pub use aero::{AeroPlatform, LapAero};
+pub use car::{ActuatorLimits, BrakeBalance, LapCar};
 pub use corners::Corner;
 pub use draws::{ParameterDraw, check_draws_change_car, draw_from_ranges, parameter_draws};
 pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};
@@ -35,6 +38,7 @@ pub use node::NodeVariables;
 pub use optimum::{LapNode, LapOptimum};
 pub use parameters::{CarParameters, PARAMETER_KEYS, ParameterKey, ParameterRange, TEXT_KEYS};
 pub use setup::SetupOptimum;
+pub use spline::BSplineCurve;
 pub use tires::{LapTire, TirePeaks};
 pub use worth::ParameterWorth;
 

@@ -3,15 +3,23 @@
 
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
-use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
+use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody, dual_track::EngineTorque};
 
-use crate::car::{ActuatorLimits, LapCar};
+use crate::aero::{AeroPlatform, LapAero};
+use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
+use crate::spline::BSplineCurve;
 use crate::tires::LapTire;
 
 /// Braking force that no road car's tires transmit, over its weight [-]: the limit where none is told.
 const UNLIMITED_FORCE: f64 = 5.0;
 /// Rate of the longitudinal force where none is told, over the weight [1/s]: full braking builds up within 0.2 s.
 const FORCE_RATE: f64 = 5.0;
+/// Speeds over which the power of an engine is smoothed [m/s], and their intervals: one each 0.25 m/s.
+const ENGINE_SPEEDS: [f64; 2] = [0.0, 150.0];
+const ENGINE_INTERVALS: usize = 600;
+/// Intervals of the smoothed force of the front brakes, and of the pedal that is looked for.
+const BRAKE_INTERVALS: usize = 200;
+const PEDAL_INTERVALS: usize = 1000;
 
 /// Parameters of a car, by the names that plants and drivers have for them.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,10 +31,14 @@ pub struct CarParameters {
     spring_rate: [f64; 2],
     motion_ratio: [f64; 2],
     bar_stiffness: [f64; 2],
+    ride_stiffness: [f64; 2],
+    ride_height: [f64; 2],
+    pitch_centre: f64,
     brake_front_share: f64,
     drive_front_share: f64,
     drive_torque: f64,
     drive_power: f64,
+    drive_ratio: f64,
     brake_torque: f64,
     F_x_min: f64,
     F_x_max: f64,
@@ -35,6 +47,9 @@ pub struct CarParameters {
     delta_rate: f64,
     simple_tires: [MagicFormula; 2],
     tires: [TireSpecification; 2],
+    aero_map: String,
+    brake_map: String,
+    drive_map: String,
 }
 
 impl Default for CarParameters {
@@ -49,10 +64,14 @@ impl Default for CarParameters {
             spring_rate: [0.0; 2],
             motion_ratio: [1.0; 2],
             bar_stiffness: [0.0; 2],
+            ride_stiffness: [f64::INFINITY; 2],
+            ride_height: [unknown; 2],
+            pitch_centre: 0.0,
             brake_front_share: 0.6,
             drive_front_share: 0.0,
             drive_torque: f64::INFINITY,
             drive_power: unknown,
+            drive_ratio: 1.0,
             brake_torque: f64::INFINITY,
             F_x_min: f64::NEG_INFINITY,
             F_x_max: f64::INFINITY,
@@ -61,6 +80,9 @@ impl Default for CarParameters {
             delta_rate: 1.0,
             simple_tires: [MagicFormula::default(); 2],
             tires: <[TireSpecification; 2]>::default(),
+            aero_map: String::new(),
+            brake_map: String::new(),
+            drive_map: String::new(),
         }
     }
 }
@@ -102,7 +124,7 @@ const SHARE: [f64; 2] = [0.0, 1.0];
 const ANY: [f64; 2] = [f64::MIN, f64::MAX];
 
 /// All numbers that a car of a lap has.
-pub const PARAMETER_KEYS: [ParameterKey; 50] = [
+pub const PARAMETER_KEYS: [ParameterKey; 56] = [
     key("body.m", "kg", POSITIVE, |p| &mut p.body.m),
     key("body.I_zz", "kg.m2", POSITIVE, |p| &mut p.body.I_zz),
     key("body.l_f", "m", POSITIVE, |p| &mut p.body.l_f),
@@ -118,16 +140,22 @@ pub const PARAMETER_KEYS: [ParameterKey; 50] = [
     key("spring.motion_ratio_r", "1", POSITIVE, |p| &mut p.motion_ratio[1]),
     key("bar.roll_stiffness_f", "N.m/rad", FROM_ZERO, |p| &mut p.bar_stiffness[0]),
     key("bar.roll_stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.bar_stiffness[1]),
+    key("ride.stiffness_f", "N/m", POSITIVE, |p| &mut p.ride_stiffness[0]),
+    key("ride.stiffness_r", "N/m", POSITIVE, |p| &mut p.ride_stiffness[1]),
+    key("pitch.centre", "m", ANY, |p| &mut p.pitch_centre),
     key("aero.rho", "kg/m3", FROM_ZERO, |p| &mut p.aero.rho),
     key("aero.area", "m2", FROM_ZERO, |p| &mut p.aero.area),
     key("aero.C_d", "1", FROM_ZERO, |p| &mut p.aero.C_d),
     key("aero.C_lf", "1", ANY, |p| &mut p.aero.C_lf),
     key("aero.C_lr", "1", ANY, |p| &mut p.aero.C_lr),
+    key("aero.ride_height_f", "m", ANY, |p| &mut p.ride_height[0]),
+    key("aero.ride_height_r", "m", ANY, |p| &mut p.ride_height[1]),
     key("brake.front_share", "1", SHARE, |p| &mut p.brake_front_share),
     key("brake.torque_max", "N.m", POSITIVE, |p| &mut p.brake_torque),
     key("drive.front_share", "1", SHARE, |p| &mut p.drive_front_share),
     key("drive.torque_max", "N.m", POSITIVE, |p| &mut p.drive_torque),
     key("drive.power_max", "W", POSITIVE, |p| &mut p.drive_power),
+    key("drive.ratio", "1", POSITIVE, |p| &mut p.drive_ratio),
     key("limit.F_x_min", "N", [f64::MIN, -f64::MIN_POSITIVE], |p| &mut p.F_x_min),
     key("limit.F_x_max", "N", POSITIVE, |p| &mut p.F_x_max),
     key("limit.F_x_rate", "N/s", POSITIVE, |p| &mut p.F_x_rate),
@@ -155,8 +183,11 @@ pub const PARAMETER_KEYS: [ParameterKey; 50] = [
     key("tire_r.LKY", "1", POSITIVE, |p| &mut p.tires[1].LKY),
 ];
 
-/// Names of the texts that a car of a lap has: tires of the front and the rear axle.
-pub const TEXT_KEYS: [&str; 2] = ["tire_f.tir", "tire_r.tir"];
+/// Names of the texts that a car of a lap has: tires of the front and the rear axle, and tables.
+pub const TEXT_KEYS: [&str; 5] = ["tire_f.tir", "tire_r.tir", AERO_MAP, BRAKE_MAP, DRIVE_MAP];
+const AERO_MAP: &str = "aero.map";
+const BRAKE_MAP: &str = "brake.map";
+const DRIVE_MAP: &str = "drive.map";
 
 impl ParameterKey {
     /// The key of a name.
@@ -181,12 +212,17 @@ impl ParameterKey {
         let simple = matches!(coefficient, Some("B" | "C" | "D" | "E" | "S_h" | "S_v"));
         let of_file = self.name.starts_with("tire_") && !simple;
         let has_springs = parameters.spring_rate.iter().all(|rate| *rate > 0.0);
-        let of_springs = self.name.starts_with("spring.") || self.name.starts_with("bar.");
-        match parameters.has_tire_files() {
-            true if simple => false,
-            false if of_file => false,
-            _ if of_springs => has_springs,
-            _ if self.name.starts_with("roll.") => !has_springs,
+        let has_platform = !parameters.aero_map.is_empty();
+        match self.name {
+            _ if simple => !parameters.has_tire_files(),
+            _ if of_file => parameters.has_tire_files(),
+            "aero.C_d" | "aero.C_lf" | "aero.C_lr" => !parameters.aero_map_replaces(self.name),
+            "aero.ride_height_f" | "aero.ride_height_r" | "pitch.centre" => has_platform,
+            "ride.stiffness_f" | "ride.stiffness_r" => has_platform && !has_springs,
+            "drive.ratio" => !parameters.drive_map.is_empty(),
+            "brake.front_share" => parameters.brake_map.is_empty(),
+            name if name.starts_with("spring.") || name.starts_with("bar.") => has_springs,
+            name if name.starts_with("roll.") => !has_springs,
             _ => true,
         }
     }
@@ -207,6 +243,12 @@ impl ParameterKey {
                 "its tires are those of a .tir file; lap a car without tire_f.tir and tire_r.tir"
             }
             Some(("roll", _)) => "its springs and bars say how stiff it is in roll",
+            Some(("aero" | "brake", name)) if name.starts_with("C_") || name == "front_share" => {
+                "a table takes its place"
+            }
+            Some(("aero" | "pitch", _)) => "it has no aero.map",
+            Some(("ride", _)) => "it has no aero.map, or springs say how stiff it is in heave",
+            Some(("drive", _)) => "it has no drive.map",
             _ => "it has not spring.rate_f and spring.rate_r",
         };
         Err(format!("`{name}` changes nothing in this car: {why}"))
@@ -247,9 +289,28 @@ impl CarParameters {
         Ok(())
     }
 
-    /// Sets the text of a `.tir` file for an axle: 0 front, 1 rear.
-    pub fn set_tire_text(&mut self, axle: usize, text: &str) {
-        text.clone_into(&mut self.tires[axle].tir);
+    /// Sets the text of a file of a tire or of a table, one of [`TEXT_KEYS`]; whether there is such a text.
+    pub fn set_text(&mut self, name: &str, text: &str) -> bool {
+        let field = match name {
+            "tire_f.tir" => &mut self.tires[0].tir,
+            "tire_r.tir" => &mut self.tires[1].tir,
+            AERO_MAP => &mut self.aero_map,
+            BRAKE_MAP => &mut self.brake_map,
+            DRIVE_MAP => &mut self.drive_map,
+            _ => return false,
+        };
+        text.trim_end().clone_into(field);
+        true
+    }
+
+    /// Whether the aero map has a column of this coefficient.
+    fn aero_map_replaces(&self, name: &str) -> bool {
+        let column = ["aero.C_d", "aero.C_lf", "aero.C_lr"].iter().position(|it| *it == name);
+        let first = |constant: f64| {
+            let map = car_file::read_aerodynamic_map(&self.aero_map, [constant; 3]).ok()?;
+            map.values().next()?.get(column?).copied()
+        };
+        !self.aero_map.is_empty() && first(0.0) == first(1.0)
     }
 
     fn has_tire_files(&self) -> bool {
@@ -258,7 +319,12 @@ impl CarParameters {
 
     /// Names of parameters that have to be told and were not.
     pub fn missing_names(&self) -> Vec<&'static str> {
-        PARAMETER_KEYS.iter().filter(|key| key.value(self).is_nan()).map(|key| key.name).collect()
+        let needed = |key: &&ParameterKey| match key.name {
+            "drive.power_max" => self.drive_map.is_empty(),
+            _ => key.is_used(self),
+        };
+        let unknown = PARAMETER_KEYS.iter().filter(|key| key.value(self).is_nan());
+        unknown.filter(needed).map(|key| key.name).collect()
     }
 
     /// The parameters whose worth in seconds can be asked: those that the car has, and that are not 0 or without a limit.
@@ -273,35 +339,128 @@ impl CarParameters {
     /// The car, and what the files of its tires are warned of.
     ///
     /// # Errors
-    /// In words, when a number is missing or the file of a tire is none.
+    /// In words, when a number is missing or the file of a tire or a table is none.
     pub fn car(&self) -> Result<(LapCar, Vec<TireFileMessage>), String> {
         let missing = self.missing_names();
         if !missing.is_empty() {
             return Err(format!("the car has no {}", missing.join(", ")));
         }
         let mut messages = Vec::new();
-        let mut radii = [None; 2];
+        let mut wheels = [None; 2];
         let mut tires = self.simple_tires.map(LapTire::from);
         if self.has_tire_files() {
             let loads = self.body.static_loads();
-            for (axle, name) in TEXT_KEYS.into_iter().enumerate() {
+            for (axle, name) in TEXT_KEYS.into_iter().take(2).enumerate() {
                 let (tire, told) = self.tires[axle].load_tire(name)?;
                 messages.extend(told);
-                radii[axle] = effective_radius(&tire, 0.5 * loads[axle]);
+                wheels[axle] = Wheel::of_tire(&tire, 0.5 * loads[axle]);
                 tires[axle] = LapTire::from(tire);
             }
         }
+        let mut limits = self.limits(wheels);
+        let brake_balance = match self.brake_map.is_empty() {
+            true => BrakeBalance::FrontShare(self.brake_front_share),
+            false => {
+                let (curve, most) = self.front_brake_force(radii_for_table(wheels, BRAKE_MAP)?)?;
+                limits.brake_force = limits.brake_force.min(most);
+                BrakeBalance::FrontForce(curve)
+            }
+        };
+        let mut engine_power = None;
+        if !self.drive_map.is_empty() {
+            let curve = self.engine_power(radii_for_table(wheels, DRIVE_MAP)?)?;
+            limits.power = curve.maximum();
+            engine_power = Some(curve);
+        }
         let car = LapCar {
             body: self.body,
-            aero: self.aero,
+            aero: self.lap_aero(wheels)?,
             track_widths: self.track_widths,
             roll_stiffness: self.axle_roll_stiffness(),
-            brake_front_share: self.brake_front_share,
+            brake_balance,
             drive_front_share: self.drive_front_share,
             tires,
-            limits: self.limits(radii),
+            engine_power,
+            limits,
         };
         Ok((car, messages))
+    }
+
+    /// Drag and downforce, of the map where there is one.
+    fn lap_aero(&self, wheels: [Option<Wheel>; 2]) -> Result<LapAero, String> {
+        let mut aero = LapAero::from(self.aero);
+        if self.aero_map.is_empty() {
+            return Ok(aero);
+        }
+        let Aerodynamics { C_d, C_lf, C_lr, .. } = self.aero;
+        let map = car_file::read_aerodynamic_map(&self.aero_map, [C_d, C_lf, C_lr])
+            .map_err(|error| format!("{AERO_MAP}:{error}"))?;
+        let stiffness = [0, 1].map(|axle| {
+            let wheel_rate = self.spring_rate[axle] * self.motion_ratio[axle].powi(2);
+            match wheels[axle].map(|wheel| wheel.stiffness) {
+                _ if wheel_rate == 0.0 => 2.0 * self.ride_stiffness[axle],
+                Some(tire) if tire > 0.0 => 2.0 * wheel_rate * tire / (wheel_rate + tire),
+                _ => 2.0 * wheel_rate,
+            }
+        });
+        aero.platform = Some(AeroPlatform::new(&map, self.ride_height, stiffness, self.pitch_centre));
+        Ok(aero)
+    }
+
+    /// Power of the engine at the wheels [W] over the speed of the car [m/s], with the pedal down and wheels of these radii [m].
+    fn engine_power(&self, radii: [f64; 2]) -> Result<BSplineCurve, String> {
+        let engine =
+            car_file::read_engine_torque(&self.drive_map).map_err(|error| format!("{DRIVE_MAP}:{error}"))?;
+        let most = if self.drive_power.is_nan() { f64::INFINITY } else { self.drive_power };
+        let share = self.drive_front_share;
+        let power = |v_x: f64| {
+            let speed = self.drive_ratio * v_x * (share / radii[0] + (1.0 - share) / radii[1]);
+            let torque = match &engine {
+                EngineTorque::FullLoad(curve) => curve.interpolate(speed),
+                EngineTorque::Pedal(map) => map.interpolate(speed, 1.0)[0],
+            };
+            (torque * speed).clamp(0.0, most)
+        };
+        let curve = BSplineCurve::near(ENGINE_SPEEDS, ENGINE_INTERVALS, power);
+        if curve.maximum() <= 0.0 {
+            return Err(format!(
+                "{DRIVE_MAP}: expected an engine that drives the car, found no power at any speed"
+            ));
+        }
+        Ok(curve)
+    }
+
+    /// Force of the front brakes [N] over that of all brakes, and the largest of these, on wheels of these radii [m].
+    fn front_brake_force(&self, radii: [f64; 2]) -> Result<(BSplineCurve, f64), String> {
+        let torques =
+            car_file::read_brake_curves(&self.brake_map).map_err(|error| format!("{BRAKE_MAP}:{error}"))?;
+        let forces = |step: usize| {
+            let pedal = step as f64 / PEDAL_INTERVALS as f64;
+            [0, 1].map(|axle| torques[axle].interpolate(pedal) / radii[axle])
+        };
+        let mut by_pedal: Vec<[f64; 2]> = Vec::with_capacity(PEDAL_INTERVALS + 1);
+        for [front, rear] in (0..=PEDAL_INTERVALS).map(forces) {
+            if by_pedal.last().is_none_or(|[_, total]| front + rear > *total) {
+                by_pedal.push([front, front + rear]);
+            }
+        }
+        let [front_most, most] = by_pedal.last().copied().unwrap_or_default();
+        if most <= 0.0 {
+            return Err(format!("{BRAKE_MAP}: expected brakes that slow the car, found no torque"));
+        }
+        let front = |total: f64| {
+            let behind = by_pedal.partition_point(|[_, it]| *it < total);
+            let Some([high_front, high]) = by_pedal.get(behind) else { return front_most };
+            let [low_front, low] = if behind == 0 { [0.0, 0.0] } else { by_pedal[behind - 1] };
+            if *high > low {
+                low_front + (high_front - low_front) * (total - low) / (high - low)
+            } else {
+                low_front
+            }
+        };
+        // As an odd function: without a force nothing brakes.
+        let curve = BSplineCurve::near([-most, most], BRAKE_INTERVALS, |it| front(it.abs()) * it.signum());
+        Ok((curve, most))
     }
 
     /// Roll stiffness of both axles: rate i² t² / 2 of the springs and that of the bar, or as it was told.
@@ -315,9 +474,10 @@ impl CarParameters {
         })
     }
 
-    /// Limits of the actuators; torques become forces on wheels of these radii [m], and none where the tires know no radius.
-    fn limits(&self, radii: [Option<f64>; 2]) -> ActuatorLimits {
+    /// Limits of the actuators; torques become forces on these wheels, and none where the tires know no radius.
+    fn limits(&self, wheels: [Option<Wheel>; 2]) -> ActuatorLimits {
         let weight = self.body.m * G;
+        let radii = wheels.map(|wheel| wheel.map(|wheel| wheel.radius));
         let driven = if self.drive_front_share > 0.5 { radii[0] } else { radii[1] };
         let force = |torque: f64, radius: Option<f64>| radius.map_or(f64::INFINITY, |radius| torque / radius);
         let unlimited = UNLIMITED_FORCE * weight;
@@ -332,9 +492,29 @@ impl CarParameters {
     }
 }
 
-/// The radius [m] of a wheel that rolls under a load [N]; none where the load crushes it.
-fn effective_radius(tire: &MfTire, F_z: f64) -> Option<f64> {
-    let radius =
-        tire.effective_radius(&TireOperatingPoint { F_z, v_x: 20.0, ..TireOperatingPoint::default() });
-    radius.filter(|radius| *radius > 0.0)
+/// A wheel on a tire that knows its size.
+#[derive(Clone, Copy, Debug)]
+struct Wheel {
+    /// Effective radius under the load at rest [m].
+    radius: f64,
+    /// Vertical stiffness of the tire [N/m].
+    stiffness: f64,
+}
+
+impl Wheel {
+    /// The wheel under a load [N]; none where the load crushes it.
+    fn of_tire(tire: &MfTire, F_z: f64) -> Option<Self> {
+        let point = TireOperatingPoint { F_z, v_x: 20.0, ..TireOperatingPoint::default() };
+        let radius = tire.effective_radius(&point).filter(|radius| *radius > 0.0)?;
+        Some(Wheel { radius, stiffness: tire.coefficients().VERTICAL_STIFFNESS })
+    }
+}
+
+fn radii_for_table(wheels: [Option<Wheel>; 2], table: &str) -> Result<[f64; 2], String> {
+    let [Some(front), Some(rear)] = wheels else {
+        return Err(format!(
+            "{table}: expected tires of a .tir file, which know the radius of a wheel; found none"
+        ));
+    };
+    Ok([front.radius, rear.radius])
 }

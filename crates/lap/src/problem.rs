@@ -79,7 +79,8 @@ impl<'a> LapProblem<'a> {
         let peaks = car.tire_peaks();
         check_friction(&peaks)?;
         let limits = &car.limits;
-        let drag = 0.5 * car.aero.rho * car.aero.area * car.aero.C_d;
+        let aero = car.aero.at_rest();
+        let drag = 0.5 * aero.rho * aero.area * aero.C_d;
         let top_speed = if drag > 0.0 { (limits.power / drag).cbrt() } else { f64::INFINITY };
         let top_speed = (1.2 * top_speed).clamp(10.0 * SLOWEST, 150.0);
         Ok(LapProblem {
@@ -155,7 +156,7 @@ impl<'a> LapProblem<'a> {
             motion.force_residuals[0],
             motion.force_residuals[1],
             motion.force_residuals[2],
-            motion.power / limits.power - 1.0,
+            self.car.excess_power(motion.power, variables.v_x),
             beyond_peak(0),
             beyond_peak(1),
         ]
@@ -171,12 +172,12 @@ impl<'a> LapProblem<'a> {
         let profile = SpeedProfile::fastest_on_line(line, &ggv, &bounds)?;
         let body = self.car.body;
         let weight = body.m * G;
+        let aero = self.car.aero.at_rest();
         let stiffness = [0, 1].map(|axle| self.peaks[axle].mu_y * 2.0 / self.peaks[axle].alpha);
         let stage = |k: usize| {
             let s = self.step * k as f64;
             let (v_x, road) = (profile.speed_at(s).max(2.0 * SLOWEST), &self.roads[k]);
-            let F_x =
-                body.m * profile.acceleration_at(s) + self.car.aero.drag(v_x) + weight * road.grade.sin();
+            let F_x = body.m * profile.acceleration_at(s) + aero.drag(v_x) + weight * road.grade.sin();
             let alphas = stiffness.map(|it| road.lateral_acceleration(v_x) / G / it);
             let r = v_x * road.kappa;
             let asked = self.car.split_force(F_x);
@@ -212,18 +213,19 @@ impl<'a> LapProblem<'a> {
         const ROWS: usize = 40;
         let [front, rear] = &self.peaks;
         let (body, limits) = (&self.car.body, &self.car.limits);
+        let aero = self.car.aero.at_rest();
         let across = START_GRIP * front.mu_y.min(rear.mu_y);
         let along = START_GRIP * front.mu_x.min(rear.mu_x);
         let drive_share = self.car.drive_front_share.max(1.0 - self.car.drive_front_share);
         let row = |i: usize| {
             let v = self.top_speed * i as f64 / ROWS as f64;
-            let downforce = self.car.aero.downforce(v).iter().sum::<f64>() / body.m;
+            let downforce = aero.downforce(v).iter().sum::<f64>() / body.m;
             AccelerationLimits {
                 lateral: across * (G + downforce).max(0.0),
                 drive: (along * 0.5 / drive_share * (G + downforce)).max(0.0),
                 brake: (0.8 * along * (G + downforce)).clamp(0.0, limits.brake_force / body.m),
-                engine: (limits.power / v.max(1.0)).min(limits.drive_force) / body.m,
-                drag: self.car.aero.drag(v) / body.m,
+                engine: (self.car.available_power(v) / v.max(1.0)).min(limits.drive_force) / body.m,
+                drag: aero.drag(v) / body.m,
                 downforce,
                 ..AccelerationLimits::at_speed(v)
             }

@@ -9,7 +9,7 @@ use tire::MagicFormula;
 use track::TrackLine;
 use vehicle::{Aerodynamics, G, VehicleBody};
 
-use crate::car::{ActuatorLimits, LapCar};
+use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
 use crate::corners::Corner;
 use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
@@ -19,17 +19,20 @@ use crate::problem::LapProblem;
 use crate::stages::{StageVector, StagedProblem, VARIABLES};
 use crate::{Error, LapOptions};
 
+mod tables;
+
 /// A rear-wheel-drive car without drag.
 fn car() -> LapCar {
     let tire = MagicFormula { B: 12.0, C: 1.5, D: 1.1, E: 0.3, ..MagicFormula::default() };
     LapCar {
         body: VehicleBody { m: 1250.0, I_zz: 1850.0, l_f: 1.18, l_r: 1.27, h: 0.47 },
-        aero: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() },
+        aero: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() }.into(),
         track_widths: [0.0; 2],
         roll_stiffness: [0.0; 2],
-        brake_front_share: 0.62,
+        brake_balance: BrakeBalance::FrontShare(0.62),
         drive_front_share: 0.0,
         tires: [tire.into(), tire.into()],
+        engine_power: None,
         limits: ActuatorLimits {
             delta: 0.5,
             delta_rate: 1.0,

@@ -1,19 +1,22 @@
-//! Evaluates tires with second derivatives: by few dual numbers within, and the chain rule around them.
+//! Evaluates tires and maps of the air with second derivatives: by few dual numbers within, and the chain rule around them.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use std::array;
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, Dual2SVec64};
 use numerics::golden_section::argmax;
 use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
 
+use crate::spline::BSplineSurfaces;
 use crate::stages::VARIABLES;
 
 /// Numbers with first and second derivatives by the unknowns of a stage.
 pub type StageDual = Dual2SVec64<VARIABLES>;
 
 /// What the forces of a tire depend on here: longitudinal slip, slip angle, load and speed.
-const INPUTS: usize = 4;
-type SlipDual = Dual2SVec64<INPUTS>;
+const SLIP_INPUTS: usize = 4;
+type SlipDual = Dual2SVec64<SLIP_INPUTS>;
 
 /// A tire of the car, by the simple formula or by the coefficients of a file.
 #[derive(Clone, Debug)]
@@ -62,6 +65,9 @@ impl<T: Number> LapSlip<T> {
 pub trait StageNumber: Number {
     /// Longitudinal and lateral force of a tire [N].
     fn tire_forces(tire: &LapTire, slip: LapSlip<Self>) -> [Self; 2];
+
+    /// Coefficients of the air at the ride heights of both axles [m].
+    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [Self; 2]) -> [Self; 3];
 }
 
 impl StageNumber for f64 {
@@ -71,39 +77,53 @@ impl StageNumber for f64 {
             TireFormula::Coefficients { plain, .. } => plain.F_xy(&slip.operating_point()),
         }
     }
+
+    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [f64; 2]) -> [f64; 3] {
+        map.values(heights)
+    }
 }
 
 impl StageNumber for StageDual {
     fn tire_forces(tire: &LapTire, slip: LapSlip<StageDual>) -> [StageDual; 2] {
         let inputs = [slip.kappa, slip.alpha, slip.F_z, slip.v_x];
-        let input = |i: usize| {
-            let mut unit = SVector::<f64, INPUTS>::zeros();
-            unit[i] = 1.0;
-            SlipDual::new(inputs[i].re, Derivative::some(unit.transpose()), Derivative::none())
-        };
-        let inner = LapSlip { kappa: input(0), alpha: input(1), F_z: input(2), v_x: input(3) };
+        let [kappa, alpha, F_z, v_x] = inner_inputs(&inputs);
+        let inner = LapSlip { kappa, alpha, F_z, v_x };
         let forces = match &tire.0 {
             TireFormula::Simple { dual, .. } => dual.F_xy(&inner.operating_point()),
             TireFormula::Coefficients { dual, .. } => dual.F_xy(&inner.operating_point()),
         };
-        let gradients = SMatrix::<f64, INPUTS, VARIABLES>::from_fn(|i, j| {
-            inputs[i].v1.0.map_or(0.0, |gradient| gradient[j])
-        });
-        forces.map(|force| compose(&force, &inputs, &gradients))
+        compose(&forces, &inputs)
+    }
+
+    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [StageDual; 2]) -> [StageDual; 3] {
+        compose(&map.values(inner_inputs(&heights)), &heights)
     }
 }
 
+/// The inputs of an inner function, as its own unknowns.
+fn inner_inputs<const I: usize>(inputs: &[StageDual; I]) -> [Dual2SVec64<I>; I] {
+    array::from_fn(|i| {
+        let mut unit = SVector::<f64, I>::zeros();
+        unit[i] = 1.0;
+        Dual2SVec64::new(inputs[i].re, Derivative::some(unit.transpose()), Derivative::none())
+    })
+}
+
 /// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx.
-fn compose(f: &SlipDual, u: &[StageDual; INPUTS], gradients: &SMatrix<f64, INPUTS, VARIABLES>) -> StageDual {
-    let first = f.v1.0.unwrap_or_default();
-    let second = f.v2.0.unwrap_or_default();
-    let mut hessian = gradients.transpose() * (second * gradients);
-    for (slope, input) in first.iter().zip(u) {
-        if let Some(curvature) = input.v2.0 {
-            hessian += curvature * *slope;
+fn compose<const I: usize, const N: usize>(f: &[Dual2SVec64<I>; N], u: &[StageDual; I]) -> [StageDual; N] {
+    let gradients =
+        SMatrix::<f64, I, VARIABLES>::from_fn(|i, j| u[i].v1.0.map_or(0.0, |gradient| gradient[j]));
+    array::from_fn(|n| {
+        let first = f[n].v1.0.unwrap_or_else(SMatrix::zeros);
+        let second = f[n].v2.0.unwrap_or_else(SMatrix::zeros);
+        let mut hessian = gradients.transpose() * (second * gradients);
+        for (slope, input) in first.iter().zip(u) {
+            if let Some(curvature) = input.v2.0 {
+                hessian += curvature * *slope;
+            }
         }
-    }
-    StageDual::new(f.re, Derivative::some(first * gradients), Derivative::some(hessian))
+        StageDual::new(f[n].re, Derivative::some(first * gradients), Derivative::some(hessian))
+    })
 }
 
 /// Slips at which a tire transmits the most, and what it transmits there.

@@ -61,9 +61,9 @@ impl FastestLapConfig {
         let mut car = CarParameters::default();
         for (name, value) in &self.parameters {
             let wrong = |message: String| ConfigError::at_key("parameters", format!("`{name}`: {message}"));
-            if let Some(axle) = TEXT_KEYS.iter().position(|key| key == name) {
+            if TEXT_KEYS.contains(&name.as_str()) {
                 let text = value.as_str().ok_or_else(|| wrong(format!("expected a text, found {value}")))?;
-                car.set_tire_text(axle, text);
+                car.set_text(name, text);
             } else if let Some(key) = ParameterKey::find(name) {
                 let number = value.as_float().or(value.as_integer().map(|number| number as f64));
                 let number = number.ok_or_else(|| wrong(format!("expected a number, found {value}")))?;

@@ -63,17 +63,37 @@ class Roll:
 
 
 @dataclass
+class Ride:
+    """Stiffness of each wheel in heave [N/m]."""
+
+    stiffness_f: float = np.inf
+    stiffness_r: float = np.inf
+
+
+@dataclass
 class Aero:
-    """Air density [kg/m³], frontal area [m²] and coefficients [-]."""
+    """Air density [kg/m³], frontal area [m²] and coefficients [-]; a map of them over the ride heights [m]."""
 
     area: float
     C_d: float
     C_lf: float
     C_lr: float
     rho: float = 1.225
+    ride_height_f: float = 0.0
+    ride_height_r: float = 0.0
+    map: str = ""
 
     def force_per_coefficient(self, v_x):
         return 0.5 * self.rho * self.area * v_x * v_x
+
+    def planes(self):
+        """Of each coefficient the value at height 0 and the slopes over both heights: the map has to consist of planes."""
+        rows = np.array([[float(it) for it in row.split(",")] for row in self.map.strip().splitlines()[1:]])
+        ones = np.ones((len(rows), 1))
+        planes, *_ = np.linalg.lstsq(np.hstack([ones, rows[:, :2]]), rows[:, 2:], rcond=None)
+        if np.max(np.abs(np.hstack([ones, rows[:, :2]]) @ planes - rows[:, 2:])) > 1e-12:
+            raise ValueError("expected an aero map of planes")
+        return planes[0], planes[1:].T
 
 
 @dataclass
@@ -132,6 +152,7 @@ class Car:
 
     body: Body
     roll: Roll
+    ride: Ride
     aero: Aero
     brake: Axles
     drive: Axles
@@ -142,7 +163,7 @@ class Car:
     @staticmethod
     def from_toml(path: Path) -> "Car":
         kinds = Car.__annotations__
-        tables = {"roll": {}} | tomllib.loads(path.read_text())
+        tables = {"roll": {}, "ride": {}} | tomllib.loads(path.read_text())
         # Plants know the power of the drive by this name.
         if "power_max" in tables.get("drive", {}):
             tables["limit"]["power"] = tables["drive"].pop("power_max")
@@ -169,6 +190,23 @@ class Car:
         driving, braking = (F_x + root) / 2.0, (F_x - root) / 2.0
         front = self.drive.front_share * driving + self.brake.front_share * braking
         return front, F_x - front
+
+    def drag_and_downforce(self, v_x, F_x):
+        """Drag and the downforce of both axles [N]; with a map at the ride heights at which the springs carry the load."""
+        aero, force = self.aero, self.aero.force_per_coefficient(v_x)
+        if not aero.map:
+            return force * aero.C_d, force * aero.C_lf, force * aero.C_lr
+        base, slopes = aero.planes()
+        lever = self.body.h / (self.body.l_f + self.body.l_r)
+        # Loads of the axles over the three coefficients: drag pitches the car back less than F_x does.
+        carried = ca.DM([[lever, 1.0, 0.0], [-lever, 0.0, 1.0]])
+        compliance = ca.diag(ca.DM([0.5 / self.ride.stiffness_f, 0.5 / self.ride.stiffness_r]))
+        rest = ca.DM([aero.ride_height_f, aero.ride_height_r])
+        moved = ca.vertcat(-F_x, F_x) * lever
+        matrix = ca.DM.eye(2) + force * ca.mtimes([compliance, carried, ca.DM(slopes)])
+        heights = ca.solve(matrix, rest - ca.mtimes(compliance, force * ca.mtimes(carried, ca.DM(base)) + moved))
+        drag, front, rear = ca.vertsplit(force * (ca.DM(base) + ca.mtimes(ca.DM(slopes), heights)))
+        return drag, front, rear
 
     def top_speed(self):
         drag = 0.5 * self.aero.rho * self.aero.area * self.aero.C_d
@@ -309,14 +347,14 @@ def node_function(car: Car, scale) -> ca.Function:
     """Of scaled unknowns and the curvature of the line: slowness, price, scaled slopes, equations, inequalities."""
     x, curvature = ca.SX.sym("x", len(VARIABLES)), ca.SX.sym("kappa")
     n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, kappa_f, kappa_r, a_y = ca.vertsplit(x * scale)
-    body, aero, limit = car.body, car.aero, car.limit
+    body, limit = car.body, car.limit
     L, weight = body.l_f + body.l_r, body.m * G
 
-    drag = aero.force_per_coefficient(v_x) * aero.C_d
+    drag, down_f, down_r = car.drag_and_downforce(v_x, F_x)
     static_f, static_r = car.static_loads()
     moved = (F_x - drag) * body.h / L
-    F_zf = static_f + aero.force_per_coefficient(v_x) * aero.C_lf - moved
-    F_zr = static_r + aero.force_per_coefficient(v_x) * aero.C_lr + moved
+    F_zf = static_f + down_f - moved
+    F_zr = static_r + down_r + moved
     # ISO-W: the slip angle is positive while the contact point moves to the left.
     alpha_f = ca.atan((v_y + body.l_f * r) / v_x) - delta
     alpha_r = ca.atan((v_y - body.l_r * r) / v_x)

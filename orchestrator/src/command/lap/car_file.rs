@@ -46,10 +46,10 @@ impl CarFile {
         let value = &self.file.values[i];
         let error =
             |span: &Range<usize>, message: String| self.file.source.error_at(span.clone(), message, "");
-        if let Some(axle) = TEXT_KEYS.iter().position(|name| *name == value.name) {
+        if TEXT_KEYS.contains(&value.name.as_str()) {
             let text = value.value.as_str();
             let text = text.ok_or_else(|| error(&value.span, format!("`{}` is a text", value.name)))?;
-            self.parameters.set_tire_text(axle, text);
+            self.parameters.set_text(&value.name, text);
             return Ok(());
         }
         let Some(key) = ParameterKey::find(&value.name) else {
@@ -108,12 +108,9 @@ impl CarFile {
 /// Groups whose names all come from plants and drivers of ours.
 const KNOWN_GROUPS: [&str; 3] = ["body", "aero", "limit"];
 /// Names in these groups that a lap has no use for.
-const NAMES_OF_OTHERS: [&str; 11] = [
+const NAMES_OF_OTHERS: [&str; 8] = [
     "body.I_xx",
     "body.I_yy",
-    "aero.map",
-    "aero.ride_height_f",
-    "aero.ride_height_r",
     "limit.a_y",
     "limit.alpha_f",
     "limit.anti_windup",
@@ -128,7 +125,10 @@ fn misspelt_name(name: &str) -> Option<&'static str> {
     if is_foreign || NAMES_OF_OTHERS.contains(&name) {
         return None;
     }
-    suggest::closest_name(name, PARAMETER_KEYS.iter().map(|key| key.name).chain(NAMES_OF_OTHERS))
+    suggest::closest_name(
+        name,
+        PARAMETER_KEYS.iter().map(|key| key.name).chain(TEXT_KEYS).chain(NAMES_OF_OTHERS),
+    )
 }
 
 /// The key of a name, which may have the name of a node before it.
