@@ -91,6 +91,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vehicle", &["tire"]),
     ("track", &["vehicle"]),
     ("lap", &["car-file", "kalman", "numerics", "tire", "tire-file", "track", "vehicle"]),
+    ("track-file", &["track"]),
     ("lap-report", &["html-page", "lap", "numerics", "track", "units"]),
     ("kalman", &["elementary"]),
     ("manoeuvre", &["units"]),
@@ -131,7 +132,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
     ("friction-fmu", &["car-file", "fmu-export", "kalman", "vehicle"]),
     ("estimator", &["car-file", "fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
-    ("orchestrator", &["archive", "assessment", "attribution", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "lap", "lap-report", "manoeuvre", "numerics", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "text-encoding", "tire", "tire-file", "tire-report", "track", "unified-features", "units"]),
+    ("orchestrator", &["archive", "assessment", "attribution", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "lap", "lap-report", "manoeuvre", "numerics", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "text-encoding", "tire", "tire-file", "tire-report", "track", "track-file", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -16,6 +16,7 @@ tests! {
     a_log_in_degrees_becomes_a_track_beside_whose_fastest_lap_it_lies,
     a_vbox_of_others_becomes_an_open_track: Logs,
     tracks_of_others_bend_as_their_cars_turned: Logs,
+    roads_of_open_drive_and_open_crg_become_tracks_to_lap,
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
     the_fastest_lap_is_driven_in_the_plant,
@@ -91,6 +92,86 @@ fn a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval() {
     );
     let again = lab.trackside(&arguments).expect(0);
     assert_eq!(ended.stdout, again.stdout, "the seed decides");
+}
+
+/// Two straights and two half circles, banked by 0.1 rad in the bends, on a hill of 2 m.
+fn oval_of_open_drive() -> String {
+    let bend = 60.0 * std::f64::consts::PI;
+    let length = 2.0 * (200.0 + bend);
+    let geometry = |s: f64, x: f64, y: f64, heading: f64, length: f64, shape: &str| {
+        format!(
+            "<geometry s=\"{s}\" x=\"{x}\" y=\"{y}\" hdg=\"{heading}\" length=\"{length}\"><{shape}/></geometry>"
+        )
+    };
+    let (half_turn, arc) = (std::f64::consts::PI, "arc curvature=\"0.016666666667\"");
+    let plan = [
+        geometry(0.0, 0.0, 0.0, 0.0, 200.0, "line"),
+        geometry(200.0, 200.0, 0.0, 0.0, bend, arc),
+        geometry(200.0 + bend, 200.0, 120.0, half_turn, 200.0, "line"),
+        geometry(400.0 + bend, 0.0, 120.0, half_turn, bend, arc),
+    ];
+    let link = |name: &str, point: &str| {
+        format!("<{name} elementType=\"road\" elementId=\"7\" contactPoint=\"{point}\"/>")
+    };
+    let lane = |id: i32, width: f64| {
+        format!(
+            "<lane id=\"{id}\" type=\"driving\"><link><predecessor id=\"{id}\"/><successor id=\"{id}\"/></link>\
+             <width sOffset=\"0\" a=\"{width}\" b=\"0\" c=\"0\" d=\"0\"/></lane>"
+        )
+    };
+    format!(
+        "<OpenDRIVE><header revMajor=\"1\" revMinor=\"7\"/><road id=\"7\" length=\"{length}\" junction=\"-1\"><link>{}{}</link>\
+         <planView>{}</planView><elevationProfile><elevation s=\"0\" a=\"2\" b=\"0\" c=\"0\" d=\"0\"/></elevationProfile>\
+         <lateralProfile><superelevation s=\"0\" a=\"-0.1\" b=\"0\" c=\"0\" d=\"0\"/></lateralProfile><lanes><laneSection s=\"0\">\
+         <left>{}</left><center><lane id=\"0\" type=\"none\"/></center><right>{}{}</right></laneSection></lanes></road></OpenDRIVE>",
+        link("predecessor", "end"),
+        link("successor", "start"),
+        plan.concat(),
+        lane(1, 4.0),
+        lane(-1, 4.0),
+        lane(-2, 4.0)
+    )
+}
+
+fn roads_of_open_drive_and_open_crg_become_tracks_to_lap() {
+    let lab = Lab::new();
+    lab.write("oval.xodr", oval_of_open_drive());
+    lab.write("car.toml", car(""));
+    let ended = lab.trackside(&["track", "oval.xodr", "--out", "oval.csv"]).expect(0);
+    assert!(ended.stdout.contains("  777.0 m, closed, road 7; 11.9 to 11.9 m wide"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("banked by -5.7 to -5.7 deg"), "{}", ended.stdout);
+    let lapped = ["lap", "car.toml", "oval.csv", "--nodes", "120", "--margin", "1.0", "--out", "out"];
+    lab.trackside(&lapped).expect(0);
+    let banked = numbers(&lab)["lap_time"].as_f64().expect("a time");
+    // The same road without the bank takes longer: it leans into the bends.
+    lab.write("flat.xodr", oval_of_open_drive().replace("a=\"-0.1\"", "a=\"0\""));
+    let ended = lab.trackside(&["track", "flat.xodr", "--roads", "7", "--out", "oval.csv"]).expect(0);
+    assert!(ended.stdout.contains("12.0 to 12.0 m wide\n"), "{}", ended.stdout);
+    lab.trackside(&lapped).expect(0);
+    let flat = numbers(&lab)["lap_time"].as_f64().expect("a time");
+    assert!(banked < 0.99 * flat && banked > 0.9 * flat, "{banked} {flat}");
+
+    let heights = " 0.0 0.0 0.0\n".repeat(41);
+    lab.write(
+        "straight.crg",
+        format!(
+            "$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 1.0\nLONG_SECTION_V_RIGHT = -3.0\nLONG_SECTION_V_INCREMENT = 3.0\n$\n\
+             $KD_Definition\n#:LRFI\nD:long section 1,m\nD:long section 2,m\nD:long section 3,m\n$\n$$$$\n{heights}"
+        ),
+    );
+    let ended = lab.trackside(&["track", "straight.crg", "--out", "straight.csv"]).expect(0);
+    assert!(ended.stdout.contains("  40.0 m, open; 6.0 to 6.0 m wide"), "{}", ended.stdout);
+
+    let wrong = |arguments: &[&str], words: &[&str]| {
+        let ended = lab.trackside(arguments).expect(2);
+        words.iter().for_each(|word| assert!(ended.stderr.contains(word), "{word} in {}", ended.stderr));
+    };
+    wrong(&["track", "oval.xodr", "--roads", "8"], &["found `8`; it has 7"]);
+    wrong(&["track", "oval.xodr", "--noise", "1"], &["--noise is for a track of a log"]);
+    wrong(&["track", "straight.crg", "--roads", "1"], &["--roads is for a track of OpenDRIVE"]);
+    wrong(&["lap", "car.toml", "oval.xodr"], &["trackside track oval.xodr --out track.csv"]);
+    lab.write("broken.xodr", "<OpenDRIVE><road>");
+    wrong(&["track", "broken.xodr"], &["broken.xodr: invalid OpenDRIVE XML"]);
 }
 
 fn casadi_and_ipopt_find_the_same_lap() {

@@ -122,23 +122,31 @@ impl TrackSurvey {
         rows.into_survey()
     }
 
-    /// The points and widths as a table that [`Self::from_table_text`] reads, to the millimetre.
+    /// The points with widths, bank and height as a table that [`Self::from_table_text`] reads, to a tenth of a millimetre.
     #[must_use]
     pub fn table_text(&self) -> String {
         let mut text = format!("# {}\n", if self.closed { "closed" } else { "open" });
         if let Some(plane) = &self.plane {
             text += &plane.comment();
         }
-        text += if self.widths.is_some() { "x_m,y_m,left_m,right_m\n" } else { "x_m,y_m\n" };
+        text += "x_m,y_m";
+        text += if self.widths.is_some() { ",left_m,right_m" } else { "" };
+        text += if self.height.is_some() { ",z_m" } else { "" };
+        text += if self.bank.is_some() { ",bank_rad" } else { "" };
         for (i, [x, y]) in self.points.iter().enumerate() {
-            let _ = write!(text, "{x:.3},{y:.3}");
+            let _ = write!(text, "\n{x:.4},{y:.4}");
             if let Some(widths) = &self.widths {
                 let [left, right] = widths[i];
                 let _ = write!(text, ",{left:.3},{right:.3}");
             }
-            text.push('\n');
+            if let Some(height) = &self.height {
+                let _ = write!(text, ",{:.4}", height[i]);
+            }
+            if let Some(bank) = &self.bank {
+                let _ = write!(text, ",{:.5}", bank[i]);
+            }
         }
-        text
+        text + "\n"
     }
 }
 

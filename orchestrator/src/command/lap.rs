@@ -187,6 +187,12 @@ pub fn check_not_negative(option: &str, number: f64) -> Result<(), Error> {
 
 fn read_track(path: &Path) -> Result<TrackSurvey, Error> {
     let name = path.display();
+    if track_file::is_road_file(path) {
+        return Err(Error::invalid_input(format!(
+            "{name}: expected a table of the track, found a file of roads"
+        ))
+        .with_help(format!("make a table of it: trackside track {name} --out track.csv")));
+    }
     let bytes = diagnostics::read_bounded(path, LARGEST)
         .map_err(|error| Error::invalid_input(format!("the track {name} cannot be read: {error}")))?;
     TrackSurvey::from_table_text(&text_encoding::decode_text(&bytes))

@@ -1,0 +1,221 @@
+//! Follows a road network from lane to lane: round a circuit, or from one end to the other.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use xodr::{Direction, LaneId, Layer, RoadId, RoadNetwork};
+
+use crate::Error;
+
+/// Identifiers that a message names.
+const MOST_NAMES: usize = 12;
+
+/// A lane section of a road, driven in one direction, with the lanes beside one another on which a car can drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoadStretch {
+    /// The road.
+    pub road: RoadId,
+    /// Number of the lane section.
+    section: usize,
+    /// Whether the drive goes along the road's reference line, or against it.
+    pub forward: bool,
+    /// The lane on the left of the reference line that is farthest out, or the one nearest to it on the right.
+    pub leftmost: LaneId,
+    /// The lane on its right.
+    pub rightmost: LaneId,
+    /// Those that are driven in this direction.
+    driven: Vec<LaneId>,
+}
+
+impl RoadStretch {
+    fn is_same_place(&self, other: &RoadStretch) -> bool {
+        (self.road, self.section) == (other.road, other.section)
+    }
+}
+
+/// Consecutive stretches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoadRoute {
+    /// The stretches in the order of the drive.
+    pub stretches: Vec<RoadStretch>,
+    /// Whether the first one follows the last one.
+    pub closed: bool,
+}
+
+/// The lanes for driving of a network.
+pub struct DrivableLanes<'a> {
+    network: &'a RoadNetwork,
+    /// Lanes of each section of a road, by their OpenDRIVE numbers: negative ones right of the reference line.
+    sections: BTreeMap<(usize, usize), BTreeMap<i32, LaneId>>,
+}
+
+impl<'a> DrivableLanes<'a> {
+    /// The lanes of a network that are no temporary ones.
+    pub fn new(network: &'a RoadNetwork) -> Self {
+        let mut sections: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+        for lane in network.lanes().iter().filter(|lane| lane.kind.is_drivable()) {
+            if let Some(at) = network.road_lane(lane.id).filter(|_| lane.layer == Layer::Permanent) {
+                sections.entry((at.road.0, at.section)).or_default().insert(at.od_id, lane.id);
+            }
+        }
+        DrivableLanes { network, sections }
+    }
+
+    /// The identifier of a road in the file.
+    pub fn road_name(&self, road: RoadId) -> String {
+        self.network.road(road).map_or_else(String::new, |road| road.od_id().to_owned())
+    }
+
+    /// The stretch around a lane.
+    fn stretch(&self, lane: LaneId) -> Option<RoadStretch> {
+        let at = self.network.road_lane(lane)?;
+        let lanes = self.sections.get(&(at.road.0, at.section))?;
+        lanes.get(&at.od_id)?;
+        // There is no lane 0.
+        let beside = |od_id: i32, step: i32| if od_id + step == 0 { step } else { od_id + step };
+        let end = |step: i32| {
+            let mut od_id = at.od_id;
+            while lanes.contains_key(&beside(od_id, step)) {
+                od_id = beside(od_id, step);
+            }
+            od_id
+        };
+        let (right, left) = (end(-1), end(1));
+        let direction = self.network.lane(lane)?.direction;
+        let is_driven = |id: &LaneId| {
+            let way = self.network.lane(*id).map(|lane| lane.direction);
+            way == Some(direction) || way == Some(Direction::Both)
+        };
+        Some(RoadStretch {
+            road: at.road,
+            section: at.section,
+            forward: direction != Direction::Backward,
+            leftmost: lanes[&left],
+            rightmost: lanes[&right],
+            driven: lanes.range(right..=left).map(|(_, id)| *id).filter(is_driven).collect(),
+        })
+    }
+
+    /// Stretches that follow one, or that it follows: one for each section.
+    fn linked(&self, stretch: &RoadStretch, ahead: bool) -> Vec<RoadStretch> {
+        let mut found: Vec<RoadStretch> = Vec::new();
+        for lane in stretch.driven.iter().filter_map(|id| self.network.lane(*id)) {
+            for next in if ahead { &lane.successors } else { &lane.predecessors } {
+                if let Some(next) =
+                    self.stretch(*next).filter(|next| found.iter().all(|it| !it.is_same_place(next)))
+                {
+                    found.push(next);
+                }
+            }
+        }
+        found
+    }
+
+    fn names(&self, stretches: &[RoadStretch]) -> String {
+        let names: BTreeSet<String> = stretches.iter().map(|it| self.road_name(it.road)).collect();
+        if names.is_empty() { "none".to_owned() } else { Vec::from_iter(names).join(", ") }
+    }
+
+    /// The one stretch that follows, or that this one follows; none at an end.
+    fn follow(&self, stretch: &RoadStretch, ahead: bool) -> Result<Option<RoadStretch>, Error> {
+        let next = self.linked(stretch, ahead);
+        match next.as_slice() {
+            [] => Ok(None),
+            [one] => Ok(Some(one.clone())),
+            _ => Err(Error::Fork { road: self.road_name(stretch.road), next: self.names(&next) }),
+        }
+    }
+
+    /// Where a drive along a road may begin: on its first section along its line, on its last one against it.
+    fn starts(&self, road: RoadId) -> Vec<RoadStretch> {
+        let mut sections = self.sections.range((road.0, 0)..=(road.0, usize::MAX));
+        let ends = [(sections.next(), true), (sections.next_back(), false)];
+        // A road of one section has both ends there.
+        let (first, last) = (ends[0].0, ends[1].0.or(ends[0].0));
+        let start = |section: Option<(&(usize, usize), &BTreeMap<i32, LaneId>)>, forward: bool| {
+            let mut stretches = section?.1.values().filter_map(|lane| self.stretch(*lane));
+            stretches.find(|it| it.forward == forward)
+        };
+        [start(first, true), start(last, false)].into_iter().flatten().collect()
+    }
+
+    /// The route from the longest road on, and before it if that is no circuit.
+    ///
+    /// # Errors
+    /// Where it forks.
+    pub fn longest_route(&self) -> Result<RoadRoute, Error> {
+        let length = |stretch: &RoadStretch| self.network.road(stretch.road).map_or(0.0, xodr::Road::length);
+        let roads = self.network.roads().iter().filter_map(|road| self.starts(road.id()).into_iter().next());
+        let start = roads.max_by(|a, b| length(a).total_cmp(&length(b))).ok_or(Error::NoLanes)?;
+        let mut stretches = vec![start];
+        while let Some(next) = self.follow(&stretches[stretches.len() - 1], true)? {
+            if let Some(begin) = stretches.iter().position(|it| it.is_same_place(&next)) {
+                return Ok(RoadRoute { stretches: stretches.split_off(begin), closed: true });
+            }
+            stretches.push(next);
+        }
+        while let Some(before) = self.follow(&stretches[0], false)? {
+            if stretches.iter().any(|it| it.is_same_place(&before)) {
+                break;
+            }
+            stretches.insert(0, before);
+        }
+        Ok(RoadRoute { stretches, closed: false })
+    }
+
+    /// The route along these roads.
+    ///
+    /// # Errors
+    /// When there is no such road, or one does not follow the one before.
+    pub fn route_along(&self, names: &[String]) -> Result<RoadRoute, Error> {
+        let roads: Vec<RoadId> = names.iter().map(|name| self.road(name)).collect::<Result<_, _>>()?;
+        let mut failed = Error::NoLanes;
+        for start in self.starts(roads[0]) {
+            match self.route_from(start, &roads) {
+                Ok(route) => return Ok(route),
+                Err(error) => failed = error,
+            }
+        }
+        Err(failed)
+    }
+
+    fn route_from(&self, start: RoadStretch, roads: &[RoadId]) -> Result<RoadRoute, Error> {
+        let mut stretches = vec![start];
+        let mut at = 0;
+        loop {
+            let next = self.linked(&stretches[stretches.len() - 1], true);
+            let is_new = |it: &&RoadStretch| stretches.iter().all(|before| !before.is_same_place(it));
+            if let Some(same) = next.iter().filter(is_new).find(|it| it.road == roads[at]) {
+                stretches.push(same.clone());
+                continue;
+            }
+            at += 1;
+            if at == roads.len() {
+                let closed = next.iter().any(|it| it.is_same_place(&stretches[0]));
+                return Ok(RoadRoute { stretches, closed });
+            }
+            let Some(on) = next.iter().find(|it| it.road == roads[at]) else {
+                return Err(Error::NotLinked {
+                    from: self.road_name(roads[at - 1]),
+                    to: self.road_name(roads[at]),
+                    next: format!("what follows it: {}", self.names(&next)),
+                });
+            };
+            stretches.push(on.clone());
+        }
+    }
+
+    /// A road by its identifier in the file.
+    fn road(&self, name: &str) -> Result<RoadId, Error> {
+        let found = self.network.road_by_od_id(name).map(xodr::Road::id);
+        found.ok_or_else(|| {
+            let all = self.network.roads();
+            let known: Vec<&str> = all.iter().take(MOST_NAMES).map(xodr::Road::od_id).collect();
+            let more = if all.len() > MOST_NAMES {
+                format!(" and {} more", all.len() - MOST_NAMES)
+            } else {
+                String::new()
+            };
+            Error::UnknownRoad { road: name.to_owned(), known: format!("{}{more}", known.join(", ")) }
+        })
+    }
+}
