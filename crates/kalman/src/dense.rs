@@ -110,6 +110,39 @@ pub(crate) fn dense_trajectory<const N: usize, const M: usize>(
     (&cov * rows.right, cov)
 }
 
+/// Mean and covariance, given all measurements, of the start less its mean, each w, and each v, as one vector. No covariance but that
+/// of the measurements is inverted, so that those of start and w may be singular.
+pub(crate) fn dense_noises<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    p: &NoiseParameters<N, M>,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let T = steps.len();
+    let n = (N + M) * T;
+    let mut C = DMatrix::zeros(n, n);
+    for k in 0..T {
+        let of_state = if k == 0 { &p.start.cov } else { &p.Q };
+        C.view_mut((N * k, N * k), (N, N)).copy_from(of_state);
+        C.view_mut((N * T + M * k, N * T + M * k), (M, M)).copy_from(&p.R);
+    }
+    // The state is x = X ξ + m with the vector of noises ξ, the measurements G ξ + e.
+    let (mut X, mut m) = (DMatrix::zeros(N, n), p.start.mean);
+    let (mut G, mut e) = (DMatrix::zeros(M * T, n), DVector::zeros(M * T));
+    for (k, step) in steps.iter().enumerate() {
+        X.view_mut((0, N * k), (N, N)).fill_with_identity();
+        let mut rows = G.rows_mut(M * k, M);
+        rows.copy_from(&(step.H * &X));
+        rows.view_mut((0, N * T + M * k), (M, M)).fill_with_identity();
+        e.rows_mut(M * k, M).copy_from(&(step.y - step.H * m));
+        X = to_dynamic_matrix(&step.F) * X;
+        m = step.F * m + step.b;
+    }
+    let measured: Vec<usize> = (0..M * T).filter(|i| !e[*i].is_nan()).collect();
+    let (G, e) = (G.select_rows(&measured), e.select_rows(&measured));
+    let GC = &G * &C;
+    let factor = (&GC * G.transpose()).cholesky().expect("positive definite");
+    (GC.transpose() * factor.solve(&e), &C - GC.transpose() * factor.solve(&GC))
+}
+
 /// Logarithm of the density of all measurements as one Gaussian vector.
 pub(crate) fn log_density<const N: usize, const M: usize>(
     steps: &[LinearStep<N, M>],

@@ -3,14 +3,16 @@
 
 use nalgebra::{Cholesky, SMatrix, SVector};
 
-use crate::forward::{FilteredRecording, PassError, is_diagonal};
+use crate::forward::{PassError, is_diagonal};
 use crate::step::{LinearStep, NoiseParameters};
 
+mod adjoint;
 mod expectation;
 mod maximise;
 mod outcome;
 mod squarem;
 
+use adjoint::CorrectedRecording;
 use expectation::{NoiseMoments, expected_noise_moments};
 pub use maximise::CovarianceStructure;
 pub use outcome::{EmError, EmEstimate, EmStatus, LikelihoodFall};
@@ -104,8 +106,9 @@ impl<const N: usize, const M: usize> EmSettings<N, M> {
         mut go_on: impl FnMut() -> bool,
     ) -> Result<EmEstimate<N, M>, EmError> {
         self.check_inputs(steps, guess)?;
-        let joint_R = self.R == CovarianceStructure::Full;
-        let mut run = EmRun { steps, joint_R, filtered: FilteredRecording::default(), evaluations: 0 };
+        let joint_R = self.R == CovarianceStructure::Full || !is_diagonal(&guess.R);
+        let mut run =
+            EmRun { steps, joint_R, filtered: CorrectedRecording::empty(guess.start), evaluations: 0 };
         let mut at = run.evaluate_parameters(guess)?;
         let (mut log_likelihood, mut violations) = (vec![at.log_likelihood], Vec::new());
         let (mut rejected, mut longest) = (0, 1.0);
@@ -230,9 +233,9 @@ struct EmIterate<const N: usize, const M: usize> {
 /// Passes over one recording, in the same memory.
 struct EmRun<'a, const N: usize, const M: usize> {
     steps: &'a [LinearStep<N, M>],
-    /// Whether the noises of the measurements are estimated as one matrix.
+    /// Whether the noises of the measurements are one matrix, not each a variance.
     joint_R: bool,
-    filtered: FilteredRecording<N>,
+    filtered: CorrectedRecording<N, M>,
     evaluations: usize,
 }
 
@@ -242,8 +245,8 @@ impl<const N: usize, const M: usize> EmRun<'_, N, M> {
         parameters: &NoiseParameters<N, M>,
     ) -> Result<EmIterate<N, M>, PassError> {
         self.evaluations += 1;
-        self.filtered.filter_into(self.steps, parameters)?;
-        let moments = expected_noise_moments(self.steps, &self.filtered, parameters, self.joint_R)?;
+        self.filtered.filter_into(self.steps, parameters, self.joint_R)?;
+        let moments = expected_noise_moments(self.steps, &self.filtered, parameters, self.joint_R);
         let log_likelihood = self.filtered.log_likelihood;
         Ok(EmIterate { parameters: *parameters, log_likelihood, moments })
     }

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt;
 
-use nalgebra::{Cholesky, SMatrix, SVector};
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::gaussian::{Gaussian, product, symmetric_part};
@@ -83,29 +83,55 @@ pub fn measurement_update<const N: usize, const M: usize>(
     H: &SMatrix<f64, M, N>,
     R: &SMatrix<f64, M, M>,
 ) -> Result<(Gaussian<N>, Innovation<M>), UpdateError> {
-    let HP = H * prior.cov;
-    let S = symmetric_part(&(HP * H.transpose() + R));
-    if !residual.iter().chain(S.iter()).all(|x| x.is_finite()) {
-        return Err(UpdateError::NotFinite);
+    let update = JosephUpdate::of(prior, residual, H, R)?;
+    Ok((update.posterior, update.innovation))
+}
+
+/// A correction in Joseph's form, with what it was calculated from.
+pub(crate) struct JosephUpdate<const N: usize, const M: usize> {
+    pub posterior: Gaussian<N>,
+    pub innovation: Innovation<M>,
+    /// Gain P Hᵀ S⁻¹.
+    pub K: SMatrix<f64, N, M>,
+    /// Factor of S.
+    pub factor: Cholesky<f64, Const<M>>,
+    /// S⁻¹ ν.
+    pub weighted: SVector<f64, M>,
+}
+
+impl<const N: usize, const M: usize> JosephUpdate<N, M> {
+    #[inline]
+    pub(crate) fn of(
+        prior: &Gaussian<N>,
+        residual: &SVector<f64, M>,
+        H: &SMatrix<f64, M, N>,
+        R: &SMatrix<f64, M, M>,
+    ) -> Result<Self, UpdateError> {
+        let HP = H * prior.cov;
+        let S = symmetric_part(&(HP * H.transpose() + R));
+        if !residual.iter().chain(S.iter()).all(|x| x.is_finite()) {
+            return Err(UpdateError::NotFinite);
+        }
+        let factor = Cholesky::new(S).ok_or(UpdateError::NotPositiveDefinite)?;
+
+        let K = factor.solve(&HP).transpose();
+        let I_KH = SMatrix::identity() - K * H;
+        let posterior = Gaussian {
+            mean: prior.mean + K * residual,
+            cov: symmetric_part(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
+        };
+
+        let weighted = factor.solve(residual);
+        let nis = residual.dot(&weighted);
+        let ln_det = factor.ln_determinant();
+        let innovation = Innovation {
+            residual: *residual,
+            cov: S,
+            nis,
+            log_likelihood: -0.5 * (nis + ln_det + M as f64 * TAU.ln()),
+        };
+        Ok(Self { posterior, innovation, K, factor, weighted })
     }
-    let factor = Cholesky::new(S).ok_or(UpdateError::NotPositiveDefinite)?;
-
-    let K = factor.solve(&HP).transpose();
-    let I_KH = SMatrix::identity() - K * H;
-    let posterior = Gaussian {
-        mean: prior.mean + K * residual,
-        cov: symmetric_part(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
-    };
-
-    let nis = residual.dot(&factor.solve(residual));
-    let ln_det = factor.ln_determinant();
-    let innovation = Innovation {
-        residual: *residual,
-        cov: S,
-        nis,
-        log_likelihood: -0.5 * (nis + ln_det + M as f64 * TAU.ln()),
-    };
-    Ok((posterior, innovation))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::fmt;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::filter::{UpdateError, measurement_update, predict};
+use crate::filter::{JosephUpdate, UpdateError, predict};
 use crate::gaussian::Gaussian;
 use crate::step::{LinearStep, NoiseParameters};
 
@@ -110,17 +110,53 @@ impl<const N: usize> FilteredRecording<N> {
         self.posterior.clear();
         self.fit.clear();
         self.log_likelihood = 0.0;
-        let mut prior = parameters.start;
-        for (k, step) in steps.iter().enumerate() {
-            let (posterior, fit) = correct_prediction(&prior, step, &parameters.R)
-                .map_err(|source| PassError::Update { step: k, source })?;
-            self.prior.push(prior);
+        forward_sweep(steps, parameters, |_, prior, step| {
+            let (posterior, fit) = correct_prediction(prior, step, &parameters.R, None)?;
+            self.prior.push(*prior);
             self.posterior.push(posterior);
             self.fit.push(fit);
             self.log_likelihood += fit.log_likelihood;
-            prior = predict(&posterior, step.F * posterior.mean + step.b, &step.F, &parameters.Q);
+            Ok(posterior)
+        })
+    }
+}
+
+/// Goes from the first step to the last: `correct` turns each prediction into the state given the measurement.
+#[inline]
+pub(crate) fn forward_sweep<const N: usize, const M: usize>(
+    steps: &[LinearStep<N, M>],
+    parameters: &NoiseParameters<N, M>,
+    mut correct: impl FnMut(usize, &Gaussian<N>, &LinearStep<N, M>) -> Result<Gaussian<N>, UpdateError>,
+) -> Result<(), PassError> {
+    let mut prior = parameters.start;
+    for (k, step) in steps.iter().enumerate() {
+        let posterior = correct(k, &prior, step).map_err(|source| PassError::Update { step: k, source })?;
+        prior = predict(&posterior, step.F * posterior.mean + step.b, &step.F, &parameters.Q);
+    }
+    Ok(())
+}
+
+/// What a correction leaves to the smoother of the noises.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CorrectionGain<const N: usize, const M: usize> {
+    /// Whether each component was corrected after those before it, and S is that of components on their own.
+    pub one_by_one: bool,
+    /// Gain P Hᵀ S⁻¹; zero for absent components, as is the rest.
+    pub K: SMatrix<f64, N, M>,
+    /// S⁻¹; of components one by one, the diagonal alone.
+    pub S_inverse: SMatrix<f64, M, M>,
+    /// S⁻¹ ν.
+    pub weighted: SVector<f64, M>,
+}
+
+impl<const N: usize, const M: usize> Default for CorrectionGain<N, M> {
+    fn default() -> Self {
+        Self {
+            one_by_one: true,
+            K: SMatrix::zeros(),
+            S_inverse: SMatrix::zeros(),
+            weighted: SVector::zeros(),
         }
-        Ok(())
     }
 }
 
@@ -128,16 +164,17 @@ impl<const N: usize> FilteredRecording<N> {
 /// then keeps six digits of the difference.
 const PLAIN_SUBTRACTION: f64 = 1e-10;
 
-/// Corrects a prediction by the measurement of a step.
+/// Corrects a prediction by the measurement of a step, and writes down the gain if asked to.
 #[inline]
 pub(crate) fn correct_prediction<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
     step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
+    mut gain: Option<&mut CorrectionGain<N, M>>,
 ) -> Result<(Gaussian<N>, StepFit), UpdateError> {
-    match correct_one_by_one(prior, step, R) {
+    match correct_one_by_one(prior, step, R, gain.as_deref_mut()) {
         Some(corrected) => Ok(corrected),
-        None => correct_at_once(prior, step, R),
+        None => correct_at_once(prior, step, R, gain),
     }
 }
 
@@ -156,12 +193,16 @@ fn correct_one_by_one<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
     step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
+    mut gain: Option<&mut CorrectionGain<N, M>>,
 ) -> Option<(Gaussian<N>, StepFit)> {
     if !is_diagonal(R) {
         return None;
     }
     let mut x = *prior;
     let mut fit = StepFit::default();
+    if let Some(gain) = gain.as_deref_mut() {
+        *gain = CorrectionGain::default();
+    }
     for i in 0..M {
         if step.y[i].is_nan() {
             continue;
@@ -181,16 +222,22 @@ fn correct_one_by_one<const N: usize, const M: usize>(
         fit.nis += e * e / s;
         fit.log_likelihood -= 0.5 * (e * e / s + s.ln() + TAU.ln());
         fit.observed += 1;
+        if let Some(gain) = gain.as_deref_mut() {
+            gain.K.set_column(i, &(p / s));
+            gain.S_inverse[(i, i)] = s.recip();
+            gain.weighted[i] = e / s;
+        }
     }
     Some((x, fit))
 }
 
 /// The correction by Joseph's form. An absent component gets noise of its own and no sensitivity, so that it
 /// has no effect.
-fn correct_at_once<const N: usize, const M: usize>(
+pub(crate) fn correct_at_once<const N: usize, const M: usize>(
     prior: &Gaussian<N>,
     step: &LinearStep<N, M>,
     R: &SMatrix<f64, M, M>,
+    gain: Option<&mut CorrectionGain<N, M>>,
 ) -> Result<(Gaussian<N>, StepFit), UpdateError> {
     let (mut H, mut R) = (step.H, *R);
     let mut residual = step.y - step.H * prior.mean;
@@ -202,19 +249,17 @@ fn correct_at_once<const N: usize, const M: usize>(
         R.column_mut(i).fill(0.0);
         R[(i, i)] = 1.0;
     }
-    let (posterior, innovation) = measurement_update(prior, &residual, &H, &R)?;
+    let JosephUpdate { posterior, innovation, K, factor, weighted } =
+        JosephUpdate::of(prior, &residual, &H, &R)?;
+    if let Some(gain) = gain {
+        *gain = CorrectionGain { one_by_one: false, K, S_inverse: factor.inverse(), weighted };
+        for i in (0..M).filter(|i| absent[*i]) {
+            gain.S_inverse[(i, i)] = 0.0;
+        }
+    }
     let missing = absent.iter().filter(|absent| **absent).count();
     let log_likelihood = innovation.log_likelihood + 0.5 * missing as f64 * TAU.ln();
     Ok((posterior, StepFit { nis: innovation.nis, log_likelihood, observed: M - missing }))
-}
-
-/// Measured less predicted, ν = y − H x; zero for absent components.
-#[inline]
-pub(crate) fn measurement_residual<const N: usize, const M: usize>(
-    step: &LinearStep<N, M>,
-    x: &SVector<f64, N>,
-) -> SVector<f64, M> {
-    (step.y - step.H * x).zip_map(&step.y, |e, y| if y.is_nan() { 0.0 } else { e })
 }
 
 #[cfg(test)]

@@ -31,6 +31,15 @@ pub(crate) fn product<const N: usize, const K: usize, const M: usize>(
     sum
 }
 
+/// A P Aᵀ of a symmetric P.
+#[inline]
+pub(crate) fn congruence<const N: usize, const K: usize>(
+    A: &SMatrix<f64, N, K>,
+    P: &SMatrix<f64, K, K>,
+) -> SMatrix<f64, N, N> {
+    symmetric_part(&product(&product(A, P), &A.transpose()))
+}
+
 /// Symmetric part of a matrix; rounding alone makes a computed covariance need it.
 #[inline]
 pub(crate) fn symmetric_part<const N: usize>(cov: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {

@@ -67,7 +67,7 @@ pub fn linearise_by_extended_filter<const N: usize, const M: usize>(
     let mut steps = Vec::with_capacity(measured.len());
     for (k, y) in measured.iter().enumerate() {
         let step = LinearStep::from_measurement(model, k, &prior.mean, y);
-        let (posterior, _) = correct_prediction(&prior, &step, &parameters.R)
+        let (posterior, _) = correct_prediction(&prior, &step, &parameters.R, None)
             .map_err(|source| PassError::Update { step: k, source })?;
         if k + 1 == measured.len() {
             steps.push(step);

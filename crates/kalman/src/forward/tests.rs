@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::dense::{arbitrary_cases, diagonal_cases, log_density};
-use crate::{NonlinearModel, linearise_along_trajectory, linearise_by_extended_filter};
+use crate::{NonlinearModel, linearise_along_trajectory, linearise_by_extended_filter, measurement_update};
 
 proptest! {
     #[test]
@@ -21,8 +21,8 @@ proptest! {
     #[test]
     fn components_one_by_one_are_the_same_as_at_once((steps, p) in diagonal_cases(1)) {
         let step = &steps[0];
-        let (a, fit_a) = correct_one_by_one(&p.start, step, &p.R).expect("a diagonal R");
-        let (b, fit_b) = correct_at_once(&p.start, step, &p.R).expect("covariances");
+        let (a, fit_a) = correct_one_by_one(&p.start, step, &p.R, None).expect("a diagonal R");
+        let (b, fit_b) = correct_at_once(&p.start, step, &p.R, None).expect("covariances");
         let scale = 1.0 + fit_b.log_likelihood.abs() + fit_b.nis;
         prop_assert!((fit_a.log_likelihood - fit_b.log_likelihood).abs() <= 1e-13 * scale);
         prop_assert!((fit_a.nis - fit_b.nis).abs() <= 1e-13 * scale);

@@ -1,6 +1,6 @@
 //! Checks the smoother against least squares of the whole trajectory.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SVector};
 use proptest::prelude::*;
 
 use super::*;
