@@ -20,15 +20,17 @@ pub(crate) fn product<const N: usize, const K: usize, const M: usize>(
     A: &SMatrix<f64, N, K>,
     B: &SMatrix<f64, K, M>,
 ) -> SMatrix<f64, N, M> {
-    let mut sum = SMatrix::<f64, N, M>::zeros();
-    for (column, factors) in sum.data.0.iter_mut().zip(&B.data.0) {
+    let mut all = SMatrix::<f64, N, M>::zeros();
+    for (column, factors) in all.data.0.iter_mut().zip(&B.data.0) {
+        let mut sum = [0.0; N];
         for (column_of_A, factor) in A.data.0.iter().zip(factors) {
             for i in 0..N {
-                column[i] += column_of_A[i] * factor;
+                sum[i] += column_of_A[i] * factor;
             }
         }
+        *column = sum;
     }
-    sum
+    all
 }
 
 /// A P Aᵀ of a symmetric P.
