@@ -8,7 +8,7 @@ use std::fmt;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::gaussian::{Gaussian, product, symmetric_part};
+use crate::gaussian::{Gaussian, congruence, symmetric_part};
 
 /// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,10 +59,7 @@ pub fn predict<const N: usize>(
     F: &SMatrix<f64, N, N>,
     Q: &SMatrix<f64, N, N>,
 ) -> Gaussian<N> {
-    Gaussian {
-        mean: mean_after,
-        cov: symmetric_part(&(product(&product(F, &before.cov), &F.transpose()) + Q)),
-    }
+    Gaussian { mean: mean_after, cov: congruence(F, &before.cov, Q) }
 }
 
 /// Correction by a measurement y = h(x) + noise, given its residual y − h(mean).

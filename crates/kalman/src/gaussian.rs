@@ -33,13 +33,24 @@ pub(crate) fn product<const N: usize, const K: usize, const M: usize>(
     all
 }
 
-/// A P Aᵀ of a symmetric P.
+/// A P Aᵀ + C of symmetric P and C, symmetric to the last bit: the lower triangle is calculated and mirrored.
 #[inline]
 pub(crate) fn congruence<const N: usize, const K: usize>(
     A: &SMatrix<f64, N, K>,
     P: &SMatrix<f64, K, K>,
+    C: &SMatrix<f64, N, N>,
 ) -> SMatrix<f64, N, N> {
-    symmetric_part(&product(&product(A, P), &A.transpose()))
+    let AP = product(A, P);
+    let mut sum = *C;
+    for j in 0..N {
+        for i in j..N {
+            for k in 0..K {
+                sum[(i, j)] += AP[(i, k)] * A[(j, k)];
+            }
+            sum[(j, i)] = sum[(i, j)];
+        }
+    }
+    sum
 }
 
 /// Symmetric part of a matrix; rounding alone makes a computed covariance need it.

@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::forward::{CorrectionGain, PassError, correct_at_once, correct_prediction, forward_sweep};
-use crate::gaussian::{Gaussian, congruence, symmetric_part};
+use crate::gaussian::{Gaussian, congruence};
 use crate::step::{LinearStep, NoiseParameters};
 
 /// A filtered recording, with what the way back needs of it.
@@ -70,7 +70,7 @@ impl<const N: usize> Adjoint<N> {
     pub fn smooth(&self, x: &Gaussian<N>) -> Gaussian<N> {
         Gaussian {
             mean: x.mean + x.cov * self.r,
-            cov: symmetric_part(&(x.cov - congruence(&x.cov, &self.N))),
+            cov: congruence(&x.cov, &-self.N, &x.cov),
         }
     }
 
@@ -78,7 +78,7 @@ impl<const N: usize> Adjoint<N> {
     #[inline]
     pub fn before_transition(&mut self, F: &SMatrix<f64, N, N>) {
         let F_T = F.transpose();
-        *self = Self { r: F_T * self.r, N: congruence(&F_T, &self.N) };
+        *self = Self { r: F_T * self.r, N: congruence(&F_T, &self.N, &SMatrix::zeros()) };
     }
 
     /// Before a measurement; returns what all measurements, that one included, say about its noise. Of components one by one, the
@@ -119,10 +119,11 @@ impl<const N: usize> Adjoint<N> {
         gain: &CorrectionGain<N, M>,
     ) -> Adjoint<M> {
         let (K_T, H_T) = (gain.K.transpose(), H.transpose());
-        let v = Adjoint { r: gain.weighted - K_T * self.r, N: gain.S_inverse + congruence(&K_T, &self.N) };
+        let v = Adjoint { r: gain.weighted - K_T * self.r, N: congruence(&K_T, &self.N, &gain.S_inverse) };
         let I_KH = SMatrix::identity() - gain.K * H;
         self.r += H_T * v.r;
-        self.N = congruence(&I_KH.transpose(), &self.N) + congruence(&H_T, &gain.S_inverse);
+        let own = congruence(&H_T, &gain.S_inverse, &SMatrix::zeros());
+        self.N = congruence(&I_KH.transpose(), &self.N, &own);
         v
     }
 }
