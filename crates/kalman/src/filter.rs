@@ -8,7 +8,7 @@ use std::fmt;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::gaussian::{Gaussian, congruence, symmetric_part};
+use crate::gaussian::{Gaussian, congruence, product, symmetric_part};
 
 /// Innovation of a measurement with `M` components: its difference from the prediction, and how probable that is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,19 +104,18 @@ impl<const N: usize, const M: usize> JosephUpdate<N, M> {
         H: &SMatrix<f64, M, N>,
         R: &SMatrix<f64, M, M>,
     ) -> Result<Self, UpdateError> {
-        let HP = H * prior.cov;
-        let S = symmetric_part(&(HP * H.transpose() + R));
+        let HP = product(H, &prior.cov);
+        let S = symmetric_part(&(product(&HP, &H.transpose()) + R));
         if !residual.iter().chain(S.iter()).all(|x| x.is_finite()) {
             return Err(UpdateError::NotFinite);
         }
         let factor = Cholesky::new(S).ok_or(UpdateError::NotPositiveDefinite)?;
 
         let K = factor.solve(&HP).transpose();
-        let I_KH = SMatrix::identity() - K * H;
-        let posterior = Gaussian {
-            mean: prior.mean + K * residual,
-            cov: symmetric_part(&(I_KH * prior.cov * I_KH.transpose() + K * R * K.transpose())),
-        };
+        let I_KH = SMatrix::identity() - product(&K, H);
+        let from_noise = congruence(&K, R, &SMatrix::zeros());
+        let posterior =
+            Gaussian { mean: prior.mean + K * residual, cov: congruence(&I_KH, &prior.cov, &from_noise) };
 
         let weighted = factor.solve(residual);
         let nis = residual.dot(&weighted);

@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::forward::{CorrectionGain, PassError, correct_at_once, correct_prediction, forward_sweep};
-use crate::gaussian::{Gaussian, congruence};
+use crate::gaussian::{Gaussian, congruence, product};
 use crate::step::{LinearStep, NoiseParameters};
 
 /// A filtered recording, with what the way back needs of it.
@@ -68,10 +68,7 @@ impl<const N: usize> Adjoint<N> {
     }
 
     pub fn smooth(&self, x: &Gaussian<N>) -> Gaussian<N> {
-        Gaussian {
-            mean: x.mean + x.cov * self.r,
-            cov: congruence(&x.cov, &-self.N, &x.cov),
-        }
+        Gaussian { mean: x.mean + x.cov * self.r, cov: congruence(&x.cov, &-self.N, &x.cov) }
     }
 
     /// Before the transition `F`.
@@ -105,7 +102,11 @@ impl<const N: usize> Adjoint<N> {
             let (u, D) = (gain.weighted[i] - K.dot(&self.r), gain.S_inverse[(i, i)] + K.dot(&NK));
             // (I − h Kᵀ) N (I − K hᵀ) + h hᵀ / s, in a form that is symmetric to the last bit.
             let m = NK - h * (0.5 * D);
-            self.N -= h * m.transpose() + m * h.transpose();
+            for j in 0..N {
+                for i in 0..N {
+                    self.N[(i, j)] -= h[i] * m[j] + m[i] * h[j];
+                }
+            }
             self.r += h * u;
             (v.r[i], v.N[(i, i)]) = (u, D);
         }
@@ -120,7 +121,7 @@ impl<const N: usize> Adjoint<N> {
     ) -> Adjoint<M> {
         let (K_T, H_T) = (gain.K.transpose(), H.transpose());
         let v = Adjoint { r: gain.weighted - K_T * self.r, N: congruence(&K_T, &self.N, &gain.S_inverse) };
-        let I_KH = SMatrix::identity() - gain.K * H;
+        let I_KH = SMatrix::identity() - product(&gain.K, H);
         self.r += H_T * v.r;
         let own = congruence(&H_T, &gain.S_inverse, &SMatrix::zeros());
         self.N = congruence(&I_KH.transpose(), &self.N, &own);
