@@ -233,7 +233,7 @@ struct EmIterate<const N: usize, const M: usize> {
 /// Passes over one recording, in the same memory.
 struct EmRun<'a, const N: usize, const M: usize> {
     steps: &'a [LinearStep<N, M>],
-    /// Whether the noises of the measurements are one matrix, not each a variance.
+    /// Whether the noises of the measurements are one matrix, estimated or fixed, not each a variance.
     joint_R: bool,
     filtered: CorrectedRecording<N, M>,
     evaluations: usize,

@@ -94,31 +94,21 @@ pub fn filter_forward<const N: usize, const M: usize>(
     steps: &[LinearStep<N, M>],
     parameters: &NoiseParameters<N, M>,
 ) -> Result<FilteredRecording<N>, PassError> {
-    let mut filtered = FilteredRecording::default();
-    filtered.filter_into(steps, parameters)?;
+    let mut filtered = FilteredRecording {
+        prior: Vec::with_capacity(steps.len()),
+        posterior: Vec::with_capacity(steps.len()),
+        fit: Vec::with_capacity(steps.len()),
+        log_likelihood: 0.0,
+    };
+    forward_sweep(steps, parameters, |_, prior, step| {
+        let (posterior, fit) = correct_prediction(prior, step, &parameters.R, None)?;
+        filtered.prior.push(*prior);
+        filtered.posterior.push(posterior);
+        filtered.fit.push(fit);
+        filtered.log_likelihood += fit.log_likelihood;
+        Ok(posterior)
+    })?;
     Ok(filtered)
-}
-
-impl<const N: usize> FilteredRecording<N> {
-    /// Filters into the memory of an earlier pass.
-    pub(crate) fn filter_into<const M: usize>(
-        &mut self,
-        steps: &[LinearStep<N, M>],
-        parameters: &NoiseParameters<N, M>,
-    ) -> Result<(), PassError> {
-        self.prior.clear();
-        self.posterior.clear();
-        self.fit.clear();
-        self.log_likelihood = 0.0;
-        forward_sweep(steps, parameters, |_, prior, step| {
-            let (posterior, fit) = correct_prediction(prior, step, &parameters.R, None)?;
-            self.prior.push(*prior);
-            self.posterior.push(posterior);
-            self.fit.push(fit);
-            self.log_likelihood += fit.log_likelihood;
-            Ok(posterior)
-        })
-    }
 }
 
 /// Goes from the first step to the last: `correct` turns each prediction into the state given the measurement.
@@ -136,17 +126,24 @@ pub(crate) fn forward_sweep<const N: usize, const M: usize>(
     Ok(())
 }
 
-/// What a correction leaves to the smoother of the noises.
+/// What a correction leaves to the smoother of the noises; zero for absent components.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CorrectionGain<const N: usize, const M: usize> {
-    /// Whether each component was corrected after those before it, and S is that of components on their own.
+    /// Whether P and ν of each component are those given the components before it, so that S is diagonal.
     pub one_by_one: bool,
-    /// Gain P Hᵀ S⁻¹; zero for absent components, as is the rest.
+    /// Gain P Hᵀ S⁻¹.
     pub K: SMatrix<f64, N, M>,
-    /// S⁻¹; of components one by one, the diagonal alone.
+    /// S⁻¹.
     pub S_inverse: SMatrix<f64, M, M>,
     /// S⁻¹ ν.
     pub weighted: SVector<f64, M>,
+}
+
+impl<const N: usize, const M: usize> CorrectionGain<N, M> {
+    /// True for a component that was measured.
+    pub(crate) fn is_measured(&self, i: usize) -> bool {
+        self.S_inverse[(i, i)] != 0.0
+    }
 }
 
 impl<const N: usize, const M: usize> Default for CorrectionGain<N, M> {

@@ -67,6 +67,7 @@ impl<const N: usize> Adjoint<N> {
         self.r * self.r.transpose() - self.N
     }
 
+    /// The state given all measurements.
     pub fn smooth(&self, x: &Gaussian<N>) -> Gaussian<N> {
         Gaussian { mean: x.mean + x.cov * self.r, cov: congruence(&x.cov, &-self.N, &x.cov) }
     }
@@ -78,8 +79,8 @@ impl<const N: usize> Adjoint<N> {
         *self = Self { r: F_T * self.r, N: congruence(&F_T, &self.N, &SMatrix::zeros()) };
     }
 
-    /// Before a measurement; returns what all measurements, that one included, say about its noise. Of components one by one, the
-    /// covariances of those are left out.
+    /// Before a measurement. Returns what all measurements say about its noise, with the mean 0 and the covariance R otherwise; of
+    /// components one by one, only what they say about each on its own.
     #[inline]
     pub fn before_measurement<const M: usize>(
         &mut self,
@@ -96,15 +97,15 @@ impl<const N: usize> Adjoint<N> {
         gain: &CorrectionGain<N, M>,
     ) -> Adjoint<M> {
         let mut v = Adjoint::zero();
-        for i in (0..M).rev() {
+        for i in (0..M).rev().filter(|i| gain.is_measured(*i)) {
             let (h, K) = (H.row(i).transpose(), gain.K.column(i));
             let NK = self.N * K;
             let (u, D) = (gain.weighted[i] - K.dot(&self.r), gain.S_inverse[(i, i)] + K.dot(&NK));
             // (I − h Kᵀ) N (I − K hᵀ) + h hᵀ / s, in a form that is symmetric to the last bit.
             let m = NK - h * (0.5 * D);
-            for j in 0..N {
-                for i in 0..N {
-                    self.N[(i, j)] -= h[i] * m[j] + m[i] * h[j];
+            for b in 0..N {
+                for a in 0..N {
+                    self.N[(a, b)] -= h[a] * m[b] + m[a] * h[b];
                 }
             }
             self.r += h * u;
@@ -113,15 +114,18 @@ impl<const N: usize> Adjoint<N> {
         v
     }
 
-    /// The same, but for components that share noise. As with Joseph's form, N stays positive semidefinite under any rounding of K.
+    /// The same for components that share noise, or are so precise that differences lose their digits. As with Joseph's form, N stays
+    /// positive semidefinite under any rounding of K.
     fn before_all<const M: usize>(
         &mut self,
         H: &SMatrix<f64, M, N>,
         gain: &CorrectionGain<N, M>,
     ) -> Adjoint<M> {
+        let H: SMatrix<f64, M, N> =
+            SMatrix::from_fn(|i, j| if gain.is_measured(i) { H[(i, j)] } else { 0.0 });
         let (K_T, H_T) = (gain.K.transpose(), H.transpose());
         let v = Adjoint { r: gain.weighted - K_T * self.r, N: congruence(&K_T, &self.N, &gain.S_inverse) };
-        let I_KH = SMatrix::identity() - product(&gain.K, H);
+        let I_KH = SMatrix::identity() - product(&gain.K, &H);
         self.r += H_T * v.r;
         let own = congruence(&H_T, &gain.S_inverse, &SMatrix::zeros());
         self.N = congruence(&I_KH.transpose(), &self.N, &own);
