@@ -1,13 +1,16 @@
-//! Writes pages of sweeps that never ran, to be looked at: `cargo run -p sweep --example pages -- FOLDER [MOST]`.
+//! Writes pages of sweeps that never ran, to be looked at: `cargo run -p sweep --example pages -- FOLDER [MOST]`; or that of a table, with the
+//! time that it takes: `cargo run --release -p sweep --example pages -- --of TABLE.parquet PAGE.html`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use sweep::design::{DesignAxis, DesignMethod, ExperimentDesign};
 use sweep::distribution::Distribution;
 use sweep::page::{SweepPageHeader, sweep_page};
 use sweep::summary::SweepSummary;
 use sweep::table::{
-    ERROR, FAILED, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, write_table,
+    ERROR, FAILED, PASSED, SweepColumn, SweepColumnRole, SweepColumnValues, SweepTable, read_table,
+    write_table,
 };
 
 const NAMES: [(&str, &str); 6] = [
@@ -91,9 +94,43 @@ fn table(design: &ExperimentDesign) -> SweepTable {
     SweepTable { columns }
 }
 
+fn header(design: String) -> SweepPageHeader {
+    SweepPageHeader {
+        title: "Sweep of double_lane_change".to_owned(),
+        plan: "target/sweeps/double_lane_change".to_owned(),
+        design,
+        reports: std::collections::BTreeMap::new(),
+        csv: Some("sweep.csv".to_owned()),
+        scenario_values: std::collections::BTreeMap::new(),
+    }
+}
+
+fn write_page_of(table: &Path, page: &Path) {
+    let start = Instant::now();
+    let table = read_table(table).expect("a table");
+    let read = start.elapsed();
+    let summary = SweepSummary::from_table(&table, None, 1);
+    let summarised = start.elapsed();
+    let html = sweep_page(&header(format!("{} variants.", table.row_count())), &table, &summary);
+    std::fs::write(page, html).expect("it is written");
+    let [read, summarised, written] =
+        [read, summarised, start.elapsed()].map(|duration| duration.as_secs_f64());
+    println!(
+        "{} variants: read {read:.2} s, summary {:.2} s, page {:.2} s, together {written:.2} s",
+        table.row_count(),
+        summarised - read,
+        written - summarised
+    );
+}
+
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let folder = PathBuf::from(arguments.next().expect("a folder"));
+    let first = arguments.next().expect("a folder, or --of with a table and a page");
+    if first == "--of" {
+        let mut path = || PathBuf::from(arguments.next().expect("a table and a page"));
+        return write_page_of(&path(), &path());
+    }
+    let folder = PathBuf::from(first);
     let most = arguments.next().map_or(1000, |count| count.parse().expect("a count"));
     for (name, method, variants) in [
         ("one", DesignMethod::Sobol, 1),
@@ -105,14 +142,7 @@ fn main() {
         let axes: Vec<String> = design.axes.iter().map(|axis| axis.name.clone()).collect();
         let summary =
             SweepSummary::from_table(&table, (method == DesignMethod::Saltelli).then_some(&axes), 1);
-        let about = SweepPageHeader {
-            title: "Sweep of double_lane_change".to_owned(),
-            plan: "target/sweeps/double_lane_change".to_owned(),
-            design: format!("{} variants, {}, seed 4.", table.row_count(), method.display_name()),
-            reports: std::collections::BTreeMap::new(),
-            csv: Some("sweep.csv".to_owned()),
-            scenario_values: std::collections::BTreeMap::new(),
-        };
+        let about = header(format!("{} variants, {}, seed 4.", table.row_count(), method.display_name()));
         let html = sweep_page(&about, &table, &summary);
         std::fs::write(folder.join(format!("{name}.html")), html).expect("it is written");
         write_table(&folder.join(format!("{name}.parquet")), &table).expect("it is written");
