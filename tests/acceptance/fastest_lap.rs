@@ -151,7 +151,7 @@ fn roads_of_open_drive_and_open_crg_become_tracks_to_lap() {
     let flat = numbers(&lab)["lap_time"].as_f64().expect("a time");
     assert!(banked < 0.99 * flat && banked > 0.9 * flat, "{banked} {flat}");
 
-    let heights = " 0.0 0.0 0.0\n".repeat(41);
+    let heights = " 0.0000000 0.0000000 0.0000000\n".repeat(41);
     lab.write(
         "straight.crg",
         format!(

@@ -13,6 +13,8 @@ const SPACING: f64 = 2.0;
 const AROUND: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 /// Heights across the road from edge to edge.
 const ACROSS: usize = 21;
+/// No road is as high [m]: such a height is a damaged number.
+const HIGHEST: f64 = 1e4;
 /// Points that make a line.
 const LEAST_POINTS: usize = 4;
 
@@ -49,17 +51,19 @@ pub(crate) fn read_open_crg(path: &Path) -> Result<RoadTrack, Error> {
         heights.pop();
         banks.pop();
     }
+    let missing = steps + 1 - heights.len() - usize::from(closing);
+    let mut warnings = Vec::new();
+    if missing > 0 {
+        let cuts =
+            format!("{missing} of {} cuts have no position, or no plausible height on the line", steps + 1);
+        if survey.points.len() < LEAST_POINTS {
+            return Err(Error::File(cuts));
+        }
+        warnings.push(format!("{cuts}; the track leaves them out"));
+    }
     if survey.points.len() < LEAST_POINTS {
         return Err(Error::Short { least: LEAST_POINTS, spacing: SPACING, length: end - begin });
     }
-    let missing = steps + 1 - heights.len() - usize::from(closing);
-    let warnings = match missing {
-        0 => Vec::new(),
-        _ => vec![format!(
-            "{missing} of {} cuts have no position or no height on the line; the track leaves them out",
-            steps + 1
-        )],
-    };
     survey.widths = Some(widths);
     survey.height = Some(heights);
     survey.bank = Some(banks);
@@ -81,8 +85,11 @@ impl SurfaceCut {
     fn at(grid: &CrgGrid, u: f64, line: f64, [right, left]: [f64; 2]) -> Option<Self> {
         let v_at = |i: usize| right + (left - right) * i as f64 / (ACROSS - 1) as f64;
         let height_at = |v: f64| {
-            let known: Vec<f64> =
-                AROUND.iter().filter_map(|by| grid.elevation_at_uv(Uv { u: u + by, v })).collect();
+            let known: Vec<f64> = AROUND
+                .iter()
+                .filter_map(|by| grid.elevation_at_uv(Uv { u: u + by, v }))
+                .filter(|z| z.abs() < HIGHEST)
+                .collect();
             (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
         };
         let heights: Vec<Option<f64>> = (0..ACROSS).map(|i| height_at(v_at(i))).collect();

@@ -153,7 +153,8 @@ impl<'a> DrivableLanes<'a> {
             }
             stretches.push(next);
         }
-        while let Some(before) = self.follow(&stretches[0], false)? {
+        // Before the longest road a fork is where the track begins.
+        while let Ok(Some(before)) = self.follow(&stretches[0], false) {
             if stretches.iter().any(|it| it.is_same_place(&before)) {
                 break;
             }
@@ -168,14 +169,14 @@ impl<'a> DrivableLanes<'a> {
     /// When there is no such road, or one does not follow the one before.
     pub fn route_along(&self, names: &[String]) -> Result<RoadRoute, Error> {
         let roads: Vec<RoadId> = names.iter().map(|name| self.road(name)).collect::<Result<_, _>>()?;
-        let mut failed = Error::NoLanes;
+        let mut failed = None;
         for start in self.starts(roads[0]) {
             match self.route_from(start, &roads) {
                 Ok(route) => return Ok(route),
-                Err(error) => failed = error,
+                Err(error) => failed = failed.or(Some(error)),
             }
         }
-        Err(failed)
+        Err(failed.unwrap_or(Error::NoLanes))
     }
 
     fn route_from(&self, start: RoadStretch, roads: &[RoadId]) -> Result<RoadRoute, Error> {
