@@ -3,7 +3,8 @@
 
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
-use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody, dual_track::EngineTorque};
+use vehicle::dual_track::{AxleSprings, AxleStiffness, EngineTorque};
+use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
 use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
@@ -28,9 +29,7 @@ pub struct CarParameters {
     aero: Aerodynamics,
     track_widths: [f64; 2],
     roll_stiffness: [f64; 2],
-    spring_rate: [f64; 2],
-    motion_ratio: [f64; 2],
-    bar_stiffness: [f64; 2],
+    springs: [AxleSprings; 2],
     ride_stiffness: [f64; 2],
     ride_height: [f64; 2],
     pitch_centre: f64,
@@ -61,9 +60,7 @@ impl Default for CarParameters {
             aero: Aerodynamics { area: 0.0, C_d: 0.0, ..Aerodynamics::default() },
             track_widths: [0.0; 2],
             roll_stiffness: [0.0; 2],
-            spring_rate: [0.0; 2],
-            motion_ratio: [1.0; 2],
-            bar_stiffness: [0.0; 2],
+            springs: <[AxleSprings; 2]>::default(),
             ride_stiffness: [f64::INFINITY; 2],
             ride_height: [unknown; 2],
             pitch_centre: 0.0,
@@ -134,12 +131,12 @@ pub const PARAMETER_KEYS: [ParameterKey; 56] = [
     key("body.track_r", "m", FROM_ZERO, |p| &mut p.track_widths[1]),
     key("roll.stiffness_f", "N.m/rad", FROM_ZERO, |p| &mut p.roll_stiffness[0]),
     key("roll.stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.roll_stiffness[1]),
-    key("spring.rate_f", "N/m", FROM_ZERO, |p| &mut p.spring_rate[0]),
-    key("spring.rate_r", "N/m", FROM_ZERO, |p| &mut p.spring_rate[1]),
-    key("spring.motion_ratio_f", "1", POSITIVE, |p| &mut p.motion_ratio[0]),
-    key("spring.motion_ratio_r", "1", POSITIVE, |p| &mut p.motion_ratio[1]),
-    key("bar.roll_stiffness_f", "N.m/rad", FROM_ZERO, |p| &mut p.bar_stiffness[0]),
-    key("bar.roll_stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.bar_stiffness[1]),
+    key("spring.rate_f", "N/m", FROM_ZERO, |p| &mut p.springs[0].rate),
+    key("spring.rate_r", "N/m", FROM_ZERO, |p| &mut p.springs[1].rate),
+    key("spring.motion_ratio_f", "1", POSITIVE, |p| &mut p.springs[0].motion_ratio),
+    key("spring.motion_ratio_r", "1", POSITIVE, |p| &mut p.springs[1].motion_ratio),
+    key("bar.roll_stiffness_f", "N.m/rad", FROM_ZERO, |p| &mut p.springs[0].bar_stiffness),
+    key("bar.roll_stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.springs[1].bar_stiffness),
     key("ride.stiffness_f", "N/m", POSITIVE, |p| &mut p.ride_stiffness[0]),
     key("ride.stiffness_r", "N/m", POSITIVE, |p| &mut p.ride_stiffness[1]),
     key("pitch.centre", "m", ANY, |p| &mut p.pitch_centre),
@@ -211,7 +208,7 @@ impl ParameterKey {
         let coefficient = self.name.strip_prefix("tire_f.").or(self.name.strip_prefix("tire_r."));
         let simple = matches!(coefficient, Some("B" | "C" | "D" | "E" | "S_h" | "S_v"));
         let of_file = self.name.starts_with("tire_") && !simple;
-        let has_springs = parameters.spring_rate.iter().all(|rate| *rate > 0.0);
+        let has_springs = parameters.has_springs();
         let has_platform = !parameters.aero_map.is_empty();
         match self.name {
             _ if simple => !parameters.has_tire_files(),
@@ -376,7 +373,9 @@ impl CarParameters {
             body: self.body,
             aero: self.lap_aero(wheels)?,
             track_widths: self.track_widths,
-            roll_stiffness: self.axle_roll_stiffness(),
+            roll_stiffness: self
+                .spring_stiffness(wheels)
+                .map_or(self.roll_stiffness, |axles| axles.map(|axle| axle.roll)),
             brake_balance,
             drive_front_share: self.drive_front_share,
             tires,
@@ -395,14 +394,10 @@ impl CarParameters {
         let Aerodynamics { C_d, C_lf, C_lr, .. } = self.aero;
         let map = car_file::read_aerodynamic_map(&self.aero_map, [C_d, C_lf, C_lr])
             .map_err(|error| format!("{AERO_MAP}:{error}"))?;
-        let stiffness = [0, 1].map(|axle| {
-            let wheel_rate = self.spring_rate[axle] * self.motion_ratio[axle].powi(2);
-            match wheels[axle].map(|wheel| wheel.stiffness) {
-                _ if wheel_rate == 0.0 => 2.0 * self.ride_stiffness[axle],
-                Some(tire) if tire > 0.0 => 2.0 * wheel_rate * tire / (wheel_rate + tire),
-                _ => 2.0 * wheel_rate,
-            }
-        });
+        let stiffness = match self.spring_stiffness(wheels) {
+            Some(axles) => axles.map(|axle| 2.0 * axle.ride),
+            None => self.ride_stiffness.map(|wheel| 2.0 * wheel),
+        };
         aero.platform = Some(AeroPlatform::new(&map, self.ride_height, stiffness, self.pitch_centre));
         Ok(aero)
     }
@@ -463,15 +458,17 @@ impl CarParameters {
         Ok((curve, most))
     }
 
-    /// Roll stiffness of both axles: rate i² t² / 2 of the springs and that of the bar, or as it was told.
-    fn axle_roll_stiffness(&self) -> [f64; 2] {
-        if self.spring_rate.contains(&0.0) {
-            return self.roll_stiffness;
-        }
-        [0, 1].map(|axle| {
-            let wheel_rate = self.spring_rate[axle] * self.motion_ratio[axle].powi(2);
-            0.5 * wheel_rate * self.track_widths[axle].powi(2) + self.bar_stiffness[axle]
-        })
+    fn has_springs(&self) -> bool {
+        self.springs.iter().all(|axle| axle.rate > 0.0)
+    }
+
+    /// Stiffness of both axles by their springs and bars, with the tires where these know theirs; none without springs.
+    fn spring_stiffness(&self, wheels: [Option<Wheel>; 2]) -> Option<[AxleStiffness; 2]> {
+        let of = |axle: usize| {
+            let tire = wheels[axle].map_or(f64::INFINITY, |wheel| wheel.stiffness);
+            self.springs[axle].axle_stiffness(self.track_widths[axle], tire)
+        };
+        Some([of(0)?, of(1)?])
     }
 
     /// Limits of the actuators; torques become forces on these wheels, and none where the tires know no radius.
@@ -497,7 +494,7 @@ impl CarParameters {
 struct Wheel {
     /// Effective radius under the load at rest [m].
     radius: f64,
-    /// Vertical stiffness of the tire [N/m].
+    /// Vertical stiffness of the tire [N/m]; infinite where its file does not tell it.
     stiffness: f64,
 }
 
@@ -506,7 +503,8 @@ impl Wheel {
     fn of_tire(tire: &MfTire, F_z: f64) -> Option<Self> {
         let point = TireOperatingPoint { F_z, v_x: 20.0, ..TireOperatingPoint::default() };
         let radius = tire.effective_radius(&point).filter(|radius| *radius > 0.0)?;
-        Some(Wheel { radius, stiffness: tire.coefficients().VERTICAL_STIFFNESS })
+        let stiffness = Some(tire.coefficients().VERTICAL_STIFFNESS).filter(|it| *it > 0.0);
+        Some(Wheel { radius, stiffness: stiffness.unwrap_or(f64::INFINITY) })
     }
 }
 

@@ -3,7 +3,6 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 mod maps;
-mod springs;
 mod table;
 
 use std::sync::Arc;
@@ -12,12 +11,11 @@ use car_file::{CarParameter, SteeringMonitor, implausible_parameters};
 use fmu_export::{Info, Member, Model, ModelError, RealValue, Terminal, Variable, log, real_values, warn};
 use maps::CarTables;
 use serde::{Deserialize, Serialize};
-use springs::{AxleSprings, AxleStiffness};
 use tire::{MfSet, Tire, TireOperatingPoint, TireSet};
 use tire_file::TireSpecification;
 use vehicle::dual_track::{
-    DualTrack, DualTrackInput, DualTrackParameters, DualTrackState, QUANTITIES, TableExcess,
-    WheelForcesAndSlips,
+    AxleSprings, AxleStiffness, DualTrack, DualTrackInput, DualTrackParameters, DualTrackState, QUANTITIES,
+    TableExcess, WheelForcesAndSlips,
 };
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Springs and bar of an axle, as a data sheet has them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct AxleSprings {
+pub struct AxleSprings {
     /// Rate of each spring [N/m]; 0 when heave and roll stiffness are given themselves.
     pub rate: f64,
     /// Way of the spring over that of its wheel [-].
@@ -21,7 +21,7 @@ impl Default for AxleSprings {
 
 /// Stiffness of an axle with its tires.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AxleStiffness {
+pub struct AxleStiffness {
     /// In heave, at each wheel [N/m].
     pub ride: f64,
     /// In roll [N m/rad].
@@ -29,7 +29,7 @@ pub(crate) struct AxleStiffness {
 }
 
 impl AxleSprings {
-    /// The stiffness with tires of this vertical stiffness [N/m] behind the springs; none when no rate is given.
+    /// The stiffness with tires of this vertical stiffness [N/m] behind the springs, infinite for rigid ones; none when no rate is given.
     ///
     /// By the travel of the wheel a spring has the rate k_s i² (Milliken and Milliken, Race Car Vehicle Dynamics, section 16.2). In roll
     /// two of them have k t²/2 at the track width t, and the bar is beside them; the tires are in series with both.
@@ -44,7 +44,7 @@ impl AxleSprings {
 
 /// The stiffness of two springs one behind the other.
 fn in_series(a: f64, b: f64) -> f64 {
-    a * b / (a + b)
+    if a == 0.0 || b.is_infinite() { a } else { a * b / (a + b) }
 }
 
 #[cfg(test)]
@@ -58,6 +58,8 @@ mod tests {
         // 25.6 N/mm at the wheel; 28.8 kN m/rad by the springs, 43.8 with the bar, 281.25 by the tires.
         assert!((ride - 25.6e3 * 250.0 / 275.6).abs() < 1e-6, "{ride}");
         assert!((roll - 43.8e3 * 281.25 / 325.05).abs() < 1e-6, "{roll}");
+        let rigid = springs.axle_stiffness(1.5, f64::INFINITY).expect("a rate");
+        assert!((rigid.ride - 25.6e3).abs() < 1e-6 && (rigid.roll - 43.8e3).abs() < 1e-6, "{rigid:?}");
         assert_eq!(AxleSprings::default().axle_stiffness(1.5, 250e3), None);
     }
 }
