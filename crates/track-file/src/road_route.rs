@@ -100,11 +100,8 @@ impl<'a> DrivableLanes<'a> {
         let mut found: Vec<RoadStretch> = Vec::new();
         for lane in stretch.driven.iter().filter_map(|id| self.network.lane(*id)) {
             for next in if ahead { &lane.successors } else { &lane.predecessors } {
-                if let Some(next) =
-                    self.stretch(*next).filter(|next| found.iter().all(|it| !it.is_same_place(next)))
-                {
-                    found.push(next);
-                }
+                let next = self.stretch(*next);
+                found.extend(next.filter(|next| found.iter().all(|it| !it.is_same_place(next))));
             }
         }
         found
@@ -127,15 +124,11 @@ impl<'a> DrivableLanes<'a> {
 
     /// Where a drive along a road may begin: on its first section along its line, on its last one against it.
     fn starts(&self, road: RoadId) -> Vec<RoadStretch> {
-        let mut sections = self.sections.range((road.0, 0)..=(road.0, usize::MAX));
-        let ends = [(sections.next(), true), (sections.next_back(), false)];
-        // A road of one section has both ends there.
-        let (first, last) = (ends[0].0, ends[1].0.or(ends[0].0));
-        let start = |section: Option<(&(usize, usize), &BTreeMap<i32, LaneId>)>, forward: bool| {
-            let mut stretches = section?.1.values().filter_map(|lane| self.stretch(*lane));
-            stretches.find(|it| it.forward == forward)
+        let sections = || self.sections.range((road.0, 0)..=(road.0, usize::MAX)).map(|(_, lanes)| lanes);
+        let start = |lanes: Option<&BTreeMap<i32, LaneId>>, forward: bool| {
+            lanes?.values().filter_map(|lane| self.stretch(*lane)).find(|it| it.forward == forward)
         };
-        [start(first, true), start(last, false)].into_iter().flatten().collect()
+        [start(sections().next(), true), start(sections().next_back(), false)].into_iter().flatten().collect()
     }
 
     /// The route from the longest road on, and before it if that is no circuit.
