@@ -27,6 +27,7 @@ replays! {
     recordings_that_are_read_are_taken_or_refused: recordings::readings, 300;
     recordings_that_are_recovered_are_taken_or_refused: recordings::recoveries, 300;
     tables_are_taken_or_refused: recordings::tables, 2_000;
+    roads_are_taken_or_refused: road::damaged, 2_000;
     bags_are_taken_or_refused: ros::damaged, 2_000;
     scenarios_are_taken_or_refused: scenario::scenarios, 500;
     systems_are_taken_or_refused: system::systems, 1_000;

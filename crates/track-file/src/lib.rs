@@ -7,12 +7,15 @@
 mod cross_section;
 mod open_crg;
 mod open_drive;
+mod plausibility;
 mod road_route;
 
 use std::path::Path;
 
 use track::{TrackLine, TrackSurvey};
 
+/// Largest file that is read [B]: its tree in memory is ten times as large.
+const LARGEST: u64 = 256 << 20;
 /// Curvature that no road has [1/m]: the line has a kink where it jumps to other lanes.
 const KINK: f64 = 0.5;
 
@@ -35,6 +38,11 @@ fn has_extension(path: &Path, expected: &str) -> bool {
 /// # Errors
 /// When the file is none, has no such roads, or the way forks.
 pub fn read_road_file(path: &Path, roads: &[String]) -> Result<RoadTrack, Error> {
+    let size =
+        std::fs::metadata(path).map_err(|error| Error::File(format!("cannot be read: {error}")))?.len();
+    if size > LARGEST {
+        return Err(Error::File(format!("has {size} B, expected at most {LARGEST} B")));
+    }
     let mut track = match is_open_drive(path) {
         true => open_drive::read_open_drive(path, roads)?,
         false => open_crg::read_open_crg(path)?,
@@ -96,6 +104,12 @@ pub enum Error {
         road: String,
         /// The roads behind it.
         next: String,
+    },
+    /// A road whose line or lanes are not finite.
+    #[error("road {road}: expected positions and widths that are finite numbers")]
+    NotFinite {
+        /// Its identifier.
+        road: String,
     },
     /// A track that is no line.
     #[error("expected at least {least} points at a distance of {spacing} m, found a track of {length:.1} m")]

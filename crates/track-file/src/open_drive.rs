@@ -6,6 +6,7 @@ use track::{TrackSurvey, point_distance};
 use xodr::RoadNetwork;
 
 use crate::cross_section::{CrossSection, station_range};
+use crate::plausibility::check_roads;
 use crate::road_route::{DrivableLanes, RoadRoute};
 use crate::{Error, RoadTrack};
 
@@ -31,6 +32,8 @@ const MOST_WARNINGS: usize = 5;
 /// # Errors
 /// When the file is none, has no such roads, or the way forks.
 pub(crate) fn read_open_drive(path: &Path, roads: &[String]) -> Result<RoadTrack, Error> {
+    let bytes = std::fs::read(path).map_err(|error| Error::File(format!("cannot be read: {error}")))?;
+    check_roads(&String::from_utf8_lossy(&bytes))?;
     let (network, provenance) =
         xodr::load_file_with_provenance(path).map_err(|error| Error::File(error.to_string()))?;
     let mut track = track_of_network(&network, roads)?;
@@ -47,15 +50,38 @@ pub(crate) fn read_open_drive(path: &Path, roads: &[String]) -> Result<RoadTrack
 fn track_of_network(network: &RoadNetwork, roads: &[String]) -> Result<RoadTrack, Error> {
     let lanes = DrivableLanes::new(network);
     let route = if roads.is_empty() { lanes.longest_route()? } else { lanes.route_along(roads)? };
-    let sections = cross_sections(network, &route)?;
+    check_finite(network, &lanes, &route)?;
+    let line = road_line(network, &route)?;
     let mut names: Vec<String> = route.stretches.iter().map(|it| lanes.road_name(it.road)).collect();
     names.dedup();
-    Ok(RoadTrack { survey: survey(&sections, route.closed), roads: names, warnings: Vec::new() })
+    Ok(RoadTrack { survey: survey(&line, route.closed), roads: names, warnings: Vec::new() })
 }
 
-/// Cuts along the route.
-fn cross_sections(network: &RoadNetwork, route: &RoadRoute) -> Result<Vec<CrossSection>, Error> {
-    let mut sections: Vec<CrossSection> = Vec::new();
+/// Coefficients of a file may be numbers, and what they give none.
+fn check_finite(network: &RoadNetwork, lanes: &DrivableLanes, route: &RoadRoute) -> Result<(), Error> {
+    for stretch in &route.stretches {
+        for lane in [stretch.leftmost, stretch.rightmost].into_iter().filter_map(|id| network.lane(id)) {
+            let is_finite = lane.width.is_finite()
+                && lane.widths.iter().all(|width| width.is_finite())
+                && lane.center.points().iter().all(|point| point.is_finite());
+            if !is_finite {
+                return Err(Error::NotFinite { road: lanes.road_name(stretch.road) });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Cuts across the road with a point of the track on each.
+struct RoadLine {
+    cuts: Vec<CrossSection>,
+    /// x, y, z [m].
+    points: Vec<[f64; 3]>,
+}
+
+/// The line along the route.
+fn road_line(network: &RoadNetwork, route: &RoadRoute) -> Result<RoadLine, Error> {
+    let mut cuts: Vec<CrossSection> = Vec::new();
     let mut length = 0.0;
     for stretch in &route.stretches {
         let Some([begin, end]) = station_range(network, stretch) else { continue };
@@ -64,49 +90,51 @@ fn cross_sections(network: &RoadNetwork, route: &RoadRoute) -> Result<Vec<CrossS
         for step in 0..=steps as usize {
             let share = step as f64 / steps;
             let share = if stretch.forward { share } else { 1.0 - share };
-            let Some(cut) = CrossSection::at(network, stretch, begin + share * (end - begin)) else {
-                continue;
-            };
-            if sections.last().is_none_or(|last| distance(last, &cut) >= NEAREST) {
-                sections.push(cut);
-            }
+            cuts.extend(CrossSection::at(network, stretch, begin + share * (end - begin)));
         }
     }
-    while route.closed
-        && sections.len() > 1
-        && distance(&sections[0], &sections[sections.len() - 1]) < NEAREST
-    {
-        sections.pop();
+    let line = line_points(&cuts);
+    let mut kept: Vec<usize> = Vec::new();
+    for i in 0..line.len() {
+        if kept.last().is_none_or(|last| distance(line[*last], line[i]) >= NEAREST) {
+            kept.push(i);
+        }
     }
-    if sections.len() < LEAST_POINTS {
+    while route.closed && kept.len() > 1 && distance(line[kept[0]], line[kept[kept.len() - 1]]) < NEAREST {
+        kept.pop();
+    }
+    if kept.len() < LEAST_POINTS {
         return Err(Error::Short { least: LEAST_POINTS, spacing: SPACING, length });
     }
-    let coordinates = sections.iter().flat_map(|cut| [cut.reference[0], cut.reference[1]]);
-    let found = coordinates.fold(0.0, |most: f64, it| most.max(it.abs()));
+    let found =
+        line.iter().flat_map(|point| [point[0], point[1]]).fold(0.0, |most: f64, it| most.max(it.abs()));
     if found > FARTHEST {
         return Err(Error::Far { most: FARTHEST, found });
     }
-    Ok(sections)
+    let points = kept.iter().map(|i| line[*i]).collect();
+    Ok(RoadLine { cuts: kept.into_iter().map(|i| cuts[i]).collect(), points })
 }
 
-fn distance(a: &CrossSection, b: &CrossSection) -> f64 {
-    let plan = |cut: &CrossSection| [cut.middle()[0], cut.middle()[1]];
-    point_distance(plan(a), plan(b))
-}
-
-fn survey(sections: &[CrossSection], closed: bool) -> TrackSurvey {
+/// The reference line where it lies on the lanes all along, else their middle [m].
+fn line_points(cuts: &[CrossSection]) -> Vec<[f64; 3]> {
     let is_on_road =
         |cut: &CrossSection| cut.widths_from(cut.reference).iter().all(|way| *way >= -EDGE_TOLERANCE);
-    let on_road = sections.iter().all(is_on_road);
-    let line: Vec<[f64; 3]> =
-        sections.iter().map(|cut| if on_road { cut.reference } else { cut.middle() }).collect();
-    let widths =
-        sections.iter().zip(&line).map(|(cut, point)| cut.widths_from(*point).map(|way| way.max(0.0)));
-    let heights: Vec<f64> = line.iter().map(|point| point[2]).collect();
-    let banks: Vec<f64> = sections.iter().map(CrossSection::bank).collect();
+    let on_road = cuts.iter().all(is_on_road);
+    cuts.iter().map(|cut| if on_road { cut.reference } else { cut.middle() }).collect()
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    point_distance([a[0], a[1]], [b[0], b[1]])
+}
+
+fn survey(line: &RoadLine, closed: bool) -> TrackSurvey {
+    let RoadLine { cuts, points } = line;
+    let widths = cuts.iter().zip(points).map(|(cut, point)| cut.widths_from(*point).map(|way| way.max(0.0)));
+    let heights: Vec<f64> = points.iter().map(|point| point[2]).collect();
+    let banks: Vec<f64> = cuts.iter().map(CrossSection::bank).collect();
     let varies = |values: &[f64], from: f64, least: f64| values.iter().any(|it| (it - from).abs() > least);
     TrackSurvey {
-        points: line.iter().map(|point| [point[0], point[1]]).collect(),
+        points: points.iter().map(|point| [point[0], point[1]]).collect(),
         closed,
         widths: Some(widths.collect()),
         height: varies(&heights, heights[0], LEVEL[0]).then_some(heights),

@@ -81,6 +81,12 @@ pub mod recordings {
 }
 
 #[path = "../../.."]
+pub mod road {
+    #[path = "track-file/tests/support/damaged.rs"]
+    pub mod damaged;
+}
+
+#[path = "../../.."]
 pub mod ros {
     #[path = "ros-bag/tests/support/damaged.rs"]
     pub mod damaged;
@@ -104,7 +110,7 @@ pub mod system {
 
 /// What reads them, for the program.
 #[allow(dead_code, reason = "the tests name each by itself")]
-pub const ALL: [&FuzzTarget; 15] = [
+pub const ALL: [&FuzzTarget; 16] = [
     &archive::archives::TARGET,
     &bench::damaged::TARGET,
     &expression::expressions::TARGET,
@@ -117,6 +123,7 @@ pub const ALL: [&FuzzTarget; 15] = [
     &recordings::readings::TARGET,
     &recordings::recoveries::TARGET,
     &recordings::tables::TARGET,
+    &road::damaged::TARGET,
     &ros::damaged::TARGET,
     &scenario::scenarios::TARGET,
     &system::systems::TARGET,
