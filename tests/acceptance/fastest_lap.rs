@@ -17,6 +17,7 @@ tests! {
     a_vbox_of_others_becomes_an_open_track: Logs,
     tracks_of_others_bend_as_their_cars_turned: Logs,
     roads_of_open_drive_and_open_crg_become_tracks_to_lap,
+    tables_of_a_car_are_used_and_what_they_replace_is_told,
     casadi_and_ipopt_find_the_same_lap: Python,
     draws_of_an_identification_give_an_interval,
     the_fastest_lap_is_driven_in_the_plant,
@@ -151,6 +152,12 @@ fn roads_of_open_drive_and_open_crg_become_tracks_to_lap() {
     let flat = numbers(&lab)["lap_time"].as_f64().expect("a time");
     assert!(banked < 0.99 * flat && banked > 0.9 * flat, "{banked} {flat}");
 
+    // A road in two parts that do not meet is no track; the set-up of a number that a table replaces is told.
+    let torn = oval_of_open_drive().replace("x=\"200\" y=\"120\"", "x=\"200\" y=\"150\"");
+    lab.write("torn.xodr", torn);
+    let ended = lab.trackside(&["track", "torn.xodr", "--out", "torn.csv"]).expect(2);
+    assert!(ended.stderr.contains("the line jumps by 30.0 m"), "{}", ended.stderr);
+
     let heights = " 0.0000000 0.0000000 0.0000000\n".repeat(41);
     lab.write(
         "straight.crg",
@@ -172,6 +179,33 @@ fn roads_of_open_drive_and_open_crg_become_tracks_to_lap() {
     wrong(&["lap", "car.toml", "oval.xodr"], &["trackside track oval.xodr --out track.csv"]);
     lab.write("broken.xodr", "<OpenDRIVE><road>");
     wrong(&["track", "broken.xodr"], &["broken.xodr: expected XML: "]);
+}
+
+fn tables_of_a_car_are_used_and_what_they_replace_is_told() {
+    let lab = Lab::new();
+    let touring = Path::new(ROOT).join("scenarios/cars/touring/car.toml").display().to_string();
+    let track = track("road_course.csv");
+    let lap = |more: &[&str]| {
+        let arguments = ["lap", &touring, &track, "--nodes", "150", "--out", "out"];
+        let ended = lab.trackside(&[&arguments, more].concat()).expect(0);
+        (ended.stderr, numbers(&lab)["lap_time"].as_f64().expect("a time"))
+    };
+    let (messages, lap_time) = lap(&[]);
+    assert!(!messages.contains("warning"), "{messages}");
+    let (messages, same) = lap(&["--set", "brake.front_share=0.3", "--set", "aero.C_lf=3"]);
+    assert_eq!(same, lap_time);
+    assert!(
+        messages.contains(
+            "warning: --set: `brake.front_share` changes nothing in this car: a table takes its place"
+        ),
+        "{messages}"
+    );
+    let (messages, faster_turning) = lap(&["--set", "drive.ratio=20"]);
+    assert!(messages.contains("drive.map ends at 14000 rpm"), "{messages}");
+    assert!(faster_turning > lap_time, "{faster_turning} {lap_time}");
+    // A lower front has more downforce.
+    let (_, lower) = lap(&["--set", "aero.ride_height_f=0.05"]);
+    assert!(lower < lap_time - 0.05, "{lower} {lap_time}");
 }
 
 fn casadi_and_ipopt_find_the_same_lap() {

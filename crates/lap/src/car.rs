@@ -34,10 +34,32 @@ pub struct LapCar {
     pub drive_front_share: f64,
     /// A tire of the front and one of the rear axle, as they are on the left side.
     pub tires: [LapTire; 2],
-    /// What the engine can give at the wheels [W] over the speed [m/s], where it is not the same at all speeds.
-    pub engine_power: Option<BSplineCurve>,
+    /// What the engine can give, where it is not the same at all speeds.
+    pub engine_power: Option<EnginePower>,
     /// What the actuators can do.
     pub limits: ActuatorLimits,
+}
+
+/// Power of an engine with a table.
+#[derive(Clone, Debug)]
+pub struct EnginePower {
+    /// Largest power at the wheels [W] over the speed of the car [m/s].
+    pub curve: BSplineCurve,
+    /// Speed of the engine over that of the car [rad/m].
+    pub gear: f64,
+    /// Last speed of the table [rad/s]; none of a table of one point.
+    pub table_end: Option<f64>,
+}
+
+impl EnginePower {
+    /// Says that the engine turns faster than its table tells, at this speed of the car [m/s].
+    pub fn excess_message(&self, v_x: f64) -> Option<String> {
+        const RPM: f64 = 30.0 / std::f64::consts::PI;
+        let [speed, end] = [self.gear * v_x * RPM, self.table_end? * RPM];
+        (speed > end).then(|| {
+            format!("the engine turns at up to {speed:.0} rpm; drive.map ends at {end:.0} rpm, and its last torque holds from there on")
+        })
+    }
 }
 
 /// How the axles share a braking force.
@@ -90,13 +112,15 @@ impl LapCar {
 
     /// Largest power at the wheels [W] at a speed [m/s].
     pub fn available_power(&self, v_x: f64) -> f64 {
-        self.engine_power.as_ref().map_or(self.limits.power, |engine| engine.value(v_x))
+        self.engine_power.as_ref().map_or(self.limits.power, |engine| engine.curve.value(v_x))
     }
 
     /// Power at the wheels beyond what the engine can give, over the largest one [-].
     pub fn excess_power<T: Number>(&self, power: T, v_x: T) -> T {
         let most = self.limits.power;
-        self.engine_power.as_ref().map_or(power / most - 1.0, |engine| (power - engine.value(v_x)) / most)
+        self.engine_power
+            .as_ref()
+            .map_or(power / most - 1.0, |engine| (power - engine.curve.value(v_x)) / most)
     }
 
     /// Load that a lateral acceleration of 1 m/s² moves from one wheel of each axle to the other [N].

@@ -7,7 +7,7 @@ use vehicle::dual_track::{AxleSprings, AxleStiffness, EngineTorque};
 use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
-use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
+use crate::car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar};
 use crate::spline::BSplineCurve;
 use crate::tires::LapTire;
 
@@ -365,9 +365,9 @@ impl CarParameters {
         };
         let mut engine_power = None;
         if !self.drive_map.is_empty() {
-            let curve = self.engine_power(radii_for_table(wheels, DRIVE_MAP)?)?;
-            limits.power = curve.maximum();
-            engine_power = Some(curve);
+            let engine = self.engine_power(radii_for_table(wheels, DRIVE_MAP)?)?;
+            limits.power = engine.curve.maximum();
+            engine_power = Some(engine);
         }
         let car = LapCar {
             body: self.body,
@@ -394,6 +394,19 @@ impl CarParameters {
         let Aerodynamics { C_d, C_lf, C_lr, .. } = self.aero;
         let map = car_file::read_aerodynamic_map(&self.aero_map, [C_d, C_lf, C_lr])
             .map_err(|error| format!("{AERO_MAP}:{error}"))?;
+        if let Some([C_d, ..]) =
+            map.values().filter_map(|it| it.first_chunk::<3>()).find(|[C_d, ..]| *C_d < 0.0)
+        {
+            return Err(format!("{AERO_MAP}: expected C_d of at least 0, found {C_d}"));
+        }
+        let names = ["aero.ride_height_f", "aero.ride_height_r"];
+        for ((name, height), range) in names.iter().zip(self.ride_height).zip(map.argument_ranges()) {
+            if let Some([low, high]) = range.filter(|[low, high]| !(*low..=*high).contains(&height)) {
+                return Err(format!(
+                    "{name}: expected a height that {AERO_MAP} has, {low} to {high} m, found {height} m"
+                ));
+            }
+        }
         let stiffness = match self.spring_stiffness(wheels) {
             Some(axles) => axles.map(|axle| 2.0 * axle.ride),
             None => self.ride_stiffness.map(|wheel| 2.0 * wheel),
@@ -403,18 +416,23 @@ impl CarParameters {
     }
 
     /// Power of the engine at the wheels [W] over the speed of the car [m/s], with the pedal down and wheels of these radii [m].
-    fn engine_power(&self, radii: [f64; 2]) -> Result<BSplineCurve, String> {
+    fn engine_power(&self, radii: [f64; 2]) -> Result<EnginePower, String> {
         let engine =
             car_file::read_engine_torque(&self.drive_map).map_err(|error| format!("{DRIVE_MAP}:{error}"))?;
         let most = if self.drive_power.is_nan() { f64::INFINITY } else { self.drive_power };
         let share = self.drive_front_share;
+        let gear = self.drive_ratio * (share / radii[0] + (1.0 - share) / radii[1]);
         let power = |v_x: f64| {
-            let speed = self.drive_ratio * v_x * (share / radii[0] + (1.0 - share) / radii[1]);
+            let speed = gear * v_x;
             let torque = match &engine {
                 EngineTorque::FullLoad(curve) => curve.interpolate(speed),
                 EngineTorque::Pedal(map) => map.interpolate(speed, 1.0)[0],
             };
             (torque * speed).clamp(0.0, most)
+        };
+        let range = match &engine {
+            EngineTorque::FullLoad(curve) => curve.argument_range(),
+            EngineTorque::Pedal(map) => map.argument_ranges()[0],
         };
         let curve = BSplineCurve::near(ENGINE_SPEEDS, ENGINE_INTERVALS, power);
         if curve.maximum() <= 0.0 {
@@ -422,13 +440,16 @@ impl CarParameters {
                 "{DRIVE_MAP}: expected an engine that drives the car, found no power at any speed"
             ));
         }
-        Ok(curve)
+        Ok(EnginePower { curve, gear, table_end: range.map(|[_, end]| end) })
     }
 
     /// Force of the front brakes [N] over that of all brakes, and the largest of these, on wheels of these radii [m].
     fn front_brake_force(&self, radii: [f64; 2]) -> Result<(BSplineCurve, f64), String> {
         let torques =
             car_file::read_brake_curves(&self.brake_map).map_err(|error| format!("{BRAKE_MAP}:{error}"))?;
+        if let Some(torque) = torques.iter().flat_map(|axle| axle.values()).find(|torque| **torque < 0.0) {
+            return Err(format!("{BRAKE_MAP}: expected torques of at least 0, found {torque}"));
+        }
         let forces = |step: usize| {
             let pedal = step as f64 / PEDAL_INTERVALS as f64;
             [0, 1].map(|axle| torques[axle].interpolate(pedal) / radii[axle])

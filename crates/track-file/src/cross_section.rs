@@ -88,3 +88,14 @@ pub fn station_range(network: &RoadNetwork, stretch: &RoadStretch) -> Option<[f6
     };
     Some([end(0.0), end(network.road(stretch.road)?.length())])
 }
+
+/// The cut at the end of a stretch, or at its begin.
+pub fn end_section(network: &RoadNetwork, stretch: &RoadStretch, at_end: bool) -> Option<CrossSection> {
+    let [first, last] = station_range(network, stretch)?;
+    CrossSection::at(network, stretch, if at_end == stretch.forward { last } else { first })
+}
+
+/// Distance of two points in space [m].
+pub fn space_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
+}

@@ -52,7 +52,7 @@ pub fn read_road_file(path: &Path, roads: &[String]) -> Result<RoadTrack, Error>
     if let Some(s) = kink {
         let radius = 1.0 / line.curvature_at(s).abs();
         track.warnings.push(format!(
-            "the line has a bend of {radius:.1} m radius at s = {s:.0} m: do the lanes for driving jump there?"
+            "the line has a bend of {radius:.1} m radius at s = {s:.0} m: does the road jump there?"
         ));
     }
     Ok(track)
@@ -110,6 +110,18 @@ pub enum Error {
     NotFinite {
         /// Its identifier.
         road: String,
+    },
+    /// The line jumps.
+    #[error(
+        "the line jumps by {gap:.1} m from x = {x:.1} m, y = {y:.1} m on: roads that follow one another do not meet there"
+    )]
+    Gap {
+        /// Where it does [m].
+        x: f64,
+        /// Where it does [m].
+        y: f64,
+        /// How far [m].
+        gap: f64,
     },
     /// A track that is no line.
     #[error("expected at least {least} points at a distance of {spacing} m, found a track of {length:.1} m")]

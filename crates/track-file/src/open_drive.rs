@@ -5,7 +5,7 @@ use std::path::Path;
 use track::{TrackSurvey, point_distance};
 use xodr::RoadNetwork;
 
-use crate::cross_section::{CrossSection, station_range};
+use crate::cross_section::{CrossSection, space_distance, station_range};
 use crate::plausibility::check_roads;
 use crate::road_route::{DrivableLanes, RoadRoute};
 use crate::{Error, RoadTrack};
@@ -14,6 +14,8 @@ use crate::{Error, RoadTrack};
 const SPACING: f64 = 2.0;
 /// Two points nearer than this are one [m].
 const NEAREST: f64 = 0.5 * SPACING;
+/// Points farther apart than this are no line [m].
+const LARGEST_GAP: f64 = 3.0 * SPACING;
 /// Largest coordinate [m]: numbers of single precision are a millimetre apart there.
 const FARTHEST: f64 = 16_384.0;
 /// Points that make a line.
@@ -35,7 +37,7 @@ pub(crate) fn read_open_drive(path: &Path, roads: &[String]) -> Result<RoadTrack
     let bytes = std::fs::read(path).map_err(|error| Error::File(format!("cannot be read: {error}")))?;
     check_roads(&String::from_utf8_lossy(&bytes))?;
     let (network, provenance) =
-        xodr::load_file_with_provenance(path).map_err(|error| Error::File(error.to_string()))?;
+        xodr::load_file_with_provenance(path).map_err(|error| Error::File(describe_import_error(&error)))?;
     let mut track = track_of_network(&network, roads)?;
     let faults = provenance.warnings.iter().filter(|warning| !warning.is_ignored());
     track.warnings = faults.map(ToString::to_string).collect();
@@ -45,6 +47,13 @@ pub(crate) fn read_open_drive(path: &Path, roads: &[String]) -> Result<RoadTrack
         track.warnings.push(format!("{more} more of the file"));
     }
     Ok(track)
+}
+
+/// A road that cannot be read is skipped, so a file may lose all of them.
+fn describe_import_error(error: &xodr::ImportError) -> String {
+    let text = error.to_string();
+    let hint = "; roads without a length, a line or a number where one belongs are skipped";
+    if text.contains("no lanes") { text + hint } else { text }
 }
 
 fn track_of_network(network: &RoadNetwork, roads: &[String]) -> Result<RoadTrack, Error> {
@@ -105,6 +114,13 @@ fn road_line(network: &RoadNetwork, route: &RoadRoute) -> Result<RoadLine, Error
     }
     if kept.len() < LEAST_POINTS {
         return Err(Error::Short { least: LEAST_POINTS, spacing: SPACING, length });
+    }
+    let next = |k: usize| kept[(k + 1) % kept.len()];
+    let pairs = if route.closed { kept.len() } else { kept.len() - 1 };
+    let gap = |k: &usize| space_distance(line[kept[*k]], line[next(*k)]);
+    if let Some(k) = (0..pairs).find(|k| gap(k) > LARGEST_GAP) {
+        let [x, y, _] = line[kept[k]];
+        return Err(Error::Gap { x, y, gap: gap(&k) });
     }
     let found =
         line.iter().flat_map(|point| [point[0], point[1]]).fold(0.0, |most: f64, it| most.max(it.abs()));

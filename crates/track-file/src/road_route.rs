@@ -5,7 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use xodr::{Direction, LaneId, Layer, RoadId, RoadNetwork};
 
 use crate::Error;
+use crate::cross_section::{end_section, space_distance};
 
+/// Edges nearer than this are one [m].
+const NEAR: f64 = 0.5;
 /// Identifiers that a message names.
 const MOST_NAMES: usize = 12;
 
@@ -95,7 +98,8 @@ impl<'a> DrivableLanes<'a> {
         })
     }
 
-    /// Stretches that follow one, or that it follows: one for each section.
+    /// Stretches that follow one, or that it follows: by the links of its lanes, else the next section of its road, else roads that begin
+    /// or end where it ends or begins.
     fn linked(&self, stretch: &RoadStretch, ahead: bool) -> Vec<RoadStretch> {
         let mut found: Vec<RoadStretch> = Vec::new();
         for lane in stretch.driven.iter().filter_map(|id| self.network.lane(*id)) {
@@ -104,7 +108,42 @@ impl<'a> DrivableLanes<'a> {
                 found.extend(next.filter(|next| found.iter().all(|it| !it.is_same_place(next))));
             }
         }
+        if found.is_empty() {
+            found.extend(self.neighbouring_section(stretch, ahead));
+        }
+        if found.is_empty() {
+            found = self.adjoining_roads(stretch, ahead);
+        }
         found
+    }
+
+    /// The stretch of the same road ahead or behind.
+    fn neighbouring_section(&self, stretch: &RoadStretch, ahead: bool) -> Option<RoadStretch> {
+        let road = stretch.road.0;
+        let lanes = match ahead == stretch.forward {
+            true => self.sections.range((road, stretch.section + 1)..=(road, usize::MAX)).next(),
+            false => self.sections.range((road, 0)..(road, stretch.section)).next_back(),
+        };
+        self.stretch_in_direction(lanes?.1, stretch.forward)
+    }
+
+    fn stretch_in_direction(&self, lanes: &BTreeMap<i32, LaneId>, forward: bool) -> Option<RoadStretch> {
+        lanes.values().filter_map(|lane| self.stretch(*lane)).find(|it| it.forward == forward)
+    }
+
+    /// Roads whose edges begin where those of a stretch end, or end where they begin.
+    fn adjoining_roads(&self, stretch: &RoadStretch, ahead: bool) -> Vec<RoadStretch> {
+        let Some(here) = end_section(self.network, stretch, ahead) else { return Vec::new() };
+        let ends = self.network.roads().iter().flat_map(|road| match ahead {
+            true => self.starts(road.id()),
+            false => self.ends(road.id()),
+        });
+        let adjoins = |it: &RoadStretch| {
+            end_section(self.network, it, !ahead).is_some_and(|there| {
+                here.edges.iter().zip(&there.edges).all(|(a, b)| space_distance(*a, *b) < NEAR)
+            })
+        };
+        ends.filter(adjoins).collect()
     }
 
     fn names(&self, stretches: &[RoadStretch]) -> String {
@@ -124,11 +163,21 @@ impl<'a> DrivableLanes<'a> {
 
     /// Where a drive along a road may begin: on its first section along its line, on its last one against it.
     fn starts(&self, road: RoadId) -> Vec<RoadStretch> {
+        self.outer_stretches(road, true)
+    }
+
+    /// Where it may end.
+    fn ends(&self, road: RoadId) -> Vec<RoadStretch> {
+        self.outer_stretches(road, false)
+    }
+
+    fn outer_stretches(&self, road: RoadId, at_begin: bool) -> Vec<RoadStretch> {
         let sections = || self.sections.range((road.0, 0)..=(road.0, usize::MAX)).map(|(_, lanes)| lanes);
-        let start = |lanes: Option<&BTreeMap<i32, LaneId>>, forward: bool| {
-            lanes?.values().filter_map(|lane| self.stretch(*lane)).find(|it| it.forward == forward)
+        let stretch = |forward: bool| {
+            let lanes = if forward == at_begin { sections().next() } else { sections().next_back() };
+            self.stretch_in_direction(lanes?, forward)
         };
-        [start(sections().next(), true), start(sections().next_back(), false)].into_iter().flatten().collect()
+        [stretch(true), stretch(false)].into_iter().flatten().collect()
     }
 
     /// The route from the longest road on, and before it if that is no circuit.
@@ -138,7 +187,8 @@ impl<'a> DrivableLanes<'a> {
     pub fn longest_route(&self) -> Result<RoadRoute, Error> {
         let length = |stretch: &RoadStretch| self.network.road(stretch.road).map_or(0.0, xodr::Road::length);
         let roads = self.network.roads().iter().filter_map(|road| self.starts(road.id()).into_iter().next());
-        let start = roads.max_by(|a, b| length(a).total_cmp(&length(b))).ok_or(Error::NoLanes)?;
+        // Of equally long ones the first in the file.
+        let start = roads.rev().max_by(|a, b| length(a).total_cmp(&length(b))).ok_or(Error::NoLanes)?;
         let mut stretches = vec![start];
         while let Some(next) = self.follow(&stretches[stretches.len() - 1], true)? {
             if let Some(begin) = stretches.iter().position(|it| it.is_same_place(&next)) {
@@ -161,15 +211,27 @@ impl<'a> DrivableLanes<'a> {
     /// # Errors
     /// When there is no such road, or one does not follow the one before.
     pub fn route_along(&self, names: &[String]) -> Result<RoadRoute, Error> {
-        let roads: Vec<RoadId> = names.iter().map(|name| self.road(name)).collect::<Result<_, _>>()?;
+        let roads: Vec<RoadId> = names.iter().map(|name| self.road(name.trim())).collect::<Result<_, _>>()?;
+        let starts = self.starts(roads[0]);
+        if starts.is_empty() {
+            return Err(Error::NoLanes);
+        }
         let mut failed = None;
-        for start in self.starts(roads[0]) {
-            match self.route_from(start, &roads) {
+        for start in &starts {
+            match self.route_from(start.clone(), &roads) {
                 Ok(route) => return Ok(route),
                 Err(error) => failed = failed.or(Some(error)),
             }
         }
-        Err(failed.unwrap_or(Error::NoLanes))
+        // Of the first two roads both directions count.
+        let ends: Vec<RoadStretch> =
+            self.ends(roads[0]).iter().flat_map(|end| self.linked(end, true)).collect();
+        match failed {
+            Some(Error::NotLinked { from, to, .. }) if from == self.road_name(roads[0]) => {
+                Err(Error::NotLinked { from, to, next: format!("what follows it: {}", self.names(&ends)) })
+            }
+            failed => Err(failed.unwrap_or(Error::NoLanes)),
+        }
     }
 
     fn route_from(&self, start: RoadStretch, roads: &[RoadId]) -> Result<RoadRoute, Error> {

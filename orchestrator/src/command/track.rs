@@ -65,13 +65,10 @@ pub struct TrackArguments {
 pub fn run_track_command(arguments: &TrackArguments) -> Result<u8, Error> {
     arguments.check()?;
     let out = arguments.out.clone().unwrap_or_else(|| default_table(&arguments.source));
-    let mut survey = match is_road_file(&arguments.source) {
+    let survey = match is_road_file(&arguments.source) {
         true => track_from_roads(arguments, &out)?,
         false => track_from_log(arguments, &out)?,
     };
-    if let Some(half) = arguments.half_width {
-        survey.widths = Some(vec![[half; 2]; survey.points.len()]);
-    }
     if let Some(folder) = out.parent() {
         std::fs::create_dir_all(folder).map_err(|error| Error::output_failure(folder, error))?;
     }
@@ -92,7 +89,7 @@ fn check_is_other_file(out: &Path, source: &Path) -> Result<(), Error> {
 fn track_from_roads(arguments: &TrackArguments, out: &Path) -> Result<TrackSurvey, Error> {
     let path = &arguments.source;
     check_is_other_file(out, path)?;
-    let track = track_file::read_road_file(path, &arguments.roads).map_err(|error| {
+    let mut track = track_file::read_road_file(path, &arguments.roads).map_err(|error| {
         let wrong = Error::invalid_input(format!("{}: {error}", path.display()));
         match error {
             track_file::Error::Fork { road, .. } => wrong.with_help(format!(
@@ -101,6 +98,7 @@ fn track_from_roads(arguments: &TrackArguments, out: &Path) -> Result<TrackSurve
             _ => wrong,
         }
     })?;
+    arguments.set_half_width(&mut track.survey);
     print_text(&describe_roads(&track)?);
     for warning in &track.warnings {
         print_to_stderr(&escape_for_terminal(&format!("warning: {}: {warning}", path.display())));
@@ -165,10 +163,18 @@ fn track_from_log(arguments: &TrackArguments, out: &Path) -> Result<TrackSurvey,
             "note: the widths are as far as the laps went: the road may be wider, and narrower where the positions err; --half-width tells it",
         );
     }
+    arguments.set_half_width(&mut track.survey);
     Ok(track.survey)
 }
 
 impl TrackArguments {
+    /// What `--half-width` says goes before the widths of the source.
+    fn set_half_width(&self, survey: &mut TrackSurvey) {
+        if let Some(half) = self.half_width {
+            survey.widths = Some(vec![[half; 2]; survey.points.len()]);
+        }
+    }
+
     fn check(&self) -> Result<(), Error> {
         check_not_negative("--half-width", self.half_width.unwrap_or_default())?;
         check_not_negative("--car-width", self.car_width.unwrap_or_default())?;

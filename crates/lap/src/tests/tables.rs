@@ -85,6 +85,10 @@ fn no_engine_gives_more_than_its_table_and_its_power() {
         let most = lap_car.available_power(node.variables.v_x);
         assert!(power <= most * (1.0 + 1e-6) && most <= 190e3, "{power} W, {most} W");
     }
+    let engine = lap_car.engine_power.as_ref().expect("a table");
+    assert_eq!(engine.excess_message(20.0), None);
+    let message = engine.excess_message(150.0).expect("beyond the table");
+    assert!(message.contains("drive.map ends at 9000 rpm"), "{message}");
     let straight = found.nodes.iter().map(|node| node.variables.F_x).fold(0.0, f64::max);
     assert!(straight > 1000.0, "the engine is used: {straight} N");
 }
@@ -165,6 +169,15 @@ fn what_is_wrong_with_a_table_is_told() {
     assert!(error.starts_with("drive.map:1: unknown column `torqe`"), "{error}");
     let error = wrong(&[], "drive.map", "speed [rpm], torque [N.m]\n0, -300\n9000, -10\n");
     assert!(error.contains("found no power at any speed"), "{error}");
+    let error = wrong(&[], "brake.map", "pedal, torque_f [N.m], torque_r [N.m]\n0, 0, 0\n1, -5, 9\n");
+    assert_eq!(error, "brake.map: expected torques of at least 0, found -5");
+    let error = wrong(&HEIGHTS, "aero.map", "ride_height_f [m], C_d\n0, 0.1\n0.2, -0.4\n");
+    assert_eq!(error, "aero.map: expected C_d of at least 0, found -0.4");
+    let error = wrong(&HEIGHTS, "aero.map", "ride_height_f [mm], C_d\n10, 0.1\n70, 0.4\n");
+    assert_eq!(
+        error,
+        "aero.ride_height_f: expected a height that aero.map has, 0.01 to 0.07 m, found 0.08 m"
+    );
     let error = wrong(&[], "brake.map", "pedal, torque_f [N.m], torque_r [N.m]\n0, 0, 0\n1, 0, 0\n");
     assert!(error.contains("found no torque"), "{error}");
     let mut simple = car(&[], &[("drive.map", "speed [rpm], torque [N.m]\n0, 300\n9000, 100\n")]);

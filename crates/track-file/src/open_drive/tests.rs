@@ -151,6 +151,31 @@ fn roads_follow_one_another_to_both_ends() {
 }
 
 #[test]
+fn roads_without_links_are_joined_where_they_meet() {
+    let circle = TestRoad { link: String::new(), right: lane(-1, "driving", 8.0, ""), ..oval() };
+    let track = track_of_network(&network(&[circle]), &[]).expect("a track");
+    assert!(track.survey.closed, "it ends where it begins");
+    let first = TestRoad::straight(1, [0.0, 0.0], 0.0, 100.0);
+    let second = TestRoad::straight(2, [100.0, 0.0], 0.0, 40.0);
+    let track = track_of_network(&network(&[second, first]), &[]).expect("a track");
+    assert_eq!((track.roads.as_slice(), track.survey.closed), (&["1", "2"].map(str::to_owned)[..], false));
+}
+
+#[test]
+fn roads_that_do_not_meet_are_no_line() {
+    let linked = lane(-1, "driving", 8.0, LINKED);
+    let first = TestRoad {
+        link: successor(2),
+        right: linked.clone(),
+        ..TestRoad::straight(1, [0.0, 0.0], 0.0, 60.0)
+    };
+    let second =
+        TestRoad { link: predecessor(1), right: linked, ..TestRoad::straight(2, [160.0, 0.0], 0.0, 40.0) };
+    let error = track_of_network(&network(&[first, second]), &[]).expect_err("a gap");
+    assert!(error.to_string().starts_with("the line jumps by 100.0 m from x = 60.0 m"), "{error}");
+}
+
+#[test]
 fn hills_and_banks_are_those_of_the_road() {
     let profiles = "<elevationProfile><elevation s=\"0\" a=\"10\" b=\"0.05\" c=\"0\" d=\"0\"/></elevationProfile>\
                     <lateralProfile><superelevation s=\"0\" a=\"0.08\" b=\"0\" c=\"0\" d=\"0\"/></lateralProfile>";

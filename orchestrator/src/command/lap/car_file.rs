@@ -101,6 +101,11 @@ impl CarFile {
             let names = suggest::join_first(&self.unused, MOST_NAMES);
             messages.push(format!("note: {path}: the lap has no use for {names}"));
         }
+        for (key, _) in &self.settings {
+            if let Err(message) = key.check_changes_car(&self.parameters) {
+                messages.push(format!("warning: --set: {message}"));
+            }
+        }
         Ok((car, messages))
     }
 }
