@@ -2,7 +2,7 @@
 
 use xodr::{LaneId, LanePosition, Point, RoadNetwork, RoadPosition};
 
-use crate::road_route::RoadStretch;
+use crate::road_stretch::RoadStretch;
 
 /// A cut across the road, seen in the direction of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]

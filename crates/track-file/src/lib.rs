@@ -9,6 +9,7 @@ mod open_crg;
 mod open_drive;
 mod plausibility;
 mod road_route;
+mod road_stretch;
 
 use std::path::Path;
 

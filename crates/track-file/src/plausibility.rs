@@ -1,5 +1,7 @@
 //! Refuses numbers that no road has, before a reader works with them: lanes wider than any, and coefficients of a line without bounds.
 
+use std::borrow::Cow;
+
 use roxmltree::{Document, Node};
 
 use crate::Error;
@@ -16,7 +18,8 @@ const LONGEST: f64 = 1e5;
 /// # Errors
 /// With the line of the file, when a number is too large or a lane may become too wide; when the text is no XML.
 pub fn check_roads(text: &str) -> Result<(), Error> {
-    let document = Document::parse(text).map_err(|error| Error::File(format!("expected XML: {error}")))?;
+    let text = without_declaration(text);
+    let document = Document::parse(&text).map_err(|error| Error::File(format!("expected XML: {error}")))?;
     for road in document.descendants().filter(|node| node.has_tag_name("road")) {
         for line in road.children().filter(|node| node.has_tag_name("planView")) {
             line.descendants().try_for_each(check_coefficients)?;
@@ -32,6 +35,17 @@ pub fn check_roads(text: &str) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// The text with blanks in place of the declaration of XML, which simulators write behind a comment, where XML allows none.
+fn without_declaration(text: &str) -> Cow<'_, str> {
+    let begin = text.find("<?xml").filter(|begin| !text[..*begin].contains("<OpenDRIVE"));
+    match begin.and_then(|begin| Some([begin, begin + text[begin..].find("?>")? + 2])) {
+        Some([begin, end]) => {
+            Cow::Owned(format!("{}{}{}", &text[..begin], " ".repeat(end - begin), &text[end..]))
+        }
+        None => Cow::Borrowed(text),
+    }
 }
 
 fn check_coefficients(node: Node) -> Result<(), Error> {
@@ -103,6 +117,8 @@ mod tests {
         );
         let error = check_roads(&road(next, "", "1e308")).expect_err("too far").to_string();
         assert_eq!(error, "line 1: expected a number of at most 1e9 for `x`, found 1e308");
+        let with_licence = format!("<!-- licence -->\n<?xml version=\"1.0\"?>\n{}", road(next, "", "0"));
+        assert_eq!(check_roads(&with_licence), Ok(()));
         assert!(check_roads("<road").expect_err("no XML").to_string().starts_with("expected XML"));
     }
 }

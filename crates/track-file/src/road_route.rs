@@ -6,34 +6,12 @@ use xodr::{Direction, LaneId, Layer, RoadId, RoadNetwork};
 
 use crate::Error;
 use crate::cross_section::{end_section, space_distance};
+use crate::road_stretch::RoadStretch;
 
 /// Edges nearer than this are one [m].
 const NEAR: f64 = 0.5;
 /// Identifiers that a message names.
 const MOST_NAMES: usize = 12;
-
-/// A lane section of a road, driven in one direction, with the lanes beside one another on which a car can drive.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RoadStretch {
-    /// The road.
-    pub road: RoadId,
-    /// Number of the lane section.
-    section: usize,
-    /// Whether the drive goes along the road's reference line, or against it.
-    pub forward: bool,
-    /// The lane on the left of the reference line that is farthest out, or the one nearest to it on the right.
-    pub leftmost: LaneId,
-    /// The lane on its right.
-    pub rightmost: LaneId,
-    /// Those that are driven in this direction.
-    driven: Vec<LaneId>,
-}
-
-impl RoadStretch {
-    fn is_same_place(&self, other: &RoadStretch) -> bool {
-        (self.road, self.section) == (other.road, other.section)
-    }
-}
 
 /// Consecutive stretches.
 #[derive(Debug, Clone, PartialEq)]
