@@ -91,7 +91,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vehicle", &["tire"]),
     ("track", &["vehicle"]),
     ("lap", &["car-file", "kalman", "numerics", "tire", "tire-file", "track", "vehicle"]),
-    ("track-file", &["track"]),
+    ("track-file", &["text-encoding", "track"]),
     ("lap-report", &["html-page", "lap", "numerics", "track", "units"]),
     ("kalman", &["elementary"]),
     ("manoeuvre", &["units"]),

@@ -152,6 +152,12 @@ fn roads_of_open_drive_and_open_crg_become_tracks_to_lap() {
     let flat = numbers(&lab)["lap_time"].as_f64().expect("a time");
     assert!(banked < 0.99 * flat && banked > 0.9 * flat, "{banked} {flat}");
 
+    // A map in Latin-1, as older tools write it.
+    let latin = oval_of_open_drive().replace("\"7\"", "\"S\u{fc}d\"");
+    lab.write("latin.xodr", latin.chars().map(|it| it as u8).collect::<Vec<u8>>());
+    let ended = lab.trackside(&["track", "latin.xodr", "--out", "latin.csv"]).expect(0);
+    assert!(ended.stdout.contains("closed, road S\u{fc}d;"), "{}", ended.stdout);
+
     // A road in two parts that do not meet is no track; the set-up of a number that a table replaces is told.
     let torn = oval_of_open_drive().replace("x=\"200\" y=\"120\"", "x=\"200\" y=\"150\"");
     lab.write("torn.xodr", torn);

@@ -55,6 +55,20 @@ pub struct SpringLoad<T> {
     pub F_x: T,
 }
 
+/// Heights g(h) that the loads at heights h give.
+struct HeightLinearisation {
+    /// g(h) [m].
+    loaded: [f64; 2],
+    /// Inverse of the Jacobian of h − g(h).
+    inverse: [[f64; 2]; 2],
+}
+
+/// J⁻¹ (h − g(h)).
+fn newton_step<T: Number>(heights: [T; 2], loaded: [T; 2], inverse: [[f64; 2]; 2]) -> [T; 2] {
+    let residual = [heights[0] - loaded[0], heights[1] - loaded[1]];
+    inverse.map(|row| residual[0] * row[0] + residual[1] * row[1])
+}
+
 impl LapAero {
     /// Drag and the downforce of each axle [N], with the body where the loads press it.
     #[inline]
@@ -100,44 +114,32 @@ impl AeroPlatform {
         let real =
             SpringLoad { pressure: load.pressure.re(), pressing: load.pressing.re(), F_x: load.F_x.re() };
         let mut heights = self.ride_height;
-        let mut inverse = self.inverse_jacobian(body, &real, heights);
+        let mut linear = self.linearise(body, &real, heights);
         for _ in 0..ITERATIONS {
-            let step = self.newton_step(body, &real, heights, inverse);
+            let step = newton_step(heights, linear.loaded, linear.inverse);
             heights = [heights[0] - step[0], heights[1] - step[1]];
-            inverse = self.inverse_jacobian(body, &real, heights);
+            linear = self.linearise(body, &real, heights);
             if step.iter().all(|step| step.abs() < TOLERANCE) {
                 break;
             }
         }
         let mut with_derivatives = heights.map(T::from);
         for _ in 0..2 {
-            let step = self.newton_step(body, load, with_derivatives, inverse);
+            let coefficients = T::aero_coefficients(&self.coefficients, with_derivatives);
+            let loaded = self.loaded_heights(body, load, coefficients);
+            let step = newton_step(with_derivatives, loaded, linear.inverse);
             with_derivatives = [with_derivatives[0] - step[0], with_derivatives[1] - step[1]];
         }
         with_derivatives
     }
 
-    /// J⁻¹ (h − g(h)), where g(h) are the heights that the loads at h give.
-    fn newton_step<T: StageNumber>(
-        &self,
-        body: &VehicleBody,
-        load: &SpringLoad<T>,
-        heights: [T; 2],
-        inverse: [[f64; 2]; 2],
-    ) -> [T; 2] {
-        let coefficients = T::aero_coefficients(&self.coefficients, heights);
-        let loaded = self.loaded_heights(body, load, coefficients);
-        let residual = [heights[0] - loaded[0], heights[1] - loaded[1]];
-        inverse.map(|row| residual[0] * row[0] + residual[1] * row[1])
-    }
-
-    /// Inverse of the Jacobian of h − g(h).
-    fn inverse_jacobian(
+    /// The heights that the loads at these heights give, with their Jacobian.
+    fn linearise(
         &self,
         body: &VehicleBody,
         load: &SpringLoad<f64>,
         heights: [f64; 2],
-    ) -> [[f64; 2]; 2] {
+    ) -> HeightLinearisation {
         type HeightDual = DualSVec64<2>;
         let heights = [0, 1].map(|axle| {
             let mut unit = SVector::zeros();
@@ -156,7 +158,10 @@ impl AeroPlatform {
         };
         let [[a, b], [c, d]] = [[slope(0, 0), slope(0, 1)], [slope(1, 0), slope(1, 1)]];
         let determinant = a * d - b * c;
-        [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
+        HeightLinearisation {
+            loaded: loaded.map(|height| height.re),
+            inverse: [[d / determinant, -b / determinant], [-c / determinant, a / determinant]],
+        }
     }
 
     /// Heights [m] on springs that carry these coefficients.
@@ -182,8 +187,7 @@ mod tests {
     use vehicle::G;
 
     use super::*;
-    use crate::stages::VARIABLES;
-    use crate::tires::StageDual;
+    use crate::tires::{StageDual, unknown};
 
     const BODY: VehicleBody = VehicleBody { m: 1300.0, I_zz: 2000.0, l_f: 1.4, l_r: 1.3, h: 0.45 };
 
@@ -239,13 +243,8 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_differences() {
         let aero = aero([120e3, 140e3]);
-        let unknown = |value: f64, i: usize| {
-            let mut unit = SVector::<f64, VARIABLES>::zeros();
-            unit[i] = 1.0;
-            StageDual::new(value, Derivative::some(unit.transpose()), Derivative::none())
-        };
         let (v, F) = (47.0, -6000.0);
-        let dual = forces(&aero, unknown(v, 0), unknown(F, 1));
+        let dual: [StageDual; 3] = forces(&aero, unknown(v, 0, 1.0), unknown(F, 1, 1.0));
         for (i, force) in dual.iter().enumerate() {
             let at = |v: f64, F: f64| forces(&aero, v, F)[i];
             let (h_v, h_F) = (1e-2, 10.0);

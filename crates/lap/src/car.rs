@@ -52,7 +52,7 @@ pub struct EnginePower {
 }
 
 impl EnginePower {
-    /// Says that the engine turns faster than its table tells, at this speed of the car [m/s].
+    /// Says that the engine turns faster than its table tells, at this speed of the car [m/s]: it may be none there.
     pub fn excess_message(&self, v_x: f64) -> Option<String> {
         const RPM: f64 = 30.0 / std::f64::consts::PI;
         let [speed, end] = [self.gear * v_x * RPM, self.table_end? * RPM];

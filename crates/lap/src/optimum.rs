@@ -61,6 +61,12 @@ pub struct LapOptimum {
 const RESTARTS: usize = 3;
 
 impl LapOptimum {
+    /// Warns of an engine that turns faster in this lap of the car than its table tells.
+    pub fn engine_warning(&self, car: &LapCar) -> Option<String> {
+        let fastest = self.nodes.iter().map(|node| node.variables.v_x).fold(0.0, f64::max);
+        car.engine_power.as_ref()?.excess_message(fastest)
+    }
+
     /// The fastest lap of a car on a line.
     ///
     /// # Errors

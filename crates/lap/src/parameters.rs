@@ -3,7 +3,7 @@
 
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
-use vehicle::dual_track::{AxleSprings, AxleStiffness, EngineTorque};
+use vehicle::dual_track::{AxleSprings, AxleStiffness};
 use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
@@ -424,15 +424,7 @@ impl CarParameters {
         let gear = self.drive_ratio * (share / radii[0] + (1.0 - share) / radii[1]);
         let power = |v_x: f64| {
             let speed = gear * v_x;
-            let torque = match &engine {
-                EngineTorque::FullLoad(curve) => curve.interpolate(speed),
-                EngineTorque::Pedal(map) => map.interpolate(speed, 1.0)[0],
-            };
-            (torque * speed).clamp(0.0, most)
-        };
-        let range = match &engine {
-            EngineTorque::FullLoad(curve) => curve.argument_range(),
-            EngineTorque::Pedal(map) => map.argument_ranges()[0],
+            (engine.full_load_torque(speed) * speed).clamp(0.0, most)
         };
         let curve = BSplineCurve::near(ENGINE_SPEEDS, ENGINE_INTERVALS, power);
         if curve.maximum() <= 0.0 {
@@ -440,7 +432,7 @@ impl CarParameters {
                 "{DRIVE_MAP}: expected an engine that drives the car, found no power at any speed"
             ));
         }
-        Ok(EnginePower { curve, gear, table_end: range.map(|[_, end]| end) })
+        Ok(EnginePower { curve, gear, table_end: engine.speed_range().map(|[_, end]| end) })
     }
 
     /// Force of the front brakes [N] over that of all brakes, and the largest of these, on wheels of these radii [m].

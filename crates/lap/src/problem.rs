@@ -4,7 +4,6 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{SMatrix, SVector};
-use num_dual::Derivative;
 use track::{AccelerationLimits, GgvDiagram, RoadGeometry, SpeedBounds, SpeedProfile, TrackLine};
 use vehicle::G;
 
@@ -15,7 +14,7 @@ use crate::stages::{
     EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
     VARIABLES,
 };
-use crate::tires::{StageDual, StageNumber, TirePeaks};
+use crate::tires::{StageDual, StageNumber, TirePeaks, unknown};
 use crate::{Error, LapOptions};
 
 /// Functions of a stage: cost, slopes, equations, inequalities.
@@ -341,11 +340,7 @@ impl StagedProblem for LapProblem<'_> {
     }
 
     fn model(&self, x: &StageVector, stage: usize) -> StageModel {
-        let z: [StageDual; VARIABLES] = std::array::from_fn(|i| {
-            let mut unit = StageVector::zeros();
-            unit[i] = SCALE[i];
-            StageDual::new(x[i] * SCALE[i], Derivative::some(unit.transpose()), Derivative::none())
-        });
+        let z: [StageDual; VARIABLES] = std::array::from_fn(|i| unknown(x[i] * SCALE[i], i, SCALE[i]));
         let outputs = self.outputs(z, stage);
         let slope = |of: usize, by: usize| outputs[of].v1.0.map_or(0.0, |gradient| gradient[by]);
         let equations = 1 + STATES;

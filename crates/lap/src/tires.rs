@@ -100,13 +100,16 @@ impl StageNumber for StageDual {
     }
 }
 
+/// An unknown with a number among I; `slope` is its derivative by what stands for it.
+pub fn unknown<const I: usize>(value: f64, i: usize, slope: f64) -> Dual2SVec64<I> {
+    let mut gradient = SVector::<f64, I>::zeros();
+    gradient[i] = slope;
+    Dual2SVec64::new(value, Derivative::some(gradient.transpose()), Derivative::none())
+}
+
 /// The inputs of an inner function, as its own unknowns.
 fn inner_inputs<const I: usize>(inputs: &[StageDual; I]) -> [Dual2SVec64<I>; I] {
-    array::from_fn(|i| {
-        let mut unit = SVector::<f64, I>::zeros();
-        unit[i] = 1.0;
-        Dual2SVec64::new(inputs[i].re, Derivative::some(unit.transpose()), Derivative::none())
-    })
+    array::from_fn(|i| unknown(inputs[i].re, i, 1.0))
 }
 
 /// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx.
@@ -175,14 +178,9 @@ mod tests {
                 v_x: b * 2.0 + 25.0,
             }
         }
-        let unknown = |value: f64, i: usize| {
-            let mut unit = SVector::<f64, VARIABLES>::zeros();
-            unit[i] = 1.0;
-            StageDual::new(value, Derivative::some(unit.transpose()), Derivative::none())
-        };
         for tire in &tires {
             let (a, b) = (0.15, 0.3);
-            let dual = StageDual::tire_forces(tire, slip(unknown(a, 0), unknown(b, 1)));
+            let dual = StageDual::tire_forces(tire, slip(unknown(a, 0, 1.0), unknown(b, 1, 1.0)));
             for (axis, force) in dual.iter().enumerate() {
                 let at = |a: f64, b: f64| f64::tire_forces(tire, slip(a, b))[axis];
                 let h = 1e-4;

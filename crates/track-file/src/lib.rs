@@ -17,6 +17,8 @@ use track::{TrackLine, TrackSurvey};
 
 /// Largest file that is read [B]: its tree in memory is ten times as large.
 const LARGEST: u64 = 256 << 20;
+/// Points that make a line.
+const LEAST_POINTS: usize = 4;
 /// Curvature that no road has [1/m]: the line has a kink where it jumps to other lanes.
 const KINK: f64 = 0.5;
 
@@ -44,19 +46,10 @@ pub fn read_road_file(path: &Path, roads: &[String]) -> Result<RoadTrack, Error>
     if size > LARGEST {
         return Err(Error::File(format!("has {size} B, expected at most {LARGEST} B")));
     }
-    let mut track = match is_open_drive(path) {
-        true => open_drive::read_open_drive(path, roads)?,
-        false => open_crg::read_open_crg(path)?,
-    };
-    let line = TrackLine::from_survey(&track.survey).map_err(|error| Error::File(error.to_string()))?;
-    let kink = line.knot_stations().find(|s| line.curvature_at(*s).abs() > KINK);
-    if let Some(s) = kink {
-        let radius = 1.0 / line.curvature_at(s).abs();
-        track.warnings.push(format!(
-            "the line has a bend of {radius:.1} m radius at s = {s:.0} m: does the road jump there?"
-        ));
+    match is_open_drive(path) {
+        true => open_drive::read_open_drive(path, roads),
+        false => open_crg::read_open_crg(path),
     }
-    Ok(track)
 }
 
 /// A track out of a file.
@@ -64,10 +57,27 @@ pub fn read_road_file(path: &Path, roads: &[String]) -> Result<RoadTrack, Error>
 pub struct RoadTrack {
     /// Its line and edges.
     pub survey: TrackSurvey,
+    /// Length of the line [m].
+    pub length: f64,
     /// The roads that it consists of, by their identifiers, in the order of the drive; none of OpenCRG.
     pub roads: Vec<String>,
     /// What the file has and the reader leaves out, or takes for something else.
     pub warnings: Vec<String>,
+}
+
+impl RoadTrack {
+    /// A track with these warnings, and one more where its line has a kink.
+    fn new(survey: TrackSurvey, roads: Vec<String>, mut warnings: Vec<String>) -> Result<Self, Error> {
+        let line = TrackLine::from_survey(&survey).map_err(|error| Error::File(error.to_string()))?;
+        let kink = line.knot_stations().find(|s| line.curvature_at(*s).abs() > KINK);
+        if let Some(s) = kink {
+            let radius = 1.0 / line.curvature_at(s).abs();
+            warnings.push(format!(
+                "the line has a bend of {radius:.1} m radius at s = {s:.0} m: does the road jump there?"
+            ));
+        }
+        Ok(RoadTrack { survey, length: line.length(), roads, warnings })
+    }
 }
 
 /// Why there is no track.

@@ -5,7 +5,7 @@ use std::path::Path;
 use opencrg::{CrgGrid, Uv, Xy};
 use track::{TrackSurvey, point_distance};
 
-use crate::{Error, RoadTrack};
+use crate::{Error, LEAST_POINTS, RoadTrack};
 
 /// Least distance of the points of the line [m].
 const SPACING: f64 = 2.0;
@@ -15,8 +15,6 @@ const AROUND: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 const ACROSS: usize = 21;
 /// No road is as high [m]: such a height is a damaged number.
 const HIGHEST: f64 = 1e4;
-/// Points that make a line.
-const LEAST_POINTS: usize = 4;
 
 /// Reads the track of a surface; its edges are where heights end.
 ///
@@ -67,7 +65,7 @@ pub(crate) fn read_open_crg(path: &Path) -> Result<RoadTrack, Error> {
     survey.widths = Some(widths);
     survey.height = Some(heights);
     survey.bank = Some(banks);
-    Ok(RoadTrack { survey, roads: Vec::new(), warnings })
+    RoadTrack::new(survey, Vec::new(), warnings)
 }
 
 /// A cut across the surface.

@@ -1,6 +1,6 @@
 //! Reads a track from a road network of OpenDRIVE: a line with the edges, the heights and the bank of its road.
 
-use std::path::Path;
+use std::path::{Component, Path};
 
 use track::{TrackSurvey, point_distance};
 use xodr::RoadNetwork;
@@ -8,7 +8,7 @@ use xodr::RoadNetwork;
 use crate::cross_section::{CrossSection, space_distance, station_range};
 use crate::plausibility::check_roads;
 use crate::road_route::{DrivableLanes, RoadRoute};
-use crate::{Error, RoadTrack};
+use crate::{Error, LEAST_POINTS, RoadTrack};
 
 /// Distance of the points of the line [m]: their numbers have single precision, which at less tells no bends.
 const SPACING: f64 = 2.0;
@@ -18,8 +18,6 @@ const NEAREST: f64 = 0.5 * SPACING;
 const LARGEST_GAP: f64 = 3.0 * SPACING;
 /// Largest coordinate [m]: numbers of single precision are a millimetre apart there.
 const FARTHEST: f64 = 16_384.0;
-/// Points that make a line.
-const LEAST_POINTS: usize = 4;
 /// How far the reference line may be beyond an edge, by rounding [m].
 const EDGE_TOLERANCE: f64 = 0.02;
 /// Heights and banks below which a road is level [m, rad].
@@ -35,18 +33,34 @@ const MOST_WARNINGS: usize = 5;
 /// When the file is none, has no such roads, or the way forks.
 pub(crate) fn read_open_drive(path: &Path, roads: &[String]) -> Result<RoadTrack, Error> {
     let bytes = std::fs::read(path).map_err(|error| Error::File(format!("cannot be read: {error}")))?;
-    check_roads(&String::from_utf8_lossy(&bytes))?;
-    let (network, provenance) =
-        xodr::load_file_with_provenance(path).map_err(|error| Error::File(describe_import_error(&error)))?;
+    // In UTF-8 or else in Latin-1: names of roads have letters of any language.
+    let text = text_encoding::utf8_or_latin1(&bytes);
+    check_roads(&text)?;
+    let (network, provenance) = xodr::load_str_with(&text, |name| read_included_file(path, name))
+        .map_err(|error| Error::File(describe_import_error(&error)))?;
     let mut track = track_of_network(&network, roads)?;
     let faults = provenance.warnings.iter().filter(|warning| !warning.is_ignored());
-    track.warnings = faults.map(ToString::to_string).collect();
-    let more = track.warnings.len().saturating_sub(MOST_WARNINGS);
+    let mut warnings: Vec<String> = faults.map(ToString::to_string).collect();
+    let more = warnings.len().saturating_sub(MOST_WARNINGS);
     if more > 0 {
-        track.warnings.truncate(MOST_WARNINGS);
-        track.warnings.push(format!("{more} more of the file"));
+        warnings.truncate(MOST_WARNINGS);
+        warnings.push(format!("{more} more of the file"));
     }
+    track.warnings.splice(0..0, warnings);
     Ok(track)
+}
+
+/// The text of a file that a map includes: one in the folder of the map or below.
+fn read_included_file(map: &Path, name: &str) -> Result<String, String> {
+    let name = Path::new(name);
+    if !name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+        return Err("it is not in the folder of the map".to_owned());
+    }
+    let folder = map.parent().unwrap_or(Path::new("."));
+    let bytes = std::fs::read(folder.join(name)).map_err(|error| error.to_string())?;
+    let text = text_encoding::utf8_or_latin1(&bytes);
+    check_roads(&text).map_err(|error| error.to_string())?;
+    Ok(text.into_owned())
 }
 
 /// A road that cannot be read is skipped, so a file may lose all of them.
@@ -63,7 +77,7 @@ fn track_of_network(network: &RoadNetwork, roads: &[String]) -> Result<RoadTrack
     let line = road_line(network, &route)?;
     let mut names: Vec<String> = route.stretches.iter().map(|it| lanes.road_name(it.road)).collect();
     names.dedup();
-    Ok(RoadTrack { survey: survey(&line, route.closed), roads: names, warnings: Vec::new() })
+    RoadTrack::new(survey(&line, route.closed), names, Vec::new())
 }
 
 /// Coefficients of a file may be numbers, and what they give none.

@@ -83,7 +83,7 @@ impl<'a> DrivableLanes<'a> {
         for lane in stretch.driven.iter().filter_map(|id| self.network.lane(*id)) {
             for next in if ahead { &lane.successors } else { &lane.predecessors } {
                 let next = self.stretch(*next);
-                found.extend(next.filter(|next| found.iter().all(|it| !it.is_same_place(next))));
+                found.extend(next.filter(|next| found.iter().all(|it| !it.is_same_section(next))));
             }
         }
         if found.is_empty() {
@@ -169,14 +169,14 @@ impl<'a> DrivableLanes<'a> {
         let start = roads.rev().max_by(|a, b| length(a).total_cmp(&length(b))).ok_or(Error::NoLanes)?;
         let mut stretches = vec![start];
         while let Some(next) = self.follow(&stretches[stretches.len() - 1], true)? {
-            if let Some(begin) = stretches.iter().position(|it| it.is_same_place(&next)) {
+            if let Some(begin) = stretches.iter().position(|it| it.is_same_section(&next)) {
                 return Ok(RoadRoute { stretches: stretches.split_off(begin), closed: true });
             }
             stretches.push(next);
         }
         // Before the longest road a fork is where the track begins.
         while let Ok(Some(before)) = self.follow(&stretches[0], false) {
-            if stretches.iter().any(|it| it.is_same_place(&before)) {
+            if stretches.iter().any(|it| it.is_same_section(&before)) {
                 break;
             }
             stretches.insert(0, before);
@@ -217,14 +217,14 @@ impl<'a> DrivableLanes<'a> {
         let mut at = 0;
         loop {
             let next = self.linked(&stretches[stretches.len() - 1], true);
-            let is_new = |it: &&RoadStretch| stretches.iter().all(|before| !before.is_same_place(it));
+            let is_new = |it: &&RoadStretch| stretches.iter().all(|before| !before.is_same_section(it));
             if let Some(same) = next.iter().filter(is_new).find(|it| it.road == roads[at]) {
                 stretches.push(same.clone());
                 continue;
             }
             at += 1;
             if at == roads.len() {
-                let closed = next.iter().any(|it| it.is_same_place(&stretches[0]));
+                let closed = next.iter().any(|it| it.is_same_section(&stretches[0]));
                 return Ok(RoadRoute { stretches, closed });
             }
             let Some(on) = next.iter().find(|it| it.road == roads[at]) else {

@@ -21,7 +21,7 @@ pub struct RoadStretch {
 
 impl RoadStretch {
     /// Whether both are of one section.
-    pub fn is_same_place(&self, other: &RoadStretch) -> bool {
+    pub fn is_same_section(&self, other: &RoadStretch) -> bool {
         (self.road, self.section) == (other.road, other.section)
     }
 }

@@ -58,12 +58,13 @@ pub(super) fn find_fastest_lap(
 ) -> Result<Value, String> {
     report_progress(host, 0.0, "finding the fastest lap")?;
     let line = config.line().map_err(|error| error.to_string())?;
-    let (car, messages) = config.car().map_err(|error| error.to_string())?;
+    let (car, mut messages) = config.car().map_err(|error| error.to_string())?;
     let parameters = config.car_parameters().map_err(|error| error.to_string())?;
     let draws = config.draws().map_err(|error| error.to_string())?;
     let options = config.options(&car);
     let told = |error: lap::Error| error.to_string();
     let optimum = LapOptimum::find(&car, &line, &options).map_err(told)?;
+    messages.extend(optimum.engine_warning(&car));
     let has_converged = optimum.status == InteriorPointStatus::Converged;
     let corners = optimum.corners(line.is_closed());
     let driven = driven_lap(request, &line, &optimum)?;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::{Error, escape_for_terminal};
 use indicatif::ProgressBar;
-use lap::{CarParameters, InteriorPointStatus, LapCar, LapOptimum, LapOptions};
+use lap::{CarParameters, InteriorPointStatus, LapOptimum, LapOptions};
 use lap_report::{FastestSetup, LapPage, LoggedLap, interval_text};
 use numerics::convergence::OptimisationStatus;
 use numerics::text::{format_lap_time, format_significant};
@@ -82,10 +82,16 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let line = TrackLine::from_survey(&survey)
         .map_err(|error| Error::invalid_input(format!("{}: {error}", arguments.track.display())))?;
     let log = arguments.log.read(&arguments.track, survey.plane)?;
-    let (car, messages) = car_file.car()?;
+    let (car, mut messages) = car_file.car()?;
     for message in &messages {
         print_to_stderr(&escape_for_terminal(message));
     }
+    let mut warn = |warning: Option<String>| {
+        if let Some(message) = warning.map(|warning| format!("warning: {warning}")) {
+            print_to_stderr(&message);
+            messages.push(message);
+        }
+    };
     let options = arguments.options(car.track_widths)?;
     let folder = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.car, &arguments.track));
     let logs = log.as_ref().map(|log| log.path.as_path());
@@ -95,7 +101,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
     let optimum = LapOptimum::find(&car, &line, &options).map_err(wrong)?;
     let corners = optimum.corners(line.is_closed());
     let is_found = optimum.status == InteriorPointStatus::Converged;
-    warn_of_engine_table(&car, &optimum, "");
+    warn(optimum.engine_warning(&car));
     let driven = log.as_ref().map(|log| log.fastest_lap(&line, &optimum)).transpose()?;
     let worth = match is_found {
         true => optimum.parameter_worth(&car_file.parameters, &line, &options, &corners).map_err(wrong)?,
@@ -121,7 +127,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
                 .fastest_setup(parameters, &ranges, &line, &options)
                 .map_err(|error| Error::invalid_input(format!("--setup: {error}")))?;
             let (setup_car, _) = setup.parameters.car().map_err(Error::invalid_input)?;
-            warn_of_engine_table(&setup_car, &setup.lap, "with the fastest set-up ");
+            warn(setup.lap.engine_warning(&setup_car).map(|it| format!("with the fastest set-up {it}")));
             let interval = interval_of(&setup.lap, &setup.parameters)?;
             Some(FastestSetup { ranges, before, setup, interval })
         }
@@ -185,14 +191,6 @@ pub fn check_not_negative(option: &str, number: f64) -> Result<(), Error> {
         false => {
             Err(Error::invalid_input(format!("{option}: expected a number of at least 0, found {number}")))
         }
-    }
-}
-
-/// An engine that turns faster than its table tells may be no engine there.
-fn warn_of_engine_table(car: &LapCar, lap: &LapOptimum, when: &str) {
-    let fastest = lap.nodes.iter().map(|node| node.variables.v_x).fold(0.0, f64::max);
-    if let Some(message) = car.engine_power.as_ref().and_then(|engine| engine.excess_message(fastest)) {
-        print_to_stderr(&format!("warning: {when}{message}"));
     }
 }
 

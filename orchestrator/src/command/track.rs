@@ -8,7 +8,7 @@ use lap::{LoggedTrack, LoggedTrackOptions};
 use numerics::text::format_lap_time;
 use orchestrator::nofollow::write_without_following_links;
 use orchestrator::relative_path::real_path;
-use track::{TrackLine, TrackSurvey};
+use track::TrackSurvey;
 use track_file::{RoadTrack, is_open_drive, is_road_file};
 
 use super::lap::check_not_negative;
@@ -99,7 +99,7 @@ fn track_from_roads(arguments: &TrackArguments, out: &Path) -> Result<TrackSurve
         }
     })?;
     arguments.set_half_width(&mut track.survey);
-    print_text(&describe_roads(&track)?);
+    print_text(&describe_roads(&track));
     for warning in &track.warnings {
         print_to_stderr(&escape_for_terminal(&format!("warning: {}: {warning}", path.display())));
     }
@@ -107,15 +107,14 @@ fn track_from_roads(arguments: &TrackArguments, out: &Path) -> Result<TrackSurve
 }
 
 /// The line, its roads, widths and heights.
-fn describe_roads(track: &RoadTrack) -> Result<String, Error> {
+fn describe_roads(track: &RoadTrack) -> String {
     let survey = &track.survey;
-    let line = TrackLine::from_survey(survey).map_err(|error| Error::invalid_input(error.to_string()))?;
     let range = |values: &mut dyn Iterator<Item = f64>| {
         let [low, high] =
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], it| [low.min(it), high.max(it)]);
         format!("{low:.1} to {high:.1}")
     };
-    let mut text = format!("  {:.1} m, {}", line.length(), if survey.closed { "closed" } else { "open" });
+    let mut text = format!("  {:.1} m, {}", track.length, if survey.closed { "closed" } else { "open" });
     if !track.roads.is_empty() {
         let many = if track.roads.len() > 1 { "s" } else { "" };
         text += &format!(", road{many} {}", track.roads.join(", "));
@@ -129,7 +128,7 @@ fn describe_roads(track: &RoadTrack) -> Result<String, Error> {
     if let Some(banks) = &survey.bank {
         text += &format!("; banked by {} deg", range(&mut banks.iter().map(|bank| bank.to_degrees())));
     }
-    Ok(escape_for_terminal(&(text + "\n")).into_owned())
+    escape_for_terminal(&(text + "\n")).into_owned()
 }
 
 fn track_from_log(arguments: &TrackArguments, out: &Path) -> Result<TrackSurvey, Error> {

@@ -50,12 +50,12 @@ impl<const N: usize, const M: usize> CorrectedRecording<N, M> {
 /// What later measurements say about a state with the mean x and the covariance P: given them as well, the
 /// mean is x + P r and the covariance P − P N P (de Jong 1989; Bryson and Frazier 1963).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Adjoint<const N: usize> {
+pub(crate) struct AdjointState<const N: usize> {
     pub r: SVector<f64, N>,
     pub N: SMatrix<f64, N, N>,
 }
 
-impl<const N: usize> Adjoint<N> {
+impl<const N: usize> AdjointState<N> {
     /// After the last measurement.
     pub fn zero() -> Self {
         Self { r: SVector::zeros(), N: SMatrix::zeros() }
@@ -86,7 +86,7 @@ impl<const N: usize> Adjoint<N> {
         &mut self,
         H: &SMatrix<f64, M, N>,
         gain: &CorrectionGain<N, M>,
-    ) -> Adjoint<M> {
+    ) -> AdjointState<M> {
         if gain.one_by_one { self.before_each(H, gain) } else { self.before_all(H, gain) }
     }
 
@@ -95,8 +95,8 @@ impl<const N: usize> Adjoint<N> {
         &mut self,
         H: &SMatrix<f64, M, N>,
         gain: &CorrectionGain<N, M>,
-    ) -> Adjoint<M> {
-        let mut v = Adjoint::zero();
+    ) -> AdjointState<M> {
+        let mut v = AdjointState::zero();
         for i in (0..M).rev().filter(|i| gain.is_measured(*i)) {
             let (h, K) = (H.row(i).transpose(), gain.K.column(i));
             let NK = self.N * K;
@@ -120,11 +120,12 @@ impl<const N: usize> Adjoint<N> {
         &mut self,
         H: &SMatrix<f64, M, N>,
         gain: &CorrectionGain<N, M>,
-    ) -> Adjoint<M> {
+    ) -> AdjointState<M> {
         let H: SMatrix<f64, M, N> =
             SMatrix::from_fn(|i, j| if gain.is_measured(i) { H[(i, j)] } else { 0.0 });
         let (K_T, H_T) = (gain.K.transpose(), H.transpose());
-        let v = Adjoint { r: gain.weighted - K_T * self.r, N: congruence(&K_T, &self.N, &gain.S_inverse) };
+        let v =
+            AdjointState { r: gain.weighted - K_T * self.r, N: congruence(&K_T, &self.N, &gain.S_inverse) };
         let I_KH = SMatrix::identity() - product(&gain.K, &H);
         self.r += H_T * v.r;
         let own = congruence(&H_T, &gain.S_inverse, &SMatrix::zeros());

@@ -3,7 +3,7 @@
 
 use nalgebra::SMatrix;
 
-use super::adjoint::{Adjoint, CorrectedRecording};
+use super::adjoint::{AdjointState, CorrectedRecording};
 use crate::gaussian::{Gaussian, symmetric_part};
 use crate::step::{LinearStep, NoiseParameters};
 
@@ -42,7 +42,7 @@ pub(crate) fn expected_noise_moments<const N: usize, const M: usize>(
     parameters: &NoiseParameters<N, M>,
     joint_R: bool,
 ) -> NoiseMoments<N, M> {
-    let mut later = Adjoint::zero();
+    let mut later = AdjointState::zero();
     let (mut sum_w, mut sum_v) = (SMatrix::zeros(), SMatrix::zeros());
     let mut measured = [0; M];
     let mut start = filtered.first;

@@ -23,6 +23,22 @@ pub enum EngineTorque {
 }
 
 impl EngineTorque {
+    /// The torque with the pedal down [N m] at a speed [rad/s].
+    pub fn full_load_torque(&self, speed: f64) -> f64 {
+        match self {
+            Self::FullLoad(curve) => curve.interpolate(speed),
+            Self::Pedal(map) => map.interpolate(speed, 1.0)[0],
+        }
+    }
+
+    /// The first and the last speed of the table [rad/s]; `None` of one with a single speed, which has no end.
+    pub fn speed_range(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::FullLoad(curve) => curve.argument_range(),
+            Self::Pedal(map) => map.argument_ranges()[0],
+        }
+    }
+
     /// Every torque of the table [N m].
     pub(super) fn table_torques(&self) -> Vec<f64> {
         match self {
