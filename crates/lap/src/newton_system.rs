@@ -58,21 +58,23 @@ impl NewtonFactors {
         if problem.is_closed() {
             rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&defect_jacobians[0]);
         }
+        let mut unit_defects = ClosingRows::zeros();
+        unit_defects.fixed_view_mut::<STATES, STATES>(0, DEFECTS).copy_from(&SMatrix::identity());
         let mut negative_eigenvalues = 0;
         for k in 0..count - 2 {
             let factors = SymmetricFactors::new(&current)?;
             negative_eigenvalues += factors.negative_eigenvalues();
-            let eliminated = factors.solve(&rows.transpose());
+            let (across, behind) = (factors.half_solution(&rows), factors.half_solution(&unit_defects));
             let mut among_defects = last.fixed_view_mut::<STATES, STATES>(DEFECTS, DEFECTS);
-            among_defects -= rows * eliminated;
+            among_defects -= across.inverse_form(&across);
             closing.push(rows);
             let next = &defect_jacobians[k + 1];
             current = block(k + 1);
             let mut view = current.fixed_view_mut::<VARIABLES, VARIABLES>(0, 0);
-            view -= next.transpose() * defect_inverse(&factors) * next;
-            let from_defects = eliminated.fixed_view::<STATES, STATES>(DEFECTS, 0).transpose();
+            view -= next.transpose() * behind.inverse_form(&behind) * next;
+            let coupling = across.inverse_form(&behind) * next;
             rows = ClosingRows::zeros();
-            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&-(from_defects * next));
+            rows.fixed_view_mut::<STATES, VARIABLES>(0, 0).copy_from(&-coupling);
             stages.push(factors);
         }
         let mut to_last = Block::zeros();
@@ -81,9 +83,10 @@ impl NewtonFactors {
         view += defect_jacobians[count - 1].transpose();
         let factors = SymmetricFactors::new(&current)?;
         negative_eigenvalues += factors.negative_eigenvalues();
-        last -= to_last * factors.solve(&to_last.transpose());
+        let half = factors.half_solution(&to_last);
+        last -= half.inverse_form(&half);
         stages.push(factors);
-        let last = SymmetricFactors::new(&(0.5 * (last + last.transpose())))?;
+        let last = SymmetricFactors::new(&last)?;
         negative_eigenvalues += last.negative_eigenvalues();
         Some(NewtonFactors { stages, closing, to_last, last, defect_jacobians, negative_eigenvalues })
     }
@@ -150,11 +153,4 @@ fn stage_block(
 /// The states of a stage as a function of its unknowns.
 fn unit_states() -> DefectJacobian {
     DefectJacobian::identity()
-}
-
-/// The part of the inverse of a block that belongs to its defects.
-fn defect_inverse(factors: &SymmetricFactors<BLOCK>) -> SMatrix<f64, STATES, STATES> {
-    let mut units = SMatrix::<f64, BLOCK, STATES>::zeros();
-    units.fixed_view_mut::<STATES, STATES>(DEFECTS, 0).copy_from(&SMatrix::identity());
-    factors.solve(&units).fixed_view::<STATES, STATES>(DEFECTS, 0).into_owned()
 }
