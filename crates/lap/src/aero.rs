@@ -7,7 +7,6 @@ use tire::Number;
 use vehicle::{Aerodynamics, BilinearMap, VehicleBody};
 
 use crate::spline::BSplineSurfaces;
-use crate::tires::StageNumber;
 
 /// Intervals of the smoothed map along each ride height.
 const INTERVALS: usize = 32;
@@ -72,7 +71,7 @@ fn newton_step<T: Number>(heights: [T; 2], loaded: [T; 2], inverse: [[f64; 2]; 2
 impl LapAero {
     /// Drag and the downforce of each axle [N], with the body where the loads press it.
     #[inline]
-    pub fn drag_and_downforce<T: StageNumber>(
+    pub fn drag_and_downforce<T: Number>(
         &self,
         body: &VehicleBody,
         v_x: T,
@@ -83,7 +82,7 @@ impl LapAero {
         };
         let load = load(v_x * v_x * (0.5 * self.constant.rho * self.constant.area));
         let heights = platform.ride_heights(body, &load);
-        let [C_d, C_lf, C_lr] = T::aero_coefficients(&platform.coefficients, heights);
+        let [C_d, C_lf, C_lr] = platform.coefficients.values(heights);
         (load.pressure * C_d, [load.pressure * C_lf, load.pressure * C_lr])
     }
 
@@ -107,7 +106,7 @@ impl AeroPlatform {
     /// Ride heights [m] at which the springs carry what loads them, with derivatives.
     ///
     /// Newton's method finds their values. Two more steps with the same Jacobian give their first and their second derivatives.
-    fn ride_heights<T: StageNumber>(&self, body: &VehicleBody, load: &SpringLoad<T>) -> [T; 2] {
+    fn ride_heights<T: Number>(&self, body: &VehicleBody, load: &SpringLoad<T>) -> [T; 2] {
         if self.stiffness.iter().all(|stiffness| stiffness.is_infinite()) {
             return self.ride_height.map(T::from);
         }
@@ -125,7 +124,7 @@ impl AeroPlatform {
         }
         let mut with_derivatives = heights.map(T::from);
         for _ in 0..2 {
-            let coefficients = T::aero_coefficients(&self.coefficients, with_derivatives);
+            let coefficients = self.coefficients.values(with_derivatives);
             let loaded = self.loaded_heights(body, load, coefficients);
             let step = newton_step(with_derivatives, loaded, linear.inverse);
             with_derivatives = [with_derivatives[0] - step[0], with_derivatives[1] - step[1]];
@@ -203,7 +202,7 @@ mod tests {
         LapAero { constant: Aerodynamics { area: 1.5, ..Aerodynamics::default() }, platform: Some(platform) }
     }
 
-    fn forces<T: StageNumber>(aero: &LapAero, v_x: T, F_x: T) -> [T; 3] {
+    fn forces<T: Number>(aero: &LapAero, v_x: T, F_x: T) -> [T; 3] {
         let pressing = T::from(BODY.m * G);
         let load = |pressure: T| SpringLoad { pressure, pressing, F_x };
         let (drag, [front, rear]) = aero.drag_and_downforce(&BODY, v_x, load);

@@ -1,6 +1,7 @@
 //! Describes the car of a lap: a body on four tires with quasi-steady load transfer, and what its actuators can do.
 #![allow(non_snake_case, reason = "forces and lengths are written as in the equations")]
 
+use num_dual::DualNum;
 use tire::Number;
 use track::RoadGeometry;
 use vehicle::{G, VehicleBody};
@@ -8,7 +9,7 @@ use vehicle::{G, VehicleBody};
 use crate::aero::{LapAero, SpringLoad};
 use crate::node::{NodeMotion, NodeVariables};
 use crate::spline::BSplineCurve;
-use crate::tires::{LapSlip, LapTire, StageNumber, TirePeaks};
+use crate::tires::{AxleSlip, LapTire, StageNumber, TirePeaks};
 
 /// Share of the weight within which a driving force turns into a braking one: they act at other axles, and derivatives have to
 /// exist between them.
@@ -116,11 +117,13 @@ impl LapCar {
     }
 
     /// Power at the wheels beyond what the engine can give, over the largest one [-].
-    pub fn excess_power<T: Number>(&self, power: T, v_x: T) -> T {
+    pub fn excess_power<T: StageNumber>(&self, power: &T, v_x: &T) -> T {
         let most = self.limits.power;
-        self.engine_power
-            .as_ref()
-            .map_or(power / most - 1.0, |engine| (power - engine.curve.value(v_x)) / most)
+        let [excess] = T::compose([power, v_x], |[power, v_x]| {
+            let available = self.engine_power.as_ref().map_or(most.into(), |engine| engine.curve.value(v_x));
+            [(power - available) / most]
+        });
+        excess
     }
 
     /// Load that a lateral acceleration of 1 m/s² moves from one wheel of each axle to the other [N].
@@ -147,67 +150,60 @@ impl LapCar {
     pub fn motion<T: StageNumber>(&self, z: &NodeVariables<T>, road: &RoadGeometry) -> NodeMotion<T> {
         let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
         let L = l_f + l_r;
-        let NodeVariables { n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, .. } = *z;
+        let NodeVariables { n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, kappa_f, kappa_r, a_y } = z;
         let curvature = road.kappa * road.bank.cos();
-        let (sin_xi, cos_xi) = xi.sin_cos();
-        let slowness = (-n * curvature + 1.0) / (v_x * cos_xi - v_y * sin_xi);
-
-        let pressing =
-            (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * m;
-        let load = |pressure: T| SpringLoad { pressure, pressing, F_x };
-        let (drag, [down_f, down_r]) = self.aero.drag_and_downforce(&self.body, v_x, load);
-        let moved = (F_x - drag) * (h / L);
-        let loads = [down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L)];
-        let gains = self.load_transfer_gains();
-        let across: [T; 2] = [0, 1].map(|axle| capped_transfer(z.a_y * gains[axle], loads[axle] * 0.5));
-        // ISO-W: the slip angle is positive while the contact point moves to the left.
-        let alphas = [((v_y + r * l_f) / v_x).atan() - delta, ((v_y - r * l_r) / v_x).atan()];
-        let kappas = [z.kappa_f, z.kappa_r];
-        let [[F_xf, F_yf], [F_xr, F_yr]] = [0, 1].map(|axle| {
-            let left = LapSlip {
-                kappa: kappas[axle],
-                alpha: alphas[axle],
-                F_z: loads[axle] * 0.5 - across[axle],
-                v_x,
-            };
-            let right = LapSlip { alpha: -alphas[axle], F_z: loads[axle] * 0.5 + across[axle], ..left };
-            let [left_x, left_y] = T::tire_forces(&self.tires[axle], left);
-            // The right tire is the mirror image of the left one.
-            let [right_x, right_y] = T::tire_forces(&self.tires[axle], right);
-            [left_x + right_x, left_y - right_y]
+        let [slowness, n_slope] = T::compose([n, xi, v_x, v_y], |[n, xi, v_x, v_y]| {
+            let (sin_xi, cos_xi) = xi.sin_cos();
+            let slowness = (-n * curvature + 1.0) / (v_x * cos_xi - v_y * sin_xi);
+            [slowness, (v_x * sin_xi + v_y * cos_xi) * slowness]
         });
-        let (sin_delta, cos_delta) = delta.sin_cos();
-        let lateral_f = F_yf * cos_delta + F_xf * sin_delta;
-        let a_x = (F_xf * cos_delta - F_yf * sin_delta + F_xr - drag) / m;
-        let a_y = (lateral_f + F_yr) / m;
-        let rates = [
-            v_x * sin_xi + v_y * cos_xi,
-            r - slowness.recip() * curvature,
-            a_x + v_y * r - G * road.grade.sin(),
-            a_y - v_x * r - G * road.bank.sin(),
-            (lateral_f * l_f - F_yr * l_r) / I_zz,
-            delta_rate,
-            F_x_rate,
-        ];
-        let [asked_f, asked_r] = self.split_force(F_x);
+        let [drag, load_f, load_r] = T::compose([v_x, F_x], |[v_x, F_x]| {
+            let pressing =
+                (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * m;
+            let load = |pressure| SpringLoad { pressure, pressing, F_x };
+            let (drag, [down_f, down_r]) = self.aero.drag_and_downforce(&self.body, v_x, load);
+            let moved = (F_x - drag) * (h / L);
+            [drag, down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L)]
+        });
+        // ISO-W: the slip angle is positive while the contact point moves to the left.
+        let alphas = T::compose([v_x, v_y, r, delta], |[v_x, v_y, r, delta]| {
+            [((v_y + r * l_f) / v_x).atan() - delta, ((v_y - r * l_r) / v_x).atan()]
+        });
+        let gains = self.load_transfer_gains();
+        let forces = |axle: usize, kappa: &T, F_z: &T| {
+            let (alpha, transfer_gain) = (&alphas[axle], gains[axle]);
+            T::axle_forces(&self.tires[axle], AxleSlip { kappa, alpha, F_z, a_y, v_x, transfer_gain })
+        };
+        let ([F_xf, F_yf], [F_xr, F_yr]) = (forces(0, kappa_f, &load_f), forces(1, kappa_r, &load_r));
+        let [along_f, across_f] = T::compose([&F_xf, &F_yf, delta], |[F_x, F_y, delta]| {
+            let (sin_delta, cos_delta) = delta.sin_cos();
+            [F_x * cos_delta - F_y * sin_delta, F_y * cos_delta + F_x * sin_delta]
+        });
+        let [a_x] = T::compose([&along_f, &F_xr, &drag], |[front, rear, drag]| [(front + rear - drag) / m]);
+        let [tire_a_y, yaw_acceleration] = T::compose([&across_f, &F_yr], |[front, rear]| {
+            [(front + rear) / m, (front * l_f - rear * l_r) / I_zz]
+        });
+        let [v_x_slope] = T::compose([&a_x, v_y, r, &slowness], |[a_x, v_y, r, slowness]| {
+            [(a_x + v_y * r - G * road.grade.sin()) * slowness]
+        });
+        let [v_y_slope] = T::compose([&tire_a_y, v_x, r, &slowness], |[a_y, v_x, r, slowness]| {
+            [(a_y - v_x * r - G * road.bank.sin()) * slowness]
+        });
+        let [xi_slope, r_slope, delta_slope, F_x_slope] = [r, &yaw_acceleration, delta_rate, F_x_rate]
+            .map(|rate| T::compose([rate, &slowness], |[rate, slowness]| [rate * slowness])[0]);
         let weight = m * G;
+        let residual = |force: &T, axle: usize| {
+            T::compose([force, F_x], |[force, F_x]| [(force - self.split_force(F_x)[axle]) / weight])[0]
+        };
+        let [a_y_residual] = T::compose([&tire_a_y, a_y], |[tires, a_y]| [(tires - a_y) / G]);
+        let [power] = T::compose([F_x, v_x], |[F_x, v_x]| [F_x * v_x]);
         NodeMotion {
             slowness,
-            slopes: rates.map(|rate| rate * slowness),
-            force_residuals: [(F_xf - asked_f) / weight, (F_xr - asked_r) / weight, (a_y - z.a_y) / G],
+            slopes: [n_slope, xi_slope - curvature, v_x_slope, v_y_slope, r_slope, delta_slope, F_x_slope],
+            force_residuals: [residual(&F_xf, 0), residual(&F_xr, 1), a_y_residual],
             alphas,
-            power: F_x * v_x,
+            power,
             a_x,
         }
     }
-}
-
-/// The load that moves across an axle [N], which a wheel cannot have less of than none: y / (1 + y⁸)^⅛ of what each wheel carries, with
-/// what is asked as y. It is the load itself to 1 % as long as the inner wheel keeps a fourth of its own.
-fn capped_transfer<T: Number>(asked: T, carried: T) -> T {
-    let share = asked / carried;
-    let square = share * share;
-    let fourth = square * square;
-    let root = (fourth * fourth + 1.0).sqrt().sqrt().sqrt();
-    asked / root
 }

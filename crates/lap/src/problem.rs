@@ -131,20 +131,24 @@ impl<'a> LapProblem<'a> {
             + point.upper_multipliers.dot(&(point.x - upper))
     }
 
-    fn outputs<T: StageNumber>(&self, z: [T; VARIABLES], stage: usize) -> [T; OUTPUTS] {
-        let motion = self.car.motion(&z.into(), &self.roads[stage]);
-        let limits = &self.car.limits;
-        let variables = NodeVariables::from(z);
-        let [steering, pedals] =
-            [variables.delta_rate / limits.delta_rate, variables.F_x_rate / limits.F_x_rate];
-        let rates = steering * steering + pedals * pedals;
+    fn outputs<T: StageNumber>(&self, variables: &NodeVariables<T>, stage: usize) -> [T; OUTPUTS] {
+        let motion = self.car.motion(variables, &self.roads[stage]);
+        let NodeVariables { delta_rate, F_x_rate, .. } = variables;
+        let [cost] = T::compose([&motion.slowness, delta_rate, F_x_rate], |[slowness, steering, pedals]| {
+            let limits = &self.car.limits;
+            let [steering, pedals] = [steering / limits.delta_rate, pedals / limits.F_x_rate];
+            let rates = steering * steering + pedals * pedals;
+            [slowness * (rates * SMOOTHNESS + 1.0) * self.way(stage)]
+        });
         let slope = |i: usize| motion.slopes[i] / SCALE[i];
         let beyond_peak = |axle: usize| {
-            let share = motion.alphas[axle] / self.peaks[axle].alpha;
-            share * share - 1.0
+            T::compose([&motion.alphas[axle]], |[alpha]| {
+                let share = alpha / self.peaks[axle].alpha;
+                [share * share - 1.0]
+            })[0]
         };
         [
-            motion.slowness * (rates * SMOOTHNESS + 1.0) * self.way(stage),
+            cost,
             slope(0),
             slope(1),
             slope(2),
@@ -155,7 +159,7 @@ impl<'a> LapProblem<'a> {
             motion.force_residuals[0],
             motion.force_residuals[1],
             motion.force_residuals[2],
-            self.car.excess_power(motion.power, variables.v_x),
+            self.car.excess_power(&motion.power, &variables.v_x),
             beyond_peak(0),
             beyond_peak(1),
         ]
@@ -336,22 +340,22 @@ impl StagedProblem for LapProblem<'_> {
     }
 
     fn values(&self, x: &StageVector, stage: usize) -> StageValues {
-        stage_values(&self.outputs(std::array::from_fn(|i| x[i] * SCALE[i]), stage))
+        stage_values(&self.outputs(&self.unscaled(x), stage))
     }
 
     fn model(&self, x: &StageVector, stage: usize) -> StageModel {
         let z: [StageDual; VARIABLES] = std::array::from_fn(|i| unknown(x[i] * SCALE[i], i, SCALE[i]));
-        let outputs = self.outputs(z, stage);
+        let outputs = self.outputs(&z.into(), stage);
         let slope = |of: usize, by: usize| outputs[of].v1.0.map_or(0.0, |gradient| gradient[by]);
         let equations = 1 + STATES;
         let inequalities = equations + EQUATIONS;
         StageModel {
-            values: stage_values(&outputs.map(|it| it.re)),
+            values: stage_values(&outputs.each_ref().map(|it| it.re)),
             gradient: SVector::from_fn(|by, _| slope(0, by)),
             slopes: SMatrix::from_fn(|i, by| slope(1 + i, by)),
             equations: SMatrix::from_fn(|i, by| slope(equations + i, by)),
             inequalities: SMatrix::from_fn(|i, by| slope(inequalities + i, by)),
-            hessians: outputs.map(|it| it.v2.0.unwrap_or_default()),
+            hessians: outputs.each_ref().map(|it| it.v2.0.unwrap_or_default()),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Evaluates tires and maps of the air with second derivatives: by few dual numbers within, and the chain rule around them.
+//! Evaluates tires and other functions of few quantities with second derivatives: by small dual numbers within, and the chain rule
+//! around them.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::array;
@@ -8,14 +9,13 @@ use num_dual::{Derivative, Dual2SVec64};
 use numerics::golden_section::argmax;
 use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
 
-use crate::spline::BSplineSurfaces;
 use crate::stages::VARIABLES;
 
 /// Numbers with first and second derivatives by the unknowns of a stage.
 pub type StageDual = Dual2SVec64<VARIABLES>;
 
-/// What the forces of a tire depend on here: longitudinal slip, slip angle, load and speed.
-const SLIP_INPUTS: usize = 4;
+/// What the forces of an axle depend on here: see [`AxleSlip`].
+const SLIP_INPUTS: usize = 5;
 type SlipDual = Dual2SVec64<SLIP_INPUTS>;
 
 /// A tire of the car, by the simple formula or by the coefficients of a file.
@@ -41,62 +41,106 @@ impl From<MfTire> for LapTire {
     }
 }
 
-/// Where a tire is operated, as far as the fastest lap needs it.
+/// Where the two tires of an axle are operated, as far as the fastest lap needs it.
 #[derive(Clone, Copy, Debug)]
-pub struct LapSlip<T> {
+pub struct AxleSlip<'a, T> {
     /// Longitudinal slip [-].
-    pub kappa: T,
-    /// Slip angle [rad] in ISO-W.
-    pub alpha: T,
-    /// Load [N].
-    pub F_z: T,
+    pub kappa: &'a T,
+    /// Slip angle [rad] in ISO-W of the left tire.
+    pub alpha: &'a T,
+    /// Load of both [N].
+    pub F_z: &'a T,
+    /// Acceleration to the left [m/s²].
+    pub a_y: &'a T,
     /// Speed [m/s].
-    pub v_x: T,
+    pub v_x: &'a T,
+    /// Load that it asks to move from the left to the right tire [N s²/m].
+    pub transfer_gain: f64,
 }
 
-impl<T: Number> LapSlip<T> {
-    fn operating_point(self) -> TireOperatingPoint<T> {
-        let LapSlip { kappa, alpha, F_z, v_x } = self;
-        TireOperatingPoint { kappa, alpha, F_z, v_x, ..TireOperatingPoint::default() }
+impl<'a, T> AxleSlip<'a, T> {
+    fn inputs(&self) -> [&'a T; SLIP_INPUTS] {
+        [self.kappa, self.alpha, self.F_z, self.a_y, self.v_x]
     }
+}
+
+/// Sums of the longitudinal and of the lateral forces of both tires [N]. The right one is the mirror image of the left one.
+fn pair_forces<T: Number>(
+    tire: &impl Tire<T>,
+    [kappa, alpha, F_z, a_y, v_x]: [T; SLIP_INPUTS],
+    transfer_gain: f64,
+) -> [T; 2] {
+    let half = F_z * 0.5;
+    let moved = capped_transfer(a_y * transfer_gain, half);
+    let left = TireOperatingPoint { kappa, alpha, F_z: half - moved, v_x, ..TireOperatingPoint::default() };
+    let right = TireOperatingPoint { alpha: -alpha, F_z: half + moved, ..left };
+    let ([left_x, left_y], [right_x, right_y]) = (tire.F_xy(&left), tire.F_xy(&right));
+    [left_x + right_x, left_y - right_y]
+}
+
+/// The load that moves across an axle [N], which a wheel cannot have less of than none: y / (1 + y⁸)^⅛ of what each wheel carries, with
+/// what is asked as y. It is the load itself to 1 % as long as the inner wheel keeps a fourth of its own.
+fn capped_transfer<T: Number>(asked: T, carried: T) -> T {
+    let share = asked / carried;
+    let square = share * share;
+    let fourth = square * square;
+    let root = (fourth * fourth + 1.0).sqrt().sqrt().sqrt();
+    asked / root
 }
 
 /// A number that the equations of a stage calculate with.
 pub trait StageNumber: Number {
-    /// Longitudinal and lateral force of a tire [N].
-    fn tire_forces(tire: &LapTire, slip: LapSlip<Self>) -> [Self; 2];
+    /// A number with derivatives by I inputs alone.
+    type Small<const I: usize>: Number;
 
-    /// Coefficients of the air at the ride heights of both axles [m].
-    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [Self; 2]) -> [Self; 3];
+    /// f(u) by the chain rule: each operation within f costs as many derivatives as it has inputs, not as a stage has unknowns.
+    fn compose<const I: usize, const N: usize>(
+        u: [&Self; I],
+        f: impl FnOnce([Self::Small<I>; I]) -> [Self::Small<I>; N],
+    ) -> [Self; N];
+
+    /// Longitudinal and lateral force of the tires of an axle [N].
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 2];
 }
 
 impl StageNumber for f64 {
-    fn tire_forces(tire: &LapTire, slip: LapSlip<f64>) -> [f64; 2] {
-        match &tire.0 {
-            TireFormula::Simple { plain, .. } => plain.F_xy(&slip.operating_point()),
-            TireFormula::Coefficients { plain, .. } => plain.F_xy(&slip.operating_point()),
-        }
+    type Small<const I: usize> = f64;
+
+    #[inline]
+    fn compose<const I: usize, const N: usize>(
+        u: [&f64; I],
+        f: impl FnOnce([f64; I]) -> [f64; N],
+    ) -> [f64; N] {
+        f(u.map(|input| *input))
     }
 
-    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [f64; 2]) -> [f64; 3] {
-        map.values(heights)
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<f64>) -> [f64; 2] {
+        let inputs = slip.inputs().map(|input| *input);
+        match &tire.0 {
+            TireFormula::Simple { plain, .. } => pair_forces(plain, inputs, slip.transfer_gain),
+            TireFormula::Coefficients { plain, .. } => pair_forces(&**plain, inputs, slip.transfer_gain),
+        }
     }
 }
 
 impl StageNumber for StageDual {
-    fn tire_forces(tire: &LapTire, slip: LapSlip<StageDual>) -> [StageDual; 2] {
-        let inputs = [slip.kappa, slip.alpha, slip.F_z, slip.v_x];
-        let [kappa, alpha, F_z, v_x] = inner_inputs(&inputs);
-        let inner = LapSlip { kappa, alpha, F_z, v_x };
-        let forces = match &tire.0 {
-            TireFormula::Simple { dual, .. } => dual.F_xy(&inner.operating_point()),
-            TireFormula::Coefficients { dual, .. } => dual.F_xy(&inner.operating_point()),
-        };
-        compose(&forces, &inputs)
+    type Small<const I: usize> = Dual2SVec64<I>;
+
+    #[inline]
+    fn compose<const I: usize, const N: usize>(
+        u: [&StageDual; I],
+        f: impl FnOnce([Dual2SVec64<I>; I]) -> [Dual2SVec64<I>; N],
+    ) -> [StageDual; N] {
+        let gradients = u.map(|input| input.v1.0.map_or_else(SVector::zeros, |it| it.transpose()));
+        let inner = f(array::from_fn(|i| unknown(u[i].re, i, 1.0)));
+        inner.each_ref().map(|value| chain(value, &u, &gradients))
     }
 
-    fn aero_coefficients(map: &BSplineSurfaces<3>, heights: [StageDual; 2]) -> [StageDual; 3] {
-        compose(&map.values(inner_inputs(&heights)), &heights)
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<StageDual>) -> [StageDual; 2] {
+        StageDual::compose(slip.inputs(), |inputs| match &tire.0 {
+            TireFormula::Simple { dual, .. } => pair_forces(&**dual, inputs, slip.transfer_gain),
+            TireFormula::Coefficients { dual, .. } => pair_forces(&**dual, inputs, slip.transfer_gain),
+        })
     }
 }
 
@@ -107,26 +151,34 @@ pub fn unknown<const I: usize>(value: f64, i: usize, slope: f64) -> Dual2SVec64<
     Dual2SVec64::new(value, Derivative::some(gradient.transpose()), Derivative::none())
 }
 
-/// The inputs of an inner function, as its own unknowns.
-fn inner_inputs<const I: usize>(inputs: &[StageDual; I]) -> [Dual2SVec64<I>; I] {
-    array::from_fn(|i| unknown(inputs[i].re, i, 1.0))
-}
-
-/// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx.
-fn compose<const I: usize, const N: usize>(f: &[Dual2SVec64<I>; N], u: &[StageDual; I]) -> [StageDual; N] {
-    let gradients =
-        SMatrix::<f64, I, VARIABLES>::from_fn(|i, j| u[i].v1.0.map_or(0.0, |gradient| gradient[j]));
-    array::from_fn(|n| {
-        let first = f[n].v1.0.unwrap_or_else(SMatrix::zeros);
-        let second = f[n].v2.0.unwrap_or_else(SMatrix::zeros);
-        let mut hessian = gradients.transpose() * (second * gradients);
-        for (slope, input) in first.iter().zip(u) {
-            if let Some(curvature) = input.v2.0 {
-                hessian += curvature * *slope;
+/// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx. Most inputs depend on few unknowns.
+fn chain<const I: usize>(
+    f: &Dual2SVec64<I>,
+    u: &[&StageDual; I],
+    gradients: &[SVector<f64, VARIABLES>; I],
+) -> StageDual {
+    let first = f.v1.0.unwrap_or_else(SMatrix::zeros);
+    let mut result =
+        StageDual::new(f.re, Derivative::some(SMatrix::zeros()), Derivative::some(SMatrix::zeros()));
+    let (Some(gradient), Some(hessian)) = (&mut result.v1.0, &mut result.v2.0) else { return result };
+    for i in 0..I {
+        *gradient += gradients[i].transpose() * first[i];
+        if let Some(curvature) = &u[i].v2.0 {
+            *hessian += curvature * first[i];
+        }
+    }
+    if let Some(second) = &f.v2.0 {
+        for (i, slopes) in gradients.iter().enumerate() {
+            let row: SVector<f64, VARIABLES> =
+                gradients.iter().enumerate().map(|(k, slopes)| slopes * second[(i, k)]).sum();
+            for (mut column, slope) in hessian.column_iter_mut().zip(slopes) {
+                if *slope != 0.0 {
+                    column += row * *slope;
+                }
             }
         }
-        StageDual::new(f[n].re, Derivative::some(first * gradients), Derivative::some(hessian))
-    })
+    }
+    result
 }
 
 /// Slips at which a tire transmits the most, and what it transmits there.
@@ -148,9 +200,13 @@ const MOST_SLIP: f64 = 0.5;
 impl LapTire {
     /// The peaks under a load [N] at a speed [m/s]; at the largest slip looked at where there is none.
     pub fn peaks(&self, F_z: f64, v_x: f64) -> TirePeaks {
-        let free = LapSlip { kappa: 0.0, alpha: 0.0, F_z, v_x };
-        let across = |slip: f64| f64::tire_forces(self, LapSlip { alpha: -slip, ..free })[1] / F_z;
-        let along = |slip: f64| f64::tire_forces(self, LapSlip { kappa: slip, ..free })[0] / F_z;
+        let free = TireOperatingPoint { F_z, v_x, ..TireOperatingPoint::default() };
+        let forces = |slip: &TireOperatingPoint| match &self.0 {
+            TireFormula::Simple { plain, .. } => plain.F_xy(slip),
+            TireFormula::Coefficients { plain, .. } => plain.F_xy(slip),
+        };
+        let across = |slip: f64| forces(&TireOperatingPoint { alpha: -slip, ..free })[1] / F_z;
+        let along = |slip: f64| forces(&TireOperatingPoint { kappa: slip, ..free })[0] / F_z;
         let (alpha, kappa) = (argmax(across, MOST_SLIP), argmax(along, MOST_SLIP));
         TirePeaks { alpha, kappa, mu_y: across(alpha), mu_x: along(kappa) }
     }
@@ -170,19 +226,22 @@ mod tests {
             LapTire::from(MfTire::new(Coefficients::sports_tire()).expect("a tire")),
         ];
         // Inputs that are curved functions of two unknowns.
-        fn slip<T: Number>(a: T, b: T) -> LapSlip<T> {
-            LapSlip {
-                kappa: a * b * 0.5 + 0.02,
-                alpha: a.sin() * 0.3 - b * 0.1,
-                F_z: a * a * 500.0 + b * 300.0 + 3500.0,
-                v_x: b * 2.0 + 25.0,
-            }
+        fn forces<T: StageNumber>(tire: &LapTire, a: T, b: T) -> [T; 2] {
+            let slip = AxleSlip {
+                kappa: &(a * b * 0.5 + 0.02),
+                alpha: &(a.sin() * 0.3 - b * 0.1),
+                F_z: &(a * a * 1000.0 + b * 600.0 + 7000.0),
+                a_y: &(a * b * 10.0 + 5.0),
+                v_x: &(b * 2.0 + 25.0),
+                transfer_gain: 300.0,
+            };
+            T::axle_forces(tire, slip)
         }
         for tire in &tires {
             let (a, b) = (0.15, 0.3);
-            let dual = StageDual::tire_forces(tire, slip(unknown(a, 0, 1.0), unknown(b, 1, 1.0)));
+            let dual = forces::<StageDual>(tire, unknown(a, 0, 1.0), unknown(b, 1, 1.0));
             for (axis, force) in dual.iter().enumerate() {
-                let at = |a: f64, b: f64| f64::tire_forces(tire, slip(a, b))[axis];
+                let at = |a: f64, b: f64| forces(tire, a, b)[axis];
                 let h = 1e-4;
                 assert_relative_eq!(force.re, at(a, b), max_relative = 1e-12);
                 let gradient = force.v1.0.expect("a gradient");
