@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::newton_system::{BLOCK, BlockVector, DEFECTS, NewtonFactors};
 use crate::stages::{
-    EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
-    VARIABLES,
+    EQUATIONS, FUNCTIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector,
+    StagedProblem, VARIABLES,
 };
 
 /// When to stop.
@@ -245,8 +245,8 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     fn linearise(&self) -> Linearisation {
-        let models: Vec<StageModel> =
-            self.points.par_iter().enumerate().map(|(k, point)| self.problem.model(&point.x, k)).collect();
+        let model = |k: usize| self.problem.model(&self.points[k].x, k, &self.weights(k));
+        let models: Vec<StageModel> = (0..self.points.len()).into_par_iter().map(model).collect();
         let values: Vec<StageValues> = models.iter().map(|it| it.values).collect();
         let defects = self.defects(&self.points, &values);
         Linearisation { models, defects }
@@ -336,7 +336,7 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     ) -> (Vec<SMatrix<f64, VARIABLES, VARIABLES>>, Vec<BlockVector>) {
         let stage = |k: usize| {
             let (point, bounds, model) = (&self.points[k], &self.bounds[k], &linearisation.models[k]);
-            let mut hessian = self.lagrangian_hessian(k, model);
+            let mut hessian = model.hessian;
             let mut gradient = model.gradient;
             for i in 0..VARIABLES {
                 let (below, above) = (point.x[i] - bounds.lower[i], bounds.upper[i] - point.x[i]);
@@ -373,16 +373,16 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         (own + behind) * half
     }
 
-    fn lagrangian_hessian(&self, k: usize, model: &StageModel) -> SMatrix<f64, VARIABLES, VARIABLES> {
+    /// What the functions of a stage weigh in the Lagrangian.
+    fn weights(&self, k: usize) -> [f64; FUNCTIONS] {
         let point = &self.points[k];
         let slopes = self.slope_multipliers(k);
         let others = slopes.iter().chain(&point.equation_multipliers).chain(&point.inequality_multipliers);
-        let weights = std::iter::once(1.0).chain(others.copied());
-        model
-            .hessians
-            .iter()
-            .zip(weights)
-            .fold(SMatrix::zeros(), |sum, (hessian, weight)| sum + hessian * weight)
+        let mut weights = [1.0; FUNCTIONS];
+        for (weight, multiplier) in weights[1..].iter_mut().zip(others) {
+            *weight = *multiplier;
+        }
+        weights
     }
 
     fn steps(&self, linearisation: &Linearisation, solution: &[BlockVector]) -> Vec<StageStep> {

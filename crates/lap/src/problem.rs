@@ -11,14 +11,11 @@ use crate::car::LapCar;
 use crate::interior_point::StageIterate;
 use crate::node::{NodeMotion, NodeVariables};
 use crate::stages::{
-    EQUATIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem,
-    VARIABLES,
+    EQUATIONS, FUNCTIONS, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem, VARIABLES,
 };
 use crate::tires::{StageDual, StageNumber, TirePeaks, unknown};
 use crate::{Error, LapOptions};
 
-/// Functions of a stage: cost, slopes, equations, inequalities.
-const OUTPUTS: usize = 1 + STATES + EQUATIONS + INEQUALITIES;
 /// What steering and pedals at their fastest cost, as a share of the time: so little that the lap time does not feel it, and enough that
 /// only one solution is the best.
 const SMOOTHNESS: f64 = 3e-2;
@@ -131,7 +128,7 @@ impl<'a> LapProblem<'a> {
             + point.upper_multipliers.dot(&(point.x - upper))
     }
 
-    fn outputs<T: StageNumber>(&self, variables: &NodeVariables<T>, stage: usize) -> [T; OUTPUTS] {
+    fn outputs<T: StageNumber>(&self, variables: &NodeVariables<T>, stage: usize) -> [T; FUNCTIONS] {
         let motion = self.car.motion(variables, &self.roads[stage]);
         let NodeVariables { delta_rate, F_x_rate, .. } = variables;
         let [cost] = T::compose([&motion.slowness, delta_rate, F_x_rate], |[slowness, steering, pedals]| {
@@ -343,24 +340,30 @@ impl StagedProblem for LapProblem<'_> {
         stage_values(&self.outputs(&self.unscaled(x), stage))
     }
 
-    fn model(&self, x: &StageVector, stage: usize) -> StageModel {
+    fn model(&self, x: &StageVector, stage: usize, weights: &[f64; FUNCTIONS]) -> StageModel {
         let z: [StageDual; VARIABLES] = std::array::from_fn(|i| unknown(x[i] * SCALE[i], i, SCALE[i]));
         let outputs = self.outputs(&z.into(), stage);
         let slope = |of: usize, by: usize| outputs[of].v1.0.map_or(0.0, |gradient| gradient[by]);
         let equations = 1 + STATES;
         let inequalities = equations + EQUATIONS;
+        let mut hessian = SMatrix::zeros();
+        for (curvature, weight) in outputs.iter().map(|it| &it.v2.0).zip(weights) {
+            if let Some(curvature) = curvature {
+                hessian += curvature * *weight;
+            }
+        }
         StageModel {
             values: stage_values(&outputs.each_ref().map(|it| it.re)),
             gradient: SVector::from_fn(|by, _| slope(0, by)),
             slopes: SMatrix::from_fn(|i, by| slope(1 + i, by)),
             equations: SMatrix::from_fn(|i, by| slope(equations + i, by)),
             inequalities: SMatrix::from_fn(|i, by| slope(inequalities + i, by)),
-            hessians: outputs.each_ref().map(|it| it.v2.0.unwrap_or_default()),
+            hessian,
         }
     }
 }
 
-fn stage_values(outputs: &[f64; OUTPUTS]) -> StageValues {
+fn stage_values(outputs: &[f64; FUNCTIONS]) -> StageValues {
     let equations = 1 + STATES;
     let inequalities = equations + EQUATIONS;
     StageValues {

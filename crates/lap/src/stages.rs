@@ -12,6 +12,9 @@ pub const EQUATIONS: usize = 3;
 /// Inequalities within a stage, besides the bounds of its unknowns.
 pub const INEQUALITIES: usize = 3;
 
+/// Functions of a stage: cost, slopes, equations, inequalities.
+pub const FUNCTIONS: usize = 1 + STATES + EQUATIONS + INEQUALITIES;
+
 /// The unknowns of a stage.
 pub type StageVector = SVector<f64, VARIABLES>;
 
@@ -41,8 +44,8 @@ pub struct StageModel {
     pub equations: SMatrix<f64, EQUATIONS, VARIABLES>,
     /// Gradients of the inequalities, one in each row.
     pub inequalities: SMatrix<f64, INEQUALITIES, VARIABLES>,
-    /// Second derivatives of cost, slopes, equations and inequalities, in this order.
-    pub hessians: [SMatrix<f64, VARIABLES, VARIABLES>; 1 + STATES + EQUATIONS + INEQUALITIES],
+    /// Second derivatives of the weighted sum of all functions.
+    pub hessian: SMatrix<f64, VARIABLES, VARIABLES>,
 }
 
 /// Bounds of the unknowns of a stage.
@@ -67,8 +70,8 @@ pub trait StagedProblem: Sync {
     fn bounds(&self, stage: usize) -> StageBounds;
     /// The functions of a stage.
     fn values(&self, x: &StageVector, stage: usize) -> StageValues;
-    /// The same to second order.
-    fn model(&self, x: &StageVector, stage: usize) -> StageModel;
+    /// The same to second order, with the weights that the functions have together.
+    fn model(&self, x: &StageVector, stage: usize, weights: &[f64; FUNCTIONS]) -> StageModel;
 
     /// The stage behind another one.
     fn next(&self, stage: usize) -> usize {

@@ -16,7 +16,7 @@ use crate::interior_point::InteriorPointStatus;
 use crate::optimum::LapOptimum;
 use crate::parameters::{CarParameters, ParameterKey, ParameterRange};
 use crate::problem::LapProblem;
-use crate::stages::{StageVector, StagedProblem, VARIABLES};
+use crate::stages::{FUNCTIONS, StageVector, StagedProblem, VARIABLES};
 use crate::{Error, LapOptions};
 
 mod tables;
@@ -146,17 +146,23 @@ fn load_that_moves_across_costs_time() {
     assert!(dual > single + 0.05, "{single} {dual}");
 }
 
+/// Weights of one function alone.
+fn unit_weights(function: usize) -> [f64; FUNCTIONS] {
+    std::array::from_fn(|i| if i == function { 1.0 } else { 0.0 })
+}
+
 #[test]
 fn derivatives_are_those_of_differences() {
     let (car, line) = (LapCar { track_widths: [1.5; 2], ..car() }, oval(1.0));
     let problem = LapProblem::new(&car, &line, &options(50)).expect("a problem");
     let x = StageVector::from([0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1, 0.2, -0.3, -0.2, -0.4, 0.6]);
     let stage = 17;
-    let model = problem.model(&x, stage);
+    let functions = |x: &StageVector| problem.model(x, stage, &[0.0; FUNCTIONS]);
+    let model = functions(&x);
     let side = |i: usize, by: f64| {
         let mut moved = x;
         moved[i] += by;
-        problem.model(&moved, stage)
+        functions(&moved)
     };
     let h = 1e-5;
     for i in 0..VARIABLES {
@@ -164,6 +170,7 @@ fn derivatives_are_those_of_differences() {
         let numeric = |of: &dyn Fn(&crate::stages::StageModel) -> f64| (of(&ahead) - of(&behind)) / (2.0 * h);
         assert_relative_eq!(model.gradient[i], numeric(&|it| it.values.cost), epsilon = 1e-6);
         for j in 0..crate::stages::STATES {
+            let hessian = problem.model(&x, stage, &unit_weights(1 + j)).hessian;
             assert_relative_eq!(
                 model.slopes[(j, i)],
                 numeric(&|it| it.values.slopes[j]),
@@ -171,7 +178,7 @@ fn derivatives_are_those_of_differences() {
                 max_relative = 1e-5
             );
             for k in 0..VARIABLES {
-                let exact = model.hessians[1 + j][(i, k)];
+                let exact = hessian[(i, k)];
                 assert_relative_eq!(
                     exact,
                     numeric(&|it| it.slopes[(j, k)]),
