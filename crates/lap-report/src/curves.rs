@@ -39,7 +39,22 @@ pub(crate) fn station_figures(page: &LapPage) -> Vec<Markup> {
             .figure_with_legend("Steering angle delta of the front wheels: left above 0"),
         deviation_plot(page).figure_with_legend("Lateral deviation from the line of the track: left above 0"),
     ]);
+    figures.extend(attitude_figure(page));
     figures
+}
+
+/// How a body that swings rolls and pitches.
+fn attitude_figure(page: &LapPage) -> Option<Markup> {
+    let attitudes: Option<Vec<_>> =
+        page.optimum.nodes.iter().map(|node| node.variables.body.map(|body| body.attitude)).collect();
+    let attitudes = attitudes?;
+    let phi = page.values_over_station(|k| attitudes[k].phi.to_degrees());
+    let theta = page.values_over_station(|k| attitudes[k].theta.to_degrees());
+    let mut plot = empty_station_plot(page, "angle [deg]", phi.iter().chain(&theta).map(|point| point.1));
+    plot.add_line(&[(plot.x.low(), 0.0), (plot.x.high(), 0.0)], "data hair", "");
+    plot.add_line(&phi, "c0", "roll phi: above 0 in a left turn");
+    plot.add_line(&theta, "c1", "pitch theta: above 0 while braking");
+    Some(plot.figure_with_legend("Roll and pitch of the body"))
 }
 
 /// How far the log is behind the fastest lap.

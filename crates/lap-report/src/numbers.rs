@@ -66,7 +66,7 @@ pub fn lap_numbers(page: &LapPage) -> Value {
         "car": page.car, "track": page.track,
         "lap_time": optimum.lap_time, "status": status,
         "iterations": optimum.iterations, "optimality_error": optimum.optimality_error,
-        "nodes": optimum.nodes.len(), "length": page.line.length(),
+        "nodes": optimum.nodes.len(), "transients": optimum.has_transients(), "length": page.line.length(),
         "corners": page.corners.iter().map(corner).collect::<Vec<_>>(),
         "worth": page.worth.iter().map(worth).collect::<Vec<_>>(),
         "interval": interval,

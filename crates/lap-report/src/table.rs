@@ -10,13 +10,15 @@ struct LapColumn {
 
 /// Columns that a track without widths has not.
 const EDGE_COLUMNS: [&str; 2] = ["left_m", "right_m"];
+/// Columns that a lap without transients has not.
+const BODY_COLUMNS: [&str; 3] = ["z [m]", "phi [rad]", "theta [rad]"];
 
 const fn column(name: &'static str, value: fn(&LapNode) -> f64) -> LapColumn {
     LapColumn { name, value }
 }
 
 /// The first four make the table a track of its own: the driven line, with the road beside it.
-const COLUMNS: [LapColumn; 22] = [
+const COLUMNS: [LapColumn; 25] = [
     column("x_m", |it| it.position[0]),
     column("y_m", |it| it.position[1]),
     column("left_m", |it| it.edges.map_or(f64::NAN, |edges| edges[0])),
@@ -39,12 +41,19 @@ const COLUMNS: [LapColumn; 22] = [
     column("alpha_r [rad]", |it| it.alphas[1]),
     column("a_x [m/s2]", |it| it.a_x),
     column("a_y [m/s2]", |it| it.variables.a_y),
+    column(BODY_COLUMNS[0], |it| it.variables.body.map_or(f64::NAN, |body| body.attitude.z)),
+    column(BODY_COLUMNS[1], |it| it.variables.body.map_or(f64::NAN, |body| body.attitude.phi)),
+    column(BODY_COLUMNS[2], |it| it.variables.body.map_or(f64::NAN, |body| body.attitude.theta)),
 ];
 
 /// The nodes as CSV, a row for each. The first columns are those of a track.
 pub fn lap_table(nodes: &[LapNode]) -> String {
     let has_edges = nodes.iter().all(|node| node.edges.is_some());
-    let is_there = |column: &&LapColumn| has_edges || !EDGE_COLUMNS.contains(&column.name);
+    let has_body = nodes.iter().all(|node| node.variables.body.is_some());
+    let is_there = |column: &&LapColumn| {
+        (has_edges || !EDGE_COLUMNS.contains(&column.name))
+            && (has_body || !BODY_COLUMNS.contains(&column.name))
+    };
     let columns: Vec<&LapColumn> = COLUMNS.iter().filter(is_there).collect();
     let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
     let mut text = names.join(",") + "\n";

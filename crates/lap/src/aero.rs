@@ -86,6 +86,18 @@ impl LapAero {
         (load.pressure * C_d, [load.pressure * C_lf, load.pressure * C_lr])
     }
 
+    /// The same with the springs of the axles compressed by these ways [m].
+    #[inline]
+    pub fn drag_and_downforce_at<T: Number>(&self, v_x: T, compression: [T; 2]) -> (T, [T; 2]) {
+        let Some(platform) = &self.platform else {
+            return (self.constant.drag(v_x), self.constant.downforce(v_x));
+        };
+        let heights = [0, 1].map(|axle| -compression[axle] + platform.ride_height[axle]);
+        let pressure = v_x * v_x * (0.5 * self.constant.rho * self.constant.area);
+        let [C_d, C_lf, C_lr] = platform.coefficients.values(heights);
+        (pressure * C_d, [pressure * C_lf, pressure * C_lr])
+    }
+
     /// The coefficients at rest, for estimates before a lap.
     pub fn at_rest(&self) -> Aerodynamics {
         let Some(platform) = &self.platform else { return self.constant };
@@ -186,7 +198,7 @@ mod tests {
     use vehicle::G;
 
     use super::*;
-    use crate::tires::{StageDual, unknown};
+    use crate::tires::unknown;
 
     const BODY: VehicleBody = VehicleBody { m: 1300.0, I_zz: 2000.0, l_f: 1.4, l_r: 1.3, h: 0.45 };
 
@@ -243,7 +255,7 @@ mod tests {
     fn derivatives_are_those_of_differences() {
         let aero = aero([120e3, 140e3]);
         let (v, F) = (47.0, -6000.0);
-        let dual: [StageDual; 3] = forces(&aero, unknown(v, 0, 1.0), unknown(F, 1, 1.0));
+        let dual: [num_dual::Dual2SVec64<12>; 3] = forces(&aero, unknown(v, 0, 1.0), unknown(F, 1, 1.0));
         for (i, force) in dual.iter().enumerate() {
             let at = |v: f64, F: f64| forces(&aero, v, F)[i];
             let (h_v, h_F) = (1e-2, 10.0);

@@ -4,12 +4,13 @@
 use num_dual::DualNum;
 use tire::Number;
 use track::RoadGeometry;
+use vehicle::dual_track::{AxleLoads, HeaveRollPitch, LoadTransferForces, SprungMassForces, Suspension};
 use vehicle::{G, VehicleBody};
 
 use crate::aero::{LapAero, SpringLoad};
-use crate::node::{NodeMotion, NodeVariables};
+use crate::node::{BodyMotion, NodeMotion, NodeVariables};
 use crate::spline::BSplineCurve;
-use crate::tires::{AxleSlip, LapTire, StageNumber, TirePeaks};
+use crate::tires::{AxleSlip, LapTire, StageNumber, TirePeaks, capped_transfer};
 
 /// Share of the weight within which a driving force turns into a braking one: they act at other axles, and derivatives have to
 /// exist between them.
@@ -18,7 +19,8 @@ const SPLIT_WIDTH: f64 = 0.005;
 /// A car that is driven at its limit.
 ///
 /// Each axle has two tires with the same slips. Load moves between the axles by the longitudinal force and within them by the lateral
-/// acceleration, both without delay; without track widths none moves within them, and the car is a single track.
+/// acceleration: without delay, or as springs and dampers of a body that swings pass it on. Without track widths none moves within the axles,
+/// and the car is a single track.
 #[derive(Clone, Debug)]
 pub struct LapCar {
     /// Rigid body.
@@ -29,6 +31,8 @@ pub struct LapCar {
     pub track_widths: [f64; 2],
     /// Roll stiffness of the axles [N m/rad], by which they share the load that moves across; without one by their load.
     pub roll_stiffness: [f64; 2],
+    /// Springs, dampers and links of a body that swings; without them load moves without delay.
+    pub suspension: Option<Suspension>,
     /// Part of a braking force that acts at the front.
     pub brake_balance: BrakeBalance,
     /// Part of a driving force that acts at the front [-].
@@ -148,33 +152,28 @@ impl LapCar {
     /// equations in body axes, each over ṡ (R. Lot and F. Biral, IFAC Proceedings 47 (2014), 7559).
     #[inline]
     pub fn motion<T: StageNumber>(&self, z: &NodeVariables<T>, road: &RoadGeometry) -> NodeMotion<T> {
-        let VehicleBody { m, I_zz, l_f, l_r, h } = self.body;
-        let L = l_f + l_r;
-        let NodeVariables { n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, kappa_f, kappa_r, a_y } = z;
+        let VehicleBody { m, I_zz, l_f, l_r, .. } = self.body;
+        let NodeVariables { n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, .. } = z;
         let curvature = road.kappa * road.bank.cos();
         let [slowness, n_slope] = T::compose([n, xi, v_x, v_y], |[n, xi, v_x, v_y]| {
             let (sin_xi, cos_xi) = xi.sin_cos();
             let slowness = (-n * curvature + 1.0) / (v_x * cos_xi - v_y * sin_xi);
             [slowness, (v_x * sin_xi + v_y * cos_xi) * slowness]
         });
-        let [drag, load_f, load_r] = T::compose([v_x, F_x], |[v_x, F_x]| {
-            let pressing =
-                (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * m;
-            let load = |pressure| SpringLoad { pressure, pressing, F_x };
-            let (drag, [down_f, down_r]) = self.aero.drag_and_downforce(&self.body, v_x, load);
-            let moved = (F_x - drag) * (h / L);
-            [drag, down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L)]
-        });
-        // ISO-W: the slip angle is positive while the contact point moves to the left.
-        let alphas = T::compose([v_x, v_y, r, delta], |[v_x, v_y, r, delta]| {
-            [((v_y + r * l_f) / v_x).atan() - delta, ((v_y - r * l_r) / v_x).atan()]
-        });
-        let gains = self.load_transfer_gains();
-        let forces = |axle: usize, kappa: &T, F_z: &T| {
-            let (alpha, transfer_gain) = (&alphas[axle], gains[axle]);
-            T::axle_forces(&self.tires[axle], AxleSlip { kappa, alpha, F_z, a_y, v_x, transfer_gain })
+        let BodyLoads { drag, axles, body_rates, contact_speeds } = match (&z.body, &self.suspension) {
+            (Some(motion), Some(suspension)) => self.swinging_loads(suspension, motion, z, road),
+            _ => self.quasi_steady_loads(z, road),
         };
-        let ([F_xf, F_yf], [F_xr, F_yr]) = (forces(0, kappa_f, &load_f), forces(1, kappa_r, &load_r));
+        // ISO-W: the slip angle is positive while the contact point moves to the left.
+        let alpha = |x: f64, speed: &T| {
+            T::compose([v_x, v_y, r, speed], |[v_x, v_y, r, speed]| [((v_y + r * x + speed) / v_x).atan()])[0]
+        };
+        let alphas = [alpha(l_f, &contact_speeds[0]) - *delta, alpha(-l_r, &contact_speeds[1])];
+        let forces = |axle: usize, kappa: &T| {
+            let AxleLoads { mean, across } = &axles[axle];
+            T::axle_forces(&self.tires[axle], AxleSlip { kappa, alpha: &alphas[axle], mean, across, v_x })
+        };
+        let ([F_xf, F_yf], [F_xr, F_yr]) = (forces(0, &z.kappa_f), forces(1, &z.kappa_r));
         let [along_f, across_f] = T::compose([&F_xf, &F_yf, delta], |[F_x, F_y, delta]| {
             let (sin_delta, cos_delta) = delta.sin_cos();
             [F_x * cos_delta - F_y * sin_delta, F_y * cos_delta + F_x * sin_delta]
@@ -189,21 +188,136 @@ impl LapCar {
         let [v_y_slope] = T::compose([&tire_a_y, v_x, r, &slowness], |[a_y, v_x, r, slowness]| {
             [(a_y - v_x * r - G * road.bank.sin()) * slowness]
         });
-        let [xi_slope, r_slope, delta_slope, F_x_slope] = [r, &yaw_acceleration, delta_rate, F_x_rate]
-            .map(|rate| T::compose([rate, &slowness], |[rate, slowness]| [rate * slowness])[0]);
+        let slope = |rate: &T| T::compose([rate, &slowness], |[rate, slowness]| [rate * slowness])[0];
         let weight = m * G;
         let residual = |force: &T, axle: usize| {
             T::compose([force, F_x], |[force, F_x]| [(force - self.split_force(F_x)[axle]) / weight])[0]
         };
-        let [a_y_residual] = T::compose([&tire_a_y, a_y], |[tires, a_y]| [(tires - a_y) / G]);
         let [power] = T::compose([F_x, v_x], |[F_x, v_x]| [F_x * v_x]);
         NodeMotion {
             slowness,
-            slopes: [n_slope, xi_slope - curvature, v_x_slope, v_y_slope, r_slope, delta_slope, F_x_slope],
-            force_residuals: [residual(&F_xf, 0), residual(&F_xr, 1), a_y_residual],
+            slopes: [
+                n_slope,
+                slope(r) - curvature,
+                v_x_slope,
+                v_y_slope,
+                slope(&yaw_acceleration),
+                slope(delta_rate),
+                slope(F_x_rate),
+            ],
+            body_slopes: body_rates.map(|rates| rates.map(|rate| slope(&rate))),
+            force_residuals: [residual(&F_xf, 0), residual(&F_xr, 1), (tire_a_y - z.a_y) / G],
             alphas,
             power,
             a_x,
         }
     }
+
+    /// What presses the car on the road [N]: its weight, and the bend of a banked road.
+    fn pressing_force<T: Number>(&self, v_x: T, road: &RoadGeometry) -> T {
+        (v_x * v_x * (-road.kappa * road.bank.sin()) + G * road.grade.cos() * road.bank.cos()) * self.body.m
+    }
+
+    /// Loads that move without delay.
+    fn quasi_steady_loads<T: StageNumber>(&self, z: &NodeVariables<T>, road: &RoadGeometry) -> BodyLoads<T> {
+        let VehicleBody { l_f, l_r, h, .. } = self.body;
+        let L = l_f + l_r;
+        let [drag, front, rear] = T::compose([&z.v_x, &z.F_x], |[v_x, F_x]| {
+            let pressing = self.pressing_force(v_x, road);
+            let load = |pressure| SpringLoad { pressure, pressing, F_x };
+            let (drag, [down_f, down_r]) = self.aero.drag_and_downforce(&self.body, v_x, load);
+            let moved = (F_x - drag) * (h / L);
+            let (front, rear) =
+                (down_f - moved + pressing * (l_r / L), down_r + moved + pressing * (l_f / L));
+            [drag, front * 0.5, rear * 0.5]
+        });
+        let [gain_f, gain_r] = self.load_transfer_gains();
+        let axles = [
+            AxleLoads { mean: front, across: z.a_y * gain_f },
+            AxleLoads { mean: rear, across: z.a_y * gain_r },
+        ];
+        BodyLoads { drag, axles, body_rates: None, contact_speeds: [T::zero(); 2] }
+    }
+
+    /// Loads that springs, dampers and links pass on, and how the body moves under them: the equations of the dual track.
+    ///
+    /// The links of an axle know its lateral force as its part of m a_y in steady cornering.
+    fn swinging_loads<T: StageNumber>(
+        &self,
+        suspension: &Suspension,
+        motion: &BodyMotion<T>,
+        z: &NodeVariables<T>,
+        road: &RoadGeometry,
+    ) -> BodyLoads<T> {
+        let body = &self.body;
+        let BodyMotion { attitude: q, rates } = motion;
+        let inputs = [&z.v_x, &z.F_x, &z.a_y, &q.z, &q.phi, &q.theta, &rates.z, &rates.phi, &rates.theta];
+        let outputs = T::compose(inputs, |[v_x, F_x, a_y, motion @ ..]| {
+            let BodyMotion { attitude, rates } = BodyMotion::from(motion);
+            let compression = [0, 1].map(|axle| Suspension::spring_compression(body, axle, &attitude));
+            let (drag, downforce) = self.aero.drag_and_downforce_at(v_x, compression);
+            let (F_x, F_y) = (F_x - drag, a_y * body.m);
+            let share = |way: f64| F_y * (way / body.wheelbase());
+            let links = LoadTransferForces { F_x, F_yf: share(body.l_r), F_yr: share(body.l_f) };
+            let [front, rear] = suspension.axle_loads(body, &attitude, &rates, &links);
+            let [moved_f, moved_r] = [front, rear].map(|loads| capped_transfer(loads.across, loads.mean));
+            let forces = SprungMassForces {
+                F_x,
+                F_y,
+                M_x: F_y * 0.0,
+                F_z: [front.mean - moved_f, front.mean + moved_f, rear.mean - moved_r, rear.mean + moved_r],
+                downforce,
+                weight: self.pressing_force(v_x, road),
+            };
+            let HeaveRollPitch { z, phi, theta } =
+                suspension.attitude_accelerations(body, &attitude, &forces);
+            let (_, [speed_f, speed_r]) = suspension.roll_pitch_contact_speeds(body, &rates);
+            [drag, front.mean, front.across, rear.mean, rear.across, z, phi, theta, speed_f, speed_r]
+        });
+        let [drag, mean_f, across_f, mean_r, across_r, z, phi, theta, speed_f, speed_r] = outputs;
+        BodyLoads {
+            drag,
+            axles: [
+                AxleLoads { mean: mean_f, across: across_f },
+                AxleLoads { mean: mean_r, across: across_r },
+            ],
+            body_rates: Some(BodyMotion { attitude: *rates, rates: HeaveRollPitch { z, phi, theta } }),
+            contact_speeds: [speed_f, speed_r],
+        }
+    }
+
+    /// How the body stands while the loads of a node hold, for the start of a search.
+    pub fn steady_attitude(
+        &self,
+        suspension: &Suspension,
+        z: &NodeVariables,
+        road: &RoadGeometry,
+    ) -> HeaveRollPitch {
+        let VehicleBody { m, l_f, l_r, h, .. } = self.body;
+        let BodyLoads { drag, axles, .. } = self.quasi_steady_loads(z, road);
+        let rest = self.body.static_loads();
+        let linked = 0.5 * (z.F_x - drag) * suspension.pitch_centre / (l_f + l_r);
+        let compression = |axle: usize, linked: f64| {
+            (axles[axle].mean - 0.5 * rest[axle] + linked) / suspension.ride_stiffness[axle]
+        };
+        let [front, rear] = [compression(0, linked), compression(1, -linked)];
+        let theta = (front - rear) / (l_f + l_r);
+        let [roll_f, roll_r] = suspension.roll_centre;
+        let lever = h - (l_r * roll_f + l_f * roll_r) / (l_f + l_r);
+        let stiffness =
+            suspension.roll_stiffness.iter().sum::<f64>() - self.pressing_force(z.v_x, road) * lever;
+        HeaveRollPitch { z: theta * l_f - front, phi: m * z.a_y * lever / stiffness, theta }
+    }
+}
+
+/// What the body hands on to the wheels.
+struct BodyLoads<T> {
+    /// Drag [N].
+    drag: T,
+    /// Loads of the wheels, as if each could carry less than none.
+    axles: [AxleLoads<T>; 2],
+    /// Rates of the motion of a body that swings.
+    body_rates: Option<BodyMotion<T>>,
+    /// Speeds to the left that rolling adds to the contact points of both axles [m/s].
+    contact_speeds: [T; 2],
 }

@@ -8,10 +8,9 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-use crate::newton_system::{BLOCK, BlockVector, DEFECTS, NewtonFactors};
+use crate::newton_system::{BlockVector, NewtonFactors};
 use crate::stages::{
-    EQUATIONS, FUNCTIONS, INEQUALITIES, STATES, StageBounds, StageModel, StageValues, StageVector,
-    StagedProblem, VARIABLES,
+    EQUATIONS, INEQUALITIES, StageBounds, StageModel, StageValues, StageVector, StageWeights, StagedProblem,
 };
 
 /// When to stop.
@@ -44,9 +43,9 @@ pub enum InteriorPointStatus {
 
 /// Unknowns, slacks and multipliers of a stage.
 #[derive(Clone, Copy, Debug)]
-pub struct StageIterate {
+pub struct StageIterate<const V: usize, const S: usize> {
     /// Unknowns.
-    pub x: StageVector,
+    pub x: StageVector<V>,
     /// Slacks of the inequalities, above 0.
     slacks: SVector<f64, INEQUALITIES>,
     /// Multipliers of the inequalities, above 0.
@@ -54,20 +53,20 @@ pub struct StageIterate {
     /// Multipliers of the equations.
     pub equation_multipliers: SVector<f64, EQUATIONS>,
     /// Multipliers of the defects between it and the stage behind.
-    pub defect_multipliers: SVector<f64, STATES>,
+    pub defect_multipliers: SVector<f64, S>,
     /// Multipliers of the lower bounds, above 0.
-    pub lower_multipliers: StageVector,
+    pub lower_multipliers: StageVector<V>,
     /// Multipliers of the upper bounds, above 0.
-    pub upper_multipliers: StageVector,
+    pub upper_multipliers: StageVector<V>,
 }
 
 /// Where a minimisation ended.
 #[derive(Clone, Debug)]
-pub struct InteriorPointSolution {
+pub struct InteriorPointSolution<const V: usize, const S: usize> {
     /// The stages.
-    pub points: Vec<StageIterate>,
+    pub points: Vec<StageIterate<V, S>>,
     /// The stages on the central path, where the barrier was [`CENTRAL_BARRIER`]: from there a similar problem is near.
-    pub central_points: Vec<StageIterate>,
+    pub central_points: Vec<StageIterate<V, S>>,
     /// How it ended.
     pub status: InteriorPointStatus,
     /// Largest error of the conditions of optimality, scaled.
@@ -99,26 +98,29 @@ pub const CENTRAL_BARRIER: f64 = 1e-5;
 const SIMILAR_MARGIN: f64 = 1e-6;
 
 /// Starting points for [`minimise_stages`] from the central points of a similar problem.
-pub fn similar_points(problem: &impl StagedProblem, central: &[StageIterate]) -> Vec<StageIterate> {
-    let point = |(stage, point): (usize, &StageIterate)| {
+pub fn similar_points<const V: usize, const S: usize>(
+    problem: &impl StagedProblem<V, S>,
+    central: &[StageIterate<V, S>],
+) -> Vec<StageIterate<V, S>> {
+    let point = |(stage, point): (usize, &StageIterate<V, S>)| {
         let StageBounds { lower, upper } = problem.bounds(stage);
         let margin = (upper - lower) * SIMILAR_MARGIN;
-        let x = StageVector::from_fn(|i, _| point.x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
+        let x = SVector::from_fn(|i, _| point.x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
         StageIterate { x, ..*point }
     };
     central.iter().enumerate().map(point).collect()
 }
 
 /// Starting points for [`minimise_stages`] that know unknowns alone.
-pub fn start_points(
-    problem: &impl StagedProblem,
-    unknowns: &[StageVector],
+pub fn start_points<const V: usize, const S: usize>(
+    problem: &impl StagedProblem<V, S>,
+    unknowns: &[StageVector<V>],
     barrier: f64,
-) -> Vec<StageIterate> {
-    let point = |(stage, x): (usize, &StageVector)| {
+) -> Vec<StageIterate<V, S>> {
+    let point = |(stage, x): (usize, &StageVector<V>)| {
         let StageBounds { lower, upper } = problem.bounds(stage);
         let margin = (upper - lower) * START_MARGIN;
-        let x = StageVector::from_fn(|i, _| x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
+        let x = SVector::from_fn(|i, _| x[i].clamp(lower[i] + margin[i], upper[i] - margin[i]));
         let values = problem.values(&x, stage);
         let slacks = values.inequalities.map(|value| (-value).max(LEAST_SLACK));
         StageIterate {
@@ -135,12 +137,12 @@ pub fn start_points(
 }
 
 /// Minimises from starting points, those of [`start_points`] or of the solution of a similar problem.
-pub fn minimise_stages(
-    problem: &impl StagedProblem,
-    start: Vec<StageIterate>,
+pub fn minimise_stages<P: StagedProblem<V, S>, const V: usize, const S: usize, const B: usize>(
+    problem: &P,
+    start: Vec<StageIterate<V, S>>,
     limits: InteriorPointLimits,
-) -> InteriorPointSolution {
-    let mut search = InteriorPointSearch::new(problem, start, limits);
+) -> InteriorPointSolution<V, S> {
+    let mut search = InteriorPointSearch::<P, V, S, B>::new(problem, start, limits);
     let mut damping_memory = 0.0;
     for iteration in 0..=limits.iterations {
         let linearisation = search.linearise();
@@ -159,15 +161,35 @@ pub fn minimise_stages(
     unreachable!("the last round of the loop returns")
 }
 
+/// What each stage adds to the Lagrangian of these points, but for the terms that a change of the functions leaves as they are.
+pub fn stage_lagrangians<const V: usize, const S: usize>(
+    problem: &impl StagedProblem<V, S>,
+    points: &[StageIterate<V, S>],
+) -> Vec<f64> {
+    let multipliers =
+        |k: usize| if problem.has_defect(k) { points[k].defect_multipliers } else { SVector::zeros() };
+    let lagrangian = |(stage, point): (usize, &StageIterate<V, S>)| {
+        let values = problem.values(&point.x, stage);
+        let StageBounds { lower, upper } = problem.bounds(stage);
+        let around = multipliers(stage) + multipliers(problem.previous(stage));
+        values.cost - around.dot(&values.slopes) * (0.5 * problem.step())
+            + point.equation_multipliers.dot(&values.equations)
+            + point.inequality_multipliers.dot(&values.inequalities)
+            + point.lower_multipliers.dot(&(lower - point.x))
+            + point.upper_multipliers.dot(&(point.x - upper))
+    };
+    points.iter().enumerate().map(lagrangian).collect()
+}
+
 /// A point and the state of the search.
-struct InteriorPointSearch<'a, P> {
+struct InteriorPointSearch<'a, P, const V: usize, const S: usize, const B: usize> {
     problem: &'a P,
-    bounds: Vec<StageBounds>,
-    points: Vec<StageIterate>,
+    bounds: Vec<StageBounds<V>>,
+    points: Vec<StageIterate<V, S>>,
     barrier: f64,
     least_barrier: f64,
     filter: Vec<FilterEntry>,
-    central_points: Option<Vec<StageIterate>>,
+    central_points: Option<Vec<StageIterate<V, S>>>,
     most_violation: f64,
     small_violation: f64,
 }
@@ -186,9 +208,9 @@ struct Merit {
 }
 
 /// The functions at a point, to second order.
-struct Linearisation {
-    models: Vec<StageModel>,
-    defects: Vec<SVector<f64, STATES>>,
+struct Linearisation<const V: usize, const S: usize> {
+    models: Vec<StageModel<V, S>>,
+    defects: Vec<SVector<f64, S>>,
 }
 
 /// Errors of the conditions of optimality.
@@ -205,14 +227,14 @@ impl OptimalityErrors {
 }
 
 /// A step of all quantities of a stage.
-struct StageStep {
-    x: StageVector,
+struct StageStep<const V: usize, const S: usize> {
+    x: StageVector<V>,
     slacks: SVector<f64, INEQUALITIES>,
     inequality_multipliers: SVector<f64, INEQUALITIES>,
     equation_multipliers: SVector<f64, EQUATIONS>,
-    defect_multipliers: SVector<f64, STATES>,
-    lower_multipliers: StageVector,
-    upper_multipliers: StageVector,
+    defect_multipliers: SVector<f64, S>,
+    lower_multipliers: StageVector<V>,
+    upper_multipliers: StageVector<V>,
 }
 
 /// How far a step may go.
@@ -221,12 +243,14 @@ struct StepLengths {
     dual: f64,
 }
 
-fn states(x: &StageVector) -> SVector<f64, STATES> {
-    x.fixed_rows::<STATES>(0).into_owned()
+fn states<const V: usize, const S: usize>(x: &StageVector<V>) -> SVector<f64, S> {
+    x.fixed_rows::<S>(0).into_owned()
 }
 
-impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
-    fn new(problem: &'a P, points: Vec<StageIterate>, limits: InteriorPointLimits) -> Self {
+impl<'a, P: StagedProblem<V, S>, const V: usize, const S: usize, const B: usize>
+    InteriorPointSearch<'a, P, V, S, B>
+{
+    fn new(problem: &'a P, points: Vec<StageIterate<V, S>>, limits: InteriorPointLimits) -> Self {
         let mut search = InteriorPointSearch {
             problem,
             bounds: (0..problem.stages()).map(|stage| problem.bounds(stage)).collect(),
@@ -244,16 +268,20 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         search
     }
 
-    fn linearise(&self) -> Linearisation {
-        let model = |k: usize| self.problem.model(&self.points[k].x, k, &self.weights(k));
-        let models: Vec<StageModel> = (0..self.points.len()).into_par_iter().map(model).collect();
-        let values: Vec<StageValues> = models.iter().map(|it| it.values).collect();
+    fn linearise(&self) -> Linearisation<V, S> {
+        let models: Vec<StageModel<V, S>> = self
+            .points
+            .par_iter()
+            .enumerate()
+            .map(|(k, point)| self.problem.model(&point.x, k, &self.weights(k)))
+            .collect();
+        let values: Vec<StageValues<S>> = models.iter().map(|it| it.values).collect();
         let defects = self.defects(&self.points, &values);
         Linearisation { models, defects }
     }
 
     /// x_{k+1} − x_k − h (f_k + f_{k+1}) / 2, and 0 for a stage without one behind it.
-    fn defects(&self, points: &[StageIterate], values: &[StageValues]) -> Vec<SVector<f64, STATES>> {
+    fn defects(&self, points: &[StageIterate<V, S>], values: &[StageValues<S>]) -> Vec<SVector<f64, S>> {
         let residual = |k: usize| {
             if !self.problem.has_defect(k) {
                 return SVector::zeros();
@@ -265,17 +293,17 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         (0..points.len()).map(residual).collect()
     }
 
-    fn merit(&self, points: &[StageIterate]) -> Merit {
-        let values: Vec<StageValues> =
+    fn merit(&self, points: &[StageIterate<V, S>]) -> Merit {
+        let values: Vec<StageValues<S>> =
             points.par_iter().enumerate().map(|(k, point)| self.problem.values(&point.x, k)).collect();
         self.merit_of_values(points, &values, &self.defects(points, &values))
     }
 
     fn merit_of_values(
         &self,
-        points: &[StageIterate],
-        values: &[StageValues],
-        defects: &[SVector<f64, STATES>],
+        points: &[StageIterate<V, S>],
+        values: &[StageValues<S>],
+        defects: &[SVector<f64, S>],
     ) -> Merit {
         let mut merit = Merit { cost: 0.0, violation: 0.0 };
         for ((point, value), bounds) in points.iter().zip(values).zip(&self.bounds) {
@@ -289,7 +317,7 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     /// Lowers the barrier while the conditions of its own problem hold as far as it needs.
-    fn lower_barrier(&mut self, linearisation: &Linearisation) {
+    fn lower_barrier(&mut self, linearisation: &Linearisation<V, S>) {
         while self.barrier > self.least_barrier
             && linearisation.optimality_errors(self, self.barrier).largest() <= 10.0 * self.barrier
         {
@@ -302,12 +330,13 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     /// Takes one step; false where none could be found.
-    fn take_step(&mut self, linearisation: &Linearisation, damping_memory: &mut f64) -> bool {
+    fn take_step(&mut self, linearisation: &Linearisation<V, S>, damping_memory: &mut f64) -> bool {
         let (hessians, right) = self.newton_equations(linearisation);
         let mut damping = 0.0;
         loop {
-            let factors = NewtonFactors::new(self.problem, &linearisation.models, &hessians, damping)
-                .filter(NewtonFactors::has_right_inertia);
+            let factors =
+                NewtonFactors::<V, S, B>::new(self.problem, &linearisation.models, &hessians, damping)
+                    .filter(NewtonFactors::has_right_inertia);
             if let Some(factors) = factors {
                 if damping > 0.0 {
                     *damping_memory = damping;
@@ -332,13 +361,13 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     /// Hessians of the Lagrangian with the barrier, and minus the gradients and residuals.
     fn newton_equations(
         &self,
-        linearisation: &Linearisation,
-    ) -> (Vec<SMatrix<f64, VARIABLES, VARIABLES>>, Vec<BlockVector>) {
+        linearisation: &Linearisation<V, S>,
+    ) -> (Vec<SMatrix<f64, V, V>>, Vec<BlockVector<B>>) {
         let stage = |k: usize| {
             let (point, bounds, model) = (&self.points[k], &self.bounds[k], &linearisation.models[k]);
             let mut hessian = model.hessian;
             let mut gradient = model.gradient;
-            for i in 0..VARIABLES {
+            for i in 0..V {
                 let (below, above) = (point.x[i] - bounds.lower[i], bounds.upper[i] - point.x[i]);
                 hessian[(i, i)] += point.lower_multipliers[i] / below + point.upper_multipliers[i] / above;
                 gradient[i] += self.barrier / above - self.barrier / below;
@@ -350,17 +379,19 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
                 hessian += row * row.transpose() * weight;
                 gradient += row * (self.barrier / point.slacks[j] + weight * residual);
             }
-            let mut right = BlockVector::zeros();
-            right.fixed_rows_mut::<VARIABLES>(0).copy_from(&-gradient);
-            right.fixed_rows_mut::<EQUATIONS>(VARIABLES).copy_from(&-model.values.equations);
-            right.fixed_rows_mut::<STATES>(DEFECTS).copy_from(&-linearisation.defects[k]);
+            let mut right = BlockVector::<B>::zeros();
+            right.fixed_rows_mut::<V>(0).copy_from(&-gradient);
+            right.fixed_rows_mut::<EQUATIONS>(V).copy_from(&-model.values.equations);
+            right
+                .fixed_rows_mut::<S>(NewtonFactors::<V, S, B>::DEFECTS)
+                .copy_from(&-linearisation.defects[k]);
             (hessian, right)
         };
         (0..self.points.len()).into_par_iter().map(stage).unzip()
     }
 
     /// Multipliers of the slopes of a stage: of the defects to both sides.
-    fn slope_multipliers(&self, k: usize) -> SVector<f64, STATES> {
+    fn slope_multipliers(&self, k: usize) -> SVector<f64, S> {
         let before = self.problem.previous(k);
         let half = -0.5 * self.problem.step();
         let own =
@@ -373,22 +404,23 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         (own + behind) * half
     }
 
-    /// What the functions of a stage weigh in the Lagrangian.
-    fn weights(&self, k: usize) -> [f64; FUNCTIONS] {
-        let point = &self.points[k];
-        let slopes = self.slope_multipliers(k);
-        let others = slopes.iter().chain(&point.equation_multipliers).chain(&point.inequality_multipliers);
-        let mut weights = [1.0; FUNCTIONS];
-        for (weight, multiplier) in weights[1..].iter_mut().zip(others) {
-            *weight = *multiplier;
+    fn weights(&self, k: usize) -> StageWeights<S> {
+        let StageIterate { equation_multipliers, inequality_multipliers, .. } = self.points[k];
+        StageWeights {
+            slopes: self.slope_multipliers(k),
+            equations: equation_multipliers,
+            inequalities: inequality_multipliers,
         }
-        weights
     }
 
-    fn steps(&self, linearisation: &Linearisation, solution: &[BlockVector]) -> Vec<StageStep> {
-        let step = |(k, solved): (usize, &BlockVector)| {
+    fn steps(
+        &self,
+        linearisation: &Linearisation<V, S>,
+        solution: &[BlockVector<B>],
+    ) -> Vec<StageStep<V, S>> {
+        let step = |(k, solved): (usize, &BlockVector<B>)| {
             let (point, bounds, model) = (&self.points[k], &self.bounds[k], &linearisation.models[k]);
-            let x: StageVector = solved.fixed_rows::<VARIABLES>(0).into_owned();
+            let x: StageVector<V> = solved.fixed_rows::<V>(0).into_owned();
             let slacks = -(model.values.inequalities + point.slacks) - model.inequalities * x;
             let towards = |multiplier: f64, gap: f64, change: f64| {
                 self.barrier / gap - multiplier - multiplier / gap * change
@@ -399,8 +431,9 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
                 inequality_multipliers: SVector::from_fn(|j, _| {
                     towards(point.inequality_multipliers[j], point.slacks[j], slacks[j])
                 }),
-                equation_multipliers: solved.fixed_rows::<EQUATIONS>(VARIABLES) - point.equation_multipliers,
-                defect_multipliers: solved.fixed_rows::<STATES>(DEFECTS) - point.defect_multipliers,
+                equation_multipliers: solved.fixed_rows::<EQUATIONS>(V) - point.equation_multipliers,
+                defect_multipliers: solved.fixed_rows::<S>(NewtonFactors::<V, S, B>::DEFECTS)
+                    - point.defect_multipliers,
                 lower_multipliers: SVector::from_fn(|i, _| {
                     towards(point.lower_multipliers[i], point.x[i] - bounds.lower[i], x[i])
                 }),
@@ -412,7 +445,7 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         solution.iter().enumerate().map(step).collect()
     }
 
-    fn longest_steps(&self, steps: &[StageStep]) -> StepLengths {
+    fn longest_steps(&self, steps: &[StageStep<V, S>]) -> StepLengths {
         let share = (1.0 - self.barrier).max(FRACTION_TO_BOUNDARY);
         let shorten = |length: &mut f64, gap: f64, change: f64| {
             if change < 0.0 {
@@ -421,7 +454,7 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         };
         let mut lengths = StepLengths { primal: 1.0, dual: 1.0 };
         for ((point, step), bounds) in self.points.iter().zip(steps).zip(&self.bounds) {
-            for i in 0..VARIABLES {
+            for i in 0..V {
                 shorten(&mut lengths.primal, point.x[i] - bounds.lower[i], step.x[i]);
                 shorten(&mut lengths.primal, bounds.upper[i] - point.x[i], -step.x[i]);
                 shorten(&mut lengths.dual, point.lower_multipliers[i], step.lower_multipliers[i]);
@@ -436,11 +469,11 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     /// Derivative of the cost with its barrier along a step.
-    fn descent(&self, linearisation: &Linearisation, steps: &[StageStep]) -> f64 {
-        let stage = |(k, step): (usize, &StageStep)| {
+    fn descent(&self, linearisation: &Linearisation<V, S>, steps: &[StageStep<V, S>]) -> f64 {
+        let stage = |(k, step): (usize, &StageStep<V, S>)| {
             let (point, bounds) = (&self.points[k], &self.bounds[k]);
             let gaps = |i: usize| 1.0 / (bounds.upper[i] - point.x[i]) - 1.0 / (point.x[i] - bounds.lower[i]);
-            let bounds: f64 = (0..VARIABLES).map(|i| step.x[i] * gaps(i)).sum();
+            let bounds: f64 = (0..V).map(|i| step.x[i] * gaps(i)).sum();
             let slacks = step.slacks.component_div(&point.slacks).sum();
             linearisation.models[k].gradient.dot(&step.x) + self.barrier * (bounds - slacks)
         };
@@ -448,9 +481,9 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 
     /// Shortens a step until the filter accepts it, and takes it; false where even a short one is refused.
-    fn line_search(&mut self, linearisation: &Linearisation, steps: &[StageStep]) -> bool {
+    fn line_search(&mut self, linearisation: &Linearisation<V, S>, steps: &[StageStep<V, S>]) -> bool {
         let longest = self.longest_steps(steps);
-        let values: Vec<StageValues> = linearisation.models.iter().map(|it| it.values).collect();
+        let values: Vec<StageValues<S>> = linearisation.models.iter().map(|it| it.values).collect();
         let before = self.merit_of_values(&self.points, &values, &linearisation.defects);
         let descent = self.descent(linearisation, steps);
         let mut length = longest.primal;
@@ -491,8 +524,8 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
         is_better
     }
 
-    fn moved_points(&self, steps: &[StageStep], primal: f64, dual: f64) -> Vec<StageIterate> {
-        let moved = |((point, step), bounds): ((&StageIterate, &StageStep), &StageBounds)| {
+    fn moved_points(&self, steps: &[StageStep<V, S>], primal: f64, dual: f64) -> Vec<StageIterate<V, S>> {
+        let moved = |((point, step), bounds): ((&StageIterate<V, S>, &StageStep<V, S>), &StageBounds<V>)| {
             let x = point.x + step.x * primal;
             // Multipliers far from those of the barrier would spoil the Hessian.
             let near = |multiplier: f64, gap: f64| {
@@ -520,10 +553,10 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
 
     fn into_solution(
         self,
-        linearisation: &Linearisation,
+        linearisation: &Linearisation<V, S>,
         status: InteriorPointStatus,
         iterations: usize,
-    ) -> InteriorPointSolution {
+    ) -> InteriorPointSolution<V, S> {
         let errors = linearisation.optimality_errors(&self, 0.0);
         InteriorPointSolution {
             central_points: self.central_points.unwrap_or_else(|| self.points.clone()),
@@ -535,10 +568,10 @@ impl<'a, P: StagedProblem> InteriorPointSearch<'a, P> {
     }
 }
 
-impl Linearisation {
-    fn optimality_errors<P: StagedProblem>(
+impl<const V: usize, const S: usize> Linearisation<V, S> {
+    fn optimality_errors<P: StagedProblem<V, S>, const B: usize>(
         &self,
-        search: &InteriorPointSearch<P>,
+        search: &InteriorPointSearch<P, V, S, B>,
         barrier: f64,
     ) -> OptimalityErrors {
         let mut errors = OptimalityErrors { dual: 0.0, primal: 0.0, complementarity: 0.0 };
@@ -552,7 +585,7 @@ impl Linearisation {
                 + model.slopes.transpose() * search.slope_multipliers(k)
                 - point.lower_multipliers
                 + point.upper_multipliers;
-            for i in 0..STATES {
+            for i in 0..S {
                 if search.problem.has_defect(k) {
                     gradient[i] -= point.defect_multipliers[i];
                 }
@@ -583,7 +616,7 @@ impl Linearisation {
                 + point.upper_multipliers.sum();
         }
         // Large multipliers make large gradients, which cancel with a rounding error of their own.
-        let mean = multipliers / (search.points.len() * (BLOCK + VARIABLES + INEQUALITIES)) as f64;
+        let mean = multipliers / (search.points.len() * (B + V + INEQUALITIES)) as f64;
         errors.dual /= (mean / 100.0).max(1.0);
         errors
     }

@@ -34,7 +34,7 @@ pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};
 pub use interior_point::InteriorPointStatus;
 pub use interval::LapTimeInterval;
 pub use logged_track::{LoggedLapLine, LoggedTrack, LoggedTrackOptions};
-pub use node::NodeVariables;
+pub use node::{BodyMotion, NodeVariables};
 pub use optimum::{LapNode, LapOptimum};
 pub use parameters::{CarParameters, PARAMETER_KEYS, ParameterKey, ParameterRange, TEXT_KEYS};
 pub use setup::SetupOptimum;

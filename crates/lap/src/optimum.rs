@@ -5,12 +5,12 @@ use track::TrackLine;
 
 use crate::car::LapCar;
 use crate::interior_point::{
-    CENTRAL_BARRIER, InteriorPointLimits, InteriorPointStatus, StageIterate, minimise_stages, similar_points,
-    start_points,
+    CENTRAL_BARRIER, InteriorPointLimits, InteriorPointSolution, InteriorPointStatus, minimise_stages,
+    similar_points, stage_lagrangians, start_points,
 };
-use crate::node::NodeVariables;
+use crate::node::{NodeVariables, PLANAR_STATES, PLANAR_VARIABLES, SWINGING_STATES, SWINGING_VARIABLES};
 use crate::problem::LapProblem;
-use crate::stages::StagedProblem;
+use crate::stages::{EQUATIONS, StageVector};
 use crate::{Error, LapOptions};
 
 /// The car at a node of its lap.
@@ -52,15 +52,41 @@ pub struct LapOptimum {
     /// The nodes.
     pub nodes: Vec<LapNode>,
     /// Unknowns and multipliers.
-    points: Vec<StageIterate>,
-    /// Those from which the search for a similar car starts.
-    central_points: Vec<StageIterate>,
+    solution: LapSolution,
 }
+
+/// Unknowns and multipliers of a lap, of a car whose body swings or does not.
+#[derive(Clone, Debug)]
+enum LapSolution {
+    QuasiSteady(InteriorPointSolution<PLANAR_VARIABLES, PLANAR_STATES>),
+    Swinging(InteriorPointSolution<SWINGING_VARIABLES, SWINGING_STATES>),
+}
+
+impl From<InteriorPointSolution<PLANAR_VARIABLES, PLANAR_STATES>> for LapSolution {
+    fn from(solution: InteriorPointSolution<PLANAR_VARIABLES, PLANAR_STATES>) -> Self {
+        LapSolution::QuasiSteady(solution)
+    }
+}
+
+impl From<InteriorPointSolution<SWINGING_VARIABLES, SWINGING_STATES>> for LapSolution {
+    fn from(solution: InteriorPointSolution<SWINGING_VARIABLES, SWINGING_STATES>) -> Self {
+        LapSolution::Swinging(solution)
+    }
+}
+
+/// Rows of the blocks of Newton's method for both kinds of cars.
+const PLANAR_BLOCK: usize = PLANAR_VARIABLES + EQUATIONS + PLANAR_STATES;
+const SWINGING_BLOCK: usize = SWINGING_VARIABLES + EQUATIONS + SWINGING_STATES;
 
 /// How often a search that stalls begins anew where it is, with the multipliers of the barrier.
 const RESTARTS: usize = 3;
 
 impl LapOptimum {
+    /// Whether the body of the car swings in this lap.
+    pub fn has_transients(&self) -> bool {
+        matches!(self.solution, LapSolution::Swinging(_))
+    }
+
     /// Warns of an engine that turns faster in this lap of the car than its table tells.
     pub fn engine_warning(&self, car: &LapCar) -> Option<String> {
         let fastest = self.nodes.iter().map(|node| node.variables.v_x).fold(0.0, f64::max);
@@ -73,19 +99,22 @@ impl LapOptimum {
     /// When line, car and options do not make a problem. A search that does not converge is no error, but a status.
     pub fn find(car: &LapCar, line: &TrackLine, options: &LapOptions) -> Result<Self, Error> {
         let problem = LapProblem::new(car, line, options)?;
+        let search = LapSearch { problem: &problem, line };
         let limits = InteriorPointLimits::default();
-        let start = start_points(&problem, &problem.start(line)?, limits.barrier);
-        let mut lap = Self::solve(&problem, line, start, limits);
-        for _ in 0..RESTARTS {
-            if lap.status == InteriorPointStatus::Converged {
-                break;
-            }
-            let unknowns: Vec<_> = lap.points.iter().map(|point| point.x).collect();
-            let start = start_points(&problem, &unknowns, limits.barrier);
-            let next = Self::solve(&problem, line, start, limits);
-            lap = LapOptimum { iterations: lap.iterations + next.iterations, ..next };
-        }
-        Ok(lap)
+        let Some(suspension) = &car.suspension else {
+            return Ok(
+                search.run::<PLANAR_VARIABLES, PLANAR_STATES, PLANAR_BLOCK>(&problem.start(line)?, limits)
+            );
+        };
+        let steady = Self::find(&LapCar { suspension: None, ..car.clone() }, line, options)?;
+        let node =
+            |(stage, node): (usize, &LapNode)| problem.with_steady_body(suspension, &node.variables, stage);
+        let start: Vec<_> = steady.nodes.iter().enumerate().map(node).collect();
+        let lap = search.run::<SWINGING_VARIABLES, SWINGING_STATES, SWINGING_BLOCK>(
+            &start,
+            InteriorPointLimits { barrier: CENTRAL_BARRIER, ..limits },
+        );
+        Ok(LapOptimum { iterations: steady.iterations + lap.iterations, ..lap })
     }
 
     /// The fastest lap of a similar car on the same line, from this one.
@@ -95,32 +124,34 @@ impl LapOptimum {
     pub fn find_similar(&self, car: &LapCar, line: &TrackLine, options: &LapOptions) -> Result<Self, Error> {
         let options = LapOptions { nodes: Some(self.nodes.len()), ..options.clone() };
         let problem = LapProblem::new(car, line, &options)?;
-        let limits = InteriorPointLimits { barrier: CENTRAL_BARRIER, ..InteriorPointLimits::default() };
-        let start = similar_points(&problem, &self.central_points);
-        let warm = Self::solve(&problem, line, start, limits);
+        let search = LapSearch { problem: &problem, line };
+        let warm = match &self.solution {
+            LapSolution::QuasiSteady(solution) => search.run_from_similar::<_, _, PLANAR_BLOCK>(solution),
+            LapSolution::Swinging(solution) => search.run_from_similar::<_, _, SWINGING_BLOCK>(solution),
+        };
         match warm.status {
             InteriorPointStatus::Converged => Ok(warm),
             _ => Self::find(car, line, &options),
         }
     }
 
-    fn solve(
-        problem: &LapProblem,
-        line: &TrackLine,
-        start: Vec<StageIterate>,
-        limits: InteriorPointLimits,
-    ) -> Self {
-        let solution = minimise_stages(problem, start, limits);
+    fn new<const V: usize, const S: usize>(
+        LapSearch { problem, line }: LapSearch,
+        solution: InteriorPointSolution<V, S>,
+    ) -> Self
+    where
+        LapSolution: From<InteriorPointSolution<V, S>>,
+    {
         let mut nodes = Vec::with_capacity(solution.points.len());
         let (mut t, mut lap_time) = (0.0, 0.0);
         let mut slowness_before = None;
         for (k, point) in solution.points.iter().enumerate() {
-            let s = problem.step() * k as f64;
+            let s = problem.node_distance() * k as f64;
             let variables = problem.unscaled(&point.x);
             let motion = problem.motion(&variables, k);
             lap_time += problem.way(k) * motion.slowness;
             if let Some(before) = slowness_before.replace(motion.slowness) {
-                t += 0.5 * problem.step() * (before + motion.slowness);
+                t += 0.5 * problem.node_distance() * (before + motion.slowness);
             }
             let on_line = line.point_at(s);
             let (sin, cos) = on_line.psi.sin_cos();
@@ -144,8 +175,7 @@ impl LapOptimum {
             iterations: solution.iterations,
             optimality_error: solution.optimality_error,
             nodes,
-            points: solution.points,
-            central_points: solution.central_points,
+            solution: solution.into(),
         }
     }
 
@@ -163,6 +193,57 @@ impl LapOptimum {
     ) -> Result<Vec<f64>, Error> {
         let options = LapOptions { nodes: Some(self.nodes.len()), ..options.clone() };
         let problem = LapProblem::new(car, line, &options)?;
-        Ok((0..self.points.len()).map(|k| problem.lagrangian(&self.points, k)).collect())
+        Ok(match &self.solution {
+            LapSolution::QuasiSteady(solution) => stage_lagrangians(&problem, &solution.points),
+            LapSolution::Swinging(solution) => stage_lagrangians(&problem, &solution.points),
+        })
+    }
+}
+
+/// A search for the lap of a problem on a line.
+#[derive(Clone, Copy)]
+struct LapSearch<'a> {
+    problem: &'a LapProblem<'a>,
+    line: &'a TrackLine,
+}
+
+impl LapSearch<'_> {
+    /// Searches from these nodes; where it stalls, anew from there.
+    fn run<const V: usize, const S: usize, const B: usize>(
+        self,
+        start: &[NodeVariables],
+        limits: InteriorPointLimits,
+    ) -> LapOptimum
+    where
+        LapSolution: From<InteriorPointSolution<V, S>>,
+    {
+        let from = |unknowns: &[StageVector<V>], limits: InteriorPointLimits| {
+            let start = start_points(self.problem, unknowns, limits.barrier);
+            minimise_stages::<_, V, S, B>(self.problem, start, limits)
+        };
+        let start: Vec<StageVector<V>> = start.iter().map(|z| self.problem.scaled(z)).collect();
+        let mut solution = from(&start, limits);
+        for _ in 0..RESTARTS {
+            if solution.status == InteriorPointStatus::Converged {
+                break;
+            }
+            let unknowns: Vec<_> = solution.points.iter().map(|point| point.x).collect();
+            let next = from(&unknowns, InteriorPointLimits::default());
+            solution = InteriorPointSolution { iterations: solution.iterations + next.iterations, ..next };
+        }
+        LapOptimum::new(self, solution)
+    }
+
+    /// Searches from the central points of the lap of a similar car.
+    fn run_from_similar<const V: usize, const S: usize, const B: usize>(
+        self,
+        similar: &InteriorPointSolution<V, S>,
+    ) -> LapOptimum
+    where
+        LapSolution: From<InteriorPointSolution<V, S>>,
+    {
+        let limits = InteriorPointLimits { barrier: CENTRAL_BARRIER, ..InteriorPointLimits::default() };
+        let start = similar_points(self.problem, &similar.central_points);
+        LapOptimum::new(self, minimise_stages::<_, V, S, B>(self.problem, start, limits))
     }
 }

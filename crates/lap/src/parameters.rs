@@ -3,7 +3,7 @@
 
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
-use vehicle::dual_track::{AxleSprings, AxleStiffness};
+use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension};
 use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
@@ -31,6 +31,12 @@ pub struct CarParameters {
     roll_stiffness: [f64; 2],
     springs: [AxleSprings; 2],
     ride_stiffness: [f64; 2],
+    ride_damping: [f64; 2],
+    roll_damping: [f64; 2],
+    roll_centre: [f64; 2],
+    I_xx: f64,
+    I_yy: f64,
+    transients: bool,
     ride_height: [f64; 2],
     pitch_centre: f64,
     brake_front_share: f64,
@@ -62,6 +68,12 @@ impl Default for CarParameters {
             roll_stiffness: [0.0; 2],
             springs: <[AxleSprings; 2]>::default(),
             ride_stiffness: [f64::INFINITY; 2],
+            ride_damping: [unknown; 2],
+            roll_damping: [unknown; 2],
+            roll_centre: [0.0; 2],
+            I_xx: unknown,
+            I_yy: unknown,
+            transients: false,
             ride_height: [unknown; 2],
             pitch_centre: 0.0,
             brake_front_share: 0.6,
@@ -121,9 +133,11 @@ const SHARE: [f64; 2] = [0.0, 1.0];
 const ANY: [f64; 2] = [f64::MIN, f64::MAX];
 
 /// All numbers that a car of a lap has.
-pub const PARAMETER_KEYS: [ParameterKey; 56] = [
+pub const PARAMETER_KEYS: [ParameterKey; 64] = [
     key("body.m", "kg", POSITIVE, |p| &mut p.body.m),
     key("body.I_zz", "kg.m2", POSITIVE, |p| &mut p.body.I_zz),
+    key("body.I_xx", "kg.m2", POSITIVE, |p| &mut p.I_xx),
+    key("body.I_yy", "kg.m2", POSITIVE, |p| &mut p.I_yy),
     key("body.l_f", "m", POSITIVE, |p| &mut p.body.l_f),
     key("body.l_r", "m", POSITIVE, |p| &mut p.body.l_r),
     key("body.h", "m", FROM_ZERO, |p| &mut p.body.h),
@@ -131,6 +145,10 @@ pub const PARAMETER_KEYS: [ParameterKey; 56] = [
     key("body.track_r", "m", FROM_ZERO, |p| &mut p.track_widths[1]),
     key("roll.stiffness_f", "N.m/rad", FROM_ZERO, |p| &mut p.roll_stiffness[0]),
     key("roll.stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.roll_stiffness[1]),
+    key("roll.damping_f", "N.m.s/rad", FROM_ZERO, |p| &mut p.roll_damping[0]),
+    key("roll.damping_r", "N.m.s/rad", FROM_ZERO, |p| &mut p.roll_damping[1]),
+    key("roll.centre_f", "m", ANY, |p| &mut p.roll_centre[0]),
+    key("roll.centre_r", "m", ANY, |p| &mut p.roll_centre[1]),
     key("spring.rate_f", "N/m", FROM_ZERO, |p| &mut p.springs[0].rate),
     key("spring.rate_r", "N/m", FROM_ZERO, |p| &mut p.springs[1].rate),
     key("spring.motion_ratio_f", "1", POSITIVE, |p| &mut p.springs[0].motion_ratio),
@@ -139,6 +157,8 @@ pub const PARAMETER_KEYS: [ParameterKey; 56] = [
     key("bar.roll_stiffness_r", "N.m/rad", FROM_ZERO, |p| &mut p.springs[1].bar_stiffness),
     key("ride.stiffness_f", "N/m", POSITIVE, |p| &mut p.ride_stiffness[0]),
     key("ride.stiffness_r", "N/m", POSITIVE, |p| &mut p.ride_stiffness[1]),
+    key("ride.damping_f", "N.s/m", FROM_ZERO, |p| &mut p.ride_damping[0]),
+    key("ride.damping_r", "N.s/m", FROM_ZERO, |p| &mut p.ride_damping[1]),
     key("pitch.centre", "m", ANY, |p| &mut p.pitch_centre),
     key("aero.rho", "kg/m3", FROM_ZERO, |p| &mut p.aero.rho),
     key("aero.area", "m2", FROM_ZERO, |p| &mut p.aero.area),
@@ -186,6 +206,12 @@ const AERO_MAP: &str = "aero.map";
 const BRAKE_MAP: &str = "brake.map";
 const DRIVE_MAP: &str = "drive.map";
 
+/// Whether a parameter matters to a body that swings alone.
+fn is_of_swinging_body(name: &str) -> bool {
+    let beginnings = ["body.I_xx", "body.I_yy", "ride.damping_", "roll.damping_", "roll.centre_"];
+    beginnings.iter().any(|beginning| name.starts_with(beginning))
+}
+
 impl ParameterKey {
     /// The key of a name.
     pub fn find(name: &str) -> Option<&'static ParameterKey> {
@@ -210,12 +236,15 @@ impl ParameterKey {
         let of_file = self.name.starts_with("tire_") && !simple;
         let has_springs = parameters.has_springs();
         let has_platform = !parameters.aero_map.is_empty();
+        let moves = has_platform || parameters.transients;
         match self.name {
             _ if simple => !parameters.has_tire_files(),
             _ if of_file => parameters.has_tire_files(),
             "aero.C_d" | "aero.C_lf" | "aero.C_lr" => !parameters.aero_map_replaces(self.name),
-            "aero.ride_height_f" | "aero.ride_height_r" | "pitch.centre" => has_platform,
-            "ride.stiffness_f" | "ride.stiffness_r" => has_platform && !has_springs,
+            "aero.ride_height_f" | "aero.ride_height_r" => has_platform,
+            "pitch.centre" => moves,
+            "ride.stiffness_f" | "ride.stiffness_r" => moves && !has_springs,
+            name if is_of_swinging_body(name) => parameters.transients,
             "drive.ratio" => !parameters.drive_map.is_empty(),
             "brake.front_share" => parameters.brake_map.is_empty(),
             name if name.starts_with("spring.") || name.starts_with("bar.") => has_springs,
@@ -233,18 +262,22 @@ impl ParameterKey {
             return Ok(());
         }
         let name = self.name;
+        let has_springs = car.has_springs();
         let factor = matches!(name.rsplit('.').next(), Some("LMUX" | "LMUY" | "LKX" | "LKY"));
         let why = match name.split_once('.') {
             Some(("tire_f" | "tire_r", _)) if factor => "no .tir file is told for its tires",
             Some(("tire_f" | "tire_r", _)) => {
                 "its tires are those of a .tir file; lap a car without tire_f.tir and tire_r.tir"
             }
+            _ if is_of_swinging_body(name) => "its body swings with transients alone",
             Some(("roll", _)) => "its springs and bars say how stiff it is in roll",
             Some(("aero" | "brake", name)) if name.starts_with("C_") || name == "front_share" => {
                 "a table takes its place"
             }
-            Some(("aero" | "pitch", _)) => "it has no aero.map",
-            Some(("ride", _)) => "it has no aero.map, or springs say how stiff it is in heave",
+            Some(("aero", _)) => "it has no aero.map",
+            Some(("pitch", _)) => "it has no aero.map, and its body swings with transients alone",
+            Some(("ride", _)) if has_springs => "springs say how stiff it is in heave",
+            Some(("ride", _)) => "it has no aero.map, and its body swings with transients alone",
             Some(("drive", _)) => "it has no drive.map",
             _ => "it has not spring.rate_f and spring.rate_r",
         };
@@ -314,14 +347,27 @@ impl CarParameters {
         self.tires.iter().any(|tire| !tire.tir.trim().is_empty())
     }
 
+    /// Chooses whether the body swings on springs and dampers, or load moves without delay.
+    pub fn set_transients(&mut self, transients: bool) {
+        self.transients = transients;
+    }
+
     /// Names of parameters that have to be told and were not.
     pub fn missing_names(&self) -> Vec<&'static str> {
-        let needed = |key: &&ParameterKey| match key.name {
-            "drive.power_max" => self.drive_map.is_empty(),
-            _ => key.is_used(self),
+        let is_missing = |key: &&ParameterKey| {
+            let value = key.value(self);
+            let carries_body = ["body.track_", "roll.stiffness_", "ride.stiffness_"]
+                .iter()
+                .any(|it| key.name.starts_with(it));
+            match key.name {
+                "drive.power_max" => value.is_nan() && self.drive_map.is_empty(),
+                _ if carries_body && self.transients => {
+                    key.is_used(self) && !(value > 0.0 && value.is_finite())
+                }
+                _ => value.is_nan() && key.is_used(self),
+            }
         };
-        let unknown = PARAMETER_KEYS.iter().filter(|key| key.value(self).is_nan());
-        unknown.filter(needed).map(|key| key.name).collect()
+        PARAMETER_KEYS.iter().filter(is_missing).map(|key| key.name).collect()
     }
 
     /// The parameters whose worth in seconds can be asked: those that the car has, and that are not 0 or without a limit.
@@ -369,13 +415,13 @@ impl CarParameters {
             limits.power = engine.curve.maximum();
             engine_power = Some(engine);
         }
+        let axles = self.axle_stiffness(wheels);
         let car = LapCar {
             body: self.body,
-            aero: self.lap_aero(wheels)?,
+            aero: self.lap_aero(axles)?,
             track_widths: self.track_widths,
-            roll_stiffness: self
-                .spring_stiffness(wheels)
-                .map_or(self.roll_stiffness, |axles| axles.map(|axle| axle.roll)),
+            roll_stiffness: axles.map(|axle| axle.roll),
+            suspension: if self.transients { Some(self.suspension(axles)?) } else { None },
             brake_balance,
             drive_front_share: self.drive_front_share,
             tires,
@@ -386,7 +432,7 @@ impl CarParameters {
     }
 
     /// Drag and downforce, of the map where there is one.
-    fn lap_aero(&self, wheels: [Option<Wheel>; 2]) -> Result<LapAero, String> {
+    fn lap_aero(&self, axles: [AxleStiffness; 2]) -> Result<LapAero, String> {
         let mut aero = LapAero::from(self.aero);
         if self.aero_map.is_empty() {
             return Ok(aero);
@@ -407,10 +453,7 @@ impl CarParameters {
                 ));
             }
         }
-        let stiffness = match self.spring_stiffness(wheels) {
-            Some(axles) => axles.map(|axle| 2.0 * axle.ride),
-            None => self.ride_stiffness.map(|wheel| 2.0 * wheel),
-        };
+        let stiffness = axles.map(|axle| 2.0 * axle.ride);
         aero.platform = Some(AeroPlatform::new(&map, self.ride_height, stiffness, self.pitch_centre));
         Ok(aero)
     }
@@ -475,13 +518,36 @@ impl CarParameters {
         self.springs.iter().all(|axle| axle.rate > 0.0)
     }
 
-    /// Stiffness of both axles by their springs and bars, with the tires where these know theirs; none without springs.
-    fn spring_stiffness(&self, wheels: [Option<Wheel>; 2]) -> Option<[AxleStiffness; 2]> {
+    /// Stiffness of both axles: by their springs and bars, with the tires where these know theirs, or as it is told.
+    fn axle_stiffness(&self, wheels: [Option<Wheel>; 2]) -> [AxleStiffness; 2] {
         let of = |axle: usize| {
             let tire = wheels[axle].map_or(f64::INFINITY, |wheel| wheel.stiffness);
             self.springs[axle].axle_stiffness(self.track_widths[axle], tire)
         };
-        Some([of(0)?, of(1)?])
+        let told =
+            |axle: usize| AxleStiffness { ride: self.ride_stiffness[axle], roll: self.roll_stiffness[axle] };
+        match [of(0), of(1)] {
+            [Some(front), Some(rear)] => [front, rear],
+            _ => [told(0), told(1)],
+        }
+    }
+
+    /// What carries a body that swings.
+    fn suspension(&self, axles: [AxleStiffness; 2]) -> Result<Suspension, String> {
+        let suspension = Suspension {
+            track: self.track_widths,
+            I_xx: self.I_xx,
+            I_yy: self.I_yy,
+            ride_stiffness: axles.map(|axle| axle.ride),
+            ride_damping: self.ride_damping,
+            roll_stiffness: axles.map(|axle| axle.roll),
+            roll_damping: self.roll_damping,
+            roll_centre: self.roll_centre,
+            pitch_centre: self.pitch_centre,
+            ..Suspension::default()
+        };
+        suspension.check_static_stability(&self.body).map_err(|bad| bad.to_string())?;
+        Ok(suspension)
     }
 
     /// Limits of the actuators; torques become forces on these wheels, and none where the tires know no radius.

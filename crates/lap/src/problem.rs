@@ -3,25 +3,52 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use track::{AccelerationLimits, GgvDiagram, RoadGeometry, SpeedBounds, SpeedProfile, TrackLine};
 use vehicle::G;
+use vehicle::dual_track::{HeaveRollPitch, STOP, Suspension};
 
 use crate::car::LapCar;
-use crate::interior_point::StageIterate;
-use crate::node::{NodeMotion, NodeVariables};
+use crate::node::{BodyMotion, NodeMotion, NodeVariables};
 use crate::stages::{
-    EQUATIONS, FUNCTIONS, STATES, StageBounds, StageModel, StageValues, StageVector, StagedProblem, VARIABLES,
+    EQUATIONS, INEQUALITIES, StageBounds, StageModel, StageValues, StageVector, StageWeights, StagedProblem,
 };
 use crate::tires::{StageDual, StageNumber, TirePeaks, unknown};
 use crate::{Error, LapOptions};
 
+/// The functions of a stage with S states, whose unknowns are numbers T.
+struct StageFunctions<T, const S: usize> {
+    cost: T,
+    slopes: [T; S],
+    equations: [T; EQUATIONS],
+    inequalities: [T; INEQUALITIES],
+}
+
 /// What steering and pedals at their fastest cost, as a share of the time: so little that the lap time does not feel it, and enough that
 /// only one solution is the best.
 const SMOOTHNESS: f64 = 3e-2;
-/// Sizes of the unknowns [m, rad, m/s, m/s, rad/s, rad, N, rad/s, N/s, -, -, m/s²]. They are the same for all cars, so that the laps of two
-/// can be compared.
-const SCALE: [f64; VARIABLES] = [5.0, 0.3, 30.0, 2.0, 1.0, 0.1, 1e4, 1.0, 5e4, 0.1, 0.1, 10.0];
+/// Sizes of the unknowns [m, rad, m/s, N, N/s, -, m/s²]. They are the same for all cars, so that the laps of two can be compared.
+const SCALE: NodeVariables = NodeVariables {
+    n: 5.0,
+    xi: 0.3,
+    v_x: 30.0,
+    v_y: 2.0,
+    r: 1.0,
+    delta: 0.1,
+    F_x: 1e4,
+    body: Some(BodyMotion {
+        attitude: HeaveRollPitch { z: 0.02, phi: 0.05, theta: 0.02 },
+        rates: HeaveRollPitch { z: 0.2, phi: 0.3, theta: 0.2 },
+    }),
+    delta_rate: 1.0,
+    F_x_rate: 5e4,
+    kappa_f: 0.1,
+    kappa_r: 0.1,
+    a_y: 10.0,
+};
+/// How far a body heaves [m] at most, and how fast it moves on its springs [m/s, rad/s].
+const MOST_HEAVE: f64 = 0.5;
+const FASTEST_BODY: f64 = 10.0;
 /// Numbers of nodes that make sense: of more each is a few kilobytes.
 const NODES: RangeInclusive<usize> = 10..=50_000;
 /// Slowest speed of a lap [m/s].
@@ -92,14 +119,35 @@ impl<'a> LapProblem<'a> {
     }
 
     /// Unknowns of a stage in their units.
-    pub fn unscaled(&self, x: &StageVector) -> NodeVariables {
-        let z: [f64; VARIABLES] = std::array::from_fn(|i| x[i] * SCALE[i]);
-        z.into()
+    pub fn unscaled<const V: usize>(&self, x: &StageVector<V>) -> NodeVariables {
+        NodeVariables::from_unknowns(unscaled(x))
+    }
+
+    /// Unknowns of a stage without their units.
+    pub fn scaled<const V: usize>(&self, z: &NodeVariables) -> StageVector<V> {
+        let (z, scale): ([f64; V], [f64; V]) = (z.into_unknowns(), SCALE.into_unknowns());
+        StageVector::from_fn(|i, _| z[i] / scale[i])
+    }
+
+    /// Where the search for the lap of a car that swings starts: how its body stands at the nodes of a lap without that.
+    pub fn with_steady_body(
+        &self,
+        suspension: &Suspension,
+        z: &NodeVariables,
+        stage: usize,
+    ) -> NodeVariables {
+        let attitude = self.car.steady_attitude(suspension, z, &self.roads[stage]);
+        NodeVariables { body: Some(BodyMotion { attitude, rates: HeaveRollPitch::default() }), ..*z }
     }
 
     /// The motion of the car at a node.
     pub fn motion(&self, z: &NodeVariables, stage: usize) -> NodeMotion {
         self.car.motion(z, &self.roads[stage])
+    }
+
+    /// Distance of two nodes [m].
+    pub fn node_distance(&self) -> f64 {
+        self.step
     }
 
     /// The way along the line that a node stands for [m]: half a step at an end.
@@ -113,60 +161,39 @@ impl<'a> LapProblem<'a> {
         self.deviations[stage]
     }
 
-    /// What a stage adds to the Lagrangian, but for the terms that no parameter of the car changes.
-    pub fn lagrangian(&self, points: &[StageIterate], stage: usize) -> f64 {
-        let point = &points[stage];
-        let values = self.values(&point.x, stage);
-        let StageBounds { lower, upper } = self.bounds(stage);
-        let before = self.previous(stage);
-        let multipliers =
-            |k: usize| if self.has_defect(k) { points[k].defect_multipliers } else { SVector::zeros() };
-        values.cost - (multipliers(stage) + multipliers(before)).dot(&values.slopes) * (0.5 * self.step)
-            + point.equation_multipliers.dot(&values.equations)
-            + point.inequality_multipliers.dot(&values.inequalities)
-            + point.lower_multipliers.dot(&(lower - point.x))
-            + point.upper_multipliers.dot(&(point.x - upper))
-    }
-
-    fn outputs<T: StageNumber>(&self, variables: &NodeVariables<T>, stage: usize) -> [T; FUNCTIONS] {
-        let motion = self.car.motion(variables, &self.roads[stage]);
-        let NodeVariables { delta_rate, F_x_rate, .. } = variables;
-        let [cost] = T::compose([&motion.slowness, delta_rate, F_x_rate], |[slowness, steering, pedals]| {
-            let limits = &self.car.limits;
-            let [steering, pedals] = [steering / limits.delta_rate, pedals / limits.F_x_rate];
-            let rates = steering * steering + pedals * pedals;
-            [slowness * (rates * SMOOTHNESS + 1.0) * self.way(stage)]
+    fn functions<T: StageNumber, const V: usize, const S: usize>(
+        &self,
+        unknowns: [T; V],
+        stage: usize,
+    ) -> StageFunctions<T, S> {
+        let z = NodeVariables::from_unknowns(unknowns);
+        let motion = self.car.motion(&z, &self.roads[stage]);
+        let [cost] = T::compose([&motion.slowness, &z.delta_rate, &z.F_x_rate], |[slowness, delta, F_x]| {
+            let [steering, pedals] = [delta / self.car.limits.delta_rate, F_x / self.car.limits.F_x_rate];
+            [slowness * ((steering * steering + pedals * pedals) * SMOOTHNESS + 1.0) * self.way(stage)]
         });
-        let slope = |i: usize| motion.slopes[i] / SCALE[i];
+        let body_slopes = motion.body_slopes.map(<[T; 6]>::from);
+        let scale: [f64; V] = SCALE.into_unknowns();
+        let mut slopes = motion.slopes.into_iter().chain(body_slopes.into_iter().flatten()).zip(scale);
         let beyond_peak = |axle: usize| {
             T::compose([&motion.alphas[axle]], |[alpha]| {
                 let share = alpha / self.peaks[axle].alpha;
                 [share * share - 1.0]
             })[0]
         };
-        [
+        StageFunctions {
             cost,
-            slope(0),
-            slope(1),
-            slope(2),
-            slope(3),
-            slope(4),
-            slope(5),
-            slope(6),
-            motion.force_residuals[0],
-            motion.force_residuals[1],
-            motion.force_residuals[2],
-            self.car.excess_power(&motion.power, &variables.v_x),
-            beyond_peak(0),
-            beyond_peak(1),
-        ]
+            slopes: std::array::from_fn(|_| slopes.next().map_or(T::zero(), |(slope, scale)| slope / scale)),
+            equations: motion.force_residuals,
+            inequalities: [self.car.excess_power(&motion.power, &z.v_x), beyond_peak(0), beyond_peak(1)],
+        }
     }
 
     /// Where the search starts: on the line, by a speed profile that leaves the tires a reserve, with the steady-state angles for it.
     ///
     /// # Errors
     /// Where the car cannot drive the line at all.
-    pub fn start(&self, line: &TrackLine) -> Result<Vec<StageVector>, Error> {
+    pub fn start(&self, line: &TrackLine) -> Result<Vec<NodeVariables>, Error> {
         let ggv = self.start_diagram()?;
         let bounds = SpeedBounds { start: self.start_speed, ..SpeedBounds::default() };
         let profile = SpeedProfile::fastest_on_line(line, &ggv, &bounds)?;
@@ -187,7 +214,7 @@ impl<'a> LapProblem<'a> {
                     .clamp(-peaks.kappa, peaks.kappa)
             };
             let v_y = body.l_r * r - alphas[1] * v_x;
-            let z: [f64; VARIABLES] = NodeVariables {
+            NodeVariables {
                 n: 0.0,
                 xi: -v_y / v_x,
                 v_x,
@@ -195,14 +222,13 @@ impl<'a> LapProblem<'a> {
                 r,
                 delta: body.wheelbase() * road.kappa + alphas[0] - alphas[1],
                 F_x,
+                body: None,
                 delta_rate: 0.0,
                 F_x_rate: 0.0,
                 kappa_f: kappa(0),
                 kappa_r: kappa(1),
                 a_y: road.lateral_acceleration(v_x),
             }
-            .into();
-            StageVector::from_fn(|i, _| z[i] / SCALE[i])
         };
         Ok((0..self.roads.len()).map(stage).collect())
     }
@@ -294,7 +320,7 @@ fn deviation_bounds(
     Ok(bounds)
 }
 
-impl StagedProblem for LapProblem<'_> {
+impl<const V: usize, const S: usize> StagedProblem<V, S> for LapProblem<'_> {
     fn stages(&self) -> usize {
         self.roads.len()
     }
@@ -307,69 +333,86 @@ impl StagedProblem for LapProblem<'_> {
         self.step
     }
 
-    fn bounds(&self, stage: usize) -> StageBounds {
+    fn bounds(&self, stage: usize) -> StageBounds<V> {
         let limits = &self.car.limits;
         let around = |most: f64| [-most, most];
-        let mut speeds = [SLOWEST, self.top_speed];
+        let mut v_x = [SLOWEST, self.top_speed];
         if let Some(start) = self.start_speed.filter(|_| !self.closed && stage == 0) {
-            speeds[1] = start.min(self.top_speed);
+            v_x[1] = start.min(self.top_speed);
         }
-        let mut bounds: [[f64; 2]; VARIABLES] = [
-            self.deviations[stage],
-            around(1.2),
-            speeds,
-            around(30.0),
-            around(6.0),
-            around(limits.delta),
-            [-limits.brake_force, limits.drive_force],
-            around(limits.delta_rate),
-            around(limits.F_x_rate),
-            around(self.peaks[0].kappa),
-            around(self.peaks[1].kappa),
-            around(MOST_ACCELERATION),
-        ];
+        let body_rate = around(FASTEST_BODY);
+        let mut bounds = NodeVariables {
+            n: self.deviations[stage],
+            xi: around(1.2),
+            v_x,
+            v_y: around(30.0),
+            r: around(6.0),
+            delta: around(limits.delta),
+            F_x: [-limits.brake_force, limits.drive_force],
+            body: Some(BodyMotion {
+                attitude: HeaveRollPitch { z: around(MOST_HEAVE), phi: around(STOP), theta: around(STOP) },
+                rates: HeaveRollPitch { z: body_rate, phi: body_rate, theta: body_rate },
+            }),
+            delta_rate: around(limits.delta_rate),
+            F_x_rate: around(limits.F_x_rate),
+            kappa_f: around(self.peaks[0].kappa),
+            kappa_r: around(self.peaks[1].kappa),
+            a_y: around(MOST_ACCELERATION),
+        };
         if !self.closed && stage == 0 {
             // Sideways motion would be speed on top of the one that the start has.
-            [bounds[1], bounds[3], bounds[4]] = [around(START_TOLERANCE); 3];
+            [bounds.xi, bounds.v_y, bounds.r] = [around(START_TOLERANCE); 3];
         }
-        let [lower, upper] = [0, 1].map(|side| StageVector::from_fn(|i, _| bounds[i][side] / SCALE[i]));
+        let (bounds, scale): ([[f64; 2]; V], [f64; V]) = (bounds.into_unknowns(), SCALE.into_unknowns());
+        let [lower, upper] = [0, 1].map(|side| StageVector::from_fn(|i, _| bounds[i][side] / scale[i]));
         StageBounds { lower, upper }
     }
 
-    fn values(&self, x: &StageVector, stage: usize) -> StageValues {
-        stage_values(&self.outputs(&self.unscaled(x), stage))
+    fn values(&self, x: &StageVector<V>, stage: usize) -> StageValues<S> {
+        let StageFunctions { cost, slopes, equations, inequalities } = self.functions(unscaled(x), stage);
+        StageValues {
+            cost,
+            slopes: slopes.into(),
+            equations: equations.into(),
+            inequalities: inequalities.into(),
+        }
     }
 
-    fn model(&self, x: &StageVector, stage: usize, weights: &[f64; FUNCTIONS]) -> StageModel {
-        let z: [StageDual; VARIABLES] = std::array::from_fn(|i| unknown(x[i] * SCALE[i], i, SCALE[i]));
-        let outputs = self.outputs(&z.into(), stage);
-        let slope = |of: usize, by: usize| outputs[of].v1.0.map_or(0.0, |gradient| gradient[by]);
-        let equations = 1 + STATES;
-        let inequalities = equations + EQUATIONS;
-        let mut hessian = SMatrix::zeros();
-        for (curvature, weight) in outputs.iter().map(|it| &it.v2.0).zip(weights) {
-            if let Some(curvature) = curvature {
+    fn model(&self, x: &StageVector<V>, stage: usize, weights: &StageWeights<S>) -> StageModel<V, S> {
+        let (z, scale): ([f64; V], [f64; V]) = (unscaled(x), SCALE.into_unknowns());
+        let duals: [StageDual<V>; V] = std::array::from_fn(|i| unknown(z[i], i, scale[i]));
+        let StageFunctions { cost, slopes, equations, inequalities } = self.functions(duals, stage);
+        let mut hessian = cost.v2.0.unwrap_or_else(SMatrix::zeros);
+        let weighted = slopes.iter().zip(&weights.slopes);
+        let weighted = weighted.chain(equations.iter().zip(&weights.equations));
+        for (function, weight) in weighted.chain(inequalities.iter().zip(&weights.inequalities)) {
+            if let Some(curvature) = &function.v2.0 {
                 hessian += curvature * *weight;
             }
         }
         StageModel {
-            values: stage_values(&outputs.each_ref().map(|it| it.re)),
-            gradient: SVector::from_fn(|by, _| slope(0, by)),
-            slopes: SMatrix::from_fn(|i, by| slope(1 + i, by)),
-            equations: SMatrix::from_fn(|i, by| slope(equations + i, by)),
-            inequalities: SMatrix::from_fn(|i, by| slope(inequalities + i, by)),
+            values: StageValues {
+                cost: cost.re,
+                slopes: slopes.each_ref().map(|it| it.re).into(),
+                equations: equations.each_ref().map(|it| it.re).into(),
+                inequalities: inequalities.each_ref().map(|it| it.re).into(),
+            },
+            gradient: gradients(&[cost]).transpose(),
+            slopes: gradients(&slopes),
+            equations: gradients(&equations),
+            inequalities: gradients(&inequalities),
             hessian,
         }
     }
 }
 
-fn stage_values(outputs: &[f64; FUNCTIONS]) -> StageValues {
-    let equations = 1 + STATES;
-    let inequalities = equations + EQUATIONS;
-    StageValues {
-        cost: outputs[0],
-        slopes: SVector::from_fn(|i, _| outputs[1 + i]),
-        equations: SVector::from_fn(|i, _| outputs[equations + i]),
-        inequalities: SVector::from_fn(|i, _| outputs[inequalities + i]),
-    }
+/// Unknowns of a stage in their units.
+fn unscaled<const V: usize>(x: &StageVector<V>) -> [f64; V] {
+    let scale: [f64; V] = SCALE.into_unknowns();
+    std::array::from_fn(|i| x[i] * scale[i])
+}
+
+/// First derivatives, one function in each row.
+fn gradients<const V: usize, const N: usize>(functions: &[StageDual<V>; N]) -> SMatrix<f64, N, V> {
+    SMatrix::from_fn(|i, by| functions[i].v1.0.map_or(0.0, |gradient| gradient[by]))
 }

@@ -4,19 +4,22 @@
 use std::fmt::Write as _;
 
 use approx::assert_relative_eq;
+use nalgebra::SVector;
 use numerics::convergence::OptimisationStatus;
 use tire::MagicFormula;
 use track::TrackLine;
+use vehicle::dual_track::Suspension;
 use vehicle::{Aerodynamics, G, VehicleBody};
 
 use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
 use crate::corners::Corner;
 use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
+use crate::node::NodeVariables;
 use crate::optimum::LapOptimum;
 use crate::parameters::{CarParameters, ParameterKey, ParameterRange};
 use crate::problem::LapProblem;
-use crate::stages::{FUNCTIONS, StageVector, StagedProblem, VARIABLES};
+use crate::stages::{EQUATIONS, INEQUALITIES, StageModel, StageVector, StageWeights, StagedProblem};
 use crate::{Error, LapOptions};
 
 mod tables;
@@ -29,6 +32,7 @@ fn car() -> LapCar {
         aero: Aerodynamics { C_d: 0.0, ..Aerodynamics::default() }.into(),
         track_widths: [0.0; 2],
         roll_stiffness: [0.0; 2],
+        suspension: None,
         brake_balance: BrakeBalance::FrontShare(0.62),
         drive_front_share: 0.0,
         tires: [tire.into(), tire.into()],
@@ -146,66 +150,135 @@ fn load_that_moves_across_costs_time() {
     assert!(dual > single + 0.05, "{single} {dual}");
 }
 
-/// Weights of one function alone.
-fn unit_weights(function: usize) -> [f64; FUNCTIONS] {
-    std::array::from_fn(|i| if i == function { 1.0 } else { 0.0 })
-}
-
 #[test]
 fn derivatives_are_those_of_differences() {
-    let (car, line) = (LapCar { track_widths: [1.5; 2], ..car() }, oval(1.0));
-    let problem = LapProblem::new(&car, &line, &options(50)).expect("a problem");
-    let x = StageVector::from([0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1, 0.2, -0.3, -0.2, -0.4, 0.6]);
-    let stage = 17;
-    let functions = |x: &StageVector| problem.model(x, stage, &[0.0; FUNCTIONS]);
-    let model = functions(&x);
-    let side = |i: usize, by: f64| {
-        let mut moved = x;
-        moved[i] += by;
-        functions(&moved)
+    let car = LapCar { track_widths: [1.5; 2], ..car() };
+    derivatives_match::<12, 7>(&car, [0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1, 0.2, -0.3, -0.2, -0.4, 0.6]);
+    let body = [-0.3, 0.4, 0.2, 0.1, 0.5, -0.2];
+    let [states, others] = [[0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1].as_slice(), &[0.2, -0.3, -0.2, -0.4, 0.6]];
+    let x: Vec<f64> = [states, &body, others].concat();
+    derivatives_match::<18, 13>(&swinging(), std::array::from_fn(|i| x[i]));
+}
+
+/// A car whose body swings on springs.
+fn swinging() -> LapCar {
+    let suspension = Suspension { roll_stiffness: [40e3, 30e3], ..Suspension::default() };
+    LapCar { suspension: Some(suspension), track_widths: suspension.track, ..car() }
+}
+
+fn derivatives_match<const V: usize, const S: usize>(car: &LapCar, x: [f64; V]) {
+    let line = oval(1.0);
+    let problem = LapProblem::new(car, &line, &options(50)).expect("a problem");
+    let x = StageVector::from(x);
+    // The cost always counts; slopes, equations and inequalities behind one another count alone.
+    let weights = |counted: Option<usize>| {
+        let weight = |function: usize| f64::from(u8::from(counted == Some(function)));
+        StageWeights {
+            slopes: SVector::from_fn(|j, _| weight(j)),
+            equations: SVector::from_fn(|j, _| weight(S + j)),
+            inequalities: SVector::from_fn(|j, _| weight(S + EQUATIONS + j)),
+        }
     };
+    let model = |x: &StageVector<V>, counted: Option<usize>| problem.model(x, 17, &weights(counted));
+    let at = model(&x, None);
+    let gradient = |model: &StageModel<V, S>, function: usize, by: usize| match function {
+        _ if function < S => model.slopes[(function, by)],
+        _ if function < S + EQUATIONS => model.equations[(function - S, by)],
+        _ => model.inequalities[(function - S - EQUATIONS, by)],
+    };
+    let value = |model: &StageModel<V, S>, function: usize| match function {
+        _ if function < S => model.values.slopes[function],
+        _ if function < S + EQUATIONS => model.values.equations[function - S],
+        _ => model.values.inequalities[function - S - EQUATIONS],
+    };
+    let functions = S + EQUATIONS + INEQUALITIES;
+    let hessians: Vec<_> =
+        (0..functions).map(|function| model(&x, Some(function)).hessian - at.hessian).collect();
     let h = 1e-5;
-    for i in 0..VARIABLES {
-        let (ahead, behind) = (side(i, h), side(i, -h));
-        let numeric = |of: &dyn Fn(&crate::stages::StageModel) -> f64| (of(&ahead) - of(&behind)) / (2.0 * h);
-        assert_relative_eq!(model.gradient[i], numeric(&|it| it.values.cost), epsilon = 1e-6);
-        for j in 0..crate::stages::STATES {
-            let hessian = problem.model(&x, stage, &unit_weights(1 + j)).hessian;
-            assert_relative_eq!(
-                model.slopes[(j, i)],
-                numeric(&|it| it.values.slopes[j]),
-                epsilon = 1e-6,
-                max_relative = 1e-5
-            );
-            for k in 0..VARIABLES {
-                let exact = hessian[(i, k)];
-                assert_relative_eq!(
-                    exact,
-                    numeric(&|it| it.slopes[(j, k)]),
-                    epsilon = 1e-5,
-                    max_relative = 1e-4
-                );
-            }
-        }
-        for j in 0..crate::stages::EQUATIONS {
-            let exact = model.equations[(j, i)];
-            assert_relative_eq!(
-                exact,
-                numeric(&|it| it.values.equations[j]),
-                epsilon = 1e-6,
-                max_relative = 1e-5
-            );
-        }
-        for j in 0..crate::stages::INEQUALITIES {
-            let exact = model.inequalities[(j, i)];
-            assert_relative_eq!(
-                exact,
-                numeric(&|it| it.values.inequalities[j]),
-                epsilon = 1e-6,
-                max_relative = 1e-5
-            );
+    for i in 0..V {
+        let side = |by: f64| {
+            let mut moved = x;
+            moved[i] += by;
+            model(&moved, None)
+        };
+        let (ahead, behind) = (side(h), side(-h));
+        let check = |exact: f64, of: &dyn Fn(&StageModel<V, S>) -> f64| {
+            let numeric = (of(&ahead) - of(&behind)) / (2.0 * h);
+            assert_relative_eq!(exact, numeric, epsilon = 1e-5, max_relative = 1e-4);
+        };
+        check(at.gradient[i], &|it| it.values.cost);
+        (0..V).for_each(|k| check(at.hessian[(i, k)], &|it| it.gradient[k]));
+        for (function, hessian) in hessians.iter().enumerate() {
+            check(gradient(&at, function, i), &|it| value(it, function));
+            (0..V).for_each(|k| check(hessian[(i, k)], &|it| gradient(it, function, k)));
         }
     }
+}
+
+/// Springs without end pass on what moves without delay. Dampers are critical.
+#[test]
+fn a_stiff_body_laps_as_one_without_springs() {
+    let soft = swinging();
+    let suspension = soft.suspension.expect("springs");
+    let stiff = Suspension {
+        ride_stiffness: suspension.ride_stiffness.map(|it| 100.0 * it),
+        ride_damping: suspension.ride_damping.map(|it| 10.0 * it),
+        roll_stiffness: suspension.roll_stiffness.map(|it| 100.0 * it),
+        roll_damping: suspension.roll_damping.map(|it| 10.0 * it),
+        roll_centre: [0.0; 2],
+        pitch_centre: 0.0,
+        ..suspension
+    };
+    let rigid = LapCar { suspension: None, roll_stiffness: stiff.roll_stiffness, ..soft.clone() };
+    let stiff = LapCar { suspension: Some(stiff), ..soft };
+    let [rigid, stiff] = [rigid, stiff].map(|car| find(&car, &oval(1.0), &options(150)));
+    assert_relative_eq!(stiff.lap_time, rigid.lap_time, max_relative = 1e-4);
+}
+
+/// The start of a search stands as its loads press it: the body moves nowhere, up to the rounded lift of a wheel.
+#[test]
+fn a_body_at_its_steady_attitude_stays_there() {
+    let (car, line) = (swinging(), oval(1.0));
+    let suspension = car.suspension.expect("springs");
+    let problem = LapProblem::new(&car, &line, &options(50)).expect("a problem");
+    for z in problem.start(&line).expect("a start") {
+        // Gentler than the start is, which lifts wheels.
+        let z = NodeVariables { F_x: 0.2 * z.F_x, a_y: 0.2 * z.a_y, ..z };
+        let z = problem.with_steady_body(&suspension, &z, 0);
+        let slopes = problem.motion(&z, 0).body_slopes.expect("a body");
+        let accelerations = [slopes.rates.z, slopes.rates.phi, slopes.rates.theta].map(|slope| slope * z.v_x);
+        for acceleration in accelerations {
+            assert_relative_eq!(acceleration, 0.0, epsilon = 0.05);
+        }
+    }
+}
+
+/// Left and right are alike, and what a damper is worth is what another search says.
+#[test]
+fn a_swinging_body_has_mirrored_laps_and_worthy_dampers() {
+    let find_on = |car: &LapCar, mirror: f64| find(car, &oval(mirror), &options(150));
+    let car = swinging();
+    let [left, right] = [1.0, -1.0].map(|mirror| find_on(&car, mirror));
+    assert_relative_eq!(left.lap_time, right.lap_time, max_relative = 1e-6);
+    let phi = |lap: &LapOptimum| lap.nodes[75].variables.body.expect("a body").attitude.phi;
+    assert_relative_eq!(phi(&left), -phi(&right), epsilon = 1e-4);
+
+    let sports = tire::MfTire::new(tire::Coefficients::sports_tire()).expect("a tire");
+    let damped = |share: f64| {
+        let suspension = car.suspension.expect("springs");
+        let roll_damping = [share, 1.0].map(|share| share * suspension.roll_damping[0]);
+        let tires = [sports.into(), sports.into()];
+        LapCar { suspension: Some(Suspension { roll_damping, ..suspension }), tires, ..car.clone() }
+    };
+    let lap = find_on(&damped(1.0), 1.0);
+    let (line, options) = (oval(1.0), options(150));
+    let lagrangian = |share: f64| -> f64 {
+        lap.lagrangian_by_node(&damped(share), &line, &options).expect("a lap").iter().sum()
+    };
+    let worth = (lagrangian(1.0001) - lagrangian(0.9999)) / 2e-4;
+    let searched = |share: f64| lap.find_similar(&damped(share), &line, &options).expect("a lap").lap_time;
+    let difference = (searched(1.1) - searched(0.9)) / 0.2;
+    assert_relative_eq!(worth, difference, max_relative = 0.1);
 }
 
 fn parameters() -> CarParameters {

@@ -9,10 +9,8 @@ use num_dual::{Derivative, Dual2SVec64};
 use numerics::golden_section::argmax;
 use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
 
-use crate::stages::VARIABLES;
-
 /// Numbers with first and second derivatives by the unknowns of a stage.
-pub type StageDual = Dual2SVec64<VARIABLES>;
+pub type StageDual<const V: usize> = Dual2SVec64<V>;
 
 /// What the forces of an axle depend on here: see [`AxleSlip`].
 const SLIP_INPUTS: usize = 5;
@@ -48,39 +46,35 @@ pub struct AxleSlip<'a, T> {
     pub kappa: &'a T,
     /// Slip angle [rad] in ISO-W of the left tire.
     pub alpha: &'a T,
-    /// Load of both [N].
-    pub F_z: &'a T,
-    /// Acceleration to the left [m/s²].
-    pub a_y: &'a T,
+    /// Mean load [N].
+    pub mean: &'a T,
+    /// Load that is asked to move from the left to the right tire [N].
+    pub across: &'a T,
     /// Speed [m/s].
     pub v_x: &'a T,
-    /// Load that it asks to move from the left to the right tire [N s²/m].
-    pub transfer_gain: f64,
 }
 
 impl<'a, T> AxleSlip<'a, T> {
     fn inputs(&self) -> [&'a T; SLIP_INPUTS] {
-        [self.kappa, self.alpha, self.F_z, self.a_y, self.v_x]
+        [self.kappa, self.alpha, self.mean, self.across, self.v_x]
     }
 }
 
 /// Sums of the longitudinal and of the lateral forces of both tires [N]. The right one is the mirror image of the left one.
 fn pair_forces<T: Number>(
     tire: &impl Tire<T>,
-    [kappa, alpha, F_z, a_y, v_x]: [T; SLIP_INPUTS],
-    transfer_gain: f64,
+    [kappa, alpha, mean, across, v_x]: [T; SLIP_INPUTS],
 ) -> [T; 2] {
-    let half = F_z * 0.5;
-    let moved = capped_transfer(a_y * transfer_gain, half);
-    let left = TireOperatingPoint { kappa, alpha, F_z: half - moved, v_x, ..TireOperatingPoint::default() };
-    let right = TireOperatingPoint { alpha: -alpha, F_z: half + moved, ..left };
+    let moved = capped_transfer(across, mean);
+    let left = TireOperatingPoint { kappa, alpha, F_z: mean - moved, v_x, ..TireOperatingPoint::default() };
+    let right = TireOperatingPoint { alpha: -alpha, F_z: mean + moved, ..left };
     let ([left_x, left_y], [right_x, right_y]) = (tire.F_xy(&left), tire.F_xy(&right));
     [left_x + right_x, left_y - right_y]
 }
 
 /// The load that moves across an axle [N], which a wheel cannot have less of than none: y / (1 + y⁸)^⅛ of what each wheel carries, with
 /// what is asked as y. It is the load itself to 1 % as long as the inner wheel keeps a fourth of its own.
-fn capped_transfer<T: Number>(asked: T, carried: T) -> T {
+pub fn capped_transfer<T: Number>(asked: T, carried: T) -> T {
     let share = asked / carried;
     let square = share * share;
     let fourth = square * square;
@@ -117,29 +111,29 @@ impl StageNumber for f64 {
     fn axle_forces(tire: &LapTire, slip: AxleSlip<f64>) -> [f64; 2] {
         let inputs = slip.inputs().map(|input| *input);
         match &tire.0 {
-            TireFormula::Simple { plain, .. } => pair_forces(plain, inputs, slip.transfer_gain),
-            TireFormula::Coefficients { plain, .. } => pair_forces(&**plain, inputs, slip.transfer_gain),
+            TireFormula::Simple { plain, .. } => pair_forces(plain, inputs),
+            TireFormula::Coefficients { plain, .. } => pair_forces(&**plain, inputs),
         }
     }
 }
 
-impl StageNumber for StageDual {
+impl<const V: usize> StageNumber for StageDual<V> {
     type Small<const I: usize> = Dual2SVec64<I>;
 
     #[inline]
     fn compose<const I: usize, const N: usize>(
-        u: [&StageDual; I],
+        u: [&Self; I],
         f: impl FnOnce([Dual2SVec64<I>; I]) -> [Dual2SVec64<I>; N],
-    ) -> [StageDual; N] {
+    ) -> [Self; N] {
         let gradients = u.map(|input| input.v1.0.map_or_else(SVector::zeros, |it| it.transpose()));
         let inner = f(array::from_fn(|i| unknown(u[i].re, i, 1.0)));
         inner.each_ref().map(|value| chain(value, &u, &gradients))
     }
 
-    fn axle_forces(tire: &LapTire, slip: AxleSlip<StageDual>) -> [StageDual; 2] {
-        StageDual::compose(slip.inputs(), |inputs| match &tire.0 {
-            TireFormula::Simple { dual, .. } => pair_forces(&**dual, inputs, slip.transfer_gain),
-            TireFormula::Coefficients { dual, .. } => pair_forces(&**dual, inputs, slip.transfer_gain),
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 2] {
+        Self::compose(slip.inputs(), |inputs| match &tire.0 {
+            TireFormula::Simple { dual, .. } => pair_forces(&**dual, inputs),
+            TireFormula::Coefficients { dual, .. } => pair_forces(&**dual, inputs),
         })
     }
 }
@@ -152,11 +146,11 @@ pub fn unknown<const I: usize>(value: f64, i: usize, slope: f64) -> Dual2SVec64<
 }
 
 /// f(u(x)) to second order: f_u u_x, and u_xᵀ f_uu u_x + Σ f_u u_xx. Most inputs depend on few unknowns.
-fn chain<const I: usize>(
+fn chain<const V: usize, const I: usize>(
     f: &Dual2SVec64<I>,
-    u: &[&StageDual; I],
-    gradients: &[SVector<f64, VARIABLES>; I],
-) -> StageDual {
+    u: &[&StageDual<V>; I],
+    gradients: &[SVector<f64, V>; I],
+) -> StageDual<V> {
     let first = f.v1.0.unwrap_or_else(SMatrix::zeros);
     let mut result =
         StageDual::new(f.re, Derivative::some(SMatrix::zeros()), Derivative::some(SMatrix::zeros()));
@@ -169,7 +163,7 @@ fn chain<const I: usize>(
     }
     if let Some(second) = &f.v2.0 {
         for (i, slopes) in gradients.iter().enumerate() {
-            let row: SVector<f64, VARIABLES> =
+            let row: SVector<f64, V> =
                 gradients.iter().enumerate().map(|(k, slopes)| slopes * second[(i, k)]).sum();
             for (mut column, slope) in hessian.column_iter_mut().zip(slopes) {
                 if *slope != 0.0 {
@@ -230,16 +224,15 @@ mod tests {
             let slip = AxleSlip {
                 kappa: &(a * b * 0.5 + 0.02),
                 alpha: &(a.sin() * 0.3 - b * 0.1),
-                F_z: &(a * a * 1000.0 + b * 600.0 + 7000.0),
-                a_y: &(a * b * 10.0 + 5.0),
+                mean: &(a * a * 500.0 + b * 300.0 + 3500.0),
+                across: &(a * b * 3000.0 + 1500.0),
                 v_x: &(b * 2.0 + 25.0),
-                transfer_gain: 300.0,
             };
             T::axle_forces(tire, slip)
         }
         for tire in &tires {
             let (a, b) = (0.15, 0.3);
-            let dual = forces::<StageDual>(tire, unknown(a, 0, 1.0), unknown(b, 1, 1.0));
+            let dual = forces::<StageDual<2>>(tire, unknown(a, 0, 1.0), unknown(b, 1, 1.0));
             for (axis, force) in dual.iter().enumerate() {
                 let at = |a: f64, b: f64| forces(tire, a, b)[axis];
                 let h = 1e-4;

@@ -27,14 +27,13 @@ pub use rims::RimParameters;
 pub use springs::{AxleSprings, AxleStiffness};
 pub use state::{DualTrackInput, DualTrackState, HeaveRollPitch, LoadTransferForces, STATES, WheelState};
 pub use steering::SteeringGeometry;
-pub use suspension::{STOP, Suspension};
+pub use suspension::{AxleLoads, STOP, SprungMassForces, Suspension};
 pub use tables::{QUANTITIES, TableExcess};
 pub use wheels::{BUILD_UP, PerDirection, SLIP_MAX, TireWithFadingSpeed, WheelForcesAndSlips};
 
 use crate::body::VehicleBody;
 pub(crate) use brakes::REVERSAL;
 pub(crate) use parameters::{ParameterBound, check_parameter};
-use suspension::SprungMassForces;
 pub(crate) use suspension::axle_positions;
 pub(crate) use wheels::{ContactPoint, TireDynamics};
 

@@ -25,6 +25,8 @@ pub struct FastestLapConfig {
     half_width: Option<f64>,
     /// Keeps the car on the line: its speed alone is free.
     on_line: bool,
+    /// Lets the body swing on springs and dampers: load moves as they pass it on, not at once.
+    transients: bool,
     /// Highest speed at the beginning of an open track [m/s].
     start_speed: Option<f64>,
     /// Ranges `[low, high]` within which parameters are not known, by their names, in SI units: the lap time gets an interval.
@@ -59,6 +61,7 @@ impl FastestLapConfig {
     /// The car by its parameters.
     pub fn car_parameters(&self) -> Result<CarParameters, ConfigError> {
         let mut car = CarParameters::default();
+        car.set_transients(self.transients);
         for (name, value) in &self.parameters {
             let wrong = |message: String| ConfigError::at_key("parameters", format!("`{name}`: {message}"));
             if TEXT_KEYS.contains(&name.as_str()) {

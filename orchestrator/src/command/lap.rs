@@ -56,6 +56,9 @@ pub struct LapArguments {
     /// Keeps the car on the line, as by a log: its speed alone is free.
     #[arg(long)]
     on_line: bool,
+    /// Lets the body swing on springs and dampers: load moves as they pass it on, not at once.
+    #[arg(long)]
+    transients: bool,
     /// Highest speed at the beginning of an open track [m/s].
     #[arg(long, value_name = "V")]
     start_speed: Option<f64>,
@@ -75,7 +78,8 @@ pub struct LapArguments {
 /// # Errors
 /// When the car, the track or an option is wrong, or a file cannot be written.
 pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
-    let car_file = CarFile::read(&arguments.car, &arguments.set)?;
+    let mut car_file = CarFile::read(&arguments.car, &arguments.set)?;
+    car_file.parameters.set_transients(arguments.transients);
     let draws = arguments.variation.draws(&car_file)?;
     let ranges = arguments.setup.ranges(&car_file, draws.as_deref())?;
     let survey = read_track(&arguments.track)?;
@@ -257,12 +261,13 @@ fn default_folder(car: &Path, track: &Path) -> PathBuf {
 fn summary(page: &LapPage) -> String {
     let LapPage { optimum, line, .. } = page;
     let mut text = format!(
-        "{}  {} on {}, {:.0} m, {} nodes\n",
+        "{}  {} on {}, {:.0} m, {} nodes{}\n",
         format_lap_time(optimum.lap_time, 3),
         escape_for_terminal(page.car),
         escape_for_terminal(page.track),
         line.length(),
-        optimum.nodes.len()
+        optimum.nodes.len(),
+        if optimum.has_transients() { ", with transients" } else { "" }
     );
     if let Some(interval) = page.interval {
         text += &format!("  {}\n", interval_text(interval));

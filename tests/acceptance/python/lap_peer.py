@@ -1,4 +1,4 @@
-"""Solves for the fastest lap by CasADi and IPOPT: lap_peer.py CAR.toml TRACK.csv LAP.csv [--nodes N] [--margin M]"""
+"""Solves for the fastest lap by CasADi and IPOPT: lap_peer.py CAR.toml TRACK.csv LAP.csv [--nodes N] [--margin M] [--transients]"""
 
 import argparse
 import json
@@ -25,6 +25,8 @@ SLOWEST = 2.0
 LEAST_RADIUS_SHARE = 0.1
 # Bounds of what never reaches them: angle to the line [rad], velocity to the left [m/s], yaw rate [rad/s].
 MOST_XI, MOST_V_Y, MOST_R, MOST_A_Y = 1.2, 30.0, 6.0, 100.0
+# The same of a body that swings: heave [m], roll and pitch [rad].
+MOST_HEAVE, MOST_ANGLE, MOST_BODY_RATE = 0.5, 0.3, 10.0
 # Length of the slip vector [-] at which its root is rounded: it has no derivative at 0.
 LEAST_SLIP = 1e-6
 # The peak of a tire is looked for at these slips [rad, -].
@@ -34,8 +36,10 @@ START_TOLERANCE = 1e-3
 # Share of the grip that the start of the search uses, across and along.
 START_GRIP = 0.5
 
-STATES = ["n", "xi", "v_x", "v_y", "r", "delta", "F_x"]
-VARIABLES = STATES + ["delta_rate", "F_x_rate", "kappa_f", "kappa_r", "a_y"]
+# Unknowns of a node with their sizes; None is one of the car.
+STATES = {"n": 5.0, "xi": 0.3, "v_x": 30.0, "v_y": 3.0, "r": 1.0, "delta": 0.1, "F_x": None}
+BODY_STATES = {"z": 0.02, "phi": 0.05, "theta": 0.02, "z_rate": 0.2, "phi_rate": 0.3, "theta_rate": 0.2}
+CONTROLS = {"delta_rate": None, "F_x_rate": None, "kappa_f": 0.1, "kappa_r": 0.1, "a_y": 10.0}
 
 # Both are called with a place and the order of a derivative.
 Spline = BSpline | CubicSpline
@@ -52,22 +56,37 @@ class Body:
     h: float
     track_f: float = 0.0
     track_r: float = 0.0
+    I_xx: float = np.nan
+    I_yy: float = np.nan
 
 
 @dataclass
 class Roll:
-    """Roll stiffness of the axles [N m/rad]."""
+    """Roll stiffness [N m/rad], damping [N m s/rad] and roll centres [m] of the axles."""
 
     stiffness_f: float = 0.0
     stiffness_r: float = 0.0
+    damping_f: float = np.nan
+    damping_r: float = np.nan
+    centre_f: float = 0.0
+    centre_r: float = 0.0
 
 
 @dataclass
 class Ride:
-    """Stiffness of each wheel in heave [N/m]."""
+    """Stiffness [N/m] and damping [N s/m] of each wheel in heave."""
 
     stiffness_f: float = np.inf
     stiffness_r: float = np.inf
+    damping_f: float = np.nan
+    damping_r: float = np.nan
+
+
+@dataclass
+class Pitch:
+    """Height of the pitch centre [m]."""
+
+    centre: float = 0.0
 
 
 @dataclass
@@ -153,23 +172,35 @@ class Car:
     body: Body
     roll: Roll
     ride: Ride
+    pitch: Pitch
     aero: Aero
     brake: Axles
     drive: Axles
     tire_f: Tire
     tire_r: Tire
     limit: Limits
+    transients: bool = False
 
     @staticmethod
-    def from_toml(path: Path) -> "Car":
-        kinds = Car.__annotations__
-        tables = {"roll": {}, "ride": {}} | tomllib.loads(path.read_text())
+    def from_toml(path: Path, transients: bool) -> "Car":
+        kinds = {name: kind for name, kind in Car.__annotations__.items() if name != "transients"}
+        tables = {"roll": {}, "ride": {}, "pitch": {}} | tomllib.loads(path.read_text())
         # Plants know the power of the drive by this name.
         if "power_max" in tables.get("drive", {}):
             tables["limit"]["power"] = tables["drive"].pop("power_max")
         if set(tables) != set(kinds):
             raise ValueError(f"expected the tables {sorted(kinds)}, found {sorted(tables)}")
-        return Car(**{name: kinds[name](**table) for name, table in tables.items()})
+        return Car(**{name: kinds[name](**table) for name, table in tables.items()}, transients=transients)
+
+    def states(self):
+        return list(STATES) + list(BODY_STATES if self.transients else {})
+
+    def variables(self):
+        return self.states() + list(CONTROLS)
+
+    def sizes(self):
+        own = {"F_x": self.body.m * G, "delta_rate": self.limit.delta_rate, "F_x_rate": self.limit.F_x_rate}
+        return np.array([own.get(name) or (STATES | BODY_STATES | CONTROLS)[name] for name in self.variables()])
 
     def static_loads(self):
         body = self.body
@@ -191,12 +222,16 @@ class Car:
         front = self.drive.front_share * driving + self.brake.front_share * braking
         return front, F_x - front
 
-    def drag_and_downforce(self, v_x, F_x):
-        """Drag and the downforce of both axles [N]; with a map at the ride heights at which the springs carry the load."""
+    def drag_and_downforce(self, v_x, F_x, unknowns: dict):
+        """Drag and the downforce of both axles [N]; with a map at the ride heights of the body, or at which the springs carry the load."""
         aero, force = self.aero, self.aero.force_per_coefficient(v_x)
         if not aero.map:
             return force * aero.C_d, force * aero.C_lf, force * aero.C_lr
         base, slopes = aero.planes()
+        if self.transients:
+            z, theta = unknowns["z"], unknowns["theta"]
+            heights = ca.vertcat(aero.ride_height_f + z - self.body.l_f * theta, aero.ride_height_r + z + self.body.l_r * theta)
+            return tuple(ca.vertsplit(force * (ca.DM(base) + ca.mtimes(ca.DM(slopes), heights))))
         lever = self.body.h / (self.body.l_f + self.body.l_r)
         # Loads of the axles over the three coefficients: drag pitches the car back less than F_x does.
         carried = ca.DM([[lever, 1.0, 0.0], [-lever, 0.0, 1.0]])
@@ -207,6 +242,29 @@ class Car:
         heights = ca.solve(matrix, rest - ca.mtimes(compliance, force * ca.mtimes(carried, ca.DM(base)) + moved))
         drag, front, rear = ca.vertsplit(force * (ca.DM(base) + ca.mtimes(ca.DM(slopes), heights)))
         return drag, front, rear
+
+    def body_on_springs(self, body: dict, drag, downforce, F_x, a_y):
+        """Mean load of the wheels of each axle and what moves across [N], and the accelerations of heave, roll and pitch."""
+        b, ride, roll, h_pc = self.body, self.ride, self.roll, self.pitch.centre
+        L, push = b.l_f + b.l_r, F_x - drag
+        axles = [
+            (b.l_f, b.l_r / L, ride.stiffness_f, ride.damping_f, roll.stiffness_f, roll.damping_f, roll.centre_f, b.track_f),
+            (-b.l_r, b.l_f / L, ride.stiffness_r, ride.damping_r, roll.stiffness_r, roll.damping_r, roll.centre_r, b.track_r),
+        ]
+        means, acrosses = [], []
+        for x, share, k, c, K, C, h_rc, track in axles:
+            spring = k * (x * body["theta"] - body["z"]) + c * (x * body["theta_rate"] - body["z_rate"])
+            link = -np.sign(x) * h_pc * push / L / 2.0
+            mean = b.m * G * share / 2.0 + spring + link
+            means.append(mean)
+            moment = K * body["phi"] + C * body["phi_rate"] + h_rc * b.m * a_y * share
+            acrosses.append(without_lifting(moment / track, mean))
+        h_ra = (b.l_r * roll.centre_f + b.l_f * roll.centre_r) / L
+        lift = 2.0 * (means[0] + means[1]) - b.m * G - downforce[0] - downforce[1]
+        rolling = b.h * b.m * a_y + b.m * G * (b.h - h_ra) * body["phi"] - acrosses[0] * b.track_f - acrosses[1] * b.track_r
+        on_axles = [2.0 * mean - down for mean, down in zip(means, downforce)]
+        pitching = -b.h * push - b.l_f * on_axles[0] + b.l_r * on_axles[1] + b.m * G * (b.h - h_pc) * body["theta"]
+        return means, acrosses, [lift / b.m, rolling / b.I_xx, pitching / b.I_yy]
 
     def top_speed(self):
         drag = 0.5 * self.aero.rho * self.aero.area * self.aero.C_d
@@ -332,6 +390,11 @@ class Lap:
         return Lap(s, column["n"], time)
 
 
+def without_lifting(across, mean):
+    """The load that moves across: no wheel has less than none."""
+    return across / (1.0 + (across / mean) ** 8) ** 0.125
+
+
 def slowness(n, xi, v_x, v_y, kappa):
     """Time over way along the line [s/m]."""
     return (1.0 - n * kappa) / (v_x * ca.cos(xi) - v_y * ca.sin(xi))
@@ -343,33 +406,38 @@ def lap_time(track: Track, n, xi, v_x, v_y):
     return float(ca.dot(track.node_ways(len(n)), slowness(*columns)))
 
 
-def node_function(car: Car, scale) -> ca.Function:
+def node_function(car: Car) -> ca.Function:
     """Of scaled unknowns and the curvature of the line: slowness, price, scaled slopes, equations, inequalities."""
-    x, curvature = ca.SX.sym("x", len(VARIABLES)), ca.SX.sym("kappa")
-    n, xi, v_x, v_y, r, delta, F_x, delta_rate, F_x_rate, kappa_f, kappa_r, a_y = ca.vertsplit(x * scale)
+    scale = car.sizes()
+    x, curvature = ca.SX.sym("x", len(scale)), ca.SX.sym("kappa")
+    unknowns = dict(zip(car.variables(), ca.vertsplit(x * scale), strict=True))
+    n, xi, v_x, v_y, r, delta, F_x = (unknowns[name] for name in STATES)
+    delta_rate, F_x_rate, kappa_f, kappa_r, a_y = (unknowns[name] for name in CONTROLS)
     body, limit = car.body, car.limit
     L, weight = body.l_f + body.l_r, body.m * G
 
-    drag, down_f, down_r = car.drag_and_downforce(v_x, F_x)
-    static_f, static_r = car.static_loads()
-    moved = (F_x - drag) * body.h / L
-    F_zf = static_f + down_f - moved
-    F_zr = static_r + down_r + moved
+    drag, down_f, down_r = car.drag_and_downforce(v_x, F_x, unknowns)
+    body_rates, sideways = [], [0.0, 0.0]
+    if car.transients:
+        means, acrosses, accelerations = car.body_on_springs(unknowns, drag, [down_f, down_r], F_x, a_y)
+        body_rates = [unknowns["z_rate"], unknowns["phi_rate"], unknowns["theta_rate"], *accelerations]
+        sideways = [unknowns["phi_rate"] * (body.h - centre) for centre in (car.roll.centre_f, car.roll.centre_r)]
+    else:
+        static_f, static_r = car.static_loads()
+        moved = (F_x - drag) * body.h / L
+        means = [(static_f + down_f - moved) / 2.0, (static_r + down_r + moved) / 2.0]
+        acrosses = [without_lifting(gain * a_y, mean) for gain, mean in zip(car.load_transfer_gains(), means)]
     # ISO-W: the slip angle is positive while the contact point moves to the left.
-    alpha_f = ca.atan((v_y + body.l_f * r) / v_x) - delta
-    alpha_r = ca.atan((v_y - body.l_r * r) / v_x)
-    across_f, across_r = (gain * a_y for gain in car.load_transfer_gains())
+    alpha_f = ca.atan((v_y + body.l_f * r + sideways[0]) / v_x) - delta
+    alpha_r = ca.atan((v_y - body.l_r * r + sideways[1]) / v_x)
 
-    def axle_forces(tire: Tire, kappa, alpha, F_z, across):
-        # No wheel has less load than none.
-        share = 2.0 * across / F_z
-        across = across / (1.0 + share**8) ** 0.125
+    def axle_forces(tire: Tire, kappa, alpha, mean, across):
         # A tire without shifts is its own mirror image.
-        left, right = (tire.forces(kappa, alpha, F_z / 2.0 + side * across) for side in (-1.0, 1.0))
+        left, right = (tire.forces(kappa, alpha, mean + side * across) for side in (-1.0, 1.0))
         return left[0] + right[0], left[1] + right[1]
 
-    F_xf, F_yf = axle_forces(car.tire_f, kappa_f, alpha_f, F_zf, across_f)
-    F_xr, F_yr = axle_forces(car.tire_r, kappa_r, alpha_r, F_zr, across_r)
+    F_xf, F_yf = axle_forces(car.tire_f, kappa_f, alpha_f, means[0], acrosses[0])
+    F_xr, F_yr = axle_forces(car.tire_r, kappa_r, alpha_r, means[1], acrosses[1])
     along_f = F_xf * ca.cos(delta) - F_yf * ca.sin(delta)
     across_body_f = F_xf * ca.sin(delta) + F_yf * ca.cos(delta)
     time_over_way = slowness(n, xi, v_x, v_y, curvature)
@@ -381,6 +449,7 @@ def node_function(car: Car, scale) -> ca.Function:
         (body.l_f * across_body_f - body.l_r * F_yr) / body.I_zz,
         delta_rate,
         F_x_rate,
+        *body_rates,
     )
     effort = (delta_rate / limit.delta_rate) ** 2 + (F_x_rate / limit.F_x_rate) ** 2
     asked_f, asked_r = car.split_force(F_x)
@@ -388,7 +457,7 @@ def node_function(car: Car, scale) -> ca.Function:
     equations = ca.vertcat(F_xf - asked_f, F_xr - asked_r, across_body_f + F_yr - lateral_force) / weight
     beyond_peak_f, beyond_peak_r = (alpha_f / car.tire_f.peak()) ** 2 - 1.0, (alpha_r / car.tire_r.peak()) ** 2 - 1.0
     inequalities = ca.vertcat(F_x * v_x / limit.power - 1.0, beyond_peak_f, beyond_peak_r)
-    slopes = rates * time_over_way / scale[: len(STATES)]
+    slopes = rates * time_over_way / scale[: len(car.states())]
     price = time_over_way * (1.0 + SMOOTHNESS * effort)
     return ca.Function("node", [x, curvature], [time_over_way, price, slopes, equations, inequalities])
 
@@ -410,11 +479,11 @@ def start_speeds(car: Car, kappa, step: float, closed: bool):
 def start(car: Car, kappa, step: float, closed: bool):
     """Unknowns at the nodes: along the line, without slip."""
     v_x = start_speeds(car, kappa, step, closed)
-    x = dict.fromkeys(VARIABLES, np.zeros(len(kappa)))
+    x = dict.fromkeys(car.variables(), np.zeros(len(kappa)))
     a_x = v_x * np.gradient(v_x, step)
     drag = car.aero.force_per_coefficient(v_x) * car.aero.C_d
     x |= {"v_x": v_x, "r": v_x * kappa, "delta": (car.body.l_f + car.body.l_r) * kappa, "F_x": car.body.m * a_x + drag, "a_y": v_x**2 * kappa}
-    return np.array([x[name] for name in VARIABLES])
+    return np.array([x[name] for name in car.variables()])
 
 
 @dataclass
@@ -433,12 +502,11 @@ def solve(car: Car, track: Track, nodes: int, margin: float) -> Optimum:
     s = track.node_stations(nodes)
     kappa = track.curvature(s)
     step = track.length / (nodes if track.closed else nodes - 1)
-    weight = car.body.m * G
-    scale = np.array([5.0, 0.3, 30.0, 3.0, 1.0, 0.1, weight, limit.delta_rate, limit.F_x_rate, 0.1, 0.1, 10.0])
+    scale, variables = car.sizes(), car.variables()
 
-    X = ca.MX.sym("X", len(VARIABLES), nodes)
-    _, price, slopes, equations, inequalities = node_function(car, scale).map(nodes)(X, kappa.reshape(1, -1))
-    states = X[: len(STATES), :]
+    X = ca.MX.sym("X", len(variables), nodes)
+    _, price, slopes, equations, inequalities = node_function(car).map(nodes)(X, kappa.reshape(1, -1))
+    states = X[: len(car.states()), :]
     here, behind = list(range(nodes - 1)), list(range(1, nodes))
     if track.closed:
         here, behind = here + [nodes - 1], behind + [0]
@@ -448,12 +516,14 @@ def solve(car: Car, track: Track, nodes: int, margin: float) -> Optimum:
 
     most = {"xi": MOST_XI, "v_y": MOST_V_Y, "r": MOST_R, "delta": limit.delta, "delta_rate": limit.delta_rate}
     most |= {"F_x_rate": limit.F_x_rate, "kappa_f": car.tire_f.peak(), "kappa_r": car.tire_r.peak(), "a_y": MOST_A_Y}
+    most |= {"z": MOST_HEAVE, "phi": MOST_ANGLE, "theta": MOST_ANGLE}
+    most |= dict.fromkeys(("z_rate", "phi_rate", "theta_rate"), MOST_BODY_RATE)
     bounds = {name: (-bound, bound) for name, bound in most.items()}
     bounds |= {"v_x": (SLOWEST, car.top_speed()), "F_x": (limit.F_x_min, limit.F_x_max)}
     bounds["n"] = track.deviation_bounds(s, margin)
-    lower, upper = (np.array([np.broadcast_to(bounds[it][side], nodes) for it in VARIABLES]) for side in (0, 1))
+    lower, upper = (np.array([np.broadcast_to(bounds[it][side], nodes) for it in variables]) for side in (0, 1))
     if not track.closed:
-        straight = [VARIABLES.index(it) for it in ("xi", "v_y", "r")]
+        straight = [variables.index(it) for it in ("xi", "v_y", "r")]
         lower[straight, 0], upper[straight, 0] = -START_TOLERANCE, START_TOLERANCE
     count, free = int(problem["g"].numel()), int(inequalities.numel())
     lower_g = np.concatenate([np.zeros(count - free), np.full(free, -np.inf)])
@@ -471,7 +541,7 @@ def solve(car: Car, track: Track, nodes: int, margin: float) -> Optimum:
         lbx=scaled(lower), ubx=scaled(upper), lbg=lower_g, ubg=np.zeros(count),
     )
     seconds = time.perf_counter() - began
-    x = np.array(found["x"]).reshape((len(VARIABLES), nodes), order="F") * scale[:, None]
+    x = np.array(found["x"]).reshape((len(variables), nodes), order="F") * scale[:, None]
     report = solver.stats()
     return Optimum(x, report["return_status"], report["success"], report["iter_count"], seconds)
 
@@ -482,8 +552,9 @@ def main() -> int:
         arguments.add_argument(name, type=Path)
     arguments.add_argument("--nodes", type=int, help="number of nodes; that of the lap without it")
     arguments.add_argument("--margin", type=float, default=0.9, help="least way to an edge [m]")
+    arguments.add_argument("--transients", action="store_true", help="the body swings on its springs")
     chosen = arguments.parse_args()
-    car, track = Car.from_toml(chosen.car), Track.from_csv(chosen.track)
+    car, track = Car.from_toml(chosen.car, chosen.transients), Track.from_csv(chosen.track)
     lap = Lap.from_csv(chosen.lap, track)
     nodes = chosen.nodes or len(lap.s)
     optimum = solve(car, track, nodes, chosen.margin)

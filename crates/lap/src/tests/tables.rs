@@ -5,12 +5,10 @@ use std::fmt::Write as _;
 use approx::assert_relative_eq;
 use tire::Coefficients;
 
-use super::{find, line, options, oval, unit_weights};
+use super::{derivatives_match, find, line, options, oval};
 use crate::LapOptions;
 use crate::optimum::LapOptimum;
 use crate::parameters::{CarParameters, ParameterKey};
-use crate::problem::LapProblem;
-use crate::stages::{FUNCTIONS, StageVector, StagedProblem};
 
 /// A car on tires of a file, with more numbers and these tables.
 fn car(numbers: &[(&str, f64)], tables: &[(&str, &str)]) -> CarParameters {
@@ -129,35 +127,9 @@ fn derivatives_with_tables_are_those_of_differences() {
     let tables = [("aero.map", air.as_str()), ("brake.map", pedal), ("drive.map", engine)];
     let numbers =
         [&HEIGHTS[..], &[("drive.ratio", 8.0), ("body.track_f", 1.5), ("body.track_r", 1.5)]].concat();
-    let (car, line) = (car(&numbers, &tables).car().expect("a car").0, oval(1.0));
-    let problem = LapProblem::new(&car, &line, &options(50)).expect("a problem");
+    let (car, _) = car(&numbers, &tables).car().expect("a car");
     for F_x in [0.3, -0.7] {
-        let x = StageVector::from([0.2, 0.1, 1.3, -0.3, 0.4, 0.5, F_x, 0.2, -0.3, -0.2, -0.4, 0.6]);
-        let h = 1e-5;
-        let functions = |x: &StageVector| problem.model(x, 17, &[0.0; FUNCTIONS]);
-        let model = functions(&x);
-        for i in 0..x.len() {
-            let side = |by: f64| {
-                let mut moved = x;
-                moved[i] += by;
-                functions(&moved)
-            };
-            let (ahead, behind) = (side(h), side(-h));
-            for (j, exact) in model.slopes.column(i).iter().enumerate() {
-                let hessian = problem.model(&x, 17, &unit_weights(1 + j)).hessian;
-                let numeric = (ahead.values.slopes[j] - behind.values.slopes[j]) / (2.0 * h);
-                assert_relative_eq!(*exact, numeric, epsilon = 1e-6, max_relative = 1e-5);
-                for k in 0..x.len() {
-                    let numeric = (ahead.slopes[(j, k)] - behind.slopes[(j, k)]) / (2.0 * h);
-                    let exact = hessian[(i, k)];
-                    assert_relative_eq!(exact, numeric, epsilon = 1e-5, max_relative = 1e-3);
-                }
-            }
-            for (j, exact) in model.inequalities.column(i).iter().enumerate() {
-                let numeric = (ahead.values.inequalities[j] - behind.values.inequalities[j]) / (2.0 * h);
-                assert_relative_eq!(*exact, numeric, epsilon = 1e-6, max_relative = 1e-5);
-            }
-        }
+        derivatives_match::<12, 7>(&car, [0.2, 0.1, 1.3, -0.3, 0.4, 0.5, F_x, 0.2, -0.3, -0.2, -0.4, 0.6]);
     }
 }
 

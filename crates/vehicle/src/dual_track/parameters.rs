@@ -9,7 +9,7 @@ use super::driveline::Drivetrain;
 use super::rims::RimParameters;
 use super::steering::SteeringGeometry;
 use super::suspension::Suspension;
-use crate::body::{G, VehicleBody};
+use crate::body::VehicleBody;
 
 /// Everything about a car but its tires. The default is the demo car.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -85,7 +85,7 @@ impl DualTrackParameters {
             check_parameter(name, value, bound.is_met_by(value), || bound.describe())?;
         }
         self.check_tables()?;
-        self.check_static_stability()
+        self.suspension.check_static_stability(&self.body)
     }
 
     fn body_bounds(&self) -> Vec<(&'static str, f64, ParameterBound)> {
@@ -153,23 +153,6 @@ impl DualTrackParameters {
             ("wheel.radius", rims.radius, Positive),
             ("wheel.relaxation_min", rims.relaxation_min, AtLeast(1e-3)),
         ]
-    }
-
-    /// A car falls over at rest when its springs hold it less than its weight tips it.
-    fn check_static_stability(&self) -> Result<(), BadParameter> {
-        let VehicleBody { m, l_f, l_r, h, .. } = self.body;
-        let s = &self.suspension;
-        let axis = (l_r * s.roll_centre[0] + l_f * s.roll_centre[1]) / (l_f + l_r);
-        let roll = s.roll_stiffness[0] + s.roll_stiffness[1];
-        let tipping = m * G * (h - axis);
-        check_parameter("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
-            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis")
-        })?;
-        let pitch = s.pitch_stiffness(&self.body);
-        let tipping = m * G * (h - s.pitch_centre);
-        check_parameter("2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)", pitch, pitch > tipping, || {
-            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre")
-        })
     }
 }
 

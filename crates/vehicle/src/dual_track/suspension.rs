@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
-use super::state::{DualTrackState, HeaveRollPitch};
+use super::parameters::{BadParameter, check_parameter};
+use super::state::{DualTrackState, HeaveRollPitch, LoadTransferForces};
 use super::{FRONT, PerAxle, PerWheel, REAR, SIDES, axle_of, side_of};
-use crate::body::VehicleBody;
+use crate::body::{G, VehicleBody};
 
 /// Roll and pitch angle [rad] from which on a stop holds the body, with the stiffness of all springs: a car that
 /// tips over is outside of the model, but its state stays finite.
@@ -60,7 +61,7 @@ impl Default for Suspension {
 }
 
 /// What moves the body on its springs.
-pub(crate) struct SprungMassForces<T> {
+pub struct SprungMassForces<T> {
     /// Sum of longitudinal tire forces and drag [N], along the body's x axis.
     pub F_x: T,
     /// Sum of lateral tire forces [N], along the body's y axis.
@@ -75,6 +76,15 @@ pub(crate) struct SprungMassForces<T> {
     pub weight: T,
 }
 
+/// Loads of the wheels of an axle [N]: the right one carries their mean and what moves across, the left one the rest.
+#[derive(Clone, Copy, Debug)]
+pub struct AxleLoads<T = f64> {
+    /// Mean of both wheels.
+    pub mean: T,
+    /// What moves across.
+    pub across: T,
+}
+
 /// Distances of the axles from the centre of gravity [m], positive forward.
 pub(crate) fn axle_positions(body: &VehicleBody) -> PerAxle<f64> {
     [body.l_f, -body.l_r]
@@ -83,7 +93,7 @@ pub(crate) fn axle_positions(body: &VehicleBody) -> PerAxle<f64> {
 impl Suspension {
     /// Compression of the springs of an axle [m], the mean of its wheels, by heave and pitch; or its rate.
     #[inline]
-    pub(crate) fn spring_compression<T: Number>(body: &VehicleBody, axle: usize, q: &HeaveRollPitch<T>) -> T {
+    pub fn spring_compression<T: Number>(body: &VehicleBody, axle: usize, q: &HeaveRollPitch<T>) -> T {
         q.theta * axle_positions(body)[axle] - q.z
     }
 
@@ -96,19 +106,19 @@ impl Suspension {
         })
     }
 
-    /// Loads of the wheels [N]: weight at rest, springs, dampers, and what the links pass on. A wheel in the air has none.
+    /// Loads of the wheels: weight at rest, springs, dampers, and what the links pass on. They are below 0 where a spring would pull.
     #[inline]
-    pub(crate) fn wheel_loads<T: Number>(
+    pub fn axle_loads<T: Number>(
         &self,
         body: &VehicleBody,
-        state: &DualTrackState<T>,
-    ) -> PerWheel<T> {
-        let (q, rate) = (&state.attitude, &state.rates);
+        q: &HeaveRollPitch<T>,
+        rate: &HeaveRollPitch<T>,
+        links: &LoadTransferForces<T>,
+    ) -> PerAxle<AxleLoads<T>> {
         let rest = body.static_loads();
-        let F_y = [state.transfer.F_yf, state.transfer.F_yr];
-        let along = state.transfer.F_x * (0.5 * self.pitch_centre / body.wheelbase());
-        let mut loads = [T::zero(); 4];
-        for axle in [FRONT, REAR] {
+        let F_y = [links.F_yf, links.F_yr];
+        let along = links.F_x * (0.5 * self.pitch_centre / body.wheelbase());
+        [FRONT, REAR].map(|axle| {
             let mean = Self::spring_compression(body, axle, q) * self.ride_stiffness[axle]
                 + Self::spring_compression(body, axle, rate) * self.ride_damping[axle]
                 + 0.5 * rest[axle]
@@ -116,7 +126,20 @@ impl Suspension {
             let moment = q.phi * self.roll_stiffness[axle]
                 + rate.phi * self.roll_damping[axle]
                 + F_y[axle] * self.roll_centre[axle];
-            let across = moment / self.track[axle];
+            AxleLoads { mean, across: moment / self.track[axle] }
+        })
+    }
+
+    /// Loads of the wheels [N]. A wheel in the air has none.
+    #[inline]
+    pub(crate) fn wheel_loads<T: Number>(
+        &self,
+        body: &VehicleBody,
+        state: &DualTrackState<T>,
+    ) -> PerWheel<T> {
+        let axles = self.axle_loads(body, &state.attitude, &state.rates, &state.transfer);
+        let mut loads = [T::zero(); 4];
+        for (axle, AxleLoads { mean, across }) in axles.into_iter().enumerate() {
             for (side, sign) in SIDES.into_iter().enumerate() {
                 let load = mean - across * sign;
                 loads[2 * axle + side] = if load > 0.0 { load } else { T::zero() };
@@ -129,7 +152,7 @@ impl Suspension {
     ///
     /// The links turn the wheels about roll centre and pitch centre, and velocities are those of the centre of gravity.
     #[inline]
-    pub(crate) fn roll_pitch_contact_speeds<T: Number>(
+    pub fn roll_pitch_contact_speeds<T: Number>(
         &self,
         body: &VehicleBody,
         rate: &HeaveRollPitch<T>,
@@ -138,19 +161,15 @@ impl Suspension {
         (-rate.theta * (body.h - self.pitch_centre), [sideways(FRONT), sideways(REAR)])
     }
 
-    /// Rates of attitude and of its rates, which follow from the forces on the body.
-    ///
-    /// m z'' = Σ F_z − W − D, I_xx φ'' = h F_y + Σ y F_z + M_x + W (h − h_ra) φ,
-    /// I_yy θ'' = −h F_x − Σ x F_z + l_f D_f − l_r D_r + W (h − h_pc) θ.
+    /// Force that lifts the body [N], and moments that roll and pitch it [N m].
     #[inline]
-    pub(crate) fn attitude_rates<T: Number>(
+    fn heave_roll_pitch_loads<T: Number>(
         &self,
         body: &VehicleBody,
-        state: &DualTrackState<T>,
+        q: &HeaveRollPitch<T>,
         on: &SprungMassForces<T>,
-    ) -> (HeaveRollPitch<T>, HeaveRollPitch<T>) {
-        let VehicleBody { m, l_f, l_r, h, .. } = *body;
-        let q = &state.attitude;
+    ) -> HeaveRollPitch<T> {
+        let VehicleBody { l_f, l_r, h, .. } = *body;
         let F_z = &on.F_z;
         let axle = [F_z[0] + F_z[1], F_z[2] + F_z[3]];
         let [D_f, D_r] = on.downforce;
@@ -166,11 +185,37 @@ impl Suspension {
             + (axle[1] - D_r) * l_r
             + on.weight * (h - self.pitch_centre) * q.theta
             - angle_beyond_stops(q.theta) * self.pitch_stiffness(body);
+        HeaveRollPitch { z: lift, phi: roll, theta: pitch }
+    }
+
+    /// Accelerations of heave, roll and pitch [m/s², rad/s²].
+    ///
+    /// m z'' = Σ F_z − W − D, I_xx φ'' = h F_y + Σ y F_z + M_x + W (h − h_ra) φ,
+    /// I_yy θ'' = −h F_x − Σ x F_z + l_f D_f − l_r D_r + W (h − h_pc) θ.
+    #[inline]
+    pub fn attitude_accelerations<T: Number>(
+        &self,
+        body: &VehicleBody,
+        q: &HeaveRollPitch<T>,
+        on: &SprungMassForces<T>,
+    ) -> HeaveRollPitch<T> {
+        let HeaveRollPitch { z, phi, theta } = self.heave_roll_pitch_loads(body, q, on);
+        HeaveRollPitch { z: z / body.m, phi: phi / self.I_xx, theta: theta / self.I_yy }
+    }
+
+    /// Rates of attitude and of its rates, which follow from the forces on the body.
+    #[inline]
+    pub(crate) fn attitude_rates<T: Number>(
+        &self,
+        body: &VehicleBody,
+        state: &DualTrackState<T>,
+        on: &SprungMassForces<T>,
+    ) -> (HeaveRollPitch<T>, HeaveRollPitch<T>) {
         if self.dynamic {
-            let accelerations =
-                HeaveRollPitch { z: lift / m, phi: roll / self.I_xx, theta: pitch / self.I_yy };
-            return (state.rates, accelerations);
+            return (state.rates, self.attitude_accelerations(body, &state.attitude, on));
         }
+        let HeaveRollPitch { z: lift, phi: roll, theta: pitch } =
+            self.heave_roll_pitch_loads(body, &state.attitude, on);
         let K = self.heave_roll_stiffness();
         let towards = |push: T, stiffness: f64| push / (stiffness * self.lag);
         let rates = HeaveRollPitch {
@@ -194,6 +239,25 @@ impl Suspension {
     pub(crate) fn pitch_stiffness(&self, body: &VehicleBody) -> f64 {
         let [k_f, k_r] = self.ride_stiffness;
         2.0 * (k_f * body.l_f * body.l_f + k_r * body.l_r * body.l_r)
+    }
+
+    /// Refuses springs that hold a car less than its weight tips it: it would fall over at rest.
+    ///
+    /// # Errors
+    /// With the stiffness that is too low.
+    pub fn check_static_stability(&self, body: &VehicleBody) -> Result<(), BadParameter> {
+        let VehicleBody { m, l_f, l_r, h, .. } = *body;
+        let axis = (l_r * self.roll_centre[0] + l_f * self.roll_centre[1]) / (l_f + l_r);
+        let roll = self.roll_stiffness[0] + self.roll_stiffness[1];
+        let tipping = m * G * (h - axis);
+        check_parameter("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
+            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis")
+        })?;
+        let pitch = self.pitch_stiffness(body);
+        let tipping = m * G * (h - self.pitch_centre);
+        check_parameter("2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)", pitch, pitch > tipping, || {
+            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre")
+        })
     }
 
     /// Upper bound of the poles of the body on its springs and dampers [1/s].

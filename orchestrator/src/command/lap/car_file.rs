@@ -113,16 +113,8 @@ impl CarFile {
 /// Groups whose names all come from plants and drivers of ours.
 const KNOWN_GROUPS: [&str; 3] = ["body", "aero", "limit"];
 /// Names in these groups that a lap has no use for.
-const NAMES_OF_OTHERS: [&str; 8] = [
-    "body.I_xx",
-    "body.I_yy",
-    "limit.a_y",
-    "limit.alpha_f",
-    "limit.anti_windup",
-    "limit.r",
-    "limit.r_rate",
-    "limit.v",
-];
+const NAMES_OF_OTHERS: [&str; 6] =
+    ["limit.a_y", "limit.alpha_f", "limit.anti_windup", "limit.r", "limit.r_rate", "limit.v"];
 
 /// The name that is meant by one that nothing has, as far as that can be known.
 fn misspelt_name(name: &str) -> Option<&'static str> {
