@@ -35,6 +35,7 @@ pub fn lap_numbers(page: &LapPage) -> Value {
             "high": high,
             "lap_times": interval.lap_times,
             "unsolved": interval.unsolved,
+            "first_failure": interval.first_failure,
         })
     });
     let setup = page.setup.map(|setup| {

@@ -130,12 +130,18 @@ fn the_page_shows_the_interval_and_the_messages() {
         lap_times,
         deviations,
         unsolved: 2,
+        first_failure: Some("the search did not converge".to_owned()),
     };
     let messages = ["tire_f.tir: LMUX & more".to_owned()];
     let body = page_body(&LapPage { interval: Some(&interval), messages: &messages, ..lap.page() });
     let [from, to] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 1));
     assert!(body.contains(&format!("{} [{from}, {to}]</h1>", format_lap_time(time, 3))), "{body}");
-    assert!(body.contains("42 cars were drawn") && body.contains("2 of them were not solved"));
+    assert!(
+        body.contains("42 cars were drawn")
+            && body.contains(
+                "2 of them were not solved and left out, the first because the search did not converge."
+            )
+    );
     assert!(body.contains("Lap times of the draws") && body.contains("95 % of the draws"));
     assert!(body.contains("<li>tire_f.tir: LMUX &amp; more</li>"));
     // Draws that are all the same, and none at all.

@@ -13,14 +13,17 @@ pub(crate) fn format_time_interval(ends: [f64; 2]) -> [String; 2] {
     ends.map(|end| format_lap_time(end, decimals))
 }
 
-/// An interval of the lap time in words: `95 % of 200 draws: 0:30.641 to 0:30.987; 2 more were not solved`.
+/// An interval of the lap time in words: `95 % of 200 draws: 0:30.641 to 0:30.987; 2 more were not solved, the first because …`.
 pub fn interval_text(interval: &LapTimeInterval) -> String {
     let [low, high] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 3));
-    let unsolved = match interval.unsolved {
-        0 => String::new(),
-        count => format!("; {count} more were not solved"),
+    let unsolved = match &interval.first_failure {
+        None => String::new(),
+        Some(why) => format!("; {} more were not solved, the first because {why}", interval.unsolved),
     };
-    format!("95 % of {} draws: {low} to {high}{unsolved}", interval.lap_times.len())
+    match interval.lap_times.as_slice() {
+        [_] => format!("one draw: {low}, no interval{unsolved}"),
+        lap_times => format!("95 % of {} draws: {low} to {high}{unsolved}", lap_times.len()),
+    }
 }
 
 /// A difference of time [s] with its sign and three significant digits.

@@ -23,6 +23,8 @@ pub struct LapTimeInterval {
     pub deviations: Vec<[f64; 2]>,
     /// Draws whose search did not converge, or that are no car.
     pub unsolved: usize,
+    /// Why the first of them was not solved.
+    pub first_failure: Option<String>,
 }
 
 impl LapTimeInterval {
@@ -52,23 +54,34 @@ impl LapOptimum {
         on_solved: impl Fn() -> bool + Sync,
     ) -> Result<LapTimeInterval, Error> {
         let is_cancelled = AtomicBool::new(false);
+        let lap_of = |draw: &ParameterDraw| {
+            let mut drawn = parameters.clone();
+            for (key, value) in draw {
+                drawn.set_number(key, *value).map_err(|message| format!("{}: {message}", key.name))?;
+            }
+            let (car, _) = drawn.car()?;
+            let lap = self.find_similar(&car, line, options).map_err(|error| error.to_string())?;
+            match lap.status {
+                InteriorPointStatus::Converged => Ok(lap),
+                _ => Err("the search did not converge".to_owned()),
+            }
+        };
         let solve = |draw: &ParameterDraw| {
             if is_cancelled.load(Ordering::Relaxed) {
-                return None;
+                return Err("the search was given up".to_owned());
             }
-            let mut drawn = parameters.clone();
-            let is_car = draw.iter().all(|(key, value)| drawn.set_number(key, *value).is_ok());
-            let lap = match drawn.car() {
-                Ok((car, _)) if is_car => self.find_similar(&car, line, options).ok(),
-                _ => None,
-            };
+            let lap = lap_of(draw);
             is_cancelled.fetch_or(!on_solved(), Ordering::Relaxed);
-            lap.filter(|lap| lap.status == InteriorPointStatus::Converged)
+            lap
         };
-        let laps: Vec<Option<LapOptimum>> = draws.par_iter().map(solve).collect();
+        let laps: Vec<Result<LapOptimum, String>> = draws.par_iter().map(solve).collect();
         let solved: Vec<&LapOptimum> = laps.iter().flatten().collect();
-        if solved.is_empty() {
-            return Err(Error::Options(format!("none of {} draws was solved", draws.len())));
+        let first_failure = laps.iter().find_map(|lap| lap.as_ref().err()).cloned();
+        if let (true, Some(why)) = (solved.is_empty(), &first_failure) {
+            return Err(Error::Options(format!(
+                "none of {} draws was solved, the first because {why}",
+                draws.len()
+            )));
         }
         let mut lap_times: Vec<f64> = solved.iter().map(|lap| lap.lap_time).collect();
         lap_times.sort_by(f64::total_cmp);
@@ -77,8 +90,9 @@ impl LapOptimum {
         };
         Ok(LapTimeInterval {
             deviations: (0..self.nodes.len()).map(band).collect(),
-            by_draw: laps.iter().map(|lap| lap.as_ref().map(|lap| lap.lap_time)).collect(),
+            by_draw: laps.iter().map(|lap| lap.as_ref().ok().map(|lap| lap.lap_time)).collect(),
             unsolved: draws.len() - solved.len(),
+            first_failure,
             lap_times,
         })
     }

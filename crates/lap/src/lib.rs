@@ -39,7 +39,7 @@ pub use optimum::{LapNode, LapOptimum};
 pub use parameters::{CarParameters, PARAMETER_KEYS, ParameterKey, ParameterRange, TEXT_KEYS};
 pub use setup::SetupOptimum;
 pub use spline::BSplineCurve;
-pub use tires::{LapTire, TirePeaks};
+pub use tires::{LapTire, SlipDual, TireModel, TirePeaks};
 pub use worth::ParameterWorth;
 
 /// What can be chosen of a lap.

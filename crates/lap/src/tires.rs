@@ -3,6 +3,8 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::array;
+use std::fmt::Debug;
+use std::sync::Arc;
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, Dual2SVec64};
@@ -14,7 +16,8 @@ pub type StageDual<const V: usize> = Dual2SVec64<V>;
 
 /// What the forces of an axle depend on here: see [`AxleSlip`].
 const SLIP_INPUTS: usize = 5;
-type SlipDual = Dual2SVec64<SLIP_INPUTS>;
+/// Numbers with first and second derivatives by these.
+pub type SlipDual = Dual2SVec64<SLIP_INPUTS>;
 
 /// A tire of the car, by the simple formula or by the coefficients of a file.
 #[derive(Clone, Debug)]
@@ -24,6 +27,22 @@ pub struct LapTire(TireFormula);
 enum TireFormula {
     Simple { plain: MagicFormula, dual: Box<MagicFormula<SlipDual>> },
     Coefficients { plain: Box<MfTire>, dual: Box<MfTire<SlipDual>> },
+    Model(Arc<dyn TireModel>),
+}
+
+/// A tire model of somebody else. Both methods are the same function.
+pub trait TireModel: Debug + Send + Sync {
+    /// Longitudinal and lateral force [N].
+    fn F_xy(&self, slip: &TireOperatingPoint) -> [f64; 2];
+
+    /// The same with derivatives.
+    fn F_xy_dual(&self, slip: &TireOperatingPoint<SlipDual>) -> [SlipDual; 2];
+}
+
+impl From<Arc<dyn TireModel>> for LapTire {
+    fn from(model: Arc<dyn TireModel>) -> Self {
+        LapTire(TireFormula::Model(model))
+    }
 }
 
 impl From<MagicFormula> for LapTire {
@@ -62,13 +81,13 @@ impl<'a, T> AxleSlip<'a, T> {
 
 /// Sums of the longitudinal and of the lateral forces of both tires [N]. The right one is the mirror image of the left one.
 fn pair_forces<T: Number>(
-    tire: &impl Tire<T>,
+    F_xy: impl Fn(&TireOperatingPoint<T>) -> [T; 2],
     [kappa, alpha, mean, across, v_x]: [T; SLIP_INPUTS],
 ) -> [T; 2] {
     let moved = capped_transfer(across, mean);
     let left = TireOperatingPoint { kappa, alpha, F_z: mean - moved, v_x, ..TireOperatingPoint::default() };
     let right = TireOperatingPoint { alpha: -alpha, F_z: mean + moved, ..left };
-    let ([left_x, left_y], [right_x, right_y]) = (tire.F_xy(&left), tire.F_xy(&right));
+    let ([left_x, left_y], [right_x, right_y]) = (F_xy(&left), F_xy(&right));
     [left_x + right_x, left_y - right_y]
 }
 
@@ -109,11 +128,7 @@ impl StageNumber for f64 {
     }
 
     fn axle_forces(tire: &LapTire, slip: AxleSlip<f64>) -> [f64; 2] {
-        let inputs = slip.inputs().map(|input| *input);
-        match &tire.0 {
-            TireFormula::Simple { plain, .. } => pair_forces(plain, inputs),
-            TireFormula::Coefficients { plain, .. } => pair_forces(&**plain, inputs),
-        }
+        pair_forces(|slip| tire.F_xy(slip), slip.inputs().map(|input| *input))
     }
 }
 
@@ -132,8 +147,9 @@ impl<const V: usize> StageNumber for StageDual<V> {
 
     fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 2] {
         Self::compose(slip.inputs(), |inputs| match &tire.0 {
-            TireFormula::Simple { dual, .. } => pair_forces(&**dual, inputs),
-            TireFormula::Coefficients { dual, .. } => pair_forces(&**dual, inputs),
+            TireFormula::Simple { dual, .. } => pair_forces(|slip| dual.F_xy(slip), inputs),
+            TireFormula::Coefficients { dual, .. } => pair_forces(|slip| dual.F_xy(slip), inputs),
+            TireFormula::Model(model) => pair_forces(|slip| model.F_xy_dual(slip), inputs),
         })
     }
 }
@@ -192,15 +208,20 @@ pub struct TirePeaks {
 const MOST_SLIP: f64 = 0.5;
 
 impl LapTire {
+    /// Longitudinal and lateral force [N].
+    fn F_xy(&self, slip: &TireOperatingPoint) -> [f64; 2] {
+        match &self.0 {
+            TireFormula::Simple { plain, .. } => plain.F_xy(slip),
+            TireFormula::Coefficients { plain, .. } => plain.F_xy(slip),
+            TireFormula::Model(model) => model.F_xy(slip),
+        }
+    }
+
     /// The peaks under a load [N] at a speed [m/s]; at the largest slip looked at where there is none.
     pub fn peaks(&self, F_z: f64, v_x: f64) -> TirePeaks {
         let free = TireOperatingPoint { F_z, v_x, ..TireOperatingPoint::default() };
-        let forces = |slip: &TireOperatingPoint| match &self.0 {
-            TireFormula::Simple { plain, .. } => plain.F_xy(slip),
-            TireFormula::Coefficients { plain, .. } => plain.F_xy(slip),
-        };
-        let across = |slip: f64| forces(&TireOperatingPoint { alpha: -slip, ..free })[1] / F_z;
-        let along = |slip: f64| forces(&TireOperatingPoint { kappa: slip, ..free })[0] / F_z;
+        let across = |slip: f64| self.F_xy(&TireOperatingPoint { alpha: -slip, ..free })[1] / F_z;
+        let along = |slip: f64| self.F_xy(&TireOperatingPoint { kappa: slip, ..free })[0] / F_z;
         let (alpha, kappa) = (argmax(across, MOST_SLIP), argmax(along, MOST_SLIP));
         TirePeaks { alpha, kappa, mu_y: across(alpha), mu_x: along(kappa) }
     }

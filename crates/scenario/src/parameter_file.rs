@@ -25,6 +25,8 @@ pub struct FileParameter {
     pub value: toml::Value,
     /// The span of the value.
     pub span: Range<usize>,
+    /// The file that the value is the text of, if it is one.
+    pub text_file: Option<PathBuf>,
 }
 
 impl FileParameter {
@@ -106,13 +108,15 @@ impl ParameterFile {
             let span = value.span();
             let read = toml::Value::deserialize(ValueDeserializer::from(value.clone()));
             let read = read.map_err(|error| error.message().to_owned()).and_then(|value| {
-                text_of::text_file_path(&value).map_or(Ok(value.clone()), |file| {
-                    texts.read_text(&folder.join(file)).map(toml::Value::String)
-                })
+                let text_file = text_of::text_file_path(&value).map(|file| folder.join(file));
+                let value = match &text_file {
+                    Some(file) => texts.read_text(file).map(toml::Value::String)?,
+                    None => value,
+                };
+                Ok(FileParameter { name, key, value, span: span.clone(), text_file })
             });
-            let read = read.map_err(|message| source.error_at(span.clone(), message, ""));
-            let value = mistakes.ok_or_record(read);
-            values.extend(value.map(|value| FileParameter { name, key, value, span }));
+            let read = read.map_err(|message| source.error_at(span, message, ""));
+            values.extend(mistakes.ok_or_record(read));
         });
         Ok(ParameterFile { path, source: Arc::new(source), values })
     }

@@ -68,8 +68,7 @@ impl FastestLapConfig {
                 let text = value.as_str().ok_or_else(|| wrong(format!("expected a text, found {value}")))?;
                 car.set_text(name, text);
             } else if let Some(key) = ParameterKey::find(name) {
-                let number = value.as_float().or(value.as_integer().map(|number| number as f64));
-                let number = number.ok_or_else(|| wrong(format!("expected a number, found {value}")))?;
+                let number = number_in_unit(value, key.unit).map_err(wrong)?;
                 car.set_number(key, number).map_err(wrong)?;
             }
         }
@@ -146,4 +145,21 @@ impl FastestLapConfig {
         let no_text = |_| ConfigError::at_key("files", format!("{name}: expected a text in UTF-8"));
         std::str::from_utf8(file.bytes()).map(Some).map_err(no_text)
     }
+}
+
+/// A number, or a text of a number with a unit of its own, in a unit.
+///
+/// # Errors
+/// In words, when it is none, or has a unit of another dimension.
+fn number_in_unit(value: &toml::Value, unit: &str) -> Result<f64, String> {
+    let no_number = || format!("expected a number, or a text of a number with a unit, found {value}");
+    if let toml::Value::String(text) = value {
+        let (number, own) = units::split_number_and_unit(text).ok_or_else(no_number)?;
+        let [from, to] = [own, unit].map(units::Unit::parse);
+        let (from, to) = (from.map_err(|error| error.to_string())?, to.map_err(|error| error.to_string())?);
+        let (factor, offset) = units::Unit::conversion(&from, &to)
+            .ok_or_else(|| format!("expected a value in [{unit}], found one in [{own}]"))?;
+        return Ok(number * factor + offset);
+    }
+    value.as_float().or(value.as_integer().map(|number| number as f64)).ok_or_else(no_number)
 }

@@ -94,8 +94,11 @@ impl CarFile {
             return Err(Error::invalid_input(message)
                 .with_help(format!("add it to the file, or tell --set {}=...", missing[0])));
         }
-        let (car, told) =
-            self.parameters.car().map_err(|message| Error::invalid_input(format!("{path}: {message}")))?;
+        let (car, told) = self.parameters.car().map_err(|message| {
+            Error::invalid_input(
+                self.message_in_text_file(&message).unwrap_or_else(|| format!("{path}: {message}")),
+            )
+        })?;
         let mut messages: Vec<String> = told.into_iter().map(|message| message.to_string()).collect();
         if !self.unused.is_empty() {
             let names = suggest::join_first(&self.unused, MOST_NAMES);
@@ -107,6 +110,17 @@ impl CarFile {
             }
         }
         Ok((car, messages))
+    }
+}
+
+impl CarFile {
+    /// A message that begins with the name of a text, with the file that the text is from in its place.
+    fn message_in_text_file(&self, message: &str) -> Option<String> {
+        self.file.values.iter().find_map(|value| {
+            let rest = message.strip_prefix(value.name.as_str()).filter(|rest| rest.starts_with(':'))?;
+            let file = value.text_file.as_ref()?.display();
+            Some(format!("{file}{rest} ({} of {})", value.name, self.file.path.display()))
+        })
     }
 }
 

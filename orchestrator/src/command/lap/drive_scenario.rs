@@ -8,6 +8,10 @@ use orchestrator::relative_path::{real_path, relative_path};
 
 use super::car_file::CarFile;
 
+/// First words of the scenario, and of what `--set` said.
+pub const DRIVE_HEAD: &str = "# Drives the fastest lap";
+pub const SET_HEAD: &str = "# What --set said";
+
 /// Share of the speeds of the lap that the driver takes at first.
 const SHARE: f64 = 0.95;
 /// Least share that a sweep tries.
@@ -50,7 +54,7 @@ pub fn drive_files(
     let mut files = Vec::new();
     if !car_file.settings.is_empty() {
         let lines = car_file.settings.iter().map(|(key, value)| format!("{} = {value:?}\n", key.name));
-        let head = "# What --set said, in SI units.\n".to_owned();
+        let head = format!("{SET_HEAD}, in SI units.\n");
         parameters.push("set.toml".to_owned());
         files.push(("set.toml", head + &lines.collect::<String>()));
     }
@@ -80,7 +84,7 @@ fn scenario_text(parameters: &[String], car: &LapCar, page: &LapPage) -> String 
     let connections = commanded.concat() + &measured.concat();
     let track = track_tables(first.edges.is_some(), line.is_closed(), half_width);
     format!(
-        r#"# Drives the fastest lap in the plant: `trackside run drive.toml`. `trackside sweep drive.toml` finds the largest share
+        r#"{DRIVE_HEAD} in the plant: `trackside run drive.toml`. `trackside sweep drive.toml` finds the largest share
 # of its speeds with which the car stays on the track.
 title = {title}
 

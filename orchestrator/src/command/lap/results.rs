@@ -9,11 +9,17 @@ use orchestrator::nofollow;
 use track::LocalPlane;
 
 use super::car_file::CarFile;
-use super::drive_scenario::drive_files;
+use super::drive_scenario::{DRIVE_HEAD, SET_HEAD, drive_files};
 
 /// Names of all files of a lap.
 pub const RESULT_FILES: [&str; 6] =
     ["lap.html", "lap.csv", "lap.json", "set.toml", "drive.toml", "setup.toml"];
+
+/// First words of the set-up.
+const SETUP_HEAD: &str = "# The fastest set-up";
+/// Files that a lap does not always have, with their first words.
+const OPTIONAL_FILES: [(&str, &str); 3] =
+    [("set.toml", SET_HEAD), ("drive.toml", DRIVE_HEAD), ("setup.toml", SETUP_HEAD)];
 
 /// Writes `lap.html`, `lap.csv` and `lap.json`, of a lap that is the fastest also the files that drive it, and returns
 /// where they are.
@@ -43,7 +49,12 @@ pub fn write_lap_files(
     if let Some(setup) = page.setup {
         let line = |(range, value): (&ParameterRange, &f64)| format!("{} = {value:?}\n", range.key.name);
         let lines: String = setup.ranges.iter().zip(&setup.setup.values).map(line).collect();
-        texts.push(("setup.toml", format!("# The fastest set-up, in SI units.\n{lines}")));
+        texts.push(("setup.toml", format!("{SETUP_HEAD}, in SI units.\n{lines}")));
+    }
+    for (name, head) in OPTIONAL_FILES {
+        if texts.iter().all(|(written, _)| *written != name) {
+            remove_stale_file(&folder.join(name), head)?;
+        }
     }
     let mut paths = Vec::with_capacity(texts.len());
     for (name, text) in texts {
@@ -53,4 +64,14 @@ pub fn write_lap_files(
         paths.push(path);
     }
     Ok(paths)
+}
+
+/// Removes a file that an earlier lap left, known by its first words: it would be taken for one of this lap.
+fn remove_stale_file(path: &Path, head: &str) -> Result<(), Error> {
+    match std::fs::read_to_string(path) {
+        Ok(text) if text.starts_with(head) => {
+            std::fs::remove_file(path).map_err(|error| Error::output_failure(path, error))
+        }
+        _ => Ok(()),
+    }
 }

@@ -24,7 +24,7 @@ pub struct VariationArguments {
     #[arg(long, value_name = "N")]
     samples: Option<usize>,
     /// Seed of the draws from ranges.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "vary")]
     seed: u64,
 }
 
