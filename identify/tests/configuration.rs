@@ -90,12 +90,30 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"fastest_lap\"\nfiles.line = \"x,y\"", "files"),
         ("task = \"fastest_lap\"\nparameters = { \"body.m\" = -1.0 }", "parameters"),
         ("task = \"fastest_lap\"\nparameters = { \"body.m\" = 1200.0 }", "parameters"),
+        ("task = \"fastest_lap\"\nparameters = { \"body.m\" = \"1250 N\" }", "parameters"),
+        ("task = \"fastest_lap\"\nparameters = { \"body.m\" = \"much\" }", "parameters"),
     ] {
         let error = IdentifyConfig::parse(text).expect_err(text);
         assert_eq!(error.key_path(), key, "{text}: {error}");
         let list = error.message.contains("missing:\n");
         assert!(list || !error.message.contains('\n'), "{text}: {error}");
     }
+}
+
+/// As a data sheet has them.
+#[test]
+fn parameters_of_a_car_may_have_units() {
+    let parameters =
+        r#""body.m" = "1250 kg", "body.I_zz" = 1850, "body.l_f" = "1180 mm", "body.l_r" = "1.27 m",
+        "body.h" = "470 mm", "drive.power_max" = "190 kW""#
+            .replace('\n', "");
+    let track = "x_m,y_m,left_m,right_m\\n0,0,5,5\\n100,0,5,5\\n200,0,5,5\\n300,0,5,5";
+    let text = format!("task = \"fastest_lap\"\nfiles.track = \"{track}\"\nparameters = {{ {parameters} }}");
+    let IdentifyConfig::FastestLap(config) = IdentifyConfig::parse(&text).expect("a lap") else {
+        panic!("a lap")
+    };
+    let (car, _) = config.car().expect("a car");
+    assert_eq!([car.body.m, car.body.l_f, car.limits.power], [1250.0, 1.18, 190e3]);
 }
 
 const BODY: &str = "m = 982.0, I_zz = { value = 1600.0, std = 320.0 }, l_f = 1.33, l_r = 1.07, h = 0.45";

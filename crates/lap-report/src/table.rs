@@ -18,7 +18,7 @@ const fn column(name: &'static str, value: fn(&LapNode) -> f64) -> LapColumn {
 }
 
 /// The first four make the table a track of its own: the driven line, with the road beside it.
-const COLUMNS: [LapColumn; 25] = [
+const COLUMNS: [LapColumn; 27] = [
     column("x_m", |it| it.position[0]),
     column("y_m", |it| it.position[1]),
     column("left_m", |it| it.edges.map_or(f64::NAN, |edges| edges[0])),
@@ -35,8 +35,10 @@ const COLUMNS: [LapColumn; 25] = [
     column("F_x [N]", |it| it.variables.F_x),
     column("delta_rate [rad/s]", |it| it.variables.delta_rate),
     column("F_x_rate [N/s]", |it| it.variables.F_x_rate),
-    column("kappa_f [1]", |it| it.variables.kappa_f),
-    column("kappa_r [1]", |it| it.variables.kappa_r),
+    column("kappa_fl [1]", |it| it.variables.kappas[0]),
+    column("kappa_fr [1]", |it| it.variables.kappas[1]),
+    column("kappa_rl [1]", |it| it.variables.kappas[2]),
+    column("kappa_rr [1]", |it| it.variables.kappas[3]),
     column("alpha_f [rad]", |it| it.alphas[0]),
     column("alpha_r [rad]", |it| it.alphas[1]),
     column("a_x [m/s2]", |it| it.a_x),

@@ -18,7 +18,7 @@ const SPLIT_WIDTH: f64 = 0.005;
 
 /// A car that is driven at its limit.
 ///
-/// Each axle has two tires with the same slips. Load moves between the axles by the longitudinal force and within them by the lateral
+/// Each axle has two tires with the same slip angle. Brakes act alike on both sides, and so does an open differential. Load moves between the axles by the longitudinal force and within them by the lateral
 /// acceleration: without delay, or as springs and dampers of a body that swings pass it on. Without track widths none moves within the axles,
 /// and the car is a single track.
 #[derive(Clone, Debug)]
@@ -37,6 +37,8 @@ pub struct LapCar {
     pub brake_balance: BrakeBalance,
     /// Part of a driving force that acts at the front [-].
     pub drive_front_share: f64,
+    /// What locks the differentials of the axles; open ones where there is nothing.
+    pub locks: [Option<SpeedLock>; 2],
     /// A tire of the front and one of the rear axle, as they are on the left side.
     pub tires: [LapTire; 2],
     /// What the engine can give, where it is not the same at all speeds.
@@ -66,6 +68,31 @@ impl EnginePower {
         })
     }
 }
+
+/// A limited-slip differential, by forces and speeds at the road: the faster wheel hands torque to the slower one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedLock {
+    /// Difference of the forces of both wheels over their sum while driving [-].
+    pub drive_lock: f64,
+    /// Difference of the forces without load [N].
+    pub preload: f64,
+    /// Growth of the locking with the difference of the speeds [s/m].
+    pub sensitivity: f64,
+}
+
+impl SpeedLock {
+    /// Force of the right wheel minus that of the left one [N] at these speeds of both [m/s]. The larger one of load and preload counts, as in the
+    /// plant, with a rounded corner between them.
+    #[inline]
+    fn force_difference<T: Number>(&self, driving: T, [left, right]: [T; 2]) -> T {
+        let locked = driving * self.drive_lock;
+        let most = (locked * locked + self.preload * self.preload + LEAST_LOCK * LEAST_LOCK).sqrt();
+        most * ((left - right) * self.sensitivity).tanh()
+    }
+}
+
+/// Force at which the root of a lock without preload is rounded [N]: it has no derivative at 0.
+const LEAST_LOCK: f64 = 1.0;
 
 /// How the axles share a braking force.
 #[derive(Clone, Debug)]
@@ -108,11 +135,16 @@ impl LapCar {
     /// Splits a longitudinal force [N] into those that are asked of the front and the rear axle.
     #[inline]
     pub fn split_force<T: Number>(&self, F_x: T) -> [T; 2] {
-        let width = SPLIT_WIDTH * self.body.m * G;
-        let root = (F_x * F_x + width * width).sqrt();
-        let braking = self.brake_balance.front_force((root - F_x) * 0.5);
-        let front = (F_x + root) * (0.5 * self.drive_front_share) - braking;
+        let driving = self.driving_force(F_x);
+        let front = driving * self.drive_front_share - self.brake_balance.front_force(driving - F_x);
         [front, F_x - front]
+    }
+
+    /// The part of a longitudinal force [N] that drives, with derivatives where driving turns into braking.
+    #[inline]
+    fn driving_force<T: Number>(&self, F_x: T) -> T {
+        let width = SPLIT_WIDTH * self.body.m * G;
+        (F_x + (F_x * F_x + width * width).sqrt()) * 0.5
     }
 
     /// Largest power at the wheels [W] at a speed [m/s].
@@ -121,10 +153,11 @@ impl LapCar {
     }
 
     /// Power at the wheels beyond what the engine can give, over the largest one [-].
-    pub fn excess_power<T: StageNumber>(&self, power: &T, v_x: &T) -> T {
+    pub fn excess_power<T: StageNumber>(&self, power: &T, wheel_speed: &T) -> T {
         let most = self.limits.power;
-        let [excess] = T::compose([power, v_x], |[power, v_x]| {
-            let available = self.engine_power.as_ref().map_or(most.into(), |engine| engine.curve.value(v_x));
+        let [excess] = T::compose([power, wheel_speed], |[power, wheel_speed]| {
+            let available =
+                self.engine_power.as_ref().map_or(most.into(), |engine| engine.curve.value(wheel_speed));
             [(power - available) / most]
         });
         excess
@@ -169,18 +202,24 @@ impl LapCar {
             T::compose([v_x, v_y, r, speed], |[v_x, v_y, r, speed]| [((v_y + r * x + speed) / v_x).atan()])[0]
         };
         let alphas = [alpha(l_f, &contact_speeds[0]) - *delta, alpha(-l_r, &contact_speeds[1])];
-        let forces = |axle: usize, kappa: &T| {
+        let [kappa_fl, kappa_fr, kappa_rl, kappa_rr] = &z.kappas;
+        let forces = |axle: usize, kappas: [&T; 2]| {
             let AxleLoads { mean, across } = &axles[axle];
-            T::axle_forces(&self.tires[axle], AxleSlip { kappa, alpha: &alphas[axle], mean, across, v_x })
+            T::axle_forces(&self.tires[axle], AxleSlip { kappas, alpha: &alphas[axle], mean, across, v_x })
         };
-        let ([F_xf, F_yf], [F_xr, F_yr]) = (forces(0, &z.kappa_f), forces(1, &z.kappa_r));
+        let [F_xf, F_yf, difference_f] = forces(0, [kappa_fl, kappa_fr]);
+        let [F_xr, F_yr, difference_r] = forces(1, [kappa_rl, kappa_rr]);
         let [along_f, across_f] = T::compose([&F_xf, &F_yf, delta], |[F_x, F_y, delta]| {
             let (sin_delta, cos_delta) = delta.sin_cos();
             [F_x * cos_delta - F_y * sin_delta, F_y * cos_delta + F_x * sin_delta]
         });
         let [a_x] = T::compose([&along_f, &F_xr, &drag], |[front, rear, drag]| [(front + rear - drag) / m]);
-        let [tire_a_y, yaw_acceleration] = T::compose([&across_f, &F_yr], |[front, rear]| {
-            [(front + rear) / m, (front * l_f - rear * l_r) / I_zz]
+        let [tire_a_y] = T::compose([&across_f, &F_yr], |[front, rear]| [(front + rear) / m]);
+        let yaw = [&across_f, &F_yr, &difference_f, &difference_r];
+        let [yaw_acceleration] = T::compose(yaw, |[front, rear, difference_f, difference_r]| {
+            let [track_f, track_r] = self.track_widths;
+            let across = difference_f * (0.5 * track_f) + difference_r * (0.5 * track_r);
+            [(front * l_f - rear * l_r + across) / I_zz]
         });
         let [v_x_slope] = T::compose([&a_x, v_y, r, &slowness], |[a_x, v_y, r, slowness]| {
             [(a_x + v_y * r - G * road.grade.sin()) * slowness]
@@ -193,7 +232,26 @@ impl LapCar {
         let residual = |force: &T, axle: usize| {
             T::compose([force, F_x], |[force, F_x]| [(force - self.split_force(F_x)[axle]) / weight])[0]
         };
-        let [power] = T::compose([F_x, v_x], |[F_x, v_x]| [F_x * v_x]);
+        let lock_residual = |axle: usize, difference: &T, kappas: [&T; 2]| match &self.locks[axle] {
+            None => *difference / weight,
+            Some(lock) => {
+                let inputs = [difference, F_x, v_x, r, kappas[0], kappas[1]];
+                T::compose(inputs, |[difference, F_x, v_x, r, left, right]| {
+                    let share = if axle == 0 { self.drive_front_share } else { 1.0 - self.drive_front_share };
+                    let side = r * (0.5 * self.track_widths[axle]);
+                    let speeds = [(v_x - side) * (left + 1.0), (v_x + side) * (right + 1.0)];
+                    let driving = self.driving_force(F_x) * share;
+                    [(difference - lock.force_difference(driving, speeds)) / weight]
+                })[0]
+            }
+        };
+        let share = self.drive_front_share;
+        let driven_slip =
+            (*kappa_fl + kappa_fr) * (0.5 * share) + (*kappa_rl + kappa_rr) * (0.5 * (1.0 - share));
+        let [power, wheel_speed] = T::compose([F_x, v_x, &driven_slip], |[F_x, v_x, slip]| {
+            let wheel_speed = v_x * (slip + 1.0);
+            [F_x * wheel_speed, wheel_speed]
+        });
         NodeMotion {
             slowness,
             slopes: [
@@ -206,9 +264,16 @@ impl LapCar {
                 slope(F_x_rate),
             ],
             body_slopes: body_rates.map(|rates| rates.map(|rate| slope(&rate))),
-            force_residuals: [residual(&F_xf, 0), residual(&F_xr, 1), (tire_a_y - z.a_y) / G],
+            force_residuals: [
+                residual(&F_xf, 0),
+                residual(&F_xr, 1),
+                lock_residual(0, &difference_f, [kappa_fl, kappa_fr]),
+                lock_residual(1, &difference_r, [kappa_rl, kappa_rr]),
+                (tire_a_y - z.a_y) / G,
+            ],
             alphas,
             power,
+            wheel_speed,
             a_x,
         }
     }

@@ -5,7 +5,7 @@ use vehicle::dual_track::HeaveRollPitch;
 
 use crate::stages::EQUATIONS;
 
-/// What is unknown at a node: states, two rates that drive them, and three quantities that follow from them by equations.
+/// What is unknown at a node: states, two rates that drive them, and five quantities that follow from them by equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeVariables<T = f64> {
     /// Lateral deviation from the line [m], positive to its left.
@@ -28,10 +28,8 @@ pub struct NodeVariables<T = f64> {
     pub delta_rate: T,
     /// Rate of the longitudinal force [N/s].
     pub F_x_rate: T,
-    /// Longitudinal slip of the front axle [-].
-    pub kappa_f: T,
-    /// Longitudinal slip of the rear axle [-].
-    pub kappa_r: T,
+    /// Longitudinal slips of the wheels front left, front right, rear left and rear right [-].
+    pub kappas: [T; 4],
     /// Acceleration by tires to the left [m/s²], which moves load across.
     pub a_y: T,
 }
@@ -69,8 +67,8 @@ impl<T> From<BodyMotion<T>> for [T; BODY_STATES] {
 pub const PLANAR_STATES: usize = 7;
 /// What is known of a body that swings.
 const BODY_STATES: usize = 6;
-/// Quantities that are no states: two rates, two slips, and a_y.
-const CONTROLS: usize = 5;
+/// Quantities that are no states: two rates, four slips, and a_y.
+const CONTROLS: usize = 7;
 
 /// Unknowns of a node of a car whose body does not swing.
 pub const PLANAR_VARIABLES: usize = PLANAR_STATES + CONTROLS;
@@ -86,8 +84,10 @@ impl<T: Copy> NodeVariables<T> {
         let mut next = || all.next().unwrap_or(unknowns[0]);
         let [n, xi, v_x, v_y, r, delta, F_x] = std::array::from_fn(|_| next());
         let body = (V == SWINGING_VARIABLES).then(|| BodyMotion::from(std::array::from_fn(|_| next())));
-        let [delta_rate, F_x_rate, kappa_f, kappa_r, a_y] = std::array::from_fn(|_| next());
-        NodeVariables { n, xi, v_x, v_y, r, delta, F_x, body, delta_rate, F_x_rate, kappa_f, kappa_r, a_y }
+        let [delta_rate, F_x_rate, kappa_fl, kappa_fr, kappa_rl, kappa_rr, a_y] =
+            std::array::from_fn(|_| next());
+        let kappas = [kappa_fl, kappa_fr, kappa_rl, kappa_rr];
+        NodeVariables { n, xi, v_x, v_y, r, delta, F_x, body, delta_rate, F_x_rate, kappas, a_y }
     }
 
     /// The unknowns in the same order, with the motion of the body where there is room for it.
@@ -96,7 +96,9 @@ impl<T: Copy> NodeVariables<T> {
         let mut all = [self.n, self.xi, self.v_x, self.v_y, self.r, self.delta, self.F_x]
             .into_iter()
             .chain(body.into_iter().flatten())
-            .chain([self.delta_rate, self.F_x_rate, self.kappa_f, self.kappa_r, self.a_y]);
+            .chain([self.delta_rate, self.F_x_rate])
+            .chain(self.kappas)
+            .chain([self.a_y]);
         std::array::from_fn(|_| all.next().unwrap_or(self.a_y))
     }
 }
@@ -110,12 +112,15 @@ pub struct NodeMotion<T = f64> {
     pub slopes: [T; PLANAR_STATES],
     /// Derivatives of the motion of the body by the station.
     pub body_slopes: Option<BodyMotion<T>>,
-    /// Forces of the tires minus those that are asked of them, over the weight [-]: longitudinal ones of both axles, and the lateral one.
+    /// Forces of the tires minus those that are asked of them, over the weight [-]: longitudinal ones of both axles, their differences from
+    /// side to side, and the lateral one.
     pub force_residuals: [T; EQUATIONS],
     /// Slip angles of the axles [rad], in ISO-W.
     pub alphas: [T; 2],
-    /// Power at the wheels [W].
+    /// Power at the wheels [W], what their slip takes included.
     pub power: T,
+    /// Speed at which the driven wheels turn [m/s].
+    pub wheel_speed: T,
     /// Acceleration by tires and air along the car [m/s²].
     pub a_x: T,
 }

@@ -79,7 +79,7 @@ const PLANAR_BLOCK: usize = PLANAR_VARIABLES + EQUATIONS + PLANAR_STATES;
 const SWINGING_BLOCK: usize = SWINGING_VARIABLES + EQUATIONS + SWINGING_STATES;
 
 /// How often a search that stalls begins anew where it is, with the multipliers of the barrier.
-const RESTARTS: usize = 3;
+const RESTARTS: usize = 1;
 
 impl LapOptimum {
     /// Whether the body of the car swings in this lap.
@@ -100,21 +100,38 @@ impl LapOptimum {
     pub fn find(car: &LapCar, line: &TrackLine, options: &LapOptions) -> Result<Self, Error> {
         let problem = LapProblem::new(car, line, options)?;
         let search = LapSearch { problem: &problem, line };
-        let limits = InteriorPointLimits::default();
-        let Some(suspension) = &car.suspension else {
-            return Ok(
-                search.run::<PLANAR_VARIABLES, PLANAR_STATES, PLANAR_BLOCK>(&problem.start(line)?, limits)
-            );
-        };
-        let steady = Self::find(&LapCar { suspension: None, ..car.clone() }, line, options)?;
-        let node =
-            |(stage, node): (usize, &LapNode)| problem.with_steady_body(suspension, &node.variables, stage);
-        let start: Vec<_> = steady.nodes.iter().enumerate().map(node).collect();
-        let lap = search.run::<SWINGING_VARIABLES, SWINGING_STATES, SWINGING_BLOCK>(
-            &start,
-            InteriorPointLimits { barrier: CENTRAL_BARRIER, ..limits },
+        if let Some(suspension) = &car.suspension {
+            let steady = Self::find(&LapCar { suspension: None, ..car.clone() }, line, options)?;
+            let node = |(stage, node): (usize, &LapNode)| {
+                problem.with_steady_body(suspension, &node.variables, stage)
+            };
+            let start: Vec<_> = steady.nodes.iter().enumerate().map(node).collect();
+            let lap =
+                search.run::<SWINGING_VARIABLES, SWINGING_STATES, SWINGING_BLOCK>(&start, CENTRAL_BARRIER);
+            return Ok(lap.after(steady.iterations));
+        }
+        let lap = search.run::<PLANAR_VARIABLES, PLANAR_STATES, PLANAR_BLOCK>(
+            &problem.start(line)?,
+            InteriorPointLimits::default().barrier,
         );
-        Ok(LapOptimum { iterations: steady.iterations + lap.iterations, ..lap })
+        if lap.has_converged() || car.track_widths == [0.0; 2] {
+            return Ok(lap);
+        }
+        // The lap of the same car as a single track is easier to find, and near.
+        let single = Self::find(&LapCar { track_widths: [0.0; 2], ..car.clone() }, line, options)?;
+        let LapSolution::QuasiSteady(solution) = &single.solution else { return Ok(lap) };
+        let near = search.run_from_similar::<_, _, PLANAR_BLOCK>(solution);
+        let better = if near.has_converged() { near } else { lap.clone() };
+        Ok(better.after(lap.iterations + single.iterations))
+    }
+
+    fn has_converged(&self) -> bool {
+        self.status == InteriorPointStatus::Converged
+    }
+
+    /// The lap with the steps of searches before its own.
+    fn after(self, iterations: usize) -> Self {
+        LapOptimum { iterations: self.iterations + iterations, ..self }
     }
 
     /// The fastest lap of a similar car on the same line, from this one.
@@ -129,10 +146,7 @@ impl LapOptimum {
             LapSolution::QuasiSteady(solution) => search.run_from_similar::<_, _, PLANAR_BLOCK>(solution),
             LapSolution::Swinging(solution) => search.run_from_similar::<_, _, SWINGING_BLOCK>(solution),
         };
-        match warm.status {
-            InteriorPointStatus::Converged => Ok(warm),
-            _ => Self::find(car, line, &options),
-        }
+        if warm.has_converged() { Ok(warm) } else { Self::find(car, line, &options) }
     }
 
     fn new<const V: usize, const S: usize>(
@@ -212,23 +226,24 @@ impl LapSearch<'_> {
     fn run<const V: usize, const S: usize, const B: usize>(
         self,
         start: &[NodeVariables],
-        limits: InteriorPointLimits,
+        barrier: f64,
     ) -> LapOptimum
     where
         LapSolution: From<InteriorPointSolution<V, S>>,
     {
-        let from = |unknowns: &[StageVector<V>], limits: InteriorPointLimits| {
-            let start = start_points(self.problem, unknowns, limits.barrier);
+        let from = |unknowns: &[StageVector<V>], barrier: f64| {
+            let start = start_points(self.problem, unknowns, barrier);
+            let limits = InteriorPointLimits { barrier, ..InteriorPointLimits::default() };
             minimise_stages::<_, V, S, B>(self.problem, start, limits)
         };
         let start: Vec<StageVector<V>> = start.iter().map(|z| self.problem.scaled(z)).collect();
-        let mut solution = from(&start, limits);
+        let mut solution = from(&start, barrier);
         for _ in 0..RESTARTS {
             if solution.status == InteriorPointStatus::Converged {
                 break;
             }
             let unknowns: Vec<_> = solution.points.iter().map(|point| point.x).collect();
-            let next = from(&unknowns, InteriorPointLimits::default());
+            let next = from(&unknowns, InteriorPointLimits::default().barrier);
             solution = InteriorPointSolution { iterations: solution.iterations + next.iterations, ..next };
         }
         LapOptimum::new(self, solution)

@@ -4,10 +4,10 @@
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
 use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension};
-use vehicle::{Aerodynamics, G, MagicFormula, VehicleBody};
+use vehicle::{Aerodynamics, DifferentialLock, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
-use crate::car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar};
+use crate::car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar, SpeedLock};
 use crate::spline::BSplineCurve;
 use crate::tires::LapTire;
 
@@ -44,6 +44,7 @@ pub struct CarParameters {
     drive_torque: f64,
     drive_power: f64,
     drive_ratio: f64,
+    locks: [DifferentialLock; 2],
     brake_torque: f64,
     F_x_min: f64,
     F_x_max: f64,
@@ -81,6 +82,7 @@ impl Default for CarParameters {
             drive_torque: f64::INFINITY,
             drive_power: unknown,
             drive_ratio: 1.0,
+            locks: [DifferentialLock::default(); 2],
             brake_torque: f64::INFINITY,
             F_x_min: f64::NEG_INFINITY,
             F_x_max: f64::INFINITY,
@@ -133,7 +135,7 @@ const SHARE: [f64; 2] = [0.0, 1.0];
 const ANY: [f64; 2] = [f64::MIN, f64::MAX];
 
 /// All numbers that a car of a lap has.
-pub const PARAMETER_KEYS: [ParameterKey; 64] = [
+pub const PARAMETER_KEYS: [ParameterKey; 70] = [
     key("body.m", "kg", POSITIVE, |p| &mut p.body.m),
     key("body.I_zz", "kg.m2", POSITIVE, |p| &mut p.body.I_zz),
     key("body.I_xx", "kg.m2", POSITIVE, |p| &mut p.I_xx),
@@ -173,6 +175,12 @@ pub const PARAMETER_KEYS: [ParameterKey; 64] = [
     key("drive.torque_max", "N.m", POSITIVE, |p| &mut p.drive_torque),
     key("drive.power_max", "W", POSITIVE, |p| &mut p.drive_power),
     key("drive.ratio", "1", POSITIVE, |p| &mut p.drive_ratio),
+    key("diff_f.drive_lock", "1", SHARE, |p| &mut p.locks[0].drive),
+    key("diff_f.preload", "N.m", FROM_ZERO, |p| &mut p.locks[0].preload),
+    key("diff_f.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.locks[0].sensitivity),
+    key("diff_r.drive_lock", "1", SHARE, |p| &mut p.locks[1].drive),
+    key("diff_r.preload", "N.m", FROM_ZERO, |p| &mut p.locks[1].preload),
+    key("diff_r.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.locks[1].sensitivity),
     key("limit.F_x_min", "N", [f64::MIN, -f64::MIN_POSITIVE], |p| &mut p.F_x_min),
     key("limit.F_x_max", "N", POSITIVE, |p| &mut p.F_x_max),
     key("limit.F_x_rate", "N/s", POSITIVE, |p| &mut p.F_x_rate),
@@ -246,6 +254,8 @@ impl ParameterKey {
             "ride.stiffness_f" | "ride.stiffness_r" => moves && !has_springs,
             name if is_of_swinging_body(name) => parameters.transients,
             "drive.ratio" => !parameters.drive_map.is_empty(),
+            name if name.starts_with("diff_f.") => parameters.has_lock(0),
+            name if name.starts_with("diff_r.") => parameters.has_lock(1),
             "brake.front_share" => parameters.brake_map.is_empty(),
             name if name.starts_with("spring.") || name.starts_with("bar.") => has_springs,
             name if name.starts_with("roll.") => !has_springs,
@@ -279,6 +289,9 @@ impl ParameterKey {
             Some(("ride", _)) if has_springs => "springs say how stiff it is in heave",
             Some(("ride", _)) => "it has no aero.map, and its body swings with transients alone",
             Some(("drive", _)) => "it has no drive.map",
+            Some(("diff_f" | "diff_r", _)) => {
+                "a differential that locks needs track widths, a sensitivity, a driven axle, and tires of a .tir file"
+            }
             _ => "it has not spring.rate_f and spring.rate_r",
         };
         Err(format!("`{name}` changes nothing in this car: {why}"))
@@ -424,6 +437,7 @@ impl CarParameters {
             suspension: if self.transients { Some(self.suspension(axles)?) } else { None },
             brake_balance,
             drive_front_share: self.drive_front_share,
+            locks: [0, 1].map(|axle| self.speed_lock(axle, wheels[axle])),
             tires,
             engine_power,
             limits,
@@ -512,6 +526,22 @@ impl CarParameters {
         // As an odd function: without a force nothing brakes.
         let curve = BSplineCurve::near([-most, most], BRAKE_INTERVALS, |it| front(it.abs()) * it.signum());
         Ok((curve, most))
+    }
+
+    /// Whether the differential of an axle can lock.
+    fn has_lock(&self, axle: usize) -> bool {
+        let share = if axle == 0 { self.drive_front_share } else { 1.0 - self.drive_front_share };
+        share > 0.0
+            && self.locks[axle].sensitivity > 0.0
+            && self.track_widths[axle] > 0.0
+            && self.has_tire_files()
+    }
+
+    /// The lock of an axle on wheels of this size, by forces and speeds at the road.
+    fn speed_lock(&self, axle: usize, wheel: Option<Wheel>) -> Option<SpeedLock> {
+        let radius = wheel.filter(|_| self.has_lock(axle))?.radius;
+        let DifferentialLock { drive, preload, sensitivity, .. } = self.locks[axle];
+        Some(SpeedLock { drive_lock: drive, preload: preload / radius, sensitivity: sensitivity / radius })
     }
 
     fn has_springs(&self) -> bool {

@@ -42,8 +42,7 @@ const SCALE: NodeVariables = NodeVariables {
     }),
     delta_rate: 1.0,
     F_x_rate: 5e4,
-    kappa_f: 0.1,
-    kappa_r: 0.1,
+    kappas: [0.1; 4],
     a_y: 10.0,
 };
 /// How far a body heaves [m] at most, and how fast it moves on its springs [m/s, rad/s].
@@ -185,7 +184,11 @@ impl<'a> LapProblem<'a> {
             cost,
             slopes: std::array::from_fn(|_| slopes.next().map_or(T::zero(), |(slope, scale)| slope / scale)),
             equations: motion.force_residuals,
-            inequalities: [self.car.excess_power(&motion.power, &z.v_x), beyond_peak(0), beyond_peak(1)],
+            inequalities: [
+                self.car.excess_power(&motion.power, &motion.wheel_speed),
+                beyond_peak(0),
+                beyond_peak(1),
+            ],
         }
     }
 
@@ -225,8 +228,7 @@ impl<'a> LapProblem<'a> {
                 body: None,
                 delta_rate: 0.0,
                 F_x_rate: 0.0,
-                kappa_f: kappa(0),
-                kappa_r: kappa(1),
+                kappas: [kappa(0), kappa(0), kappa(1), kappa(1)],
                 a_y: road.lateral_acceleration(v_x),
             }
         };
@@ -355,8 +357,7 @@ impl<const V: usize, const S: usize> StagedProblem<V, S> for LapProblem<'_> {
             }),
             delta_rate: around(limits.delta_rate),
             F_x_rate: around(limits.F_x_rate),
-            kappa_f: around(self.peaks[0].kappa),
-            kappa_r: around(self.peaks[1].kappa),
+            kappas: [0, 0, 1, 1].map(|axle: usize| around(self.peaks[axle].kappa)),
             a_y: around(MOST_ACCELERATION),
         };
         if !self.closed && stage == 0 {

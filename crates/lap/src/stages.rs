@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 
 /// Equations within a stage.
-pub const EQUATIONS: usize = 3;
+pub const EQUATIONS: usize = 5;
 /// Inequalities within a stage, besides the bounds of its unknowns.
 pub const INEQUALITIES: usize = 3;
 

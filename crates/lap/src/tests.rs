@@ -11,7 +11,7 @@ use track::TrackLine;
 use vehicle::dual_track::Suspension;
 use vehicle::{Aerodynamics, G, VehicleBody};
 
-use crate::car::{ActuatorLimits, BrakeBalance, LapCar};
+use crate::car::{ActuatorLimits, BrakeBalance, LapCar, SpeedLock};
 use crate::corners::Corner;
 use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
@@ -35,6 +35,7 @@ fn car() -> LapCar {
         suspension: None,
         brake_balance: BrakeBalance::FrontShare(0.62),
         drive_front_share: 0.0,
+        locks: [None; 2],
         tires: [tire.into(), tire.into()],
         engine_power: None,
         limits: ActuatorLimits {
@@ -153,11 +154,17 @@ fn load_that_moves_across_costs_time() {
 #[test]
 fn derivatives_are_those_of_differences() {
     let car = LapCar { track_widths: [1.5; 2], ..car() };
-    derivatives_match::<12, 7>(&car, [0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1, 0.2, -0.3, -0.2, -0.4, 0.6]);
+    let lock = SpeedLock { drive_lock: 0.4, preload: 300.0, sensitivity: 1.5 };
+    let car = LapCar { locks: [None, Some(lock)], ..car };
+    derivatives_match::<14, 7>(
+        &car,
+        [0.2, 0.1, 0.8, -0.3, 0.4, 0.5, 0.1, 0.2, -0.3, -0.2, -0.1, -0.4, -0.3, 0.6],
+    );
     let body = [-0.3, 0.4, 0.2, 0.1, 0.5, -0.2];
-    let [states, others] = [[0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1].as_slice(), &[0.2, -0.3, -0.2, -0.4, 0.6]];
+    let [states, others] =
+        [[0.2, 0.1, 0.8, -0.3, 0.4, 0.5, -0.1].as_slice(), &[0.2, -0.3, -0.2, -0.1, -0.4, -0.3, 0.6]];
     let x: Vec<f64> = [states, &body, others].concat();
-    derivatives_match::<18, 13>(&swinging(), std::array::from_fn(|i| x[i]));
+    derivatives_match::<20, 13>(&swinging(), std::array::from_fn(|i| x[i]));
 }
 
 /// A car whose body swings on springs.
@@ -215,10 +222,10 @@ fn derivatives_match<const V: usize, const S: usize>(car: &LapCar, x: [f64; V]) 
     }
 }
 
-/// Springs without end pass on what moves without delay. Dampers are critical.
+/// Springs without end pass on what moves without delay. Dampers are critical, and the body is low, so that it lifts no wheel.
 #[test]
 fn a_stiff_body_laps_as_one_without_springs() {
-    let soft = swinging();
+    let soft = LapCar { body: VehicleBody { h: 0.25, ..car().body }, ..swinging() };
     let suspension = soft.suspension.expect("springs");
     let stiff = Suspension {
         ride_stiffness: suspension.ride_stiffness.map(|it| 100.0 * it),
@@ -251,6 +258,22 @@ fn a_body_at_its_steady_attitude_stays_there() {
             assert_relative_eq!(acceleration, 0.0, epsilon = 0.05);
         }
     }
+}
+
+/// An open differential spins the inner wheel; a locked one gives its force to the outer one, and a wheel alone is none to share with.
+#[test]
+fn a_differential_that_locks_is_faster() {
+    let open = LapCar { track_widths: [1.5; 2], roll_stiffness: [40e3, 40e3], ..car() };
+    let lock = SpeedLock { drive_lock: 0.5, preload: 100.0, sensitivity: 2.0 };
+    let locked = LapCar { locks: [None, Some(lock)], ..open.clone() };
+    let [open, locked] = [open, locked].map(|car| find(&car, &oval(1.0), &options(150)));
+    assert!(locked.lap_time < open.lap_time - 0.02, "{} {}", locked.lap_time, open.lap_time);
+    // The inner wheel slips more for the same force, or spins at the end of what it can transmit.
+    let spins = |lap: &LapOptimum| {
+        let slips = lap.nodes.iter().filter(|node| node.variables.F_x > 500.0);
+        slips.map(|node| node.variables.kappas[2] - node.variables.kappas[3]).fold(0.0, f64::max)
+    };
+    assert!(spins(&open) > 1.5 * spins(&locked), "{} {}", spins(&open), spins(&locked));
 }
 
 /// Left and right are alike, and what a damper is worth is what another search says.

@@ -15,7 +15,7 @@ use tire::{MagicFormula, MfTire, Number, Tire, TireOperatingPoint};
 pub type StageDual<const V: usize> = Dual2SVec64<V>;
 
 /// What the forces of an axle depend on here: see [`AxleSlip`].
-const SLIP_INPUTS: usize = 5;
+const SLIP_INPUTS: usize = 6;
 /// Numbers with first and second derivatives by these.
 pub type SlipDual = Dual2SVec64<SLIP_INPUTS>;
 
@@ -61,8 +61,8 @@ impl From<MfTire> for LapTire {
 /// Where the two tires of an axle are operated, as far as the fastest lap needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct AxleSlip<'a, T> {
-    /// Longitudinal slip [-].
-    pub kappa: &'a T,
+    /// Longitudinal slips of both [-].
+    pub kappas: [&'a T; 2],
     /// Slip angle [rad] in ISO-W of the left tire.
     pub alpha: &'a T,
     /// Mean load [N].
@@ -75,20 +75,28 @@ pub struct AxleSlip<'a, T> {
 
 impl<'a, T> AxleSlip<'a, T> {
     fn inputs(&self) -> [&'a T; SLIP_INPUTS] {
-        [self.kappa, self.alpha, self.mean, self.across, self.v_x]
+        let [left, right] = self.kappas;
+        [left, right, self.alpha, self.mean, self.across, self.v_x]
     }
 }
 
-/// Sums of the longitudinal and of the lateral forces of both tires [N]. The right one is the mirror image of the left one.
+/// Sums of the longitudinal and of the lateral forces of both tires, and the longitudinal one of the right tire minus that of the left
+/// one [N]. The right one is the mirror image of the left one.
 fn pair_forces<T: Number>(
     F_xy: impl Fn(&TireOperatingPoint<T>) -> [T; 2],
-    [kappa, alpha, mean, across, v_x]: [T; SLIP_INPUTS],
-) -> [T; 2] {
+    [kappa_left, kappa_right, alpha, mean, across, v_x]: [T; SLIP_INPUTS],
+) -> [T; 3] {
     let moved = capped_transfer(across, mean);
-    let left = TireOperatingPoint { kappa, alpha, F_z: mean - moved, v_x, ..TireOperatingPoint::default() };
-    let right = TireOperatingPoint { alpha: -alpha, F_z: mean + moved, ..left };
+    let left = TireOperatingPoint {
+        kappa: kappa_left,
+        alpha,
+        F_z: mean - moved,
+        v_x,
+        ..TireOperatingPoint::default()
+    };
+    let right = TireOperatingPoint { kappa: kappa_right, alpha: -alpha, F_z: mean + moved, ..left };
     let ([left_x, left_y], [right_x, right_y]) = (F_xy(&left), F_xy(&right));
-    [left_x + right_x, left_y - right_y]
+    [left_x + right_x, left_y - right_y, right_x - left_x]
 }
 
 /// The load that moves across an axle [N], which a wheel cannot have less of than none: y / (1 + y⁸)^⅛ of what each wheel carries, with
@@ -112,8 +120,8 @@ pub trait StageNumber: Number {
         f: impl FnOnce([Self::Small<I>; I]) -> [Self::Small<I>; N],
     ) -> [Self; N];
 
-    /// Longitudinal and lateral force of the tires of an axle [N].
-    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 2];
+    /// Forces of the tires of an axle [N]: longitudinal, lateral, and the longitudinal one of the right tire minus that of the left one.
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 3];
 }
 
 impl StageNumber for f64 {
@@ -127,7 +135,7 @@ impl StageNumber for f64 {
         f(u.map(|input| *input))
     }
 
-    fn axle_forces(tire: &LapTire, slip: AxleSlip<f64>) -> [f64; 2] {
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<f64>) -> [f64; 3] {
         pair_forces(|slip| tire.F_xy(slip), slip.inputs().map(|input| *input))
     }
 }
@@ -145,7 +153,7 @@ impl<const V: usize> StageNumber for StageDual<V> {
         inner.each_ref().map(|value| chain(value, &u, &gradients))
     }
 
-    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 2] {
+    fn axle_forces(tire: &LapTire, slip: AxleSlip<Self>) -> [Self; 3] {
         Self::compose(slip.inputs(), |inputs| match &tire.0 {
             TireFormula::Simple { dual, .. } => pair_forces(|slip| dual.F_xy(slip), inputs),
             TireFormula::Coefficients { dual, .. } => pair_forces(|slip| dual.F_xy(slip), inputs),
@@ -241,9 +249,9 @@ mod tests {
             LapTire::from(MfTire::new(Coefficients::sports_tire()).expect("a tire")),
         ];
         // Inputs that are curved functions of two unknowns.
-        fn forces<T: StageNumber>(tire: &LapTire, a: T, b: T) -> [T; 2] {
+        fn forces<T: StageNumber>(tire: &LapTire, a: T, b: T) -> [T; 3] {
             let slip = AxleSlip {
-                kappa: &(a * b * 0.5 + 0.02),
+                kappas: [&(a * b * 0.5 + 0.02), &(b * 0.1 - a * a)],
                 alpha: &(a.sin() * 0.3 - b * 0.1),
                 mean: &(a * a * 500.0 + b * 300.0 + 3500.0),
                 across: &(a * b * 3000.0 + 1500.0),

@@ -39,7 +39,8 @@ START_GRIP = 0.5
 # Unknowns of a node with their sizes; None is one of the car.
 STATES = {"n": 5.0, "xi": 0.3, "v_x": 30.0, "v_y": 3.0, "r": 1.0, "delta": 0.1, "F_x": None}
 BODY_STATES = {"z": 0.02, "phi": 0.05, "theta": 0.02, "z_rate": 0.2, "phi_rate": 0.3, "theta_rate": 0.2}
-CONTROLS = {"delta_rate": None, "F_x_rate": None, "kappa_f": 0.1, "kappa_r": 0.1, "a_y": 10.0}
+SLIPS = {"kappa_fl": 0.1, "kappa_fr": 0.1, "kappa_rl": 0.1, "kappa_rr": 0.1}
+CONTROLS = {"delta_rate": None, "F_x_rate": None, **SLIPS, "a_y": 10.0}
 
 # Both are called with a place and the order of a derivative.
 Spline = BSpline | CubicSpline
@@ -412,7 +413,7 @@ def node_function(car: Car) -> ca.Function:
     x, curvature = ca.SX.sym("x", len(scale)), ca.SX.sym("kappa")
     unknowns = dict(zip(car.variables(), ca.vertsplit(x * scale), strict=True))
     n, xi, v_x, v_y, r, delta, F_x = (unknowns[name] for name in STATES)
-    delta_rate, F_x_rate, kappa_f, kappa_r, a_y = (unknowns[name] for name in CONTROLS)
+    delta_rate, F_x_rate, *kappas, a_y = (unknowns[name] for name in CONTROLS)
     body, limit = car.body, car.limit
     L, weight = body.l_f + body.l_r, body.m * G
 
@@ -431,13 +432,14 @@ def node_function(car: Car) -> ca.Function:
     alpha_f = ca.atan((v_y + body.l_f * r + sideways[0]) / v_x) - delta
     alpha_r = ca.atan((v_y - body.l_r * r + sideways[1]) / v_x)
 
-    def axle_forces(tire: Tire, kappa, alpha, mean, across):
+    def axle_forces(tire: Tire, slips, alpha, mean, across):
+        """Sums of the forces, and the longitudinal one of the right wheel minus that of the left one."""
         # A tire without shifts is its own mirror image.
-        left, right = (tire.forces(kappa, alpha, mean + side * across) for side in (-1.0, 1.0))
-        return left[0] + right[0], left[1] + right[1]
+        left, right = (tire.forces(slip, alpha, mean + side * across) for slip, side in zip(slips, (-1.0, 1.0)))
+        return left[0] + right[0], left[1] + right[1], right[0] - left[0]
 
-    F_xf, F_yf = axle_forces(car.tire_f, kappa_f, alpha_f, means[0], acrosses[0])
-    F_xr, F_yr = axle_forces(car.tire_r, kappa_r, alpha_r, means[1], acrosses[1])
+    F_xf, F_yf, uneven_f = axle_forces(car.tire_f, kappas[:2], alpha_f, means[0], acrosses[0])
+    F_xr, F_yr, uneven_r = axle_forces(car.tire_r, kappas[2:], alpha_r, means[1], acrosses[1])
     along_f = F_xf * ca.cos(delta) - F_yf * ca.sin(delta)
     across_body_f = F_xf * ca.sin(delta) + F_yf * ca.cos(delta)
     time_over_way = slowness(n, xi, v_x, v_y, curvature)
@@ -446,7 +448,7 @@ def node_function(car: Car) -> ca.Function:
         r - curvature / time_over_way,
         (along_f + F_xr - drag) / body.m + v_y * r,
         (across_body_f + F_yr) / body.m - v_x * r,
-        (body.l_f * across_body_f - body.l_r * F_yr) / body.I_zz,
+        (body.l_f * across_body_f - body.l_r * F_yr + (body.track_f * uneven_f + body.track_r * uneven_r) / 2.0) / body.I_zz,
         delta_rate,
         F_x_rate,
         *body_rates,
@@ -454,9 +456,12 @@ def node_function(car: Car) -> ca.Function:
     effort = (delta_rate / limit.delta_rate) ** 2 + (F_x_rate / limit.F_x_rate) ** 2
     asked_f, asked_r = car.split_force(F_x)
     lateral_force = body.m * a_y
-    equations = ca.vertcat(F_xf - asked_f, F_xr - asked_r, across_body_f + F_yr - lateral_force) / weight
+    # Brakes and an open differential pull alike on both sides.
+    equations = ca.vertcat(F_xf - asked_f, F_xr - asked_r, uneven_f, uneven_r, across_body_f + F_yr - lateral_force) / weight
     beyond_peak_f, beyond_peak_r = (alpha_f / car.tire_f.peak()) ** 2 - 1.0, (alpha_r / car.tire_r.peak()) ** 2 - 1.0
-    inequalities = ca.vertcat(F_x * v_x / limit.power - 1.0, beyond_peak_f, beyond_peak_r)
+    share = car.drive.front_share
+    driven_slip = share * (kappas[0] + kappas[1]) / 2.0 + (1.0 - share) * (kappas[2] + kappas[3]) / 2.0
+    inequalities = ca.vertcat(F_x * v_x * (1.0 + driven_slip) / limit.power - 1.0, beyond_peak_f, beyond_peak_r)
     slopes = rates * time_over_way / scale[: len(car.states())]
     price = time_over_way * (1.0 + SMOOTHNESS * effort)
     return ca.Function("node", [x, curvature], [time_over_way, price, slopes, equations, inequalities])
@@ -515,7 +520,8 @@ def solve(car: Car, track: Track, nodes: int, margin: float) -> Optimum:
     problem = {"x": ca.vec(X), "f": ca.dot(price, track.node_ways(nodes).reshape(1, -1)), "g": ca.vertcat(*constraints)}
 
     most = {"xi": MOST_XI, "v_y": MOST_V_Y, "r": MOST_R, "delta": limit.delta, "delta_rate": limit.delta_rate}
-    most |= {"F_x_rate": limit.F_x_rate, "kappa_f": car.tire_f.peak(), "kappa_r": car.tire_r.peak(), "a_y": MOST_A_Y}
+    most |= {"F_x_rate": limit.F_x_rate, "a_y": MOST_A_Y}
+    most |= {name: (car.tire_f if "_f" in name else car.tire_r).peak() for name in SLIPS}
     most |= {"z": MOST_HEAVE, "phi": MOST_ANGLE, "theta": MOST_ANGLE}
     most |= dict.fromkeys(("z_rate", "phi_rate", "theta_rate"), MOST_BODY_RATE)
     bounds = {name: (-bound, bound) for name, bound in most.items()}

@@ -129,7 +129,11 @@ fn derivatives_with_tables_are_those_of_differences() {
         [&HEIGHTS[..], &[("drive.ratio", 8.0), ("body.track_f", 1.5), ("body.track_r", 1.5)]].concat();
     let (car, _) = car(&numbers, &tables).car().expect("a car");
     for F_x in [0.3, -0.7] {
-        derivatives_match::<12, 7>(&car, [0.2, 0.1, 1.3, -0.3, 0.4, 0.5, F_x, 0.2, -0.3, -0.2, -0.4, 0.6]);
+        let [fl, fr, rl, rr] = [-0.2, -0.1, -0.4, -0.3];
+        derivatives_match::<14, 7>(
+            &car,
+            [0.2, 0.1, 1.3, -0.3, 0.4, 0.5, F_x, 0.2, -0.3, fl, fr, rl, rr, 0.6],
+        );
     }
 }
 
