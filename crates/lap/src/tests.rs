@@ -127,6 +127,23 @@ fn a_circle_is_driven_at_the_grip_of_the_tires() {
     assert_relative_eq!(free.lap_time, lap.lap_time * inner.sqrt(), max_relative = 2e-3);
 }
 
+/// A chicane of two circles that touch, one to the left and one to the right: each is driven at the grip of the tires, and between them the
+/// car takes the time to turn over.
+#[test]
+fn a_chicane_of_two_circles_is_driven_at_the_grip_of_the_tires() {
+    let radius = 60.0;
+    let on_circle = |centre: f64, angle: f64| [centre + radius * angle.cos(), radius * angle.sin()];
+    let angles = (0..120).map(|i| std::f64::consts::TAU * f64::from(i) / 120.0);
+    let left = angles.clone().map(|angle| on_circle(-radius, angle));
+    let right = angles.map(|angle| on_circle(radius, std::f64::consts::PI - angle));
+    let eight = line(left.chain(right).chain(std::iter::once([0.0, 0.0])));
+    let tire = MagicFormula { B: 60.0, C: 1.5, D: 1.1, E: 0.3, ..MagicFormula::default() };
+    let car = LapCar { tires: [tire.into(), tire.into()], ..car() };
+    let lap = find(&car, &eight, &LapOptions { keeps_line: true, ..options(300) });
+    let least = 2.0 * std::f64::consts::TAU * radius / (1.1 * G * radius).sqrt();
+    assert!(lap.lap_time > least && lap.lap_time < 1.02 * least, "{} s, at least {least} s", lap.lap_time);
+}
+
 #[test]
 fn a_mirrored_track_takes_as_long() {
     let [lap, mirrored] = [1.0, -1.0].map(|mirror| find(&car(), &oval(mirror), &options(150)));
