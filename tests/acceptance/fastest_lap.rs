@@ -85,7 +85,7 @@ fn a_car_of_a_data_sheet_laps_and_its_ranges_give_an_interval() {
     let arguments = [&["lap", &sheet, &track, "--nodes", "120", "--out", "out"], &ranges[..]].concat();
     let ended = lab.trackside(&arguments).expect(0);
     assert!(ended.stdout.contains("95 % of 6 draws: 0:3"), "{}", ended.stdout);
-    assert!(ended.stderr.contains("the lap has no use for body.I_xx"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("the lap has no use for diff_r.coast_lock"), "{}", ended.stderr);
     let interval = numbers(&lab)["interval"].clone();
     assert_eq!(
         (interval["lap_times"].as_array().map(Vec::len), &interval["unsolved"]),

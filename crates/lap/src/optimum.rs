@@ -10,7 +10,7 @@ use crate::interior_point::{
 };
 use crate::node::{NodeVariables, PLANAR_STATES, PLANAR_VARIABLES, SWINGING_STATES, SWINGING_VARIABLES};
 use crate::problem::LapProblem;
-use crate::stages::{EQUATIONS, StageVector};
+use crate::stages::{EQUATIONS, StageValues, StageVector, StagedProblem as _};
 use crate::{Error, LapOptions};
 
 /// The car at a node of its lap.
@@ -43,6 +43,8 @@ pub struct LapNode {
 pub struct LapOptimum {
     /// Time of the lap [s].
     pub lap_time: f64,
+    /// What was minimised [s]: the time with what steering and pedals cost.
+    pub cost: f64,
     /// How the search ended; only a lap that converged is the fastest.
     pub status: InteriorPointStatus,
     /// Steps of the search.
@@ -157,13 +159,15 @@ impl LapOptimum {
         LapSolution: From<InteriorPointSolution<V, S>>,
     {
         let mut nodes = Vec::with_capacity(solution.points.len());
-        let (mut t, mut lap_time) = (0.0, 0.0);
+        let (mut t, mut lap_time, mut cost) = (0.0, 0.0, 0.0);
         let mut slowness_before = None;
         for (k, point) in solution.points.iter().enumerate() {
             let s = problem.node_distance() * k as f64;
             let variables = problem.unscaled(&point.x);
             let motion = problem.motion(&variables, k);
             lap_time += problem.way(k) * motion.slowness;
+            let values: StageValues<S> = problem.values(&point.x, k);
+            cost += values.cost;
             if let Some(before) = slowness_before.replace(motion.slowness) {
                 t += 0.5 * problem.node_distance() * (before + motion.slowness);
             }
@@ -185,6 +189,7 @@ impl LapOptimum {
         }
         LapOptimum {
             lap_time,
+            cost,
             status: solution.status,
             iterations: solution.iterations,
             optimality_error: solution.optimality_error,

@@ -3,7 +3,7 @@
 
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
-use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension};
+use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension, check_static_stability};
 use vehicle::{Aerodynamics, DifferentialLock, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
@@ -576,7 +576,7 @@ impl CarParameters {
             pitch_centre: self.pitch_centre,
             ..Suspension::default()
         };
-        suspension.check_static_stability(&self.body).map_err(|bad| bad.to_string())?;
+        check_static_stability(&self.body, &suspension).map_err(|bad| bad.to_string())?;
         Ok(suspension)
     }
 

@@ -76,7 +76,7 @@ impl LapOptimum {
     }
 }
 
-/// The least lap time over the shares of the ranges.
+/// The least cost of a lap over the shares of the ranges: its time, with what steering and pedals cost.
 struct SetupObjective<'a> {
     start: &'a LapOptimum,
     parameters: &'a CarParameters,
@@ -106,8 +106,8 @@ impl SetupObjective<'_> {
         Ok((lap.status == InteriorPointStatus::Converged).then_some(lap))
     }
 
-    /// The lap time [s] and its derivatives by the shares [s].
-    fn time_and_gradient(&self, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+    /// The least cost [s] and its derivatives by the shares [s].
+    fn cost_and_gradient(&self, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
         let lap = self.fastest_lap(&self.parameters_at(x).ok()?).ok()??;
         let mut gradient = DVector::zeros(x.len());
         for i in 0..x.len() {
@@ -124,7 +124,7 @@ impl SetupObjective<'_> {
             let (high, low) = (sides[0].or_else(at)?, sides[1].or_else(at)?);
             gradient[i] = (high.1 - low.1) / ((high.0 - low.0) * DERIVATIVE_CHANGE);
         }
-        Some((lap.lap_time, gradient))
+        Some((lap.cost, gradient))
     }
 }
 
@@ -143,7 +143,7 @@ impl Objective for SetupObjective<'_> {
             if let Some(i) = i {
                 x[i] += change(i);
             }
-            self.time_and_gradient(&x)
+            self.cost_and_gradient(&x)
         };
         let points: Vec<_> = (0..=n).into_par_iter().map(|i| point(i.checked_sub(1))).collect();
         let Some((cost, gradient)) = points[0].clone() else { return unsolved() };
@@ -160,6 +160,6 @@ impl Objective for SetupObjective<'_> {
 
     fn cost(&self, x: &DVector<f64>) -> f64 {
         let lap = self.parameters_at(x).and_then(|parameters| self.fastest_lap(&parameters));
-        lap.ok().flatten().map_or(f64::INFINITY, |lap| lap.lap_time)
+        lap.ok().flatten().map_or(f64::INFINITY, |lap| lap.cost)
     }
 }

@@ -22,7 +22,7 @@ use tire::{Number, TireSet};
 pub use aero::AeroMap;
 pub use brakes::Brakes;
 pub use driveline::{Drivetrain, EngineTorque};
-pub use parameters::{BadParameter, DualTrackParameters};
+pub use parameters::{BadParameter, DualTrackParameters, check_static_stability};
 pub use rims::RimParameters;
 pub use springs::{AxleSprings, AxleStiffness};
 pub use state::{DualTrackInput, DualTrackState, HeaveRollPitch, LoadTransferForces, STATES, WheelState};

@@ -9,7 +9,7 @@ use super::driveline::Drivetrain;
 use super::rims::RimParameters;
 use super::steering::SteeringGeometry;
 use super::suspension::Suspension;
-use crate::body::VehicleBody;
+use crate::body::{G, VehicleBody};
 
 /// Everything about a car but its tires. The default is the demo car.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -85,7 +85,7 @@ impl DualTrackParameters {
             check_parameter(name, value, bound.is_met_by(value), || bound.describe())?;
         }
         self.check_tables()?;
-        self.suspension.check_static_stability(&self.body)
+        check_static_stability(&self.body, &self.suspension)
     }
 
     fn body_bounds(&self) -> Vec<(&'static str, f64, ParameterBound)> {
@@ -154,6 +154,26 @@ impl DualTrackParameters {
             ("wheel.relaxation_min", rims.relaxation_min, AtLeast(1e-3)),
         ]
     }
+}
+
+/// Refuses springs that hold a car less than its weight tips it: it would fall over at rest.
+///
+/// # Errors
+/// With the stiffness that is too low.
+pub fn check_static_stability(body: &VehicleBody, suspension: &Suspension) -> Result<(), BadParameter> {
+    let VehicleBody { m, l_f, l_r, h, .. } = *body;
+    let [roll_f, roll_r] = suspension.roll_centre;
+    let axis = (l_r * roll_f + l_f * roll_r) / (l_f + l_r);
+    let roll = suspension.roll_stiffness[0] + suspension.roll_stiffness[1];
+    let tipping = m * G * (h - axis);
+    check_parameter("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
+        format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis")
+    })?;
+    let pitch = suspension.pitch_stiffness(body);
+    let tipping = m * G * (h - suspension.pitch_centre);
+    check_parameter("2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)", pitch, pitch > tipping, || {
+        format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre")
+    })
 }
 
 pub(crate) fn check_parameter(

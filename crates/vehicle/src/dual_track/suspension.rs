@@ -5,10 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
-use super::parameters::{BadParameter, check_parameter};
 use super::state::{DualTrackState, HeaveRollPitch, LoadTransferForces};
 use super::{FRONT, PerAxle, PerWheel, REAR, SIDES, axle_of, side_of};
-use crate::body::{G, VehicleBody};
+use crate::body::VehicleBody;
 
 /// Roll and pitch angle [rad] from which on a stop holds the body, with the stiffness of all springs: a car that
 /// tips over is outside of the model, but its state stays finite.
@@ -239,25 +238,6 @@ impl Suspension {
     pub(crate) fn pitch_stiffness(&self, body: &VehicleBody) -> f64 {
         let [k_f, k_r] = self.ride_stiffness;
         2.0 * (k_f * body.l_f * body.l_f + k_r * body.l_r * body.l_r)
-    }
-
-    /// Refuses springs that hold a car less than its weight tips it: it would fall over at rest.
-    ///
-    /// # Errors
-    /// With the stiffness that is too low.
-    pub fn check_static_stability(&self, body: &VehicleBody) -> Result<(), BadParameter> {
-        let VehicleBody { m, l_f, l_r, h, .. } = *body;
-        let axis = (l_r * self.roll_centre[0] + l_f * self.roll_centre[1]) / (l_f + l_r);
-        let roll = self.roll_stiffness[0] + self.roll_stiffness[1];
-        let tipping = m * G * (h - axis);
-        check_parameter("roll.stiffness_f + roll.stiffness_r", roll, roll > tipping.max(0.0), || {
-            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its roll axis")
-        })?;
-        let pitch = self.pitch_stiffness(body);
-        let tipping = m * G * (h - self.pitch_centre);
-        check_parameter("2 (ride.stiffness_f l_f² + ride.stiffness_r l_r²)", pitch, pitch > tipping, || {
-            format!("above {tipping:.4} N.m/rad, with which the weight tips the body about its pitch centre")
-        })
     }
 
     /// Upper bound of the poles of the body on its springs and dampers [1/s].
