@@ -21,14 +21,12 @@
 
 pub mod display;
 mod error;
-mod number_with_unit;
 mod parser;
 mod spelling;
 mod table;
 mod unit_prefix;
 
 pub use error::UnitError;
-pub use number_with_unit::split_number_and_unit;
 use parser::UnitParser;
 pub use spelling::{normalized_unit_text, unit_for_spelling};
 pub use table::STANDARD_GRAVITY;

@@ -147,14 +147,16 @@ impl FastestLapConfig {
     }
 }
 
-/// A number, or a text of a number with a unit of its own, in a unit.
+/// A number, or a text of a number and a unit of its own with a blank between them, in a unit.
 ///
 /// # Errors
 /// In words, when it is none, or has a unit of another dimension.
 fn number_in_unit(value: &toml::Value, unit: &str) -> Result<f64, String> {
-    let no_number = || format!("expected a number, or a text of a number with a unit, found {value}");
+    let no_number =
+        || format!("expected a number, or a text of a number and a unit such as \"1250 kg\", found {value}");
     if let toml::Value::String(text) = value {
-        let (number, own) = units::split_number_and_unit(text).ok_or_else(no_number)?;
+        let (number, own) = text.trim().split_once(' ').ok_or_else(no_number)?;
+        let number: f64 = number.parse().map_err(|_| no_number())?;
         let [from, to] = [own, unit].map(units::Unit::parse);
         let (from, to) = (from.map_err(|error| error.to_string())?, to.map_err(|error| error.to_string())?);
         let (factor, offset) = units::Unit::conversion(&from, &to)

@@ -323,7 +323,7 @@ fn convert_levels(axes: &mut [SweepAxis], scenario: &Scenario, system: &System) 
         for (place, name) in axis.names.iter().enumerate().filter(|(place, _)| axis.units[*place].is_none()) {
             let Some(input) = unit_of_name(scenario, system, name) else { continue };
             for level in levels.iter_mut().map(|row| &mut row[place]) {
-                let converted = units::split_number_and_unit(level)
+                let converted = Quantity::split_text(level)
                     .map(|(number, unit)| Quantity { number, unit: Some(unit.to_owned()) })
                     .and_then(|quantity| quantity.value_at(input).ok());
                 if let Some(value) = converted {

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use cosim::quantity::Quantity;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
@@ -186,7 +187,7 @@ fn keys_after_prefix<'n>(name: &'n str, prefix: &str) -> Option<Vec<&'n str>> {
 
 /// The parts of a number with a unit behind it, such as `100 km/h`; none for what TOML can read.
 pub(crate) fn split_number_and_unit(text: &str) -> Option<(f64, &str)> {
-    units::split_number_and_unit(text).filter(|_| DeValue::parse(text.trim()).is_err())
+    Quantity::split_text(text).filter(|_| DeValue::parse(text.trim()).is_err())
 }
 
 /// Writes a value where a target points to. The value of a whole signal is a constant that takes the place of its shape.

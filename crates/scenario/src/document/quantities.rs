@@ -146,7 +146,7 @@ impl NumberConverter<'_> {
             NumberUnit::OfTable(unit) => unit.as_deref(),
             NumberUnit::Named(unit) => Some(unit.as_str()),
         };
-        let Some((number, unit)) = units::split_number_and_unit(text) else { return };
+        let Some((number, unit)) = Quantity::split_text(text) else { return };
         let number = convert_quantity(number, unit, to, None, false).unwrap_or_else(|message| {
             let key = self.path.iter().rev().find_map(|step| match step {
                 Step::Key(key) => Some(key.as_str()),
