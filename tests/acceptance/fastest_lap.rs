@@ -585,7 +585,7 @@ fn what_is_wrong_is_told_with_its_place() {
             &[oval.as_str(), "--transients"],
             &["the car has no body.I_xx, body.I_yy, body.track_f", "ride.stiffness_f", "roll.damping_r"],
         ),
-        (&[oval.as_str(), "--vary", "roll.damping_f=1..2"], &["its body swings with transients alone"]),
+        (&[oval.as_str(), "--vary", "roll.damping_f=1..2"], &["its body swings only with transients"]),
         (&[oval.as_str(), "--vary", "drive.power_max=-3..190e3"], &["expected a number above 0, found -3"]),
         (&[oval.as_str(), "--margin", "9"], &["the road is", "tell a smaller --margin"]),
         (&[oval.as_str(), "--start-speed", "20"], &["oval.csv: a closed line has no start"]),

@@ -12,7 +12,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lap::{
-    ActuatorLimits, BrakeBalance, LapCar, LapOptimum, LapOptions, LapTire, SlipDual, SpeedLock, TireModel,
+    ActuatorLimits, BrakeBalance, LapCar, LapDifferential, LapOptimum, LapOptions, LapTire, SlipDual,
+    TireModel,
 };
 use roxmltree::{Document, Node};
 use tire::{Number, TireOperatingPoint};
@@ -112,7 +113,10 @@ fn car_of(car: &Document) -> Result<LapCar, Box<dyn Error>> {
         suspension: None,
         brake_balance: BrakeBalance::FrontShare(of("chassis/brake_bias")?),
         drive_front_share: 0.0,
-        locks: [None, Some(viscous_lock(of("rear-axle/differential_stiffness")? / (radius * radius)))],
+        differentials: [
+            None,
+            Some(viscous_differential(of("rear-axle/differential_stiffness")? / (radius * radius))),
+        ],
         tires: [tire("front-tire")?, tire("rear-tire")?],
         engine_power: None,
         limits: ActuatorLimits {
@@ -128,9 +132,9 @@ fn car_of(car: &Document) -> Result<LapCar, Box<dyn Error>> {
 
 /// A differential whose torque difference is proportional to that of the speeds, with the damping of one wheel [N s/m]: one that its
 /// preload locks, far from its end.
-fn viscous_lock(damping: f64) -> SpeedLock {
+fn viscous_differential(damping: f64) -> LapDifferential {
     const PRELOAD: f64 = 1e5;
-    SpeedLock { drive_lock: 0.0, preload: PRELOAD, sensitivity: 2.0 * damping / PRELOAD }
+    LapDifferential { drive_lock: 0.0, preload: PRELOAD, sensitivity: 2.0 * damping / PRELOAD }
 }
 
 /// Peaks that are linear in the load, over the slip vector normalised by the slips at them.

@@ -80,10 +80,9 @@ impl LapAero {
         let Some(platform) = &self.platform else {
             return (self.constant.drag(v_x), self.constant.downforce(v_x));
         };
-        let load = load(v_x * v_x * (0.5 * self.constant.rho * self.constant.area));
+        let load = load(self.pressure(v_x));
         let heights = platform.ride_heights(body, &load);
-        let [C_d, C_lf, C_lr] = platform.coefficients.values(heights);
-        (load.pressure * C_d, [load.pressure * C_lf, load.pressure * C_lr])
+        platform.drag_and_downforce(load.pressure, heights)
     }
 
     /// The same with the springs of the axles compressed by these ways [m].
@@ -93,9 +92,12 @@ impl LapAero {
             return (self.constant.drag(v_x), self.constant.downforce(v_x));
         };
         let heights = [0, 1].map(|axle| -compression[axle] + platform.ride_height[axle]);
-        let pressure = v_x * v_x * (0.5 * self.constant.rho * self.constant.area);
-        let [C_d, C_lf, C_lr] = platform.coefficients.values(heights);
-        (pressure * C_d, [pressure * C_lf, pressure * C_lr])
+        platform.drag_and_downforce(self.pressure(v_x), heights)
+    }
+
+    /// Dynamic pressure times area [N].
+    fn pressure<T: Number>(&self, v_x: T) -> T {
+        v_x * v_x * (0.5 * self.constant.rho * self.constant.area)
     }
 
     /// The coefficients at rest, for estimates before a lap.
@@ -113,6 +115,12 @@ impl AeroPlatform {
             map.interpolate(front, rear)
         });
         AeroPlatform { coefficients, ride_height, stiffness, pitch_centre }
+    }
+
+    /// Drag and the downforce of each axle [N] under this pressure at these ride heights [m].
+    fn drag_and_downforce<T: Number>(&self, pressure: T, heights: [T; 2]) -> (T, [T; 2]) {
+        let [C_d, C_lf, C_lr] = self.coefficients.values(heights);
+        (pressure * C_d, [pressure * C_lf, pressure * C_lr])
     }
 
     /// Ride heights [m] at which the springs carry what loads them, with derivatives.

@@ -1,4 +1,4 @@
-//! Describes the car of a lap: a body on four tires with quasi-steady load transfer, and what its actuators can do.
+//! Describes the car of a lap: a body on four tires, loads that move at once or with a body that swings, and what its actuators can do.
 #![allow(non_snake_case, reason = "forces and lengths are written as in the equations")]
 
 use num_dual::DualNum;
@@ -38,7 +38,7 @@ pub struct LapCar {
     /// Part of a driving force that acts at the front [-].
     pub drive_front_share: f64,
     /// What locks the differentials of the axles; open ones where there is nothing.
-    pub locks: [Option<SpeedLock>; 2],
+    pub differentials: [Option<LapDifferential>; 2],
     /// A tire of the front and one of the rear axle, as they are on the left side.
     pub tires: [LapTire; 2],
     /// What the engine can give, where it is not the same at all speeds.
@@ -59,10 +59,10 @@ pub struct EnginePower {
 }
 
 impl EnginePower {
-    /// Says that the engine turns faster than its table tells, at this speed of the car [m/s]: it may be none there.
-    pub fn excess_message(&self, v_x: f64) -> Option<String> {
+    /// Says that the engine turns faster than its table tells, at this speed of the driven wheels [m/s]: it may be none there.
+    pub fn excess_message(&self, wheel_speed: f64) -> Option<String> {
         const RPM: f64 = 30.0 / std::f64::consts::PI;
-        let [speed, end] = [self.gear * v_x * RPM, self.table_end? * RPM];
+        let [speed, end] = [self.gear * wheel_speed * RPM, self.table_end? * RPM];
         (speed > end).then(|| {
             format!("the engine turns at up to {speed:.0} rpm; drive.map ends at {end:.0} rpm, and its last torque holds from there on")
         })
@@ -71,7 +71,7 @@ impl EnginePower {
 
 /// A limited-slip differential, by forces and speeds at the road: the faster wheel hands torque to the slower one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedLock {
+pub struct LapDifferential {
     /// Difference of the forces of both wheels over their sum while driving [-].
     pub drive_lock: f64,
     /// Difference of the forces without load [N].
@@ -80,7 +80,7 @@ pub struct SpeedLock {
     pub sensitivity: f64,
 }
 
-impl SpeedLock {
+impl LapDifferential {
     /// Force of the right wheel minus that of the left one [N] at these speeds of both [m/s]. The larger one of load and preload counts, as in the
     /// plant, with a rounded corner between them.
     #[inline]
@@ -145,6 +145,18 @@ impl LapCar {
     fn driving_force<T: Number>(&self, F_x: T) -> T {
         let width = SPLIT_WIDTH * self.body.m * G;
         (F_x + (F_x * F_x + width * width).sqrt()) * 0.5
+    }
+
+    /// Parts of a driving force that act at the axles [-].
+    fn drive_shares(&self) -> [f64; 2] {
+        [self.drive_front_share, 1.0 - self.drive_front_share]
+    }
+
+    /// Longitudinal slip of the driven wheels [-], by which the engine turns faster than the road.
+    #[inline]
+    pub fn driven_slip<T: Number>(&self, [front_left, front_right, rear_left, rear_right]: &[T; 4]) -> T {
+        let [front, rear] = self.drive_shares();
+        (*front_left + *front_right) * (0.5 * front) + (*rear_left + *rear_right) * (0.5 * rear)
     }
 
     /// Largest power at the wheels [W] at a speed [m/s].
@@ -232,22 +244,19 @@ impl LapCar {
         let residual = |force: &T, axle: usize| {
             T::compose([force, F_x], |[force, F_x]| [(force - self.split_force(F_x)[axle]) / weight])[0]
         };
-        let lock_residual = |axle: usize, difference: &T, kappas: [&T; 2]| match &self.locks[axle] {
+        let lock_residual = |axle: usize, difference: &T, kappas: [&T; 2]| match &self.differentials[axle] {
             None => *difference / weight,
             Some(lock) => {
                 let inputs = [difference, F_x, v_x, r, kappas[0], kappas[1]];
                 T::compose(inputs, |[difference, F_x, v_x, r, left, right]| {
-                    let share = if axle == 0 { self.drive_front_share } else { 1.0 - self.drive_front_share };
                     let side = r * (0.5 * self.track_widths[axle]);
                     let speeds = [(v_x - side) * (left + 1.0), (v_x + side) * (right + 1.0)];
-                    let driving = self.driving_force(F_x) * share;
+                    let driving = self.driving_force(F_x) * self.drive_shares()[axle];
                     [(difference - lock.force_difference(driving, speeds)) / weight]
                 })[0]
             }
         };
-        let share = self.drive_front_share;
-        let driven_slip =
-            (*kappa_fl + kappa_fr) * (0.5 * share) + (*kappa_rl + kappa_rr) * (0.5 * (1.0 - share));
+        let driven_slip = self.driven_slip(&z.kappas);
         let [power, wheel_speed] = T::compose([F_x, v_x, &driven_slip], |[F_x, v_x, slip]| {
             let wheel_speed = v_x * (slip + 1.0);
             [F_x * wheel_speed, wheel_speed]
@@ -329,7 +338,7 @@ impl LapCar {
             let forces = SprungMassForces {
                 F_x,
                 F_y,
-                M_x: F_y * 0.0,
+                M_x: 0.0.into(),
                 F_z: [front.mean - moved_f, front.mean + moved_f, rear.mean - moved_r, rear.mean + moved_r],
                 downforce,
                 weight: self.pressing_force(v_x, road),

@@ -27,7 +27,7 @@ mod tires;
 mod worth;
 
 pub use aero::{AeroPlatform, LapAero};
-pub use car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar, SpeedLock};
+pub use car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar, LapDifferential};
 pub use corners::Corner;
 pub use draws::{ParameterDraw, check_draws_change_car, draw_from_ranges, parameter_draws};
 pub use driven_lap::{DrivenLap, DrivenNode, PositionSample};

@@ -91,7 +91,9 @@ impl LapOptimum {
 
     /// Warns of an engine that turns faster in this lap of the car than its table tells.
     pub fn engine_warning(&self, car: &LapCar) -> Option<String> {
-        let fastest = self.nodes.iter().map(|node| node.variables.v_x).fold(0.0, f64::max);
+        let wheel_speed =
+            |node: &LapNode| node.variables.v_x * (1.0 + car.driven_slip(&node.variables.kappas));
+        let fastest = self.nodes.iter().map(wheel_speed).fold(0.0, f64::max);
         car.engine_power.as_ref()?.excess_message(fastest)
     }
 

@@ -7,7 +7,7 @@ use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension, check_static_s
 use vehicle::{Aerodynamics, DifferentialLock, G, MagicFormula, VehicleBody};
 
 use crate::aero::{AeroPlatform, LapAero};
-use crate::car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar, SpeedLock};
+use crate::car::{ActuatorLimits, BrakeBalance, EnginePower, LapCar, LapDifferential};
 use crate::spline::BSplineCurve;
 use crate::tires::LapTire;
 
@@ -44,7 +44,7 @@ pub struct CarParameters {
     drive_torque: f64,
     drive_power: f64,
     drive_ratio: f64,
-    locks: [DifferentialLock; 2],
+    differentials: [DifferentialLock; 2],
     brake_torque: f64,
     F_x_min: f64,
     F_x_max: f64,
@@ -82,7 +82,7 @@ impl Default for CarParameters {
             drive_torque: f64::INFINITY,
             drive_power: unknown,
             drive_ratio: 1.0,
-            locks: [DifferentialLock::default(); 2],
+            differentials: [DifferentialLock::default(); 2],
             brake_torque: f64::INFINITY,
             F_x_min: f64::NEG_INFINITY,
             F_x_max: f64::INFINITY,
@@ -175,12 +175,12 @@ pub const PARAMETER_KEYS: [ParameterKey; 70] = [
     key("drive.torque_max", "N.m", POSITIVE, |p| &mut p.drive_torque),
     key("drive.power_max", "W", POSITIVE, |p| &mut p.drive_power),
     key("drive.ratio", "1", POSITIVE, |p| &mut p.drive_ratio),
-    key("diff_f.drive_lock", "1", SHARE, |p| &mut p.locks[0].drive),
-    key("diff_f.preload", "N.m", FROM_ZERO, |p| &mut p.locks[0].preload),
-    key("diff_f.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.locks[0].sensitivity),
-    key("diff_r.drive_lock", "1", SHARE, |p| &mut p.locks[1].drive),
-    key("diff_r.preload", "N.m", FROM_ZERO, |p| &mut p.locks[1].preload),
-    key("diff_r.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.locks[1].sensitivity),
+    key("diff_f.drive_lock", "1", SHARE, |p| &mut p.differentials[0].drive),
+    key("diff_f.preload", "N.m", FROM_ZERO, |p| &mut p.differentials[0].preload),
+    key("diff_f.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.differentials[0].sensitivity),
+    key("diff_r.drive_lock", "1", SHARE, |p| &mut p.differentials[1].drive),
+    key("diff_r.preload", "N.m", FROM_ZERO, |p| &mut p.differentials[1].preload),
+    key("diff_r.sensitivity", "s/rad", FROM_ZERO, |p| &mut p.differentials[1].sensitivity),
     key("limit.F_x_min", "N", [f64::MIN, -f64::MIN_POSITIVE], |p| &mut p.F_x_min),
     key("limit.F_x_max", "N", POSITIVE, |p| &mut p.F_x_max),
     key("limit.F_x_rate", "N/s", POSITIVE, |p| &mut p.F_x_rate),
@@ -279,15 +279,15 @@ impl ParameterKey {
             Some(("tire_f" | "tire_r", _)) => {
                 "its tires are those of a .tir file; lap a car without tire_f.tir and tire_r.tir"
             }
-            _ if is_of_swinging_body(name) => "its body swings with transients alone",
+            _ if is_of_swinging_body(name) => "its body swings only with transients",
             Some(("roll", _)) => "its springs and bars say how stiff it is in roll",
             Some(("aero" | "brake", name)) if name.starts_with("C_") || name == "front_share" => {
                 "a table takes its place"
             }
             Some(("aero", _)) => "it has no aero.map",
-            Some(("pitch", _)) => "it has no aero.map, and its body swings with transients alone",
+            Some(("pitch", _)) => "it has no aero.map, and its body swings only with transients",
             Some(("ride", _)) if has_springs => "springs say how stiff it is in heave",
-            Some(("ride", _)) => "it has no aero.map, and its body swings with transients alone",
+            Some(("ride", _)) => "it has no aero.map, and its body swings only with transients",
             Some(("drive", _)) => "it has no drive.map",
             Some(("diff_f" | "diff_r", _)) => {
                 "a differential that locks needs track widths, a sensitivity, a driven axle, and tires of a .tir file"
@@ -437,7 +437,7 @@ impl CarParameters {
             suspension: if self.transients { Some(self.suspension(axles)?) } else { None },
             brake_balance,
             drive_front_share: self.drive_front_share,
-            locks: [0, 1].map(|axle| self.speed_lock(axle, wheels[axle])),
+            differentials: [0, 1].map(|axle| self.locking_differential(axle, wheels[axle])),
             tires,
             engine_power,
             limits,
@@ -532,16 +532,20 @@ impl CarParameters {
     fn has_lock(&self, axle: usize) -> bool {
         let share = if axle == 0 { self.drive_front_share } else { 1.0 - self.drive_front_share };
         share > 0.0
-            && self.locks[axle].sensitivity > 0.0
+            && self.differentials[axle].sensitivity > 0.0
             && self.track_widths[axle] > 0.0
             && self.has_tire_files()
     }
 
     /// The lock of an axle on wheels of this size, by forces and speeds at the road.
-    fn speed_lock(&self, axle: usize, wheel: Option<Wheel>) -> Option<SpeedLock> {
+    fn locking_differential(&self, axle: usize, wheel: Option<Wheel>) -> Option<LapDifferential> {
         let radius = wheel.filter(|_| self.has_lock(axle))?.radius;
-        let DifferentialLock { drive, preload, sensitivity, .. } = self.locks[axle];
-        Some(SpeedLock { drive_lock: drive, preload: preload / radius, sensitivity: sensitivity / radius })
+        let DifferentialLock { drive, preload, sensitivity, .. } = self.differentials[axle];
+        Some(LapDifferential {
+            drive_lock: drive,
+            preload: preload / radius,
+            sensitivity: sensitivity / radius,
+        })
     }
 
     fn has_springs(&self) -> bool {

@@ -11,7 +11,7 @@ use track::TrackLine;
 use vehicle::dual_track::Suspension;
 use vehicle::{Aerodynamics, G, VehicleBody};
 
-use crate::car::{ActuatorLimits, BrakeBalance, LapCar, SpeedLock};
+use crate::car::{ActuatorLimits, BrakeBalance, LapCar, LapDifferential};
 use crate::corners::Corner;
 use crate::driven_lap::{DrivenLap, PositionSample};
 use crate::interior_point::InteriorPointStatus;
@@ -35,7 +35,7 @@ fn car() -> LapCar {
         suspension: None,
         brake_balance: BrakeBalance::FrontShare(0.62),
         drive_front_share: 0.0,
-        locks: [None; 2],
+        differentials: [None; 2],
         tires: [tire.into(), tire.into()],
         engine_power: None,
         limits: ActuatorLimits {
@@ -171,8 +171,8 @@ fn load_that_moves_across_costs_time() {
 #[test]
 fn derivatives_are_those_of_differences() {
     let car = LapCar { track_widths: [1.5; 2], ..car() };
-    let lock = SpeedLock { drive_lock: 0.4, preload: 300.0, sensitivity: 1.5 };
-    let car = LapCar { locks: [None, Some(lock)], ..car };
+    let lock = LapDifferential { drive_lock: 0.4, preload: 300.0, sensitivity: 1.5 };
+    let car = LapCar { differentials: [None, Some(lock)], ..car };
     derivatives_match::<14, 7>(
         &car,
         [0.2, 0.1, 0.8, -0.3, 0.4, 0.5, 0.1, 0.2, -0.3, -0.2, -0.1, -0.4, -0.3, 0.6],
@@ -281,8 +281,8 @@ fn a_body_at_its_steady_attitude_stays_there() {
 #[test]
 fn a_differential_that_locks_is_faster() {
     let open = LapCar { track_widths: [1.5; 2], roll_stiffness: [40e3, 40e3], ..car() };
-    let lock = SpeedLock { drive_lock: 0.5, preload: 100.0, sensitivity: 2.0 };
-    let locked = LapCar { locks: [None, Some(lock)], ..open.clone() };
+    let lock = LapDifferential { drive_lock: 0.5, preload: 100.0, sensitivity: 2.0 };
+    let locked = LapCar { differentials: [None, Some(lock)], ..open.clone() };
     let [open, locked] = [open, locked].map(|car| find(&car, &oval(1.0), &options(150)));
     assert!(locked.lap_time < open.lap_time - 0.02, "{} {}", locked.lap_time, open.lap_time);
     // The inner wheel slips more for the same force, or spins at the end of what it can transmit.
