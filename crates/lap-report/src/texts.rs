@@ -18,6 +18,7 @@ pub fn interval_text(interval: &LapTimeInterval) -> String {
     let [low, high] = [0.025, 0.975].map(|share| format_lap_time(interval.quantile(share), 3));
     let unsolved = match &interval.first_failure {
         None => String::new(),
+        Some(why) if interval.unsolved == 1 => format!("; one more was not solved, because {why}"),
         Some(why) => format!("; {} more were not solved, the first because {why}", interval.unsolved),
     };
     match interval.lap_times.as_slice() {

@@ -79,7 +79,7 @@ impl LapOptimum {
         let first_failure = laps.iter().find_map(|lap| lap.as_ref().err()).cloned();
         if let (true, Some(why)) = (solved.is_empty(), &first_failure) {
             return Err(Error::Options(format!(
-                "none of {} draws was solved, the first because {why}",
+                "no draw of {} has a lap, the first because {why}",
                 draws.len()
             )));
         }

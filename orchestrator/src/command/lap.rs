@@ -120,7 +120,7 @@ pub fn run_lap_command(arguments: &LapArguments) -> Result<u8, Error> {
         };
         let interval = lap.lap_time_interval(parameters, draws, &line, &options, on_solved);
         bar.finish_and_clear();
-        interval.map(Some).map_err(wrong)
+        interval.map(Some).map_err(|error| Error::invalid_input(error.to_string()))
     };
     let interval = if is_found { interval_of(&optimum, &car_file.parameters)? } else { None };
     let setup = match is_found && !ranges.is_empty() {
