@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use numerics::statistics::{central_95_percent_interval, quantile};
+use numerics::statistics::{central_95_percent_interval, quantile, std};
 use rayon::prelude::*;
 use track::TrackLine;
 
@@ -11,6 +11,9 @@ use crate::interior_point::InteriorPointStatus;
 use crate::optimum::LapOptimum;
 use crate::parameters::CarParameters;
 use crate::{Error, LapOptions};
+
+/// Draws that start from the first lap. Each later round has as many draws as there were before it.
+const FIRST_ROUND: usize = 8;
 
 /// Lap times of the draws.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,8 +43,8 @@ impl LapTimeInterval {
 }
 
 impl LapOptimum {
-    /// The fastest laps of cars with these draws, each from this lap. `on_solved` is called after each, on any thread; `false` leaves out
-    /// those that have not begun.
+    /// The fastest laps of cars with these draws, each from this lap or that of a draw that is nearer. `on_solved` is called after each, on
+    /// any thread; `false` leaves out those that have not begun.
     ///
     /// # Errors
     /// When no draw was solved.
@@ -54,27 +57,46 @@ impl LapOptimum {
         on_solved: impl Fn() -> bool + Sync,
     ) -> Result<LapTimeInterval, Error> {
         let is_cancelled = AtomicBool::new(false);
-        let lap_of = |draw: &ParameterDraw| {
+        let lap_of = |draw: &ParameterDraw, start: &LapOptimum| {
             let mut drawn = parameters.clone();
             for (key, value) in draw {
                 drawn.set_number(key, *value).map_err(|message| format!("{}: {message}", key.name))?;
             }
             let (car, _) = drawn.car()?;
-            let lap = self.find_similar(&car, line, options).map_err(|error| error.to_string())?;
+            let lap = start.find_similar(&car, line, options).map_err(|error| error.to_string())?;
             match lap.status {
                 InteriorPointStatus::Converged => Ok(lap),
                 _ => Err("the search did not converge".to_owned()),
             }
         };
-        let solve = |draw: &ParameterDraw| {
+        let solve = |draw: &ParameterDraw, start: &LapOptimum| {
             if is_cancelled.load(Ordering::Relaxed) {
                 return Err("the search was given up".to_owned());
             }
-            let lap = lap_of(draw);
+            let lap = lap_of(draw, start);
             is_cancelled.fetch_or(!on_solved(), Ordering::Relaxed);
             lap
         };
-        let laps: Vec<Result<LapOptimum, String>> = draws.par_iter().map(solve).collect();
+        let scales = scales(draws);
+        let mut laps: Vec<Result<LapOptimum, String>> = Vec::with_capacity(draws.len());
+        // A draw starts from one of an earlier round, so that the laps are the same on any number of threads.
+        while laps.len() < draws.len() {
+            let round = &draws[laps.len()..draws.len().min(laps.len() + laps.len().max(FIRST_ROUND))];
+            let start = |draw: &ParameterDraw| {
+                let own = draw.iter().map(|(key, _)| (*key, key.value(parameters))).collect();
+                let mut nearest = (distance(draw, &own, &scales), self);
+                for (other, lap) in draws.iter().zip(&laps) {
+                    let Ok(lap) = lap else { continue };
+                    let distance = distance(draw, other, &scales);
+                    if distance < nearest.0 {
+                        nearest = (distance, lap);
+                    }
+                }
+                nearest.1
+            };
+            let solved: Vec<_> = round.par_iter().map(|draw| solve(draw, start(draw))).collect();
+            laps.extend(solved);
+        }
         let solved: Vec<&LapOptimum> = laps.iter().flatten().collect();
         let first_failure = laps.iter().find_map(|lap| lap.as_ref().err()).cloned();
         if let (true, Some(why)) = (solved.is_empty(), &first_failure) {
@@ -96,4 +118,16 @@ impl LapOptimum {
             lap_times,
         })
     }
+}
+
+/// Standard deviation of each parameter in the draws.
+fn scales(draws: &[ParameterDraw]) -> Vec<f64> {
+    let parameters = 0..draws.first().map_or(0, Vec::len);
+    parameters.map(|i| std(&draws.iter().map(|draw| draw[i].1).collect::<Vec<f64>>())).collect()
+}
+
+/// Square of the distance of two draws of the same parameters, each over its scale; a parameter without one does not differ.
+fn distance(a: &ParameterDraw, b: &ParameterDraw, scales: &[f64]) -> f64 {
+    let parts = a.iter().zip(b).zip(scales).filter(|(_, scale)| **scale > 0.0);
+    parts.map(|(((_, a), (_, b)), scale)| ((a - b) / scale).powi(2)).sum()
 }

@@ -387,6 +387,9 @@ fn draws_give_an_interval() {
     let interval = lap.lap_time_interval(&parameters(), &draws, &line, &options, || true).expect("laps");
     assert_eq!((interval.lap_times.len(), interval.unsolved), (11, 0));
     assert!(interval.quantile(0.025) < lap.lap_time && lap.lap_time < interval.quantile(0.975));
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let again = alone.install(|| lap.lap_time_interval(&parameters(), &draws, &line, &options, || true));
+    assert_eq!(again.as_ref(), Ok(&interval), "the number of threads changes nothing");
     let wrong = [vec![(key, -1.0)]];
     assert!(lap.lap_time_interval(&parameters(), &wrong, &line, &options, || true).is_err());
 }
