@@ -5,8 +5,7 @@ use std::ops::Range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::local_polynomial::local_polynomial_weights;
-use crate::robust::{bisquare_weight, robust_std};
+use crate::robust::{bisquare_weight, windowed_robust_stds};
 use crate::samples::CurveSamples;
 
 /// Rejection of outliers by the force at similar slips.
@@ -53,10 +52,9 @@ impl OutlierRejection {
         let windows = nearest_slip_windows(&slip, self.neighbours);
         let close = nearest_slip_windows(&slip, self.neighbours.div_ceil(4));
         let residual = local_fit_residuals(&slip, &force, &windows);
+        let scales = [&windows, &close].map(|windows| windowed_robust_stds(&residual, windows));
         for (rank, &i) in order.iter().enumerate() {
-            let scales =
-                [&windows, &close].map(|w| robust_std(&residual[w[rank].clone()], 0.0).unwrap_or(0.0));
-            let scale = scales[0].max(scales[1]);
+            let scale = scales[0][rank].max(scales[1][rank]);
             keep[i] = residual[rank].abs() <= (self.threshold * scale).max(self.floor);
         }
         keep
@@ -67,30 +65,68 @@ impl OutlierRejection {
 fn local_fit_residuals(slip: &[f64], force: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
     let mut trust = vec![1.0; slip.len()];
     let mut residual = vec![0.0; slip.len()];
+    let mut weights = Vec::new();
     for _ in 0..ROUNDS {
-        residual = (0..slip.len())
-            .map(|i| force[i] - local_parabola_value(slip, force, &trust, i, &windows[i]))
-            .collect();
-        for (rank, trust) in trust.iter_mut().enumerate() {
-            let scale = robust_std(&residual[windows[rank].clone()], 0.0).unwrap_or(0.0);
-            *trust = if scale > 0.0 { bisquare_weight(residual[rank] / scale) } else { 1.0 };
+        for (i, window) in windows.iter().enumerate() {
+            let (near, trust) = (&slip[window.clone()], &trust[window.clone()]);
+            tricube_weights(near, slip[i], trust, &mut weights);
+            let value = local_parabola_value(near, &force[window.clone()], &weights, slip[i]);
+            residual[i] = value.map_or(0.0, |value| force[i] - value);
+        }
+        for (rank, scale) in windowed_robust_stds(&residual, windows).into_iter().enumerate() {
+            trust[rank] = if scale > 0.0 { bisquare_weight(residual[rank] / scale) } else { 1.0 };
         }
     }
     residual
 }
 
-/// The force that belongs to the slip of a point.
-fn local_parabola_value(slip: &[f64], force: &[f64], trust: &[f64], i: usize, window: &Range<usize>) -> f64 {
-    let offsets: Vec<f64> = slip[window.clone()].iter().map(|s| s - slip[i]).collect();
-    let reach = offsets.iter().fold(0.0f64, |most, t| most.max(t.abs())).max(f64::MIN_POSITIVE);
-    let tricube = |t: f64| (1.0 - (0.999 * t.abs() / reach).powi(3)).powi(3);
-    let trusted = offsets.iter().zip(&trust[window.clone()]);
-    let weights: Vec<f64> = trusted.map(|(t, trust)| tricube(*t) * trust).collect();
-    if weights.iter().sum::<f64>() <= 0.0 {
-        return force[i];
+/// How far the ascending `x` reach from `centre`.
+fn reach(x: &[f64], centre: f64) -> f64 {
+    (centre - x[0]).max(x[x.len() - 1] - centre).max(f64::MIN_POSITIVE)
+}
+
+/// Weights of neighbours by their distance from `centre`, times those that they have already.
+fn tricube_weights(x: &[f64], centre: f64, trust: &[f64], weights: &mut Vec<f64>) {
+    let scale = 0.999 / reach(x, centre);
+    let tricube = |x: f64| (1.0 - (scale * (x - centre).abs()).powi(3)).powi(3);
+    weights.clear();
+    weights.extend(x.iter().zip(trust).map(|(x, trust)| tricube(*x) * trust));
+}
+
+/// The value at `centre` of the parabola that fits `y` at the ascending `x` best, with these weights; `None` where all are 0.
+///
+/// By orthogonal polynomials, as [`crate::local_polynomial::local_polynomial_weights`]; of a lower degree where the weighted `x` are too few.
+fn local_parabola_value(x: &[f64], y: &[f64], weights: &[f64], centre: f64) -> Option<f64> {
+    let per_reach = reach(x, centre).recip();
+    let (mut value, mut whole, mut norm_before) = (None, 0.0, 1.0);
+    // Coefficients of the polynomial of this degree, from that of x⁰ on, and the root of the one of degree 1.
+    let mut polynomial = [1.0, 0.0, 0.0];
+    let mut root = 0.0;
+    for degree in 0..=2 {
+        let [mut norm, mut moment, mut projection] = [0.0; 3];
+        for ((x, y), w) in x.iter().zip(y).zip(weights) {
+            let x = (x - centre) * per_reach;
+            let p = polynomial[0] + x * (polynomial[1] + x * polynomial[2]);
+            let weighted = w * p;
+            norm += weighted * p;
+            moment += weighted * p * x;
+            projection += weighted * y;
+        }
+        if degree == 0 {
+            whole = norm;
+        }
+        if norm <= 1e-14 * whole {
+            break;
+        }
+        value = Some(value.unwrap_or(0.0) + projection / norm * polynomial[0]);
+        let mean = moment / norm;
+        polynomial = match degree {
+            0 => [-mean, 1.0, 0.0],
+            _ => [root * mean - norm / norm_before, -root - mean, 1.0],
+        };
+        (root, norm_before) = (mean, norm);
     }
-    let h = local_polynomial_weights(&offsets, &weights, 2, 0);
-    h.iter().zip(&force[window.clone()]).map(|(h, f)| h * f).sum()
+    value
 }
 
 /// For each of the points, sorted by slip, the ranks of the `count` points nearest in slip, itself included.

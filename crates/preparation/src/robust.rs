@@ -1,5 +1,7 @@
 //! Medians, and the scale of residuals that outliers do not inflate.
 
+use std::ops::Range;
+
 /// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
 pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
 
@@ -21,6 +23,26 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 pub fn robust_std(values: &[f64], centre: f64) -> Option<f64> {
     let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
     median(&mut deviations).map(|d| d * MAD_TO_STD)
+}
+
+/// Standard deviations of the bulk about 0 in windows, whose ends never move back.
+pub fn windowed_robust_stds(values: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
+    let mut ascending: Vec<f64> = Vec::new();
+    let mut covered = 0..0;
+    let place = |ascending: &[f64], size: f64| ascending.partition_point(|it| it.total_cmp(&size).is_lt());
+    let mut std = |window: &Range<usize>| {
+        for value in &values[covered.start..window.start.min(covered.end)] {
+            ascending.remove(place(&ascending, value.abs()));
+        }
+        for value in &values[covered.end.max(window.start)..window.end] {
+            ascending.insert(place(&ascending, value.abs()), value.abs());
+        }
+        covered = window.clone();
+        let middles =
+            ascending.get(ascending.len().saturating_sub(1) / 2).zip(ascending.get(ascending.len() / 2));
+        middles.map_or(0.0, |(below, above)| 0.5 * (below + above) * MAD_TO_STD)
+    };
+    windows.iter().map(&mut std).collect()
 }
 
 /// Standard deviation of the noise of a column as its third differences show it: too high where the motion itself is not smooth. NaN
@@ -80,6 +102,16 @@ mod tests {
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 30.0]), Some(3.0));
         assert_eq!(median(&mut []), None);
         assert_relative_eq!(robust_std(&[1.0, 2.0, 3.0, 4.0, 100.0], 3.0).unwrap_or(0.0), MAD_TO_STD);
+    }
+
+    #[test]
+    fn windows_have_the_scale_of_their_values() {
+        let values: Vec<f64> = (0..60).map(|i| (f64::from(i) * 12.9898).sin() * 10.0).collect();
+        let windows = [0..9, 0..9, 3..13, 20..31, 55..60];
+        let scales = windowed_robust_stds(&values, &windows);
+        for (window, scale) in windows.into_iter().zip(scales) {
+            assert_eq!(Some(scale), robust_std(&values[window], 0.0));
+        }
     }
 
     #[test]
