@@ -134,7 +134,7 @@ pub(super) fn shorten_list(values: &[String]) -> String {
 /// Longer names stand out of their column: the width of a formatted text must be below 65,536.
 const WIDEST: usize = 1000;
 
-/// A line for each check.
+/// A line for each check, with the place of one that failed.
 fn check_lines(checks: &[CheckVerdict], indent: &str) -> String {
     let mut text = String::new();
     let widths = checks.iter().map(|check| check.name.chars().count());
@@ -144,10 +144,14 @@ fn check_lines(checks: &[CheckVerdict], indent: &str) -> String {
         // Writing into a string cannot fail.
         let _ = write!(text, "{indent}{sign}  {:width$}  {}", check.name, check.that);
         let _ = match (&check.reason, check.value) {
-            (Some(reason), _) => writeln!(text, "  ({reason})"),
-            (None, Some(value)) => writeln!(text, "  ({})", quantity_text(value, check.unit.as_deref())),
-            (None, None) => writeln!(text),
+            (Some(reason), _) => write!(text, "  ({reason})"),
+            (None, Some(value)) => write!(text, "  ({})", quantity_text(value, check.unit.as_deref())),
+            (None, None) => Ok(()),
         };
+        if !check.passed {
+            let _ = write!(text, "  {}:{}", check.file.display(), check.line);
+        }
+        text.push('\n');
     }
     text
 }
